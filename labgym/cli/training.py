@@ -10,6 +10,7 @@ from tyro.conf import arg
 from tyro.extras import SubcommandApp
 
 from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath, OptionalText, OptionalWholeNumber
+from labgym.cli.local_planner import local_imitation, local_ppo, local_practice
 from labgym.cli.outcome import written
 from labgym.cli.reinforcement import her, ppo, sac
 from labgym.errors import MissingDependencyError, OptionError
@@ -29,7 +30,7 @@ train_app = SubcommandApp()
 card_app = SubcommandApp()
 ablate_app = SubcommandApp()
 
-for command in (ppo, sac, her):
+for command in (ppo, sac, her, local_practice, local_imitation, local_ppo):
     train_app.command(command)
 
 

@@ -18,13 +18,13 @@ from labgym.envs.labnav.drawing import draw_floor
 from labgym.envs.labnav.episodes import LabNavEpisode, published_episodes
 from labgym.envs.labnav.tasks import HEADLINE, TASKS
 from labgym.envs.training import training_floor
-from labgym.errors import SearchLimitWarning
+from labgym.errors import LabgymError, SearchLimitWarning
 from labgym.layouts import Layout
 from labgym.layouts.batch import catalog_digest
 from labgym.runs import ExecutorOptions, RunFolder, RunIdentity, Shard, ShardOutput, run_shards
-from labgym.runs.manifest import file_digest
+from labgym.runs.manifest import MANIFEST_FILE, file_digest
 
-FOLDER, VALIDATION = "practice", "validation"
+FOLDER, VALIDATION, LAYOUT = "practice", "validation", "-layout"
 SEED = 0
 """Random seed of the drives; the floors differ by their numbers."""
 DRAWS = 60
@@ -68,7 +68,18 @@ def make_practice(
             for _ in run_shards(shards, run, executor, "training floors", "floor", guard):
                 pass
             run.finish({})
-    return tuple(out / FOLDER / f"{number:05d}.json" for number in range(count))
+    return practice_files(out)
+
+
+def practice_files(folder: Path) -> tuple[Path, ...]:
+    """Return the files of the floors in a folder of `make_practice`.
+
+    Raises:
+        LabgymError: the folder holds none, or is unfinished.
+    """
+    if not (folder / MANIFEST_FILE).is_file():
+        raise LabgymError(f"{folder} holds no finished practice floors: labgym train local-practice --out {folder}")
+    return tuple(sorted(file for file in (folder / FOLDER).glob("*.json") if not file.stem.endswith(LAYOUT)))
 
 
 def digest_of(floors: Sequence[Path]) -> str:
@@ -102,7 +113,7 @@ def validation_floors(out: Path) -> tuple[Path, ...]:
 def _files(name: str, layout: Layout, episodes: dict[str, tuple[LabNavEpisode, ...]]) -> dict[str, bytes]:
     """Return the files of a floor with its drives."""
     floor = PracticeFloor(floor=layout.id, layout_hash=layout.hash, episodes=episodes)
-    return {f"{name}.json": json_bytes(floor.to_json()), f"{name}-layout.json": json_bytes(layout.to_json())}
+    return {f"{name}.json": json_bytes(floor.to_json()), f"{name}{LAYOUT}.json": json_bytes(layout.to_json())}
 
 
 @lru_cache(maxsize=6)
@@ -113,5 +124,5 @@ def read_floor(path: Path) -> tuple[Layout, PracticeFloor]:
         DocumentError: a file cannot be read.
     """
     floor = PracticeFloor.load(path)
-    file = path.with_name(f"{path.stem}-layout.json")
+    file = path.with_name(f"{path.stem}{LAYOUT}.json")
     return Layout.parse(parse_json(file.read_bytes(), file), file), floor

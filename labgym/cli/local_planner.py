@@ -1,0 +1,114 @@
+"""The commands that train the learned local planner."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Annotated
+
+from tyro.conf import arg
+
+from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath, OptionalText
+from labgym.cli.outcome import written
+from labgym.errors import MissingDependencyError, OptionError
+
+Fresh = Annotated[bool, arg(help="Move the files of the folder aside and start anew.")]
+Practice = Annotated[Path, arg(help="Folder of labgym train local-practice.")]
+Tasks = Annotated[OptionalText, arg(help="Tasks to practice, separated by commas.")]
+
+
+def local_practice(
+    out: Path = Path("runs/local-practice"),
+    floors: int = 72,
+    per_task: int = 3,
+    execution: Execution = THIS_PROCESS,
+    fresh: Fresh = False,
+) -> int:
+    """Draw drives of the tasks of LabNav on training floors, for local-imitation and local-ppo.
+
+    Args:
+        out: Folder for the floors.
+        floors: Number of training floors.
+        per_task: Most drives of each task on a floor.
+    """
+    _check(floors=floors, per_task=per_task)
+    from labgym.training.local.practice import make_practice
+
+    make_practice(out, floors, per_task, execution.options(), fresh)
+    return written(out)
+
+
+def local_imitation(
+    practice: Practice = Path("runs/local-practice"),
+    out: Path = Path("runs/local-imitation"),
+    tasks: Tasks = None,
+    rounds: int = 4,
+    drives: int = 240,
+    seed: int = 0,
+    execution: Execution = THIS_PROCESS,
+    fresh: Fresh = False,
+) -> int:
+    """Train the local planner by imitation of the policy stack (DAgger).
+
+    Args:
+        out: Folder for the policy, its history and the recorded drives.
+        rounds: Rounds of drives; the expert drives in the first one.
+        drives: Drives of a round.
+        seed: Random seed of the whole run.
+    """
+    _check(rounds=rounds, drives=drives)
+    from labgym.training.local.imitation import imitate
+    from labgym.training.local.options import ImitationOptions
+    from labgym.training.local.practice import practice_files
+
+    options = ImitationOptions(rounds=rounds, drives=drives, seed=_seed(seed), **_tasks(tasks))
+    return written(imitate(options, practice_files(practice), out, execution.options(), fresh))
+
+
+def local_ppo(
+    start: Path = Path("runs/local-imitation/policy.safetensors"),
+    practice: Practice = Path("runs/local-practice"),
+    out: OptionalPath = None,
+    tasks: Tasks = None,
+    iterations: int = 40,
+    seed: int = 0,
+    execution: Execution = THIS_PROCESS,
+    fresh: Fresh = False,
+) -> int:
+    """Train the local planner by PPO, from the policy of local-imitation.
+
+    Args:
+        start: Policy to begin with.
+        out: Folder for policies, history and checkpoint; by default runs/local-ppo, with tasks runs/local-ppo-TASKS.
+        iterations: Number of updates, each of 112 drives.
+        seed: Random seed of the whole run.
+    """
+    _check(iterations=iterations)
+    from labgym.training.local.options import ReinforcementOptions
+    from labgym.training.local.practice import practice_files
+    from labgym.training.local.reinforcement import reinforce
+
+    options = ReinforcementOptions(iterations=iterations, seed=_seed(seed), **_tasks(tasks))
+    folder = out or Path("runs") / ("local-ppo" if tasks is None else f"local-ppo-{'-'.join(options.tasks)}")
+    return written(reinforce(options, start, practice_files(practice), folder, execution.options(), fresh))
+
+
+def _tasks(names: str | None) -> dict[str, tuple[str, ...]]:
+    """Return the option `tasks`, none for the default."""
+    return {} if names is None else {"tasks": tuple(name.strip() for name in names.split(","))}
+
+
+def _seed(seed: int) -> int:
+    if seed < 0:
+        raise OptionError(f"seed is {seed}, expected at least 0")
+    return seed
+
+
+def _check(**values: int) -> None:
+    """Check that numbers are at least 1 and that the packages of the extra `train` are installed."""
+    for name, value in values.items():
+        if value < 1:
+            raise OptionError(f"{name} is {value}, expected at least 1")
+    for package in ("stable_baselines3", "safetensors"):
+        if find_spec(package) is None:
+            raise MissingDependencyError(package, "labgym train", "train")

@@ -1,0 +1,126 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+pytest.importorskip("torch")
+
+import torch
+from laboratories import island_laboratory
+from map_drives import drive
+
+from labgym.errors import DocumentError
+from labgym.geometry import OrientedBox, rotate
+from labgym.navigation import goal_pairs
+from labgym.policies.adapters.actor_file import ActorHeader, Perceptron
+from labgym.policies.local.inputs import ALONG, RAYS, REACH, SIZE, SIZES, Knowledge, Motion, network_input
+from labgym.policies.local.policy import LocalPolicy
+from labgym.policies.stack.costmap import Costmap
+from labgym.policies.stack.field import DistanceField
+from labgym.policies.stack.people import Person
+from labgym.policies.stack.planner import Plan
+
+LAYOUT = island_laboratory()
+AROUND = goal_pairs(LAYOUT)[1]
+PLAIN = Knowledge(False, False, False, False, False, 0.0, 1.0, True)
+
+
+def part(vector: np.ndarray, name: str) -> np.ndarray:
+    names = list(SIZES)
+    begin = sum(SIZES[each] for each in names[: names.index(name)])
+    return vector[begin : begin + SIZES[name]]
+
+
+def seen(boxes=(), people=(), pose=(0.0, 0.0, 0.0), velocity=(0.0, 0.0), path=((0.0, 0.0), (6.0, 0.0)), left=6.0):
+    field = DistanceField.of(boxes, (-8.0, -8.0, 8.0, 8.0))
+    motion = Motion()
+    motion.moved(pose)
+    plan = Plan(np.array(path))
+    return network_input(plan, pose, velocity, left, Costmap(field, field), tuple(people), motion, PLAIN)
+
+
+def perceptron(*layers: tuple[np.ndarray, np.ndarray]) -> Perceptron:
+    header = ActorHeader(algorithm="test", inputs=tuple(SIZES), activation="relu", squash=False)
+    tensors = tuple(
+        (torch.tensor(weight, dtype=torch.float32), torch.tensor(bias, dtype=torch.float32)) for weight, bias in layers
+    )
+    return Perceptron(header, tensors, {})
+
+
+def test_free_distances_are_those_to_a_wall():
+    wall = OrientedBox(1.6, 0.0, 0.2, 12.0)  # its front is at x = 1.5
+    free = part(seen([wall]), "free")[:RAYS] * REACH
+    for k in range(RAYS):
+        cosine = math.cos(2.0 * math.pi * k / RAYS)
+        expected = 1.5 / cosine if cosine > 0.5 else None
+        if expected is not None:
+            assert free[k] == pytest.approx(expected, abs=0.06)
+    assert free[RAYS // 2] == pytest.approx(REACH)
+
+
+def test_room_and_arcs_tell_what_is_left_until_the_chassis_touches():
+    left, right = (OrientedBox(3.0, side * 0.52, 8.0, 0.2) for side in (1.0, -1.0))
+    vector = seen([left, right])  # an aisle of 0.84 m, so that 0.15 m are left on each side
+    room = part(vector, "room").reshape(-1, 3) * 0.2
+    assert room[:, 1] == pytest.approx(0.15, abs=0.02)
+    assert room[:, 0] == pytest.approx(0.03, abs=0.02)
+    arcs = part(vector, "arcs").reshape(3, 7) * 0.1
+    assert arcs[:, 3] == pytest.approx(0.15, abs=0.03)
+    assert arcs[2, 0] == arcs[2, 6] == pytest.approx(-0.1)
+    assert (np.diff(arcs[:, 0]) <= 1e-6).all()
+
+
+def test_the_path_is_seen_from_the_robot():
+    vector = seen(pose=(0.0, 0.0, math.pi / 2.0))
+    points = part(vector, "path")[: 2 * len(ALONG)].reshape(-1, 2)
+    assert points[:, 0] == pytest.approx(0.0, abs=1e-6)
+    assert points[:, 1] == pytest.approx(-1.0, abs=0.07)
+
+
+def test_people_are_seen_by_distance_in_the_frame_of_the_robot():
+    near, far = Person((0.0, 2.0), (0.0, -1.0), True), Person((3.0, 0.0), (0.5, 0.0), False)
+    people = part(seen(people=[far, near, Person((0.0, 40.0), (0.0, 0.0), True)]), "people").reshape(-1, 7)
+    assert people[0] == pytest.approx([1.0, 0.0, 2.0 / 3.0, 0.0, -1.0, 1.0, math.exp(-1.4 / 0.5)])
+    assert people[1][:6] == pytest.approx([1.0, 1.0, 0.0, 0.5, 0.0, 0.0])
+    assert not people[2:].any()
+
+
+def test_a_turned_world_looks_the_same():
+    turn, shift = 0.7, (0.4, -0.3)
+
+    def moved(x: float, y: float) -> tuple[float, float]:
+        turned = rotate(x, y, turn)
+        return turned[0] + shift[0], turned[1] + shift[1]
+
+    box = OrientedBox(1.5, 0.6, 0.5, 0.4, 0.2)
+    there = OrientedBox(*moved(1.5, 0.6), 0.5, 0.4, 0.2 + turn)
+    path = ((0.0, 0.0), (1.0, -0.4), (3.0, 0.0))
+    here = seen([box], [Person((1.0, 1.0), (0.3, 0.1), True)], path=path, velocity=(0.5, 0.1))
+    elsewhere = seen(
+        [there],
+        [Person(moved(1.0, 1.0), rotate(0.3, 0.1, turn), True)],
+        (*moved(0.0, 0.0), turn),
+        (0.5, 0.1),
+        tuple(moved(*point) for point in path),
+    )
+    near = np.abs(here - elsewhere)
+    assert np.quantile(near, 0.95) < 0.06  # the fields are sampled at 5 cm
+    assert near[SIZES["free"] : SIZES["free"] + 2 * len(ALONG)].max() < 1e-5
+
+
+def test_the_network_decides_the_velocities():
+    class Straight(LocalPolicy):
+        name = "straight-on"
+
+    forward = perceptron((np.zeros((2, SIZE)), np.array([0.4, 0.0])))
+    driven = drive(Straight(actor=forward), LAYOUT, AROUND.start, AROUND.goal, task="odometry", steps=8)
+    assert driven.commands[0] == pytest.approx((0.0, 0.0))  # the first action comes late
+    assert np.array(driven.commands[1:]) == pytest.approx(np.array([(0.4, 0.0)] * 7))
+
+
+def test_a_file_of_another_network_is_refused(tmp_path):
+    file = perceptron((np.zeros((2, SIZE - 1)), np.zeros(2))).save(tmp_path / "other.safetensors")
+    with pytest.raises(DocumentError, match=f"expected {SIZE} to 2"):
+        LocalPolicy(weights=file)

@@ -1,0 +1,236 @@
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+pytest.importorskip("torch")
+
+import torch
+
+from labgym.errors import LabgymError, OptionError, UnknownNameError
+from labgym.policies.local.inputs import SIZE
+from labgym.policies.local.policy import LocalPolicy, checked_actor
+from labgym.runs import ExecutorOptions
+from labgym.training.local import imitation, reinforcement
+from labgym.training.local.collection import Apprentice, Drive, drive, read_records, record_drives
+from labgym.training.local.imitation import imitate
+from labgym.training.local.model import actor_of, mean_actions, new_model, save_actor
+from labgym.training.local.options import ImitationOptions, ReinforcementOptions
+from labgym.training.local.practice import make_practice, practice_files, read_floor
+from labgym.training.local.reinforcement import filled, make_learner, reinforce, update
+from labgym.training.local.rewards import PROGRESS, SCALE, STRIDE, Meter, final_reward, rewards_of
+from labgym.training.local.schedule import drawn_drives
+
+IMITATION = ImitationOptions(tasks=("dock",), rounds=2, drives=2, shard=1, epochs=2, last_epochs=2, batch=64)
+PPO = ReinforcementOptions(tasks=("dock",), iterations=2, drives=2, shard=1, critic_iterations=1, evaluate_every=5)
+
+
+@pytest.fixture(autouse=True)
+def one_thread():
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    yield
+    torch.set_num_threads(before)
+
+
+@pytest.fixture(scope="module")
+def floors(tmp_path_factory):
+    return make_practice(tmp_path_factory.mktemp("practice"), 1, 1)
+
+
+@pytest.fixture(scope="module")
+def network(tmp_path_factory):
+    return save_actor(new_model(0, 0.1), tmp_path_factory.mktemp("network") / "n.safetensors", "none")
+
+
+@pytest.fixture
+def no_validation(monkeypatch):
+    """Judge by the practice floor: ten floors of floors-val take a minute."""
+
+    def use(files):
+        monkeypatch.setattr(reinforcement, "validation_floors", lambda out: files)
+
+    return use
+
+
+def test_rewards_add_costs_progress_and_the_end():
+    costs = [-0.1, -0.2, -0.3, -0.4]
+    rewards = rewards_of(costs, [0, 2], [0.1, 9.0], final=3.0)
+    assert rewards == pytest.approx(SCALE * np.array([-0.3 + 0.1 * PROGRESS, -0.7 + STRIDE * PROGRESS + 3.0]))
+
+
+def test_standing_never_pays():
+    assert rewards_of(Meter().costs + [-0.02] * 300, [0], [0.0], final_reward(0.0, False, False))[0] < 0.0
+    assert final_reward(0.0, False, True) < final_reward(0.0, False, False) < final_reward(0.1, True, False)
+
+
+def test_the_advantages_are_those_of_the_formula():
+    options = ReinforcementOptions(discount=0.9, trace=0.8)
+    learner = make_learner(options)
+    rng = np.random.default_rng(0)
+    lengths, rewards = (3, 1, 2), rng.standard_normal(6).astype(np.float32)
+    records = {
+        "inputs": rng.standard_normal((6, SIZE)).astype(np.float32),
+        "actions": rng.standard_normal((6, 2)).astype(np.float32),
+        "rewards": rewards,
+        "lengths": np.array(lengths),
+    }
+    buffer = filled(learner.policy, [records], options)
+    values = buffer.values.ravel()
+    expected, begin = [], 0
+    for length in lengths:
+        advantage = 0.0
+        episode = []
+        for k in reversed(range(begin, begin + length)):
+            following = values[k + 1] if k + 1 < begin + length else 0.0
+            advantage = rewards[k] + 0.9 * following - values[k] + 0.9 * 0.8 * advantage
+            episode.append(advantage)
+        expected += reversed(episode)
+        begin += length
+    assert buffer.advantages.ravel() == pytest.approx(expected, rel=1e-4, abs=1e-5)
+
+
+def test_an_update_makes_rewarded_actions_likelier_and_a_warm_up_moves_the_critic_alone():
+    options = ReinforcementOptions(iterations=10, epochs=10, batch=64, rate=1e-3, divergence=10.0)
+    rng = np.random.default_rng(0)
+    learner = make_learner(options)
+
+    def drawn():
+        inputs = rng.standard_normal((256, SIZE)).astype(np.float32)
+        with torch.inference_mode():
+            mean = mean_actions(learner.policy, torch.from_numpy(inputs)).numpy()
+        noise = 0.15 * rng.standard_normal((256, 2)).astype(np.float32)
+        lengths = np.ones(256, np.int64)
+        return mean, {"inputs": inputs, "actions": mean + noise, "rewards": noise[:, 0], "lengths": lengths}
+
+    mean, records = drawn()
+    update(learner, [records], options, 0, warming=True)
+    with torch.inference_mode():
+        assert np.array_equal(mean_actions(learner.policy, torch.from_numpy(records["inputs"])).numpy(), mean)
+    mean, records = drawn()
+    inputs = records["inputs"]
+    update(learner, [records], options, 1, warming=False)
+    with torch.inference_mode():
+        after = mean_actions(learner.policy, torch.from_numpy(inputs)).numpy()
+    assert (after[:, 0] - mean[:, 0]).mean() > 0.01
+    assert abs((after[:, 1] - mean[:, 1]).mean()) < (after[:, 0] - mean[:, 0]).mean()
+
+
+def test_practice_floors_are_read_back(floors):
+    layout, floor = read_floor(floors[0])
+    assert floor.layout_hash == layout.hash
+    assert {"dock", "people", "carry"} <= set(floor.episodes)
+    assert practice_files(floors[0].parent.parent) == floors
+
+
+def test_unfinished_practice_is_refused(tmp_path):
+    with pytest.raises(LabgymError, match="local-practice"):
+        practice_files(tmp_path)
+
+
+def test_drives_are_drawn_for_each_task_alike(floors):
+    drives = drawn_drives(floors, ("dock", "carry"), 6, 0, 0)
+    assert sorted(one.task for one in drives) == ["carry"] * 3 + ["dock"] * 3
+    assert drives == drawn_drives(floors, ("dock", "carry"), 6, 0, 0) != drawn_drives(floors, ("dock",), 6, 0, 1)
+    with pytest.raises(UnknownNameError, match="tea"):
+        imitate(ImitationOptions(tasks=("tea",)), floors, floors[0].parent / "none")
+
+
+def test_the_expert_drives_as_the_stack_does(floors, network):
+    """Looking over its shoulder changes nothing."""
+    from labgym.envs.labnav.tasks import HEADLINE
+    from labgym.eval.labnav.drive import drive_floor
+    from labgym.policies import make_policy
+
+    layout, floor = read_floor(floors[0])
+    episodes = floor.episodes["dock"][:1]
+    (alone,) = drive_floor(make_policy("stack"), layout, episodes, "dock", HEADLINE, "stack", "practice", 5)
+    row, records = drive(Apprentice(checked_actor(network), "expert"), Drive(floors[0], "dock", 0, 5))
+    assert (row.score, row.time, row.path_length) == (alone.row.score, alone.row.time, alone.row.path_length)
+    assert len(records["advice"]) == len(records["inputs"]) == len(records["rewards"]) > 20
+    assert np.abs(records["advice"]).max() <= 1.0
+
+
+def test_noise_depends_on_the_seed_of_the_drive_alone(floors, network):
+    drives = [Drive(floors[0], "dock", 0, 3), Drive(floors[0], "dock", 0, 4)]
+    both = read_records(record_drives(drives, network, "noisy", (0.2, 0.2)).files["drives.npz"])
+    second = read_records(record_drives(drives[1:], network, "noisy", (0.2, 0.2)).files["drives.npz"])
+    first = int(both["lengths"][0])
+    assert np.array_equal(both["actions"][first:], second["actions"])
+    assert not np.array_equal(both["actions"][:5], second["actions"][:5])
+    assert len(both["advice"]) == 0
+
+
+def test_imitation_learns_the_advice(floors):
+    """On inputs that the advice depends on, the error that is measured on drives held out falls."""
+    rng = np.random.default_rng(0)
+    weights = rng.standard_normal((SIZE, 2)) / math.sqrt(SIZE)
+
+    def records(count: int):
+        inputs = rng.standard_normal((count, SIZE)).astype(np.float32)
+        return {"inputs": inputs, "advice": np.tanh(inputs @ weights).astype(np.float32)}
+
+    parts = [records(200) for _ in range(20)]
+    model = new_model(0, 0.1)
+    options = ImitationOptions(batch=128)
+    before = imitation.fit(model, parts, options, 0, 1)["held_out"]
+    after = imitation.fit(model, parts, options, 0, 30)["held_out"]
+    assert after < 0.6 * before
+
+
+def test_a_run_gives_the_same_bytes_with_two_workers_and_after_an_interruption(floors, tmp_path, monkeypatch):
+    one = imitate(IMITATION, floors, tmp_path / "one")
+    assert imitate(IMITATION, floors, tmp_path / "two", ExecutorOptions(workers=2)).read_bytes() == one.read_bytes()
+    usual, calls = imitation.fit, []
+
+    def stop(*arguments):
+        calls.append(arguments)
+        if len(calls) == 2:
+            raise KeyboardInterrupt
+        return usual(*arguments)
+
+    monkeypatch.setattr(imitation, "fit", stop)
+    with pytest.raises(KeyboardInterrupt):
+        imitate(IMITATION, floors, tmp_path / "three")
+    monkeypatch.setattr(imitation, "fit", usual)
+    assert imitate(IMITATION, floors, tmp_path / "three").read_bytes() == one.read_bytes()
+    history = [json.loads(line) for line in (tmp_path / "one" / "history.jsonl").read_text().splitlines()]
+    assert [record["driver"] for record in history] == ["expert", "network"]
+    assert checked_actor(one).header.algorithm == "imitation"
+    with pytest.raises(OptionError):
+        imitate(IMITATION.model_copy(update={"seed": 1}), floors, tmp_path / "one")
+
+
+def test_ppo_resumes_to_the_same_bytes(floors, network, tmp_path, monkeypatch, no_validation):
+    no_validation(floors)
+    options = PPO.model_copy(update={"validation": 1})
+    whole = reinforce(options, network, floors, tmp_path / "whole")
+    usual = reinforcement.update
+
+    def stop(learner, records, options, number, warming):
+        if number == 1:
+            raise KeyboardInterrupt
+        return usual(learner, records, options, number, warming)
+
+    monkeypatch.setattr(reinforcement, "update", stop)
+    with pytest.raises(KeyboardInterrupt):
+        reinforce(options, network, floors, tmp_path / "cut")
+    monkeypatch.setattr(reinforcement, "update", usual)
+    assert reinforce(options, network, floors, tmp_path / "cut").read_bytes() == whole.read_bytes()
+    last = [(tmp_path / name / "last.safetensors").read_bytes() for name in ("whole", "cut")]
+    assert last[0] == last[1] != network.read_bytes()
+    kinds = [json.loads(line)["kind"] for line in (tmp_path / "cut" / "history.jsonl").read_text().splitlines()]
+    assert kinds == ["validation", "iteration", "iteration", "validation"]
+    assert isinstance(LocalPolicy(weights=whole), LocalPolicy)
+
+
+def test_the_actor_of_the_model_is_the_network_of_the_file(tmp_path):
+    model = new_model(3, 0.2)
+    inputs = torch.randn(4, SIZE)
+    actor = actor_of(model, "none").network()
+    with torch.inference_mode():
+        assert torch.allclose(actor(inputs), mean_actions(model, inputs))
+        assert torch.allclose(model.get_distribution(inputs).distribution.mean, mean_actions(model, inputs), atol=1e-6)
