@@ -153,7 +153,8 @@ def record_drives(
     parts: list[Arrays] = []
     for one in drives:
         row, arrays = drive(apprentice, one)
-        rows.append({"task": one.task, "score": row.score, "success": row.success, "ending": row.ending})
+        key = f"{one.task}/{one.floor.stem}/{one.number}"
+        rows.append({"key": key, "task": one.task, "score": row.score, "ending": row.ending})
         parts.append(arrays)
     joined = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     lengths = np.array([len(part["inputs"]) for part in parts], np.int64)

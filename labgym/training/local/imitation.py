@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import time
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
@@ -15,9 +16,9 @@ from stable_baselines3.common.policies import ActorCriticPolicy
 from torch.nn.functional import smooth_l1_loss
 from tqdm import tqdm
 
-from labgym.documents import write_text
+from labgym.documents import append_text, write_text
 from labgym.envs.labnav.tasks import TASKS
-from labgym.policies.learned.training_run import finish, train_identity
+from labgym.policies.learned.training_run import TIMES, finish, train_identity
 from labgym.policies.local.policy import FILE
 from labgym.runs import ExecutorOptions, RunFolder, Shard, run_shards
 from labgym.runs.manifest import file_digest
@@ -73,6 +74,7 @@ def _train(options: ImitationOptions, floors: Sequence[Path], run: RunFolder, ex
     records: list[Records] = []
     history: list[dict[str, Any]] = []
     for number in range(options.rounds):
+        begun = time.perf_counter()
         save_actor(model, network, "imitation")
         drives = drawn_drives(floors, options.tasks, options.drives, options.seed, number)
         mode = "network" if number else "expert"
@@ -89,8 +91,14 @@ def _train(options: ImitationOptions, floors: Sequence[Path], run: RunFolder, ex
         rows = [row for _, output in outputs for row in output.record]
         history.append({"round": number, "driver": mode, "samples": _count(records), **errors, **means(rows)})
         write_text(run.path / HISTORY, "".join(json.dumps(record) + "\n" for record in history))
+        note_seconds(run.path, number, begun)
     network.unlink(missing_ok=True)
     save_actor(model, run.path / FILE, "imitation")
+
+
+def note_seconds(folder: Path, number: int, begun: float) -> None:
+    """Add the wall-clock time since `begun` to the times of a run."""
+    append_text(folder / TIMES, json.dumps({"number": number, "seconds": time.perf_counter() - begun}) + "\n")
 
 
 def means(rows: Iterable[dict[str, Any]]) -> dict[str, Any]:

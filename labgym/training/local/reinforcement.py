@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import math
+import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -30,11 +31,11 @@ from labgym.policies.local.policy import FILE, checked_actor
 from labgym.runs import ExecutorOptions, RunFolder, Shard, run_shards
 from labgym.runs.manifest import file_digest
 from labgym.training.local.collection import Drive, Mode, read_records, record_drives
-from labgym.training.local.imitation import HISTORY, OPTIONS, Records, means
+from labgym.training.local.imitation import HISTORY, OPTIONS, Records, means, note_seconds
 from labgym.training.local.model import actor_parts, load_actor, model_arguments, save_actor
 from labgym.training.local.options import ReinforcementOptions
 from labgym.training.local.practice import digest_of, validation_floors
-from labgym.training.local.schedule import drawn_drives, known_tasks, split
+from labgym.training.local.schedule import drawn_drives, known_tasks, split, validation_drives
 
 LAST, NETWORK = "last.safetensors", "network.safetensors"
 ALGORITHM = "PPO"
@@ -108,10 +109,12 @@ class Reinforcement:
             self._keep()
         begun = sum(record["kind"] == "iteration" for record in self._history)
         for number in range(begun, self._options.iterations):
+            start = time.perf_counter()
             self._iterate(number)
             if (number + 1) % self._options.evaluate_every == 0 or number + 1 == self._options.iterations:
                 self._judge(number + 1)
             self._keep()
+            note_seconds(self._out, number, start)
         save_actor(self._learner.policy, self._out / LAST, ALGORITHM)
         (self._out / NETWORK).unlink(missing_ok=True)
 
@@ -138,12 +141,7 @@ class Reinforcement:
 
     def _judge(self, number: int) -> None:
         """Drive the drafts on floors-val without noise, and keep the policy if it is the best so far."""
-        episodes = [
-            Drive(floor, task, k, 0)
-            for floor in self._validation
-            for task in self._options.tasks
-            for k in range(self._options.validation)
-        ]
+        episodes = validation_drives(self._validation, self._options.tasks, self._options.validation)
         _, rows = self._driven(episodes, "alone", None, f"validation {number}")
         result = means(rows)
         value = round(geometric(list(result["scores"].values())), 3)

@@ -52,6 +52,16 @@ def drawn_drives(floors: Sequence[Path], tasks: Sequence[str], count: int, seed:
     return sorted(drives, key=lambda one: (one.floor, one.task, one.number, one.seed))
 
 
+def validation_drives(floors: Sequence[Path], tasks: Sequence[str], most: int) -> list[Drive]:
+    """Return the first drives of each task on each floor, at most `most` of them."""
+    return [
+        Drive(file, task, number, 0)
+        for file in floors
+        for task in tasks
+        for number in range(min(most, len(read_floor(file)[1].episodes.get(task, ()))))
+    ]
+
+
 def split(drives: Sequence[Drive], size: int) -> list[list[Drive]]:
     """Return drives in units of work."""
     return [list(drives[first : first + size]) for first in range(0, len(drives), size)]

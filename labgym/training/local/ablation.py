@@ -1,0 +1,138 @@
+"""Ablation of the imitation: networks that learn from the same recorded drives without a part of the input.
+
+Each is judged on floors-val, and compared with the network that sees everything.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, ClassVar
+
+import torch
+from torch import nn
+
+from labgym.documents import Document, Record, canonical_hash
+from labgym.envs.labnav.tasks import TASKS
+from labgym.errors import DocumentError
+from labgym.eval.driving.intervals import Estimate
+from labgym.eval.labnav.figure import paired_difference
+from labgym.policies.learned.training_run import train_identity
+from labgym.policies.local.inputs import SIZES
+from labgym.runs import ExecutorOptions, RunFolder, Shard, run_shards
+from labgym.runs.manifest import file_digest
+from labgym.training.local.collection import read_records, record_drives
+from labgym.training.local.imitation import NOISE, OPTIONS, Records, fit, means
+from labgym.training.local.model import actor_parts, new_model, save_actor
+from labgym.training.local.options import ImitationOptions
+from labgym.training.local.practice import validation_floors
+from labgym.training.local.schedule import split, validation_drives
+
+FILE = "ablation.json"
+WHOLE, EXPERT = "whole", "expert drives alone"
+HIDDEN = ("free", "room", "arcs", "people", "motion", "knowledge")
+"""Parts of the input that are left out, one at a time; without the path, the network does not know where to go."""
+
+
+class Variant(Record):
+    """A network that lacks something.
+
+    Attributes:
+        name: what it lacks; "whole" lacks nothing. difference: of its mean score from that of the whole network, with
+            its interval over floors; None for the whole one.
+        scores: means by task. endings: numbers of drives.
+    """
+
+    name: str
+    difference: Estimate | None = None
+    scores: dict[str, float]
+    endings: dict[str, int]
+
+
+class Ablation(Document):
+    """The results of an ablation.
+
+    Attributes:
+        run: digest of the options of the imitation. drives: of each variant. variants: the whole network first.
+    """
+
+    SCHEMA: ClassVar[str] = "labgym.local-ablation/1"
+
+    run: str
+    drives: int
+    variants: tuple[Variant, ...]
+
+
+def ablate_imitation(
+    run: Path, out: Path, executor: ExecutorOptions | None = None, each: int = 3, fresh: bool = False
+) -> Path:
+    """Train the variants on the drives of a run, judge them, and return the file of the results.
+
+    Args:
+        run: folder of `imitate`. out: folder of the ablation.
+        executor: where drives are driven. each: drives of a task on a floor of floors-val.
+        fresh: move the files of the folder aside and start anew.
+
+    Raises:
+        DocumentError: the run's options or drives cannot be read.
+        OptionError: the folder is in use or holds another ablation.
+    """
+    torch.set_num_threads(1)
+    options = ImitationOptions.load(run / OPTIONS)
+    files = sorted((run / "rounds").glob("*.npz"))
+    if not files:
+        raise DocumentError(run, "rounds", "holds no recorded drives; train with labgym train local-imitation")
+    inputs = {"run": options.to_json(), "drives": [file_digest(file) for file in files], "each": each}
+    with RunFolder.open(out, train_identity("local-ablation", (), **inputs), fresh) as folder:
+        if not folder.finished:
+            floors = validation_floors(out)
+            parts = split(validation_drives(floors, tuple(TASKS), each), options.shard)
+            variants: list[tuple[str, list[dict[str, Any]]]] = []
+            for name in (WHOLE, EXPERT, *HIDDEN):
+                network = out / "networks" / f"{name.replace(' ', '-')}.safetensors"
+                if not network.is_file():
+                    _learned(name, files, options, network)
+                shards = [
+                    Shard(f"{name} {k:04d}", record_drives, (part, network, "alone"), len(part), file_digest(network))
+                    for k, part in enumerate(parts)
+                ]
+                done = sorted(run_shards(shards, None, executor, name, "drive"), key=lambda one: one[0].name)
+                variants.append((name, [row for _, output in done for row in output.record]))
+            _results(options, variants).save(out / FILE)
+            folder.finish({FILE: (out / FILE).read_bytes()})
+    return out / FILE
+
+
+def _learned(name: str, files: list[Path], options: ImitationOptions, network: Path) -> None:
+    """Train a variant and write its network."""
+    chosen = [file for file in files if file.name.startswith("0-")] if name == EXPERT else files
+    records = [hidden(read_records(file.read_bytes()), name) for file in chosen]
+    model = new_model(options.seed, NOISE)
+    fit(model, records, options, options.rounds, options.last_epochs)
+    first = next(part for part in actor_parts(model) if isinstance(part, nn.Linear))
+    with torch.no_grad():
+        first.weight[:, _columns(name)] = 0.0
+    save_actor(model, network, "imitation")
+
+
+def hidden(records: Records, name: str) -> Records:
+    """Return records with a part of the input set to 0."""
+    records["inputs"][:, _columns(name)] = 0.0
+    return records
+
+
+def _columns(name: str) -> slice:
+    """Return the place of a part of the input, nothing for other names."""
+    if name not in SIZES:
+        return slice(0, 0)
+    names = list(SIZES)
+    begin = sum(SIZES[each] for each in names[: names.index(name)])
+    return slice(begin, begin + SIZES[name])
+
+
+def _results(options: ImitationOptions, variants: list[tuple[str, list[dict[str, Any]]]]) -> Ablation:
+    scores = {name: {row["key"]: float(row["score"]) for row in rows} for name, rows in variants}
+    results = []
+    for name, rows in variants:
+        difference = None if name == WHOLE else paired_difference(scores[name], scores[WHOLE]).difference
+        results.append(Variant(name=name, difference=difference, **means(rows)))
+    return Ablation(run=canonical_hash(options.to_json()), drives=len(variants[0][1]), variants=tuple(results))
