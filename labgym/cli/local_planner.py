@@ -14,6 +14,7 @@ from labgym.errors import MissingDependencyError, OptionError
 
 Fresh = Annotated[bool, arg(help="Move the files of the folder aside and start anew.")]
 Practice = Annotated[Path, arg(help="Folder of labgym train local-practice.")]
+Runs = Annotated[tuple[Path, ...], arg(help="Folders of runs that differ in their seeds; the first is published.")]
 Tasks = Annotated[OptionalText, arg(help="Tasks to practice, separated by commas.")]
 
 
@@ -91,6 +92,58 @@ def local_ppo(
     options = ReinforcementOptions(iterations=iterations, seed=_seed(seed), **_tasks(tasks))
     folder = out or Path("runs") / ("local-ppo" if tasks is None else f"local-ppo-{'-'.join(options.tasks)}")
     return written(reinforce(options, start, practice_files(practice), folder, execution.options(), fresh))
+
+
+def ablate_local_imitation(
+    run: Path = Path("runs/local-imitation"),
+    out: Path = Path("runs/local-imitation-ablation"),
+    execution: Execution = THIS_PROCESS,
+    fresh: Fresh = False,
+) -> int:
+    """Ablate the imitation: train networks without a part of the input on the same drives, and judge them.
+
+    Args:
+        run: Folder of labgym train local-imitation.
+        out: Folder for the networks and the results.
+    """
+    _check()
+    from labgym.training.local.ablation import ablate_imitation
+
+    return written(ablate_imitation(run, out, execution.options(), fresh=fresh))
+
+
+def card_local_imitation(
+    runs: Runs = (Path("runs/local-imitation"),),
+    results: OptionalPath = None,
+    ablation: OptionalPath = None,
+    out: Path = Path("policies/local-imitation"),
+) -> int:
+    """Publish the imitated local planner with a model card.
+
+    Args:
+        results: Folder of labgym eval --suite lab30 with these weights.
+        ablation: Folder of labgym ablate local-imitation.
+        out: Folder for weights, options, histories, figures and CARD.md.
+    """
+    from labgym.cards.local import write_imitation_card
+
+    return written(write_imitation_card(runs, out, results, ablation))
+
+
+def card_local_ppo(
+    runs: Runs = (Path("runs/local-ppo"),),
+    results: OptionalPath = None,
+    out: Path = Path("policies/local-ppo"),
+) -> int:
+    """Publish the local planner by PPO with a model card.
+
+    Args:
+        results: Folder of labgym eval --suite lab30 with these weights.
+        out: Folder for weights, options, histories, figures and CARD.md.
+    """
+    from labgym.cards.local import write_reinforcement_card
+
+    return written(write_reinforcement_card(runs, out, results))
 
 
 def _tasks(names: str | None) -> dict[str, tuple[str, ...]]:

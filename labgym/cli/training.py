@@ -10,7 +10,14 @@ from tyro.conf import arg
 from tyro.extras import SubcommandApp
 
 from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath, OptionalText, OptionalWholeNumber
-from labgym.cli.local_planner import local_imitation, local_ppo, local_practice
+from labgym.cli.local_planner import (
+    ablate_local_imitation,
+    card_local_imitation,
+    card_local_ppo,
+    local_imitation,
+    local_ppo,
+    local_practice,
+)
 from labgym.cli.outcome import written
 from labgym.cli.reinforcement import her, ppo, sac
 from labgym.errors import MissingDependencyError, OptionError
@@ -32,6 +39,9 @@ ablate_app = SubcommandApp()
 
 for command in (ppo, sac, her, local_practice, local_imitation, local_ppo):
     train_app.command(command)
+ablate_app.command(name="local-imitation")(ablate_local_imitation)
+card_app.command(name="local-imitation")(card_local_imitation)
+card_app.command(name="local-ppo")(card_local_ppo)
 
 
 def data(

@@ -1,0 +1,266 @@
+"""The model cards of the learned local planner, and the published folders around them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from labgym.cards.results import CardResults
+from labgym.documents import json_bytes, write_bytes, write_text
+from labgym.errors import DocumentError
+from labgym.eval.drawing.pictures import save_picture
+from labgym.eval.labnav.figure import geometric
+from labgym.eval.labnav.suites import ALL
+from labgym.eval.leaderboard.labnav import LabNavResult, published_results
+from labgym.eval.reports.tables import interval
+from labgym.policies.learned.training_run import TIMES
+from labgym.policies.local.inputs import SIZE, SIZES
+from labgym.policies.local.policy import FILE, ImitationPolicy, ReinforcementPolicy
+from labgym.table import Table, number
+from labgym.training.local.ablation import WHOLE, Ablation
+from labgym.training.local.imitation import HISTORY, OPTIONS
+from labgym.training.local.options import ImitationOptions, ReinforcementOptions
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+INPUTS = {
+    "free": "free distance in 48 directions, linear and as nearness",
+    "path": "8 points of the path up to 2.5 m ahead, the length that is left, and the heading error",
+    "room": "clearance on the path and 12 cm to its sides",
+    "arcs": "least clearance on 21 arcs, each driven for 1 s",
+    "people": "the nearest 5 people: place, velocity, whether they walk",
+    "motion": "velocity, the latest 2 actions, and the way of the last 1, 3 and 8 s",
+    "knowledge": "what the task is like: drift, dock, glass, people, mounting, freeboard, acceleration",
+}
+LIMITS = """Limits: localization, costmap, global planner, tracks of people, recovery, the last half meter at a dock and
+the end at the goal are those of `stack`; the network decides the velocities in between. It was trained and evaluated in
+simulation only, for one robot."""
+
+
+def write_imitation_card(
+    runs: Sequence[Path], out: Path, results: Path | None = None, ablation: Path | None = None
+) -> Path:
+    """Publish the first of some runs of the imitation with a model card, and return the card's path.
+
+    Args:
+        runs: folders of `labgym train local-imitation` that differ in their random seeds.
+        out: folder for weights, options, histories, figures and `CARD.md`.
+        results: folder of a complete `labgym eval --suite lab30` with these weights.
+        ablation: folder of `labgym ablate local-imitation`.
+
+    Raises:
+        DocumentError: a file is missing or broken.
+        OptionError: the evaluation is not complete or of another policy.
+    """
+    histories = [_history(run) for run in runs]
+    options = ImitationOptions.load(runs[0] / OPTIONS)
+    drives, samples = options.rounds * options.drives, histories[0][-1]["samples"]
+    training = f"""`labgym train local-practice` and `labgym train local-imitation --rounds {options.rounds} \\
+--drives {options.drives} --seed {options.seed}`: DAgger with `stack` as the expert, on training floors, with the errors
+and nuisances of level 2 of each task. {drives} drives, {samples} decisions, {_minutes(runs[0])}. In the first round the
+expert drives, in the others the network; the expert says in every state what it would do.
+
+![Errors and scores by round](learning.png)
+
+{_seeds(runs, histories, "the last round, as the network drives on training floors", _last_scores)}"""
+    save_picture(_imitation_figure(histories), out / "learning.png")
+    shown = "" if ablation is None else _ablation(ablation)
+    title = f"{ImitationPolicy.name}: a local planner by imitation of `stack`"
+    return _published(title, ImitationPolicy.name, runs[0], histories, out, training, shown, results)
+
+
+def write_reinforcement_card(runs: Sequence[Path], out: Path, results: Path | None = None) -> Path:
+    """Publish the first of some runs of PPO with a model card, and return the card's path.
+
+    Args:
+        runs: folders of `labgym train local-ppo` that differ in their random seeds. out, results: as for
+            `write_imitation_card`.
+
+    Raises:
+        DocumentError, OptionError: as `write_imitation_card`.
+    """
+    histories = [_history(run) for run in runs]
+    options = ReinforcementOptions.load(runs[0] / OPTIONS)
+    samples = sum(record.get("samples", 0) for record in histories[0])
+    training = f"""`labgym train local-ppo --iterations {options.iterations} --seed {options.seed}`, from the weights of
+`local-imitation`: PPO (stable-baselines3) on {options.iterations * options.drives} drives of {len(options.tasks)}
+tasks, {samples} decisions, {_minutes(runs[0])}. The reward is the score at the end, and on the way progress, time,
+nearness to people and slosh (labgym/training/local/rewards.py). The published weights are those with the best figure on
+floors-val among {_count(histories[0], "validation")} evaluations.
+
+![Figure by iteration](learning.png)
+
+{_seeds(runs, histories, "the best evaluation on floors-val", _best_scores)}"""
+    save_picture(_reinforcement_figure(histories), out / "learning.png")
+    title = f"{ReinforcementPolicy.name}: a local planner by PPO"
+    return _published(title, ReinforcementPolicy.name, runs[0], histories, out, training, "", results)
+
+
+def _published(
+    title: str,
+    name: str,
+    run: Path,
+    histories: list[list[dict[str, Any]]],
+    out: Path,
+    training: str,
+    ablation: str,
+    results: Path | None,
+) -> Path:
+    """Write weights, options, histories and the card."""
+    evaluated = None if results is None else CardResults.read(results, name)
+    write_bytes(out / FILE, (run / FILE).read_bytes())
+    write_bytes(out / OPTIONS, (run / OPTIONS).read_bytes())
+    write_bytes(out / "training.json", json_bytes(histories))
+    if evaluated is not None:
+        evaluated.draw(out)
+    sections = [
+        f"# {title}",
+        "A network drives along the path of the navigation stack `stack`, in place of its controller and of its rules "
+        "for waiting. It knows the old map.",
+        _input_table(),
+        _labnav(name),
+        "" if evaluated is None else evaluated.markdown().replace("## Results", "## lab30").replace("## F", "### F"),
+        f"## Training\n\n{training}",
+        ablation,
+        LIMITS,
+    ]
+    return write_text(out / "CARD.md", "\n\n".join(section for section in sections if section) + "\n")
+
+
+def _input_table() -> str:
+    rows = tuple((part, str(SIZES[part]), meaning) for part, meaning in INPUTS.items())
+    table = Table("", ("input", "numbers", "meaning"), rows).markdown()
+    text = f"Two layers of 256 units lead from {SIZE} numbers to the velocities; memory is in the stack's costmap and "
+    return f"{text}tracks of people.\n\n{table}"
+
+
+def _labnav(name: str) -> str:
+    """Return the section on the published results of LabNav, "" before they are."""
+    result = next((each for each in published_results() if each.summary.policy == name), None)
+    if result is None:
+        return ""
+    summary = result.summary
+    rows = tuple(
+        (task.task, interval(task.score, 2), interval(task.success, 2), interval(task.contacts, 2), _endings(result, k))
+        for k, task in enumerate(summary.tasks)
+    )
+    columns = ("task", "score ↑", "SR ↑", "touched ↓", "failures")
+    table = Table("", columns, rows, ("In brackets: 95% intervals over floors.",)).markdown()
+    figure = "" if summary.labnav is None else f"LabNav {interval(summary.labnav, 1)}.\n\n"
+    return f"## LabNav, level 2\n\n{figure}{table}"
+
+
+def _endings(result: LabNavResult, number: int) -> str:
+    """Return the numbers of failed drives by their kind, the most frequent first."""
+    endings = result.summary.tasks[number].endings
+    failed = sorted(((count, kind) for kind, count in endings.items() if kind != "success" and count), reverse=True)
+    return ", ".join(f"{kind} {count}" for count, kind in failed)
+
+
+def _seeds(runs: Sequence[Path], histories: list[list[dict[str, Any]]], what: str, scores: Any) -> str:
+    """Return the table of the scores of all seeds."""
+    rows = []
+    for run, history in zip(runs, histories, strict=True):
+        seed = json.loads((run / OPTIONS).read_text(encoding="utf-8"))["seed"]
+        by_task = scores(history)
+        tasks = [task for task in ALL if task in by_task]
+        rows.append(
+            (
+                str(seed),
+                number(geometric([by_task[task] for task in tasks]), 1),
+                *(number(by_task[t], 2) for t in tasks),
+            )
+        )
+    table = Table("", ("seed", "figure ↑", *(f"{task} ↑" for task in tasks)), tuple(rows)).markdown()
+    return f"Scores in {what}; the figure is LabNav's, over these tasks. Seed {rows[0][0]} is published.\n\n{table}"
+
+
+def _last_scores(history: list[dict[str, Any]]) -> dict[str, float]:
+    scores: dict[str, float] = history[-1]["scores"]
+    return scores
+
+
+def _best_scores(history: list[dict[str, Any]]) -> dict[str, float]:
+    judged = [record for record in history if record["kind"] == "validation"]
+    best: dict[str, float] = max(judged, key=lambda record: float(record["figure"]))["scores"]
+    return best
+
+
+def _ablation(folder: Path) -> str:
+    ablation = Ablation.load(folder / "ablation.json")
+    rows = []
+    for one in ablation.variants:
+        difference = "" if one.difference is None else interval(one.difference, 3)
+        name = "the whole network" if one.name == WHOLE else f"without {one.name}"
+        rows.append(
+            (name.replace("without expert", "expert"), number(geometric(list(one.scores.values())), 1), difference)
+        )
+    note = f"{ablation.drives} drives on floors-val; in brackets: 95% intervals over floors of the paired differences."
+    table = Table("", ("network", "figure ↑", "difference of the mean score"), tuple(rows), (note,)).markdown()
+    return f"## Ablation\n\nEach network learned from the same recorded drives.\n\n{table}"
+
+
+def _imitation_figure(histories: list[list[dict[str, Any]]]) -> Figure:
+    """Draw the errors and the mean score by round, a line for each seed."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9.0, 3.0), facecolor="#ffffff")
+    errors, scores = figure.subplots(1, 2)
+    for k, history in enumerate(histories):
+        rounds = [record["round"] for record in history]
+        for name, color in (("error", "#3d444b"), ("held_out", "#b5482a")):
+            label = name.replace("_", " ") if k == 0 else None
+            errors.plot(rounds, [record[name] for record in history], "o-", color=color, label=label, markersize=3)
+        scores.plot(rounds, [geometric(list(record["scores"].values())) for record in history], "o-", markersize=3)
+    errors.set_title("error of the imitated action", fontsize=9)
+    scores.set_title("figure on training floors (round 0: the expert)", fontsize=9)
+    return _finished(figure, "round")
+
+
+def _reinforcement_figure(histories: list[list[dict[str, Any]]]) -> Figure:
+    """Draw the figure of noisy drives on training floors and of judged drives, a line for each seed."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9.0, 3.0), facecolor="#ffffff")
+    axes = figure.subplots(1, 2)
+    for history in histories:
+        for place, kind, look in zip(axes, ("iteration", "validation"), ("-", "o-"), strict=True):
+            records = [record for record in history if record["kind"] == kind]
+            values = [geometric(list(record["scores"].values())) for record in records]
+            place.plot([record["number"] for record in records], values, look, linewidth=1.0, markersize=3)
+    axes[0].set_title("training floors, with noise", fontsize=9)
+    axes[1].set_title("floors-val", fontsize=9)
+    return _finished(figure, "iteration")
+
+
+def _finished(figure: Figure, unit: str) -> Figure:
+    for axes in figure.axes:
+        axes.set_xlabel(unit, fontsize=8)
+        axes.set_ylim(bottom=0.0)
+        axes.tick_params(labelsize=8)
+        axes.grid(alpha=0.3)
+        if axes.get_legend_handles_labels()[0]:
+            axes.legend(fontsize=7)
+    figure.tight_layout()
+    return figure
+
+
+def _history(run: Path) -> list[dict[str, Any]]:
+    path = run / HISTORY
+    if not path.is_file():
+        raise DocumentError(path, "", "missing; train to the end")
+    return [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
+
+
+def _minutes(run: Path) -> str:
+    """Return the wall-clock time of a run; a repeated round counts as it took the last time."""
+    lines = (run / TIMES).read_text(encoding="utf-8").splitlines() if (run / TIMES).is_file() else []
+    seconds = {record["number"]: record["seconds"] for record in map(json.loads, lines)}
+    return f"{sum(seconds.values()) / 60.0:.0f} minutes on 2 cores that other work used too"
+
+
+def _count(history: list[dict[str, Any]], kind: str) -> int:
+    return sum(record["kind"] == kind for record in history)
