@@ -44,7 +44,7 @@ def local_imitation(
     out: Path = Path("runs/local-imitation"),
     tasks: Tasks = None,
     rounds: int = 4,
-    drives: int = 240,
+    drives: int = 224,
     seed: int = 0,
     execution: Execution = THIS_PROCESS,
     fresh: Fresh = False,

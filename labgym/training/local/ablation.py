@@ -12,7 +12,6 @@ import torch
 from torch import nn
 
 from labgym.documents import Document, Record, canonical_hash
-from labgym.envs.labnav.tasks import TASKS
 from labgym.errors import DocumentError
 from labgym.eval.driving.intervals import Estimate
 from labgym.eval.labnav.figure import paired_difference
@@ -85,7 +84,7 @@ def ablate_imitation(
     with RunFolder.open(out, train_identity("local-ablation", (), **inputs), fresh) as folder:
         if not folder.finished:
             floors = validation_floors(out)
-            parts = split(validation_drives(floors, tuple(TASKS), each), options.shard)
+            parts = split(validation_drives(floors, options.tasks, each), options.shard)
             variants: list[tuple[str, list[dict[str, Any]]]] = []
             for name in (WHOLE, EXPERT, *HIDDEN):
                 network = out / "networks" / f"{name.replace(' ', '-')}.safetensors"

@@ -12,6 +12,8 @@ from labgym.envs.labnav.tasks import TASKS
 Count = Annotated[int, Field(ge=1)]
 Positive = Annotated[float, Field(gt=0.0)]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
+PRACTICED = tuple(task for task in TASKS if task != "shift")
+"""The tasks that are practiced by default: the drives of a shift have the nuisances of the others."""
 Tasks = Annotated[tuple[str, ...], Field(min_length=1)]
 
 
@@ -30,9 +32,9 @@ class ImitationOptions(Document):
     SCHEMA: ClassVar[str] = "labgym.local-imitation-options/1"
 
     seed: Annotated[int, Field(ge=0)] = 0
-    tasks: Tasks = tuple(TASKS)
-    rounds: Count = 5
-    drives: Count = 320
+    tasks: Tasks = PRACTICED
+    rounds: Count = 4
+    drives: Count = 224
     shard: Count = 8
     epochs: Count = 12
     last_epochs: Count = 40
@@ -60,7 +62,7 @@ class ReinforcementOptions(Document):
     SCHEMA: ClassVar[str] = "labgym.local-ppo-options/1"
 
     seed: Annotated[int, Field(ge=0)] = 0
-    tasks: Tasks = tuple(task for task in TASKS if task != "shift")
+    tasks: Tasks = PRACTICED
     iterations: Count = 40
     drives: Count = 112
     shard: Count = 4
