@@ -150,7 +150,7 @@ def _labnav(name: str) -> str:
     columns = ("task", "score ↑", "SR ↑", "touched ↓", "failures")
     table = Table("", columns, rows, ("In brackets: 95% intervals over floors.",)).markdown()
     figure = "" if summary.labnav is None else f"LabNav {interval(summary.labnav, 1)}.\n\n"
-    return f"## LabNav, level 2\n\n{figure}{table}"
+    return f"## Results\n\n{figure}{table}"
 
 
 def _endings(result: LabNavResult, number: int) -> str:

@@ -64,6 +64,20 @@ BUILT_IN = {
             "iPlanner-style: a network plans a path from one depth image",
         ),
         PolicyEntry(
+            "local-imitation",
+            "labgym.policies.local.policy:ImitationPolicy",
+            "map",
+            "train",
+            "learned local planner on the stack's path, by imitation of the stack",
+        ),
+        PolicyEntry(
+            "local-ppo",
+            "labgym.policies.local.policy:ReinforcementPolicy",
+            "map",
+            "train",
+            "learned local planner on the stack's path, by PPO on LabNav's tasks",
+        ),
+        PolicyEntry(
             "navdp",
             "labgym.policies.navdp.policy:NavDPPolicy",
             "rgbd",

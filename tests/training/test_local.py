@@ -10,11 +10,13 @@ pytest.importorskip("torch")
 
 import torch
 
-from labgym.errors import LabgymError, OptionError, UnknownNameError
-from labgym.policies.local.inputs import SIZE
+from labgym.cards.local import write_imitation_card, write_reinforcement_card
+from labgym.errors import DocumentError, LabgymError, OptionError, UnknownNameError
+from labgym.policies.local.inputs import SIZE, SIZES
 from labgym.policies.local.policy import LocalPolicy, checked_actor
 from labgym.runs import ExecutorOptions
-from labgym.training.local import imitation, reinforcement
+from labgym.training.local import ablation, imitation, reinforcement
+from labgym.training.local.ablation import EXPERT, HIDDEN, WHOLE, Ablation, ablate_imitation
 from labgym.training.local.collection import Apprentice, Drive, drive, read_records, record_drives
 from labgym.training.local.imitation import imitate
 from labgym.training.local.model import actor_of, mean_actions, new_model, save_actor
@@ -46,12 +48,18 @@ def network(tmp_path_factory):
     return save_actor(new_model(0, 0.1), tmp_path_factory.mktemp("network") / "n.safetensors", "none")
 
 
+@pytest.fixture(scope="module")
+def imitated(floors, tmp_path_factory):
+    return imitate(IMITATION, floors, tmp_path_factory.mktemp("imitation") / "run")
+
+
 @pytest.fixture
 def no_validation(monkeypatch):
     """Judge by the practice floor: ten floors of floors-val take a minute."""
 
     def use(files):
-        monkeypatch.setattr(reinforcement, "validation_floors", lambda out: files)
+        for module in (reinforcement, ablation):
+            monkeypatch.setattr(module, "validation_floors", lambda out: files)
 
     return use
 
@@ -181,8 +189,8 @@ def test_imitation_learns_the_advice(floors):
     assert after < 0.6 * before
 
 
-def test_a_run_gives_the_same_bytes_with_two_workers_and_after_an_interruption(floors, tmp_path, monkeypatch):
-    one = imitate(IMITATION, floors, tmp_path / "one")
+def test_a_run_gives_the_same_bytes_with_two_workers_and_after_an_interruption(floors, imitated, tmp_path, monkeypatch):
+    one = imitated
     assert imitate(IMITATION, floors, tmp_path / "two", ExecutorOptions(workers=2)).read_bytes() == one.read_bytes()
     usual, calls = imitation.fit, []
 
@@ -197,11 +205,47 @@ def test_a_run_gives_the_same_bytes_with_two_workers_and_after_an_interruption(f
         imitate(IMITATION, floors, tmp_path / "three")
     monkeypatch.setattr(imitation, "fit", usual)
     assert imitate(IMITATION, floors, tmp_path / "three").read_bytes() == one.read_bytes()
-    history = [json.loads(line) for line in (tmp_path / "one" / "history.jsonl").read_text().splitlines()]
+    history = [json.loads(line) for line in one.with_name("history.jsonl").read_text().splitlines()]
     assert [record["driver"] for record in history] == ["expert", "network"]
     assert checked_actor(one).header.algorithm == "imitation"
     with pytest.raises(OptionError):
-        imitate(IMITATION.model_copy(update={"seed": 1}), floors, tmp_path / "one")
+        imitate(IMITATION.model_copy(update={"seed": 1}), floors, one.parent)
+
+
+def test_the_ablation_compares_each_variant_with_the_whole_network(floors, imitated, tmp_path, no_validation):
+    no_validation(floors)
+    results = Ablation.load(ablate_imitation(imitated.parent, tmp_path / "ablation"))
+    assert [one.name for one in results.variants] == [WHOLE, EXPERT, *HIDDEN]
+    assert results.drives == 1
+    assert results.variants[0].difference is None
+    means = [sum(one.scores.values()) / len(one.scores) for one in results.variants]
+    for one, mean in zip(results.variants[1:], means[1:], strict=True):
+        assert one.difference is not None
+        assert one.difference.value == pytest.approx(mean - means[0], abs=1e-4)
+    networks = {name: tmp_path / "ablation" / "networks" / f"{name}.safetensors" for name in (WHOLE, "people")}
+    begin = sum(SIZES[name] for name in list(SIZES)[: list(SIZES).index("people")])
+    columns = slice(begin, begin + SIZES["people"])
+    first = {name: checked_actor(path).layers[0][0][:, columns] for name, path in networks.items()}
+    assert not first["people"].any()
+    assert first[WHOLE].any()
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "empty" / "options.json").write_bytes(imitated.with_name("options.json").read_bytes())
+    with pytest.raises(DocumentError, match="no recorded drives"):
+        ablate_imitation(tmp_path / "empty", tmp_path / "other")
+
+
+def test_the_cards_show_training_seeds_and_ablation(floors, imitated, network, tmp_path, no_validation):
+    no_validation(floors)
+    ablated = ablate_imitation(imitated.parent, tmp_path / "ablation").parent
+    card = write_imitation_card([imitated.parent, imitated.parent], tmp_path / "card", ablation=ablated).read_text()
+    assert "## Ablation" in card
+    assert "without people" in card
+    assert card.count("| 0 |") >= 2
+    assert (tmp_path / "card" / "policy.safetensors").read_bytes() == imitated.read_bytes()
+    run = reinforce(PPO.model_copy(update={"validation": 1, "iterations": 1}), network, floors, tmp_path / "ppo")
+    card = write_reinforcement_card([run.parent], tmp_path / "card-ppo").read_text()
+    assert "stable-baselines3" in card
+    assert (tmp_path / "card-ppo" / "learning.png").stat().st_size > 1000
 
 
 def test_ppo_resumes_to_the_same_bytes(floors, network, tmp_path, monkeypatch, no_validation):

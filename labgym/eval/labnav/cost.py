@@ -6,10 +6,10 @@ from labgym.eval.labnav.suites import ALL, LabNavSuite
 
 SECONDS = {
     "still": 0.4, "straight": 0.3, "blind": 0.4, "bug2": 1.0, "astar": 0.6, "ppo": 1.0, "dwa": 3.0, "online_map": 6.0,
-    "stack": 1.5, "clairvoyant": 2.0, "iplanner": 10.0, "navdp": 12.0,
+    "stack": 1.5, "local-imitation": 1.2, "local-ppo": 1.2, "clairvoyant": 2.0, "iplanner": 10.0, "navdp": 12.0,
 }  # fmt: skip
 """CPU seconds of a drive by policy on one core: of the references as measured on floors-test, of ppo, dwa, online_map,
-iplanner and navdp estimated from a few drives."""
+iplanner, navdp and the local planner estimated from a few drives."""
 
 
 def cost(suite: LabNavSuite, policy: str) -> str:
