@@ -33,7 +33,7 @@ INPUTS = {
     "arcs": "least clearance on 21 arcs, each driven for 1 s",
     "people": "the nearest 5 people: place, velocity, whether they walk",
     "motion": "velocity, the latest 2 actions, and the way of the last 1, 3 and 8 s",
-    "knowledge": "what the task is like: drift, dock, glass, people, mounting, freeboard, acceleration",
+    "knowledge": "what the task is like: drift, dock, glass, people, mounting, STOP, freeboard, acceleration",
 }
 LIMITS = """Limits: localization, costmap, global planner, tracks of people, recovery, the last half meter at a dock and
 the end at the goal are those of `stack`; the network decides the velocities in between. It was trained and evaluated in
@@ -58,10 +58,11 @@ def write_imitation_card(
     histories = [_history(run) for run in runs]
     options = ImitationOptions.load(runs[0] / OPTIONS)
     drives, samples = options.rounds * options.drives, histories[0][-1]["samples"]
-    training = f"""`labgym train local-practice` and `labgym train local-imitation --rounds {options.rounds} \\
---drives {options.drives} --seed {options.seed}`: DAgger with `stack` as the expert, on training floors, with the errors
-and nuisances of level 2 of each task. {drives} drives, {samples} decisions, {_minutes(runs[0])}. In the first round the
-expert drives, in the others the network; the expert says in every state what it would do.
+    training = f"""`labgym train local-practice` and `labgym train
+local-imitation --rounds {options.rounds} --drives {options.drives} --seed {options.seed}`: DAgger with `stack` as the expert, on training
+floors, with the errors and nuisances of level 2 of each task. {drives} drives, {samples} decisions,
+{_minutes(runs[0])}. In the first round the expert drives, in the others the network; the expert says in
+every state what it would do.
 
 ![Errors and scores by round](learning.png)
 
@@ -116,13 +117,14 @@ def _published(
     write_bytes(out / "training.json", json_bytes(histories))
     if evaluated is not None:
         evaluated.draw(out)
+    driven = "" if evaluated is None else evaluated.markdown().replace("## Results", "### lab30")
+    results_of = "\n\n".join(each for each in (_labnav(name), driven.replace("\n## F", "\n#### F")) if each)
     sections = [
         f"# {title}",
         "A network drives along the path of the navigation stack `stack`, in place of its controller and of its rules "
         "for waiting. It knows the old map.",
         _input_table(),
-        _labnav(name),
-        "" if evaluated is None else evaluated.markdown().replace("## Results", "## lab30").replace("## F", "### F"),
+        f"## Results\n\n{results_of}" if results_of else "",
         f"## Training\n\n{training}",
         ablation,
         LIMITS,
@@ -150,7 +152,7 @@ def _labnav(name: str) -> str:
     columns = ("task", "score ↑", "SR ↑", "touched ↓", "failures")
     table = Table("", columns, rows, ("In brackets: 95% intervals over floors.",)).markdown()
     figure = "" if summary.labnav is None else f"LabNav {interval(summary.labnav, 1)}.\n\n"
-    return f"## Results\n\n{figure}{table}"
+    return f"### LabNav, level 2\n\n{figure}{table}"
 
 
 def _endings(result: LabNavResult, number: int) -> str:
