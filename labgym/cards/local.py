@@ -58,11 +58,12 @@ def write_imitation_card(
     histories = [_history(run) for run in runs]
     options = ImitationOptions.load(runs[0] / OPTIONS)
     drives, samples = options.rounds * options.drives, histories[0][-1]["samples"]
-    training = f"""`labgym train local-practice` and `labgym train
-local-imitation --rounds {options.rounds} --drives {options.drives} --seed {options.seed}`: DAgger with `stack` as the expert, on training
-floors, with the errors and nuisances of level 2 of each task. {drives} drives, {samples} decisions,
-{_minutes(runs[0])}. In the first round the expert drives, in the others the network; the expert says in
-every state what it would do.
+    command = f"labgym train local-imitation --rounds {options.rounds} --drives {options.drives} --seed {options.seed}"
+    training = f"""`labgym train local-practice`, then `{command}`.
+
+DAgger with `stack` as the expert, on training floors, with the errors and nuisances of level 2 of each task: {drives}
+drives, {samples} decisions, {_minutes(runs[0])}. In the first round the expert drives, in the others the network; the
+expert says in every state what it would do.
 
 ![Errors and scores by round](learning.png)
 
