@@ -55,7 +55,7 @@ SIZE = sum(SIZES.values())
 
 @dataclass(frozen=True)
 class Knowledge:
-    """What the robot knows about its task, for the whole drive.
+    """The knowledge of the robot about its task, for the whole drive.
 
     Attributes:
         drifts, docks, glass, peopled, mismounted: whether the odometry drifts, the goal is a docking pose, there are
@@ -81,7 +81,7 @@ class Knowledge:
 
 
 class Motion:
-    """What the robot did lately.
+    """The latest motion of the robot.
 
     Args:
         robot: its control step.

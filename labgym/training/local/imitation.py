@@ -32,7 +32,7 @@ OPTIONS, HISTORY = "options.json", "history.jsonl"
 NOISE = 0.15
 """Standard deviation of the actions in the model; imitation does not use it."""
 HELD_OUT = 10
-"""One in so many units of work measures the error and is not learned from."""
+"""Every tenth unit of work measures the error and is not learned from."""
 
 Records = dict[str, NDArray[np.float32]]
 
