@@ -141,6 +141,23 @@ class DepthMap:
         unknown = cv2.morphologyEx(unseen, cv2.MORPH_OPEN, np.ones((3, 3), dtype=np.uint8))
         return KnownFloor(grid, unknown.astype(bool))
 
+    def window(self, place: Point, reach: float) -> OccupancyGrid:
+        """Return the occupied cells in a square, cut off at the edge of the map.
+
+        Args:
+            place: center of the square, meters; on the map. reach: half its side, meters.
+        """
+        side = len(self._occupied)
+        (x0, x1), (y0, y1) = (
+            (
+                max(math.floor((each - reach - self._origin) / self.resolution), 0),
+                min(math.ceil((each + reach - self._origin) / self.resolution), side),
+            )
+            for each in place
+        )
+        origin = (self._origin + x0 * self.resolution, self._origin + y0 * self.resolution)
+        return OccupancyGrid(self._occupied[y0:y1, x0:x1].copy(), self.resolution, origin)
+
     def _see(self, nearest: Array, pose: Pose) -> None:
         """Mark the floor under the robot and from the lens to the nearest return of each column as seen."""
         depths = np.concatenate([[0.0], nearest])

@@ -12,6 +12,7 @@ from torch import Tensor
 
 from labgym.errors import MissingDependencyError
 from labgym.policies.navdp.config import DiffusionOptions
+from labgym.policies.navdp.guidance import Guidance
 from labgym.policies.navdp.network import NavDPNetwork
 
 
@@ -81,7 +82,13 @@ def denoising(schedule: Any) -> Iterator[Denoising]:
 
 @torch.inference_mode()
 def sample_steps(
-    network: NavDPNetwork, schedule: Any, tokens: Tensor, goal: Tensor | None, count: int, generator: torch.Generator
+    network: NavDPNetwork,
+    schedule: Any,
+    tokens: Tensor,
+    goal: Tensor | None,
+    count: int,
+    generator: torch.Generator,
+    guidance: Guidance | None = None,
 ) -> Tensor:
     """Return trajectories drawn for one goal or for none, as steps (count, points, 3) in [-1, 1].
 
@@ -92,6 +99,7 @@ def sample_steps(
         goal: (2,) float32 in the robot frame, meters; None hides the goal's tokens, as half of the training does.
         count: number of trajectories.
         generator: generator of the noise.
+        guidance: changes the predicted clean steps of the last denoising steps; None changes nothing.
     """
     options = network.config
     tokens = tokens.expand(count, -1, -1)
@@ -101,6 +109,8 @@ def sample_steps(
     for step in denoising(schedule):
         noise = network.noise(tokens, steps, torch.full((count,), step.time), goals, with_goal)
         clean = ((steps - step.noise * noise) / step.signal).clamp(-1.0, 1.0)
+        if guidance is not None and step.time < guidance.last:
+            clean = guidance.guided(clean)
         steps = step.clean * clean + step.noisy * steps
         if step.time > 0:
             steps = steps + step.spread * torch.randn(steps.shape, generator=generator)

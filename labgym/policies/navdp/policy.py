@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Mapping
 from pathlib import Path
@@ -16,6 +17,8 @@ from labgym.artefacts import artefacts
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.envs.sensors import IMAGE_SHAPE
 from labgym.geometry import to_world
+from labgym.navigation import Pose
+from labgym.policies.arrival import planar_pose
 from labgym.policies.blockage import Blockage
 from labgym.policies.data.situations import PERIOD
 from labgym.policies.learned.maneuvers import (
@@ -30,16 +33,25 @@ from labgym.policies.learned.maneuvers import (
 from labgym.policies.learned.weights import CONFIG, WEIGHTS
 from labgym.policies.navdp.diffusion import make_schedule, sample_steps
 from labgym.policies.navdp.frames import Bytes, frame
+from labgym.policies.navdp.guidance import Guidance
 from labgym.policies.navdp.network import load_navdp
+from labgym.policies.navdp.seen_obstacles import Clearance, SeenObstacles
 from labgym.policies.navdp.trajectory import points_of
+from labgym.policies.navdp.veto import checked_velocities, clear_ways, free_direction
+from labgym.policies.online_map import NOISY
 from labgym.policies.options import PolicyOptions
 from labgym.policies.policy import EpisodeStart, GoalKind, Observation, Policy, Sensors
-from labgym.policies.tracking import PathTracker, turn_towards
+from labgym.policies.tracking import PathTracker, turn_towards, velocities_to_action
 
 Array = NDArray[np.float64]
 Angle = Annotated[float, Field(ge=0.0)]
 Length = Annotated[float, Field(ge=0.0)]
 Steps = Annotated[int, Field(ge=1)]
+
+SIGHT = 4.5
+"""Distance up to which obstacles count for trajectories, meters: more than the longest one."""
+NEXT = 1.5
+"""Distance up to which they count for the next control steps, meters: more than the robot needs to brake."""
 
 
 class NavDPOptions(PolicyOptions):
@@ -60,6 +72,16 @@ class NavDPOptions(PolicyOptions):
         stuck_steps, stuck_distance: the robot turns in place when it has moved less than `stuck_distance` meters over
             the last `stuck_steps` control steps.
         remembers: whether the network sees earlier frames. False shows the present frame in their place.
+        veto: distances that a trajectory has to keep from all obstacles seen so far, meters, in order: the next one
+            counts if no trajectory keeps the previous one. Empty follows trajectories by the critic's value alone.
+        veto_ahead: length over which it has to keep that distance, meters.
+        redraws: further draws if no trajectory is clear.
+        guided: number of denoising steps, from the end, in which trajectories are pushed away from the obstacles seen.
+        margin: distance from which they push, meters.
+        check: distance that the robot has to keep from the obstacles seen in the next control steps, braking included,
+            meters; it slows down or stops to do so. None follows the trajectory unchecked.
+        escape: if no trajectory is clear, "map" turns the robot towards the nearest free direction on the map and backs
+            off if there is none; "view" turns it to the freer half of the depth image.
     """
 
     samples: Steps = 12
@@ -75,6 +97,18 @@ class NavDPOptions(PolicyOptions):
     stuck_steps: Steps = 30
     stuck_distance: Length = 0.10
     remembers: bool = True
+    veto: tuple[Length, ...] = (0.36, 0.30)
+    veto_ahead: Length = 1.2
+    redraws: Annotated[int, Field(ge=0)] = 2
+    guided: Annotated[int, Field(ge=0)] = 4
+    margin: Length = 0.40
+    check: Length | None = 0.28
+    escape: Literal["map", "view"] = "map"
+
+    @property
+    def maps(self) -> bool:
+        """Whether any part looks at the obstacles seen so far."""
+        return bool(self.veto) or self.check is not None or self.guided > 0 or self.escape == "map"
 
 
 class DrawnTrajectories(NamedTuple):
@@ -120,8 +154,10 @@ class NavDPPolicy(Policy):
         self._begin(ROBOT, 0)
 
     def reset(self, episode: EpisodeStart) -> None:
-        """Forget all frames and trajectories."""
-        self._begin(episode.robot, int(episode.rng.integers(2**62)), episode.goal_kind == "point")
+        """Forget all frames, trajectories and obstacles."""
+        self._begin(
+            episode.robot, int(episode.rng.integers(2**62)), episode.goal_kind == "point", episode.task in NOISY
+        )
 
     def files(self) -> tuple[Path, ...]:
         """Return the weights and their configuration."""
@@ -131,7 +167,7 @@ class NavDPPolicy(Policy):
         """Return the path that is followed; None during a turn in place."""
         return None if self._tracker is None else self._tracker.path
 
-    def _begin(self, robot: RobotSpec, seed: int, with_goal: bool = True) -> None:
+    def _begin(self, robot: RobotSpec, seed: int, with_goal: bool = True, noisy: bool = False) -> None:
         options = self._options
         self._robot, self._with_goal = robot, with_goal
         self._generator = torch.Generator().manual_seed(seed)
@@ -146,45 +182,84 @@ class NavDPPolicy(Policy):
         self._stuck = StuckDetector(options.stuck_steps, options.stuck_distance)
         self._blockage = Blockage(robot)
         self._blocked = False
+        self._seen = SeenObstacles(robot, noisy)
 
     def act(self, observation: Observation) -> Array:
         """Face the goal first, then draw, choose and follow or turn in place; back off from unseen obstacles."""
         depth = np.asarray(observation["depth"], dtype=np.float32).reshape(IMAGE_SHAPE)
         self._frames.append(frame(np.asarray(observation["rgb"], dtype=np.uint8), depth))
-        if self._blockage.blocked(float(observation["velocity"][0])):
+        pose = planar_pose(observation["odometry"])
+        speed, turning = (float(value) for value in observation["velocity"])
+        if self._options.maps:
+            self._seen.add(depth, pose)
+        if self._blockage.blocked(speed):
             self._tracker = None
             self._stuck.clear()
             self._blocked = True
         if self._blockage.backing:
             return np.asarray(self._blockage.back_off(), dtype=np.float64)
-        action = self._drive(observation, depth)
+        action = self._checked(self._drive(observation, depth), pose, (speed, turning))
         self._blockage.note(float(action[0]) * self._robot.v_max)
         return action
 
     def _drive(self, observation: Observation, depth: NDArray[np.float32]) -> Array:
         odometry = np.asarray(observation["odometry"], dtype=np.float64)
+        pose = planar_pose(odometry)
         bearing = goal_bearing(observation) if self._with_goal else 0.0
         self._stuck.add(odometry[:2])
         self._step += 1
         if self._facing.turning(bearing):
             return turn_towards(bearing, self._robot)
-        if self._turn is not None and not self._turn.over(float(odometry[2])):
+        if self._turn is not None and not self._turn.over(pose[2]):
             return self._turn.action(self._robot)
         if self._blocked or self._stuck.stuck:
             self._blocked = False
-            return self._turn_away(depth, bearing, odometry)
+            return self._turn_away(depth, bearing, pose)
         if self._tracker is None or self._turn is not None or self._commitment.over(self._step, odometry[:2]):
-            drawn = self.draw(goal_point(observation) if self._with_goal else None)
-            best = self._best(drawn)
-            if best is None:
-                return self._turn_away(depth, bearing, odometry)
-            path = to_world(np.vstack([np.zeros((1, 2)), drawn.trajectories[best]]), odometry)
+            path = self._chosen(goal_point(observation) if self._with_goal else None, pose)
+            if path is None:
+                return self._turn_away(depth, bearing, pose)
             self._tracker = PathTracker(path, self._robot, turning=self._tracker is None)
             distance = self._options.commit_after_turn if self._turn else self._options.commit
             self._commitment.begin(self._step, odometry[:2], distance)
             self._turn = None
-        x, y, yaw = (float(value) for value in odometry)
-        return self._tracker.action((x, y, yaw), float(observation["velocity"][0]))
+        return self._tracker.action(pose, float(observation["velocity"][0]))
+
+    def _chosen(self, goal: tuple[float, float] | None, pose: Pose) -> Array | None:
+        """Return the path to follow, (25, 2) in the start frame, meters; None if no trajectory is safe.
+
+        If the map vetoes all trajectories that the critic holds safe, others are drawn.
+        """
+        clearance = self._seen.around(pose[:2], SIGHT) if self._options.maps else None
+        for _ in range(1 + self._options.redraws if self._options.veto else 1):
+            drawn = self.draw(goal, None if clearance is None else self._guidance(clearance, pose))
+            ways = np.stack([to_world(np.vstack([np.zeros((1, 2)), each]), pose) for each in drawn.trajectories])
+            best = self._best(drawn, np.ones(len(ways), dtype=bool)) if not self._options.veto else None
+            for radius in self._options.veto:
+                best = self._best(drawn, clear_ways(ways, clearance, radius, self._options.veto_ahead))
+                if best is not None:
+                    break
+            if best is not None:
+                return np.asarray(ways[best])
+        return None
+
+    def _guidance(self, clearance: Clearance, pose: Pose) -> Guidance:
+        return Guidance(
+            clearance, pose, self._options.margin, self._network.config.diffusion.scale, self._options.guided
+        )
+
+    def _checked(self, action: Array, pose: Pose, velocity: tuple[float, float]) -> Array:
+        """Return the action, slower if the next control steps would come too near to an obstacle."""
+        v, w = self._robot.twist(float(action[0]), float(action[1]))
+        if self._options.check is None or v <= 0.0:
+            return action
+        clearance = self._seen.around(pose[:2], NEXT)
+        slow, turn = checked_velocities((v, w), velocity, pose, clearance, self._options.check, self._robot)
+        if slow == v:
+            return action
+        if slow == 0.0:
+            self._tracker = None
+        return velocities_to_action(slow, turn, self._robot)
 
     def drawn_from(
         self, rgb: Bytes, depth: NDArray[np.floating[Any]], goal: tuple[float, float], seed: int = 0
@@ -202,11 +277,12 @@ class NavDPPolicy(Policy):
         return self.draw(goal)
 
     @torch.inference_mode()
-    def draw(self, goal: tuple[float, float] | None) -> DrawnTrajectories:
+    def draw(self, goal: tuple[float, float] | None, guidance: Guidance | None = None) -> DrawnTrajectories:
         """Draw trajectories from the latest frames and value them.
 
         Args:
             goal: (x, y) in the robot frame, meters; None draws trajectories to anywhere.
+            guidance: pushes trajectories away from obstacles; None leaves them as the network draws them.
         """
         network, options = self._network, self._options
         memory = network.config.network.memory
@@ -214,16 +290,20 @@ class NavDPPolicy(Policy):
         frames = [self._frames[max(0, len(self._frames) - 1 - age)] for age in ages]
         tokens = network.encode(torch.from_numpy(np.stack(frames))[None])
         target = None if goal is None else torch.tensor(goal, dtype=torch.float32)
-        steps = sample_steps(network, self._schedule, tokens, target, options.samples, self._generator)
+        steps = sample_steps(network, self._schedule, tokens, target, options.samples, self._generator, guidance)
         points = points_of(steps, network.config.diffusion.scale)
         stops = points[:, -1].norm(dim=1) < options.shortest
         values = network.value(tokens.expand(len(steps), -1, -1), steps)
         points[stops] = 0.0
         return DrawnTrajectories(points.numpy().astype(np.float64), values.numpy().astype(np.float64))
 
-    def _best(self, drawn: DrawnTrajectories) -> int | None:
-        """Return the index of the trajectory to follow; None if none is safe or all mean "stop"."""
-        moves = np.abs(drawn.trajectories[:, -1]).sum(axis=1) > 0.0
+    def _best(self, drawn: DrawnTrajectories, clear: NDArray[np.bool_]) -> int | None:
+        """Return the index of the trajectory to follow; None if none is safe or all mean "stop".
+
+        Args:
+            drawn: trajectories and their values. clear: (n,), those that the map does not veto.
+        """
+        moves = (np.abs(drawn.trajectories[:, -1]).sum(axis=1) > 0.0) & clear
         if self._options.choose == "first":
             return int(np.argmax(moves)) if moves.any() else None
         values = np.where(moves, drawn.values, -np.inf)
@@ -232,13 +312,17 @@ class NavDPPolicy(Policy):
             return None
         return best
 
-    def _turn_away(self, depth: NDArray[np.float32], bearing: float, odometry: Array) -> Array:
+    def _turn_away(self, depth: NDArray[np.float32], bearing: float, pose: Pose) -> Array:
         """Begin to turn in place, or continue to turn, to the freer side or to a goal that is abeam."""
-        yaw = float(odometry[2])
+        options = self._options
         if self._turn is None:
-            side, options = free_side(depth, bearing), self._options
-            self._turn = TurnInPlace(side, yaw, options.turn_angle, patience=options.turn_steps)
-        self._turn.begin(yaw)
+            side = free_side(depth, bearing)
+            if options.escape == "map":
+                clearance = self._seen.around(pose[:2], SIGHT)
+                direction = free_direction(pose, bearing, clearance, self._robot.planning_radius, options.veto_ahead)
+                side = side if direction is None else math.copysign(1.0, direction)
+            self._turn = TurnInPlace(side, pose[2], options.turn_angle, patience=options.turn_steps)
+        self._turn.begin(pose[2])
         self._tracker = None
         self._stuck.clear()
         return self._turn.action(self._robot)

@@ -1,0 +1,116 @@
+"""What the robot's disc may drive: trajectories, the next control steps, and free directions, on the obstacles seen."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from labgym.envs.robot import RobotSpec
+from labgym.navigation import Pose
+from labgym.policies.navdp.seen_obstacles import Clearance
+
+Array = NDArray[np.float64]
+Velocity = tuple[float, float]
+
+SPACING = 0.05
+"""Distance between the places at which a way is checked, at most, meters."""
+SLACK = 0.01
+"""A robot that is nearer to an obstacle than it should be may come nearer by this, meters: the cells are coarse."""
+TIMES = 2
+"""Number of times in a control step at which the motion is computed."""
+SHARES = (1.0, 0.75, 0.5, 0.25)
+"""Shares of the wanted speed that are tried before the robot stops."""
+
+
+def clear_ways(ways: Array, clearance: Clearance, radius: float, ahead: float) -> NDArray[np.bool_]:
+    """Return which ways (n, k, 2) keep the distance `radius` from obstacles over their first `ahead` meters, (n,).
+
+    A robot that starts nearer than the radius may leave, but not come nearer.
+
+    Args:
+        ways: points from the robot's place on, in the frame of the clearance, meters.
+        clearance: distances to the obstacles.
+        radius: distance to keep, meters.
+        ahead: length that is checked, meters.
+    """
+    step = np.diff(ways, axis=1)
+    lengths = np.sqrt((step**2).sum(axis=2))
+    pieces = max(1, math.ceil(float(lengths.max(initial=0.0)) / SPACING))
+    shares = np.arange(1, pieces + 1) / pieces
+    places = ways[:, :-1, None] + shares[:, None] * step[:, :, None]
+    driven = (np.cumsum(lengths, axis=1) - lengths)[..., None] + shares * lengths[..., None]
+    needed = np.minimum(radius, clearance.at(ways[:, 0]) - SLACK)[:, None, None]
+    return np.asarray(((clearance.at(places) >= needed) | (driven > ahead)).all(axis=(1, 2)))
+
+
+def checked_velocities(
+    wanted: Velocity, present: Velocity, pose: Pose, clearance: Clearance, radius: float, robot: RobotSpec
+) -> Velocity:
+    """Return the velocities with the greatest share of a wanted speed from which the robot can still brake in time.
+
+    A share has the curvature of the whole. If none is clear, the robot brakes and turns as wanted.
+
+    Args:
+        wanted: forward velocity and turn rate, m/s and rad/s; only a forward velocity above 0 is checked.
+        present: velocities of the robot.
+        pose: of the robot, in the frame of the clearance.
+        clearance: distances to the obstacles.
+        radius: distance to keep, meters.
+        robot: limits of the robot.
+    """
+    v, w = wanted
+    if v <= 0.0:
+        return wanted
+    for share in SHARES:
+        way = braking_way((share * v, share * w), present, pose, robot)
+        if clear_ways(way[None], clearance, radius, math.inf)[0]:
+            return share * v, share * w
+    return 0.0, w
+
+
+def braking_way(wanted: Velocity, present: Velocity, pose: Pose, robot: RobotSpec) -> Array:
+    """Return the places (n, 2) of a robot that drives one control step as wanted and then brakes and turns on.
+
+    Args:
+        wanted, present: forward velocity and turn rate, m/s and rad/s. The robot changes them by its limits.
+        pose: (x, y, yaw) of the robot.
+        robot: limits of the robot.
+    """
+    x, y, yaw = pose
+    v, w = present
+    dt = robot.control_dt / TIMES
+    places = [(x, y)]
+    for k in range(TIMES + math.ceil(robot.v_max / robot.acceleration / dt) + 1):
+        target = wanted[0] if k < TIMES else 0.0
+        v += min(max(target - v, -robot.acceleration * dt), robot.acceleration * dt)
+        w += min(max(wanted[1] - w, -robot.turn_acceleration * dt), robot.turn_acceleration * dt)
+        yaw += w * dt
+        x, y = x + v * dt * math.cos(yaw), y + v * dt * math.sin(yaw)
+        places.append((x, y))
+    return np.array(places)
+
+
+def free_direction(
+    pose: Pose, bearing: float, clearance: Clearance, radius: float, ahead: float, count: int = 36
+) -> float | None:
+    """Return the bearing nearest to the goal's in which a straight way of `ahead` meters is clear, radians.
+
+    Args:
+        pose: (x, y, yaw) of the robot.
+        bearing: of the goal, radians.
+        clearance: distances to the obstacles.
+        radius: distance to keep, meters.
+        ahead: length of the way, meters.
+        count: number of bearings that are tried.
+
+    Returns:
+        None if no way is clear.
+    """
+    turns = np.array([(k + 1) // 2 * (-1) ** k for k in range(count)]) * math.tau / count
+    headings = pose[2] + bearing + turns
+    ends = np.array(pose[:2]) + ahead * np.column_stack([np.cos(headings), np.sin(headings)])
+    ways = np.stack([np.broadcast_to(np.array(pose[:2]), ends.shape), ends], axis=1)
+    clear = np.flatnonzero(clear_ways(ways, clearance, radius, ahead))
+    return None if len(clear) == 0 else math.remainder(bearing + float(turns[clear[0]]), math.tau)
