@@ -89,16 +89,21 @@ class Commitment:
     def __init__(self, distance: float, patience: int) -> None:
         self._distance, self._patience = distance, patience
         self._step, self._place = 0, np.zeros(2)
+        self._ended = False
 
     def begin(self, step: int, place: Array, distance: float | None = None) -> None:
         """Commit to a new path at a control step and a place (2,); `distance` replaces the usual one."""
-        self._step, self._place = step, place
+        self._step, self._place, self._ended = step, place, False
         self._distance = self._distance if distance is None else distance
+
+    def end(self) -> None:
+        """Allow another path from now on."""
+        self._ended = True
 
     def over(self, step: int, place: Array) -> bool:
         """Return whether another path may be taken."""
         driven = float(np.linalg.norm(place - self._place))
-        return driven >= self._distance or step - self._step >= self._patience
+        return self._ended or driven >= self._distance or step - self._step >= self._patience
 
 
 class TurnInPlace:

@@ -78,8 +78,11 @@ class NavDPOptions(PolicyOptions):
         redraws: further draws if no trajectory is clear.
         guided: number of denoising steps, from the end, in which trajectories are pushed away from the obstacles seen.
         margin: distance from which they push, meters.
-        check: distance that the robot has to keep from the obstacles seen in the next control steps, braking included,
-            meters; it slows down or stops to do so. None follows the trajectory unchecked.
+        check: distances that the robot has to keep from the obstacles seen in the next control steps, braking included,
+            meters, in order: it slows down to do so, and draws other trajectories if only a later distance can be kept.
+            It stops if none can. Empty follows the trajectory unchecked.
+        settled: turn rate below which the robot sets off after a turn in place, rad/s: faster, it would leave its path.
+            None sets off at once.
         escape: if no trajectory is clear, "map" turns the robot towards the nearest free direction on the map and backs
             off if there is none; "view" turns it to the freer half of the depth image.
     """
@@ -97,18 +100,19 @@ class NavDPOptions(PolicyOptions):
     stuck_steps: Steps = 30
     stuck_distance: Length = 0.10
     remembers: bool = True
-    veto: tuple[Length, ...] = (0.36, 0.30)
+    veto: tuple[Length, ...] = (0.42, 0.36, 0.30)
     veto_ahead: Length = 1.2
     redraws: Annotated[int, Field(ge=0)] = 2
     guided: Annotated[int, Field(ge=0)] = 4
-    margin: Length = 0.40
-    check: Length | None = 0.28
+    margin: Length = 0.45
+    check: tuple[Length, ...] = (0.36, 0.28)
+    settled: Angle | None = 0.5
     escape: Literal["map", "view"] = "map"
 
     @property
     def maps(self) -> bool:
         """Whether any part looks at the obstacles seen so far."""
-        return bool(self.veto) or self.check is not None or self.guided > 0 or self.escape == "map"
+        return bool(self.veto) or bool(self.check) or self.guided > 0 or self.escape == "map"
 
 
 class DrawnTrajectories(NamedTuple):
@@ -215,6 +219,9 @@ class NavDPPolicy(Policy):
         if self._blocked or self._stuck.stuck:
             self._blocked = False
             return self._turn_away(depth, bearing, pose)
+        turning, settled = abs(float(observation["velocity"][1])), self._options.settled
+        if self._tracker is None and settled is not None and turning > settled:
+            return velocities_to_action(0.0, 0.0, self._robot)
         if self._tracker is None or self._turn is not None or self._commitment.over(self._step, odometry[:2]):
             path = self._chosen(goal_point(observation) if self._with_goal else None, pose)
             if path is None:
@@ -251,10 +258,15 @@ class NavDPPolicy(Policy):
     def _checked(self, action: Array, pose: Pose, velocity: tuple[float, float]) -> Array:
         """Return the action, slower if the next control steps would come too near to an obstacle."""
         v, w = self._robot.twist(float(action[0]), float(action[1]))
-        if self._options.check is None or v <= 0.0:
+        if not self._options.check or v <= 0.0:
             return action
         clearance = self._seen.around(pose[:2], NEXT)
-        slow, turn = checked_velocities((v, w), velocity, pose, clearance, self._options.check, self._robot)
+        slow, turn = 0.0, w
+        for radius in self._options.check:
+            slow, turn = checked_velocities((v, w), velocity, pose, clearance, radius, self._robot)
+            if slow > 0.0:
+                break
+            self._commitment.end()
         if slow == v:
             return action
         if slow == 0.0:
