@@ -64,10 +64,18 @@ IPLANNER = AblationStudy(
 )
 """Variants of the loss are trained; the others drive with the weights of the unchanged one, trained alike."""
 
+PLAIN: Mapping[str, Any] = {"veto": [], "guided": 0, "check": [], "settled": None}
+"""Options of `navdp` without the parts that were added to the trained network."""
+
 NAVDP = AblationStudy(
     "navdp",
     (
         AblationVariant(WHOLE, "unchanged"),
+        AblationVariant("plain", "no veto, guidance, check or settling", options=PLAIN),
+        AblationVariant("veto", "no veto", options={"veto": []}),
+        AblationVariant("guidance", "no guidance", options={"guided": 0}),
+        AblationVariant("check", "no check of the next control steps", options={"check": []}),
+        AblationVariant("settling", "no settling after a turn", options={"settled": None}),
         AblationVariant("critic", "first sample instead of the critic's choice", options={"choose": "first"}),
         AblationVariant("turn", "no turn in place if no sample is safe", options={"stop": None}),
         AblationVariant("samples", "2 samples instead of 12", options={"samples": 2}),

@@ -108,7 +108,19 @@ A re-implementation of NavDP at a size that trains on a CPU, with the same kind 
 It sees color and depth, now and up to {(network.memory - 1) * 0.5:g} s ago ({network.memory} frames of 36 x 64), and \
 the goal. It does not see the map.
 It draws 12 trajectories of {network.points} steps in {config.diffusion.steps} denoising steps and follows the one with
-the highest value of its critic. If no value is high enough, it turns in place."""
+the highest value of its critic among those that are clear of all obstacles seen so far. If there is none, or no value
+is high enough, it draws others, then turns in place.
+
+The network has the weights of the training below. Four parts around it were added without training; each is an option
+(`NavDPOptions`) that can be switched off:
+
+- **Veto.** A map in the frame of the odometry collects what the depth camera has shown, also what has left its view. A
+  trajectory is followed only if the robot's disc stays clear of it, at a wide distance if possible (`veto`).
+- **Guidance.** In the last denoising steps, the gradient of a collision cost on this map pushes the trajectories away
+  from the obstacles (`guided`).
+- **Check.** Before every control step, the way of driving it and then braking is checked on the map. The robot slows
+  down or stops, and draws other trajectories (`check`).
+- **Settling.** After a turn in place, the robot sets off once it turns slowly (`settled`)."""
 
 
 TRAJECTORIES = f"""## Trajectories
@@ -167,5 +179,7 @@ def differences_section(config: NavDPConfig) -> str:
         "the published training uses both at once.",
         "Driving: an episode begins with a turn to the goal. A trajectory is followed for 0.5 m (1.2 m after a turn) "
         "before others are drawn. The robot backs off from unseen obstacles (`NavDPOptions`).",
+        "The published policy has no map: it follows the trajectory with the highest value and turns around if none is "
+        "high enough.",
     ]
     return "\n".join(["## Differences from the published method", "", *(f"- {line}" for line in lines)])

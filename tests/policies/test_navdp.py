@@ -331,18 +331,18 @@ def test_it_follows_the_trajectory_with_the_highest_value_unless_it_means_stop(
 ) -> None:
     policy = policy_in(run)
     drawn = DrawnTrajectories(paths((0.0, 0.0), (2.0, 0.0), (2.0, 1.0)), np.array([1.0, -0.5, -0.2]))
-    monkeypatch.setattr(policy, "draw", lambda goal: drawn)
+    monkeypatch.setattr(policy, "draw", lambda *_: drawn)
     policy.act(looking())
     np.testing.assert_allclose(policy.planned_path()[-1], [2.0, 1.0], atol=1e-9)
     first = policy_in(run, choose="first")
-    monkeypatch.setattr(first, "draw", lambda goal: drawn)
+    monkeypatch.setattr(first, "draw", lambda *_: drawn)
     first.act(looking())
     np.testing.assert_allclose(first.planned_path()[-1], [2.0, 0.0], atol=1e-9)
 
 
 def test_it_turns_in_place_if_no_trajectory_is_safe(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     policy = policy_in(run, stop=-1.0)
-    monkeypatch.setattr(policy, "draw", lambda goal: DrawnTrajectories(paths((2.0, 0.0)), np.array([-3.0])))
+    monkeypatch.setattr(policy, "draw", lambda *_: DrawnTrajectories(paths((2.0, 0.0)), np.array([-3.0])))
     forward, turn = policy.act(looking())
     assert forward == 0.0
     assert abs(turn) > 0.0
@@ -353,7 +353,7 @@ def test_it_draws_again_after_the_distance_that_it_commits_to(run: Path, monkeyp
     policy = policy_in(run, commit=0.4)
     calls = []
     monkeypatch.setattr(
-        policy, "draw", lambda goal: calls.append(goal) or DrawnTrajectories(paths((3.0, 0.0)), np.array([0.0]))
+        policy, "draw", lambda goal, _: calls.append(goal) or DrawnTrajectories(paths((3.0, 0.0)), np.array([0.0]))
     )
     for step in range(10):
         policy.act(looking(x=0.1 * step, speed=1.0))

@@ -1,17 +1,15 @@
-"""The NavDP-style policy: draw trajectories, follow the one the critic values most, turn in place if none is safe."""
+"""The NavDP-style policy: draw trajectories, follow the best that is clear of the obstacles seen, or turn."""
 
 from __future__ import annotations
 
-import math
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from pydantic import Field
 
 from labgym.artefacts import artefacts
 from labgym.envs.robot import ROBOT, RobotSpec
@@ -35,84 +33,21 @@ from labgym.policies.navdp.diffusion import make_schedule, sample_steps
 from labgym.policies.navdp.frames import Bytes, frame
 from labgym.policies.navdp.guidance import Guidance
 from labgym.policies.navdp.network import load_navdp
+from labgym.policies.navdp.options import NavDPOptions
 from labgym.policies.navdp.seen_obstacles import Clearance, SeenObstacles
 from labgym.policies.navdp.trajectory import points_of
-from labgym.policies.navdp.veto import checked_velocities, clear_ways, free_direction
+from labgym.policies.navdp.veto import checked_velocities, clear_ways
 from labgym.policies.online_map import NOISY
 from labgym.policies.options import PolicyOptions
 from labgym.policies.policy import EpisodeStart, GoalKind, Observation, Policy, Sensors
 from labgym.policies.tracking import PathTracker, turn_towards, velocities_to_action
 
 Array = NDArray[np.float64]
-Angle = Annotated[float, Field(ge=0.0)]
-Length = Annotated[float, Field(ge=0.0)]
-Steps = Annotated[int, Field(ge=1)]
 
 SIGHT = 4.5
 """Distance up to which obstacles count for trajectories, meters: more than the longest one."""
 NEXT = 1.5
 """Distance up to which they count for the next control steps, meters: more than the robot needs to brake."""
-
-
-class NavDPOptions(PolicyOptions):
-    """How drawn trajectories become motion.
-
-    Attributes:
-        samples: number of trajectories drawn at a time.
-        choose: "critic" follows the trajectory with the highest value, "first" the first one drawn.
-        facing: an episode begins with a turn in place until the goal's bearing is within this angle, radians: the
-            camera is 68 degrees wide and the goal may be behind.
-        commit: distance for which a trajectory is followed before others are drawn, meters.
-        commit_after_turn: the same for the first trajectory after a turn, which leads away from the goal.
-        patience: control steps after which others are drawn in any case.
-        shortest: shorter trajectories mean "stop", meters.
-        stop: value below which no trajectory is safe and the robot turns in place; None never turns for that reason.
-        turn_angle: angle of a turn before trajectories are drawn again, radians.
-        turn_steps: control steps after which a turn ends in any case, because something may block it.
-        stuck_steps, stuck_distance: the robot turns in place when it has moved less than `stuck_distance` meters over
-            the last `stuck_steps` control steps.
-        remembers: whether the network sees earlier frames. False shows the present frame in their place.
-        veto: distances that a trajectory has to keep from all obstacles seen so far, meters, in order: the next one
-            counts if no trajectory keeps the previous one. Empty follows trajectories by the critic's value alone.
-        veto_ahead: length over which it has to keep that distance, meters.
-        redraws: further draws if no trajectory is clear.
-        guided: number of denoising steps, from the end, in which trajectories are pushed away from the obstacles seen.
-        margin: distance from which they push, meters.
-        check: distances that the robot has to keep from the obstacles seen in the next control steps, braking included,
-            meters, in order: it slows down to do so, and draws other trajectories if only a later distance can be kept.
-            It stops if none can. Empty follows the trajectory unchecked.
-        settled: turn rate below which the robot sets off after a turn in place, rad/s: faster, it would leave its path.
-            None sets off at once.
-        escape: if no trajectory is clear, "map" turns the robot towards the nearest free direction on the map and backs
-            off if there is none; "view" turns it to the freer half of the depth image.
-    """
-
-    samples: Steps = 12
-    choose: Literal["critic", "first"] = "critic"
-    facing: Angle = 0.5
-    commit: Length = 0.5
-    commit_after_turn: Length = 1.2
-    patience: Steps = 20
-    shortest: Length = 0.5
-    stop: float | None = -1.5
-    turn_angle: Angle = 0.5
-    turn_steps: Steps = 12
-    stuck_steps: Steps = 30
-    stuck_distance: Length = 0.10
-    remembers: bool = True
-    veto: tuple[Length, ...] = (0.42, 0.36, 0.30)
-    veto_ahead: Length = 1.2
-    redraws: Annotated[int, Field(ge=0)] = 2
-    guided: Annotated[int, Field(ge=0)] = 4
-    margin: Length = 0.45
-    check: tuple[Length, ...] = (0.36, 0.28)
-    settled: Angle | None = 0.5
-    escape: Literal["map", "view"] = "map"
-
-    @property
-    def maps(self) -> bool:
-        """Whether any part looks at the obstacles seen so far."""
-        return bool(self.veto) or bool(self.check) or self.guided > 0 or self.escape == "map"
 
 
 class DrawnTrajectories(NamedTuple):
@@ -129,6 +64,9 @@ class DrawnTrajectories(NamedTuple):
 
 class NavDPPolicy(Policy):
     """Sees color and depth of the present and up to a second ago, and draws trajectories to the goal by diffusion.
+
+    A map of the obstacles that the depth camera has shown, in the frame of the odometry, vetoes trajectories, guides
+    the denoising and checks the next control steps. It assumes that obstacles stay: one that has left remains on it.
 
     Without a goal (`EpisodeStart.goal_kind` "none") it explores: the network was trained with and without goals.
 
@@ -237,23 +175,28 @@ class NavDPPolicy(Policy):
 
         If the map vetoes all trajectories that the critic holds safe, others are drawn.
         """
-        clearance = self._seen.around(pose[:2], SIGHT) if self._options.maps else None
-        for _ in range(1 + self._options.redraws if self._options.veto else 1):
-            drawn = self.draw(goal, None if clearance is None else self._guidance(clearance, pose))
+        options = self._options
+        clearance = self._seen.around(pose[:2], SIGHT) if options.maps else None
+        guidance = None
+        if clearance is not None and options.guided:
+            scale = self._network.config.diffusion.scale
+            guidance = Guidance(clearance, pose, options.margin, scale, options.guided)
+        for _ in range(1 + options.redraws if options.veto else 1):
+            drawn = self.draw(goal, guidance)
             ways = np.stack([to_world(np.vstack([np.zeros((1, 2)), each]), pose) for each in drawn.trajectories])
-            best = self._best(drawn, np.ones(len(ways), dtype=bool)) if not self._options.veto else None
-            for radius in self._options.veto:
-                best = self._best(drawn, clear_ways(ways, clearance, radius, self._options.veto_ahead))
+            for clear in self._allowed(ways, clearance):
+                best = self._best(drawn, clear)
                 if best is not None:
-                    break
-            if best is not None:
-                return np.asarray(ways[best])
+                    return np.asarray(ways[best])
         return None
 
-    def _guidance(self, clearance: Clearance, pose: Pose) -> Guidance:
-        return Guidance(
-            clearance, pose, self._options.margin, self._network.config.diffusion.scale, self._options.guided
-        )
+    def _allowed(self, ways: Array, clearance: Clearance | None) -> Iterator[NDArray[np.bool_]]:
+        """Yield the ways (n, 25, 2) that the map does not veto, (n,), for each distance of the option; else all."""
+        if clearance is None or not self._options.veto:
+            yield np.ones(len(ways), dtype=bool)
+            return
+        for radius in self._options.veto:
+            yield clear_ways(ways, clearance, radius, self._options.veto_ahead)
 
     def _checked(self, action: Array, pose: Pose, velocity: tuple[float, float]) -> Array:
         """Return the action, slower if the next control steps would come too near to an obstacle."""
@@ -326,13 +269,8 @@ class NavDPPolicy(Policy):
 
     def _turn_away(self, depth: NDArray[np.float32], bearing: float, pose: Pose) -> Array:
         """Begin to turn in place, or continue to turn, to the freer side or to a goal that is abeam."""
-        options = self._options
         if self._turn is None:
-            side = free_side(depth, bearing)
-            if options.escape == "map":
-                clearance = self._seen.around(pose[:2], SIGHT)
-                direction = free_direction(pose, bearing, clearance, self._robot.planning_radius, options.veto_ahead)
-                side = side if direction is None else math.copysign(1.0, direction)
+            side, options = free_side(depth, bearing), self._options
             self._turn = TurnInPlace(side, pose[2], options.turn_angle, patience=options.turn_steps)
         self._turn.begin(pose[2])
         self._tracker = None

@@ -1,4 +1,4 @@
-"""What the robot's disc may drive: trajectories, the next control steps, and free directions, on the obstacles seen."""
+"""What the robot's disc can drive without touching the obstacles seen: trajectories and the next control steps."""
 
 from __future__ import annotations
 
@@ -90,27 +90,3 @@ def braking_way(wanted: Velocity, present: Velocity, pose: Pose, robot: RobotSpe
         x, y = x + v * dt * math.cos(yaw), y + v * dt * math.sin(yaw)
         places.append((x, y))
     return np.array(places)
-
-
-def free_direction(
-    pose: Pose, bearing: float, clearance: Clearance, radius: float, ahead: float, count: int = 36
-) -> float | None:
-    """Return the bearing nearest to the goal's in which a straight way of `ahead` meters is clear, radians.
-
-    Args:
-        pose: (x, y, yaw) of the robot.
-        bearing: of the goal, radians.
-        clearance: distances to the obstacles.
-        radius: distance to keep, meters.
-        ahead: length of the way, meters.
-        count: number of bearings that are tried.
-
-    Returns:
-        None if no way is clear.
-    """
-    turns = np.array([(k + 1) // 2 * (-1) ** k for k in range(count)]) * math.tau / count
-    headings = pose[2] + bearing + turns
-    ends = np.array(pose[:2]) + ahead * np.column_stack([np.cos(headings), np.sin(headings)])
-    ways = np.stack([np.broadcast_to(np.array(pose[:2]), ends.shape), ends], axis=1)
-    clear = np.flatnonzero(clear_ways(ways, clearance, radius, ahead))
-    return None if len(clear) == 0 else math.remainder(bearing + float(turns[clear[0]]), math.tau)
