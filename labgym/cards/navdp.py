@@ -108,7 +108,7 @@ A re-implementation of NavDP at a size that trains on a CPU, with the same kind 
 It sees color and depth, now and up to {(network.memory - 1) * 0.5:g} s ago ({network.memory} frames of 36 x 64), and \
 the goal. It does not see the map.
 It draws 12 trajectories of {network.points} steps in {config.diffusion.steps} denoising steps and follows the one with
-the highest value of its critic among those that are clear of all obstacles seen so far. If there is none, or no value
+the highest value of its critic among those that are clear of all obstacles seen so far. If none is clear, or no value
 is high enough, it draws others, then turns in place.
 
 The network has the weights of the training below. Four parts around it were added without training; each is an option

@@ -1,4 +1,4 @@
-"""What the robot's disc can drive without touching the obstacles seen: trajectories and the next control steps."""
+"""Checks of trajectories and of the next control steps against the obstacles seen, for the disc of the robot."""
 
 from __future__ import annotations
 
