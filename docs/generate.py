@@ -265,7 +265,7 @@ def nuisance_table() -> str:
     }
     if not policies:
         return "No figures are published yet."
-    keys = [("with", "{}"), ("without", "{} without"), ("difference", "difference")]
+    keys = [("with", "{}"), ("without", "{} without"), ("difference", "{} difference")]
     names = dict.fromkeys(name for lines in policies.values() for name in lines)
     missing = Cell(value=None)
     rows = [

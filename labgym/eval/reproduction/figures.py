@@ -47,7 +47,7 @@ class Cell(Record):
         """Return the interval in brackets after a space, an empty text without one."""
         if self.low is None or self.high is None:
             return ""
-        return f" [{self.low:.{digits}f}, {self.high:.{digits}f}]"
+        return f" [{number(self.low, digits)}, {number(self.high, digits)}]"
 
 
 class Column(Record):
