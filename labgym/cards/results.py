@@ -10,12 +10,13 @@ from labgym.errors import OptionError
 from labgym.eval.drawing.pictures import save_picture
 from labgym.eval.driving.episode_row import EpisodeRow
 from labgym.eval.driving.evaluation import Evaluation
-from labgym.eval.driving.intervals import Estimate
+from labgym.eval.driving.files import EPISODES, SUMMARY, read_rows
+from labgym.eval.driving.paired import MetricDifference, differences, paired
 from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.reports.route_figures import drives_figure, sampled, what_went_wrong
-from labgym.eval.reports.tables import interval, navigation_table
+from labgym.eval.reports.tables import navigation_table
 from labgym.layouts import Layout
-from labgym.table import Table
+from labgym.table import Table, number
 
 DRIVES, FAILURES = "drives.png", "failures.png"
 SHOWN_FAILURES = 10
@@ -107,54 +108,71 @@ def _numbered(row: EpisodeRow) -> str:
 def ablation_table(folder: Path, titles: Mapping[str, str]) -> str:
     """Return a Markdown table of evaluations, one per row, and a sentence on the effects that they show.
 
+    A row has the means of a variant and, in brackets, the 95% intervals of its paired differences from the first one.
+
     Args:
         folder: with one evaluation's folder per variant.
-        titles: titles of the rows by the folder's name, in order; the first is the unchanged policy.
+        titles: titles of the rows by the folder's name, in order; the first is the unchanged policy. Variants without a
+            folder are named below the table.
 
     Raises:
         OptionError: an evaluation is not complete, or they are of different suites.
-        DocumentError: one is missing or cannot be read.
+        DocumentError: one cannot be read, or the first is missing.
     """
-    summaries = {name: NavigationSummary.load(folder / name / "summary.json") for name in titles}
+    first, *others = titles
+    driven = [first, *(name for name in others if (folder / name).is_dir())]
+    summaries = {name: NavigationSummary.load(folder / name / SUMMARY) for name in driven}
     suites = {summary.suite.label for summary in summaries.values()}
     if len(suites) != 1 or not all(summary.complete for summary in summaries.values()):
         raise OptionError(
             f"{folder} holds evaluations of the suites {sorted(suites)}, or incomplete ones; expected complete ones "
             "of one suite"
         )
-    rows = tuple(
-        (titles[name], *(interval(summary.metrics[key], 3) for key, _ in ABLATION_COLUMNS))
-        for name, summary in summaries.items()
-    )
-    episodes = ", ".join(sorted({str(summary.episodes) for summary in summaries.values()}))
+    rows = {name: read_rows(folder / name / EPISODES) for name in driven}
+    changes = {name: differences(paired(rows[name], rows[first]).pairs, "touchstone") for name in driven[1:]}
     table = Table(
         title="",
         columns=("Variant", *(heading for _, heading in ABLATION_COLUMNS)),
-        rows=rows,
+        rows=tuple(
+            (
+                titles[name],
+                *(
+                    number(summary.metrics[key].value, 3) + (_change(changes[name][key]) if name in changes else "")
+                    for key, _ in ABLATION_COLUMNS
+                ),
+            )
+            for name, summary in summaries.items()
+        ),
         notes=(
-            f"Suite {suites.pop()}, {episodes} episodes each; in brackets: 95% intervals over layouts and repeats.",
+            f"Suite {suites.pop()}, {len(rows[first])} episodes each; in brackets: difference from "
+            f'"{titles[first]}" in the same episodes, with its 95% interval over layouts.',
         ),
     ).markdown()
-    return f"{table}\n\n{_effects(summaries, titles)}"
+    missing = [titles[name] for name in titles if name not in driven]
+    unknown = f" Not driven: {'; '.join(missing)}." if missing else ""
+    return f"{table}\n\n{_effects(changes, titles)}{unknown}"
 
 
-def _effects(summaries: Mapping[str, NavigationSummary], titles: Mapping[str, str]) -> str:
-    """Return a sentence on the variants whose intervals all overlap those of the first."""
-    first, *others = summaries
-    same = [
-        titles[name]
-        for name in others
-        if all(_overlap(summaries[first].metrics[key], summaries[name].metrics[key]) for key, _ in ABLATION_COLUMNS)
-    ]
+def _change(change: MetricDifference) -> str:
+    """Return a paired difference with its interval, in parentheses."""
+    value, low, high = change.difference.value, change.difference.low, change.difference.high
+    if value is None or low is None or high is None:
+        return ""
+    return f" ({value:+.3f} [{low:+.3f}, {high:+.3f}])"
+
+
+def _effects(changes: Mapping[str, Mapping[str, MetricDifference]], titles: Mapping[str, str]) -> str:
+    """Return a sentence on the variants none of whose differences has an interval without zero."""
+    first = next(iter(titles.values()))
+    same = [titles[name] for name in changes if not any(_apart(changes[name][key]) for key, _ in ABLATION_COLUMNS)]
     if not same:
-        return f'Every variant differs from "{titles[first]}" by more than the intervals in at least one column.'
-    if len(same) == len(others):
-        return f'No variant differs from "{titles[first]}" by more than the intervals: the study shows no effect.'
-    return f'Not distinguishable from "{titles[first]}" within the intervals: {"; ".join(same)}.'
+        return f'Every variant differs from "{first}" by an interval without zero in at least one column.'
+    if len(same) == len(changes):
+        return f'No variant differs from "{first}" by an interval without zero: the study shows no effect.'
+    return f'Not distinguishable from "{first}" (all intervals contain zero): {"; ".join(same)}.'
 
 
-def _overlap(one: Estimate, other: Estimate) -> bool:
-    """Return whether two intervals overlap; true if one is unknown."""
-    if one.low is None or one.high is None or other.low is None or other.high is None:
-        return True
-    return one.low <= other.high and other.low <= one.high
+def _apart(change: MetricDifference) -> bool:
+    """Return whether the interval of a difference excludes zero; false if it is unknown."""
+    low, high = change.difference.low, change.difference.high
+    return low is not None and high is not None and (low > 0.0 or high < 0.0)

@@ -1,14 +1,16 @@
-"""The sentence under an ablation table follows from the intervals."""
+"""The sentence under an ablation table follows from the intervals of the paired differences."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 import pytest
+from episode_rows import row
 
 from labgym.cards.results import ablation_table
 from labgym.errors import OptionError
-from labgym.eval.driving.intervals import Estimate
+from labgym.eval.driving.files import record_line
+from labgym.eval.driving.navigation_metrics import summarise
 from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.driving.runner import evaluate
 from labgym.suites import Suite
@@ -23,33 +25,43 @@ def summary(tmp_path_factory: pytest.TempPathFactory) -> NavigationSummary:
     return NavigationSummary.load(folder / "summary.json")
 
 
-def study(folder: Path, summary: NavigationSummary, intervals: dict[str, tuple[float, float]]) -> Path:
-    """Write a study whose variants have these intervals in all columns."""
-    for name, (low, high) in intervals.items():
-        estimate = Estimate(value=(low + high) / 2.0, low=low, high=high, count=9, nulls=0)
-        metrics = dict.fromkeys(("success", "spl", "collision_free"), estimate)
+def study(folder: Path, summary: NavigationSummary, touched: dict[str, int]) -> Path:
+    """Write a study of 24 episodes in 12 layouts whose variants touch something in the first of them."""
+    layouts = [f"layout-{k % 12}" for k in range(24)]
+    for name, count in touched.items():
+        rows = [row(layout, pair=k // 12, contacts=int(k < count)) for k, layout in enumerate(layouts)]
+        metrics = summarise(rows)
         summary.model_copy(update={"metrics": metrics}).save(folder / name / "summary.json")
+        (folder / name / "episodes.jsonl").write_bytes(b"".join(record_line(each) for each in rows))
     return folder
 
 
 @pytest.mark.parametrize(
     ("a", "b", "sentence"),
     [
-        ((0.1, 0.3), (0.2, 0.4), 'Every variant differs from "unchanged" by more than the intervals'),
-        ((0.1, 0.3), (0.7, 0.9), 'Not distinguishable from "unchanged" within the intervals: without B.'),
-        ((0.7, 0.9), (0.8, 1.0), 'No variant differs from "unchanged" by more than the intervals'),
+        (14, 20, 'Every variant differs from "unchanged" by an interval without zero'),
+        (20, 1, 'Not distinguishable from "unchanged" (all intervals contain zero): without B.'),
+        (0, 2, 'No variant differs from "unchanged" by an interval without zero'),
     ],
 )
-def test_the_sentence_names_the_variants_within_the_intervals(
-    summary: NavigationSummary, tmp_path: Path, a: tuple[float, float], b: tuple[float, float], sentence: str
+def test_the_sentence_names_the_variants_whose_paired_differences_contain_zero(
+    summary: NavigationSummary, tmp_path: Path, a: int, b: int, sentence: str
 ) -> None:
-    table = ablation_table(study(tmp_path, summary, {"whole": (0.6, 0.8), "a": a, "b": b}), TITLES)
+    table = ablation_table(study(tmp_path, summary, {"whole": 1, "a": a, "b": b}), TITLES)
     assert sentence in table
-    assert "| without A | 0." in table
+    assert "Not driven" not in table
+    (line,) = (line for line in table.splitlines() if line.startswith("| without A |"))
+    assert f"{1.0 - a / 24.0:.3f} ({(1.0 - a) / 24.0:+.3f} [" in line
+
+
+def test_variants_that_are_not_driven_are_named(summary: NavigationSummary, tmp_path: Path) -> None:
+    table = ablation_table(study(tmp_path, summary, {"whole": 1, "a": 20}), TITLES)
+    assert table.endswith("Not driven: without B.")
+    assert "| without B |" not in table
 
 
 def test_incomplete_evaluations_make_no_table(summary: NavigationSummary, tmp_path: Path) -> None:
-    folder = study(tmp_path, summary, dict.fromkeys(TITLES, (0.1, 0.2)))
+    folder = study(tmp_path, summary, dict.fromkeys(TITLES, 2))
     summary.model_copy(update={"complete": False}).save(folder / "b" / "summary.json")
     with pytest.raises(OptionError, match="incomplete"):
         ablation_table(folder, TITLES)
