@@ -126,7 +126,8 @@ The network has the weights of the training below. Four parts around it were add
 TRAJECTORIES = f"""## Trajectories
 
 Trajectories at the start of a drive, facing the goal (star), in {SHOWN} layouts of the validation split. Green: the
-critic's choice. Above each map: the lowest and the highest value. Goals behind furniture are out of sight.
+critic's choice. Above each map: the lowest and the highest value. Goals behind furniture are out of sight. The network
+drew them alone, without veto and guidance.
 
 ![Ten times twelve trajectories over their maps](trajectories.png)"""
 

@@ -77,13 +77,23 @@ class CardResults:
 {navigation_table({summary.policy: self.evaluation.metrics}, f"suite {summary.suite.label}").markdown()}
 
 Command: `labgym eval --policy {summary.policy} --suite {summary.suite.name}`, seed {summary.seed}, \
-{summary.episodes} episodes.
+{summary.episodes} episodes{self._commits}.
 
 ![Ten drives over their maps]({DRIVES})
 
 ## Failures
 
 {self._failures_section()}"""
+
+    @property
+    def _commits(self) -> str:
+        """The commits of the checkouts that drove, as the end of a sentence; "" outside a checkout."""
+        commits = dict.fromkeys(
+            f"`{each.commit[:7]}`{' with changes' if each.dirty else ''}"
+            for each in self.evaluation.provenance
+            if each.commit is not None
+        )
+        return f", driven by commit {', '.join(commits)}" if commits else ""
 
     def _failures_section(self) -> str:
         failures = self.failures
