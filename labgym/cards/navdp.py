@@ -157,8 +157,8 @@ def ablation_section(folder: Path) -> str:
     """Return the card's section on the ablation study in a folder."""
     return f"""## Ablation study
 
-One part of the driving is changed at a time; all variants use the published weights. The effect of memory and rotated
-paths on the training was not measured.
+One part of the driving is changed at a time, or all parts around the network at once; all variants use the published
+weights. The effect of memory and rotated paths on the training was not measured.
 
 {ablation_table(folder / RESULTS, NAVDP.titles)}
 

@@ -176,7 +176,7 @@ def _effects(changes: Mapping[str, Mapping[str, MetricDifference]], titles: Mapp
     first = next(iter(titles.values()))
     same = [titles[name] for name in changes if not any(_apart(changes[name][key]) for key, _ in ABLATION_COLUMNS)]
     if not same:
-        return f'Every variant differs from "{first}" by an interval without zero in at least one column.'
+        return f'Every variant in the table differs from "{first}" by an interval without zero in at least one column.'
     if len(same) == len(changes):
         return f'No variant differs from "{first}" by an interval without zero: the study shows no effect.'
     return f'Not distinguishable from "{first}" (all intervals contain zero): {"; ".join(same)}.'

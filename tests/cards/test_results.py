@@ -39,7 +39,7 @@ def study(folder: Path, summary: NavigationSummary, touched: dict[str, int]) -> 
 @pytest.mark.parametrize(
     ("a", "b", "sentence"),
     [
-        (14, 20, 'Every variant differs from "unchanged" by an interval without zero'),
+        (14, 20, 'Every variant in the table differs from "unchanged" by an interval without zero'),
         (20, 1, 'Not distinguishable from "unchanged" (all intervals contain zero): without B.'),
         (0, 2, 'No variant differs from "unchanged" by an interval without zero'),
     ],
