@@ -71,6 +71,13 @@ BUILT_IN = {
             "learned local planner on the stack's path, by imitation of the stack",
         ),
         PolicyEntry(
+            "local-ppo",
+            "labgym.policies.local.policy:ReinforcementPolicy",
+            "map",
+            "train",
+            "learned local planner on the stack's path, by PPO on LabNav's tasks",
+        ),
+        PolicyEntry(
             "navdp",
             "labgym.policies.navdp.policy:NavDPPolicy",
             "rgbd",
