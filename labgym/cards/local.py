@@ -118,8 +118,8 @@ def _published(
     write_bytes(out / "training.json", json_bytes(histories))
     if evaluated is not None:
         evaluated.draw(out)
-    driven = "" if evaluated is None else evaluated.markdown().replace("## Results", "### lab30")
-    results_of = "\n\n".join(each for each in (_labnav(name), driven.replace("\n## F", "\n#### F")) if each)
+    driven = "" if evaluated is None else evaluated.markdown("lab30", 3)
+    results_of = "\n\n".join(each for each in (_labnav(name), driven) if each)
     sections = [
         f"# {title}",
         "A network drives along the path of the navigation stack `stack`, in place of its controller and of its rules "

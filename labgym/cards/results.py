@@ -69,10 +69,15 @@ class CardResults:
         else:
             (out / FAILURES).unlink(missing_ok=True)
 
-    def markdown(self) -> str:
-        """Return the card's sections on results and failures; they show the pictures of `draw`."""
+    def markdown(self, title: str = "Results", level: int = 2) -> str:
+        """Return the card's sections on results and failures; they show the pictures of `draw`.
+
+        Args:
+            title: of the first section. level: of its heading.
+        """
+        marks = "#" * level
         summary = self.evaluation.summary
-        return f"""## Results
+        return f"""{marks} {title}
 
 {navigation_table({summary.policy: self.evaluation.metrics}, f"suite {summary.suite.label}").markdown()}
 
@@ -81,7 +86,7 @@ Command: `labgym eval --policy {summary.policy} --suite {summary.suite.name}`, s
 
 ![Ten drives over their maps]({DRIVES})
 
-## Failures
+{marks} Failures
 
 {self._failures_section()}"""
 

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated
 
 from tyro.conf import arg
 
 from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath, OptionalText
+from labgym.cli.checks import check_at_least, check_installed
 from labgym.cli.outcome import written
-from labgym.errors import MissingDependencyError, OptionError
 
 Fresh = Annotated[bool, arg(help="Move the files of the folder aside and start anew.")]
 Practice = Annotated[Path, arg(help="Folder of labgym train local-practice.")]
@@ -58,11 +57,12 @@ def local_imitation(
         seed: Random seed of the whole run.
     """
     _check(rounds=rounds, drives=drives)
+    check_at_least(0, seed=seed)
     from labgym.training.local.imitation import imitate
     from labgym.training.local.options import ImitationOptions
     from labgym.training.local.practice import practice_files
 
-    options = ImitationOptions(rounds=rounds, drives=drives, seed=_seed(seed), **_tasks(tasks))
+    options = ImitationOptions(rounds=rounds, drives=drives, seed=seed, **_tasks(tasks))
     return written(imitate(options, practice_files(practice), out, execution.options(), fresh))
 
 
@@ -85,11 +85,12 @@ def local_ppo(
         seed: Random seed of the whole run.
     """
     _check(iterations=iterations)
+    check_at_least(0, seed=seed)
     from labgym.training.local.options import ReinforcementOptions
     from labgym.training.local.practice import practice_files
     from labgym.training.local.reinforcement import reinforce
 
-    options = ReinforcementOptions(iterations=iterations, seed=_seed(seed), **_tasks(tasks))
+    options = ReinforcementOptions(iterations=iterations, seed=seed, **_tasks(tasks))
     folder = out or Path("runs") / ("local-ppo" if tasks is None else f"local-ppo-{'-'.join(options.tasks)}")
     return written(reinforce(options, start, practice_files(practice), folder, execution.options(), fresh))
 
@@ -151,17 +152,8 @@ def _tasks(names: str | None) -> dict[str, tuple[str, ...]]:
     return {} if names is None else {"tasks": tuple(name.strip() for name in names.split(","))}
 
 
-def _seed(seed: int) -> int:
-    if seed < 0:
-        raise OptionError(f"seed is {seed}, expected at least 0")
-    return seed
-
-
 def _check(**values: int) -> None:
     """Check that numbers are at least 1 and that the packages of the extra `train` are installed."""
-    for name, value in values.items():
-        if value < 1:
-            raise OptionError(f"{name} is {value}, expected at least 1")
+    check_at_least(1, **values)
     for package in ("stable_baselines3", "safetensors"):
-        if find_spec(package) is None:
-            raise MissingDependencyError(package, "labgym train", "train")
+        check_installed(package, "labgym train")

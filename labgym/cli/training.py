@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -10,6 +9,7 @@ from tyro.conf import arg
 from tyro.extras import SubcommandApp
 
 from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath, OptionalText, OptionalWholeNumber
+from labgym.cli.checks import check_at_least, check_installed
 from labgym.cli.local_planner import (
     ablate_local_imitation,
     card_local_imitation,
@@ -20,7 +20,7 @@ from labgym.cli.local_planner import (
 )
 from labgym.cli.outcome import written
 from labgym.cli.reinforcement import her, ppo, sac
-from labgym.errors import MissingDependencyError, OptionError
+from labgym.errors import OptionError
 
 Sensor = Literal["lidar", "depth"]
 DataFormat = Literal["planner", "parquet", "minari", "lerobot"]
@@ -79,7 +79,7 @@ def data(
         seed: Random seed; the files depend on it, not on the number of workers.
         shard: Samples (500) or drives (10) in a shard, the unit of work and of resuming.
     """
-    _check_at_least(0, seed=seed)
+    check_at_least(0, seed=seed)
     drives = {
         "task": task, "level": level, "split": split, "policy": policy, "sensors": sensors, "episodes": episodes,
         "successful": successful or None,
@@ -91,7 +91,7 @@ def data(
             if value is not None:
                 raise OptionError(f"--{name} belongs to drives: add --format parquet, minari or lerobot")
         sizes = {"samples": 50_000 if samples is None else samples, "shard": 500 if shard is None else shard}
-        _check_at_least(1, **sizes)
+        check_at_least(1, **sizes)
         out = out or Path("runs/data")
         make_dataset(out, DataOptions(**sizes, seed=seed), execution.options(), fresh)
         return written(out)
@@ -133,9 +133,9 @@ def iplanner(
         patience: Epochs without a lower held-out loss after which the learning rate falls.
         seed: Random seed of the initial weights and the order of samples.
     """
-    _check_at_least(1, epochs=epochs, threads=threads)
-    _check_at_least(0, patience=patience, seed=seed)
-    _check_installed("torch", "labgym train")
+    check_at_least(1, epochs=epochs, threads=threads)
+    check_at_least(0, patience=patience, seed=seed)
+    check_installed("torch", "labgym train")
     from labgym.policies.iplanner.config import IPlannerConfig, IPlannerTrainOptions
     from labgym.policies.iplanner.train import train
 
@@ -160,9 +160,9 @@ def navdp(
         epochs: Passes over the dataset.
         seed: Random seed of the initial weights, the order of samples and the noise.
     """
-    _check_at_least(1, epochs=epochs, threads=threads)
-    _check_at_least(0, seed=seed)
-    _check_installed("torch", "labgym train")
+    check_at_least(1, epochs=epochs, threads=threads)
+    check_at_least(0, seed=seed)
+    check_installed("torch", "labgym train")
     from labgym.policies.navdp.config import NavDPConfig, NavDPTrainOptions
     from labgym.policies.navdp.train import train
 
@@ -191,9 +191,9 @@ def train_ppo(
         out: Folder for checkpoint and weights; by default runs/ppo/OBSERVATION, without warm start
             runs/ppo/OBSERVATION-cold.
     """
-    _check_at_least(1, steps=steps, layouts=layouts, threads=threads)
-    _check_at_least(0, seed=seed)
-    _check_installed("stable_baselines3", "labgym train")
+    check_at_least(1, steps=steps, layouts=layouts, threads=threads)
+    check_at_least(0, seed=seed)
+    check_installed("stable_baselines3", "labgym train")
     import torch
 
     from labgym.eval import evaluate, load_suite
@@ -230,8 +230,8 @@ def ablate_iplanner(
         samples: Number of the dataset's samples to train on.
         epochs: Passes over them.
     """
-    _check_at_least(1, samples=samples, epochs=epochs, every=every, threads=threads)
-    _check_installed("torch", "labgym ablate")
+    check_at_least(1, samples=samples, epochs=epochs, every=every, threads=threads)
+    check_installed("torch", "labgym ablate")
     from labgym.cards import ablation
     from labgym.policies.iplanner.config import IPlannerTrainOptions
 
@@ -247,8 +247,8 @@ def ablate_navdp(run: Path = Path("runs/navdp"), out: Path = Path("runs/navdp-ab
         run: Folder of the weights.
         out: Folder for the evaluations.
     """
-    _check_at_least(1, every=every)
-    _check_installed("torch", "labgym ablate")
+    check_at_least(1, every=every)
+    check_installed("torch", "labgym ablate")
     from labgym.cards import ablation
 
     return written(ablation.ablate_navdp(run, out, every))
@@ -317,16 +317,3 @@ def card_ppo(
 
     folder, target = run or Path("runs/ppo") / observation, out or Path("policies") / f"ppo-{observation}"
     return written(write_ppo_card(folder, results, target, without_warm_start))
-
-
-def _check_at_least(least: int, **values: int) -> None:
-    """Raise OptionError if a value is too small."""
-    for name, value in values.items():
-        if value < least:
-            raise OptionError(f"{name} is {value}, expected at least {least}")
-
-
-def _check_installed(package: str, command: str) -> None:
-    """Raise MissingDependencyError if a package of the extra `train` is not installed."""
-    if find_spec(package) is None:
-        raise MissingDependencyError(package, command, "train")

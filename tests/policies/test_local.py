@@ -15,7 +15,7 @@ from labgym.errors import DocumentError
 from labgym.geometry import OrientedBox, rotate
 from labgym.navigation import goal_pairs
 from labgym.policies.adapters.actor_file import ActorHeader, Perceptron
-from labgym.policies.local.inputs import ALONG, RAYS, REACH, SIZE, SIZES, Knowledge, Motion, network_input
+from labgym.policies.local.inputs import ALONG, RAYS, REACH, SIZE, SIZES, Knowledge, Motion, network_input, place_of
 from labgym.policies.local.policy import LocalPolicy
 from labgym.policies.stack.costmap import Costmap
 from labgym.policies.stack.field import DistanceField
@@ -28,9 +28,7 @@ PLAIN = Knowledge(False, False, False, False, False, 0.0, 1.0, True)
 
 
 def part(vector: np.ndarray, name: str) -> np.ndarray:
-    names = list(SIZES)
-    begin = sum(SIZES[each] for each in names[: names.index(name)])
-    return vector[begin : begin + SIZES[name]]
+    return vector[place_of(name)]
 
 
 def seen(boxes=(), people=(), pose=(0.0, 0.0, 0.0), velocity=(0.0, 0.0), path=((0.0, 0.0), (6.0, 0.0)), left=6.0):

@@ -12,7 +12,7 @@ import torch
 
 from labgym.cards.local import write_imitation_card, write_reinforcement_card
 from labgym.errors import DocumentError, LabgymError, OptionError, UnknownNameError
-from labgym.policies.local.inputs import SIZE, SIZES
+from labgym.policies.local.inputs import SIZE, place_of
 from labgym.policies.local.policy import LocalPolicy, checked_actor
 from labgym.runs import ExecutorOptions
 from labgym.training.local import ablation, imitation, reinforcement
@@ -223,9 +223,7 @@ def test_the_ablation_compares_each_variant_with_the_whole_network(floors, imita
         assert one.difference is not None
         assert one.difference.value == pytest.approx(mean - means[0], abs=1e-4)
     networks = {name: tmp_path / "ablation" / "networks" / f"{name}.safetensors" for name in (WHOLE, "people")}
-    begin = sum(SIZES[name] for name in list(SIZES)[: list(SIZES).index("people")])
-    columns = slice(begin, begin + SIZES["people"])
-    first = {name: checked_actor(path).layers[0][0][:, columns] for name, path in networks.items()}
+    first = {name: checked_actor(path).layers[0][0][:, place_of("people")] for name, path in networks.items()}
     assert not first["people"].any()
     assert first[WHOLE].any()
     (tmp_path / "empty").mkdir()

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from itertools import combinations
 
 import numpy as np
+from scipy.stats import rankdata
 
 from labgym.eval.labnav.suites import ALL
 from labgym.eval.leaderboard.labnav import LabNavResult
@@ -27,7 +28,7 @@ def spearman(a: Sequence[float], b: Sequence[float]) -> float | None:
     """
     if len(a) < FEWEST:
         return None
-    x, y = (_ranks(each) - (len(each) - 1) / 2.0 for each in (a, b))
+    x, y = (rankdata(each) - (len(each) + 1) / 2.0 for each in (a, b))
     scale = math.sqrt(float(x @ x) * float(y @ y))
     return float(x @ y) / scale if scale > 0.0 else None
 
@@ -76,13 +77,6 @@ def floor_means(result: LabNavResult) -> dict[str, dict[str, float]]:
     return {
         task: {floor: math.fsum(each) / len(each) for floor, each in floors.items()} for task, floors in scores.items()
     }
-
-
-def _ranks(values: Sequence[float]) -> np.ndarray:
-    """Return the ranks of values from 0, equal ones with their mean rank."""
-    array = np.asarray(values, dtype=np.float64)
-    below, equal = (array[:, None] > array).sum(axis=1), (array[:, None] == array).sum(axis=1)
-    return np.asarray(below + (equal - 1) / 2.0, dtype=np.float64)
 
 
 def correlation_tables(results: Sequence[LabNavResult]) -> tuple[Table, Table]:

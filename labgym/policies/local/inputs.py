@@ -53,6 +53,13 @@ SIZES = {
 SIZE = sum(SIZES.values())
 
 
+def place_of(part: str) -> slice:
+    """Return the place of a part of `SIZES` in the input."""
+    names = list(SIZES)
+    begin = sum(SIZES[name] for name in names[: names.index(part)])
+    return slice(begin, begin + SIZES[part])
+
+
 @dataclass(frozen=True)
 class Knowledge:
     """The knowledge of the robot about its task, for the whole drive.
@@ -121,8 +128,8 @@ def network_input(
 ) -> Vector:
     """Return the input, (SIZE,).
 
-    All places are in the frame of the robot when its command takes effect. Distances that decide about a touch enter as
-    what is left until the chassis touches, over the scale on which that matters.
+    All places are in the frame of the robot when its command takes effect. A clearance is that of the chassis, as a
+    share of the distance below which it matters.
 
     Args:
         plan: the path. pose, velocity: of the robot when the command takes effect. left: length of the path to the

@@ -16,15 +16,15 @@ from labgym.errors import DocumentError
 from labgym.eval.driving.intervals import Estimate
 from labgym.eval.labnav.figure import paired_difference
 from labgym.policies.learned.training_run import train_identity
-from labgym.policies.local.inputs import SIZES
-from labgym.runs import ExecutorOptions, RunFolder, Shard, run_shards
+from labgym.policies.local.inputs import SIZES, place_of
+from labgym.runs import ExecutorOptions, RunFolder
 from labgym.runs.manifest import file_digest
-from labgym.training.local.collection import read_records, record_drives
-from labgym.training.local.imitation import NOISE, OPTIONS, Records, fit, means
+from labgym.training.local.collection import ROUNDS, Records, driven, read_records
+from labgym.training.local.imitation import NOISE, OPTIONS, ROUND, fit, means
 from labgym.training.local.model import actor_parts, new_model, save_actor
 from labgym.training.local.options import ImitationOptions
 from labgym.training.local.practice import validation_floors
-from labgym.training.local.schedule import split, validation_drives
+from labgym.training.local.schedule import validation_drives
 
 FILE = "ablation.json"
 WHOLE, EXPERT = "whole", "expert drives alone"
@@ -77,25 +77,20 @@ def ablate_imitation(
     """
     torch.set_num_threads(1)
     options = ImitationOptions.load(run / OPTIONS)
-    files = sorted((run / "rounds").glob("*.npz"))
+    files = sorted((run / ROUNDS).glob("*.npz"))
     if not files:
         raise DocumentError(run, "rounds", "holds no recorded drives; train with labgym train local-imitation")
     inputs = {"run": options.to_json(), "drives": [file_digest(file) for file in files], "each": each}
     with RunFolder.open(out, train_identity("local-ablation", (), **inputs), fresh) as folder:
         if not folder.finished:
             floors = validation_floors(out)
-            parts = split(validation_drives(floors, options.tasks, each), options.shard)
+            drives = validation_drives(floors, options.tasks, each)
             variants: list[tuple[str, list[dict[str, Any]]]] = []
             for name in (WHOLE, EXPERT, *HIDDEN):
                 network = out / "networks" / f"{name.replace(' ', '-')}.safetensors"
                 if not network.is_file():
                     _learned(name, files, options, network)
-                shards = [
-                    Shard(f"{name} {k:04d}", record_drives, (part, network, "alone"), len(part), file_digest(network))
-                    for k, part in enumerate(parts)
-                ]
-                done = sorted(run_shards(shards, None, executor, name, "drive"), key=lambda one: one[0].name)
-                variants.append((name, [row for _, output in done for row in output.record]))
+                variants.append((name, driven(drives, options.shard, network, "alone", name, executor)[1]))
             _results(options, variants).save(out / FILE)
             folder.finish({FILE: (out / FILE).read_bytes()})
     return out / FILE
@@ -103,7 +98,7 @@ def ablate_imitation(
 
 def _learned(name: str, files: list[Path], options: ImitationOptions, network: Path) -> None:
     """Train a variant and write its network."""
-    chosen = [file for file in files if file.name.startswith("0-")] if name == EXPERT else files
+    chosen = [file for file in files if file.name.startswith(f"{ROUND}-0-")] if name == EXPERT else files
     records = [hidden(read_records(file.read_bytes()), name) for file in chosen]
     model = new_model(options.seed, NOISE)
     fit(model, records, options, options.rounds, options.last_epochs)
@@ -120,12 +115,8 @@ def hidden(records: Records, name: str) -> Records:
 
 
 def _columns(name: str) -> slice:
-    """Return the place of a part of the input, nothing for other names."""
-    if name not in SIZES:
-        return slice(0, 0)
-    names = list(SIZES)
-    begin = sum(SIZES[each] for each in names[: names.index(name)])
-    return slice(begin, begin + SIZES[name])
+    """Return the place of the input that a variant lacks, nothing for one that lacks none."""
+    return place_of(name) if name in SIZES else slice(0, 0)
 
 
 def _results(options: ImitationOptions, variants: list[tuple[str, list[dict[str, Any]]]]) -> Ablation:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import torch
@@ -24,13 +24,17 @@ from labgym.policies.policy import EpisodeStart
 from labgym.policies.stack.planner import Plan
 from labgym.policies.stack.policy import StackPolicy
 from labgym.policies.tracking import velocities_to_action
-from labgym.runs import ShardOutput
+from labgym.runs import ExecutorOptions, RunFolder, Shard, ShardOutput, run_shards
+from labgym.runs.manifest import file_digest
 from labgym.training.local.practice import read_floor
 from labgym.training.local.rewards import Meter, final_reward, rewards_of
 
 Mode = Literal["expert", "network", "noisy", "alone"]
 """Who drives: the expert; the network, with the expert's advice; the network with noise; or the network alone."""
-Arrays = Mapping[str, NDArray[np.float32]]
+Records = dict[str, NDArray[np.float32]]
+"""The arrays of `drive`; `record_drives` joins those of several drives."""
+ROUNDS = "rounds"
+"""Folder of a run for its records."""
 
 
 @dataclass(frozen=True)
@@ -110,7 +114,7 @@ class Apprentice(LocalPolicy):
         return action
 
 
-def drive(apprentice: Apprentice, one: Drive) -> tuple[LabNavRow, dict[str, NDArray[np.float32]]]:
+def drive(apprentice: Apprentice, one: Drive) -> tuple[LabNavRow, Records]:
     """Drive an episode and return its row, and what was recorded.
 
     The records are `inputs` (n, SIZE), `actions` (n, 2), `advice` (n, 2) or (0, 2) and `rewards` (n,), a row for each
@@ -150,7 +154,7 @@ def record_drives(
     torch.set_num_threads(1)
     apprentice = Apprentice(checked_actor(network), mode, None if noise is None else np.array(noise, np.float32))
     rows: list[dict[str, object]] = []
-    parts: list[Arrays] = []
+    parts: list[Records] = []
     for one in drives:
         row, arrays = drive(apprentice, one)
         key = f"{one.task}/{one.floor.stem}/{one.number}"
@@ -163,7 +167,36 @@ def record_drives(
     return ShardOutput({file: buffer.getvalue()}, rows)
 
 
-def read_records(content: bytes) -> dict[str, NDArray[np.float32]]:
+def driven(
+    drives: Sequence[Drive],
+    size: int,
+    network: Path,
+    mode: Mode,
+    title: str,
+    executor: ExecutorOptions | None = None,
+    noise: tuple[float, ...] | None = None,
+    run: RunFolder | None = None,
+) -> tuple[list[Records], list[dict[str, Any]]]:
+    """Drive episodes in units of work, and return the records of each unit and the rows of all drives, in their order.
+
+    Args:
+        drives: to drive. size: drives of a unit. network: file of the network. mode: who drives.
+        title: of the progress bar, and the beginning of the names of the units. executor: where they run.
+        noise: as for `Apprentice`.
+        run: folder that keeps the records, below `rounds`; None keeps none.
+    """
+    weights = file_digest(network)
+    shards = []
+    for k, first in enumerate(range(0, len(drives), size)):
+        part, name = tuple(drives[first : first + size]), f"{title} {k:04d}"
+        arguments = (part, network, mode, noise, f"{ROUNDS}/{name.replace(' ', '-')}.npz")
+        shards.append(Shard(name, record_drives, arguments, len(part), weights))
+    done = sorted(run_shards(shards, run, executor, title, "drive"), key=lambda one: one[0].name)
+    records = [read_records(next(iter(output.files.values()))) for _, output in done]
+    return records, [row for _, output in done for row in output.record]
+
+
+def read_records(content: bytes) -> Records:
     """Return the arrays of a file of `record_drives`."""
     with np.load(io.BytesIO(content), allow_pickle=False) as arrays:
         return {name: arrays[name] for name in arrays.files}

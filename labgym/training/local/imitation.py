@@ -11,30 +11,26 @@ from typing import Any
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
 from stable_baselines3.common.policies import ActorCriticPolicy
 from torch.nn.functional import smooth_l1_loss
 from tqdm import tqdm
 
 from labgym.documents import append_text, write_text
-from labgym.envs.labnav.tasks import TASKS
 from labgym.policies.learned.training_run import TIMES, finish, train_identity
 from labgym.policies.local.policy import FILE
-from labgym.runs import ExecutorOptions, RunFolder, Shard, run_shards
-from labgym.runs.manifest import file_digest
-from labgym.training.local.collection import read_records, record_drives
+from labgym.runs import ExecutorOptions, RunFolder
+from labgym.training.local.collection import Mode, Records, driven
 from labgym.training.local.model import mean_actions, new_model, save_actor
 from labgym.training.local.options import ImitationOptions
 from labgym.training.local.practice import digest_of
-from labgym.training.local.schedule import drawn_drives, known_tasks, split
+from labgym.training.local.schedule import check_tasks, drawn_drives
 
 OPTIONS, HISTORY = "options.json", "history.jsonl"
+ROUND = "round"
 NOISE = 0.15
 """Standard deviation of the actions in the model; imitation does not use it."""
 HELD_OUT = 10
 """Every tenth unit of work measures the error and is not learned from."""
-
-Records = dict[str, NDArray[np.float32]]
 
 
 def imitate(
@@ -56,7 +52,7 @@ def imitate(
         OptionError: the folder is in use or holds another run.
         DocumentError: a finished run was changed.
     """
-    known_tasks(options.tasks, tuple(TASKS))
+    check_tasks(options.tasks)
     torch.set_num_threads(1)
     inputs = options.to_json() | {"practice": digest_of(floors)}
     identity = train_identity("local-imitation", ("stable-baselines3",), **inputs)
@@ -77,23 +73,21 @@ def _train(options: ImitationOptions, floors: Sequence[Path], run: RunFolder, ex
         begun = time.perf_counter()
         save_actor(model, network, "imitation")
         drives = drawn_drives(floors, options.tasks, options.drives, options.seed, number)
-        mode = "network" if number else "expert"
-        weights = file_digest(network)
-        shards = []
-        for k, part in enumerate(split(drives, options.shard)):
-            name = f"round {number} {k:04d}"
-            file = f"rounds/{number}-{k:04d}.npz"
-            shards.append(Shard(name, record_drives, (part, network, mode, None, file), len(part), weights))
-        outputs = sorted(run_shards(shards, run, executor, f"round {number}", "drive"), key=lambda one: one[0].name)
-        records += [read_records(next(iter(output.files.values()))) for _, output in outputs]
+        mode: Mode = "network" if number else "expert"
+        new, rows = driven(drives, options.shard, network, mode, f"{ROUND} {number}", executor, run=run)
+        records += new
         last = number == options.rounds - 1
         errors = fit(model, records, options, number, options.last_epochs if last else options.epochs)
-        rows = [row for _, output in outputs for row in output.record]
         history.append({"round": number, "driver": mode, "samples": _count(records), **errors, **means(rows)})
-        write_text(run.path / HISTORY, "".join(json.dumps(record) + "\n" for record in history))
+        write_history(run.path, history)
         note_seconds(run.path, number, begun)
     network.unlink(missing_ok=True)
     save_actor(model, run.path / FILE, "imitation")
+
+
+def write_history(folder: Path, history: Iterable[dict[str, Any]]) -> None:
+    """Write the history of a run, a line for each record."""
+    write_text(folder / HISTORY, "".join(json.dumps(record) + "\n" for record in history))
 
 
 def note_seconds(folder: Path, number: int, begun: float) -> None:

@@ -17,6 +17,8 @@ from labgym.policies.local.inputs import SIZE, SIZES
 
 WIDTHS = (256, 256)
 ENVIRONMENT = "LabNav"
+RATE = 3e-4
+"""Learning rate of the optimizer that comes with a new model."""
 
 
 def model_arguments(noise: float) -> tuple[spaces.Box, spaces.Box, dict[str, Any]]:
@@ -36,15 +38,15 @@ def model_arguments(noise: float) -> tuple[spaces.Box, spaces.Box, dict[str, Any
     return inputs, actions, arguments
 
 
-def new_model(seed: int, noise: float, rate: float = 3e-4) -> ActorCriticPolicy:
+def new_model(seed: int, noise: float) -> ActorCriticPolicy:
     """Return an actor and a critic with new weights.
 
     Args:
-        seed: random seed of the weights. noise: standard deviation of the actions. rate: learning rate of Adam.
+        seed: random seed of the weights. noise: standard deviation of the actions.
     """
     torch.manual_seed(seed)
     inputs, actions, arguments = model_arguments(noise)
-    return ActorCriticPolicy(inputs, actions, lambda _: rate, **arguments)
+    return ActorCriticPolicy(inputs, actions, lambda _: RATE, **arguments)
 
 
 def actor_parts(model: ActorCriticPolicy) -> list[nn.Module]:

@@ -5,7 +5,6 @@ Drives are driven to their end by LabNav's rules; the update is that of stable-b
 
 from __future__ import annotations
 
-import json
 import math
 import time
 from collections.abc import Sequence
@@ -22,20 +21,18 @@ from stable_baselines3.common.policies import ActorCriticPolicy
 from stable_baselines3.common.utils import FloatSchedule
 from torch import nn
 
-from labgym.documents import write_text
-from labgym.envs.labnav.tasks import TASKS
 from labgym.eval.labnav.figure import geometric
 from labgym.policies.learned.checkpoint import load_checkpoint, save_checkpoint
 from labgym.policies.learned.training_run import CHECKPOINT, finish, train_identity
 from labgym.policies.local.policy import FILE, checked_actor
-from labgym.runs import ExecutorOptions, RunFolder, Shard, run_shards
+from labgym.runs import ExecutorOptions, RunFolder
 from labgym.runs.manifest import file_digest
-from labgym.training.local.collection import Drive, Mode, read_records, record_drives
-from labgym.training.local.imitation import HISTORY, OPTIONS, Records, means, note_seconds
+from labgym.training.local.collection import Drive, Mode, Records, driven
+from labgym.training.local.imitation import HISTORY, OPTIONS, means, note_seconds, write_history
 from labgym.training.local.model import actor_parts, load_actor, model_arguments, save_actor
 from labgym.training.local.options import ReinforcementOptions
 from labgym.training.local.practice import digest_of, validation_floors
-from labgym.training.local.schedule import drawn_drives, known_tasks, split, validation_drives
+from labgym.training.local.schedule import check_tasks, drawn_drives, validation_drives
 
 LAST, NETWORK = "last.safetensors", "network.safetensors"
 ALGORITHM = "PPO"
@@ -64,7 +61,7 @@ def reinforce(
         OptionError: the folder is in use or holds another run.
         DocumentError: the first policy or the checkpoint is damaged, or a finished run was changed.
     """
-    known_tasks(options.tasks, tuple(TASKS))
+    check_tasks(options.tasks)
     torch.set_num_threads(1)
     checked_actor(start)
     inputs = options.to_json() | {"practice": digest_of(floors), "start": file_digest(start)}
@@ -125,7 +122,7 @@ class Reinforcement:
     def _keep(self) -> None:
         """Write checkpoint and history."""
         save_checkpoint(self._out / CHECKPOINT, self._parts, self._history)
-        write_text(self._out / HISTORY, "".join(json.dumps(record) + "\n" for record in self._history))
+        write_history(self._out, self._history)
 
     def _iterate(self, number: int) -> None:
         """Drive, and learn of it."""
@@ -155,13 +152,7 @@ class Reinforcement:
     ) -> tuple[list[Records], list[dict[str, Any]]]:
         """Return the records and the rows of drives, in their order."""
         network = save_actor(self._learner.policy, self._out / NETWORK, ALGORITHM)
-        shards = [
-            Shard(f"{title} {k:04d}", record_drives, (part, network, mode, noise), len(part))
-            for k, part in enumerate(split(drives, self._options.shard))
-        ]
-        done = sorted(run_shards(shards, None, self._executor, title, "drive"), key=lambda one: one[0].name)
-        records = [read_records(next(iter(output.files.values()))) for _, output in done]
-        return records, [row for _, output in done for row in output.record]
+        return driven(drives, self._options.shard, network, mode, title, self._executor, noise)
 
 
 def make_learner(options: ReinforcementOptions) -> PPO:

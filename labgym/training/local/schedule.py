@@ -7,21 +7,20 @@ from pathlib import Path
 
 import numpy as np
 
-from labgym.errors import LabgymError, UnknownNameError
+from labgym.envs.labnav.tasks import task_of
+from labgym.errors import LabgymError
 from labgym.training.local.collection import Drive
 from labgym.training.local.practice import read_floor
 
 
-def known_tasks(names: Sequence[str], available: Sequence[str]) -> tuple[str, ...]:
-    """Return the names of tasks if they exist.
+def check_tasks(names: Sequence[str]) -> None:
+    """Check that tasks exist.
 
     Raises:
         UnknownNameError: a task does not exist.
     """
     for name in names:
-        if name not in available:
-            raise UnknownNameError("LabNav task", name, available)
-    return tuple(names)
+        task_of(name)
 
 
 def drawn_drives(floors: Sequence[Path], tasks: Sequence[str], count: int, seed: int, number: int) -> list[Drive]:
@@ -60,8 +59,3 @@ def validation_drives(floors: Sequence[Path], tasks: Sequence[str], most: int) -
         for task in tasks
         for number in range(min(most, len(read_floor(file)[1].episodes.get(task, ()))))
     ]
-
-
-def split(drives: Sequence[Drive], size: int) -> list[list[Drive]]:
-    """Return drives in units of work."""
-    return [list(drives[first : first + size]) for first in range(0, len(drives), size)]

@@ -1,4 +1,4 @@
-"""Drives without a nuisance: rows of their own, paired differences, and no results of LabNav."""
+"""Drives without a nuisance: separate rows and paired differences, which are no results of LabNav."""
 
 from __future__ import annotations
 
