@@ -44,8 +44,8 @@ def eval_(
     Args:
         policy: A name such as astar (labgym policies lists them), module:Class, an .onnx, .pt, .safetensors or .zip
             file, or the http:// URL of a policy server.
-        suite: Name of a suite (lab30, val, navdp_compat, labnav, labnav-aisle, labnav-mini; lab30 is also test), or its
-            .json file. The file of a suite without published layouts needs them in --layouts.
+        suite: Name of a suite (lab30, val, navdp_compat, labnav, labnav-aisle, labnav-60, labnav-mini; lab30 is also
+            test), or its .json file. The file of a suite without published layouts needs them in --layouts.
         layouts: Layouts to drive in instead of a suite: .json files, folders of them (such as labgym generate --count
             writes), or ids of published layouts.
         protocol: Id or .json file of the protocol to drive for in the layouts; by default the one they embed.

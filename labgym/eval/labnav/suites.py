@@ -1,4 +1,4 @@
-"""The suites of LabNav by name: one task, all tasks, and a small selection."""
+"""The suites of LabNav by name: one task, all tasks, and two selections."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ from labgym.errors import UnknownNameError
 
 PREFIX = "labnav"
 MINI = "labnav-mini"
+FIRST = "labnav-60"
+"""Suite of all tasks with the first episode of each floor only, for policies that cost much."""
 VAL = f"{PREFIX}-{DEVELOPMENT}"
 """Suite of all tasks on floors-val, for development."""
 ALL = ("aisle", "moved", "people", "odometry", "dock", "glass", "carry", "shift")
@@ -70,11 +72,11 @@ def is_labnav(name: str) -> bool:
 
 
 def suite_names() -> tuple[str, ...]:
-    """Return the names of the suites: of each task at each level and unfiltered, on floors-val, mini and all tasks."""
+    """Return the names: of each task at each level and unfiltered, on floors-val, the selections and all tasks."""
     tasks, development = [f"{PREFIX}-{task}" for task in TASKS], [f"{VAL}-{task}" for task in TASKS]
     levels = [f"{task}-{level}" for task in (*tasks, *development) for level in (1, 2, 3)]
     unfiltered = [f"{task}-{HEADLINE}-{UNFILTERED}" for task in tasks]
-    return (*tasks, *development, *levels, *unfiltered, MINI, VAL, PREFIX)
+    return (*tasks, *development, *levels, *unfiltered, MINI, VAL, FIRST, PREFIX)
 
 
 def load_labnav(name: str) -> LabNavSuite:
@@ -87,13 +89,13 @@ def load_labnav(name: str) -> LabNavSuite:
     if name not in suite_names():
         raise UnknownNameError("suite", name, suite_names())
     development = name.startswith(VAL)
-    if name in (PREFIX, MINI, VAL):
+    if name in (PREFIX, FIRST, MINI, VAL):
         prefix = VAL if development else PREFIX
         tasks = [task for task in TASKS if suite_file(f"{prefix}-{task}-{HEADLINE}").is_file()]
         parts = tuple(published_episodes(task, HEADLINE, development=development) for task in tasks)
-        if name != MINI:
-            return LabNavSuite(name, parts)
-        return LabNavSuite(name, tuple(part.first(MINI_EPISODES, 1, MINI_GOALS) for part in parts), MINI_SECONDS)
+        if name == MINI:
+            return LabNavSuite(name, tuple(part.first(MINI_EPISODES, 1, MINI_GOALS) for part in parts), MINI_SECONDS)
+        return LabNavSuite(name, tuple(part.first(None, 1) for part in parts) if name == FIRST else parts)
     task, *rest = name.removeprefix(VAL if development else PREFIX).removeprefix("-").split("-")
     level = int(rest[0]) if rest else HEADLINE
     part = published_episodes(task, level, UNFILTERED not in rest, development)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, ClassVar
 
@@ -19,7 +19,7 @@ from labgym.eval.labnav.figure import arithmetic, figure
 from labgym.eval.labnav.row import LabNavLegRow, LabNavRow
 from labgym.eval.labnav.rules import Ending
 from labgym.eval.labnav.shift import score_of_legs
-from labgym.eval.labnav.suites import PREFIX, load_labnav
+from labgym.eval.labnav.suites import FIRST, PREFIX, LabNavSuite, load_labnav
 from labgym.eval.labnav.summary import LabNavSummary, TaskSummary
 from labgym.layouts.floor.fields import Growing
 
@@ -113,20 +113,20 @@ class LabNavResult(Document):
     def joined(self, other: LabNavResult) -> LabNavResult:
         """Return the result of the tasks of both; where both have a task, that of `other` counts.
 
-        With all eight tasks of the suite labnav it has the figure LabNav.
+        With all eight tasks it has the figure LabNav.
 
         Raises:
-            OptionError: the results are of other policies, options, random seeds or suites.
+            OptionError: the results are of other policies, options, random seeds or suites, or one has all episodes of
+                its tasks and the other the first of each floor.
         """
         for name in SAME:
             mine, theirs = (getattr(each.summary, name) for each in (self, other))
             if mine != theirs:
                 policy = other.summary.policy
                 raise OptionError(f"{policy} is published with {name} {mine!r}, and this result has {theirs!r}")
-        suite = load_labnav(PREFIX)
+        suite = _suite_of((*self.summary.tasks, *other.summary.tasks))
         tasks = {task.suite: task for task in (*self.summary.tasks, *other.summary.tasks)}
         order = [part.label for part in suite.parts]
-        _refuse_foreign((*self.summary.tasks, *other.summary.tasks))
         parts = tuple(tasks[label] for label in order if label in tasks)
         outcomes = {**self.by_key, **other.by_key}
         keys = [f"{part.task}-{part.level}/{episode.key}" for part in suite.parts for episode in part.episodes]
@@ -179,37 +179,54 @@ def published_results() -> tuple[LabNavResult, ...]:
 def publish(folder: str | Path, place: Path | None = None) -> Path:
     """Write the result of an evaluation's folder among the published ones, and return its path.
 
-    Tasks that the policy has there stay unless the folder has them, too.
+    Tasks that the policy has there stay unless the folder has them, too. A result of all eight tasks with all episodes
+    replaces one with the first episode of each floor.
 
     Args:
-        folder: written by `labgym eval --suite labnav`, or of one of its tasks. place: another folder to write to.
+        folder: written by `labgym eval --suite labnav`, of one of its tasks, or of labnav-60.
+        place: another folder to write to.
 
     Raises:
         DocumentError: the folder holds no complete LabNav evaluation.
-        OptionError: the result is not of whole tasks of the suite labnav, or that of the policy is of other options.
+        OptionError: the result is not of whole tasks of the suite labnav nor of labnav-60, or that of the policy is of
+            other options or of the other suite.
     """
     result = LabNavResult.of(folder)
-    _refuse_foreign(result.summary.tasks)
+    suite = _suite_of(result.summary.tasks)
     place = artefacts("eval") / FOLDER if place is None else place
     path = place / f"{result.summary.policy}.json"
     if path.is_file():
-        result = LabNavResult.load(path).joined(result)
+        before = LabNavResult.load(path)
+        replaces = (
+            before.summary.suite == FIRST and suite.name == PREFIX and len(result.summary.tasks) == len(suite.parts)
+        )
+        result = result if replaces else before.joined(result)
     return result.save(path)
 
 
-def _refuse_foreign(tasks: Iterable[TaskSummary]) -> None:
-    """Refuse tasks that are not those of the suite labnav, with all their episodes.
+def _suite_of(tasks: Sequence[TaskSummary]) -> LabNavSuite:
+    """Return the suite of which tasks are whole parts: labnav, or labnav-60.
 
     Raises:
-        OptionError: there is one, such as of floors-val, of another level or of the small suite.
+        OptionError: a task belongs to neither, such as one of floors-val, of another level or of the small suite.
     """
-    counts = {part.label: len(part.episodes) for part in load_labnav(PREFIX).parts}
-    for task in tasks:
-        if counts.get(task.suite) != task.episodes:
-            raise OptionError(
-                f"{task.suite} with {task.episodes} episodes is no part of the suite {PREFIX}: results of "
-                f"{', '.join(counts)} are published, of {max(counts.values())} episodes each"
-            )
+    suites = load_labnav(PREFIX), load_labnav(FIRST)
+    counts = [{part.label: len(part.episodes) for part in suite.parts} for suite in suites]
+    for suite, own in zip(suites, counts, strict=True):
+        if all(own.get(task.suite) == task.episodes for task in tasks):
+            return suite
+    known = [own for own in counts if any(own.get(task.suite) == task.episodes for task in tasks)]
+    task = next(task for task in tasks if not known or known[0].get(task.suite) != task.episodes)
+    if len(known) == len(suites):
+        raise OptionError(
+            f"some tasks have all episodes and others, such as {task.suite}, the first of each floor: drive all eight "
+            f"with --suite {PREFIX}, or all with --suite {FIRST}"
+        )
+    sizes = " or ".join(str(max(own.values())) for own in counts)
+    raise OptionError(
+        f"{task.suite} with {task.episodes} episodes is no part of the suites {PREFIX} and {FIRST}: results of "
+        f"{', '.join(counts[0])} are published, of {sizes} episodes each"
+    )
 
 
 def _rank(result: LabNavResult) -> float:

@@ -7,7 +7,7 @@ from itertools import combinations
 
 from labgym.eval.driving.intervals import Estimate
 from labgym.eval.labnav.figure import paired_difference, significant, swaps
-from labgym.eval.labnav.suites import ALL
+from labgym.eval.labnav.suites import ALL, FIRST
 from labgym.eval.leaderboard.labnav import LabNavResult
 from labgym.table import Table, number
 
@@ -36,20 +36,26 @@ def published_table(results: Sequence[LabNavResult]) -> Table:
             )
         )
     first = results[0].summary
-    counts = sorted({task.episodes for one in results for task in one.summary.tasks})
-    episodes = f"{counts[0]} episodes" if len(counts) == 1 else f"{counts[0]} to {counts[-1]} episodes"
+    most = max(task.episodes for one in results for task in one.summary.tasks)
     return Table(
-        title=f"LabNav, version {first.tasks[0].suite.rpartition('/')[2]}, {episodes} per task",
+        title=f"LabNav, version {first.tasks[0].suite.rpartition('/')[2]}, {most} episodes per task",
         columns=("Policy", "Knows", "LabNav ↑", "Mean ↑", *(f"{task} ↑" for task in ALL), "Touched ↓"),
         rows=tuple(rows),
         notes=(
             "LabNav is 100 (exp(mean ln(s + 0.05)) - 0.05) over the eight mean scores s, with its 95% interval over "
             "floors; Mean is 100 times their arithmetic mean.",
             "Touched: share of episodes with a contact.",
+            *_costly(results),
             *(["A dash stands for a task that is not driven yet."] if _unfinished(results) else []),
             *_pairs([result for result in results if result.summary.labnav is not None]),
         ),
     )
+
+
+def _costly(results: Sequence[LabNavResult]) -> tuple[str, ...]:
+    """Return a sentence on the policies that drove the first episode of each floor only."""
+    names = [one.summary.policy for one in results if one.summary.suite == FIRST]
+    return (f"{', '.join(names)} drove the first episode of each floor only (suite {FIRST}).",) if names else ()
 
 
 def _pairs(results: Sequence[LabNavResult]) -> tuple[str, ...]:
@@ -64,7 +70,7 @@ def _pairs(results: Sequence[LabNavResult]) -> tuple[str, ...]:
         if not significant(paired_difference(scores[a.summary.policy], scores[b.summary.policy]))
     ]
     apart = f"{len(pairs) - len(unclear)} of {len(pairs)} pairs of policies are apart (the 95% interval of the paired "
-    apart += "difference of their mean scores, with floors as the unit, excludes 0)"
+    apart += "difference of their mean scores over the episodes that both drove, with floors as the unit, excludes 0)"
     text = apart + (f"; not {', '.join(unclear)}." if unclear else ".")
     order = swaps({one.summary.policy: [task.score.value or 0.0 for task in one.summary.tasks] for one in results})
     if not order:

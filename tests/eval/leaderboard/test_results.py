@@ -84,7 +84,7 @@ def test_a_result_keeps_the_outcome_of_every_episode(tmp_path):
 def test_only_whole_tasks_of_the_suite_labnav_are_published(name, tmp_path):
     suite = load_labnav(name)
     folder = write_folder(tmp_path / "mine", suite, "mine", "mapless", lambda *_: 0.5)
-    with pytest.raises(OptionError, match=r"with \d+ episodes is no part of the suite labnav"):
+    with pytest.raises(OptionError, match=r"with \d+ episodes is no part of the suites labnav and labnav-60"):
         labnav.publish(folder, tmp_path)
     assert not (tmp_path / "mine.json").exists()
 
@@ -94,9 +94,9 @@ def result_of(folder):
     """Return a function that returns a complete result of a published task with the same score in every episode."""
     (row,) = labnav.read_rows(folder / EPISODES)
 
-    def result(task: str, score: float, **fields: Any) -> LabNavResult:
-        suite = load_labnav(f"labnav-{task}")
-        (part,) = suite.parts
+    def result(task: str, score: float, per_floor: int = 5, **fields: Any) -> LabNavResult:
+        part = load_labnav(f"labnav-{task}").parts[0].first(None, per_floor)
+        suite = LabNavSuite(f"labnav-{task}", (part,))
         same = {"suite": part.label, "task": task, "level": 2, "score": score}
         rows = [row.model_copy(update={**same, "floor": one.floor, "number": one.number}) for one in part.episodes]
         known = {"options": {}, "track": "mapless", "sensors": "lidar", "seed": 0, "latency": 0.0, "policy": "mine"}
@@ -146,6 +146,36 @@ def test_a_task_driven_again_replaces_its_result(result_of):
 def test_results_of_other_options_are_not_joined(result_of):
     with pytest.raises(OptionError, match="mine is published with options"):
         result_of("aisle", 0.8).joined(result_of("dock", 0.5, options={"speed": 0.5}))
+
+
+def test_the_first_episodes_of_all_floors_give_the_figure_and_a_note(result_of):
+    parts = [result_of(task, 0.5, per_floor=1, policy="slow") for task in ALL]
+    slow = functools.reduce(LabNavResult.joined, parts)
+    assert (slow.summary.suite, slow.summary.hash) == ("labnav-60", load_labnav("labnav-60").hash)
+    assert slow.summary.labnav.value == pytest.approx(50.0)
+    assert slow.summary.labnav.count == 480
+    quick = functools.reduce(LabNavResult.joined, [result_of(task, 0.4, policy="quick") for task in ALL])
+    table = published_table([slow, quick])
+    assert table.title == "LabNav, version 1, 300 episodes per task"
+    assert "slow drove the first episode of each floor only (suite labnav-60)." in table.notes
+    assert any("1 of 1 pairs of policies are apart" in note for note in table.notes)
+
+
+def test_first_and_all_episodes_are_not_joined(result_of):
+    with pytest.raises(OptionError, match=r"the first of each floor: drive all eight with --suite labnav, or all"):
+        result_of("aisle", 0.8).joined(result_of("dock", 0.5, per_floor=1))
+
+
+def test_all_episodes_replace_a_result_of_the_first_ones(result_of, tmp_path, monkeypatch):
+    first, whole = (
+        functools.reduce(LabNavResult.joined, [result_of(task, 0.5, per_floor) for task in ALL]) for per_floor in (1, 5)
+    )
+    for result, count in ((first, 480), (whole, 2400)):
+        monkeypatch.setattr(LabNavResult, "of", lambda _, result=result: result)
+        assert len(LabNavResult.load(labnav.publish("run", tmp_path)).outcomes) == count
+    monkeypatch.setattr(LabNavResult, "of", lambda _: first)
+    with pytest.raises(OptionError, match="some tasks have all episodes"):
+        labnav.publish("run", tmp_path)
 
 
 def test_an_incomplete_evaluation_is_not_published(folder, tmp_path):
