@@ -1,9 +1,9 @@
 """Write generated documentation: JSON Schemas, the environment's page and the tables in the README.
 
 `python docs/generate.py` writes schemas and pages. With `--check` it writes nothing and exits 1 if a file is out of
-date. With `--run runs/default` it also writes that run's tables and pictures into the README; with `--floors` the
-plans of the families of floors; with `--pictures` the rendered laboratories of the README and of docs/floors.md; with
-`--labnav` the pictures of LabNav's tasks, or of the tasks named after it.
+date. With `--run runs/default` it also writes layout metrics and pictures of that run into the README; with `--floors`
+the plans of the families of floors; with `--pictures` the rendered laboratories of the README and of docs/floors.md;
+with `--labnav` the pictures of LabNav's tasks, or of the tasks named after it.
 """
 
 from __future__ import annotations
@@ -39,11 +39,14 @@ from labgym.eval import LayoutReport, LayoutSummary
 from labgym.eval.drawing.episode_picture import EpisodeWorld, episode_picture, save_episode_picture
 from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.leaderboard.correlation import correlation_tables
-from labgym.eval.leaderboard.lab30 import Lab30Result
+from labgym.eval.leaderboard.lab30 import Lab30Result, published_lab30
 from labgym.eval.leaderboard.labnav import LabNavResult, published_results
 from labgym.eval.leaderboard.tables import published_table
 from labgym.eval.reports.comparison import Comparison
 from labgym.eval.reports.labnav_comparison import LabNavComparison
+from labgym.eval.reports.results import ResultsFolder
+from labgym.eval.reports.run_report import result_tables
+from labgym.eval.reports.tables import leaderboard
 from labgym.eval.reproduction.figures import Cell, Figures
 from labgym.eval.reproduction.nuisances import NOTES
 from labgym.eval.scoring.layout_report import LayoutReport2
@@ -163,9 +166,10 @@ def pages() -> dict[Path, str]:
     schemas = {DOCS / "schemas" / f"{d.SCHEMA.partition('.')[2].replace('/', '-')}.json": schema(d) for d in DOCUMENTS}
     floors, moving, labnav = DOCS / "floors.md", DOCS / "moving-parts.md", DOCS / "labnav.md"
     text = with_tables(labnav.read_text(encoding="utf-8"), correlations(), "correlation of tasks")
+    readme = with_tables(README.read_text(encoding="utf-8"), results_tables(), "results of LabNav")
     return {
         **schemas,
-        README: with_tables(README.read_text(encoding="utf-8"), results_tables(), "results of LabNav"),
+        README: with_tables(readme, lab30_table(), "results of lab30"),
         DOCS / "environment.md": environment_page(LabPointNavEnv, LabPointNavGoalEnv),
         labnav: with_tables(text, nuisance_table(), "nuisances"),
         floors: with_tables(floors.read_text(encoding="utf-8"), parameter_tables()),
@@ -247,6 +251,17 @@ def results_tables() -> str:
     """Return the table of the published results of LabNav."""
     results = published_results()
     return published_table(results).markdown() if results else "No results are published yet."
+
+
+def lab30_table() -> str:
+    """Return the table of the published results of lab30, with the paper's."""
+    results = published_lab30()
+    return titled(leaderboard(results)) if results else "No results are published yet."
+
+
+def titled(table: Table) -> str:
+    """Return a table as Markdown under its title."""
+    return f"**{table.title}**\n\n{table.markdown()}"
 
 
 def correlations() -> str:
@@ -332,8 +347,8 @@ def main() -> int:
         draw_episodes(DOCS / "pictures", arguments.labnav)
     files = pages()
     if arguments.run:
-        tables = (arguments.run / "tables.md").read_text(encoding="utf-8")
-        files[README] = with_tables(files[README], tables)
+        layouts, *_ = result_tables(ResultsFolder.read(arguments.run))
+        files[README] = with_tables(files[README], titled(layouts))
         for name, folder in (("overview", "views"), ("topdown", "pictures")):
             write_bytes(DOCS / "pictures" / f"{name}.png", (arguments.run / folder / f"{SHOWN}.png").read_bytes())
     stale = [path for path, text in files.items() if not path.is_file() or path.read_text(encoding="utf-8") != text]

@@ -41,13 +41,20 @@ class Lab30Result(Document):
 
 
 def published_lab30(order: Sequence[str] = ()) -> tuple[Lab30Result, ...]:
-    """Return the published results: of some policies in their order, or all by name.
+    """Return the published results: of some policies in their order, or all, those with the fewest contacts first.
 
     Raises:
         DocumentError: a file is broken.
     """
     paths = {path.stem: path for path in sorted((artefacts("eval") / FOLDER).glob("*.json"))}
-    return tuple(Lab30Result.load(paths[name]) for name in order or paths if name in paths)
+    results = [Lab30Result.load(paths[name]) for name in order or paths if name in paths]
+    return tuple(results if order else sorted(results, key=_rank))
+
+
+def _rank(result: Lab30Result) -> tuple[float, float]:
+    """Return the place of a result: by the share of episodes that succeeded without a contact, then by SPL."""
+    free, spl = (result.metrics[name].value or 0.0 for name in ("collision_free", "spl"))
+    return -free, -spl
 
 
 def publish_lab30(folder: str | Path, place: Path | None = None) -> Path:

@@ -71,15 +71,18 @@ NAVDP_ROWS = (
 """Metrics of suites with the NavDP benchmark's rules, which replace SR and SPL."""
 
 LEADERBOARD_COLUMNS = (
+    ("collision_free", "Collision-free SR ↑", 3, True),
     ("success", "SR ↑", 3, True),
     ("spl", "SPL ↑", 3, True),
-    ("collision_free", "Collision-free ↑", 3, False),
     ("soft_spl", "SoftSPL ↑", 3, False),
     ("min_clearance", "Clearance, m ↑", 3, False),
     ("time_to_goal", "Time, s ↓", 2, False),
     ("planning_ms", "Planning, ms ↓", 2, False),
 )
 """Metrics of the leaderboard: name, heading, number of digits, whether the interval is shown."""
+
+_PAPER_KEYS = {"success": "sr", "spl": "spl"}
+"""Metrics of the leaderboard that the paper gives, by their names there."""
 
 _PAPER_SENSORS = {"iPlanner": "depth", "NavDP": "rgbd"}
 
@@ -177,9 +180,15 @@ def leaderboard(evaluations: Sequence[TableRow]) -> Table:
         )
         for one in evaluations
     ]
-    dashes = ("-",) * (len(LEADERBOARD_COLUMNS) - 2)
     paper_rows = [
-        (f"{row['method']}, paper", sensors, number(row["sr"], 3), number(row["spl"], 3), *dashes)
+        (
+            f"{row['method']}, paper",
+            sensors,
+            *(
+                number(row[_PAPER_KEYS[key]], digits) if key in _PAPER_KEYS else "-"
+                for key, _, digits, _ in LEADERBOARD_COLUMNS
+            ),
+        )
         for name, sensors in _PAPER_SENSORS.items()
         for row in paper().navigation.rows
         if str(row["method"]).startswith(name)

@@ -216,6 +216,15 @@ def test_results_of_lab30_give_the_table_of_their_evaluation(tmp_path):
     assert result.planning is not None
 
 
+def test_results_of_lab30_come_with_the_fewest_contacts_first():
+    results = lab30.published_lab30()
+    free = [result.metrics["collision_free"].value for result in results]
+    assert free == sorted(free, reverse=True)
+    names = [result.name for result in results]
+    assert {"astar", "local-ppo", "navdp", "random"} <= set(names)
+    assert [one.name for one in lab30.published_lab30(["random", "nobody", "astar"])] == ["random", "astar"]
+
+
 def test_the_first_drives_of_a_suite_are_driven_as_in_the_suite(tmp_path):
     from labgym.layouts import load_published
     from labgym.suites import load_suite

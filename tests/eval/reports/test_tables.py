@@ -138,9 +138,10 @@ def test_the_leaderboard_says_what_each_policy_sees_and_ends_with_the_paper_s_ro
         ("a", "map", "0.500 [0.250, 0.750]"),
         ("b", "depth", "0.500 [0.250, 0.750]"),
     ]
-    printed = {row[0]: row[1:4] for row in table.rows[2:]}
-    assert printed["NavDP, paper"] == ("rgbd", "0.517", "0.446")
-    assert printed["iPlanner (w/o nav. opt.), paper"] == ("depth", "0.350", "0.332")
+    printed = {row[0]: row[1:5] for row in table.rows[2:]}
+    assert table.columns[2:5] == ("Collision-free SR ↑", "SR ↑", "SPL ↑")
+    assert printed["NavDP, paper"] == ("rgbd", "-", "0.517", "0.446")
+    assert printed["iPlanner (w/o nav. opt.), paper"] == ("depth", "-", "0.350", "0.332")
     assert len(printed) == 4
 
 
