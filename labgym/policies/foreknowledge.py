@@ -19,9 +19,9 @@ RobotPath = Callable[[float], tuple[float, float, float, float, float]]
 class Forecast(Protocol):
     """People in the future, in steps of 0.1 s."""
 
-    places: list[tuple[float, float]]
-    """Their centers, meters in the room frame."""
-    following: list[tuple[float, float]]
+    places: NDArray[np.float64]
+    """Their centers, (n, 2) meters in the room frame."""
+    following: NDArray[np.float64]
     """The same 0.1 s later: certain, whatever the robot does."""
 
     def step(self, x: float, y: float, vx: float, vy: float, turn: float) -> None:

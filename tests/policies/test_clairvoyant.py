@@ -57,11 +57,11 @@ class Crossers:
 
     @property
     def places(self):
-        return [tuple(each) for each in crossing(0.1 * self.tick).tolist()]
+        return crossing(0.1 * self.tick)
 
     @property
     def following(self):
-        return [tuple(each) for each in crossing(0.1 * (self.tick + 1)).tolist()]
+        return crossing(0.1 * (self.tick + 1))
 
     def step(self, x, y, vx, vy, turn):
         self.tick += 1

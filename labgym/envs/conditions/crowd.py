@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cache
-from typing import Any
 
 import numpy as np
 
@@ -86,26 +84,29 @@ class Crowd:
 
     Args:
         world: the layout. cast: the people; stops that a person cannot reach are passed over.
+
+    Attributes:
+        world: the layout. speed: of the people, m/s. model: how they avoid each other. yields: who avoids the robot
+            while it moves. groups: numbers of those who walk with each. stops: x, y, yaw and seconds of those of each.
+        walkers: the people.
     """
 
     def __init__(self, world: World, cast: Cast) -> None:
-        self._world, self._speed = world, cast.speed
-        self._model: Model = cast.model
+        self.world, self.speed = world, cast.speed
+        self.model: Model = cast.model
         self.yields = tuple(role.yields for role in cast.people)
-        self._groups = tuple(
+        self.groups = tuple(
             tuple(k for k, other in enumerate(cast.people) if other.group == role.group) for role in cast.people
         )
-        self._stops = tuple(role.stops for role in cast.people)
+        self.stops = tuple(role.stops for role in cast.people)
         # Shared by the copies that futures are made with, which plan the same ways again and again.
         self._ways: dict[tuple[Vector, Vector], tuple[Vector, ...]] = {}
-        self._compiled = False
         self.walkers = [Walker(*role.start, standing=not role.stops) for role in cast.people]
 
     def copy(self) -> Crowd:
-        """Return a crowd that goes on from here separately, with compiled velocities where numba is installed."""
+        """Return a crowd that goes on from here separately."""
         other = object.__new__(Crowd)
         other.__dict__ |= self.__dict__
-        other._compiled = True
         other.walkers = [replace(walker) for walker in self.walkers]
         return other
 
@@ -122,38 +123,21 @@ class Crowd:
         """
         walkers = self.walkers
         preferred = [self._preferred(number) for number in range(len(walkers))]
-        compiled = compiled_velocities() if self._compiled and self._model == "orca" else None
-        if compiled is None or robot is None:
-            velocities = self._velocities(preferred, robot, rest)
-        else:
-            velocities = compiled(
-                np.array([(each.x, each.y, each.vx, each.vy) for each in walkers]).reshape(-1, 4),
-                np.array(preferred).reshape(-1, 2),
-                np.array(self.yields, dtype=np.bool_),
-                tuple(map(float, robot)),
-                rest >= REST,
-                rest > 0.0,
-                self._world.derived("walls of people", Walls.of).boxes,
-                self._speed,
-                RADIUS,
-                GAP,
-                AVOIDANCE.neighbors,
-                (AVOIDANCE.horizon, AVOIDANCE.horizon_walls, AVOIDANCE.reach, AVOIDANCE.dt),
-            ).tolist()
+        velocities = self._velocities(preferred, robot, rest)
         for walker, (vx, vy) in zip(walkers, velocities, strict=True):
             walker.vx, walker.vy = vx, vy
             walker.x, walker.y = walker.x + vx * DT, walker.y + vy * DT
             speed = math.sqrt(vx * vx + vy * vy)
             walker.walked += speed * DT
-            if speed > 0.2 * self._speed and not walker.standing:
+            if speed > 0.2 * self.speed and not walker.standing:
                 walker.yaw = math.atan2(vy, vx)
 
     def _velocities(self, preferred: Sequence[Vector], robot: Disc | None, rest: float) -> list[Vector]:
         """Return the next velocities of the people, m/s; the arguments of `step`, and the velocities alone."""
         discs = [Disc(each.x, each.y, each.vx, each.vy, RADIUS) for each in self.walkers]
-        reach = RADIUS + self._speed * AVOIDANCE.horizon_walls
+        reach = RADIUS + self.speed * AVOIDANCE.horizon_walls
         points = np.array(self.places, dtype=np.float64).reshape(-1, 2)
-        walls = self._world.derived("walls of people", Walls.of).near(points, reach)
+        walls = self.world.derived("walls of people", Walls.of).near(points, reach)
         velocities = []
         for number, disc in enumerate(discs):
             others = [Neighbor(other) for k, other in enumerate(discs) if k != number]
@@ -176,15 +160,15 @@ class Crowd:
         walls: Sequence[Vector],
         blocks: Sequence[HalfPlane],
     ) -> Vector:
-        if self._model == "orca":
-            return AVOIDANCE.velocity(disc, preferred, self._speed, others, walls, blocks)
-        pushed = FORCES.velocity(disc, preferred, self._speed, [other.disc for other in others], walls)
+        if self.model == "orca":
+            return AVOIDANCE.velocity(disc, preferred, self.speed, others, walls, blocks)
+        pushed = FORCES.velocity(disc, preferred, self.speed, [other.disc for other in others], walls)
         hard = [away_from(wall, disc.radius, AVOIDANCE.horizon_walls) for wall in walls]
-        return permitted_velocity(pushed, self._speed, [*hard, *blocks], ())
+        return permitted_velocity(pushed, self.speed, [*hard, *blocks], ())
 
     def _preferred(self, number: int) -> Vector:
         """Return the velocity that a person would have alone, m/s, and change what they are about."""
-        walker, stops = self.walkers[number], self._stops[number]
+        walker, stops = self.walkers[number], self.stops[number]
         if not stops:
             return 0.0, 0.0
         x, y, yaw, _ = stops[walker.stop]
@@ -207,7 +191,7 @@ class Crowd:
 
     def _wait(self, number: int) -> None:
         walker = self.walkers[number]
-        together = all(self.walkers[k].standing for k in self._groups[number])
+        together = all(self.walkers[k].standing for k in self.groups[number])
         walker.group_wait += 0.0 if together else DT
         if together or walker.group_wait > PATIENCE:
             walker.waiting -= DT
@@ -217,24 +201,28 @@ class Crowd:
     def _stand(self, number: int) -> None:
         walker = self.walkers[number]
         walker.standing, walker.group_wait = True, 0.0
-        walker.waiting = self._stops[number][walker.stop][3]
+        walker.waiting = self.stops[number][walker.stop][3]
 
     def _go_on(self, number: int) -> None:
         walker = self.walkers[number]
-        walker.stop = (walker.stop + 1) % len(self._stops[number])
+        walker.stop = (walker.stop + 1) % len(self.stops[number])
         walker.standing, walker.path = False, ()
         walker.to_go, walker.stalled = math.inf, 0.0
 
     def _plan(self, number: int) -> None:
         walker = self.walkers[number]
-        ends = (walker.x, walker.y), self._stops[number][walker.stop][:2]
+        walker.path, walker.passed = self.way((walker.x, walker.y), self.stops[number][walker.stop][:2]), 1
+        walker.beyond = length_after(walker.path, 1)
+
+    def way(self, start: Vector, goal: Vector) -> tuple[Vector, ...]:
+        """Return the points of the way from a place to another, meters; none if there is no way."""
+        ends = start, goal
         if ends not in self._ways:
-            path = self._world.paths.path(*ends)
+            path = self.world.paths.path(*ends)
             self._ways[ends] = () if path is None else tuple(map(tuple, path.points.tolist()))
             if len(self._ways) > WAYS:
                 del self._ways[next(iter(self._ways))]
-        walker.path, walker.passed = self._ways[ends], 1
-        walker.beyond = _length(walker.path, 1)
+        return self._ways[ends]
 
     def _taken(self, number: int, x: float, y: float) -> bool:
         """Whether somebody else stands at a stop."""
@@ -253,7 +241,7 @@ class Crowd:
                 break
             place += 1
         if place != walker.passed:
-            walker.passed, walker.beyond = place, _length(path, place)
+            walker.passed, walker.beyond = place, length_after(path, place)
         rest = math.dist((x, y), path[place]) + walker.beyond
         while place < last and (path[place][0] - x) ** 2 + (path[place][1] - y) ** 2 < LOOKAHEAD * LOOKAHEAD:
             place += 1
@@ -273,14 +261,14 @@ class Crowd:
 
     def _pace(self, number: int, to_go: float) -> float:
         """Return the speed of a person, m/s: members of a group wait for the last one."""
-        group = self._groups[number]
+        group = self.groups[number]
         if len(group) == 1:
-            return self._speed
+            return self.speed
         walkers, stop = self.walkers, self.walkers[number].stop
         others = [walkers[k] for k in group if k != number]
         behind = [other.to_go for other in others if other.stop == stop and not other.standing]
         late = any(to_go + AHEAD < other < math.inf for other in behind)
-        return self._speed * (0.5 if late else 1.0)
+        return self.speed * (0.5 if late else 1.0)
 
     @staticmethod
     def _towards(walker: Walker, target: Vector, to_go: float, speed: float) -> Vector:
@@ -293,19 +281,9 @@ class Crowd:
         return (dx + turn * dy) * pace, (dy - turn * dx) * pace
 
 
-def _length(path: Sequence[Vector], first: int) -> float:
+def length_after(path: Sequence[Vector], first: int) -> float:
     """Return the length of a path from its point of a number on, meters."""
     return sum((math.dist(path[k], path[k + 1]) for k in range(first, len(path) - 1)), 0.0)
-
-
-@cache
-def compiled_velocities() -> Callable[..., Any] | None:
-    """Return the compiled velocities of people, None without numba: the same bits, sooner."""
-    try:
-        from labgym.envs.conditions.crowd_kernel import velocities
-    except ImportError:
-        return None
-    return velocities
 
 
 def _kept_off(disc: Disc, robot: Disc) -> HalfPlane:

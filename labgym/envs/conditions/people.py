@@ -14,6 +14,7 @@ from labgym.envs.conditions.bodies import Body, BodyRays
 from labgym.envs.conditions.cast import MOST, Cast, Model, cast_of
 from labgym.envs.conditions.casting import draw_cast
 from labgym.envs.conditions.crowd import DT, RADIUS, REST, Crowd
+from labgym.envs.conditions.crowd_arrays import CrowdArrays, arrays_of
 from labgym.envs.conditions.figures import figure
 from labgym.envs.conditions.half_planes import Vector
 from labgym.envs.conditions.orca import Disc
@@ -105,12 +106,13 @@ class Walking(Presence):
         self._robot = _disc(state.pose, state.velocity, state.sideways, self._radius)
         self._places = self._next = self._crowd.places
         self._shown: tuple[list[Vector], Sequence[Body]] | None = None
+        self._arrays: CrowdArrays | None = None
         self._advance()
         self._measure(0.0)
 
     def __getstate__(self) -> dict[str, Any]:
-        # Shapes hold ray scenes, which cannot be pickled; the bodies follow from the rest.
-        return self.__dict__ | {"_shown": None}
+        # Shapes hold ray scenes, which cannot be pickled; the bodies follow from the rest, and so do the arrays.
+        return self.__dict__ | {"_shown": None, "_arrays": None}
 
     @property
     def visible(self) -> bool:  # type: ignore[override]
@@ -156,7 +158,7 @@ class Walking(Presence):
     @property
     def positions(self) -> NDArray[np.float64]:
         """The centers of the people, (n, 2) meters. Privileged."""
-        return np.array(self._places, dtype=np.float64).reshape(-1, 2)
+        return _centers(self._places)
 
     @property
     def velocities(self) -> NDArray[np.float64]:
@@ -187,17 +189,15 @@ class Walking(Presence):
             while time >= (forecast.tick + 1) * DT - EPSILON and self._places:
                 forecast.step(*(self._standing() if path is None else path((forecast.tick + 1) * DT)))
             share = (time - forecast.tick * DT) / DT
-            places.append(
-                [
-                    (ax + (bx - ax) * share, ay + (by - ay) * share)
-                    for (ax, ay), (bx, by) in zip(forecast.places, forecast.following, strict=True)
-                ]
-            )
-        return np.array(places, dtype=np.float64).reshape(len(places), -1, 2)
+            places.append(forecast.places + (forecast.following - forecast.places) * share)
+        return np.array(places, dtype=np.float64).reshape(len(places), len(self._places), 2)
 
     def forecast(self) -> Forecast:
         """Return the people from now on, to be advanced with any motion of the robot. Privileged."""
-        return Forecast(self._crowd.copy(), self._last, self._next, self._tick, self._rest, self._radius)
+        if self._arrays is None:
+            self._arrays = arrays_of(self._crowd)
+        crowd = self._crowd.copy() if self._arrays is None else self._arrays.copy()
+        return Forecast(crowd, _centers(self._last), _centers(self._next), self._tick, self._rest, self._radius)
 
     @property
     def outcome(self) -> dict[str, Any]:
@@ -219,7 +219,7 @@ class Walking(Presence):
 
     def _advance(self) -> None:
         """Begin the next 0.1 s."""
-        self._last = self._crowd.places
+        self._last, self._arrays = self._crowd.places, None
         self._crowd.step(self._robot, self._rest)
         self._next = self._crowd.places
         x, y = self._robot.x, self._robot.y
@@ -259,14 +259,14 @@ class Forecast:
 
     Attributes:
         tick: number of 0.1 s since the start of the episode.
-        places: the centers then, meters. following: 0.1 s later, which is already certain.
+        places: the centers then, (n, 2) meters. following: 0.1 s later, which is already certain.
     """
 
     def __init__(
         self,
-        crowd: Crowd,
-        places: list[tuple[float, float]],
-        following: list[tuple[float, float]],
+        crowd: Crowd | CrowdArrays,
+        places: NDArray[np.float64],
+        following: NDArray[np.float64],
         tick: int,
         rest: float,
         radius: float,
@@ -284,7 +284,12 @@ class Forecast:
         self._rest = 0.0 if _moves((math.sqrt(vx * vx + vy * vy), turn), 0.0) else self._rest + DT
         self.places = self.following
         self._crowd.step(Disc(x, y, vx, vy, self._radius), self._rest)
-        self.following = self._crowd.places
+        self.following = _centers(self._crowd.places)
+
+
+def _centers(places: list[Vector] | NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return places as an array (n, 2)."""
+    return np.asarray(places, dtype=np.float64).reshape(-1, 2)
 
 
 def _disc(pose: tuple[float, float, float], velocity: tuple[float, float], sideways: float, radius: float) -> Disc:

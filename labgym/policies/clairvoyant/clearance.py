@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from labgym.navigation import FloorPlan
 from labgym.navigation.barriers import Barriers
+from labgym.navigation.clearance import Obstacles
 
 Array = NDArray[np.float64]
 
@@ -14,8 +17,8 @@ NODE = 0.05
 """Distance between the nodes, meters."""
 FAR = 2.0
 """Distances greater than this count as this, meters."""
-ROWS = 20_000
-"""Number of nodes that are computed at a time."""
+TILE = 32
+"""Number of rows and columns of nodes that are computed at a time, with the obstacles within reach alone."""
 
 
 class ClearanceField:
@@ -33,9 +36,19 @@ class ClearanceField:
         self.low = self.barriers.low - NODE
         columns, rows = (np.ceil((self.barriers.high - self.low) / NODE).astype(int) + 2).tolist()
         x, y = self.low[0] + NODE * np.arange(columns), self.low[1] + NODE * np.arange(rows)
-        nodes = np.column_stack([np.tile(x, rows), np.repeat(y, columns)])
-        distances = np.concatenate([self.barriers.clearance(nodes[k : k + ROWS]) for k in range(0, len(nodes), ROWS)])
-        self.values: Array = np.minimum(distances, FAR).reshape(rows, columns)
+        self.values: Array = np.empty((rows, columns))
+        for row in range(0, rows, TILE):
+            for column in range(0, columns, TILE):
+                part = slice(row, row + TILE), slice(column, column + TILE)
+                self.values[part] = self._distances(x[part[1]], y[part[0]])
+
+    def _distances(self, x: Array, y: Array) -> Array:
+        """Return the distances at the nodes of a tile, (rows, columns) meters, from its x and y."""
+        nodes = np.column_stack([np.tile(x, len(y)), np.repeat(y, len(x))])
+        reach, obstacles = FAR + NODE, self.barriers.obstacles
+        _, near = obstacles.near(nodes[:1] - reach, nodes[-1:] + reach)
+        within = replace(self.barriers, obstacles=Obstacles(obstacles.sources[k] for k in near.tolist()))
+        return np.minimum(within.clearance(nodes), FAR).reshape(len(y), len(x))
 
     def at(self, points: Array) -> tuple[Array, Array]:
         """Return the distances at points (n, 2), (n,) meters, and their gradients, (n, 2)."""

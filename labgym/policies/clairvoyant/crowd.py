@@ -169,9 +169,12 @@ class CrowdPlanner:
         start = Start(time, pose, velocity, is_moving(current, len(self._errand.weights), time, velocity))
         best: Plan | None = None
         if current is not None and current.route is not None:
-            best, people = self._judged(replace(current, motion=rehearsed(current.reference, pose, velocity, time)))
-            if best.touch == math.inf and not improve:
-                return best
+            current = replace(current, motion=rehearsed(current.reference, pose, velocity, time))
+            if not improve:
+                best, _ = self._judged(current, beyond=0.0)
+                if best.touch == math.inf:
+                    return best
+            best, people = self._judged(current)
         else:
             away = 1.5 * self._grid.seconds(np.array(pose[:2])) + BEYOND
             people = self._world.people(_times(time, min(away, HORIZON)))
@@ -180,7 +183,7 @@ class CrowdPlanner:
             for apart in (APART, SHY) if self.worth.distance else (APART,):
                 drawn = self._giving_way(begun, apart, start, _least(best))
                 if drawn is not None:
-                    best = _better(best, self._judged(drawn)[0])
+                    best = _better(best, self._judged(drawn, beyond=0.0)[0])
         for some in (np.ones(people.shape[1], dtype=bool), ~self._world.yields):
             expected = people[:, some]
             for _ in range(ROUNDS):
@@ -195,10 +198,10 @@ class CrowdPlanner:
             return best
         return self._braking(routes[0], start) if start.moving and routes else self._still(start)
 
-    def _judged(self, plan: Plan) -> tuple[Plan, Array]:
-        """Return a plan with what people's answer to it costs, and the people."""
+    def _judged(self, plan: Plan, beyond: float = BEYOND) -> tuple[Plan, Array]:
+        """Return a plan with what people's answer to it costs, and the people until some seconds beyond its end."""
         motion = plan.motion
-        ahead = min(DT * (len(motion.poses) - 1) + BEYOND, HORIZON)
+        ahead = min(DT * (len(motion.poses) - 1) + beyond, HORIZON)
         people = self._world.people(_times(motion.start, ahead), motion.at)
         touch, near = touch_of(motion, people)
         along = np.hypot(*np.diff(motion.poses[:, :2], axis=0).T).sum()
@@ -225,7 +228,7 @@ class CrowdPlanner:
         near, reference = 0.0, begun.reference
         for (x, y, _), (_, w) in zip(reference.poses[1:].tolist(), reference.velocities[1:].tolist(), strict=True):
             forecast.step(x, y, 0.0, 0.0, w)
-            near += DT * (min(math.dist((x, y), each) for each in forecast.places) < NEAR)
+            near += DT * (min(math.dist((x, y), each) for each in forecast.places.tolist()) < NEAR)
         worth = self._worth(begun).after(self.worth.spent + begun.turning * DT, self.worth.close + near)
         drive = reacting(begun.route, forecast, worth, apart, self._gait, begun.before, DT, least)
         return None if drive is None else self._built(begun, drive.places, drive.speeds, start)

@@ -7,7 +7,9 @@ and when the way is free.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -61,36 +63,93 @@ def reacting(
     rise, weights = gait.rise, np.array(gait.weights)
     unit = 0.5 * rise * dt
     place, level, near = float(before[-1, 0]), min(round(float(before[-1, 1]) / rise), gait.levels), 0.0
-    along = route.spacing * np.arange(len(route.points))
-    fastest = _braked(route, rise / dt)
+    line, last = Line.of(route, rise / dt), round(LONGEST / dt)
     raw = before.tolist()
-    for step in range(1, round(LONGEST / dt) + 1):
-        if worth.points(step * dt, near) <= least:
+    for step in range(1, last + 1):
+        # At the greatest speed all the time the drive would end in this step; it is worth no more than that.
+        left = (route.length - 2.5 * unit - place) / (2.0 * gait.levels * unit)
+        soonest = step + max(math.ceil(left - 1e-6), 1) - 1
+        if soonest > last or worth.points(soonest * dt, near) <= least:
             return None
-        now, then = np.array(forecast.places), np.array(forecast.following)
-        best = max(level - 1, 0)
-        for following in (level + 1, level):
-            reach = place + (level + following) * unit
-            allowed = float(np.interp(reach, along, fastest)) + 1e-9
-            if following <= gait.levels and following * rise <= max(allowed, rise if following > level else 0.0):
-                if reach + following**2 * unit > route.length + unit:
-                    continue
-                if _safe(route, place, level, following, unit, now, then, apart, gait.delay):
-                    best = following
-                    break
-        place = min(place + (level + best) * unit, route.length)
-        level = best
+        level_before, level = level, _choice(line, place, level, gait, unit, forecast.places, forecast.following, apart)
+        place = min(place + (level_before + level) * unit, route.length)
         raw.append([place, level * rise])
         reached, v = (weights @ np.array(raw[: -len(weights) - 1 : -1])).tolist()
-        (point,), (yaw,), (curvature,) = route.at(np.array([reached]))
-        x, y = point.tolist()
-        forecast.step(x, y, v * math.cos(yaw), v * math.sin(yaw), v * float(curvature))
-        if min((math.dist((x, y), each) for each in forecast.places), default=math.inf) < NEAR:
+        x, y, yaw, curvature = line.at(reached)
+        forecast.step(x, y, v * math.cos(yaw), v * math.sin(yaw), v * curvature)
+        if min((math.dist((x, y), each) for each in forecast.places.tolist()), default=math.inf) < NEAR:
             near += dt
         if level == 0 and place >= route.length - 2.5 * unit:
             places, speeds = np.array(raw[len(before) :]).T
             return Reaction(places, speeds, near, worth.points(step * dt, near))
     return None
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """A route as arrays.
+
+    Attributes:
+        route: the route. along: (n,) lengths at its points, meters. values: (4, n) x, y, headings and curvatures.
+        braked: (n,) speeds from which every later limit can be kept, m/s.
+    """
+
+    route: Route
+    along: Array
+    values: Array
+    braked: Array
+
+    @classmethod
+    def of(cls, route: Route, acceleration: float) -> Line:
+        """Return the arrays of a route for a greatest acceleration, m/s2."""
+        along: Array = route.spacing * np.arange(len(route.points), dtype=np.float64)
+        values = np.vstack([route.points.T, route.yaw, route.curvature])
+        return cls(route, along, values, _braked(route, acceleration))
+
+    def at(self, place: float) -> tuple[float, float, float, float]:
+        """Return x, y, heading and curvature at a length along the route, meters."""
+        compiled = compiled_reaction()
+        if compiled is not None:
+            located: tuple[float, float, float, float] = compiled[1](place, self.along, self.values)
+            return located
+        (point,), (yaw,), (curvature,) = self.route.at(np.array([place]))
+        return float(point[0]), float(point[1]), float(yaw), float(curvature)
+
+
+@cache
+def compiled_reaction() -> tuple[Callable[..., int], Callable[..., tuple[float, float, float, float]]] | None:
+    """Return the compiled choice and place of `reacting`, None without numba: the same bits, sooner."""
+    try:
+        from labgym.policies.clairvoyant.reaction_kernel import choice, located
+    except ImportError:
+        return None
+    return choice, located
+
+
+def _choice(
+    line: Line, place: float, level: int, gait: Gait, unit: float, now: Array, then: Array, apart: float
+) -> int:
+    """Return the next speed: the greatest within the limits that is safe, or the one below.
+
+    Args:
+        line: the route. place, level: the robot's. gait: speeds. unit: way for each sum of levels in a step, meters.
+        now, then: (n, 2) people now and after a step, meters. apart: distance to keep, meters.
+    """
+    rise, length, compiled = gait.rise, line.route.length, compiled_reaction()
+    if compiled is not None:
+        terms = unit, length, apart, gait.delay, LEAST
+        levels = level, gait.levels
+        return compiled[0](place, *levels, rise, line.along, line.values, line.braked, now, then, terms)
+    for following in (level + 1, level):
+        reach = place + (level + following) * unit
+        allowed = float(np.interp(reach, line.along, line.braked)) + 1e-9
+        if following > gait.levels or following * rise > max(allowed, rise if following > level else 0.0):
+            continue
+        if reach + following**2 * unit > length + unit:
+            continue
+        if _safe(line.route, place, level, following, unit, now, then, apart, gait.delay):
+            return following
+    return max(level - 1, 0)
 
 
 def _safe(

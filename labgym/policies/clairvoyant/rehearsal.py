@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.navigation import Pose
-from labgym.policies.clairvoyant.reference import Reference
+from labgym.policies.clairvoyant.reference import GAIN_ACROSS, GAIN_ALONG, GAIN_YAW, Reference
 from labgym.policies.reckoning import DeadReckoning
 from labgym.policies.tracking import velocities_to_action
 
@@ -53,12 +55,36 @@ def rehearsed(
         reference: the motion to follow. pose, velocity, time: of the robot now.
         robot: its limits.
     """
+    steps, compiled = max(0, round((reference.end - time) / reference.dt)), compiled_follow()
+    if compiled is not None:
+        motion = compiled(
+            reference.poses,
+            reference.velocities,
+            (reference.start, reference.dt, time),
+            (*map(float, pose), *map(float, velocity)),
+            steps,
+            (GAIN_ALONG, GAIN_ACROSS, GAIN_YAW),
+            (robot.v_min, robot.v_max, robot.w_max, robot.acceleration, robot.turn_acceleration, robot.lag),
+            robot.timestep,
+            robot.substeps,
+        )
+        return Rehearsal(time, reference.dt, motion[:, :3], motion[:, 3:])
     reckoning = DeadReckoning(robot)
     reckoning.pose, reckoning.velocity = pose, velocity
     poses, velocities = [pose], [velocity]
-    for step in range(max(0, round((reference.end - time) / reference.dt))):
+    for step in range(steps):
         v, w = reference.wanted(time + step * reference.dt, reckoning.pose)
         reckoning.drive(velocities_to_action(v, w, robot))
         poses.append(reckoning.pose)
         velocities.append(reckoning.velocity)
     return Rehearsal(time, reference.dt, np.array(poses), np.array(velocities))
+
+
+@cache
+def compiled_follow() -> Callable[..., Array] | None:
+    """Return the compiled loop of `rehearsed`, None without numba: the same bits, sooner."""
+    try:
+        from labgym.policies.clairvoyant.rehearsal_kernel import follow
+    except ImportError:
+        return None
+    return follow

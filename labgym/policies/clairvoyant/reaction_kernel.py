@@ -1,0 +1,136 @@
+"""One choice of a drive that gives way compiled by numba, which the extra `fast` installs: `reaction._choice`, sooner.
+
+Every operation is that of `reaction`, `Route.at` and `np.interp`, in the same order and without fast math. So the bits
+are the same; the tests compare them.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from labgym.machine_code import entry, inner
+
+Array = NDArray[np.float64]
+
+
+@inner
+def _interval(place: float, along: Array) -> int:
+    """Return the number of the last of ascending lengths at even steps that is not beyond a place; -1 before all."""
+    last = len(along) - 1
+    if not place >= along[0]:
+        return -1
+    if place >= along[last]:
+        return last
+    k = min(int(place / along[1]), last - 1)
+    while along[k] > place:
+        k -= 1
+    while along[k + 1] <= place:
+        k += 1
+    return k
+
+
+@inner
+def _interpolated(place: float, k: int, along: Array, values: Array) -> float:
+    """Return `np.interp` at a place in an interval."""
+    value: float = values[max(k, 0)]
+    if k >= 0 and k < len(along) - 1 and along[k] != place:
+        value = (values[k + 1] - values[k]) / (along[k + 1] - along[k]) * (place - along[k]) + value
+    return value
+
+
+@entry
+def located(place: float, along: Array, lines: Array) -> tuple[float, float, float, float]:
+    """Return x, y, heading and curvature at a length along a route, as `Route.at`.
+
+    Args:
+        place: meters. along: (n,) lengths at even steps from 0. lines: (4, n) x, y, headings and curvatures.
+    """
+    k = _interval(place, along)
+    return (
+        _interpolated(place, k, along, lines[0]),
+        _interpolated(place, k, along, lines[1]),
+        _interpolated(place, k, along, lines[2]),
+        _interpolated(place, k, along, lines[3]),
+    )
+
+
+@inner
+def _nearest(place: float, step: float, along: Array, lines: Array, now: Array, then: Array) -> float:
+    """Return the distance to the nearest person after a number of steps, meters."""
+    k = _interval(place, along)
+    x, y = _interpolated(place, k, along, lines[0]), _interpolated(place, k, along, lines[1])
+    least = math.inf
+    for one in range(len(now)):
+        px = now[one, 0] + (then[one, 0] - now[one, 0]) * step
+        py = now[one, 1] + (then[one, 1] - now[one, 1]) * step
+        least = min(least, math.hypot(x - px, y - py))
+    return least
+
+
+@inner
+def _safe(
+    place: float,
+    level: int,
+    following: int,
+    along: Array,
+    lines: Array,
+    now: Array,
+    then: Array,
+    terms: tuple[float, float, float, float, float],
+) -> bool:
+    """As `reaction._safe`."""
+    unit, length, apart, delay, least = terms
+    if len(now) == 0:
+        return True
+    away = _nearest(min(place + 0.0, length), 0 + delay, along, lines, now, then)
+    limit = (apart if away >= apart else max(away, least)) - 1e-9
+    before, after, moves, step = level, following, 0, 0
+    held = 2 if following > level and level == 0 else 0
+    while True:
+        moves, step = moves + before + after, step + 1
+        if _nearest(min(place + unit * moves, length), step + delay, along, lines, now, then) < limit:
+            return False
+        before = after
+        if held > 0:
+            after, held = 2, held - 1
+        else:
+            after = before - 1
+        if after < 0:
+            return True
+
+
+@entry
+def choice(
+    place: float,
+    level: int,
+    levels: int,
+    rise: float,
+    along: Array,
+    lines: Array,
+    braked: Array,
+    now: Array,
+    then: Array,
+    terms: tuple[float, float, float, float, float],
+) -> int:
+    """Return the next speed, as a number of rises; as `reaction._choice`.
+
+    Args:
+        place: meters. level: the speed now. levels: greatest speed. rise: m/s. along, lines: as for `located`.
+        braked: (n,) speeds from which every later limit can be kept, m/s.
+        now, then: (n, 2) people now and after a step, meters.
+        terms: way for each sum of levels, length, distance to keep, meters; delay, steps; least distance, meters.
+    """
+    unit, length = terms[0], terms[1]
+    for following in (level + 1, level):
+        reach = place + (level + following) * unit
+        allowed = _interpolated(reach, _interval(reach, along), along, braked) + 1e-9
+        if following > levels or following * rise > max(allowed, rise if following > level else 0.0):
+            continue
+        if reach + following * following * unit > length + unit:
+            continue
+        if _safe(place, level, following, along, lines, now, then, terms):
+            return following
+    return max(level - 1, 0)
