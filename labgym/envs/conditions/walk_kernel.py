@@ -1,4 +1,4 @@
-"""What people are about, compiled by numba, which the extra `fast` installs: `Crowd._preferred`, sooner.
+"""The intentions of people compiled by numba, which the extra `fast` installs: `Crowd._preferred`, sooner.
 
 Every operation is that of `crowd`, in the same order and without fast math. So the bits are the same; the tests compare
 them.
@@ -159,12 +159,12 @@ def intend(
     dt: float,
     two: float,
 ) -> int:
-    """Write the velocities that people would have alone, change what they are about, and return their number.
+    """Write the velocities that people would have alone, advance their intentions, and return their number.
 
     Return the number of a person who needs a way first: it must be planned before the rest.
 
     Args:
-        walkers: (n, 9) and marks: (n, 4) of the people; see the columns. preferred: (n, 2) velocities, m/s.
+        walkers: (n, 9) numbers and marks: (n, 4) of the people; see the columns. preferred: (n, 2) velocities, m/s.
         ways: (n, p, 3) points, meters, and the length of the way after each, meters.
         stops: (n, s, 3) x, y, meters, and duration, seconds. counts, groups: (n,) number of stops, and group.
         first: person to begin with. planned: whether that person's way has just been planned. speed: m/s.

@@ -54,10 +54,10 @@ def terms(
     node: float,
     values: Array,
 ) -> tuple[Array, Array, Array, Array, Array, Array]:
-    """Return the gradient of the cost of a path, (n, 2), and what is squared in it.
+    """Return the gradient of the cost of a path, (n, 2), and the squares that the cost adds up.
 
-    They are the edges, (n - 1, 2), the curvatures and what they exceed the limit by, (n - 2,), the changes of
-    curvature, (n - 3, 2), and the clearance that is missing, (n,); each squared.
+    The squares are of the edges, (n - 1, 2), the curvatures and their excesses over the limit, (n - 2,), the changes of
+    curvature, (n - 3, 2), and the missing clearances, (n,).
 
     Args:
         path: (n, 2) meters. h: step, meters. square: its square. band: radius, curvature, bend, sharp, twist and wall.
