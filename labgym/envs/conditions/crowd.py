@@ -212,7 +212,7 @@ class Crowd:
     def _plan(self, number: int) -> None:
         walker = self.walkers[number]
         walker.path, walker.passed = self.way((walker.x, walker.y), self.stops[number][walker.stop][:2]), 1
-        walker.beyond = length_after(walker.path, 1)
+        walker.beyond = _length(walker.path, 1)
 
     def way(self, start: Vector, goal: Vector) -> tuple[Vector, ...]:
         """Return the points of the way from a place to another, meters; none if there is no way."""
@@ -241,7 +241,7 @@ class Crowd:
                 break
             place += 1
         if place != walker.passed:
-            walker.passed, walker.beyond = place, length_after(path, place)
+            walker.passed, walker.beyond = place, _length(path, place)
         rest = math.dist((x, y), path[place]) + walker.beyond
         while place < last and (path[place][0] - x) ** 2 + (path[place][1] - y) ** 2 < LOOKAHEAD * LOOKAHEAD:
             place += 1
@@ -281,7 +281,7 @@ class Crowd:
         return (dx + turn * dy) * pace, (dy - turn * dx) * pace
 
 
-def length_after(path: Sequence[Vector], first: int) -> float:
+def _length(path: Sequence[Vector], first: int) -> float:
     """Return the length of a path from its point of a number on, meters."""
     return sum((math.dist(path[k], path[k + 1]) for k in range(first, len(path) - 1)), 0.0)
 

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import copy
+import math
 from collections.abc import Callable
 from functools import cache, lru_cache
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from labgym.envs.conditions import crowd as rules
-from labgym.envs.conditions.crowd import AVOIDANCE, DT, GAP, RADIUS, REST, Crowd, length_after
+from labgym.envs.conditions.crowd import AVOIDANCE, DT, GAP, RADIUS, REST, Crowd
 from labgym.envs.conditions.half_planes import Vector
 from labgym.envs.conditions.orca import Disc
 from labgym.envs.conditions.walls import Walls
@@ -127,7 +129,9 @@ class CrowdArrays:
 @lru_cache(maxsize=2 * rules.WAYS)
 def measured(path: tuple[Vector, ...]) -> Array:
     """Return the points of a way and the length of the way after each, (n, 3) meters; not to be changed."""
-    return np.array([(x, y, length_after(path, k)) for k, (x, y) in enumerate(path)])
+    steps = [math.dist(*each) for each in pairwise(path)]
+    # As in `crowd._length`, to the bit: the sum from each point on, from the first step to the last.
+    return np.array([(x, y, sum(steps[k:], 0.0)) for k, (x, y) in enumerate(path)])
 
 
 def arrays_of(crowd: Crowd) -> CrowdArrays | None:

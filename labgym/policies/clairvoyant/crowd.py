@@ -157,6 +157,7 @@ class CrowdPlanner:
         self._errand, self._world, self.worth, self.driven = errand, errand.world, worth, 0.0
         self._late, self._gait = len(errand.weights) - 1, Gait.of(errand.limits, errand.weights)
         self._grid = SpaceTime(errand.field, np.array(self._world.goal[:2]), errand.short)
+        self._answers: dict[bytes, Array] = {}
 
     def plan(self, alone: Route | None, current: Plan | None, improve: bool = True) -> Plan:
         """Return a plan for the robot now.
@@ -167,6 +168,7 @@ class CrowdPlanner:
         """
         time, pose, velocity = self._world.time, self._world.pose, self._world.velocity
         start = Start(time, pose, velocity, is_moving(current, len(self._errand.weights), time, velocity))
+        self._answers.clear()
         best: Plan | None = None
         if current is not None and current.route is not None:
             current = replace(current, motion=rehearsed(current.reference, pose, velocity, time))
@@ -202,11 +204,19 @@ class CrowdPlanner:
         """Return a plan with what people's answer to it costs, and the people until some seconds beyond its end."""
         motion = plan.motion
         ahead = min(DT * (len(motion.poses) - 1) + beyond, HORIZON)
-        people = self._world.people(_times(motion.start, ahead), motion.at)
+        people = self._answer(motion, ahead)
         touch, near = touch_of(motion, people)
         along = np.hypot(*np.diff(motion.poses[:, :2], axis=0).T).sum()
         worth = self.worth.along(self.driven + float(along))
         return replace(plan, worth=worth, touch=touch, near=near), people
+
+    def _answer(self, motion: Rehearsal, seconds: float) -> Array:
+        """Return the people for some seconds as they answer to a motion; plans in which it is the same share them."""
+        times, key = _times(motion.start, seconds), motion.poses.tobytes() + motion.velocities.tobytes()
+        people = self._answers.get(key)
+        if people is None or len(people) < len(times):
+            people = self._answers[key] = self._world.people(times, motion.at)
+        return people[: len(times)]
 
     def _worth(self, begun: Begun) -> Worth:
         """Return the worth of the drive on a route."""
