@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,9 +16,11 @@ from labgym.artefacts import artefacts
 from labgym.documents import read_json, write_json
 from labgym.envs.sensors import IMAGE_SHAPE
 from labgym.errors import DocumentError, OptionError
+from labgym.navigation import OccupancyGrid
 from labgym.policies import EpisodeStart, make_policy
 from labgym.policies.data import Dataset
 from labgym.policies.data.maps import Maps, cost_map
+from labgym.policies.grid_planner import clearance_field
 from labgym.policies.iplanner import train as training
 from labgym.policies.iplanner.config import (
     IPlannerConfig,
@@ -28,8 +31,8 @@ from labgym.policies.iplanner.config import (
 from labgym.policies.iplanner.loss import cost_maps, planning_loss
 from labgym.policies.iplanner.network import IPlannerNetwork, load_iplanner, save_iplanner
 from labgym.policies.iplanner.policy import IPlannerOptions, IPlannerPolicy
-from labgym.policies.iplanner.samples import reaches, targets
 from labgym.policies.iplanner.spline import path_through, path_weights
+from labgym.policies.iplanner.targets import CostToGoTargets, PointTargets, targets_of
 from labgym.policies.learned import training_loop, training_run
 from labgym.policies.learned.frames import to_world
 
@@ -41,7 +44,18 @@ def room_with_a_block() -> Maps:
     """Five metres square, with a blocked square of a metre in the middle."""
     blocked = np.zeros((100, 100), dtype=bool)
     blocked[40:60, 40:60] = True
-    return Maps(cost_map(blocked), np.zeros((100, 100), np.float32), (0.0, 0.0), 0.05)
+    return Maps(cost_map(blocked), clearance_field(OccupancyGrid(blocked)).astype(np.float32), (0.0, 0.0), 0.05)
+
+
+def empty_room() -> Maps:
+    """Five metres square, free everywhere."""
+    return Maps(np.zeros((100, 100), np.float32), np.full((100, 100), 9.0, np.float32), (0.0, 0.0), 0.05)
+
+
+def world_goals(data: Dataset) -> np.ndarray:
+    """The goals of a dataset's samples in the room frame, (n, 2)."""
+    cosine, sine, (x, y) = np.cos(data.pose[:, 2]), np.sin(data.pose[:, 2]), data.goal.T
+    return data.pose[:, :2] + np.column_stack([cosine * x - sine * y, sine * x + cosine * y])
 
 
 def toy_dataset(count: int = 64) -> Dataset:
@@ -113,11 +127,10 @@ def test_costs_between_cells_are_near_those_of_a_spline_through_them() -> None:
 
 
 def test_loss_terms_agree_with_a_calculation_by_hand() -> None:
-    # Three points, a metre and two metres apart; the target is 4 m ahead and so is the way: even steps would be 2 m.
+    # Three points, a metre and two metres apart; the way is 4 m and misses its target by 1 m: even steps would be 2 m.
     path = torch.tensor([[[0.0, 0.0], [1.0, 0.0], [3.0, 0.0]]])
     costs = torch.tensor([[0.1, 0.2, 0.7]])
-    target, reach = torch.tensor([[4.0, 0.0]]), torch.tensor([4.0])
-    losses = planning_loss(path, costs, target, reach, IPlannerLossOptions())
+    losses = planning_loss(path, costs, torch.tensor([1.0]), torch.tensor([4.0]), IPlannerLossOptions())
     assert float(losses.obstacle) == pytest.approx(1.0)
     assert float(losses.motion) == pytest.approx(1.0)
     assert float(losses.goal) == pytest.approx(math.log(2.0))
@@ -138,25 +151,64 @@ def test_the_gradient_moves_a_path_out_of_an_obstacle() -> None:
     for _ in range(200):
         optimiser.zero_grad()
         path = path_through(points, weights)
-        planning_loss(path, costs(), target, torch.tensor([3.0]), options).total.backward()
+        miss = (target - path[:, -1]).norm(dim=1)
+        planning_loss(path, costs(), miss, torch.tensor([3.0]), options).total.backward()
         optimiser.step()
     assert costs().max().item() < 0.5
     assert (path_through(points, weights)[0, -1] - target[0]).norm().item() < 0.1
 
 
-def test_targets_lie_a_horizon_along_the_expert_path_or_at_the_goal() -> None:
+def test_expert_targets_lie_a_horizon_along_the_expert_path_or_at_the_goal() -> None:
     bent = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]], np.float32)
     data = replace(
         toy_dataset(4), path=np.stack([bent] * 4), length=np.full(4, 2.0, np.float32), goal=np.stack([bent[-1]] * 4)
     )
-    np.testing.assert_allclose(targets(data, 1.5), [[1.0, 0.5]] * 4)
-    np.testing.assert_allclose(targets(data, 9.0), [[1.0, 1.0]] * 4)
-    np.testing.assert_allclose(targets(data, None), [[1.0, 1.0]] * 4)
-    for horizon, along, straight in [(1.5, 1.5, math.hypot(1.0, 0.5)), (9.0, 2.0, math.sqrt(2.0))]:
-        target = targets(data, horizon)
-        np.testing.assert_allclose(reaches(data, target, IPlannerLossOptions(horizon=horizon)), [along] * 4)
-        published = IPlannerLossOptions(horizon=horizon, along=False)
-        np.testing.assert_allclose(reaches(data, target, published), [straight] * 4)
+    for horizon, point, along, straight in [
+        (1.5, [1.0, 0.5], 1.5, math.hypot(1.0, 0.5)),
+        (9.0, [1.0, 1.0], 2.0, math.sqrt(2.0)),
+    ]:
+        options = IPlannerLossOptions(target="expert", horizon=horizon)
+        chosen, ends = torch.arange(4), torch.tensor([point] * 4)
+        targets = targets_of(data, options)
+        np.testing.assert_allclose(targets.miss(chosen, ends, ends), np.zeros(4), atol=1e-6)
+        np.testing.assert_allclose(targets.miss(chosen, ends + torch.tensor([0.3, 0.4]), ends), np.full(4, 0.5), 1e-5)
+        np.testing.assert_allclose(targets.reach, [along] * 4)
+        np.testing.assert_allclose(targets_of(data, options.model_copy(update={"along": False})).reach, [straight] * 4)
+
+
+def test_the_published_target_is_the_goal_with_even_steps_along_the_straight_line() -> None:
+    data = toy_dataset(4)
+    targets = targets_of(data, IPlannerLossOptions(target="goal", horizon=0.1))
+    assert isinstance(targets, PointTargets)
+    goal = torch.from_numpy(data.goal)
+    assert torch.equal(targets.miss(torch.arange(4), goal, goal), torch.zeros(4))
+    np.testing.assert_allclose(targets.reach, np.linalg.norm(data.goal, axis=1), 1e-6)
+
+
+def test_cost_to_go_targets_are_reached_after_a_horizon_on_the_straight_line_in_an_empty_room() -> None:
+    data = replace(toy_dataset(32), maps=(empty_room(), empty_room()))
+    length = np.linalg.norm(data.goal, axis=1)
+    targets = targets_of(data, IPlannerLossOptions(horizon=1.0))
+    assert isinstance(targets, CostToGoTargets)
+    np.testing.assert_allclose(targets.reach, np.minimum(length, 1.0), atol=0.06)
+    inside = (np.abs(world_goals(data) - 2.5) < 2.0).all(axis=1)
+    chosen = torch.from_numpy(np.flatnonzero(inside))
+    share = torch.from_numpy((np.minimum(length, 1.0) / length).astype(np.float32))
+    local = (share[:, None] * torch.from_numpy(data.goal))[chosen]
+    world = to_world(local[:, None], torch.from_numpy(data.pose)[chosen])[:, 0]
+    assert len(chosen) > 16
+    assert targets.miss(chosen, local, world).max() < 0.06
+    # The robot's own place misses by the horizon, and the goal itself by all that lies beyond the horizon.
+    here = torch.from_numpy(data.pose[:, :2])[chosen]
+    np.testing.assert_allclose(targets.miss(chosen, local, here), np.minimum(length, 1.0)[chosen], atol=0.06)
+
+
+def test_straight_steps_do_not_change_where_the_cost_to_go_should_be() -> None:
+    data = toy_dataset(8)
+    along, straight = (targets_of(data, IPlannerLossOptions(along=value, horizon=0.5)) for value in (True, False))
+    here = torch.from_numpy(data.pose[:, :2])
+    assert torch.equal(along.miss(torch.arange(8), here, here), straight.miss(torch.arange(8), here, here))
+    np.testing.assert_allclose(straight.reach, np.minimum(np.linalg.norm(data.goal, axis=1), 0.5), 1e-6)
 
 
 def test_thirty_steps_of_training_lower_the_loss(toy: Dataset, tmp_path: Path) -> None:
@@ -348,6 +400,29 @@ def test_weights_of_version_0_1_are_refused_with_the_remedy(tmp_path: Path) -> N
     document["loss"] |= {"fear": 1.0, "fear_length": 2.0, "fear_cost": 1.0}
     write_json(folder / "config.json", document)
     with pytest.raises(DocumentError, match="train the network again"):
+        load_iplanner(folder)
+
+
+@pytest.mark.parametrize(
+    ("loss", "target"), [({}, "expert"), ({"horizon": 2.0}, "expert"), ({"along": False, "horizon": None}, "goal")]
+)
+def test_weights_of_version_2_load_and_keep_their_target(tmp_path: Path, loss: dict[str, Any], target: str) -> None:
+    folder = saved(tmp_path)
+    document = read_json(folder / "config.json")
+    write_json(folder / "config.json", {**document, "schema": "labgym.iplanner/2", "loss": loss})
+    config = IPlannerConfig.load(folder / "config.json")
+    assert (config.loss.target, config.loss.horizon) == (target, loss.get("horizon") or 3.5)
+    assert config.loss.along == loss.get("along", True)
+    assert config.to_json()["schema"] == "labgym.iplanner/3"
+    load_iplanner(folder)
+
+
+@pytest.mark.parametrize("loss", [{"horizon": -1.0}, {"fear": 1.0}, "heavy", None, [3.5]])
+def test_a_broken_loss_of_version_2_is_refused(tmp_path: Path, loss: object) -> None:
+    folder = saved(tmp_path)
+    document = read_json(folder / "config.json")
+    write_json(folder / "config.json", {**document, "schema": "labgym.iplanner/2", "loss": loss})
+    with pytest.raises(DocumentError, match="loss"):
         load_iplanner(folder)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field
 
@@ -13,6 +13,7 @@ from labgym.policies.learned.train_options import TrainOptions
 Positive = Annotated[float, Field(gt=0.0)]
 Size = Annotated[int, Field(ge=1, le=4096)]
 Weight = Annotated[float, Field(ge=0.0)]
+Target = Literal["cost-to-go", "expert", "goal"]
 
 
 class IPlannerNetworkOptions(Record):
@@ -32,25 +33,30 @@ class IPlannerNetworkOptions(Record):
 
 
 class IPlannerLossOptions(Record):
-    """Weights of the loss: the published terms and weights, without fear; `along` and `horizon` are ours.
+    """Weights of the loss: the published terms and weights, without fear; `target`, `along` and `horizon` are ours.
 
     L = obstacle O + motion M + goal G. O is the sum of the cost map along the path; M the sum over the path's steps of
-    the absolute difference from an even step; G = log(1 + distance from the path's end to its target). The published
-    height term is zero on a flat floor and is left out, as is the published fear term.
+    the absolute difference from an even step; G = log(1 + distance by which the path's end misses its target). The
+    published height term is zero on a flat floor and is left out, as is the published fear term.
 
     Attributes:
         obstacle, motion, goal: weights.
-        along: even steps divide the length of the expert path to the target. False divides the straight distance, as
-            published, which makes paths cut corners.
-        horizon: the target is the point this far along the expert path, meters, or the goal if that is nearer. None
-            takes the goal itself, as published, which pulls a path against furniture that hides the goal.
+        target: where a path should end. "cost-to-go": where the geodesic distance to the goal has fallen by the
+            horizon, or to 0 if the goal is nearer; this requires no expert. "expert": at the point a horizon along the
+            expert path, or at the goal. "goal": at the goal itself, as published, which pulls a path against furniture
+            that hides the goal.
+        along: even steps divide the length of the way to the target: the geodesic distance or that along the expert
+            path. False divides the straight distance, as published, which makes paths cut corners. To the target
+            "goal" it is always the straight distance.
+        horizon: largest distance of the target along the way to the goal, meters; unused with the target "goal".
     """
 
     obstacle: Weight = 0.5
     motion: Weight = 2.0
     goal: Weight = 5.0
+    target: Target = "cost-to-go"
     along: bool = True
-    horizon: Positive | None = 3.5
+    horizon: Positive = 3.5
 
 
 class IPlannerTrainOptions(TrainOptions):
@@ -70,9 +76,9 @@ class IPlannerTrainOptions(TrainOptions):
 
 
 class IPlannerConfig(Document):
-    """`config.json` of a trained planner. Version 2 has no fear output."""
+    """`config.json` of a trained planner. Version 2 has no fear output; version 3 names the target of the loss."""
 
-    SCHEMA: ClassVar[str] = "labgym.iplanner/2"
+    SCHEMA: ClassVar[str] = "labgym.iplanner/3"
 
     network: IPlannerNetworkOptions = IPlannerNetworkOptions()
     loss: IPlannerLossOptions = IPlannerLossOptions()
@@ -80,7 +86,7 @@ class IPlannerConfig(Document):
 
     @classmethod
     def parse(cls, data: Any, source: object = "document") -> Self:
-        """Validate plain data read from `source`.
+        """Validate plain data read from `source`; version 2, whose network is the same, is read as well.
 
         Raises:
             DocumentError: another schema or an invalid field; names the source and the field.
@@ -89,4 +95,15 @@ class IPlannerConfig(Document):
             raise DocumentError(
                 source, "schema", "written by labgym 0.1, whose network had a fear output; train the network again"
             )
+        if isinstance(data, dict) and data.get("schema") == "labgym.iplanner/2":
+            data = {**data, "schema": cls.SCHEMA}
+            if isinstance(loss := data.setdefault("loss", {}), dict):
+                data["loss"] = _with_target(loss)
         return super().parse(data, source)
+
+
+def _with_target(loss: dict[str, Any]) -> dict[str, Any]:
+    """Return a loss of version 2, where a horizon of None stood for the goal itself, with its target named."""
+    if loss.get("horizon", 0.0) is None:
+        return {"target": "goal", **{name: value for name, value in loss.items() if name != "horizon"}}
+    return {"target": "expert", **loss}

@@ -28,14 +28,14 @@ class IPlannerLosses(NamedTuple):
 
 
 def planning_loss(
-    path: Tensor, costs: Tensor, target: Tensor, reach: Tensor, options: IPlannerLossOptions
+    path: Tensor, costs: Tensor, miss: Tensor, reach: Tensor, options: IPlannerLossOptions
 ) -> IPlannerLosses:
     """Return the loss of planned paths.
 
     Args:
         path: (b, n, 2) from the origin, robot frame, meters.
         costs: (b, n) of the cost map at the path's points.
-        target: (b, 2) where each path should end.
+        miss: (b,) distance by which each path's end misses its target, meters.
         reach: (b,) length of the way to the target, meters.
         options: weights of the terms.
     """
@@ -43,6 +43,6 @@ def planning_loss(
     even = reach[:, None] / steps.shape[1]
     obstacle = costs.sum(dim=1).mean()
     motion = (steps - even).abs().sum(dim=1).mean()
-    goal = torch.log1p((target - path[:, -1]).norm(dim=1)).mean()
+    goal = torch.log1p(miss).mean()
     total = options.obstacle * obstacle + options.motion * motion + options.goal * goal
     return IPlannerLosses(total, obstacle, motion, goal)

@@ -1,8 +1,8 @@
 """Training of the iPlanner-style network, from the dataset to the weights.
 
 The network proposes a path for each sample, the path is laid over the cost map of the sample's layout, and its cost is
-differentiated back into the network. No path is a label. The targets are: each lies on the expert's path
-(`IPlannerLossOptions.horizon`).
+differentiated back into the network. No path is a label, and by default no target is: a path should bring the geodesic
+distance to the goal down (`IPlannerLossOptions.target`).
 """
 
 from __future__ import annotations
@@ -103,5 +103,7 @@ class IPlannerTrainer(Trainer):
         depth = torch.where(mirrored[:, None, None], depth.flip(2), depth)
         sides = torch.where(mirrored[:, None], MIRROR, torch.ones(2))
         path = self.network(depth, samples.goal[chosen] * sides) * sides[:, None]
-        costs = self._maps.at(to_world(path, samples.pose[chosen]), samples.place[chosen])
-        return planning_loss(path, costs, samples.target[chosen], samples.reach[chosen], self._config.loss)
+        world = to_world(path, samples.pose[chosen])
+        costs = self._maps.at(world, samples.place[chosen])
+        miss = samples.targets.miss(chosen, path[:, -1], world[:, -1])
+        return planning_loss(path, costs, miss, samples.targets.reach[chosen], self._config.loss)

@@ -1,0 +1,117 @@
+"""Cost-to-go fields: the geodesic distance of the robot's disc to a goal, everywhere, differentiable."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt
+from torch import Tensor
+
+from labgym.errors import OptionError
+from labgym.navigation import PLANNING_RADIUS
+from labgym.navigation.geodesic import geodesic_fields
+from labgym.policies.data import Dataset
+from labgym.policies.data.maps import Maps
+from labgym.policies.learned.frames import to_world
+from labgym.policies.learned.map_stack import MapStack
+
+Array = NDArray[np.float64]
+Floats = NDArray[np.float32]
+
+SEED = 2
+"""Free cells get their straight distance to a goal up to this many cells beyond the nearest of them."""
+
+EDGE = 4
+"""Cells that a field reaches beyond the free space."""
+
+SAME = 0.01
+"""Goals of a map that are equal when rounded to this are one, meters: each frame has its goal in its own frame."""
+
+
+class CostToGo:
+    """The geodesic distances to the goals of a dataset, sampled at points in the room frame.
+
+    In free space the value is the length of the shortest path of the disc to the goal. Elsewhere, inside obstacles and
+    off the map, it is the value of the nearest free cell plus the distance to it, so that the gradient leads back to
+    that cell.
+
+    Args:
+        maps: of the layouts.
+        goals: of each layout, (k, 2) in the room frame, meters.
+
+    Raises:
+        OptionError: the disc fits nowhere in a layout.
+    """
+
+    def __init__(self, maps: tuple[Maps, ...], goals: tuple[Array, ...]) -> None:
+        cropped: list[Maps] = []
+        fields: list[Floats] = []
+        for number, (each, places) in enumerate(zip(maps, goals, strict=True)):
+            if not bool((each.distance >= PLANNING_RADIUS).any()):
+                raise OptionError(f"map {number} of the dataset has no free cell; make it again with: labgym data")
+            around = _cropped(each)
+            cropped += [around] * len(places)
+            fields += list(cost_to_go(around, places))
+        self._fields = MapStack(cropped, fields, "bilinear", "edge")
+        sizes = np.array([each.distance.shape[::-1] for each in cropped])
+        half = torch.tensor([each.resolution / 2.0 for each in cropped])[:, None]
+        self._low = torch.tensor([each.origin for each in cropped], dtype=torch.float32) + half
+        self._high = self._low + torch.from_numpy(sizes - 1).float() * 2.0 * half
+
+    def at(self, points: Tensor, field: Tensor) -> Tensor:
+        """Return the distances to go (b, n), meters.
+
+        Args:
+            points: (b, n, 2) in the room frame, meters.
+            field: (b,) index of the goal of each row of points, in the order of `goals`.
+        """
+        within = torch.minimum(torch.maximum(points, self._low[field][:, None]), self._high[field][:, None])
+        return self._fields.at(within, field) + (points - within).norm(dim=2)
+
+
+def cost_to_go(maps: Maps, goals: Array) -> Floats:
+    """Return the geodesic distances from every cell to goals (k, 2): (k, ny, nx) float32, meters.
+
+    Where the disc does not fit at a goal, paths end at the nearest free cells and go on straight.
+    """
+    free = maps.distance >= PLANNING_RADIUS
+    ny, nx = free.shape
+    xs, ys = (maps.origin[axis] + (np.arange(count) + 0.5) * maps.resolution for axis, count in ((0, nx), (1, ny)))
+    straight = np.hypot(xs - goals[:, 0, None, None], ys[:, None] - goals[:, 1, None, None])
+    nearest = np.where(free, straight, np.inf).min(axis=(1, 2))[:, None, None]
+    starts = np.where(straight <= nearest + SEED * maps.resolution, straight, np.inf)
+    lengths = geodesic_fields(free, starts, maps.resolution)
+    return np.stack([_continued(field, maps.resolution) for field in lengths]).astype(np.float32)
+
+
+def goals_of(data: Dataset) -> tuple[tuple[Array, ...], NDArray[np.int64]]:
+    """Return the goals of each layout, (k, 2) in the room frame, and the index of each sample's goal, (n,).
+
+    The index counts the goals of all layouts one after the other.
+    """
+    local, pose = (torch.from_numpy(array.astype(np.float64)) for array in (data.goal, data.pose))
+    ends = to_world(local[:, None], pose)[:, 0].numpy()
+    keys = np.column_stack([data.place, np.rint(ends / SAME).astype(np.int64)])
+    _, first, field = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    goals = tuple(ends[first[data.place[first] == place]] for place in range(len(data.maps)))
+    return goals, field.reshape(-1).astype(np.int64)
+
+
+def _cropped(maps: Maps) -> Maps:
+    """Return the maps around the free space, with `EDGE` cells on every side as far as there are so many."""
+    rows, columns = np.nonzero(maps.distance >= PLANNING_RADIUS)
+    (top, bottom), (left, right) = (
+        (max(int(index.min()) - EDGE, 0), int(index.max()) + EDGE + 1) for index in (rows, columns)
+    )
+    window = np.s_[top:bottom, left:right]
+    origin = maps.origin[0] + left * maps.resolution, maps.origin[1] + top * maps.resolution
+    return replace(maps, cost=maps.cost[window], distance=maps.distance[window], origin=origin)
+
+
+def _continued(lengths: Array, resolution: float) -> Array:
+    """Return lengths (ny, nx), where they are inf replaced by those of the nearest other cell plus the distance."""
+    away, nearest = distance_transform_edt(np.isinf(lengths), return_indices=True)
+    return np.asarray(lengths[tuple(nearest)] + resolution * away)
