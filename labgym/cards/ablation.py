@@ -55,7 +55,9 @@ IPLANNER = AblationStudy(
     "iplanner",
     (
         AblationVariant(WHOLE, "unchanged"),
-        AblationVariant("goal", "target at the goal itself, as published", loss={"horizon": None}),
+        AblationVariant("expert", "target on the expert's path", loss={"target": "expert"}),
+        AblationVariant("geodesic", "no aversion to obstacles in the cost-to-go", loss={"aversion": 0.0}),
+        AblationVariant("goal", "target at the goal itself, as published", loss={"target": "goal"}),
         AblationVariant("straight", "even steps along the straight line, as published", loss={"along": False}),
         AblationVariant("obstacle", "no obstacle term", loss={"obstacle": 0.0}),
         AblationVariant("glance", "no glance at a hidden goal", options={"glance": None}),

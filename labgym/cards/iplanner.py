@@ -8,6 +8,7 @@ from labgym.cards.ablation import IPLANNER, RESULTS, RUNS, WHOLE
 from labgym.cards.planner_run import PlannerRun
 from labgym.cards.results import CardResults, ablation_table
 from labgym.documents import write_text
+from labgym.policies.grid_planner import PlannerOptions
 from labgym.policies.iplanner.config import IPlannerConfig
 
 
@@ -31,7 +32,7 @@ def write_iplanner_card(run: Path, data: Path, results: Path, out: Path, ablatio
     published.publish(out)
     evaluated.draw(out)
     sections = [
-        INTRODUCTION,
+        introduction(published.config),
         evaluated.markdown(),
         training_section(published),
         parts,
@@ -40,14 +41,24 @@ def write_iplanner_card(run: Path, data: Path, results: Path, out: Path, ablatio
     return write_text(out / "CARD.md", "\n\n".join(section for section in sections if section) + "\n")
 
 
-INTRODUCTION = """# iplanner: paths from one depth image
+LABELS = {
+    "cost-to-go": "Neither do its targets come\nfrom an expert: a path should bring the cost to go to the goal down.",
+    "expert": "Its target points come\nfrom an expert, because each lies on the expert's path.",
+    "goal": "Its target is the goal.",
+}
+"""What the card says about the target of the loss."""
+
+
+def introduction(config: IPlannerConfig) -> str:
+    """Return the card's introduction."""
+    labels = LABELS[config.loss.target]
+    return f"""# iplanner: paths from one depth image
 
 A re-implementation of iPlanner at a size that trains on a CPU, with the same kind of inputs, outputs and training
 signal. It sees one depth image (72 x 128) and the goal. Its only memory is the path that it follows and where it last
 faced the goal. It does not see the map.
 
-The network is trained without path labels: its loss is the cost of its path on the true map. Its target points come
-from an expert, because each lies on the expert's path."""
+The network is trained without path labels: its loss is the cost of its path on the true map. {labels}"""
 
 
 def training_section(run: PlannerRun[IPlannerConfig]) -> str:
@@ -92,15 +103,19 @@ def differences_section(config: IPlannerConfig) -> str:
         f"Optimizer: AdamW with a rate of {training.rate:g} and a factor of {training.plateau:g} when the held-out "
         "loss stops falling, for fewer epochs (published: 1e-4 and 0.1). Images are mirrored.",
     ]
-    if loss.horizon is not None:
+    published = "The published target is the goal, which pulls paths against furniture that hides it."
+    if loss.target == "cost-to-go":
         lines.append(
-            f"Targets: {loss.horizon:g} m along the expert's path, or the goal if that is nearer. The published target "
-            "is the goal, which pulls paths against furniture that hides it."
+            f"Targets: a path should end where the cost-to-go has fallen by {loss.horizon:g} m, or to 0 if the goal is "
+            "nearer. It is the cost of the cheapest path of the robot's disc to the goal on the true map: its length, "
+            f"times up to {1.0 + loss.aversion:g} where its clearance is below {PlannerOptions().comfort:g} m. "
+            f"{published}"
         )
-    if loss.along:
-        lines.append(
-            "Motion term: even steps divide the length of the expert's path to the target, not the straight distance."
-        )
+    elif loss.target == "expert":
+        lines.append(f"Targets: {loss.horizon:g} m along the expert's path, or the goal if that is nearer. {published}")
+    if loss.target != "goal" and loss.along:
+        way = "fall of the cost-to-go" if loss.target == "cost-to-go" else "length of the expert's path to the target"
+        lines.append(f"Motion term: even steps divide the {way}, not the straight distance.")
     lines.append(
         "Driving: an episode begins with a turn to the goal. A path is followed for a while. The robot turns in place "
         "when it is stuck, looks at a goal that was out of sight for a meter, and backs off from unseen obstacles "

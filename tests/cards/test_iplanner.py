@@ -8,13 +8,13 @@ from labgym.artefacts import artefacts
 from labgym.cards import ablation
 from labgym.cards import iplanner as iplanner_card
 from labgym.cards.ablation import IPLANNER, AblationStudy, ablate_iplanner
-from labgym.cards.iplanner import differences_section, training_section, write_iplanner_card
+from labgym.cards.iplanner import differences_section, introduction, training_section, write_iplanner_card
 from labgym.cards.planner_run import PlannerRun
 from labgym.errors import OptionError
 from labgym.eval.driving.evaluation import Evaluation
 from labgym.eval.driving.runner import evaluate
 from labgym.policies.data import DataOptions, make_dataset
-from labgym.policies.iplanner.config import IPlannerConfig, IPlannerTrainOptions
+from labgym.policies.iplanner.config import IPlannerConfig, IPlannerLossOptions, IPlannerTrainOptions
 from labgym.policies.iplanner.network import load_iplanner
 from labgym.suites import Suite
 
@@ -80,5 +80,15 @@ def test_a_card_needs_an_evaluation_of_this_policy(run: Path, data: Path, tmp_pa
 def test_the_published_card_is_what_the_template_writes_for_the_published_folder(run: Path) -> None:
     card = (run / "CARD.md").read_text(encoding="utf-8")
     published = PlannerRun.read(run, IPlannerConfig, run / "data.json")
-    for section in (iplanner_card.INTRODUCTION, training_section(published), differences_section(published.config)):
+    config = published.config
+    for section in (introduction(config), training_section(published), differences_section(config)):
         assert section in card
+
+
+@pytest.mark.parametrize("target", ["cost-to-go", "expert", "goal"])
+def test_a_card_says_whether_its_targets_come_from_an_expert(target: str) -> None:
+    config = IPlannerConfig(loss=IPlannerLossOptions.model_validate({"target": target}))
+    text = introduction(config) + differences_section(config)
+    assert ("on the expert's path" in text) == ("along the expert's path" in text) == (target == "expert")
+    assert ("cheapest path of the robot's disc" in text) == (target == "cost-to-go")
+    assert ("Motion term" in text) == (target != "goal")

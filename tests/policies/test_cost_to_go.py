@@ -1,10 +1,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
 import torch
+from numpy.typing import NDArray
 
 from labgym.errors import OptionError
 from labgym.navigation import OccupancyGrid
@@ -12,6 +14,9 @@ from labgym.policies.data import Dataset
 from labgym.policies.data.maps import Maps, cost_map
 from labgym.policies.grid_planner import clearance_field
 from labgym.policies.iplanner.cost_to_go import CostToGo, goals_of
+
+Array = NDArray[np.float64]
+Points = Sequence[tuple[float, float]] | Array
 
 H, RADIUS = 0.05, 0.30
 
@@ -34,16 +39,16 @@ def divided() -> np.ndarray:
     return blocked
 
 
-def at(field: CostToGo, *points: tuple[float, float], goal: int = 0) -> np.ndarray:
-    values = field.at(torch.tensor([points], dtype=torch.float32), torch.tensor([goal]))
-    return np.asarray(values[0].numpy(), dtype=np.float64)
+def at(field: CostToGo, points: Points, goal: int = 0) -> Array:
+    values = field.at(torch.tensor(np.array(points, np.float32))[None], torch.tensor([goal]))
+    return values[0].numpy().astype(np.float64)
 
 
-def gradient(field: CostToGo, x: float, y: float, goal: int = 0) -> np.ndarray:
-    point = torch.tensor([[[x, y]]], requires_grad=True)
-    field.at(point, torch.tensor([goal])).sum().backward()
-    assert point.grad is not None
-    return point.grad[0, 0].numpy()
+def gradients(field: CostToGo, points: Points) -> Array:
+    places = torch.tensor(np.array(points, np.float32))[None].requires_grad_()
+    field.at(places, torch.tensor([0])).sum().backward()
+    assert places.grad is not None
+    return places.grad[0].numpy().astype(np.float64)
 
 
 def test_in_an_empty_room_it_is_the_straight_distance_to_each_goal_of_each_layout() -> None:
@@ -55,64 +60,78 @@ def test_in_an_empty_room_it_is_the_straight_distance_to_each_goal_of_each_layou
         [(goals[0][0], (0.0, 0.0), (5.0, 6.0)), (goals[0][1], (0, 0), (5, 6)), (goals[1][0], (10.0, -2.0), (7.0, 4.0))]
     ):
         points = np.array(low) + 0.4 + rng.random((50, 2)) * (np.array(size) - 0.8)
-        values = at(field, *map(tuple, points.tolist()), goal=number)
-        np.testing.assert_allclose(values, np.linalg.norm(points - goal, axis=1), atol=0.09)
+        np.testing.assert_allclose(at(field, points, goal=number), np.linalg.norm(points - goal, axis=1), atol=0.09)
 
 
 def test_it_goes_around_the_end_of_a_wall_as_a_disc() -> None:
-    goal, start = (1.5, 1.0), (3.5, 1.0)
-    field = CostToGo((maps_of(divided()),), (np.array([goal]),))
-    # The taut path of a disc: two tangents to the circle of the planning radius about the end of the wall.
-    half, up = 1.0 - H / 2.0, 2.0
-    tangent = math.sqrt(half**2 + up**2 - RADIUS**2)
-    turn = 2.0 * math.atan2(half, up) - 2.0 * (math.atan2(half, up) - math.asin(RADIUS / math.hypot(half, up)))
-    shortest = 2.0 * tangent + RADIUS * (turn + 0.0)
-    assert shortest < at(field, start)[0] < shortest + 0.9
-    assert at(field, start)[0] > 2.0 * math.hypot(1.0, 2.0)
+    field = CostToGo((maps_of(divided()),), (np.array([[1.5, 1.0]]),))
+
+    def round_a_corner(away: float, down: float) -> float:
+        """Length from a point to the top of the circle of the planning radius about a corner of the wall."""
+        distance = math.hypot(away, down)
+        turn = math.pi - math.atan2(away, down) - math.acos(RADIUS / distance)
+        return math.sqrt(distance**2 - RADIUS**2) + RADIUS * turn
+
+    shortest = round_a_corner(1.0, 2.0) + H + round_a_corner(0.95, 2.0)
+    assert shortest < at(field, [(3.5, 1.0)])[0] < 1.06 * shortest
     # In front of the wall the way leads along it, not at it.
-    slope = gradient(field, 3.2, 1.5)
+    slope = gradients(field, [(3.2, 1.5)])[0]
     assert slope[1] < -0.9
     assert abs(slope[0]) < 0.4
+
+
+def test_with_an_aversion_the_way_keeps_away_from_obstacles_and_costs_more_near_them() -> None:
+    goal = np.array([[1.5, 1.0]])
+    maps = (maps_of(divided()),)
+    plain, averse = CostToGo(maps, (goal,)), CostToGo(maps, (goal,), aversion=1.0)
+    points = [(3.5, 1.0), (2.0, 4.0), (4.5, 5.5)]
+    assert (at(averse, points) > at(plain, points) - 1e-3).all()
+    assert at(averse, points[:1])[0] > at(plain, points[:1])[0] + 0.2
+    # In the open, half a meter from everything, they fall alike.
+    np.testing.assert_allclose(
+        np.diff(at(averse, [(1.5, 2.0), (1.5, 2.5)])), np.diff(at(plain, [(1.5, 2), (1.5, 2.5)])), atol=0.02
+    )
+    # Beside the wall the cheapest way leads away from it as well as along it.
+    assert gradients(averse, [(2.88, 1.8)])[0, 0] < gradients(plain, [(2.88, 1.8)])[0, 0] - 0.2
 
 
 def test_its_gradient_is_that_of_finite_differences() -> None:
     field = CostToGo((maps_of(divided()),), (np.array([[1.5, 1.0]]),))
     rng = np.random.default_rng(1)
-    # Away from the centers of cells, where the slopes of bilinear interpolation change.
-    cells = np.column_stack([rng.integers(-30, 130, 40), rng.integers(-30, 150, 40)])
-    points = (cells + 0.5 + rng.uniform(0.2, 0.8, (40, 2))) * H
-    step = 1e-3
-    for x, y in points.tolist():
-        values = at(field, (x + step, y), (x - step, y), (x, y + step), (x, y - step))
-        numeric = (values[0] - values[1]) / (2 * step), (values[2] - values[3]) / (2 * step)
-        np.testing.assert_allclose(gradient(field, x, y), numeric, atol=0.02)
+    # Away from the centers of cells, where the slopes of bilinear interpolation change; many are off the map.
+    cells = np.column_stack([rng.integers(-30, 130, 60), rng.integers(-30, 150, 60)])
+    points = (cells + 0.5 + rng.uniform(0.2, 0.8, (60, 2))) * H
+    steps = np.array([[1e-3, 0.0], [0.0, 1e-3]])
+    numeric = [(at(field, points + step) - at(field, points - step)) / 2e-3 for step in steps]
+    np.testing.assert_allclose(gradients(field, points), np.column_stack(numeric), atol=0.02)
 
 
 def test_inside_obstacles_and_off_the_map_the_gradient_leads_back_to_the_free_space_at_hand() -> None:
     field = CostToGo((maps_of(divided()),), (np.array([[1.5, 1.0]]),))
     # The disc is free up to 0.3 m from the walls; a goal behind the wall does not pull through it.
-    on_the_wall = gradient(field, 2.62, 1.51)
-    assert on_the_wall[0] < -0.9
-    assert at(field, (2.62, 1.51))[0] > at(field, (2.9, 1.51))[0]
-    for x, y, outward in [(5.6, 3.0, (1, 0)), (7.5, 3.0, (1, 0)), (2.0, -4.0, (0, -1)), (3.0, 9.0, (0, 1))]:
-        assert gradient(field, x, y) @ outward > 0.7, (x, y)
-    assert at(field, (9.0, 3.0))[0] == pytest.approx(at(field, (6.0, 3.0))[0] + 3.0, abs=0.02)
+    assert gradients(field, [(2.62, 1.51)])[0, 0] < -0.9
+    inside, before = at(field, [(2.62, 1.51), (2.9, 1.51)])
+    assert inside > before
+    points = [(5.6, 3.0), (7.5, 3.0), (2.0, -4.0), (3.0, 9.0)]
+    outward = [(1, 0), (1, 0), (0, -1), (0, 1)]
+    assert ((gradients(field, points) * outward).sum(axis=1) > 0.7).all()
+    near, far = at(field, [(6.0, 3.0), (9.0, 3.0)])
+    assert far == pytest.approx(near + 3.0, abs=0.02)
 
 
 def test_descending_it_reaches_the_goal_from_everywhere() -> None:
     goal = np.array([1.5, 1.0])
     field = CostToGo((maps_of(divided()),), (goal[None],))
-    for start in [(3.5, 1.0), (4.6, 5.6), (2.8, 0.4), (0.4, 5.5), (5.2, 3.0), (2.62, 1.5)]:
-        point = np.array(start)
-        for _ in range(400):
-            slope = gradient(field, *point.tolist())
-            point = point - 0.02 * slope / max(float(np.linalg.norm(slope)), 1e-9)
-        assert np.linalg.norm(point - goal) < 0.1, start
+    points = np.array([(3.5, 1.0), (4.6, 5.6), (2.8, 0.4), (0.4, 5.5), (5.2, 3.0), (2.62, 1.5)])
+    for _ in range(250):
+        slopes = gradients(field, points)
+        points = points - 0.04 * slopes / np.maximum(np.linalg.norm(slopes, axis=1, keepdims=True), 1e-9)
+    assert np.linalg.norm(points - goal, axis=1).max() < 0.1
 
 
 def test_a_goal_where_the_disc_does_not_fit_is_reached_straight_from_the_nearest_free_cell() -> None:
     field = CostToGo((maps_of(empty()),), (np.array([[0.1, 3.0]]),))
-    np.testing.assert_allclose(at(field, (2.1, 3.0), (1.1, 3.0)), [2.0, 1.0], atol=0.05)
+    np.testing.assert_allclose(at(field, [(2.1, 3.0), (1.1, 3.0)]), [2.0, 1.0], atol=0.05)
 
 
 def test_a_map_without_space_for_the_disc_is_refused_with_the_remedy() -> None:

@@ -85,7 +85,7 @@ def targets_of(data: Dataset, options: IPlannerLossOptions) -> Targets:
         reach = np.minimum(data.length, np.float32(options.horizon))
         return PointTargets(points, reach if options.along else np.linalg.norm(points, axis=1))
     goals, index = goals_of(data)
-    fields, field = CostToGo(data.maps, goals), torch.from_numpy(index)
+    fields, field = CostToGo(data.maps, goals, options.aversion), torch.from_numpy(index)
     parts = zip(torch.from_numpy(data.pose[:, :2]).split(BATCH), field.split(BATCH), strict=True)
     start = torch.cat([fields.at(places[:, None], which)[:, 0] for places, which in parts])
     fall = start.clamp(max=options.horizon)
