@@ -55,8 +55,12 @@ IPLANNER = AblationStudy(
     "iplanner",
     (
         AblationVariant(WHOLE, "unchanged"),
-        AblationVariant("expert", "target on the expert's path", loss={"target": "expert"}),
-        AblationVariant("geodesic", "no aversion to obstacles in the cost-to-go", loss={"aversion": 0.0}),
+        AblationVariant("cost-to-go", "target on the cost to go, without an expert", loss={"target": "cost-to-go"}),
+        AblationVariant(
+            "geodesic",
+            "target on the geodesic distance, without an expert",
+            loss={"target": "cost-to-go", "aversion": 0.0},
+        ),
         AblationVariant("goal", "target at the goal itself, as published", loss={"target": "goal"}),
         AblationVariant("straight", "even steps along the straight line, as published", loss={"along": False}),
         AblationVariant("obstacle", "no obstacle term", loss={"obstacle": 0.0}),

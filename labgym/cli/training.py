@@ -121,7 +121,7 @@ def iplanner(
     out: Path = Path("runs/iplanner"),
     epochs: int = 20,
     patience: int = 1,
-    target: Literal["cost-to-go", "expert", "goal"] = "cost-to-go",
+    target: Literal["cost-to-go", "expert", "goal"] = "expert",
     seed: int = 0,
     threads: Threads = 1,
     fresh: Fresh = False,
@@ -132,8 +132,8 @@ def iplanner(
         out: Folder for weights, configuration, losses by epoch and checkpoint.
         epochs: Passes over the dataset.
         patience: Epochs without a lower held-out loss after which the learning rate falls.
-        target: Where a path should end: where the cost-to-go has fallen by 3.5 m, at the point 3.5 m along the
-            expert's path, or at the goal.
+        target: Where a path should end: where the cost to go has fallen by 3.5 m (no expert), at the point 3.5 m
+            along the expert's path, or at the goal.
         seed: Random seed of the initial weights and the order of samples.
     """
     check_at_least(1, epochs=epochs, threads=threads)

@@ -13,7 +13,12 @@ from labgym.navigation import OccupancyGrid
 from labgym.policies.data import Dataset
 from labgym.policies.data.maps import Maps, cost_map
 from labgym.policies.grid_planner import clearance_field
+from labgym.policies.iplanner.config import IPlannerLossOptions
 from labgym.policies.iplanner.cost_to_go import CostToGo, goals_of
+from labgym.policies.iplanner.loss import cost_maps, planning_loss
+from labgym.policies.iplanner.spline import path_through, path_weights
+from labgym.policies.iplanner.targets import CostToGoTargets
+from labgym.policies.learned.frames import to_world
 
 Array = NDArray[np.float64]
 Points = Sequence[tuple[float, float]] | Array
@@ -127,6 +132,31 @@ def test_descending_it_reaches_the_goal_from_everywhere() -> None:
         slopes = gradients(field, points)
         points = points - 0.04 * slopes / np.maximum(np.linalg.norm(slopes, axis=1, keepdims=True), 1e-9)
     assert np.linalg.norm(points - goal, axis=1).max() < 0.1
+
+
+def test_a_path_that_descends_the_loss_goes_around_a_wall_that_hides_the_goal() -> None:
+    pose, goal, horizon = torch.tensor([[3.5, 1.0, math.pi]]), np.array([[1.5, 1.0]]), 3.0
+    maps = (maps_of(divided()),)
+    field, one = CostToGo(maps, (goal,), aversion=1.0), torch.tensor([0])
+    level = field.at(pose[:, None, :2], one)[:, 0] - horizon
+    targets = CostToGoTargets(field, one, level, torch.tensor([horizon]))
+    # Straight at the wall, and a little to the right, which is the side of its end.
+    points = (torch.linspace(0.2, 1.0, 5)[None, :, None] * torch.tensor([0.6, -0.2])).requires_grad_()
+    optimizer, weights, costs = torch.optim.Adam([points], lr=0.05), path_weights(6, 51), cost_maps(maps)
+    for _ in range(200):
+        optimizer.zero_grad()
+        path = path_through(points, weights)
+        world = to_world(path, pose)
+        miss = targets.miss(one, path[:, -1], world[:, -1])
+        planning_loss(path, costs.at(world, one), miss, targets.reach, IPlannerLossOptions()).total.backward()
+        optimizer.step()
+    assert miss.item() < 0.15
+    x, y = world[0, -1].tolist()
+    assert y > 3.0
+    assert x < 3.0
+    # The chassis clears the end of the wall, whose last cell ends at y = 3 m.
+    wall = torch.tensor([2.525, 2.975])
+    assert (world[0] - wall).norm(dim=1).min() > 0.27
 
 
 def test_a_goal_where_the_disc_does_not_fit_is_reached_straight_from_the_nearest_free_cell() -> None:

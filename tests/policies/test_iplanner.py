@@ -82,8 +82,11 @@ def toy(monkeypatch: pytest.MonkeyPatch) -> Dataset:
     return data
 
 
-def config(epochs: int = 3) -> IPlannerConfig:
-    return IPlannerConfig(network=SMALL, training=IPlannerTrainOptions(epochs=epochs, batch=8, held_out=0.5, rate=3e-3))
+def config(epochs: int = 3, target: str = "expert") -> IPlannerConfig:
+    loss = IPlannerLossOptions.model_validate({"target": target})
+    return IPlannerConfig(
+        network=SMALL, loss=loss, training=IPlannerTrainOptions(epochs=epochs, batch=8, held_out=0.5, rate=3e-3)
+    )
 
 
 def test_the_path_begins_at_the_robot_and_goes_through_its_key_points() -> None:
@@ -188,7 +191,7 @@ def test_the_published_target_is_the_goal_with_even_steps_along_the_straight_lin
 def test_cost_to_go_targets_are_reached_after_a_horizon_on_the_straight_line_in_an_empty_room() -> None:
     data = replace(toy_dataset(32), maps=(empty_room(), empty_room()))
     length = np.linalg.norm(data.goal, axis=1)
-    targets = targets_of(data, IPlannerLossOptions(horizon=1.0))
+    targets = targets_of(data, IPlannerLossOptions(target="cost-to-go", horizon=1.0))
     assert isinstance(targets, CostToGoTargets)
     np.testing.assert_allclose(targets.reach, np.minimum(length, 1.0), atol=0.06)
     inside = (np.abs(world_goals(data) - 2.5) < 2.0).all(axis=1)
@@ -205,14 +208,16 @@ def test_cost_to_go_targets_are_reached_after_a_horizon_on_the_straight_line_in_
 
 def test_straight_steps_do_not_change_where_the_cost_to_go_should_be() -> None:
     data = toy_dataset(8)
-    along, straight = (targets_of(data, IPlannerLossOptions(along=value, horizon=0.5)) for value in (True, False))
+    options = IPlannerLossOptions(target="cost-to-go", horizon=0.5)
+    along, straight = (targets_of(data, options.model_copy(update={"along": value})) for value in (True, False))
     here = torch.from_numpy(data.pose[:, :2])
     assert torch.equal(along.miss(torch.arange(8), here, here), straight.miss(torch.arange(8), here, here))
     np.testing.assert_allclose(straight.reach, np.minimum(np.linalg.norm(data.goal, axis=1), 0.5), 1e-6)
 
 
-def test_thirty_steps_of_training_lower_the_loss(toy: Dataset, tmp_path: Path) -> None:
-    training.train("data", tmp_path, config(epochs=8), progress=False)
+@pytest.mark.parametrize("target", ["expert", "cost-to-go"])
+def test_thirty_steps_of_training_lower_the_loss(toy: Dataset, tmp_path: Path, target: str) -> None:
+    training.train("data", tmp_path, config(8, target), progress=False)
     rows = [float(line.split('"total": ')[1].split(",")[0]) for line in (tmp_path / "history.jsonl").open()]
     assert len(rows) == 8
     assert rows[-1] < 0.8 * rows[0]

@@ -56,7 +56,7 @@ class IPlannerLossOptions(Record):
     obstacle: Weight = 0.5
     motion: Weight = 2.0
     goal: Weight = 5.0
-    target: Target = "cost-to-go"
+    target: Target = "expert"
     along: bool = True
     horizon: Positive = 3.5
     aversion: Weight = 1.0

@@ -1,8 +1,8 @@
 """Training of the iPlanner-style network, from the dataset to the weights.
 
 The network proposes a path for each sample, the path is laid over the cost map of the sample's layout, and its cost is
-differentiated back into the network. No path is a label, and by default no target is: a path should bring the cost to
-go to the goal down (`IPlannerLossOptions.target`).
+differentiated back into the network. No path is a label. The targets are, unless they are of the cost to go: each lies
+on the expert's path (`IPlannerLossOptions.target`).
 """
 
 from __future__ import annotations
