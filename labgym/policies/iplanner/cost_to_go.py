@@ -71,7 +71,8 @@ class CostToGo:
             field: (b,) index of the goal of each row of points, in the order of `goals`.
         """
         within = torch.minimum(torch.maximum(points, self._low[field][:, None]), self._high[field][:, None])
-        return self._fields.at(within, field) + (points - within).norm(dim=2)
+        beyond: Tensor = torch.linalg.vector_norm(points - within, dim=2)
+        return self._fields.at(within, field) + beyond
 
 
 def cost_to_go(maps: Maps, goals: Array, aversion: float = 0.0) -> Floats:

@@ -47,7 +47,8 @@ class PointTargets(Targets):
 
     def miss(self, chosen: Tensor, local: Tensor, world: Tensor) -> Tensor:  # noqa: ARG002
         """Return the distance between the ends and their points."""
-        return (self.points[chosen] - local).norm(dim=1)
+        distance: Tensor = torch.linalg.vector_norm(self.points[chosen] - local, dim=1)
+        return distance
 
 
 class CostToGoTargets(Targets):
@@ -81,13 +82,14 @@ def targets_of(data: Dataset, options: IPlannerLossOptions) -> Targets:
     if options.target == "goal":
         return PointTargets(data.goal, straight)
     if options.target == "expert":
-        points = points_along(data, options.horizon)
-        reach = np.minimum(data.length, np.float32(options.horizon))
-        return PointTargets(points, reach if options.along else np.linalg.norm(points, axis=1))
+        ends = points_along(data, options.horizon)
+        along = np.minimum(data.length, np.float32(options.horizon))
+        return PointTargets(ends, along if options.along else np.asarray(np.linalg.norm(ends, axis=1), np.float32))
     goals, index = goals_of(data)
     fields, field = CostToGo(data.maps, goals, options.aversion), torch.from_numpy(index)
-    parts = zip(torch.from_numpy(data.pose[:, :2]).split(BATCH), field.split(BATCH), strict=True)
-    start = torch.cat([fields.at(places[:, None], which)[:, 0] for places, which in parts])
+    places = torch.from_numpy(data.pose[:, :2])
+    parts = zip(torch.split(places, BATCH), torch.split(field, BATCH), strict=True)
+    start = torch.cat([fields.at(points[:, None], which)[:, 0] for points, which in parts])
     fall = start.clamp(max=options.horizon)
     reach = fall if options.along else torch.from_numpy(straight).clamp(max=options.horizon)
     return CostToGoTargets(fields, field, start - fall, reach)
