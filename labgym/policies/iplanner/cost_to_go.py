@@ -106,7 +106,7 @@ def goals_of(data: Dataset) -> tuple[tuple[Array, ...], NDArray[np.int64]]:
 
 
 def _cropped(maps: Maps) -> Maps:
-    """Return the maps around the free space, with `EDGE` cells on every side as far as there are so many."""
+    """Return the maps around the free space, with up to `EDGE` cells on every side."""
     rows, columns = np.nonzero(maps.distance >= PLANNING_RADIUS)
     (top, bottom), (left, right) = (
         (max(int(index.min()) - EDGE, 0), int(index.max()) + EDGE + 1) for index in (rows, columns)
