@@ -55,12 +55,7 @@ IPLANNER = AblationStudy(
     "iplanner",
     (
         AblationVariant(WHOLE, "unchanged"),
-        AblationVariant("cost-to-go", "target on the cost to go, without an expert", loss={"target": "cost-to-go"}),
-        AblationVariant(
-            "geodesic",
-            "target on the geodesic distance, without an expert",
-            loss={"target": "cost-to-go", "aversion": 0.0},
-        ),
+        AblationVariant("cost-to-go", "target on the cost-to-go, without an expert", loss={"target": "cost-to-go"}),
         AblationVariant("goal", "target at the goal itself, as published", loss={"target": "goal"}),
         AblationVariant("straight", "even steps along the straight line, as published", loss={"along": False}),
         AblationVariant("obstacle", "no obstacle term", loss={"obstacle": 0.0}),

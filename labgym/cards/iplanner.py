@@ -8,7 +8,6 @@ from labgym.cards.ablation import IPLANNER, RESULTS, RUNS, WHOLE
 from labgym.cards.planner_run import PlannerRun
 from labgym.cards.results import CardResults, ablation_table
 from labgym.documents import write_text
-from labgym.policies.grid_planner import PlannerOptions
 from labgym.policies.iplanner.config import IPlannerConfig
 
 
@@ -42,7 +41,7 @@ def write_iplanner_card(run: Path, data: Path, results: Path, out: Path, ablatio
 
 
 LABELS = {
-    "cost-to-go": "Neither do its targets come\nfrom an expert: a path should bring the cost to go to the goal down.",
+    "cost-to-go": "Its targets do not come\nfrom an expert either: a path should shorten the way to the goal.",
     "expert": "Its target points come\nfrom an expert, because each lies on the expert's path.",
     "goal": "Its target is the goal.",
 }
@@ -107,8 +106,7 @@ def differences_section(config: IPlannerConfig) -> str:
     if loss.target == "cost-to-go":
         lines.append(
             f"Targets: a path should end where the cost-to-go has fallen by {loss.horizon:g} m, or to 0 if the goal is "
-            "nearer. It is the cost of the cheapest path of the robot's disc to the goal on the true map: its length, "
-            f"times up to {1.0 + loss.aversion:g} where its clearance is below {PlannerOptions().comfort:g} m. "
+            "nearer. It is the length of the shortest path of the robot's disc to the goal on the true map. "
             f"{published}"
         )
     elif loss.target == "expert":

@@ -66,7 +66,9 @@ class GridPlanner:
             self.free, clearance = grid.dilated(self.options.radius), clearance_field(grid)
         else:
             self.free = OccupancyGrid(clearance < self.options.radius, grid.resolution, grid.origin)
-        self._costs = clearance_costs(clearance, self.options) + (0.0 if surcharge is None else surcharge)
+        span = max(self.options.comfort - self.options.radius, 1e-6)
+        lack = np.clip((self.options.comfort - clearance) / span, 0.0, 1.0)
+        self._costs = 1.0 + self.options.aversion * lack**2 + (0.0 if surcharge is None else surcharge)
         self._prices = np.where(self.free.occupied, math.inf, self._costs)
 
     def plan(self, start: Point, goal: Point) -> Array | None:
@@ -135,13 +137,6 @@ class GridPlanner:
             index = np.floor((places - self._grid.origin[axis]) / self._grid.resolution).astype(np.intp)
             cells.append(np.minimum(np.maximum(index, 0), most))
         return np.asarray(self._prices[cells[1], cells[0]])
-
-
-def clearance_costs(clearance: Array, options: PlannerOptions) -> Array:
-    """Return the cost per meter, at least 1, at places with a clearance, meters; an array of any shape."""
-    span = max(options.comfort - options.radius, 1e-6)
-    lack = np.clip((options.comfort - clearance) / span, 0.0, 1.0)
-    return np.asarray(1.0 + options.aversion * lack**2)
 
 
 def clearance_field(grid: OccupancyGrid) -> Array:

@@ -90,5 +90,5 @@ def test_a_card_says_whether_its_targets_come_from_an_expert(target: str) -> Non
     config = IPlannerConfig(loss=IPlannerLossOptions.model_validate({"target": target}))
     text = introduction(config) + differences_section(config)
     assert ("on the expert's path" in text) == ("along the expert's path" in text) == (target == "expert")
-    assert ("cheapest path of the robot's disc" in text) == (target == "cost-to-go")
+    assert ("shortest path of the robot's disc" in text) == (target == "cost-to-go")
     assert ("Motion term" in text) == (target != "goal")

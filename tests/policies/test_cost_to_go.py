@@ -85,21 +85,6 @@ def test_it_goes_around_the_end_of_a_wall_as_a_disc() -> None:
     assert abs(slope[0]) < 0.4
 
 
-def test_with_an_aversion_the_way_keeps_away_from_obstacles_and_costs_more_near_them() -> None:
-    goal = np.array([[1.5, 1.0]])
-    maps = (maps_of(divided()),)
-    plain, averse = CostToGo(maps, (goal,)), CostToGo(maps, (goal,), aversion=1.0)
-    points = [(3.5, 1.0), (2.0, 4.0), (4.5, 5.5)]
-    assert (at(averse, points) > at(plain, points) - 1e-3).all()
-    assert at(averse, points[:1])[0] > at(plain, points[:1])[0] + 0.2
-    # In the open, half a meter from everything, they fall alike.
-    np.testing.assert_allclose(
-        np.diff(at(averse, [(1.5, 2.0), (1.5, 2.5)])), np.diff(at(plain, [(1.5, 2), (1.5, 2.5)])), atol=0.02
-    )
-    # Beside the wall the cheapest way leads away from it as well as along it.
-    assert gradients(averse, [(2.88, 1.8)])[0, 0] < gradients(plain, [(2.88, 1.8)])[0, 0] - 0.2
-
-
 def test_its_gradient_is_that_of_finite_differences() -> None:
     field = CostToGo((maps_of(divided()),), (np.array([[1.5, 1.0]]),))
     rng = np.random.default_rng(1)
@@ -137,7 +122,7 @@ def test_descending_it_reaches_the_goal_from_everywhere() -> None:
 def test_a_path_that_descends_the_loss_goes_around_a_wall_that_hides_the_goal() -> None:
     pose, goal, horizon = torch.tensor([[3.5, 1.0, math.pi]]), np.array([[1.5, 1.0]]), 3.0
     maps = (maps_of(divided()),)
-    field, one = CostToGo(maps, (goal,), aversion=1.0), torch.tensor([0])
+    field, one = CostToGo(maps, (goal,)), torch.tensor([0])
     level = field.at(pose[:, None, :2], one)[:, 0] - horizon
     targets = CostToGoTargets(field, one, level, torch.tensor([horizon]))
     # Straight at the wall, and a little to the right, which is the side of its end.
@@ -154,9 +139,9 @@ def test_a_path_that_descends_the_loss_goes_around_a_wall_that_hides_the_goal() 
     x, y = world[0, -1].tolist()
     assert y > 3.0
     assert x < 3.0
-    # The obstacle term is soft: the path may come a cell nearer to the wall's last cell than the planning radius.
+    # The obstacle term is soft: the path may come two cells nearer to the wall's last cell than the planning radius.
     wall = torch.tensor([2.525, 2.975])
-    assert (world[0] - wall).norm(dim=1).min() > RADIUS - H
+    assert (world[0] - wall).norm(dim=1).min() > RADIUS - 2 * H
 
 
 def test_a_goal_where_the_disc_does_not_fit_is_reached_straight_from_the_nearest_free_cell() -> None:

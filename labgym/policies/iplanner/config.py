@@ -41,7 +41,7 @@ class IPlannerLossOptions(Record):
 
     Attributes:
         obstacle, motion, goal: weights.
-        target: where a path should end. "cost-to-go": where the cost of the robot's cheapest path to the goal has
+        target: where a path should end. "cost-to-go": where the length of the robot's shortest path to the goal has
             fallen by the horizon, or to 0 if the goal is nearer; this requires no expert. "expert": at the point a
             horizon along the expert path, or at the goal. "goal": at the goal itself, as published, which pulls a path
             against furniture that hides the goal.
@@ -49,8 +49,6 @@ class IPlannerLossOptions(Record):
             path. False divides the straight distance, as published, which makes paths cut corners. To the target
             "goal" it is always the straight distance.
         horizon: largest distance of the target along the way to the goal, meters; unused with the target "goal".
-        aversion: extra cost per meter of the cost-to-go where the robot just fits, as in `PlannerOptions`; 0 makes it
-            the geodesic distance.
     """
 
     obstacle: Weight = 0.5
@@ -59,7 +57,6 @@ class IPlannerLossOptions(Record):
     target: Target = "expert"
     along: bool = True
     horizon: Positive = 3.5
-    aversion: Weight = 1.0
 
 
 class IPlannerTrainOptions(TrainOptions):

@@ -1,4 +1,4 @@
-"""Cost-to-go fields: the cost of the robot's cheapest path to a goal, from everywhere, differentiable."""
+"""Cost-to-go fields: the length of the robot's shortest path to a goal, from everywhere, differentiable."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ from labgym.navigation import PLANNING_RADIUS
 from labgym.navigation.geodesic import geodesic_fields
 from labgym.policies.data import Dataset
 from labgym.policies.data.maps import Maps
-from labgym.policies.grid_planner import PlannerOptions, clearance_costs
 from labgym.policies.learned.frames import to_world
 from labgym.policies.learned.map_stack import MapStack
 
@@ -35,20 +34,19 @@ SAME = 0.01
 class CostToGo:
     """The costs to go to the goals of a dataset, sampled at points in the room frame.
 
-    In free space the value is the cost of the cheapest path of the disc to the goal, as `GridPlanner` counts it: its
-    length, and more where it comes near obstacles. Elsewhere, inside obstacles and off the map, it is the value of the
-    nearest free cell plus the distance to it, so that the gradient leads back to that cell.
+    In free space the value is the length of the shortest path of the disc to the goal. Elsewhere, inside obstacles and
+    off the map, it is the value of the nearest free cell plus the distance to it, so that the gradient leads back to
+    that cell.
 
     Args:
         maps: of the layouts.
         goals: of each layout, (k, 2) in the room frame, meters.
-        aversion: as in `PlannerOptions`; 0 gives the geodesic distance.
 
     Raises:
         OptionError: the disc fits nowhere in a layout.
     """
 
-    def __init__(self, maps: tuple[Maps, ...], goals: tuple[Array, ...], aversion: float = 0.0) -> None:
+    def __init__(self, maps: tuple[Maps, ...], goals: tuple[Array, ...]) -> None:
         cropped: list[Maps] = []
         fields: list[Floats] = []
         for number, (each, places) in enumerate(zip(maps, goals, strict=True)):
@@ -56,7 +54,7 @@ class CostToGo:
                 raise OptionError(f"map {number} of the dataset has no free cell; make it again with: labgym data")
             around = _cropped(each)
             cropped += [around] * len(places)
-            fields += list(cost_to_go(around, places, aversion))
+            fields += list(cost_to_go(around, places))
         self._fields = MapStack(cropped, fields, "bilinear", "edge")
         sizes = np.array([each.distance.shape[::-1] for each in cropped])
         half = torch.tensor([each.resolution / 2.0 for each in cropped])[:, None]
@@ -75,7 +73,7 @@ class CostToGo:
         return self._fields.at(within, field) + beyond
 
 
-def cost_to_go(maps: Maps, goals: Array, aversion: float = 0.0) -> Floats:
+def cost_to_go(maps: Maps, goals: Array) -> Floats:
     """Return the costs to go from every cell to goals (k, 2): (k, ny, nx) float32, meters.
 
     Where the disc does not fit at a goal, paths end at the nearest free cells and go on straight.
@@ -86,9 +84,7 @@ def cost_to_go(maps: Maps, goals: Array, aversion: float = 0.0) -> Floats:
     straight = np.hypot(xs - goals[:, 0, None, None], ys[:, None] - goals[:, 1, None, None])
     nearest = np.where(free, straight, np.inf).min(axis=(1, 2))[:, None, None]
     starts = np.where(straight <= nearest + SEED * maps.resolution, straight, np.inf)
-    options = PlannerOptions(aversion=aversion)
-    costs = np.where(free, clearance_costs(maps.distance.astype(np.float64), options), np.inf)
-    fields = geodesic_fields(costs, starts, maps.resolution)
+    fields = geodesic_fields(free, starts, maps.resolution)
     return np.stack([_continued(field, maps.resolution) for field in fields]).astype(np.float32)
 
 

@@ -86,7 +86,7 @@ def targets_of(data: Dataset, options: IPlannerLossOptions) -> Targets:
         along = np.minimum(data.length, np.float32(options.horizon))
         return PointTargets(ends, along if options.along else np.asarray(np.linalg.norm(ends, axis=1), np.float32))
     goals, index = goals_of(data)
-    fields, field = CostToGo(data.maps, goals, options.aversion), torch.from_numpy(index)
+    fields, field = CostToGo(data.maps, goals), torch.from_numpy(index)
     places = torch.from_numpy(data.pose[:, :2])
     parts = zip(torch.split(places, BATCH), torch.split(field, BATCH), strict=True)
     start = torch.cat([fields.at(points[:, None], which)[:, 0] for points, which in parts])
