@@ -221,7 +221,7 @@ def drive_shard(
     """
     driver = in_place(policy_process(policy, files, limits, kernels), policy)
     drives = drive_floor(driver, layout, episodes, task, level, label, suite, seed, seconds)
-    folder = f"{SHARDS}/labnav-{task}-{level}/{layout.id}"
+    folder = f"{SHARDS}/{suite.partition('/')[0]}/{layout.id}"
     return ShardOutput({f"{folder}/{name}": content for name, content in drive_files(drives).items()})
 
 

@@ -55,6 +55,12 @@ def test_rows_are_of_the_episodes_and_end_by_the_suites_limit(suite, report):
     assert [row.shortest for row in rows] == [one.length for one in suite.parts[0].episodes]
 
 
+def test_an_unfiltered_suite_is_driven(suite, tmp_path):
+    part = suite.parts[0].first(1, 1).model_copy(update={"filtered": False})
+    report = evaluate_labnav("straight", LabNavSuite(part.name, (part,), 1.0), tmp_path / "run", progress=False)
+    assert [row.suite for row in report.rows] == ["labnav-odometry-2-unfiltered/0 on floors-val (draft)"]
+
+
 def test_another_evaluation_is_refused_in_the_folder(suite, report):
     with pytest.raises(LabgymError, match="holds another run"):
         evaluate_labnav("straight", suite, report[0], seed=1, progress=False)
