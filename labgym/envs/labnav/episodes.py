@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
+from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self
 
@@ -258,6 +259,11 @@ def published_episodes(task: str, level: int, filtered: bool = True, development
     if not path.is_file():
         names = sorted(f"{folder}-{each.stem}" for each in path.parent.glob("*-[123]*.json"))
         raise UnknownNameError("LabNav suite", name, names)
+    return _loaded(path, path.stat().st_mtime_ns)
+
+
+@lru_cache(maxsize=16)
+def _loaded(path: Path, changed: int) -> LabNavEpisodes:  # noqa: ARG001 - a file that was changed is read again
     return LabNavEpisodes.load(path)
 
 
