@@ -256,12 +256,7 @@ def results_tables() -> str:
 def lab30_table() -> str:
     """Return the table of the published results of lab30, with the paper's."""
     results = published_lab30()
-    return titled(leaderboard(results)) if results else "No results are published yet."
-
-
-def titled(table: Table) -> str:
-    """Return a table as Markdown under its title."""
-    return f"**{table.title}**\n\n{table.markdown()}"
+    return leaderboard(results).titled_markdown() if results else "No results are published yet."
 
 
 def correlations() -> str:
@@ -348,7 +343,7 @@ def main() -> int:
     files = pages()
     if arguments.run:
         layouts, *_ = result_tables(ResultsFolder.read(arguments.run))
-        files[README] = with_tables(files[README], titled(layouts))
+        files[README] = with_tables(files[README], layouts.titled_markdown())
         for name, folder in (("overview", "views"), ("topdown", "pictures")):
             write_bytes(DOCS / "pictures" / f"{name}.png", (arguments.run / folder / f"{SHOWN}.png").read_bytes())
     stale = [path for path, text in files.items() if not path.is_file() or path.read_text(encoding="utf-8") != text]

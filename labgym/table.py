@@ -45,6 +45,10 @@ class Table:
         lines = ["| " + " | ".join(_piped(cells)) + " |" for cells in (self.columns, align, *self.rows)]
         return "\n".join([*lines, *(["", escape(" ".join(self.notes), quote=False)] if self.notes else [])])
 
+    def titled_markdown(self) -> str:
+        """Return the title in bold and the table as Markdown below."""
+        return f"**{escape(self.title, quote=False)}**\n\n{self.markdown()}"
+
     @property
     def _numeric(self) -> frozenset[int]:
         """Indices of the columns in which every cell is a number or a dash."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from html import escape
 from pathlib import Path
 
 from labgym.documents import write_bytes, write_text
@@ -63,7 +62,7 @@ def write_results(
     """
     tables = (*first, *result_tables(results))
     text = "\n\n\n".join(table.text() for table in tables) + "\n"
-    markdown = "\n\n".join(f"**{escape(table.title, quote=False)}**\n\n{table.markdown()}" for table in tables) + "\n"
+    markdown = "\n\n".join(table.titled_markdown() for table in tables) + "\n"
     paths = [
         write_text(results.folder / "tables.txt", text),
         write_text(results.folder / "tables.md", markdown),
