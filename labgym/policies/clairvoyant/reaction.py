@@ -7,14 +7,13 @@ and when the way is free.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
+from labgym.policies.clairvoyant.kernels import kernels
 from labgym.policies.clairvoyant.route import Gait, Route
 from labgym.policies.clairvoyant.worth import NEAR, Worth
 from labgym.policies.foreknowledge import Forecast
@@ -108,22 +107,12 @@ class Line:
 
     def at(self, place: float) -> tuple[float, float, float, float]:
         """Return x, y, heading and curvature at a length along the route, meters."""
-        compiled = compiled_reaction()
+        compiled = kernels()
         if compiled is not None:
-            located: tuple[float, float, float, float] = compiled[1](place, self.along, self.values)
+            located: tuple[float, float, float, float] = compiled.located(place, self.along, self.values)
             return located
         (point,), (yaw,), (curvature,) = self.route.at(np.array([place]))
         return float(point[0]), float(point[1]), float(yaw), float(curvature)
-
-
-@cache
-def compiled_reaction() -> tuple[Callable[..., int], Callable[..., tuple[float, float, float, float]]] | None:
-    """Return the compiled choice and place of `reacting`, None without numba: the same bits, sooner."""
-    try:
-        from labgym.policies.clairvoyant.reaction_kernel import choice, located
-    except ImportError:
-        return None
-    return choice, located
 
 
 def _choice(
@@ -135,11 +124,11 @@ def _choice(
         line: the route. place, level: the robot's. gait: speeds. unit: way for each sum of levels in a step, meters.
         now, then: (n, 2) people now and after a step, meters. apart: distance to keep, meters.
     """
-    rise, length, compiled = gait.rise, line.route.length, compiled_reaction()
+    rise, length, compiled = gait.rise, line.route.length, kernels()
     if compiled is not None:
         terms = unit, length, apart, gait.delay, LEAST
         levels = level, gait.levels
-        return compiled[0](place, *levels, rise, line.along, line.values, line.braked, now, then, terms)
+        return compiled.choice(place, *levels, rise, line.along, line.values, line.braked, now, then, terms)
     for following in (level + 1, level):
         reach = place + (level + following) * unit
         allowed = float(np.interp(reach, line.along, line.braked)) + 1e-9

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.navigation import Pose
+from labgym.policies.clairvoyant.kernels import kernels
 from labgym.policies.clairvoyant.reference import GAIN_ACROSS, GAIN_ALONG, GAIN_YAW, Reference
 from labgym.policies.reckoning import DeadReckoning
 from labgym.policies.tracking import velocities_to_action
@@ -55,9 +54,9 @@ def rehearsed(
         reference: the motion to follow. pose, velocity, time: of the robot now.
         robot: its limits.
     """
-    steps, compiled = max(0, round((reference.end - time) / reference.dt)), compiled_follow()
+    steps, compiled = max(0, round((reference.end - time) / reference.dt)), kernels()
     if compiled is not None:
-        motion = compiled(
+        motion = compiled.follow(
             reference.poses,
             reference.velocities,
             (reference.start, reference.dt, time),
@@ -78,13 +77,3 @@ def rehearsed(
         poses.append(reckoning.pose)
         velocities.append(reckoning.velocity)
     return Rehearsal(time, reference.dt, np.array(poses), np.array(velocities))
-
-
-@cache
-def compiled_follow() -> Callable[..., Array] | None:
-    """Return the compiled loop of `rehearsed`, None without numba: the same bits, sooner."""
-    try:
-        from labgym.policies.clairvoyant.rehearsal_kernel import follow
-    except ImportError:
-        return None
-    return follow

@@ -7,13 +7,12 @@ Robotics Research 5(3), 1986, by dynamic programming over place, speed and time.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from labgym.policies.clairvoyant.kernels import kernels
 from labgym.policies.clairvoyant.route import Gait, Route
 from labgym.policies.clairvoyant.worth import NEAR, Worth
 
@@ -100,7 +99,7 @@ def best_schedule(
     slow[: level + 1, : level * level + 1] = True
     near = np.full((levels + 1, count), np.inf, dtype=np.float32)
     near[level, 0] = 0.0
-    after, compiled = np.full_like(near, np.inf), compiled_step()
+    after, compiled = np.full_like(near, np.inf), kernels()
     came: list[NDArray[np.int8]] = []
     best, beside, at = least, 0.0, 0
     for step in range(1, round(LONGEST / dt) + 1):
@@ -119,7 +118,7 @@ def best_schedule(
             change = np.empty((levels + 1, reached), dtype=np.int8)
             now = people[step - 1] if step <= len(people) else NOBODY
             limits = crossing.apart**2, NEAR**2, NEAR
-            compiled(near, after, change, slow, now, seen, COARSE, limits, np.float32(dt))
+            compiled.advance(near, after, change, slow, now, seen, COARSE, limits, np.float32(dt))
             near, after = after, near
         came.append(change)
         if np.isfinite(near[0, -1]) and worth.points(step * dt, float(near[0, -1])) > best + 1e-9:
@@ -129,16 +128,6 @@ def best_schedule(
         return None
     places, speeds = _traced(came[:at], spots, rise)
     return Schedule(places, speeds, beside, best)
-
-
-@cache
-def compiled_step() -> Callable[..., None] | None:
-    """Return the compiled step of `best_schedule`, None without numba: the same bits, sooner."""
-    try:
-        from labgym.policies.clairvoyant.schedule_kernel import advance
-    except ImportError:
-        return None
-    return advance
 
 
 def _advanced(

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from labgym.policies.clairvoyant.clearance import NODE, ClearanceField
+from labgym.policies.clairvoyant.kernels import kernels
 
 Array = NDArray[np.float64]
 
@@ -87,10 +86,10 @@ def resampled(points: Array, step: float) -> Array:
 
 def _cost(path: Array, h: float, field: ClearanceField, band: Band) -> tuple[float, Array]:
     """Return the cost of a path (n, 2) at steps of about h, meters, and its gradient, (n, 2)."""
-    compiled = compiled_terms()
+    compiled = kernels()
     if compiled is not None:
         weights = band.radius, band.curvature, band.bend, band.sharp, band.twist, band.wall
-        gradient, edges, sizes, overs, thirds, misses = compiled(
+        gradient, edges, sizes, overs, thirds, misses = compiled.terms(
             path, h, h**2, tuple(map(float, weights)), field.low, NODE, field.values
         )
         value = float(edges.sum()) / (2.0 * h)
@@ -123,13 +122,3 @@ def _cost(path: Array, h: float, field: ClearanceField, band: Band) -> tuple[flo
     value += h * band.wall * float((missing**2).sum())
     gradient -= (2.0 * h * band.wall * missing)[:, None] * slope
     return value, gradient
-
-
-@cache
-def compiled_terms() -> Callable[..., tuple[Array, ...]] | None:
-    """Return the compiled terms of `_cost`, None without numba: the same bits, sooner."""
-    try:
-        from labgym.policies.clairvoyant.smoothing_kernel import terms
-    except ImportError:
-        return None
-    return terms

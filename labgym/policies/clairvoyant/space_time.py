@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from labgym.policies.clairvoyant.clearance import NODE, ClearanceField
+from labgym.policies.clairvoyant.kernels import kernels
 
 Array = NDArray[np.float64]
 Costs = NDArray[np.float32]
@@ -87,9 +86,9 @@ class SpaceTime:
 
     def _before(self, waited: Costs, entered: Costs) -> Costs:
         """Return the values one move earlier, from what it costs to wait in a cell or to move into it and go on."""
-        compiled = compiled_before()
+        compiled = kernels()
         if compiled is not None:
-            return compiled(waited, entered, np.array(MOVES), self._inside, self._free)
+            return compiled.before(waited, entered, np.array(MOVES), self._inside, self._free)
         before = waited.copy()
         height, width = before.shape
         for dy, dx in MOVES:
@@ -155,13 +154,3 @@ class SpaceTime:
             if 0 <= row + dy < height and 0 <= column + dx < width and self._free[row + dy, column + dx]
         ]
         return min(near)[1:] if near else (min(max(row, 0), height - 1), min(max(column, 0), width - 1))
-
-
-@cache
-def compiled_before() -> Callable[..., Costs] | None:
-    """Return the compiled `SpaceTime._before`, None without numba: the same bits, sooner."""
-    try:
-        from labgym.policies.clairvoyant.space_time_kernel import before
-    except ImportError:
-        return None
-    return before
