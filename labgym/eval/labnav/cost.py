@@ -8,8 +8,8 @@ SECONDS = {
     "still": 0.5, "straight": 0.25, "blind": 0.4, "bug2": 0.7, "astar": 0.4, "ppo": 0.5, "dwa": 1.0, "online_map": 6.0,
     "stack": 1.1, "local-imitation": 0.7, "local-ppo": 0.7, "clairvoyant": 2.5, "iplanner": 10.0, "navdp": 12.0,
 }  # fmt: skip
-"""CPU seconds of a drive by policy on one core, as measured for episodes of carry with two workers and with the processes
-of the policies; of clairvoyant, online_map, iplanner and navdp estimated."""
+"""CPU seconds of a drive by policy on one core, measured in carry with the processes of the policies; estimated for
+clairvoyant, online_map, iplanner and navdp."""
 
 
 def cost(suite: LabNavSuite, policy: str) -> str:
