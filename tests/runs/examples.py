@@ -29,6 +29,13 @@ def die(log: str, times: int) -> ShardOutput:
     return ShardOutput({"shards/9999.txt": b"alive\n"})
 
 
+def die_after(log: str, word: str) -> ShardOutput:
+    """Kill the worker once a word stands in a log."""
+    while not (Path(log).exists() and word in Path(log).read_text()):
+        time.sleep(0.02)
+    os._exit(3)
+
+
 def scaled(number: int, blob: Blob) -> ShardOutput:
     """Return the number times the length of a blob, which arrives as it was sent."""
     return ShardOutput({}, [number * len(blob.content), blob.digest])

@@ -19,6 +19,7 @@ import pytest
 from labgym.errors import LabgymError, OptionError
 from labgym.runs import Blob, ExecutorOptions, RunFolder, Shard, run_shards
 from labgym.runs.addresses import check_address
+from labgym.runs.ledger import LEDGER_FILE
 from runs import examples
 
 pytest.importorskip("distributed")
@@ -115,11 +116,12 @@ def test_an_error_of_a_shard_arrives_as_itself(cluster):
 
 
 def test_a_shard_that_kills_every_worker_is_an_error_and_finished_shards_are_kept(tmp_path):
-    log, folder = tmp_path / "log", tmp_path / "run"
+    folder = tmp_path / "run"
     with alone(tmp_path) as cluster, RunFolder.open(folder, examples.identity()) as run:
         for _ in range(4):
             cluster.add_worker()
-        shards = [*examples.squares(1), Shard("deadly", examples.die, (str(log), 100))]
+        # Results that a worker still holds die with it: the shard waits until the first one has arrived.
+        shards = [*examples.squares(1), Shard("deadly", examples.die_after, (str(folder / LEDGER_FILE), "square 0"))]
         with pytest.raises(LabgymError, match="gave up on a shard"):
             list(run_shards(shards, run, dask(cluster), progress=False))
         assert run.output("square 0") is not None

@@ -55,12 +55,11 @@ def send_request(link: socket.socket, kind: bytes, content: bytes = b"", descrip
     Raises:
         OSError: the other process closed its end, or the socket's timeout passed.
     """
-    header = REQUEST.pack(kind, len(content))
-    if descriptor is None:
-        link.sendall(header + content)
-        return
-    socket.send_fds(link, [header], [descriptor])
-    link.sendall(content)
+    request = REQUEST.pack(kind, len(content)) + content
+    sent = 0 if descriptor is None else socket.send_fds(link, [request], [descriptor])
+    # A loader may close its end once it has the request: even an empty message more would fail.
+    if sent < len(request):
+        link.sendall(request[sent:])
 
 
 def receive_request(link: socket.socket) -> tuple[bytes, bytes, int | None]:
