@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from itertools import combinations
 
 import numpy as np
-from scipy.stats import rankdata
+from scipy.stats import rankdata, t
 
 from labgym.eval.labnav.suites import ALL
 from labgym.eval.leaderboard.labnav import LabNavResult
@@ -31,6 +31,18 @@ def spearman(a: Sequence[float], b: Sequence[float]) -> float | None:
     x, y = (rankdata(each) - (len(each) + 1) / 2.0 for each in (a, b))
     scale = math.sqrt(float(x @ x) * float(y @ y))
     return float(x @ y) / scale if scale > 0.0 else None
+
+
+def least_significant(count: int) -> float:
+    """Return the least rank correlation of `count` pairs that differs from 0 at 5%, two-sided.
+
+    By Student's t distribution with `count` - 2 degrees of freedom, as `scipy.stats.spearmanr`.
+
+    Args:
+        count: at least 3.
+    """
+    quantile = float(t.ppf(0.975, count - 2))
+    return quantile / math.sqrt(count - 2 + quantile * quantile)
 
 
 def over_policies(results: Sequence[LabNavResult]) -> Pairs:
@@ -101,6 +113,7 @@ def correlation_tables(results: Sequence[LabNavResult]) -> tuple[Table, Table]:
                 "Spearman's correlation of the mean scores, over the policies that drove both tasks"
                 f"{_counts(policies)}; a dash stands for fewer than {FEWEST}, or for equal scores.",
                 *_range(policies),
+                *_significance(policies),
                 *left_out,
             ),
         ),
@@ -128,6 +141,17 @@ def _counts(pairs: Pairs) -> str:
     """Return the number of policies behind the correlations in words."""
     counts = sorted({count for value, count in pairs.values() if value is not None})
     return "" if not counts else f" ({counts[0]})" if len(counts) == 1 else f" ({counts[0]} to {counts[-1]})"
+
+
+def _significance(pairs: Pairs) -> tuple[str, ...]:
+    """Return a sentence on the least correlation that chance does not explain; nothing without any."""
+    counts = [count for value, count in pairs.values() if value is not None]
+    if not counts:
+        return ()
+    return (
+        f"Among {max(counts)} policies, a correlation below {least_significant(max(counts)):.2f} could be chance "
+        "(two-sided, 5%, t distribution).",
+    )
 
 
 def _range(pairs: Pairs) -> tuple[str, ...]:

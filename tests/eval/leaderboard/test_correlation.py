@@ -11,7 +11,13 @@ from labgym.cli import main
 from labgym.envs.labnav.episodes import published_episodes
 from labgym.eval.labnav.suites import LabNavSuite
 from labgym.eval.labnav.summary import summarise
-from labgym.eval.leaderboard.correlation import correlation_tables, over_floors, over_policies, spearman
+from labgym.eval.leaderboard.correlation import (
+    correlation_tables,
+    least_significant,
+    over_floors,
+    over_policies,
+    spearman,
+)
 from labgym.eval.leaderboard.labnav import LabNavResult, Outcome
 
 AISLE, DOCK = published_episodes("aisle", 2), published_episodes("dock", 2)
@@ -57,6 +63,13 @@ def test_a_constant_or_too_few_values_have_no_correlation():
     assert spearman([0.1, 0.2, 0.3], [0.1, 0.2, 0.3]) is None
 
 
+def test_chance_exceeds_the_least_significant_correlation_once_in_twenty():
+    rng = np.random.default_rng(0)
+    ordered = np.arange(14.0)
+    by_chance = [abs(spearman(ordered, rng.permutation(ordered))) for _ in range(20_000)]
+    assert np.mean(np.array(by_chance) >= least_significant(14)) == pytest.approx(0.05, abs=0.006)
+
+
 def test_over_policies_only_those_that_drove_both_tasks_count():
     scores = {"a": (0.1, 0.2), "b": (0.2, 0.1), "c": (0.5, 0.6), "d": (0.9, 0.7)}
     results = [result(name, constant(aisle=x, dock=y)) for name, (x, y) in scores.items()]
@@ -66,6 +79,7 @@ def test_over_policies_only_those_that_drove_both_tasks_count():
     table = correlation_tables([*results, result("half", constant(aisle=0.0))])[0]
     assert table.rows[0][table.columns.index("dock")] == table.rows[4][table.columns.index("aisle")] == "0.80"
     assert "over the policies that drove both tasks (4)" in table.notes[0]
+    assert "Among 4 policies, a correlation below 0.95 could be chance" in table.notes[2]
     assert "half (moved, people, odometry, dock, glass, carry, shift)" in table.notes[-1]
 
 
