@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from labgym.errors import OptionError
+from labgym.exchange.rounding import tidy
 from labgym.layouts.floor import Rectangle
 
 if TYPE_CHECKING:
@@ -63,10 +64,10 @@ def region_of(polygon: Polygon, yaw: float | None = None) -> tuple[Frame, tuple[
     cosine, sine = math.cos(yaw), math.sin(yaw)
     frame = (low_x * cosine - low_y * sine, low_x * sine + low_y * cosine, yaw)
     rectangles = tuple(
-        Rectangle(x0=_tidy(x0 - low_x), y0=_tidy(y0 - low_y), x1=_tidy(x1 - low_x), y1=_tidy(y1 - low_y))
+        Rectangle(x0=tidy(x0 - low_x), y0=tidy(y0 - low_y), x1=tidy(x1 - low_x), y1=tidy(y1 - low_y))
         for x0, y0, x1, y1 in slabs
     )
-    return (_tidy(frame[0]), _tidy(frame[1]), frame[2]), rectangles
+    return (tidy(frame[0]), tidy(frame[1]), frame[2]), rectangles
 
 
 def direction(polygon: Polygon) -> float:
@@ -176,8 +177,3 @@ def _distinct(values: list[float]) -> list[float]:
         if not distinct or value - distinct[-1] > SAME:
             distinct.append(value)
     return distinct
-
-
-def _tidy(value: float) -> float:
-    """Return a length rounded to a micrometer, without a negative zero."""
-    return round(value, 6) + 0.0

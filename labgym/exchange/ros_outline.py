@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.errors import DocumentError, OptionError
-from labgym.exchange.assembly import Drawing, Mark, assemble
+from labgym.exchange.assembly import assemble
+from labgym.exchange.drawing import Drawing, Mark
 from labgym.exchange.regions import direction
 from labgym.exchange.ros_files import RosMap, open_ros_map
 from labgym.exchange.ros_partitions import THICKEST, partitions

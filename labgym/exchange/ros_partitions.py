@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.exchange.assembly import Mark
+from labgym.exchange.drawing import Mark
 from labgym.exchange.ros_files import RosMap
 from labgym.exchange.strips import Point, Strip
 

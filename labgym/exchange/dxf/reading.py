@@ -12,7 +12,8 @@ from pydantic import ValidationError
 from labgym.assets import Catalog
 from labgym.documents import document_error
 from labgym.errors import DocumentError, LabgymError, OptionError, UnknownNameError
-from labgym.exchange.assembly import Drawing, Mark, Piece, Tag, assemble
+from labgym.exchange.assembly import assemble
+from labgym.exchange.drawing import Drawing, Mark, Piece, Tag
 from labgym.exchange.dxf import blocks, layers
 from labgym.exchange.dxf.arcs import SAGITTA, Arc, curved_walls, flattened
 from labgym.exchange.dxf.opening import FAULTS, Context, block_name, entities, meters_per_unit, open_drawing

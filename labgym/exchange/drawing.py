@@ -1,0 +1,84 @@
+"""The parts of a floor in a drawing: strips of wall, marks of openings, outlines and tags of spaces, furniture."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from labgym.exchange.strips import Point, Strip
+
+
+@dataclass(frozen=True)
+class Mark:
+    """An opening in a drawing: the ends of the opening, on or near its wall, in meters.
+
+    Attributes:
+        hinge: end of the opening at which the leaf turns; None without a leaf.
+        toward: a point on the side to which the leaf opens.
+        fields: further fields of `Opening`.
+    """
+
+    start: Point
+    end: Point
+    kind: Literal["door", "passage", "window", "glazing"] = "door"
+    hinge: Point | None = None
+    toward: Point | None = None
+    fields: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def width(self) -> float:
+        """Width of the opening, meters."""
+        return math.dist(self.start, self.end)
+
+
+@dataclass(frozen=True)
+class Tag:
+    """The description of the space around a point of a drawing."""
+
+    x: float
+    y: float
+    fields: dict[str, Any]
+    yaw: float | None = None
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A block of furniture in a drawing: its middle in meters and its yaw.
+
+    Attributes:
+        id: empty if the drawing gives none.
+        asset: its name.
+        named: whether an attribute names the asset; otherwise the block's own name may be one.
+    """
+
+    id: str
+    asset: str
+    x: float
+    y: float
+    yaw: float
+    named: bool
+
+
+@dataclass
+class Drawing:
+    """The parts of a floor in a drawing, in meters.
+
+    Attributes:
+        marks: openings; of the alternatives of each the first that lies in a wall counts.
+        outlines: polygons around spaces, inside their walls; if empty, spaces are what walls enclose.
+        placed: whether the drawing's coordinates are those of a floor; otherwise its lower left corner is the origin.
+        shift: of the assembled floor's coordinates against the drawing's, meters.
+    """
+
+    strips: list[Strip] = field(default_factory=list)
+    marks: list[Sequence[Mark]] = field(default_factory=list)
+    outlines: list[tuple[Point, ...]] = field(default_factory=list)
+    tags: list[Tag] = field(default_factory=list)
+    columns: list[dict[str, Any]] = field(default_factory=list)
+    services: list[dict[str, Any]] = field(default_factory=list)
+    keep_outs: list[dict[str, Any]] = field(default_factory=list)
+    furniture: list[Piece] = field(default_factory=list)
+    placed: bool = False
+    shift: Point = (0.0, 0.0)
