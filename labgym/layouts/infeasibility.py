@@ -15,7 +15,8 @@ from labgym.layouts.floor_plan import GROUPS, solve
 from labgym.layouts.model import Layout
 from labgym.layouts.request import Request
 from labgym.layouts.rooms import room_presets
-from labgym.layouts.rules.facility import exit_issues, placing_issues
+from labgym.layouts.rules.facility.exits import exit_issues
+from labgym.layouts.rules.facility.issues import placing_issues
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.layouts.rules.zones import door_span
 from labgym.layouts.walls import choose_walls

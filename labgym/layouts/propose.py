@@ -27,7 +27,7 @@ from labgym.layouts.model import Layout, Room
 from labgym.layouts.request import Request
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.egress import MARGIN, narrow_ways
-from labgym.layouts.rules.facility import placing_issues
+from labgym.layouts.rules.facility.issues import placing_issues
 from labgym.layouts.walls import choose_walls
 
 ATTEMPTS = 6

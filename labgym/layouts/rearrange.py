@@ -12,7 +12,7 @@ from labgym.layouts.interiors.rearranging import rearranged
 from labgym.layouts.model import FLOOR, WALL, Layout, Placement
 from labgym.layouts.moves import Place, apply, may_move
 from labgym.layouts.rules.building.one_room import WALL_YAW
-from labgym.layouts.rules.facility import HOOD_DOOR_LEAST
+from labgym.layouts.rules.facility.hoods import HOOD_DOOR_LEAST
 from labgym.layouts.rules.thresholds import MOVABLE, ONE_SIDED, SHOWER_RADIUS
 from labgym.layouts.rules.zones import INTRUSION
 from labgym.layouts.tidying import tidied

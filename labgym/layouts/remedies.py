@@ -9,6 +9,7 @@ from labgym.errors import InfeasibleError, LabgymError, OptionError
 from labgym.layouts.combination import combination
 from labgym.layouts.extension import extended
 from labgym.layouts.floor import Floor
+from labgym.layouts.floor.closed_doors import closed_doors, walls_with
 from labgym.layouts.floor.stretching import Stretch, stretched
 from labgym.layouts.interiors import FloorProposer
 from labgym.layouts.interiors.proposer import GROUPS, separations_on
@@ -125,22 +126,12 @@ def _without_services(search: _Search) -> Iterator[Remedy]:
 def _with_open_doors(search: _Search) -> Iterator[Remedy]:
     """Open all closed doors between spaces, through which the robot cannot pass."""
     request = search.request
-    inner = {(way.wall, way.opening) for way in request.floor.doorways if not way.exit}
-    closed = {(wall, o) for wall, o in inner if o.kind == "door" and o.state == "closed"}
-    walls = tuple(
-        wall.model_copy(
-            update={
-                "openings": tuple(
-                    o.model_copy(update={"state": "open"}) if (index, o) in closed else o for o in wall.openings
-                )
-            }
-        )
-        for index, wall in enumerate(request.floor.walls)
-    )
+    closed = closed_doors(request.floor)
     if not closed:
         return iter(())
     text = f"open the closed doors between spaces ({len(closed)})"
-    return search.keep(iter([(text, replace(request, floor=_with(request.floor, walls=walls)))]))
+    opened = _with(request.floor, walls=walls_with(request.floor, closed, state="open"))
+    return search.keep(iter([(text, replace(request, floor=opened))]))
 
 
 def _without_keep_outs(search: _Search) -> Iterator[Remedy]:

@@ -22,7 +22,11 @@ from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.bounds import bounds_faults
 from labgym.layouts.rules.building import ManyRooms, OneRoom
 from labgym.layouts.rules.egress import narrow_ways
-from labgym.layouts.rules.facility import back_distance, blocked_front, exit_issues, placing_issues, shower_walks
+from labgym.layouts.rules.facility.backs import back_distance
+from labgym.layouts.rules.facility.exits import exit_issues
+from labgym.layouts.rules.facility.fronts import blocked_front
+from labgym.layouts.rules.facility.issues import placing_issues
+from labgym.layouts.rules.facility.showers import shower_walks
 from labgym.layouts.rules.thresholds import profile
 from labgym.layouts.rules.zones import front_zone
 from labgym.navigation import goal_pose

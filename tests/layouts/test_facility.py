@@ -13,7 +13,8 @@ from labgym.eval.scoring.layout_report import RuleScore
 from labgym.layouts import Door, Layout, Placement, Room
 from labgym.layouts.floors import draw_floor
 from labgym.layouts.rules.arrangement import Arrangement
-from labgym.layouts.rules.facility import FacilityIssue, facility_issues, shower_walks
+from labgym.layouts.rules.facility import FacilityIssue, facility_issues
+from labgym.layouts.rules.facility.showers import shower_walks
 from labgym.layouts.rules.thresholds import profile
 from labgym.layouts.rules.zones import door_area, doorway, front_zone
 

@@ -14,7 +14,8 @@ from typing import Literal
 from labgym.eval.scoring.layout_report import ConsistencyProxy, RuleScore
 from labgym.layouts.model import FLOOR, WALL
 from labgym.layouts.rules.arrangement import Arrangement
-from labgym.layouts.rules.facility import SHOWER_WALK, blocked_front, box_of, hoods, shower_walks
+from labgym.layouts.rules.facility.fronts import blocked_front
+from labgym.layouts.rules.facility.showers import SHOWER_WALK, shower_walks
 from labgym.layouts.rules.objective import Assessment
 from labgym.layouts.rules.zones import standing_in
 from labgym.protocols import Protocol
@@ -157,7 +158,7 @@ def _realism(arrangement: Arrangement) -> list[RuleScore | None]:
     furniture = [row for row in floor if assets[row].kind == "facility" and assets[row].surfaces]
     tall = [row for row in floor if assets[row].size.height >= TALL and assets[row].subtype not in FREE_STANDING]
     parallel = [bool(skew <= RIGHT_ANGLE) for skew in arrangement.building.skew(arrangement.take(furniture))]
-    backed = [_backed(arrangement, row) for row in hoods(arrangement)]
+    backed = [_backed(arrangement, row) for row in arrangement.hoods]
     on_furniture = [
         arrangement.placements[row].support not in (FLOOR, WALL)
         for row, asset in enumerate(assets)
@@ -181,7 +182,7 @@ def _layout(arrangement: Arrangement, protocol: Protocol | None) -> list[RuleSco
     fronts = [blocked_front(arrangement, row, ROBOT_FRONT) is None for row in rows]
     clear = [
         blocked_front(arrangement, row, arrangement.assets[row].clearance) is None
-        for row in hoods(arrangement)
+        for row in arrangement.hoods
         if arrangement.assets[row].clearance > 0.0
     ]
     return [
@@ -231,7 +232,7 @@ def _walls(arrangement: Arrangement) -> RuleScore:
 
 def _backed(arrangement: Arrangement, row: int) -> bool:
     """Return whether an object's back is along a wall."""
-    gaps = arrangement.building.gaps(box_of(arrangement, row).corners()[:2])
+    gaps = arrangement.building.gaps(arrangement.box(row).corners()[:2])
     return bool(gaps.max(axis=1).min() <= BACK_GAP)
 
 

@@ -13,7 +13,7 @@ from labgym.layouts.interiors.interior import Interior
 from labgym.layouts.interiors.supply import lacking
 from labgym.layouts.pieces import clear_around
 from labgym.layouts.request import Request
-from labgym.layouts.rules.facility import SHOWER_WALK
+from labgym.layouts.rules.facility.showers import SHOWER_WALK
 from labgym.layouts.rules.supplies import supplies_of
 
 EYEWASH, SHOWER = "EyewashStation", "EmergencyShower"

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
 from labgym.layouts.brief import Unit
 from labgym.layouts.ground import Ground, Segment, without
-from labgym.layouts.rules.facility import HOOD_DOOR_LEAST
+from labgym.layouts.rules.facility.hoods import HOOD_DOOR_LEAST
 from labgym.layouts.rules.zones import front_zone
 
 WALL_GAP = 0.01

@@ -15,7 +15,8 @@ from labgym.layouts.repairs.changes import moved_furniture
 from labgym.layouts.repairs.rank import State
 from labgym.layouts.repairs.reinsertion import reinserted
 from labgym.layouts.rules.arrangement import Arrangement
-from labgym.layouts.rules.facility import FacilityIssue, supply_issues
+from labgym.layouts.rules.facility import FacilityIssue
+from labgym.layouts.rules.facility.services import supply_issues
 
 BERTHS = 40
 """Maximum number of poses tried for a piece that a warning concerns."""

@@ -17,7 +17,8 @@ from labgym.layouts.model import FLOOR, Layout
 from labgym.layouts.moves import Place
 from labgym.layouts.relocation import AISLES, SPREAD, WALL_GAP, usable
 from labgym.layouts.rules.building import building_of
-from labgym.layouts.rules.facility import HOOD_DOOR, HOOD_DOOR_LEAST, TALL
+from labgym.layouts.rules.facility.backs import TALL
+from labgym.layouts.rules.facility.hoods import HOOD_DOOR, HOOD_DOOR_LEAST
 from labgym.layouts.rules.supplies import Supplies, shortfall, supplies_of
 from labgym.layouts.rules.thresholds import MOVABLE, ONE_SIDED
 from labgym.layouts.surroundings import grounds

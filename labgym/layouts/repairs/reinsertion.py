@@ -12,7 +12,7 @@ from labgym.layouts.model import FLOOR, WALL, Layout
 from labgym.layouts.moves import Place, apply, descendants, may_move
 from labgym.layouts.repairs.berths import behind_poses, berths
 from labgym.layouts.repairs.rank import State, discouraged, narrowness
-from labgym.layouts.rules.facility import TALL
+from labgym.layouts.rules.facility.backs import TALL
 from labgym.layouts.rules.supplies import BURNERS
 from labgym.layouts.rules.thresholds import ONE_SIDED
 from labgym.layouts.tidying import tidied

@@ -14,6 +14,7 @@ from labgym.geometry import BoxArray, OrientedBox, rotate
 from labgym.layouts.model import FLOOR, WALL, Layout, Placement, placed_box
 from labgym.layouts.placement import PartStates
 from labgym.layouts.rules.building import Building, building_of
+from labgym.layouts.rules.thresholds import MOVABLE
 
 BUILDING = frozenset({"opening", "robot"})
 """Categories that are not objects of the layout: doors and windows belong to the room, the robot to the episode."""
@@ -134,6 +135,29 @@ class Arrangement:
     def reagents(self) -> list[int]:
         """Rows of the reagents."""
         return [row for row, asset in enumerate(self.assets) if asset.kind == "reagent"]
+
+    @cached_property
+    def hoods(self) -> list[int]:
+        """Rows of the fume hoods."""
+        return [row for row, asset in enumerate(self.assets) if asset.fume_hood]
+
+    @cached_property
+    def showers(self) -> list[int]:
+        """Rows of the emergency showers."""
+        return [row for row, asset in enumerate(self.assets) if asset.subtype == "shower"]
+
+    @cached_property
+    def workplaces(self) -> list[int]:
+        """Rows of the floor furniture with a clearance in front, at which people work; movable objects do not count."""
+        return [
+            row
+            for row, (placement, asset) in enumerate(zip(self.placements, self.assets, strict=True))
+            if placement.support == FLOOR and asset.clearance > 0.0 and asset.subtype not in MOVABLE
+        ]
+
+    def box(self, row: int) -> OrientedBox:
+        """Return an object's bounding box."""
+        return self.layout.box(self.placements[row].id)
 
     def assembled(self, first: int, second: int) -> bool:
         """Whether two objects belong to one assembled apparatus."""

@@ -161,11 +161,10 @@ class _Place:
 
 def _places(arrangement: Arrangement, width: float) -> list[_Place]:
     places = []
-    for row, (placement, asset) in enumerate(zip(arrangement.placements, arrangement.assets, strict=True)):
-        if placement.support == FLOOR and asset.clearance > 0.0 and asset.subtype not in MOVABLE:
-            x, y, _ = goal_pose(arrangement.layout.box(placement.id))
-            reach = REACH if asset.size.width < width else 0.0
-            places.append(_Place(placement.id, arrangement.spaces[row], x, y, reach))
+    for row in arrangement.workplaces:
+        x, y, _ = goal_pose(arrangement.box(row))
+        reach = REACH if arrangement.assets[row].size.width < width else 0.0
+        places.append(_Place(arrangement.placements[row].id, arrangement.spaces[row], x, y, reach))
     return places
 
 

@@ -11,7 +11,9 @@ from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.bounds import BoundsFault, bounds_faults
 from labgym.layouts.rules.collisions import Collision, collisions
 from labgym.layouts.rules.egress import narrow_exits
-from labgym.layouts.rules.facility import FacilityIssue, egress_issues, equipment_issues, placing_issues
+from labgym.layouts.rules.facility import FacilityIssue
+from labgym.layouts.rules.facility.exits import egress_issues
+from labgym.layouts.rules.facility.issues import equipment_issues, placing_issues
 from labgym.layouts.rules.glass import glass_instances
 from labgym.layouts.rules.presence import missing_assets
 from labgym.layouts.rules.satisfaction import Instance, penalised

@@ -15,7 +15,7 @@ from labgym.layouts.model import FLOOR
 from labgym.layouts.moves import Place, apply
 from labgym.layouts.rearrange import rearrangements
 from labgym.layouts.rules import evaluate_layout
-from labgym.layouts.rules.facility import one_sided
+from labgym.layouts.rules.facility.backs import one_sided
 from labgym.layouts.rules.thresholds import BACK_GAP
 
 FLOORS = {"ell": ell, "suite": suite, "oblique": oblique}

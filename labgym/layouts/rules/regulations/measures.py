@@ -11,7 +11,7 @@ import numpy as np
 from labgym.geometry import OrientedBox, distance, penetration
 from labgym.layouts.model import FLOOR, WALL
 from labgym.layouts.rules.egress import WIDEST, narrow_ways
-from labgym.layouts.rules.facility import blocked_fronts, box_of
+from labgym.layouts.rules.facility.fronts import blocked_fronts
 from labgym.layouts.rules.regulations.clause import Measured
 from labgym.layouts.rules.regulations.premises import Premises
 from labgym.layouts.rules.separation import incompatible_instances
@@ -64,7 +64,7 @@ def ways_out(limit: float) -> Measure:
 
     def measure(premises: Premises) -> list[Measured]:
         exits = [entrance for entrance in premises.arrangement.building.entrances if entrance.exit]
-        if not exits or not premises.workplaces:
+        if not exits or not premises.arrangement.workplaces:
             return []
         narrow = narrow_ways(premises.arrangement, limit) or narrow_ways(premises.arrangement, WIDEST)
         ways = [Measured(f"{way.entrance} to {way.destinations[0]}", way.width) for way in narrow]
@@ -87,7 +87,8 @@ def walks_out(premises: Premises) -> list[Measured]:
     if not premises.exits:
         return []
     return [
-        Measured(premises.name(row), premises.walk(premises.pose(row), premises.exits)) for row in premises.workplaces
+        Measured(premises.name(row), premises.walk(premises.pose(row), premises.exits))
+        for row in premises.arrangement.workplaces
     ]
 
 
@@ -100,7 +101,7 @@ def walks_to(equipment: str, hazard: Hazard) -> Measure:
     """
 
     def measure(premises: Premises) -> list[Measured]:
-        starts = dict.fromkeys([*(premises.hoods if hazard == "hood" else []), *_stores(premises, hazard)])
+        starts = dict.fromkeys([*(premises.arrangement.hoods if hazard == "hood" else []), *_stores(premises, hazard)])
         goals = [premises.pose(row) for row in _equipment(premises, equipment)]
         return [Measured(premises.name(row), premises.walk(premises.pose(row), goals)) for row in starts]
 
@@ -128,10 +129,10 @@ def shower_radius(premises: Premises) -> list[Measured]:
     """Distance of the nearest object from the center of each emergency shower, meters."""
     arrangement, radii = premises.arrangement, []
     for row in premises.rows("shower"):
-        box = box_of(arrangement, row)
+        box = arrangement.box(row)
         center = OrientedBox(box.x, box.y, 0.0, 0.0, 0.0, 0.0, HEADROOM)
         gaps = [
-            distance(center, box_of(arrangement, other))
+            distance(center, arrangement.box(other))
             for other, placement in enumerate(arrangement.placements)
             if other != row
             and placement.support in (FLOOR, WALL)
@@ -144,10 +145,10 @@ def shower_radius(premises: Premises) -> list[Measured]:
 def hood_to_door(premises: Premises) -> list[Measured]:
     """Distance of each hood from the nearest door of its room, meters."""
     arrangement, gaps = premises.arrangement, []
-    for row in premises.hoods:
+    for row in arrangement.hoods:
         own = [one for one in arrangement.building.entrances if one.space == arrangement.spaces[row]]
         if own:
-            box = box_of(arrangement, row)
+            box = arrangement.box(row)
             gaps.append(Measured(premises.name(row), min(distance(box, one.opening) for one in own)))
     return gaps
 
@@ -161,14 +162,14 @@ def hood_to_opposite(kind: str) -> Measure:
 
     def measure(premises: Premises) -> list[Measured]:
         arrangement, gaps = premises.arrangement, []
-        for row in premises.hoods:
-            box = box_of(arrangement, row)
+        for row in arrangement.hoods:
+            box = arrangement.box(row)
             zone = front_zone(box, LOOKOUT)
             others = [
-                box_of(arrangement, other)
+                arrangement.box(other)
                 for other in _candidates(premises, kind, row)
                 if arrangement.spaces[other] == arrangement.spaces[row]
-                and penetration(zone, box_of(arrangement, other)) > 0.0
+                and penetration(zone, arrangement.box(other)) > 0.0
             ]
             near = [distance(_plan(box), _plan(other)) for other in others]
             if kind == "wall":
@@ -185,13 +186,15 @@ def _candidates(premises: Premises, kind: str, row: int) -> list[int]:
     if kind == "desk":
         return premises.rows("desk")
     if kind == "wall":
-        return [other for other in premises.workplaces if other != row and assets[other].size.height >= TALL]
-    pool = premises.hoods if kind == "hood" else premises.rows("workbench")
+        return [
+            other for other in premises.arrangement.workplaces if other != row and assets[other].size.height >= TALL
+        ]
+    pool = premises.arrangement.hoods if kind == "hood" else premises.rows("workbench")
     return [other for other in pool if other != row and _face_each_other(premises, row, other)]
 
 
 def _face_each_other(premises: Premises, first: int, second: int) -> bool:
-    (ax, ay), (bx, by) = (box_of(premises.arrangement, row).front for row in (first, second))
+    (ax, ay), (bx, by) = (premises.arrangement.box(row).front for row in (first, second))
     return ax * bx + ay * by <= OPPOSITE
 
 
@@ -203,14 +206,14 @@ def _plan(box: OrientedBox) -> OrientedBox:
 def between_work_rows(premises: Premises) -> list[Measured]:
     """Distance between benches or hoods that face each other, at which two people work back to back, meters."""
     arrangement, gaps = premises.arrangement, []
-    rows = [*premises.rows("workbench"), *premises.hoods]
+    rows = [*premises.rows("workbench"), *premises.arrangement.hoods]
     for k, row in enumerate(rows):
-        box = box_of(arrangement, row)
+        box = arrangement.box(row)
         zone = front_zone(box, LOOKOUT)
         for other in rows[k + 1 :]:
             facing = _face_each_other(premises, row, other) and arrangement.spaces[row] == arrangement.spaces[other]
-            if facing and penetration(zone, box_of(arrangement, other)) > 0.0:
-                gap = distance(_plan(box), _plan(box_of(arrangement, other)))
+            if facing and penetration(zone, arrangement.box(other)) > 0.0:
+                gap = distance(_plan(box), _plan(arrangement.box(other)))
                 gaps.append(Measured(f"{premises.name(row)} and {premises.name(other)}", gap))
     return gaps
 
@@ -219,7 +222,7 @@ def free_before_benches(depth: float) -> Measure:
     """Return the measure: free depth in front of each bench and hood, meters, up to a depth."""
 
     def measure(premises: Premises) -> list[Measured]:
-        rows = [*premises.rows("workbench"), *premises.hoods]
+        rows = [*premises.rows("workbench"), *premises.arrangement.hoods]
         blocked = blocked_fronts(premises.arrangement, rows, [depth] * len(rows))
         return [
             Measured(premises.name(row), depth if front is None else min(front[0], depth))
@@ -255,8 +258,8 @@ def corridor_widths(premises: Premises) -> list[Measured]:
 def hood_to_side_wall(premises: Premises) -> list[Measured]:
     """Distance of the sides of each hood from the nearest wall along them, meters."""
     arrangement, gaps = premises.arrangement, []
-    for row in premises.hoods:
-        box = box_of(arrangement, row)
+    for row in arrangement.hoods:
+        box = arrangement.box(row)
         corners = box.corners()  # back left, back right, front right, front left
         sides = (corners[[0, 3]], corners[[1, 2]])
         near = []

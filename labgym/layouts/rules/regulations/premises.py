@@ -9,7 +9,7 @@ from functools import cached_property
 from labgym.geometry.frames import PlanarPose
 from labgym.layouts.model import FLOOR, WALL
 from labgym.layouts.rules.arrangement import Arrangement
-from labgym.layouts.rules.facility import with_open_doors
+from labgym.layouts.rules.open_doors import with_open_doors
 from labgym.layouts.rules.thresholds import MOVABLE
 from labgym.navigation import LengthsTo, goal_pose
 from labgym.navigation.visibility import ShortestPaths
@@ -40,22 +40,6 @@ class Premises:
     def rows(self, *subtypes: str) -> list[int]:
         """Return the rows of the objects of some subtypes."""
         return [row for row, asset in enumerate(self.arrangement.assets) if asset.subtype in subtypes]
-
-    @cached_property
-    def hoods(self) -> list[int]:
-        """Rows of the fume hoods."""
-        return [row for row, asset in enumerate(self.arrangement.assets) if asset.fume_hood]
-
-    @cached_property
-    def workplaces(self) -> list[int]:
-        """Rows of the floor furniture with a clearance in front, at which people work."""
-        return [
-            row
-            for row, (placement, asset) in enumerate(
-                zip(self.arrangement.placements, self.arrangement.assets, strict=True)
-            )
-            if placement.support == FLOOR and asset.clearance > 0.0 and asset.subtype not in MOVABLE
-        ]
 
     def name(self, row: int) -> str:
         """Return the id of an object."""

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from labgym.layouts.rules.bounds import BoundsFault
-from labgym.layouts.rules.facility import FacilityIssue, building_exit_issues, egress_issues, facility_issues
+from labgym.layouts.rules.facility import FacilityIssue, facility_issues
+from labgym.layouts.rules.facility.exits import building_exit_issues, egress_issues
 from labgym.layouts.rules.objective import CHEMISTRY_WEIGHT, GEOMETRY_WEIGHT, Assessment
 from labgym.layouts.rules.presence import missing_assets
 from labgym.layouts.rules.regulations.premises import Premises

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 from labgym.layouts.model import FLOOR
 from labgym.layouts.rules.arrangement import Arrangement
-from labgym.layouts.rules.facility import FacilityIssue, hoods, one_sided
+from labgym.layouts.rules.facility import FacilityIssue
+from labgym.layouts.rules.facility.backs import one_sided
 from labgym.layouts.rules.supplies import SOURCES, Supplies, supplies_of
-from labgym.layouts.rules.thresholds import MOVABLE
 
 HARD = frozenset({"egress", "door_area", "shower_clear", "no_exit"})
 """Facility rules that count in v(L): ways out, door areas, the shower's clear space. A missing second exit counts where
@@ -68,16 +68,16 @@ BY_OBJECT = frozenset(
 
 def applicable(arrangement: Arrangement) -> dict[str, int]:
     """Return the number of objects that each facility rule applies to."""
-    building, assets = arrangement.building, arrangement.assets
+    building = arrangement.building
     on_floor = [row for row, placement in enumerate(arrangement.placements) if placement.support == FLOOR]
-    hooded = len(hoods(arrangement))
+    hooded = len(arrangement.hoods)
     return {
         "egress": sum(entrance.exit for entrance in building.entrances),
         "door_area": len(building.entrances),
         "keep_out": len(arrangement.layout.floor.keep_outs),
-        "front_clearance": sum(assets[row].clearance > 0.0 and assets[row].subtype not in MOVABLE for row in on_floor),
+        "front_clearance": len(arrangement.workplaces),
         "back_to_wall": sum(one_sided(arrangement, row) for row in on_floor),
-        "shower_clear": sum(asset.subtype == "shower" for asset in assets),
+        "shower_clear": len(arrangement.showers),
         "supply": _supplied(arrangement, on_floor),
         "no_exit": len(building.workplaces),
         "second_exit": len(building.workplaces),

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from labgym.layouts.model import FLOOR
 from labgym.layouts.rules.arrangement import Arrangement
-from labgym.layouts.rules.facility import blocked_fronts
+from labgym.layouts.rules.facility.fronts import blocked_fronts
 from labgym.layouts.rules.satisfaction import Instance
-from labgym.layouts.rules.thresholds import MOVABLE
 
 
 def front_instances(arrangement: Arrangement) -> tuple[Instance, ...]:
@@ -15,11 +13,7 @@ def front_instances(arrangement: Arrangement) -> tuple[Instance, ...]:
     The satisfaction is the free share of that depth; a blocked front is a hard violation. The first id is the
     furniture, the others are what blocks it; without others it is a wall.
     """
-    rows = [
-        row
-        for row, (placement, asset) in enumerate(zip(arrangement.placements, arrangement.assets, strict=True))
-        if placement.support == FLOOR and asset.clearance > 0.0 and asset.subtype not in MOVABLE
-    ]
+    rows = arrangement.workplaces
     if not rows:
         return ()
     depths = [arrangement.assets[row].clearance for row in rows]

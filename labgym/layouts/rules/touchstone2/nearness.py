@@ -63,6 +63,6 @@ def _gap(arrangement: Arrangement, first: int, second: int) -> float:
 
 
 def _between_poses(arrangement: Arrangement, first: int, second: int) -> float:
-    boxes = (arrangement.layout.box(arrangement.placements[row].id) for row in (first, second))
+    boxes = (arrangement.box(row) for row in (first, second))
     (ax, ay, _), (bx, by, _) = (goal_pose(box) for box in boxes)
     return math.hypot(ax - bx, ay - by)

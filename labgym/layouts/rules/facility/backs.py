@@ -1,0 +1,81 @@
+"""Backs: furniture that is used from one side stands with its back against a wall or other low furniture."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from labgym.geometry import BoxArray, OrientedBox, pairwise_distance
+from labgym.layouts.model import FLOOR
+from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.facility.issue import FacilityIssue, issue
+from labgym.layouts.rules.thresholds import BACK_GAP, MOVABLE, ONE_SIDED
+
+TALL = 1.5
+"""Furniture of this height and more stands against a wall and not back to back, meters."""
+
+
+def back_distance(arrangement: Arrangement, row: int) -> float:
+    """Return the distance between an object's back and the nearest wall along it, meters; its farther end counts.
+
+    It is infinite if no wall runs past both ends of the back.
+    """
+    gaps = arrangement.building.gaps(arrangement.box(row).corners()[:2])
+    return float(np.abs(gaps).max(axis=1).min())
+
+
+def one_sided(arrangement: Arrangement, row: int) -> bool:
+    """Whether an object is floor furniture that is used from one side, so that its back belongs against a wall."""
+    asset = arrangement.assets[row]
+    return (
+        arrangement.placements[row].support == FLOOR
+        and asset.clearance > 0.0
+        and asset.size.depth < ONE_SIDED
+        and asset.subtype not in MOVABLE
+    )
+
+
+def back_issues(arrangement: Arrangement) -> list[FacilityIssue]:
+    """Return an error for each piece of one-sided furniture that stands off the walls."""
+    issues = []
+    for row, placement in enumerate(arrangement.placements):
+        if not one_sided(arrangement, row):
+            continue
+        gap = back_distance(arrangement, row)
+        if gap > BACK_GAP and not _back_to_back(arrangement, row):
+            distance = None if math.isinf(gap) else gap
+            what = "faces no wall" if distance is None else f"is {gap:.2f} m from a wall, over {BACK_GAP:g} m"
+            message = f"the back of {placement.id} {what}: move it to a wall"
+            source = "planning practice: supply lines, anchoring"
+            issues.append(issue("back_to_wall", (placement.id,), distance, BACK_GAP, message, source, "error"))
+    return issues
+
+
+def _back_to_back(arrangement: Arrangement, row: int) -> bool:
+    """Whether low furniture stands with its back against the back or the side of other low furniture."""
+    if arrangement.assets[row].size.height >= TALL:
+        return False
+    box = arrangement.box(row)
+    (ax, ay), (bx, by) = box.corners()[:2]
+    ends = BoxArray.of([OrientedBox(x, y, 0.0, 0.0, 0.0) for x, y in ((ax, ay), (bx, by))])
+    others = [
+        arrangement.box(other)
+        for other, placement in enumerate(arrangement.placements)
+        if other != row
+        and placement.support == FLOOR
+        and arrangement.assets[other].clearance > 0.0
+        and arrangement.assets[other].size.height < TALL
+        and arrangement.assets[other].subtype not in MOVABLE
+    ]
+    others = [other for other in others if _shows_back(other, box)]
+    if not others:
+        return False
+    return bool((pairwise_distance(ends, BoxArray.of(others)) <= BACK_GAP).any(axis=1).all())
+
+
+def _shows_back(other: OrientedBox, box: OrientedBox) -> bool:
+    """Whether a neighbor is not used from the side on which a box stands; islands are used from their long sides."""
+    dx, dy = box.x - other.x, box.y - other.y
+    toward = other.front[0] * dx + other.front[1] * dy
+    return toward <= 0.0 and (other.depth < ONE_SIDED or abs(toward) < other.depth / 2.0)
