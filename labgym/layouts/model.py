@@ -2,27 +2,26 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Self
 
-from pydantic import BeforeValidator, Field, GetJsonSchemaHandler, PlainSerializer, PrivateAttr, model_validator
-from pydantic.json_schema import JsonSchemaValue
-from pydantic_core import CoreSchema
+from pydantic import Field, PrivateAttr, model_validator
 
 from labgym.assets import Asset, Catalog
 from labgym.assets.model import APPARATUS_STAND
-from labgym.assets.sizes import size_problem
-from labgym.documents import Document, Record, canonical_hash, read_json, tagged
+from labgym.documents import Document, canonical_hash, read_json
 from labgym.errors import DocumentError, LabgymError, UnknownNameError
-from labgym.geometry import OrientedBox, wrap_angle
+from labgym.geometry import OrientedBox
 from labgym.layouts import version1
+from labgym.layouts.canonical import canonical
+from labgym.layouts.embedded_protocol import EmbeddedProtocol
 from labgym.layouts.floor import Door, Floor, Identifier, Room
 from labgym.layouts.floor.fields import Growing
 from labgym.layouts.placement import FLOOR, WALL, Placement, placed_box, placed_part, resized
 from labgym.layouts.provenance import Provenance
+from labgym.layouts.references import check_placements
 from labgym.layouts.version1 import Layout1, Version1Fields
 from labgym.layouts.zone import Assignments, Zones, zone_problem, zones_within
 from labgym.protocols import Protocol, protocols
@@ -31,30 +30,6 @@ __all__ = ["FLOOR", "WALL", "Door", "Floor", "Layout", "Placement", "Provenance"
 
 OPEN_HEADROOM = 1000.0
 """Headroom of a surface with nothing above it, meters."""
-
-
-def _untagged(data: Any) -> Any:
-    """Return an embedded document without its schema tag, which must be that of a protocol."""
-    if not isinstance(data, dict) or "schema" not in data:
-        return data
-    if data["schema"] != Protocol.SCHEMA:
-        raise ValueError(f"expected schema {Protocol.SCHEMA!r}, got {str(data['schema'])[:80]!r}")
-    return {key: value for key, value in data.items() if key != "schema"}
-
-
-class _TaggedSchema:
-    """Puts the schema tag into the JSON Schema of an embedded protocol."""
-
-    def __get_pydantic_json_schema__(self, core_schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        reference = handler(core_schema)
-        body = handler.resolve_ref_schema(reference)
-        body.update(tagged(body, Protocol))
-        return reference
-
-
-EmbeddedProtocol = Annotated[
-    Protocol, BeforeValidator(_untagged), PlainSerializer(Protocol.to_json, return_type=dict), _TaggedSchema()
-]
 
 
 class Layout(Document, Growing):
@@ -162,53 +137,12 @@ class Layout(Document, Growing):
         Raises:
             DocumentError: names the source and the first placement at fault.
         """
-        ids: set[str] = set()
-        for index, placement in enumerate(self.placements):
-            field = f"placements.{index}"
-            if placement.id in ids:
-                raise DocumentError(source, f"{field}.id", f"{placement.id!r} occurs twice; ids must be unique")
-            ids.add(placement.id)
-            try:
-                asset = self.catalog.get(placement.asset)
-            except UnknownNameError as error:
-                raise DocumentError(source, f"{field}.asset", str(error)) from None
-            if placement.size is not None:
-                problem = size_problem(resized(asset, placement.size), on_floor=placement.support == FLOOR)
-                if problem is not None:
-                    raise DocumentError(source, f"{field}.size", problem)
-            if placement.state:
-                self._check_state(placement, source, f"{field}.state")
-        for index, placement in enumerate(self.placements):
-            try:
-                self._check_support(placement)
-            except LabgymError as error:
-                raise DocumentError(source, f"placements.{index}.support", str(error)) from None
+        check_placements(self.placements, self.catalog, source)
         if self.zones or self.assignment:
             roots = {placement.id for placement in self.placements if placement.support in (FLOOR, WALL)}
             problem = zone_problem(self.zones, self.assignment, roots)
             if problem is not None:
                 raise DocumentError(source, "zones", problem)
-
-    def _check_state(self, placement: Placement, source: object, field: str) -> None:
-        from labgym.assets.articulation import check_state
-
-        try:
-            check_state(self.asset(placement.id), placement.state)
-        except LabgymError as error:
-            raise DocumentError(source, field, str(error)) from None
-
-    def _check_support(self, placement: Placement) -> None:
-        """Follow the supports of a placement down to the floor or a wall."""
-        carried = {placement.id}
-        while placement.support not in (FLOOR, WALL):
-            parent = self.placement(placement.support)
-            slots = len(self.asset(parent.id).surfaces)
-            if placement.slot is None or placement.slot >= slots:
-                raise LabgymError(f"{placement.id!r} names slot {placement.slot} of {parent.id!r}, which has {slots}")
-            if parent.id in carried:
-                raise LabgymError(f"supports of {placement.id!r} form a cycle")
-            carried.add(parent.id)
-            placement = parent
 
     @property
     def catalog(self) -> Catalog:
@@ -272,13 +206,13 @@ class Layout(Document, Growing):
         """
         if self._version_1 is not None:
             return version1.hash_of(self._version_1, self.placements)
-        functions = {name: _canonical(getattr(self, name)) for name in self.ADDED if getattr(self, name)}
+        functions = {name: canonical(getattr(self, name)) for name in self.ADDED if getattr(self, name)}
         return canonical_hash(
             {
                 **functions,
                 "schema": self.SCHEMA,
-                "floor": {name: value for name, value in _canonical(self.floor).items() if name != "name"},
-                "placements": [_canonical(placement) for placement in self.placements],
+                "floor": {name: value for name, value in canonical(self.floor).items() if name != "name"},
+                "placements": [canonical(placement) for placement in self.placements],
                 "protocols": [p.model_dump(mode="json", exclude_defaults=True) for p in self.protocols],
                 "assets": {p.asset: self.catalog.get(p.asset).digest for p in self.placements},
             }
@@ -476,23 +410,3 @@ class Layout(Document, Growing):
         state = super().__getstate__()
         fields = {name: value for name, value in state["__dict__"].items() if name in type(self).model_fields}
         return {**state, "__dict__": fields}
-
-
-def _canonical(value: Any) -> Any:
-    """Return plain data with lengths in 0.1 mm and yaws in 0.1 mrad, without fields that have their default value."""
-    if isinstance(value, Record):
-        body: dict[str, Any] = {}
-        for name, field in type(value).model_fields.items():
-            item = _canonical_field(name, getattr(value, name))
-            if field.is_required() or item != _canonical_field(name, field.get_default(call_default_factory=True)):
-                body[name] = item
-        return body
-    if isinstance(value, tuple | list):
-        return [_canonical(item) for item in value]
-    return round(value * 1e4) if isinstance(value, float) else value
-
-
-def _canonical_field(name: str, value: Any) -> Any:
-    if name == "yaw":
-        return round(wrap_angle(value) * 1e4) % round(2e4 * math.pi)
-    return _canonical(value)
