@@ -10,7 +10,7 @@ from numpy.random import Generator
 
 from labgym.errors import LabgymError, OptionError, UnknownNameError
 from labgym.layouts.model import FLOOR, WALL, Layout, Placement
-from labgym.layouts.moves import Move, Place, Settle, apply, descendants, may_move, replaced
+from labgym.layouts.moves import Move, Place, Settle, apply, may_move, replaced, without
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.presence import resolved
 from labgym.layouts.rules.storage import STORAGE_CLASSES
@@ -225,8 +225,7 @@ def _onto_goal_pose(layout: Layout, each: str, generator: Generator) -> Layout:
 
 def _removed(layout: Layout, each: str, _: Generator) -> Layout:
     """Remove an object with everything on it."""
-    gone = {each, *descendants(layout, each)}
-    return layout.replace(placements=tuple(placement for placement in layout.placements if placement.id not in gone))
+    return without(layout, [each])
 
 
 def _collisions(assessment: Assessment) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from labgym.errors import UnknownNameError
@@ -104,6 +105,14 @@ def may_move(layout: Layout, placement_id: str) -> bool:
 def replaced(layout: Layout, changed: dict[str, Placement]) -> Layout:
     """Return the layout with some placements exchanged for others of the same id."""
     return layout.replace(placements=tuple(changed.get(placement.id, placement) for placement in layout.placements))
+
+
+def without(layout: Layout, ids: Iterable[str]) -> Layout:
+    """Return the layout without some placements and what stands on them; the same object if `ids` is empty."""
+    gone = {item for each in ids for item in (each, *descendants(layout, each))}
+    if not gone:
+        return layout
+    return layout.replace(placements=tuple(placement for placement in layout.placements if placement.id not in gone))
 
 
 def _carried(layout: Layout, placement_id: str, yaw: float, dx: float, dy: float, dz: float = 0.0) -> Layout:

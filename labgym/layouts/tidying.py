@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
 from labgym.layouts.fitting import Keepouts, along_walls, on_floor, on_wall
 from labgym.layouts.model import FLOOR, WALL, Layout, Placement
-from labgym.layouts.moves import Place, apply, descendants, may_move
+from labgym.layouts.moves import Place, apply, may_move, without
 from labgym.layouts.rules.thresholds import LOOSE, MOVABLE, PENETRATION
 from labgym.layouts.rules.zones import INTRUSION
 from labgym.protocols import Protocol
@@ -38,7 +38,7 @@ def _is_accessory(layout: Layout, placement: Placement) -> bool:
 
 def _out_of_the_way(layout: Layout, placement: Placement, keepouts: Keepouts) -> Layout:
     box = layout.box(placement.id)
-    others = [layout.box(item.id) for item in _without(layout, placement.id).placements]
+    others = [layout.box(item.id) for item in without(layout, [placement.id]).placements]
     barred = [*keepouts.areas, *keepouts.stands]
     if layout.asset(placement.id).subtype not in LOOSE:
         barred += keepouts.zones
@@ -58,16 +58,10 @@ def _reaches(box: OrientedBox, others: Sequence[OrientedBox], depth: float) -> b
 def _place(layout: Layout, placement_id: str, keepouts: Keepouts) -> Place | None:
     """The free place nearest to a placement, in the layout without it."""
     placement, asset = layout.placement(placement_id), layout.asset(placement_id)
-    rest = _without(layout, placement_id)
+    rest = without(layout, [placement_id])
     near, height = (placement.position[0], placement.position[1]), placement.position[2]
     if placement.support == WALL:
         target = on_wall(rest, asset, keepouts, near, height)
     else:
         target = on_floor(rest, asset, keepouts, along_walls(rest, asset, near), in_front=False)
     return None if target is None else Place(placement.id, target.position[0], target.position[1], target.yaw)
-
-
-def _without(layout: Layout, placement_id: str) -> Layout:
-    """The layout without a placement and what stands on it."""
-    absent = {placement_id, *descendants(layout, placement_id)}
-    return layout.replace(placements=tuple(item for item in layout.placements if item.id not in absent))

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from itertools import islice
 
 from labgym.layouts.model import FLOOR, WALL, Layout
-from labgym.layouts.moves import Place, apply, descendants, may_move
+from labgym.layouts.moves import Place, apply, descendants, may_move, without
 from labgym.layouts.repairs.berths import behind_poses, berths
 from labgym.layouts.repairs.rank import State, discouraged, narrowness
 from labgym.layouts.rules.facility.backs import TALL
@@ -89,7 +89,7 @@ def _pairs(state: State, pieces: Sequence[str]) -> list[_Pair]:
     fronts = [piece for piece in low if piece in free]
     if len(low) < 2 or not fronts:
         return []
-    empty = _without(bare, pieces)
+    empty = without(bare, pieces)
     least, pairs = _faults(state, empty), []
     for front in fronts[:STAYING]:
         alone = _with(empty, bare, front)
@@ -115,7 +115,7 @@ class _Seating:
 def _attempts(state: State, layout: Layout, pieces: Sequence[str], first: Collection[str]) -> tuple[State, bool]:
     """Return the best state after some attempts to put pieces of a layout back, and whether it leaves no trouble."""
     bare, best = _bare(layout), state
-    empty = _without(bare, pieces)
+    empty = without(bare, pieces)
     least = _faults(state, empty)
     staying = [piece for piece in pieces if _stays(state, empty, bare, piece, least)]
     area = {piece: layout.asset(piece).size.width * layout.asset(piece).size.depth for piece in pieces}
@@ -152,7 +152,7 @@ def _stays(state: State, empty: Layout, bare: Layout, piece: str, least: Faults)
 
 def _seated(state: State, bare: Layout, order: Sequence[str], staying: Collection[str], least: Faults) -> _Seating:
     """Put pieces back in an order."""
-    standing = _without(bare, order)
+    standing = without(bare, order)
     places: list[Place] = []
     troubled: dict[str, Faults] = {}
     for piece in order:
@@ -208,11 +208,6 @@ def _bare(layout: Layout) -> Layout:
             or (placement.asset in BURNERS and layout.placement(placement.support).support == FLOOR)
         )
     )
-
-
-def _without(layout: Layout, pieces: Collection[str]) -> Layout:
-    gone = {item for piece in pieces for item in (piece, *descendants(layout, piece))}
-    return layout.replace(placements=tuple(item for item in layout.placements if item.id not in gone))
 
 
 def _with(layout: Layout, whole: Layout, piece: str) -> Layout:
