@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 
+from labgym import __version__
 from labgym.documents import write_text
 from labgym.errors import DocumentError, OptionError
 from labgym.eval.labnav.evaluation import LabNavEvaluation
@@ -14,7 +15,7 @@ from labgym.eval.leaderboard.lab30 import published_lab30
 from labgym.eval.leaderboard.labnav import LabNavResult, published_results
 from labgym.eval.reports.labnav_tables import labnav_tables
 from labgym.eval.reports.results import named_apart
-from labgym.eval.reports.site.entries import Entry, ranked_entries, with_published
+from labgym.eval.reports.site.entries import Entry, ranked_entries, short_commit, with_published
 from labgym.eval.reports.site.page import site_of, write_site
 from labgym.eval.reports.tables import leaderboard
 from labgym.table import Table
@@ -77,14 +78,18 @@ def write_leaderboard(folder: str | Path, results: Sequence[LabNavResult] | None
         Path(folder),
         title="LabNav leaderboard",
         other=[leaderboard(lab30)] if lab30 else [],
-        facts=[(one.summary.policy, _commits(one)) for one in results],
+        facts=[
+            ("labgym", __version__),
+            *{one.summary.suite: (f"episodes of {one.summary.suite}", one.summary.hash) for one in results}.values(),
+            *((one.summary.policy, _commits(one)) for one in results),
+        ],
     )
     return write_site(site, Path(folder) / "index.html")
 
 
 def _commits(result: LabNavResult) -> str:
     """Return the commits that drove a published result."""
-    commits = dict.fromkeys(commit[:12] for each in result.commits.values() for commit in each)
+    commits = dict.fromkeys(short_commit(commit) for each in result.commits.values() for commit in each)
     return f"seed {result.summary.seed}, commit {', '.join(commits) or 'not recorded'}"
 
 
@@ -98,7 +103,10 @@ def _check_tasks(evaluations: Sequence[LabNavEvaluation]) -> None:
 
 def _provenance(evaluations: Sequence[LabNavEvaluation]) -> tuple[tuple[str, str], ...]:
     """Return how the evaluations were made: episodes, seed, code and commit."""
-    facts: list[tuple[str, str]] = [("episodes", evaluations[0].summary.hash)]
+    facts: list[tuple[str, str]] = [
+        ("labgym", __version__),
+        (f"episodes of {evaluations[0].summary.suite}", evaluations[0].summary.hash),
+    ]
     for one in evaluations:
         code = "unknown" if one.identity is None else one.identity.code[:12]
         commit = f", commit {one.provenance[-1].commit or 'not a checkout'}" if one.provenance else ""

@@ -20,9 +20,9 @@ from labgym.eval.reports.comparison import signed
 from labgym.table import Table, number
 
 TRACKS: dict[Track, str] = {
-    "deployed": "Deployed: the map of before",
+    "deployed": "Deployed: a map from before things moved",
     "mapless": "Mapless: no map",
-    "privileged": "Privileged: the true world and people's future ways",
+    "privileged": "Privileged: the true world and the people's future",
 }
 """The tracks and their headings, in the order of the tables."""
 ENDINGS: tuple[str, ...] = get_args(Ending)

@@ -3,25 +3,43 @@
 from __future__ import annotations
 
 import json
+import math
+import re
+from html.parser import HTMLParser
+from itertools import combinations
 from pathlib import Path
+from statistics import fmean
+from typing import get_args
 
 import numpy as np
 import pytest
+import shapely
 from labnav_folders import line_to_goal, write_folder
 
+from labgym.artefacts import artefacts
 from labgym.cli import main
 from labgym.envs.labnav.episodes import published_episodes
 from labgym.envs.labnav.worlds import prepared
 from labgym.errors import OptionError
 from labgym.eval.labnav.evaluation import LabNavEvaluation
+from labgym.eval.labnav.rules import Ending
 from labgym.eval.labnav.suites import LabNavSuite
 from labgym.eval.leaderboard.labnav import LabNavResult, published_results
 from labgym.eval.reports.labnav_report import report_labnav, write_leaderboard
 from labgym.eval.reports.site.card import card_html
-from labgym.eval.reports.site.entries import Entry, card_of, kind_of_policy, ranked_entries, with_published
+from labgym.eval.reports.site.entries import (
+    Entry,
+    card_of,
+    kind_of_policy,
+    ranked_entries,
+    short_commit,
+    with_published,
+)
 from labgym.eval.reports.site.episodes import chosen, episodes_shown, packed, packed_route
+from labgym.eval.reports.site.notes import MEANINGS
 from labgym.eval.reports.site.page import embedded, render_site, site_of
 from labgym.eval.reports.site.plans import place_name, plan_of_map, thing_name, world_of_episode
+from labgym.layouts import load_published
 from labgym.policies.registry import BUILT_IN
 
 HOSTILE = '</script><img src=x onerror="alert(1)">'
@@ -43,6 +61,11 @@ def evaluations(suite, tmp_path_factory):
 @pytest.fixture(scope="module")
 def site(evaluations, tmp_path_factory):
     return site_of(with_published(evaluations, ()), "labnav-people-2", tmp_path_factory.mktemp("home"))
+
+
+@pytest.fixture(scope="module")
+def published_page(tmp_path_factory):
+    return write_leaderboard(tmp_path_factory.mktemp("published") / "site")
 
 
 def unpacked(flat, width):
@@ -103,11 +126,13 @@ def test_a_hostile_label_is_text_and_the_data_is_one_element(site):
     assert embedded({"a": "</SCRIPT><!--"}).count("<") == 0
 
 
-def test_learned_policies_come_first_and_each_track_apart(evaluations):
-    entries = [Entry.driven(evaluations[0].named(name)) for name in ("a", "b", "c")]
-    kinds = ("reference", "learned", "classical")
-    entries = [Entry(**{**vars_of(one), "kind": kind}) for one, kind in zip(entries, kinds, strict=True)]
-    assert [one.kind for one in ranked_entries(entries)] == ["learned", "classical", "reference"]
+def test_policies_are_ranked_by_the_figure_within_their_track():
+    entries = ranked_entries([Entry.of_result(one) for one in published_results()])
+    tracks = [one.summary.track for one in entries]
+    assert tracks == sorted(tracks, key=["deployed", "mapless", "privileged"].index)
+    for track in set(tracks):
+        figures = [one.figure.value for one in entries if one.summary.track == track]
+        assert figures == sorted(figures, reverse=True)
 
 
 def vars_of(entry):
@@ -233,6 +258,28 @@ def test_pairs_are_the_paired_differences_the_better_first(site):
     assert pair.episodes == 6
 
 
+def test_the_bars_of_pairs_share_a_scale_that_holds_0_and_every_interval(site):
+    (pair,) = site.pairs
+    places = [site.along(value) for value in (0.0, pair.low, pair.value, pair.high)]
+    assert all(0.0 <= place <= 100.0 for place in places)
+    assert places[1] < places[2] < places[3]
+    assert (places[2] - places[0]) / pair.value == pytest.approx((places[3] - places[1]) / (pair.high - pair.low))
+
+
+def test_pairs_that_the_figure_orders_differently_are_named(published_page):
+    entries = [Entry.of_result(one) for one in published_results()]
+    figures = {one.name: one.figure.value for one in entries}
+    scores = {one.name: one.scores for one in entries}
+    other = set()
+    for a, b in combinations(figures, 2):
+        shared = scores[a].keys() & scores[b].keys()
+        difference = fmean(scores[a][key] for key in shared) - fmean(scores[b][key] for key in shared)
+        if difference * (figures[a] - figures[b]) < 0.0:
+            other.add(frozenset((a, b)))
+    sentence = published_page.read_text().partition("orders these pairs the other way round: ")[2].partition(".")[0]
+    assert {frozenset(words.split(" and ")) for words in sentence.split(", ") if words} == other
+
+
 def test_a_report_of_one_folder_has_no_pairs(evaluations):
     report_labnav([evaluations[0].folder], published=())
     page = (evaluations[0].folder / "report.html").read_text()
@@ -240,15 +287,107 @@ def test_a_report_of_one_folder_has_no_pairs(evaluations):
     assert "good" in page
 
 
-def test_the_site_of_published_results_is_one_small_file(tmp_path):
-    results = published_results()
-    page = write_leaderboard(tmp_path / "site", results)
-    text = page.read_text()
-    assert page.name == "index.html"
-    assert page.stat().st_size < 5_000_000
-    assert all(one.summary.policy in text for one in results)
+def test_the_site_of_published_results_is_one_small_file(published_page, tmp_path):
+    text = published_page.read_text()
+    assert published_page.name == "index.html"
+    assert published_page.stat().st_size < 5_000_000
+    assert not re.search(r"(?:src|href)=\W*(?:https?:)?//|@import|url\(", text)
+    assert all(one.summary.policy in text for one in published_results())
     with pytest.raises(OptionError, match="no results of LabNav are published"):
         write_leaderboard(tmp_path / "none", ())
+
+
+class Board(HTMLParser):
+    """The rows of the leaderboard: kind, attributes of the cells by their labels, and text."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.rows, self._row, self._name = {}, None, None
+        self.feed(text)
+
+    def handle_starttag(self, tag, attributes):
+        values = dict(attributes)
+        if tag == "tr":
+            self._row = {"kind": values["data-kind"], "words": ""} if "data-kind" in values else None
+        if self._row is not None and values.get("scope") == "row":
+            self.rows[values["data-value"]] = self._row
+        if self._row is not None and "data-label" in values:
+            self._row[values["data-label"]] = float(values["data-value"])
+
+    def handle_data(self, data):
+        if self._row is not None:
+            self._row["words"] += f" {data}"
+
+
+def test_the_leaderboard_has_the_figures_of_the_published_files(published_page):
+    rows = Board(published_page.read_text()).rows
+    files = [json.loads(path.read_text()) for path in (artefacts("eval") / "leaderboard" / "labnav").glob("*.json")]
+    assert rows.keys() == {one["summary"]["policy"] for one in files}
+    most = max(task["episodes"] for one in files for task in one["summary"]["tasks"])
+    for one in files:
+        row, tasks = rows[one["summary"]["policy"]], one["summary"]["tasks"]
+        scores = {task["task"]: [] for task in tasks}
+        for outcome in one["outcomes"]:
+            scores[outcome["key"].partition("-")[0]].append(outcome["score"])
+        means = {task: fmean(values) for task, values in scores.items()}
+        assert {task: row[task] for task in means} == pytest.approx({task: 100 * mean for task, mean in means.items()})
+        labnav = 100 * (math.exp(fmean(math.log(mean + 0.05) for mean in means.values())) - 0.05)
+        assert row["LabNav"] == pytest.approx(labnav, abs=1e-6)
+        assert row["Mean"] == pytest.approx(100 * fmean(means.values()))
+        counts = [task["episodes"] for task in tasks]
+        for label, quantity in (("SR", "success"), ("Collision rate", "contacts")):
+            whole = sum(task[quantity]["value"] * count for task, count in zip(tasks, counts, strict=True))
+            assert row[label] == pytest.approx(whole / sum(counts))
+        assert one["summary"]["sensors"] in row["words"]
+        assert (f"{max(counts)} episodes a task" in row["words"]) == (max(counts) < most)
+
+
+def test_any_number_of_policies_has_rows_sections_and_looks_of_their_own(tmp_path):
+    results = published_results()
+    more = [
+        one.model_copy(update={"summary": one.summary.model_copy(update={"policy": f"another-policy-{number}"})})
+        for number, one in enumerate(results[: 21 - len(results)])
+    ]
+    entries = ranked_entries([Entry.of_result(one) for one in [*results, *more]])
+    site = site_of(entries, "labnav", tmp_path)
+    assert len(entries) == len({one.look for one in site.sections}) == 21
+    page = render_site(site)
+    assert Board(page).rows.keys() == {one.name for one in entries}
+    assert page.count('<article class="policy"') == 21
+    assert len(site.pairs) == 21 * 20 // 2
+
+
+def test_a_commit_with_changes_stays_marked(evaluations):
+    commit = "0123456789abcdef0123456789abcdef01234567"
+    assert (short_commit(commit), short_commit(f"{commit}-dirty")) == ("0123456789ab", "0123456789ab-dirty")
+    result = next(one for one in published_results() if len(one.summary.tasks) == 8)
+    labels = [task.suite for task in result.summary.tasks]
+    commits = dict.fromkeys(labels, (commit,)) | {labels[2]: (f"{commit}-dirty",)}
+    words = Entry.of_result(result.model_copy(update={"commits": commits})).commit_words
+    assert words.endswith(f"0123456789ab-dirty ({result.summary.tasks[2].task})")
+    same = Entry.of_result(result.model_copy(update={"commits": dict.fromkeys(labels, (commit,))}))
+    assert same.commit_words == "0123456789ab"
+
+
+def test_the_page_explains_each_ending_as_the_documentation_does(site):
+    page = render_site(site)
+    text = (Path(__file__).parents[3] / "docs" / "labnav.md").read_text()
+    table = text.split("## How episodes end")[1].split("## ")[0]
+    documented = [line.split("|")[1].strip() for line in table.splitlines() if line.startswith("| ")][1:]
+    assert list(MEANINGS) == list(get_args(Ending)) == documented
+    assert all(f"<dt>{ending}</dt>" in page for ending in documented)
+
+
+def test_names_of_spaces_stand_on_free_floor():
+    layout = load_published("floors-test", "floors-test-0005")
+    boxes = [layout.box(each.id) for each in layout.placements if each.support == "floor"]
+    furniture = shapely.union_all([shapely.Polygon(box.corners()) for box in boxes])
+    names = plan_of_map(layout)["names"]
+    assert len(names) == len(layout.floor.spaces)
+    for x, y, _, width in names:
+        line = shapely.box((x - width / 2) / 100, y / 100 - 0.14, (x + width / 2) / 100, y / 100 + 0.14)
+        assert width > 0
+        assert shapely.intersection(line, furniture).area < 0.02
 
 
 def test_a_folder_of_an_unknown_task_is_refused_in_one_line(evaluations, tmp_path, capsys):
@@ -267,12 +406,16 @@ def test_a_folder_of_an_unknown_task_is_refused_in_one_line(evaluations, tmp_pat
 
 def test_model_cards_become_html_without_links_and_markup_of_their_text():
     text = "# ppo: lidar\n\nUses `a<b>` and **bold**,\nsee [page](http://x).\n\n![plot](x.png)\n\n"
-    html = card_html(text + "| A | B |\n| --- | ---: |\n| <i>x</i> | 2 |\n\n- one\n  more\n- two\n\n```\na <b>\n```\n")
+    html = card_html(
+        text + "| A | B | C |\n| --- | ---: | --- |\n| <i>x</i> | 2 | y |\n\n- one\n  more\n- two\n\n```\na <b>\n```\n"
+    )
     assert html.split("\n") == [
         "<h4>ppo: lidar</h4>",
         "<p>Uses <code>a&lt;b&gt;</code> and <b>bold</b>, see page.</p>",
-        '<div class="scroll"><table><thead><tr><th scope="col">A</th><th scope="col">B</th></tr></thead>'
-        '<tbody><tr><th scope="row">&lt;i&gt;x&lt;/i&gt;</th><td>2</td></tr></tbody></table></div>',
+        '<div class="scroll"><table><thead><tr><th scope="col">A</th><th scope="col">B</th>'
+        '<th scope="col" class="words">C</th></tr></thead>'
+        '<tbody><tr><th scope="row">&lt;i&gt;x&lt;/i&gt;</th><td>2</td><td class="words">y</td></tr></tbody>'
+        "</table></div>",
         "<ul><li>one more</li><li>two</li></ul>",
         "<pre>a &lt;b&gt;</pre>",
     ]

@@ -10,10 +10,45 @@ from labnav_folders import line_to_goal, write_folder
 
 from labgym.envs.labnav.episodes import published_episodes
 from labgym.eval.labnav.suites import LabNavSuite
-from labgym.eval.reports.labnav_report import report_labnav
+from labgym.eval.leaderboard.labnav import published_results
+from labgym.eval.reports.labnav_report import report_labnav, write_leaderboard
 
 pytestmark = pytest.mark.skipif(chromium() is None, reason="needs Chromium (Debian: apt install chromium)")
 VIEWS = ("leaderboard", "policies", "episodes", "pairs", "about")
+
+FAINT = r"""(() => {
+  const context = document.createElement('canvas').getContext('2d', {willReadFrequently: true});
+  const rgba = (color) => {
+    context.clearRect(0, 0, 1, 1); context.fillStyle = color; context.fillRect(0, 0, 1, 1);
+    const [r, g, b, a] = context.getImageData(0, 0, 1, 1).data;
+    return [r, g, b, a / 255];
+  };
+  const over = (top, below) => [0, 1, 2].map((k) => top[k] * top[3] + below[k] * (1 - top[3]));
+  const light = (color) => {
+    const [r, g, b] = color.map((v) => v / 255 <= 0.03928 ? v / 255 / 12.92 : ((v / 255 + 0.055) / 1.055) ** 2.4);
+    return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+  };
+  const behind = (element) => {
+    const layers = [];
+    for (let one = element; one; one = one.parentElement) layers.push(rgba(getComputedStyle(one).backgroundColor));
+    return layers.reduceRight((below, top) => over(top, below), [255, 255, 255]);
+  };
+  const faint = [];
+  for (const element of document.querySelectorAll('body *')) {
+    if (element.closest('svg, script, option, .hidden') || !element.checkVisibility()) continue;
+    const own = [...element.childNodes].filter((one) => one.nodeType === 3).map((one) => one.data.trim()).join('');
+    const label = element.dataset.label && getComputedStyle(element, '::before').content !== 'none';
+    for (const [text, style] of [[own, getComputedStyle(element)], [label, getComputedStyle(element, '::before')]]) {
+      if (!text) continue;
+      const below = behind(element);
+      const [x, y] = [light(over(rgba(style.color), below)), light(below)].sort((a, b) => b - a);
+      const ratio = (x + 0.05) / (y + 0.05);
+      if (ratio < (parseFloat(style.fontSize) >= 24 ? 3 : 4.5)) faint.push(`${element.outerHTML} ${ratio}`);
+    }
+  }
+  return faint;
+})()"""
+"""Texts of the view whose contrast with their background is below 4.5, or 3 for large ones (WCAG 2.2, 1.4.3)."""
 
 
 @pytest.fixture(scope="module")
@@ -98,6 +133,57 @@ def test_a_track_can_be_chosen(tab, page):
     assert tab.value(shown) == ["mapless"]
     tab.value("document.querySelector('input[name=track]').click()")
     assert tab.value(shown) == ["deployed", "mapless"]
+
+
+def test_a_kind_and_a_track_can_be_chosen_together(tab, tmp_path):
+    results = [one for one in published_results() if one.summary.policy in ("stack", "ppo", "still")]
+    opened(tab, write_leaderboard(tmp_path, results))
+    rows = "[...document.querySelectorAll('.board tr')].filter((one) => one.checkVisibility())"
+    names = f"{rows}.flatMap((one) => [...one.querySelectorAll('th a')].map((link) => link.textContent))"
+    assert tab.value(names) == ["stack", "ppo", "still"]
+    for kind, shown in (("classical", ["stack"]), ("reference", ["still"]), ("learned", ["ppo"])):
+        tab.value(f"document.querySelector('input[value={kind}]').click()")
+        assert tab.value(names) == shown
+        assert tab.value(f"{rows}.length") == 3  # the headings, the track and the policy
+    tab.value("document.querySelector('input[value=deployed]').click()")
+    assert tab.value(names) == []
+    assert "have no routes" in tab.value("document.querySelector('.side').textContent")
+    assert tab.errors == []
+
+
+def test_the_table_starts_sorted_by_the_figure_and_says_so(tab, page):
+    opened(tab, page)
+    assert tab.value("document.querySelector('.board thead th:nth-child(2)').ariaSort") == "descending"
+    values = tab.value(
+        "[...document.querySelectorAll('[data-track=deployed] td.main')].map((one) => +one.dataset.value)"
+    )
+    assert values == sorted(values, reverse=True)
+
+
+def test_the_skip_link_stays_in_the_view_and_links_move_the_focus(tab, page):
+    opened(tab, page, "pairs")
+    tab.value("document.querySelector('.skip').focus()")
+    pressed(tab, "Enter")
+    assert tab.value("document.activeElement.id") == "main"
+    assert visible(tab) == ["pairs"]
+    opened(tab, page, "policies")
+    tab.value("document.querySelector('.policy:not([hidden]) td.end a').focus()")
+    pressed(tab, "Enter")
+    tab.wait("!document.getElementById('episodes').hidden")
+    assert tab.value("document.activeElement.id") == "main"
+    assert tab.value("document.title").startswith("Episodes - ")
+    tab.value("location.hash = 'endings'")
+    tab.wait("!document.getElementById('about').hidden")
+    assert 0 <= tab.value("document.getElementById('endings').getBoundingClientRect().top") < 860
+
+
+def test_text_has_the_contrast_of_wcag_aa(tab, page):
+    for width, scheme in ((1280, "light"), (1280, "dark"), (390, "light"), (390, "dark")):
+        tab.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
+        for view in VIEWS:
+            opened(tab, page, view, width, width < 500)
+            assert tab.value(FAINT) == [], (width, scheme, view)
+    tab.call("Emulation.setEmulatedMedia", features=[])
 
 
 def test_an_ending_leads_to_an_episode_that_ended_so(tab, page):

@@ -67,10 +67,14 @@ def _table(lines: Sequence[str]) -> str:
     rows = [[cell.strip() for cell in line.strip().strip("|").split("|")] for line in lines if not _RULE.match(line)]
     if not rows:
         return ""
-    head = "".join(f'<th scope="col">{_inline(cell)}</th>' for cell in rows[0])
+    rule = next((line for line in lines if _RULE.match(line)), "")
+    right = [cell.strip().endswith(":") for cell in rule.strip().strip("|").split("|")]
+    count = max(map(len, rows))
+    look = ["" if index == 0 or right[index : index + 1] == [True] else ' class="words"' for index in range(count)]
+    head = "".join(f'<th scope="col"{kind}>{_inline(cell)}</th>' for kind, cell in zip(look, rows[0], strict=False))
     body = "".join(
         f'<tr><th scope="row">{_inline(cells[0])}</th>'
-        + "".join(f"<td>{_inline(cell)}</td>" for cell in cells[1:])
+        + "".join(f"<td{kind}>{_inline(cell)}</td>" for kind, cell in zip(look[1:], cells[1:], strict=False))
         + "</tr>"
         for cells in rows[1:]
     )

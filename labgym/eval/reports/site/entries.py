@@ -18,6 +18,7 @@ from labgym.eval.labnav.rules import Ending
 from labgym.eval.labnav.suites import MINI
 from labgym.eval.labnav.summary import LabNavSummary, TaskSummary
 from labgym.eval.leaderboard.labnav import LabNavResult, Outcome
+from labgym.eval.reports.labnav_tables import TRACKS
 from labgym.policies.registry import BUILT_IN, FILES
 
 Kind = Literal["learned", "classical", "reference", "other"]
@@ -27,11 +28,13 @@ KINDS: dict[Kind, str] = {
     "reference": "shows a bound or the level of chance",
     "other": "a policy that is not built in",
 }
-"""Kinds of policies and what they mean, in the order of the leaderboard."""
+"""Kinds of policies and what they mean."""
 REFERENCES = frozenset({"blind", "clairvoyant", "random", "still", "straight"})
 """Built-in policies that are references."""
 CARDS = {"ppo": "ppo-lidar"}
 """Folders of model cards that do not have the name of their policy."""
+DIRTY = "-dirty"
+"""End of a commit whose checkout had changes."""
 PUBLISHED = " (published)"
 """End of the name of a published result whose name a folder has, too."""
 
@@ -47,6 +50,7 @@ class Entry:
         rows, routes: by the key; empty for a published result.
         planning: median over episodes of the milliseconds per action; None if it was not measured.
         slow: number of episodes in which it was slower than declared.
+        commits: that drove each task, by its suite; "-dirty" follows a commit with changes.
         evaluation: the folder; None for a published result.
     """
 
@@ -59,12 +63,15 @@ class Entry:
     routes: Mapping[str, Route] = field(default_factory=dict)
     planning: float | None = None
     slow: int = 0
+    commits: Mapping[str, Sequence[str]] = field(default_factory=dict)
     evaluation: LabNavEvaluation | None = None
 
     @classmethod
     def driven(cls, one: LabNavEvaluation) -> Entry:
         """Return the entry of an evaluation's folder."""
         times = [time.planning_ms for time in one.times.values() if time.planning_ms is not None]
+        sessions = [each for each in one.provenance if each.commit is not None]
+        commits = tuple(f"{each.commit}{DIRTY if each.dirty else ''}" for each in sessions)
         return cls(
             name=one.name,
             kind=kind_of_policy(one.summary.policy),
@@ -75,6 +82,7 @@ class Entry:
             routes=one.routes,
             planning=median(times) if times else None,
             slow=sum(time.slow for time in one.times.values()),
+            commits={task.suite: commits for task in one.summary.tasks},
             evaluation=one,
         )
 
@@ -87,6 +95,7 @@ class Entry:
             published=True,
             summary=result.summary,
             outcomes=result.by_key,
+            commits=result.commits,
         )
 
     @cached_property
@@ -120,11 +129,31 @@ class Entry:
             low, high = (None if end is None else 100.0 * end for end in (task.score.low, task.score.high))
         return Estimate(value=self.mean, low=low, high=high, count=len(self.scores), nulls=0)
 
+    @property
+    def most_episodes(self) -> int:
+        """The greatest number of episodes of a task."""
+        return max((task.episodes for task in self.summary.tasks), default=0)
+
+    @property
+    def commit_words(self) -> str:
+        """The commits that drove the tasks, shortened, with the tasks of each where they differ; "" if unknown."""
+        tasks: dict[str, list[str]] = {}
+        for task in self.summary.tasks:
+            for commit in dict.fromkeys(map(short_commit, self.commits.get(task.suite, ()))):
+                tasks.setdefault(commit, []).append(task.task)
+        whole = all(len(names) == len(self.summary.tasks) for names in tasks.values())
+        return ", ".join(commit if whole else f"{commit} ({', '.join(names)})" for commit, names in tasks.items())
+
     def share(self, quantity: Literal["success", "contacts"]) -> float | None:
         """Return the share of episodes that succeeded, or in which the robot touched something."""
         counted = [(getattr(task, quantity).value, task.episodes) for task in self.summary.tasks]
         whole = sum(count for value, count in counted if value is not None)
         return sum(value * count for value, count in counted if value is not None) / whole if whole else None
+
+
+def short_commit(commit: str) -> str:
+    """Return the first twelve digits of a commit, marked if its checkout had changes."""
+    return commit.removesuffix(DIRTY)[:12] + (DIRTY if commit.endswith(DIRTY) else "")
 
 
 def kind_of_policy(label: str) -> Kind:
@@ -145,12 +174,12 @@ def card_of(label: str) -> Path | None:
 
 
 def ranked_entries(entries: Sequence[Entry]) -> tuple[Entry, ...]:
-    """Return entries by their kind, learned ones first, then those with all tasks, then the best figure first."""
-    order = list(KINDS)
+    """Return entries by their track, then those with all tasks, then the best figure first."""
+    order = list(TRACKS)
     most = max((len(one.tasks) for one in entries), default=0)
 
     def rank(one: Entry) -> tuple[int, bool, float, str]:
-        return order.index(one.kind), len(one.tasks) < most, -(one.figure.value or 0.0), one.name
+        return order.index(one.summary.track), len(one.tasks) < most, -(one.figure.value or 0.0), one.name
 
     return tuple(sorted(entries, key=rank))
 

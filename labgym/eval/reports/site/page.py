@@ -22,13 +22,16 @@ from labgym.eval.labnav.summary import TaskSummary, class_order
 from labgym.eval.reports.environment import PACKAGE, page_environment
 from labgym.eval.reports.labnav_tables import CLASSES, ENDINGS, TRACKS, interval
 from labgym.eval.reports.site.card import card_html
-from labgym.eval.reports.site.entries import KINDS, Entry, card_of
+from labgym.eval.reports.site.entries import KINDS, Entry, Kind, card_of
 from labgym.eval.reports.site.episodes import Shown, episodes_shown
+from labgym.eval.reports.site.notes import MEANINGS, detail_of, reading_notes, swapped, task_words, versions_of
 from labgym.eval.reports.site.plans import CLASSES as FURNITURE
 from labgym.eval.reports.site.plans import thing_name
 from labgym.table import Table
 
 SCRIPT, STYLE = "site.js", "site.css"
+COLORS, LINES = 7, ("", "dashed", "dotted")
+"""Number of colors of routes, and how their lines are drawn."""
 MOST_CONTACTS = 8
 """Most kinds of things touched that a policy's section lists."""
 
@@ -70,12 +73,16 @@ class Section:
     """A policy: its row in the leaderboard, and its section.
 
     Attributes:
-        number: on the page, which is also its color. facts: names and values. classes: scores by difficulty.
+        number: on the page. color: index of the look of its routes.
+        detail: its sensors, and its episodes if they are few.
+        facts: names and values. classes: scores by difficulty.
         touched: things whose touch ended a drive, with counts. card: the model card as HTML.
     """
 
     number: int
+    color: int
     entry: Entry
+    detail: str
     figure: Bar | None
     mean: float | None
     success: float | None
@@ -86,6 +93,12 @@ class Section:
     classes: tuple[tuple[str, tuple[tuple[str, float, int], ...]], ...]
     touched: str
     card: str
+
+    @property
+    def look(self) -> str:
+        """Classes of the line that draws its routes: 21 policies differ."""
+        dashes = LINES[self.color // COLORS % len(LINES)]
+        return f"r{self.color % COLORS}{f' {dashes}' if dashes else ''}"
 
 
 @dataclass(frozen=True)
@@ -107,7 +120,8 @@ class Site:
     """The contents of the page.
 
     Attributes:
-        headline: name of the figure. tasks: names. tracks: with their sections. pairs: all of them.
+        headline: name of the figure. tasks: names. words: on each task. tracks: with their sections.
+        pairs: all of them. swapped: those that the figure orders differently.
         shown: the episodes of the viewer. other: tables of other suites. facts: provenance.
     """
 
@@ -115,10 +129,12 @@ class Site:
     subtitle: str
     headline: str
     tasks: tuple[str, ...]
+    words: tuple[tuple[str, str], ...]
     tracks: tuple[tuple[Track, str, tuple[Section, ...]], ...]
     sections: tuple[Section, ...]
     endings: tuple[str, ...]
     pairs: tuple[PairLine, ...]
+    swapped: tuple[str, ...]
     shown: Shown
     notes: tuple[str, ...]
     problems: tuple[str, ...]
@@ -126,21 +142,38 @@ class Site:
     facts: tuple[tuple[str, str], ...]
 
     @property
+    def routes(self) -> bool:
+        """Whether a policy has routes."""
+        return any(one.entry.routes for one in self.sections)
+
+    @property
     def mixed(self) -> bool:
         """Whether there are runs and published results."""
         return len({one.entry.published for one in self.sections}) > 1
 
     @property
-    def reach(self) -> float:
-        """The largest end of an interval of a pair, in hundredths of the score: where the bars of pairs end."""
-        ends = [abs(end) for pair in self.pairs for end in (pair.value, pair.low, pair.high) if end is not None]
-        return max([1.0, *ends])
+    def kinds(self) -> dict[Kind, str]:
+        """The kinds of the policies on the page and what they mean."""
+        present = {one.entry.kind for one in self.sections}
+        return {kind: words for kind, words in KINDS.items() if kind in present}
+
+    @property
+    def together(self) -> tuple[PairLine, ...]:
+        """The pairs that are not apart."""
+        return tuple(pair for pair in self.pairs if not pair.apart)
+
+    def along(self, value: float) -> float:
+        """Return where a difference of scores, in hundredths, lies on the scale of all pairs, in percent."""
+        ends = [end for pair in self.pairs for end in (pair.value, pair.low, pair.high) if end is not None]
+        low, high = min([0.0, *ends]), max([1.0, *ends])
+        return 100.0 * (value - low) / (high - low)
 
     @property
     def data(self) -> dict[str, Any]:
         """The data that the script reads: policies, furniture, floors and episodes."""
         return {
             "policies": [one.entry.name for one in self.sections],
+            "looks": [one.look for one in self.sections],
             "furniture": dict(FURNITURE.values()),
             "plans": self.shown.plans,
             "episodes": self.shown.episodes,
@@ -165,25 +198,35 @@ def site_of(
     shown = episodes_shown(entries, suite, home)
     names = {name for one in entries for name in one.tasks}
     tasks = tuple(sorted(names, key=lambda name: (ALL.index(name.rpartition("-")[0]), name)))
-    sections = tuple(_section(number, one, tasks, shown) for number, one in enumerate(entries))
+    most = max((one.most_episodes for one in entries), default=0)
+    colors = sorted(range(len(entries)), key=lambda number: not entries[number].routes)
+    sections = tuple(
+        _section(number, colors.index(number), one, tasks, most, shown) for number, one in enumerate(entries)
+    )
     tracks = tuple(
         (track, words, chosen)
         for track, words in TRACKS.items()
         if (chosen := tuple(one for one in sections if one.entry.summary.track == track))
     )
-    each = sorted({task.episodes for one in entries for task in one.summary.tasks})
-    episodes = f"{each[0]}" if len(each) == 1 else f"{each[0]} to {each[-1]}"
+    few = "" if all(one.most_episodes == most for one in entries) else "up to "
+    versions = versions_of(entries)
+    version = f", version {versions[0]}" if len(versions) == 1 else ""
+    whole = any(one.summary.labnav is not None for one in entries)
+    pairs = _pairs(sections)
+    complete = [one for one in entries if len(one.tasks) == len(tasks)]
     return Site(
         title=title,
-        subtitle=f"Navigation in chemistry laboratories at work: suite {suite}, {episodes} episodes a task",
-        headline="LabNav" if any(one.summary.labnav is not None for one in entries) else "Mean score",
+        subtitle=f"Navigation in chemistry laboratories at work: suite {suite}{version}, {few}{most} episodes a task",
+        headline="LabNav" if whole else "Mean score",
         tasks=tasks,
+        words=task_words(tasks),
         tracks=tracks,
         sections=sections,
         endings=tuple(name for name in ENDINGS if any(name in each.endings.values() for each in entries)),
-        pairs=_pairs(sections),
+        pairs=pairs,
+        swapped=swapped(complete, [(pair.first.entry, pair.second.entry) for pair in pairs]),
         shown=shown,
-        notes=_notes(entries),
+        notes=reading_notes(entries, whole),
         problems=(*problems, *shown.problems),
         other=tuple(other),
         facts=tuple(facts),
@@ -195,7 +238,9 @@ def render_site(site: Site) -> str:
     script, style = (files(PACKAGE).joinpath("templates", name).read_text("utf-8") for name in (SCRIPT, STYLE))
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
     template = page_environment().get_template("site.html.j2")
-    return template.render(site=site, kinds=KINDS, script=script, style=style, digest=digest, data=embedded(site.data))
+    return template.render(
+        site=site, kinds=KINDS, meanings=MEANINGS, script=script, style=style, digest=digest, data=embedded(site.data)
+    )
 
 
 def write_site(site: Site, path: str | Path) -> Path:
@@ -209,11 +254,13 @@ def embedded(data: Any) -> str:
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
 
-def _section(number: int, one: Entry, tasks: Sequence[str], shown: Shown) -> Section:
+def _section(number: int, color: int, one: Entry, tasks: Sequence[str], most: int, shown: Shown) -> Section:
     card = card_of(one.summary.policy)
     return Section(
         number=number,
+        color=color,
         entry=one,
+        detail=detail_of(one, most),
         figure=Bar.of(one.figure, 1, 1.0) if len(one.tasks) == len(tasks) else None,
         mean=one.mean if len(one.tasks) == len(tasks) else None,
         success=one.share("success"),
@@ -242,16 +289,17 @@ def _facts(one: Entry) -> tuple[tuple[str, str], ...]:
     """Return what a section says about a policy besides its scores."""
     summary = one.summary
     options = ", ".join(f"{name}={value}" for name, value in summary.options.items())
-    planning = "not recorded" if one.planning is None else f"{one.planning:.1f} ms an action (median of episodes)"
+    planning = () if one.planning is None else (f"{one.planning:.1f} ms an action (median of episodes)",)
     facts = [
-        ("Label", summary.policy),
+        *([("Policy", summary.policy)] if summary.policy != one.name else []),
         ("Kind", f"{one.kind}: {KINDS[one.kind]}"),
         ("Track", TRACKS[summary.track]),
         ("Sensors", summary.sensors),
         ("Options", options or "defaults"),
         ("Declared latency", f"{summary.latency:g} s"),
-        ("Measured time", planning),
-        ("Random seed", str(summary.seed)),
+        *(("Measured time", words) for words in planning),
+        ("Suite", f"{summary.suite}, random seed {summary.seed}"),
+        ("Commit", one.commit_words or "not recorded"),
     ]
     if one.slow:
         facts.append(("Slower than declared", f"in {one.slow} episodes"))
@@ -260,9 +308,9 @@ def _facts(one: Entry) -> tuple[tuple[str, str], ...]:
         facts.append(("Stopped by the evaluator", f"in {parked} episodes: the policy cannot stop"))
     for task in summary.tasks:
         if task.precise is not None:
-            facts.append(("Docked within 0.05 m and 0.05 rad", interval(task.precise, 2)))
+            facts.append(("Docked within 0.05 m and 0.05 rad", f"{interval(task.precise, 2)} of episodes"))
         if task.legs:
-            facts.append(("Drives of shifts", ", ".join(f"{name} {count}" for name, count in task.legs.items())))
+            facts.append(("Drives of shifts", _counted(task.legs.items())))
     return tuple(facts)
 
 
@@ -285,9 +333,13 @@ def _touched(one: Entry) -> str:
     for task in one.summary.tasks:
         for kind, count in task.contact.items():
             counts[thing_name(kind)] += count
-    words = [f"{name} {count}" for name, count in counts.most_common(MOST_CONTACTS)]
-    rest = len(counts) - len(words)
-    return ", ".join(words) + (f" and {rest} other kinds" if rest > 0 else "")
+    words = _counted(counts.most_common(MOST_CONTACTS))
+    rest = len(counts) - MOST_CONTACTS
+    return words + (f" and {rest} other kinds" if rest > 0 else "")
+
+
+def _counted(counts: Iterable[tuple[str, int]]) -> str:
+    return ", ".join(f"{name} ({count})" for name, count in counts)
 
 
 def _pairs(sections: Sequence[Section]) -> tuple[PairLine, ...]:
@@ -307,23 +359,3 @@ def _pairs(sections: Sequence[Section]) -> tuple[PairLine, ...]:
         words, apart = interval(one, 3), significant(result)
         lines.append(PairLine(a, b, words, abs(100.0 * value), low, high, one.count, apart))
     return tuple(lines)
-
-
-def _notes(entries: Sequence[Entry]) -> tuple[str, ...]:
-    """Return how to read the figures."""
-    notes = []
-    if any(one.summary.labnav is not None for one in entries):
-        notes.append("LabNav is 100 (exp(mean ln(s + 0.05)) - 0.05) over the mean scores s of the eight tasks.")
-    else:
-        notes.append("The mean score is 100 times the mean of the tasks' mean scores; LabNav needs all eight tasks.")
-    notes.append(
-        "Intervals are 95% intervals over floors. SR: share of episodes that succeeded, in shift of whole shifts."
-    )
-    notes.append("Collision rate: share of episodes in which the robot touched something.")
-    if len({len(one.tasks) for one in entries}) > 1:
-        notes.append("Both are over the tasks that the policy drove; a dash marks a task that it did not.")
-    if any(one.published for one in entries):
-        notes.append("Published results have no routes.")
-    if any(one.summary.draft for one in entries):
-        notes.append("Draft episodes: they may change, and their figures are not those of LabNav.")
-    return tuple(notes)

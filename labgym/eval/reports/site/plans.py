@@ -44,6 +44,8 @@ STORES = {
     "Gas": "gases",
 }
 """Words for the chemicals of a storage cabinet, which the plan marks in the color of the cabinet."""
+LINE = 0.3
+"""Height of the name of a space, meters."""
 MOST_CONTENTS = 12
 """Most names of contents that are listed of a piece of furniture."""
 
@@ -53,7 +55,7 @@ def plan_of_map(layout: Layout) -> dict[str, Any]:
 
     Returns:
         `bounds` (x0, y0, x1, y1); `rooms` and `walls`, SVG paths whose y points up; `doors`, leaf and sweep of each;
-        `panes`, windows and glazing as lines; `names` of the spaces with their middles; `items`, each
+        `panes`, windows and glazing as lines; `names` of the spaces, each [x, y, name, width]; `items`, each
         [x, y, width, depth, yaw in degrees, class, store, name, contents] with the front along +y.
     """
     floor = layout.floor
@@ -217,12 +219,22 @@ def _openings(floor: Floor) -> tuple[list[list[list[int]]], list[list[int]]]:
 
 
 def _names(layout: Layout) -> list[list[Any]]:
-    """Return the names of the spaces, each in the middle of the largest disc that covers no furniture."""
+    """Return the names of the spaces, each with middle and width of the free strip through the largest free disc."""
     furniture = [layout.box(placement.id) for placement in layout.placements if placement.support == FLOOR]
     taken = region_outline(furniture) if furniture else shapely.Polygon()
     names = []
     for space, outline in zip(layout.floor.spaces, coverings(layout.floor), strict=True):
         free = shapely.difference(outline, taken)
         x, y = shapely.get_coordinates(shapely.maximum_inscribed_circle(free))[0].tolist()
-        names.append([*centimeters((x, y)), space.id.replace("_", " ")])
+        left, right = _strip(free, x, y)
+        names.append([*centimeters(((left + right) / 2.0, y)), space.id.replace("_", " "), round((right - left) * CM)])
     return names
+
+
+def _strip(free: shapely.Geometry, x: float, y: float) -> tuple[float, float]:
+    """Return the ends of the free horizontal strip through a point, as wide as a line of text, along x."""
+    low, _, high, _ = free.bounds
+    strip = shapely.box(low - 1.0, y - LINE / 2.0, high + 1.0, y + LINE / 2.0)
+    bounds = [part.bounds for part in shapely.get_parts(shapely.difference(strip, free))]
+    left = max((each[2] for each in bounds if each[2] <= x), default=low)
+    return left, min((each[0] for each in bounds if each[0] >= x), default=high)

@@ -8,11 +8,13 @@ document.documentElement.classList.add('scripted');
 // ---- Views: #leaderboard, #policies, #p3 (a policy), #episodes, #e12.p3 (an episode, and one of its drives), ...
 
 const views = all('.view');
+const title = document.title;
 
 function show(address) {
   const episode = /^e(\d+)(?:\.p(\d+))?$/.exec(address);
   const target = byId(address);
   const view = episode ? byId('episodes') : (target && target.closest('.view')) || views[0];
+  const focused = document.activeElement;
   for (const each of views) each.hidden = each !== view;
   for (const link of all('nav a')) {
     if (link.hash === '#' + view.id) link.setAttribute('aria-current', 'page');
@@ -22,10 +24,17 @@ function show(address) {
   if (view.id === 'policies') choosePolicy(policy ? policy.id : byId('which').value);
   if (view.id === 'episodes') openEpisode(episode ? Number(episode[1]) : null, episode && episode[2] ? Number(episode[2]) : null);
   if (target && target.tagName === 'DETAILS') target.open = true;
-  if (policy && target !== policy) target.scrollIntoView();
+  if (target && target !== view && target !== policy) target.scrollIntoView();
   else window.scrollTo(0, 0);
   if (policy && target === policy) policy.focus({ preventScroll: true });
+  else if (focused && focused.closest('.view[hidden]')) byId('main').focus({ preventScroll: true });
+  document.title = `${view.querySelector('h2').textContent} - ${title}`;
 }
+
+document.querySelector('.skip').addEventListener('click', (event) => {
+  event.preventDefault();
+  byId('main').focus();
+});
 
 function choosePolicy(id) {
   byId('which').value = id;
@@ -55,11 +64,17 @@ function sortBy(head) {
 }
 for (const button of all('[data-sort] button')) button.addEventListener('click', () => sortBy(button.parentNode));
 
-for (const input of all('input[name="track"]')) {
-  input.addEventListener('change', () => {
-    for (const body of all('.board tbody')) body.hidden = input.value !== '' && body.dataset.track !== input.value;
-  });
+const chosen = (name) => (document.querySelector(`input[name="${name}"]:checked`) || { value: '' }).value;
+
+function filterBoard() {
+  const track = chosen('track'), kind = chosen('kind');
+  for (const body of all('.board tbody')) {
+    const rows = all('tr[data-kind]', body);
+    for (const row of rows) row.hidden = kind !== '' && row.dataset.kind !== kind;
+    body.hidden = (track !== '' && body.dataset.track !== track) || rows.every((row) => row.hidden);
+  }
 }
+for (const input of all('input[name="track"], input[name="kind"]')) input.addEventListener('change', filterBoard);
 byId('which').addEventListener('change', () => { location.hash = byId('which').value; });
 
 if (byId('pair-of')) {
@@ -77,7 +92,7 @@ if (byId('pair-of')) {
 // ---- The viewer of episodes.
 
 const SPACE = 'http://www.w3.org/2000/svg';
-const COLORS = 7, ROBOT = 27, PERSON = 30, NEAR = 34;
+const ROBOT = 27, PERSON = 30, NEAR = 34;
 const state = { episode: null, time: 0, end: 0, playing: null, drives: [], hidden: new Set(), box: null, whole: null };
 
 function draw(parent, name, attributes, text) {
@@ -152,10 +167,10 @@ function load(episode, policy) {
   state.hidden = new Set(withRoute.filter((drive, place) => (policy === null ? place >= 6 : drive.policy !== policy)).map((drive) => drive.policy));
   if (policy !== null && !withRoute.some((drive) => drive.policy === policy)) state.hidden = new Set();
   byId('about-episode').textContent = `${episode.task}, level ${episode.level}: ${episode.words}. Shortest path ${episode.length.toFixed(2)} m` +
-    (episode.goals.length > 1 ? `, ${episode.goals.length} goals` : '') + goalWords(episode) + '.';
+    (episode.goals.length > 1 ? `, ${episode.goals.length} goals` : '') + goalWords(episode) + `. Episode ${episode.key}.`;
   const crowds = state.drives.filter((drive) => drive.crowd.length);
   byId('crowd').replaceChildren();
-  for (const drive of crowds) write(byId('crowd'), 'option', drive.name).value = drive.policy;
+  for (const drive of crowds) write(byId('crowd'), 'option', `${drive.name}, which took ${drive.route.seconds.toFixed(1)} s`).value = drive.policy;
   byId('crowd-choice').hidden = !crowds.length;
   if (crowds.some((drive) => drive.policy === policy)) byId('crowd').value = policy;
   drawFloor(episode);
@@ -185,7 +200,7 @@ function drawFloor(episode) {
   state.whole = [x0 - 30, -y1 - 30, x1 - x0 + 60, y1 - y0 + 60];
   const floor = draw(svg, 'g', {});
   draw(floor, 'path', { class: 'rooms', d: flipped(plan.rooms) });
-  for (const [x, y, name] of plan.names) draw(floor, 'text', { class: 'space', x, y: -y, 'font-size': 40 }, name);
+  for (const [x, y, name, width] of plan.names) draw(floor, 'text', { class: 'space', x, y: -y, 'font-size': Math.max(16, Math.min(40, width / (0.62 * name.length))).toFixed(1) }, name);
   for (const item of plan.items) drawItem(floor, item);
   draw(floor, 'path', { class: 'walls', d: flipped(plan.walls) });
   for (const pane of plan.panes) draw(floor, 'path', { class: 'pane', d: lineOf(pane) });
@@ -195,17 +210,21 @@ function drawFloor(episode) {
     draw(shape, 'title', {}, `${name}: ${CHANGES[kind]}`);
   }
   draw(floor, 'path', { class: 'shortest', d: lineOf(episode.path) });
+  draw(floor, 'circle', { class: 'start', cx: episode.start[0], cy: -episode.start[1], r: 16 });
   episode.goals.forEach(([x, y, yaw, name], place) => {
     const disc = draw(floor, 'circle', { class: 'goal', cx: x, cy: -y, r: episode.radius });
     draw(disc, 'title', {}, name ? `Goal: ${name}` : 'Goal');
     if (episode.dock) draw(floor, 'path', { class: 'heading', d: arrow(x, y, yaw, 70) });
-    if (episode.goals.length > 1) draw(floor, 'text', { class: 'goal-name', x, y: -y, 'font-size': 36 }, place + 1);
+    const here = shared(episode.goals, x, y);
+    if (episode.goals.length > 1 && here[0] === place) draw(floor, 'text', { class: 'goal-name', x, y: -y, 'font-size': 34 }, here.map((each) => each + 1).join(', '));
   });
-  draw(floor, 'circle', { class: 'start', cx: episode.start[0], cy: -episode.start[1], r: 16 });
   state.moving = draw(svg, 'g', {});
   zoomTo(state.whole);
   byId('plan-title').textContent = `Floor plan of ${episode.floor}`;
 }
+
+// The indices of the goals whose numbers would lie on those of a goal at a place.
+const shared = (goals, x, y) => goals.map((_, index) => index).filter((index) => Math.hypot(goals[index][0] - x, goals[index][1] - y) < 30);
 
 function arrow(x, y, yaw, length) {
   const at = (along, across) => {
@@ -297,9 +316,10 @@ function drawCrowd(group) {
   if (!drive || !drive.crowd.length) return;
   const place = Math.min(state.time / drive.people.dt, drive.crowd.length - 1), low = Math.floor(place), share = place - low;
   const here = drive.crowd[low], next = drive.crowd[Math.min(low + 1, drive.crowd.length - 1)];
+  const crowd = draw(group, 'g', { class: state.time > drive.route.seconds ? 'crowd over' : 'crowd' });
   drive.people.yields.forEach((yields, person) => {
     const x = here[2 * person] + (next[2 * person] - here[2 * person]) * share, y = here[2 * person + 1] + (next[2 * person + 1] - here[2 * person + 1]) * share;
-    const look = draw(group, 'g', { transform: `translate(${x.toFixed(1)} ${(-y).toFixed(1)})` });
+    const look = draw(crowd, 'g', { transform: `translate(${x.toFixed(1)} ${(-y).toFixed(1)})` });
     drawPerson(look, yields);
     draw(look, 'title', {}, `Person ${person + 1}, ${yields ? 'makes way' : 'does not see the robot'}`);
   });
@@ -332,7 +352,7 @@ function play() {
 // ---- Drives, legend and equipment of an episode.
 
 const CHANGES = { added: 'not on the map, or elsewhere on it', movable: 'not on the map, can be pushed', gone: 'on the map only', glass: 'glass, not on the map', shut: 'shut, open on the map', opened: 'open, shut on the map' };
-const lookOf = (policy) => `r${policy % COLORS}${policy >= COLORS ? ' dashed' : ''}`;
+const lookOf = (policy) => data.looks[policy];
 
 function endingWords(drive) {
   return (drive.ending === 'time' ? 'time over' : drive.ending) + (drive.contact ? ` with ${drive.contact}` : '') + (drive.time === undefined ? '' : ` after ${drive.time.toFixed(1)} s`);
@@ -353,7 +373,7 @@ function listRuns() {
     if (drive.poses.length) swatch(name, 'path', { class: `driven ${lookOf(drive.policy)}`, d: 'M3 8H41' }, '0 0 44 16', 44);
     const words = write(item, 'p', '');
     write(words, 'span', endingWords(drive), drive.ending === 'success' ? 'ok' : 'no');
-    words.append(`, score ${drive.score.toFixed(2)}` + (drive.driven === undefined ? '' : `, ${drive.driven.toFixed(1)} m driven`) + (drive.poses.length ? '' : '; no route'));
+    words.append(`, score ${drive.score.toFixed(2)}` + (drive.driven === undefined ? '' : `, ${drive.driven.toFixed(1)} m driven`) + (drive.poses.length || !state.drives.some((each) => each.poses.length) ? '' : '; no route'));
     if (drive.legs) write(item, 'p', `Drives: ${drive.legs.map(([ending, docked]) => ending + (ending === 'success' && !docked ? ' (out of the dock)' : '')).join(', ')}`);
     if (drive.error) write(item, 'p', drive.error);
     if (drive.film) { const link = write(write(item, 'p', ''), 'a', 'Film'); link.href = drive.film; link.setAttribute('aria-label', `Film of ${drive.name}`); }

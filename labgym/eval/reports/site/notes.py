@@ -1,0 +1,90 @@
+"""What the site says about its figures: how to read them, what the tasks are and how episodes end."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from labgym.envs.labnav.tasks import task_of
+from labgym.eval.labnav.rules import Ending
+from labgym.eval.labnav.suites import FIRST
+from labgym.eval.reports.site.entries import Entry
+
+MEANINGS: dict[Ending, str] = {
+    "success": "at rest in the goal's disc, in dock aligned, in carry without a spill; in shift at every goal",
+    "contact": "the robot touched something that ends the drive",
+    "stuck": "30 s within 0.3 m",
+    "lost": "stopped outside the goal's disc, and inside it by its own odometry",
+    "wrong place": "stopped outside the goal's disc, and outside it by its own odometry",
+    "frozen": "the time was over, and the robot had waited near people for at least 30 s",
+    "spilt": "arrived, and the liquid rose above the rim; in shift, it rose above the rim",
+    "undocked": "stopped at the dock with an error beyond 0.10 m or 0.10 rad",
+    "time": "the time was over",
+    "error": "the policy raised an exception or exceeded a limit",
+}
+"""How episodes end."""
+
+
+def reading_notes(entries: Sequence[Entry], whole: bool) -> tuple[str, ...]:
+    """Return how to read the figures of the leaderboard.
+
+    Args:
+        entries: on the page. whole: whether the headline is LabNav.
+    """
+    if whole:
+        notes = ["LabNav is 100 (exp(mean ln(s + 0.05)) - 0.05) over the mean scores s of the eight tasks."]
+        head = "LabNav"
+    else:
+        notes = ["The mean score is 100 times the mean of the tasks' mean scores; LabNav needs all eight tasks."]
+        head = "the mean score"
+    notes += [
+        f"Bars show {head} from 0 to 100; brackets and whiskers are its 95% interval over floors.",
+        "Columns of tasks are mean scores, 0 to 1; the shade grows with the score.",
+        *(["Mean is 100 times their arithmetic mean."] if whole else []),
+        "SR is the share of episodes in which the robot came to rest in the goal's disc, also undocked or with spilt "
+        "liquid; in shift, the share of shifts without a failure.",
+        "Collision rate, the only column in which less is better, is the share of episodes in which the robot touched "
+        "something; in shift touches of furniture count and do not end the drive.",
+    ]
+    if len({len(one.tasks) for one in entries}) > 1:
+        notes.append("Both are over the tasks that the policy drove; a dash marks a task that it did not.")
+    costly = [one.name for one in entries if one.summary.suite == FIRST]
+    if costly and len(costly) < len(entries):
+        notes.append(
+            f"{', '.join(costly)} drove the first episode of each floor only (suite {FIRST}): the expected value is "
+            "the same, the interval wider."
+        )
+    if any(one.summary.draft for one in entries):
+        notes.append("Draft episodes: they may change, and their figures are not those of LabNav.")
+    return tuple(notes)
+
+
+def detail_of(one: Entry, most: int) -> str:
+    """Return the sensors of a policy, and its number of episodes a task if it is less than `most`."""
+    parts = [one.summary.sensors] if one.summary.sensors else []
+    return ", ".join([*parts, *([f"{one.most_episodes} episodes a task"] if one.most_episodes < most else [])])
+
+
+def task_words(tasks: Sequence[str]) -> tuple[tuple[str, str], ...]:
+    """Return the name of each task and what it asks for; `tasks` are names with levels, such as "aisle-2"."""
+    names = dict.fromkeys(task.rpartition("-")[0] for task in tasks)
+    return tuple((name, task_of(name).summary) for name in names)
+
+
+def versions_of(entries: Sequence[Entry]) -> tuple[str, ...]:
+    """Return the versions of the suites of the tasks, such as "1"."""
+    labels = {task.suite for one in entries for task in one.summary.tasks}
+    return tuple(sorted({label.partition("/")[2].partition(" ")[0] for label in labels} - {""}))
+
+
+def swapped(entries: Sequence[Entry], better: Sequence[tuple[Entry, Entry]]) -> tuple[str, ...]:
+    """Return the pairs that the figure and the mean score order differently.
+
+    Args:
+        entries: with a figure over the same tasks. better: pairs, the one with the higher mean score first.
+    """
+    comparable = {one.name for one in entries}
+    return tuple(
+        f"{worse.name} and {one.name}"
+        for one, worse in better
+        if {one.name, worse.name} <= comparable and (one.figure.value or 0.0) < (worse.figure.value or 0.0)
+    )
