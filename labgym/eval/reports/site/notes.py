@@ -1,4 +1,4 @@
-"""What the site says about its figures: how to read them, what the tasks are and how episodes end."""
+"""Explanations on the site: how to read its figures, what the tasks are and how episodes end."""
 
 from __future__ import annotations
 
