@@ -15,7 +15,8 @@ from labgym.assets import Catalog, incompatible
 from labgym.geometry import OrientedBox
 from labgym.layouts.brief import Brief, Separation, Unit
 from labgym.layouts.cabinets import plan_cabinets
-from labgym.layouts.floor_plan import search, solve
+from labgym.layouts.constraint_solver import search
+from labgym.layouts.floor_plan import solve
 from labgym.layouts.habits import Habits
 from labgym.layouts.model import Door, Room
 from labgym.layouts.request import Request

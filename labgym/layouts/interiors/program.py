@@ -15,12 +15,11 @@ from typing import Any, NamedTuple
 
 from labgym.geometry import OrientedBox
 from labgym.layouts.brief import Nearness, Proximity, Separation, Unit
-from labgym.layouts.floor_plan import Status, search
+from labgym.layouts.constraint_solver import CM, Status, centimeters, run
 from labgym.layouts.ground import Segment
 from labgym.layouts.interiors.standing import SIDE_GAP, WALL_GAP
 from labgym.navigation.plan import STAND_OFF
 
-CM = 100
 GAP_LIMIT = 0.3
 """Relative distance to the best known bound at which the search stops: preferences need no proof of optimality."""
 
@@ -104,21 +103,12 @@ def plan_walls(
         effort: deterministic search time, in the solver's units (about seconds).
         proximities: those between two of the units hold; the distance is |dx| + |dy| in the frame of the space.
     """
-    from ortools.sat.python import cp_model
-
     if any(not stand.options for stand in stands):
         return WallPlan("infeasible", {})
     program = _Program(stands, separations, nearness, proximities)
-    solver = cp_model.CpSolver()
-    solver.parameters.num_workers = 1
-    solver.parameters.random_seed = seed % (2**31)
-    solver.parameters.max_deterministic_time = effort
-    solver.parameters.relative_gap_limit = GAP_LIMIT
-    status = search(solver, program.model)
-    if status == cp_model.UNKNOWN:
-        return WallPlan("stopped", {})
-    if status not in (cp_model.OPTIMAL, cp_model.FEASIBLE):
-        return WallPlan("infeasible", {})
+    status, solver = run(program.model, seed, effort, GAP_LIMIT)
+    if status != "solved":
+        return WallPlan(status, {})
     feet = {}
     for choice in (choice for choices in program.choices.values() for choice in choices):
         if choice.chosen is None or solver.boolean_value(choice.chosen):
@@ -148,7 +138,7 @@ class _Program:
             self._pair(first, second)
         for rule in separations:
             if rule.first in self.choices and rule.second in self.choices:
-                gap = _cm(rule.distance)
+                gap = centimeters(rule.distance)
                 for one in self.choices[rule.first]:
                     for other in self.choices[rule.second]:
                         self._apart(one, one.foot, other, other.foot, gap)
@@ -190,13 +180,13 @@ class _Program:
                 bound.only_enforce_if(choice.chosen)
         self.terms.append(distance)
         if choice.option.cost > 0.0 and choice.chosen is not None:
-            self.terms.append(_cm(choice.option.cost) * choice.chosen)
+            self.terms.append(centimeters(choice.option.cost) * choice.chosen)
 
     def _rows(self) -> None:
         """Units on one segment do not overlap."""
         rows: dict[str, list[Any]] = {}
         for choice in (choice for choices in self.choices.values() for choice in choices):
-            size = _cm(choice.stand.unit.width) + _cm(SIDE_GAP)
+            size = centimeters(choice.stand.unit.width) + centimeters(SIDE_GAP)
             if choice.chosen is None:
                 interval = self.model.new_fixed_size_interval_var(choice.place, size, "")
             else:
@@ -209,7 +199,7 @@ class _Program:
     def _pair(self, first: Sequence[_Choice], second: Sequence[_Choice]) -> None:
         """Two units keep their gap, and the depth in front of each is free of the other."""
         clear = max(first[0].stand.unit.clear, second[0].stand.unit.clear)
-        gap = _cm(max(clear, SIDE_GAP))
+        gap = centimeters(max(clear, SIDE_GAP))
         for one in first:
             for other in second:
                 same = one.option.segment.id == other.option.segment.id
@@ -275,7 +265,7 @@ class _Program:
 def _rect(segment: Segment, unit: Unit, low: int, high: int, depth: float) -> _Rect:
     """A rectangle from the wall to a depth in meters, as wide as a unit whose place is between two numbers."""
     cosine, sine = round(math.cos(segment.yaw)), round(math.sin(segment.yaw))
-    wall, far, width = _cm(WALL_GAP), _cm(WALL_GAP + depth), _cm(unit.width)
+    wall, far, width = centimeters(WALL_GAP), centimeters(WALL_GAP + depth), centimeters(unit.width)
     x, y = round(segment.x * CM), round(segment.y * CM)
     corners = [(along, inward) for along in (0, width) for inward in (wall, far)]
     edges = []
@@ -292,7 +282,3 @@ def _rect(segment: Segment, unit: Unit, low: int, high: int, depth: float) -> _R
 
 def _range(values: Sequence[int]) -> tuple[int, int]:
     return min(values), max(values)
-
-
-def _cm(meters: float) -> int:
-    return math.ceil(meters * CM - 1e-6)

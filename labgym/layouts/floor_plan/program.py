@@ -1,161 +1,53 @@
-"""Places a brief's furniture in a room: a constraint program over centimeters, solved by CP-SAT.
-
-Every wall unit chooses a wall and a position along it; islands choose a position and one of two headings. Footprints
-do not overlap, the zone in front of each unit is free of footprints, door areas stay clear, hazards keep their
-distance, and fixed objects are obstacles. Deterministic: one worker, a fixed seed and a deterministic time limit.
-"""
+"""The constraint program of a brief: variables, constraints and preferences."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Mapping
-from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from labgym.geometry import OrientedBox
 from labgym.layouts.brief import Brief, Unit, Wall
+from labgym.layouts.constraint_solver import CM, centimeters
+from labgym.layouts.floor_plan.rectangles import Edge, Ranges, Rect, fronted, rect_around, union
 from labgym.layouts.model import Door, Placement, Room
 from labgym.layouts.rules.zones import HEADROOM, INTRUSION, door_span, front_zone
 
 if TYPE_CHECKING:
     from ortools.sat.python import cp_model
 
-CM = 100
 WALL_GAP = 1
 """Gap between a unit and its wall, centimeters."""
 SIDE_GAP = 2
 """Gap between neighbors, centimeters."""
-YAW: dict[Wall, float] = {"front": 0.0, "back": math.pi, "left": -math.pi / 2.0, "right": math.pi / 2.0}
-_Range = tuple[int, int]
-_Ranges = tuple[_Range, _Range, _Range, _Range]
 GROUPS = ("hood clearance", "front clearance", "aisles", "doors", "separations", "emergency shower")
 """Groups of constraints that can be lifted to find out which of them clash."""
 RANK_COST = 150
 """Cost of each step down a unit's list of walls, centimeters of doubled distance: as much as 0.75 m off its anchor."""
-GAP_LIMIT = 0.1
-"""Relative distance to the best known bound at which the search stops: preferences need no proof of optimality."""
-SIGNAL_INTERVAL = 0.2
-"""Seconds after which a pending signal interrupts a search at the latest."""
-Status = Literal["solved", "infeasible", "stopped"]
 
 
 @dataclass(frozen=True)
-class Pose:
-    """Center of a footprint in the room frame, meters, and yaw, radians."""
-
-    x: float
-    y: float
-    yaw: float
-
-
-@dataclass(frozen=True)
-class Solution:
-    """Result of a search.
-
-    Attributes:
-        status: `solved`; `infeasible`, if it is proved that no floor plan exists; `stopped`, if the search reached its
-            effort limit before it found a plan or a proof.
-        poses: by unit id; empty unless solved.
-    """
-
-    status: Status
-    poses: Mapping[str, Pose]
-
-
-class _Edge(NamedTuple):
-    """A coordinate: a linear expression and the numbers that it lies between, centimeters."""
-
-    value: Any
-    low: int
-    high: int
-
-    def moved(self, by: int) -> _Edge:
-        return _Edge(self.value + by, self.low + by, self.high + by)
-
-
-class _Rect(NamedTuple):
-    """Bounds of a rectangle."""
-
-    x0: _Edge
-    y0: _Edge
-    x1: _Edge
-    y1: _Edge
-
-    @classmethod
-    def fixed(cls, *bounds: int) -> _Rect:
-        return cls(*(_Edge(bound, bound, bound) for bound in bounds))
-
-
-@dataclass(frozen=True)
-class _Piece:
+class Piece:
     """A unit that the program places."""
 
     unit: Unit
-    foot: _Rect
-    zone: _Rect
+    foot: Rect
+    zone: Rect
     walls: dict[Wall, Any]
     turned: Any
 
 
 @dataclass(frozen=True)
-class _Obstacle:
+class Obstacle:
     """A fixed object: bounds, clear zone in front, height of the bottom in meters, and whether it obstructs zones."""
 
     id: str
-    foot: _Rect
-    zone: _Rect | None
+    foot: Rect
+    zone: Rect | None
     bottom: float
     obstructs: bool = True
 
 
-def solve(brief: Brief, room: Room, seed: int, lifted: Iterable[str] = (), effort: float = 1.0) -> Solution:
-    """Search a pose for every unit.
-
-    Args:
-        seed: random seed of the search.
-        lifted: names of GROUPS to leave out.
-        effort: deterministic search time, in the solver's units (about seconds).
-    """
-    from ortools.sat.python import cp_model
-
-    program = _Program(brief, room, frozenset(lifted))
-    solver = cp_model.CpSolver()
-    solver.parameters.num_workers = 1
-    solver.parameters.random_seed = seed % (2**31)
-    solver.parameters.max_deterministic_time = effort
-    solver.parameters.cp_model_presolve = True
-    solver.parameters.relative_gap_limit = GAP_LIMIT
-    status = search(solver, program.model)
-    if status == cp_model.UNKNOWN:
-        return Solution("stopped", {})
-    if status not in (cp_model.OPTIMAL, cp_model.FEASIBLE):
-        return Solution("infeasible", {})
-    poses = {unit_id: _fixed_pose(placement) for unit_id, placement in brief.fixed.items()}
-    poses |= {piece.unit.id: _pose(piece, solver, room) for piece in program.pieces}
-    return Solution("solved", poses)
-
-
-def search(solver: cp_model.CpSolver, model: cp_model.CpModel) -> cp_model.CpSolverStatus:
-    """Run a solver and return its status. Ctrl-C and other signals stop it and reach the caller as exceptions.
-
-    By itself the solver would end at Ctrl-C as at its effort limit, and a layout would depend on the interruption. It
-    runs in a thread, because Python handles signals in the main thread only between two Python instructions.
-    """
-    solver.parameters.catch_sigint_signal = False
-    with ThreadPoolExecutor(1) as thread:
-        status = thread.submit(solver.solve, model)
-        try:
-            # With a time limit: a signal that another thread receives does not wake one that waits without.
-            while not wait([status], timeout=SIGNAL_INTERVAL).done:
-                pass
-            return status.result()
-        except BaseException:
-            solver.stop_search()
-            raise
-
-
-class _Program:
+class Program:
     """The constraint program of a brief."""
 
     def __init__(self, brief: Brief, room: Room, lifted: frozenset[str]) -> None:
@@ -188,8 +80,13 @@ class _Program:
         y0 = self.model.new_int_var(WALL_GAP, self.depth - WALL_GAP, f"{name}.y0")
         return x0, y0
 
-    def _wall_piece(self, unit: Unit) -> _Piece:
-        model, long, short, front = self.model, _cm(unit.width), _cm(unit.depth), _cm(unit.front)
+    def _wall_piece(self, unit: Unit) -> Piece:
+        model, long, short, front = (
+            self.model,
+            centimeters(unit.width),
+            centimeters(unit.depth),
+            centimeters(unit.front),
+        )
         x0, y0 = self._corner(unit.id)
         walls: dict[Wall, Any] = {wall: model.new_bool_var(f"{unit.id}.{wall}") for wall in unit.walls}
         model.add_exactly_one(walls.values())
@@ -201,7 +98,7 @@ class _Program:
             edge = {"left": x0 == WALL_GAP, "right": x1 == self.width - WALL_GAP}
             edge |= {"front": y0 == WALL_GAP, "back": y1 == self.depth - WALL_GAP}
             model.add(edge[wall]).only_enforce_if(chosen)
-        reach = _union([self._strip(wall, long, short) for wall in unit.walls])
+        reach = union([self._strip(wall, long, short) for wall in unit.walls])
         foot = self._rect((x0, y0, x1, y1), reach)
         zone = (
             x0 - front * walls.get("right", 0),
@@ -209,10 +106,10 @@ class _Program:
             x1 + front * walls.get("left", 0),
             y1 + front * walls.get("front", 0),
         )
-        zones = _union([_fronted(self._strip(wall, long, short), wall, front) for wall in unit.walls])
-        return _Piece(unit, foot, _Rect(*(_Edge(v, *r) for v, r in zip(zone, zones, strict=True))), walls, across)
+        zones = union([fronted(self._strip(wall, long, short), wall, front) for wall in unit.walls])
+        return Piece(unit, foot, Rect(*(Edge(v, *r) for v, r in zip(zone, zones, strict=True))), walls, across)
 
-    def _strip(self, wall: Wall, long: int, short: int) -> _Ranges:
+    def _strip(self, wall: Wall, long: int, short: int) -> Ranges:
         """Ranges of x0, y0, x1, y1 of a footprint that stands against a wall."""
         right, back = self.width - WALL_GAP, self.depth - WALL_GAP
         slide_x, slide_y = (WALL_GAP, right - long), (WALL_GAP, back - long)
@@ -223,8 +120,8 @@ class _Program:
             "right": ((right - short,) * 2, slide_y, (right,) * 2, (WALL_GAP + long, back)),
         }[wall]
 
-    def _island_piece(self, unit: Unit) -> _Piece:
-        model, long, short = self.model, _cm(unit.width), _cm(unit.depth)
+    def _island_piece(self, unit: Unit) -> Piece:
+        model, long, short = self.model, centimeters(unit.width), centimeters(unit.depth)
         x0, y0 = self._corner(unit.id)
         turned = model.new_bool_var(f"{unit.id}.turned")
         x1 = x0 + long + (short - long) * turned
@@ -241,18 +138,18 @@ class _Program:
         right, back, least = self.width - WALL_GAP, self.depth - WALL_GAP, min(long, short)
         low, high = (WALL_GAP, WALL_GAP + least), (right - least, back - least)
         foot = self._rect((x0, y0, x1, y1), ((low[0], high[0]), (low[0], high[1]), (low[1], right), (low[1], back)))
-        return _Piece(unit, foot, foot, walls, turned)
+        return Piece(unit, foot, foot, walls, turned)
 
-    def _rect(self, values: tuple[Any, Any, Any, Any], ranges: _Ranges) -> _Rect:
+    def _rect(self, values: tuple[Any, Any, Any, Any], ranges: Ranges) -> Rect:
         self.model.add(values[2] <= self.width - WALL_GAP)
         self.model.add(values[3] <= self.depth - WALL_GAP)
-        return _Rect(*(_Edge(value, *span) for value, span in zip(values, ranges, strict=True)))
+        return Rect(*(Edge(value, *span) for value, span in zip(values, ranges, strict=True)))
 
     def _no_overlap(self) -> None:
         xs, ys = [], []
         for piece in self.pieces:
             foot, name = piece.foot, piece.unit.id
-            long, short = _cm(piece.unit.width) + SIDE_GAP, _cm(piece.unit.depth) + SIDE_GAP
+            long, short = centimeters(piece.unit.width) + SIDE_GAP, centimeters(piece.unit.depth) + SIDE_GAP
             end_x = self.model.new_int_var(0, self.width + SIDE_GAP, f"{name}.x1")
             end_y = self.model.new_int_var(0, self.depth + SIDE_GAP, f"{name}.y1")
             xs.append(
@@ -266,7 +163,7 @@ class _Program:
             for piece in self._below(obstacle):
                 self._apart(piece.foot, obstacle.foot, SIDE_GAP)
 
-    def _below(self, obstacle: _Obstacle) -> list[_Piece]:
+    def _below(self, obstacle: Obstacle) -> list[Piece]:
         """The units that are high enough to meet an obstacle."""
         return [piece for piece in self.pieces if piece.unit.asset.size.height > obstacle.bottom]
 
@@ -294,7 +191,7 @@ class _Program:
             if owner.unit.clear > 0.0:
                 for other, foot in feet.items():
                     if other != owner.unit.id:
-                        self._apart(owner.foot, foot, _cm(owner.unit.clear))
+                        self._apart(owner.foot, foot, centimeters(owner.unit.clear))
 
     def _aisles(self) -> None:
         for island in self.pieces:
@@ -302,15 +199,15 @@ class _Program:
                 if island.unit.stance == "wall" or island is other:
                     continue
                 wide = max(self.brief.aisle, other.unit.front if other.unit.stance == "wall" else 0.0)
-                self._apart(island.foot, other.foot, _cm(wide))
+                self._apart(island.foot, other.foot, centimeters(wide))
             if island.unit.stance != "wall":
                 self._clear_of_walls(island)
                 for obstacle in self.obstacles:
                     if obstacle.bottom < HEADROOM:
-                        self._apart(island.foot, obstacle.foot, _cm(self.brief.aisle))
+                        self._apart(island.foot, obstacle.foot, centimeters(self.brief.aisle))
 
-    def _clear_of_walls(self, island: _Piece) -> None:
-        aisle, foot, walls = _cm(self.brief.aisle), island.foot, island.walls
+    def _clear_of_walls(self, island: Piece) -> None:
+        aisle, foot, walls = centimeters(self.brief.aisle), island.foot, island.walls
         self.model.add(foot.y0.value >= aisle)
         self.model.add(foot.y1.value <= self.depth - aisle)
         self.model.add(foot.x0.value >= aisle - aisle * walls.get("left", 0))
@@ -324,10 +221,10 @@ class _Program:
             opening = self._door_rect(door, 0.0)
             for piece in self.pieces:
                 if piece.unit.id in self.brief.hoods:
-                    self._apart(piece.foot, opening, _cm(self.brief.hood_door))
+                    self._apart(piece.foot, opening, centimeters(self.brief.hood_door))
 
-    def _door_rect(self, door: Door, deep: float) -> _Rect:
-        half, depth = _cm((door_span(door) if deep else door.width) / 2.0), _cm(deep)
+    def _door_rect(self, door: Door, deep: float) -> Rect:
+        half, depth = centimeters((door_span(door) if deep else door.width) / 2.0), centimeters(deep)
         low, high = int(door.offset * CM) - half, int(door.offset * CM) + half
         bounds: dict[str, tuple[int, int, int, int]] = {
             "front": (low, 0, high, depth),
@@ -335,19 +232,19 @@ class _Program:
             "left": (0, low, depth, high),
             "right": (self.width - depth, low, self.width, high),
         }
-        return _Rect.fixed(*bounds[door.wall])
+        return Rect.fixed(*bounds[door.wall])
 
     def _separations(self) -> None:
         feet = self._feet()
         for rule in self.brief.separations:
             if not {rule.first, rule.second} <= set(self.brief.fixed):
-                self._apart(feet[rule.first], feet[rule.second], _cm(rule.distance))
+                self._apart(feet[rule.first], feet[rule.second], centimeters(rule.distance))
 
-    def _feet(self) -> dict[str, _Rect]:
+    def _feet(self) -> dict[str, Rect]:
         feet = {obstacle.id: obstacle.foot for obstacle in self.obstacles}
         return feet | {piece.unit.id: piece.foot for piece in self.pieces}
 
-    def _apart(self, first: _Rect, second: _Rect, gap: int) -> None:
+    def _apart(self, first: Rect, second: Rect, gap: int) -> None:
         """Two rectangles lie at least a gap apart along x or along y."""
         sides = ((first.x1, second.x0), (second.x1, first.x0), (first.y1, second.y0), (second.y1, first.y0))
         if any(before.high + gap <= after.low for before, after in sides):
@@ -375,7 +272,7 @@ class _Program:
                 doubled = first[low].value + first[high].value - second[low].value - second[high].value
                 self.terms.append(pair.weight * self._absolute(doubled))
 
-    def _anchor(self, piece: _Piece) -> None:
+    def _anchor(self, piece: Piece) -> None:
         foot, anchors = piece.foot, piece.unit.anchors
         doubled_x, doubled_y = foot.x0.value + foot.x1.value, foot.y0.value + foot.y1.value
         if piece.unit.stance == "island":
@@ -402,65 +299,13 @@ class _Program:
         return value
 
 
-def _union(ranges: list[_Ranges]) -> _Ranges:
-    low = [min(choice[k][0] for choice in ranges) for k in range(4)]
-    high = [max(choice[k][1] for choice in ranges) for k in range(4)]
-    return (low[0], high[0]), (low[1], high[1]), (low[2], high[2]), (low[3], high[3])
-
-
-def _fronted(ranges: _Ranges, wall: Wall, front: int) -> _Ranges:
-    """Ranges of a footprint grown by the zone before it."""
-    (x0, y0, x1, y1) = ranges
-    if wall == "right":
-        return (x0[0] - front, x0[1] - front), y0, x1, y1
-    if wall == "back":
-        return x0, (y0[0] - front, y0[1] - front), x1, y1
-    if wall == "left":
-        return x0, y0, (x1[0] + front, x1[1] + front), y1
-    return x0, y0, x1, (y1[0] + front, y1[1] + front)
-
-
-def _cm(metres: float) -> int:
-    return math.ceil(metres * CM - 1e-6)
-
-
-def _obstacle(brief: Brief, placement: Placement) -> _Obstacle:
+def _obstacle(brief: Brief, placement: Placement) -> Obstacle:
     unit = next((unit for unit in brief.units if unit.id == placement.id), None)
     x, y, z = placement.position
     if unit is None:
         size = brief.wall_assets[placement.id].size
         box = OrientedBox(x, y, size.width, size.depth, placement.yaw)
-        return _Obstacle(placement.id, _bounds(box), None, z, size.depth > INTRUSION)
+        return Obstacle(placement.id, rect_around(box), None, z, size.depth > INTRUSION)
     box = OrientedBox(x, y, unit.width, unit.depth, placement.yaw)
-    zone = _bounds(front_zone(box, unit.front)) if unit.front > 0.0 else None
-    return _Obstacle(placement.id, _bounds(box), zone, z)
-
-
-def _bounds(box: OrientedBox) -> _Rect:
-    """Whole centimeters around a box."""
-    x0, y0, x1, y1 = box.bounds()
-    return _Rect.fixed(math.floor(x0 * CM + 1e-6), math.floor(y0 * CM + 1e-6), _cm(x1), _cm(y1))
-
-
-def _fixed_pose(placement: Placement) -> Pose:
-    return Pose(placement.position[0], placement.position[1], placement.yaw)
-
-
-def _pose(piece: _Piece, solver: cp_model.CpSolver, room: Room) -> Pose:
-    """Return the exact pose: the solver's centimeters along the wall, the exact gap across."""
-    foot, unit = piece.foot, piece.unit
-    x0, y0 = solver.value(foot.x0.value) / CM, solver.value(foot.y0.value) / CM
-    if unit.stance != "wall":
-        turned = bool(solver.value(piece.turned))
-        width, depth = (unit.depth, unit.width) if turned else (unit.width, unit.depth)
-        return Pose(x0 + width / 2.0, y0 + depth / 2.0, math.pi / 2.0 if turned else 0.0)
-    wall = next(wall for wall, chosen in piece.walls.items() if solver.value(chosen))
-    inset = WALL_GAP / CM + unit.depth / 2.0
-    along = unit.width / 2.0 + (x0 if wall in ("front", "back") else y0)
-    centre = {
-        "front": (along, inset),
-        "back": (along, room.depth - inset),
-        "left": (inset, along),
-        "right": (room.width - inset, along),
-    }[wall]
-    return Pose(*centre, YAW[wall])
+    zone = rect_around(front_zone(box, unit.front)) if unit.front > 0.0 else None
+    return Obstacle(placement.id, rect_around(box), zone, z)
