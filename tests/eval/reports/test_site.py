@@ -36,7 +36,7 @@ from labgym.eval.reports.site.entries import (
     with_published,
 )
 from labgym.eval.reports.site.episodes import chosen, episodes_shown, packed, packed_route
-from labgym.eval.reports.site.notes import MEANINGS
+from labgym.eval.reports.site.notes import MEANINGS, detail_of
 from labgym.eval.reports.site.page import embedded, render_site, site_of
 from labgym.eval.reports.site.plans import place_name, plan_of_map, thing_name, world_of_episode
 from labgym.layouts import load_published
@@ -163,6 +163,9 @@ def test_published_results_of_the_same_episodes_are_rows_without_routes(evaluati
     published = next(one for one in entries if one.published)
     assert not published.routes
     assert set(published.scores.values()) == {0.25}
+    mine = next(one for one in entries if not one.published)
+    assert (detail_of(published, 6, True), detail_of(mine, 6, True)) == ("lidar, published", "lidar")
+    assert detail_of(published, 300, False) == "lidar, 6 episodes a task"
     changed = ours.model_copy(update={"outcomes": other.outcomes})
     assert "good (published)" in [one.name for one in with_published(evaluations, [changed])]
 

@@ -151,6 +151,16 @@ def test_a_kind_and_a_track_can_be_chosen_together(tab, tmp_path):
     assert tab.errors == []
 
 
+def test_long_names_do_not_push_a_task_out_of_the_table(tab, tmp_path):
+    (result,) = [one for one in published_results() if one.summary.policy == "stack"]
+    summary = result.summary.model_copy(update={"policy": "a_module_of_somebody_else:AVeryLongNameOfAPolicy"})
+    opened(tab, write_leaderboard(tmp_path, [result, result.model_copy(update={"summary": summary})]))
+    assert tab.value("document.querySelectorAll('.board td.heat').length") == 16
+    table = "document.querySelector('.board')"
+    assert tab.value(f"{table}.scrollWidth <= {table}.parentElement.clientWidth")
+    assert tab.value("document.querySelectorAll('.policy').length") == 2
+
+
 def test_the_table_starts_sorted_by_the_figure_and_says_so(tab, page):
     opened(tab, page)
     assert tab.value("document.querySelector('.board thead th:nth-child(2)').ariaSort") == "descending"

@@ -46,22 +46,34 @@ def reading_notes(entries: Sequence[Entry], whole: bool) -> tuple[str, ...]:
         "something; in shift touches of furniture count and do not end the drive.",
     ]
     if len({len(one.tasks) for one in entries}) > 1:
-        notes.append("Both are over the tasks that the policy drove; a dash marks a task that it did not.")
+        notes.append(
+            "SR and collision rate are over the tasks that the policy drove; a dash marks a task that it did not."
+        )
     costly = [one.name for one in entries if one.summary.suite == FIRST]
     if costly and len(costly) < len(entries):
         notes.append(
             f"{', '.join(costly)} drove the first episode of each floor only (suite {FIRST}): the expected value is "
             "the same, the interval wider."
         )
+    if len({one.published for one in entries}) > 1:
+        notes.append("Published results have no routes.")
     if any(one.summary.draft for one in entries):
         notes.append("Draft episodes: they may change, and their figures are not those of LabNav.")
     return tuple(notes)
 
 
-def detail_of(one: Entry, most: int) -> str:
-    """Return the sensors of a policy, and its number of episodes a task if it is less than `most`."""
-    parts = [one.summary.sensors] if one.summary.sensors else []
-    return ", ".join([*parts, *([f"{one.most_episodes} episodes a task"] if one.most_episodes < most else [])])
+def detail_of(one: Entry, episodes: int, mixed: bool) -> str:
+    """Return the sensors of a policy and in what its row differs from the others.
+
+    Args:
+        one: its entry. episodes: number of episodes of a task. mixed: whether there are runs and published results.
+    """
+    parts = [
+        one.summary.sensors,
+        f"{one.most_episodes} episodes a task" if one.most_episodes != episodes else "",
+        "published" if mixed and one.published else "",
+    ]
+    return ", ".join(part for part in parts if part)
 
 
 def task_words(tasks: Sequence[str]) -> tuple[tuple[str, str], ...]:

@@ -198,17 +198,20 @@ def site_of(
     shown = episodes_shown(entries, suite, home)
     names = {name for one in entries for name in one.tasks}
     tasks = tuple(sorted(names, key=lambda name: (ALL.index(name.rpartition("-")[0]), name)))
-    most = max((one.most_episodes for one in entries), default=0)
+    own = [one for one in entries if not one.published] or entries
+    most = max((one.most_episodes for one in own), default=0)
+    mixed = len({one.published for one in entries}) > 1
     colors = sorted(range(len(entries)), key=lambda number: not entries[number].routes)
     sections = tuple(
-        _section(number, colors.index(number), one, tasks, most, shown) for number, one in enumerate(entries)
+        _section(number, colors.index(number), one, tasks, detail_of(one, most, mixed), shown)
+        for number, one in enumerate(entries)
     )
     tracks = tuple(
         (track, words, chosen)
         for track, words in TRACKS.items()
         if (chosen := tuple(one for one in sections if one.entry.summary.track == track))
     )
-    few = "" if all(one.most_episodes == most for one in entries) else "up to "
+    few = "" if all(one.most_episodes == most for one in own) else "up to "
     versions = versions_of(entries)
     version = f", version {versions[0]}" if len(versions) == 1 else ""
     whole = any(one.summary.labnav is not None for one in entries)
@@ -254,13 +257,13 @@ def embedded(data: Any) -> str:
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
 
-def _section(number: int, color: int, one: Entry, tasks: Sequence[str], most: int, shown: Shown) -> Section:
+def _section(number: int, color: int, one: Entry, tasks: Sequence[str], detail: str, shown: Shown) -> Section:
     card = card_of(one.summary.policy)
     return Section(
         number=number,
         color=color,
         entry=one,
-        detail=detail_of(one, most),
+        detail=detail,
         figure=Bar.of(one.figure, 1, 1.0) if len(one.tasks) == len(tasks) else None,
         mean=one.mean if len(one.tasks) == len(tasks) else None,
         success=one.share("success"),

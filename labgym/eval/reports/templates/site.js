@@ -162,7 +162,7 @@ function load(episode, policy) {
     name: data.policies[run.policy],
     poses: run.route ? unpacked(run.route.poses, 3) : [],
     crowd: run.people ? unpacked(run.people.places, 2 * run.people.yields.length) : [],
-  }));
+  })).sort((a, b) => !a.poses.length - !b.poses.length);
   const withRoute = state.drives.filter((drive) => drive.poses.length);
   state.hidden = new Set(withRoute.filter((drive, place) => (policy === null ? place >= 6 : drive.policy !== policy)).map((drive) => drive.policy));
   if (policy !== null && !withRoute.some((drive) => drive.policy === policy)) state.hidden = new Set();
