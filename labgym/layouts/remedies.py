@@ -12,7 +12,7 @@ from labgym.layouts.floor import Floor
 from labgym.layouts.floor.closed_doors import closed_doors, walls_with
 from labgym.layouts.floor.stretching import Stretch, stretched
 from labgym.layouts.interiors import FloorProposer
-from labgym.layouts.interiors.proposer import GROUPS, separations_on
+from labgym.layouts.interiors.needs import GROUPS, separations_on
 from labgym.layouts.propose import ProceduralProposer, Proposer
 from labgym.layouts.request import Request
 from labgym.layouts.rules.objective import evaluate_layout

@@ -8,7 +8,7 @@ import pytest
 
 from labgym.layouts.generate import resolve_request
 from labgym.layouts.holdings import Holdings
-from labgym.layouts.interiors.proposer import _needs
+from labgym.layouts.interiors.needs import needs_of
 
 SEVERAL = [
     ("sub_02", "cyc_03", "red_04", "pro_01", "con_03"),
@@ -20,7 +20,7 @@ SEVERAL = [
 
 def needs(names, **options):
     request = resolve_request(names, 3, None, "default", None, (), family="double", **options)
-    return request, _needs(request, np.random.default_rng(3))
+    return request, needs_of(request, np.random.default_rng(3))
 
 
 @pytest.fixture(scope="module", params=SEVERAL, ids="-".join)
@@ -91,7 +91,7 @@ def test_with_an_inventory_no_instrument_is_added():
 def test_a_heat_source_without_a_place_stands_on_no_bench_where_flammables_are_handled(seed):
     names = ("alk_01", "alk_03", "con_04", "pro_05", "red_02")
     request = resolve_request(names, seed, None, "default", None, (), family="suite")
-    furniture = _needs(request, np.random.default_rng(seed))
+    furniture = needs_of(request, np.random.default_rng(seed))
     used = {name for protocol in request.protocols for step in protocol.steps for name in step.uses}
     ovens = [c.asset.name for c in furniture.contents.get("PreparationBench_1", ()) if c.asset.heat_class == "oven"]
     assert "DryingOven" in used

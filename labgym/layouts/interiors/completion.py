@@ -1,0 +1,75 @@
+"""Completes furnished spaces: further pieces, furniture that exists, emergency equipment, and the style's benches."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from labgym.layouts.brief import Unit
+from labgym.layouts.briefing import nearness_of
+from labgym.layouts.habits import Habits, RoomHabit
+from labgym.layouts.interiors.emergency import add_emergency_equipment
+from labgym.layouts.interiors.filling import Names, add_piece, add_pieces, fill
+from labgym.layouts.interiors.interior import Interior
+from labgym.layouts.interiors.needs import Needs
+from labgym.layouts.request import Request
+from labgym.layouts.rules.thresholds import MOVABLE
+from labgym.layouts.style import Style
+
+
+def complete(
+    request: Request, needs: Needs, rooms: Mapping[str, Interior], generator: np.random.Generator
+) -> list[Unit]:
+    """Add further pieces and fill all spaces; return the further pieces that found no place."""
+    habits, style = request.habits, request.style if request.style is not None else Style()
+    partners: dict[str, list[str]] = {}
+    for near in nearness_of((*needs.required, *needs.further), habits):
+        partners.setdefault(near.first, []).append(near.second)
+        partners.setdefault(near.second, []).append(near.first)
+    left, kinds = [], {service.kind for service in request.floor.services}
+    for unit in sorted(needs.further, key=lambda unit: kinds.isdisjoint(unit.supplies)):
+        able = _able(habits, rooms, unit.asset.role)
+        able.sort(key=lambda room: not any(other in room.feet for other in partners.get(unit.id, ())))
+        if all(add_pieces(room, [unit], partners, generator) for room in able):
+            left.append(unit)
+    names = Names({unit.id for unit in (*needs.required, *needs.further)})
+    if request.holdings is not None:
+        _add_existing(request, needs, rooms, style, names, generator)
+        if request.holdings.purchases != "any":
+            return left
+    add_emergency_equipment(request, rooms, names, generator)
+    for room in rooms.values():
+        habit = habits.rooms.get(room.ground.use, RoomHabit())
+        fill(room, request.furniture, habit, habits.peninsula, style, names, generator)
+    return left
+
+
+def _able(habits: Habits, rooms: Mapping[str, Interior], name: str) -> list[Interior]:
+    """The spaces in which an asset may stand, those of its uses first."""
+    uses = habits.uses.get(name, ("laboratory",))
+    able = [room for use in uses for room in rooms.values() if room.ground.use == use]
+    return able + [room for room in rooms.values() if room.ground.use not in (*uses, "corridor")]
+
+
+def _add_existing(
+    request: Request,
+    needs: Needs,
+    rooms: Mapping[str, Interior],
+    style: Style,
+    names: Names,
+    generator: np.random.Generator,
+) -> None:
+    """Place the furniture that exists beyond what is required, the largest pieces first, as far as it finds a place."""
+    if request.holdings is None:
+        return
+    placed = [unit.asset.name for room in rooms.values() for unit in room.units.values()]
+    placed += [content.asset.name for contents in needs.contents.values() for content in contents]
+    left = [(request.catalog.get(name), count) for name, count in request.holdings.left(placed).items()]
+    assets = [a for a, count in left if a.placing == "floor" and a.subtype not in MOVABLE for _ in range(count)]
+    full: set[str] = set()
+    for asset in sorted(assets, key=lambda asset: (-asset.size.width * asset.size.depth, asset.name)):
+        able = _able(request.habits, rooms, asset.name)
+        free = request.habits.of(asset.name).stance != "wall"
+        if asset.name not in full and not any(add_piece(room, asset, free, style, names, generator) for room in able):
+            full.add(asset.name)

@@ -1,0 +1,114 @@
+"""Floors that cannot hold what protocols require, and searches that end without a plan."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+
+from labgym.errors import InfeasibleError, SearchLimitError
+from labgym.layouts.brief import Content, Unit
+from labgym.layouts.cabinets import plan_cabinets
+from labgym.layouts.ground import Ground
+from labgym.layouts.infeasibility import fixed_conflicts
+from labgym.layouts.interiors.distribution import wall_length
+from labgym.layouts.interiors.fixed_pieces import fixed_pieces
+from labgym.layouts.interiors.furnisher import Outcome
+from labgym.layouts.interiors.interior import Interior
+from labgym.layouts.interiors.obstruction import obstructions
+from labgym.layouts.interiors.units import unit_of
+from labgym.layouts.pieces import pieces
+from labgym.layouts.request import Request
+
+
+def check_floor(request: Request, grounds: Sequence[Ground]) -> None:
+    """Refuse a floor that is unsuitable for any furniture.
+
+    Raises:
+        InfeasibleError: no space for laboratory work, none that is high enough for a hood, or fixed objects that break
+            a rule.
+    """
+    conflicts = []
+    if all(ground.use == "corridor" for ground in grounds):
+        conflicts.append("all spaces are corridors: give one the use 'laboratory'")
+    highest = max(ground.ceiling for ground in grounds)
+    units = [unit_of(request, piece) for piece in pieces(request, plan_cabinets(request), "required")]
+    tall = {unit.asset.name: unit.asset.size.height for unit in units if unit.asset.size.height > highest}
+    conflicts += [
+        f"{name} is {height:.2f} m high, but the ceiling is {highest:.2f} m: raise the ceiling"
+        for name, height in sorted(tall.items())
+    ]
+    conflicts += fixed_conflicts(request)
+    standing = fixed_pieces(request, (), grounds)
+    for ground in grounds if request.fixed else ():
+        room = Interior(ground)
+        for unit, foot in standing[ground.space]:
+            if not room.add_anyway(unit, foot):
+                way = f"no way {2.0 * room.ways.radius:.2f} m wide between the doors of {ground.space!r}"
+                conflicts.append(f"fixed: {unit.id} leaves {way}")
+                break
+    if conflicts:
+        raise InfeasibleError(_sentence(request, "cannot hold"), conflicts, None, remedy="change the floor")
+
+
+def check_holdings(request: Request, units: Sequence[Unit], contents: Mapping[str, tuple[Content, ...]]) -> None:
+    """Check that everything required exists if nothing may be bought.
+
+    Raises:
+        InfeasibleError: names what must be bought.
+    """
+    if request.holdings is None or request.holdings.purchases != "none":
+        return
+    things = [unit.asset for unit in units] + [content.asset for each in contents.values() for content in each]
+    listed = any(request.catalog.get(name).kind == "reagent" for name in request.holdings.counts)
+    missing = request.holdings.missing(thing.name for thing in things if thing.kind != "reagent" or listed)
+    if missing:
+        names = ", ".join(f"{count} {name}" for name, count in missing.items())
+        what = _sentence(request, "cannot be furnished from what exists for")
+        raise InfeasibleError(what, [f"missing: {names}"], None, remedy="buy them, or allow purchases")
+
+
+def check_places(request: Request, required: Sequence[Unit], grounds: Sequence[Ground]) -> None:
+    """Refuse a floor on which some required piece would stand at no wall even if it were the only one.
+
+    Raises:
+        InfeasibleError: names the pieces; of floors with oblique walls, along which not all places are tried, no error.
+    """
+    able = [ground for ground in grounds if ground.use != "corridor"] or list(grounds)
+    if not all(segment.straight for ground in able for segment in ground.segments):
+        return
+    fixed = {placement.id for placement in request.fixed}
+    free = [unit for unit in required if unit.id not in fixed]
+    obstructed = obstructions(free, able, fixed_pieces(request, required, grounds))
+    if obstructed:
+        raise InfeasibleError(_sentence(request, "cannot hold"), obstructed, None, remedy="change the floor")
+
+
+def failure(
+    request: Request, required: Sequence[Unit], grounds: Sequence[Ground], outcome: Outcome, attempts: Counter[str]
+) -> InfeasibleError:
+    """Return the error for a floor without a plan: infeasible if that is proved, else a search that ended."""
+    needed = sum(unit.width for unit in required)
+    offered = sum(wall_length(ground) for ground in grounds if ground.use != "corridor")
+    demand = (
+        f"{len(required)} pieces are {needed:.1f} m wide together; the walls between doors, without corners, are "
+        f"{offered:.1f} m long"
+    )
+    if outcome.proven:
+        return InfeasibleError(_sentence(request, "cannot hold"), [demand], None, remedy="enlarge the floor")
+    words = {
+        "infeasible": "had no plan on the walls that they chose",
+        "stopped": "reached the solver's effort limit",
+        "closed": "cut a door or a place of work off",
+    }
+    tried = [f"{attempts[word]} attempts {text}" for word, text in words.items() if attempts[word]]
+    what = f"no plan was found for {_sentence(request, 'with')}; a layout may exist"
+    remedy = "try another seed or a larger floor"
+    where = [f"the furniture of {outcome.space!r} found no places"] if len(grounds) > 1 else []
+    return SearchLimitError(what, [*where, *tried, demand], None, remedy=remedy)
+
+
+def _sentence(request: Request, verb: str) -> str:
+    """Return the floor, a verb and the protocols as the start of a message."""
+    names = ", ".join(repr(protocol.id) for protocol in request.protocols)
+    noun = "protocol" if len(request.protocols) == 1 else "protocols"
+    return f"floor {request.floor.name!r} {verb} {noun} {names}"

@@ -1,0 +1,82 @@
+"""Spreads the required furniture over the spaces of a floor, and furnishes each space with its share."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from labgym.geometry import OrientedBox
+from labgym.layouts.brief import Separation
+from labgym.layouts.briefing import nearness_of
+from labgym.layouts.ground import Ground
+from labgym.layouts.interiors.distances import neighborhoods
+from labgym.layouts.interiors.distribution import distribute
+from labgym.layouts.interiors.fixed_pieces import fixed_pieces
+from labgym.layouts.interiors.furnisher import ATTEMPTS, Demands, Outcome, furnish
+from labgym.layouts.interiors.interior import Interior
+from labgym.layouts.interiors.needs import Needs
+from labgym.layouts.interiors.standing import Distances
+from labgym.layouts.request import Request
+from labgym.layouts.style import Style
+
+
+def furnish_spaces(
+    request: Request, needs: Needs, grounds: Sequence[Ground], last: bool, generator: np.random.Generator
+) -> tuple[dict[str, Interior] | None, Outcome]:
+    """Return the spaces with the required furniture; None and the outcome of the first that cannot hold its share."""
+    fixed = {placement.id: placement for placement in request.fixed}
+    free = [unit for unit in needs.required if unit.id not in fixed]
+    shares = distribute(free, grounds, request.habits, generator, neighborhoods(needs.proximities))
+    nearness = tuple(nearness_of(needs.required, request.habits))
+    standing = fixed_pieces(request, needs.required, grounds)
+    boxes = {unit.id: _to_floor(ground, foot) for ground in grounds for unit, foot in standing[ground.space]}
+    rooms: dict[str, Interior] = {}
+    total = Outcome(None)
+    for ground in sorted(grounds, key=lambda ground: -len(shares[ground.space])):
+        here = {unit.id for unit in shares[ground.space]}
+        separations = *needs.separations, *needs.wished
+        apart, further = (_remote(ground, here, rules, boxes) for rules in (needs.separations, separations))
+        outcome = furnish(
+            ground,
+            shares[ground.space],
+            standing[ground.space],
+            Demands(separations, nearness, needs.proximities, further),
+            Demands(needs.separations, nearness, (), apart),
+            _hood_walls(ground, request.style),
+            request.seed,
+            generator,
+            needs.further,
+            attempts=ATTEMPTS,
+            thorough=last or len(grounds) == 1,
+        )
+        total.attempts += outcome.attempts
+        if outcome.room is None:
+            total.proven = outcome.proven and len(grounds) == 1
+            total.space = ground.space
+            return None, total
+        rooms[ground.space] = outcome.room
+        boxes |= {unit_id: _to_floor(ground, foot) for unit_id, foot in outcome.room.feet.items()}
+    return {ground.space: rooms[ground.space] for ground in grounds}, total
+
+
+def _remote(
+    ground: Ground, here: set[str], separations: Sequence[Separation], boxes: Mapping[str, OrientedBox]
+) -> dict[str, Distances]:
+    """Return the boxes of other spaces from which units of a space keep a distance, in the frame of its ground."""
+    apart: dict[str, list[tuple[OrientedBox, float]]] = {}
+    for rule in separations:
+        for unit, other in ((rule.first, rule.second), (rule.second, rule.first)):
+            if unit in here and other in boxes:
+                apart.setdefault(unit, []).append((ground.to_ground(boxes[other]), rule.distance))
+    return dict(apart)
+
+
+def _hood_walls(ground: Ground, style: Style | None) -> frozenset[str]:
+    walls = {wall for space, wall in (style.hood_walls if style is not None else ()) if space == ground.space}
+    return frozenset(segment.id for segment in ground.segments if walls.intersection(segment.walls))
+
+
+def _to_floor(ground: Ground, foot: OrientedBox) -> OrientedBox:
+    x, y, yaw = ground.to_floor((foot.x, foot.y, foot.yaw))
+    return OrientedBox(x, y, foot.width, foot.depth, yaw)
