@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
+from collections import Counter
 from html.parser import HTMLParser
 from itertools import combinations
 from pathlib import Path
@@ -343,6 +344,18 @@ def test_the_leaderboard_has_the_figures_of_the_published_files(published_page):
             assert row[label] == pytest.approx(whole / sum(counts))
         assert one["summary"]["sensors"] in row["words"]
         assert (f"{max(counts)} episodes a task" in row["words"]) == (max(counts) < most)
+
+
+def test_a_task_has_the_endings_of_its_episodes_the_best_policy_first(site, evaluations):
+    (board,) = site.boards
+    assert board.name == "people-2"
+    assert [one.entry.name for one, _ in board.rows] == ["good", HOSTILE]
+    for one, line in board.rows:
+        rows = next(each for each in evaluations if each.name == one.entry.name).rows
+        assert {name: count for name, count, _ in line.endings if count} == Counter(row.ending for row in rows)
+        assert line.episodes == len(rows)
+    assert board.endings == ("success", "contact")
+    assert board.episode == "#e0"
 
 
 def test_any_number_of_policies_has_rows_sections_and_looks_of_their_own(tmp_path):

@@ -14,7 +14,7 @@ from labgym.eval.leaderboard.labnav import published_results
 from labgym.eval.reports.labnav_report import report_labnav, write_leaderboard
 
 pytestmark = pytest.mark.skipif(chromium() is None, reason="needs Chromium (Debian: apt install chromium)")
-VIEWS = ("leaderboard", "policies", "episodes", "pairs", "about")
+VIEWS = ("leaderboard", "tasks", "policies", "episodes", "pairs", "about")
 
 FAINT = r"""(() => {
   const context = document.createElement('canvas').getContext('2d', {willReadFrequently: true});
@@ -107,6 +107,7 @@ def test_every_view_opens_by_a_click_and_fits_desktop_and_phone(tab, page):
             tab.wait(f"!document.getElementById('{view}').hidden")
             assert visible(tab) == [view]
             assert tab.value("document.documentElement.scrollWidth") <= width
+            assert tab.value("document.querySelector('nav ul').scrollWidth") <= width
     assert tab.errors == []
 
 
@@ -158,7 +159,7 @@ def test_long_names_do_not_push_a_task_out_of_the_table(tab, tmp_path):
     assert tab.value("document.querySelectorAll('.board td.heat').length") == 16
     table = "document.querySelector('.board')"
     assert tab.value(f"{table}.scrollWidth <= {table}.parentElement.clientWidth")
-    assert tab.value("document.querySelectorAll('.policy').length") == 2
+    assert tab.value("document.querySelectorAll('#policies .policy').length") == 2
 
 
 def test_the_table_starts_sorted_by_the_figure_and_says_so(tab, page):
@@ -177,7 +178,7 @@ def test_the_skip_link_stays_in_the_view_and_links_move_the_focus(tab, page):
     assert tab.value("document.activeElement.id") == "main"
     assert visible(tab) == ["pairs"]
     opened(tab, page, "policies")
-    tab.value("document.querySelector('.policy:not([hidden]) td.end a').focus()")
+    tab.value("document.querySelector('#policies .policy:not([hidden]) td.end a').focus()")
     pressed(tab, "Enter")
     tab.wait("!document.getElementById('episodes').hidden")
     assert tab.value("document.activeElement.id") == "main"
@@ -200,12 +201,27 @@ def test_an_ending_leads_to_an_episode_that_ended_so(tab, page):
     opened(tab, page)
     tab.value("[...document.querySelectorAll('.board a')].find((one) => one.textContent === 'third').click()")
     tab.wait("!document.getElementById('policies').hidden")
-    shown = "[...document.querySelectorAll('.policy')].filter((one) => !one.hidden)"
+    shown = "[...document.querySelectorAll('#policies .policy')].filter((one) => !one.hidden)"
     assert tab.value(f"{shown}.map((one) => one.querySelector('h3').textContent)") == ["third"]
     tab.value(f"{shown}[0].querySelector('td.end a').click()")
     tab.wait("!document.getElementById('episodes').hidden && document.querySelectorAll('#plan .driven').length === 1")
     words = tab.value("document.getElementById('runs').textContent")
     assert "contact with person 3" in words
+    assert tab.errors == []
+
+
+def test_a_task_shows_the_policies_that_drove_it_and_leads_to_them(tab, page):
+    opened(tab, page, "t-people-2")
+    rows = "[...document.querySelectorAll('#t-people-2 tbody tr')]"
+    names = f"{rows}.map((one) => one.querySelector('a').textContent)"
+    assert tab.value(names) == ["first", "second", "third"]
+    tab.value("document.querySelectorAll('#t-people-2 thead button')[2].focus()")
+    pressed(tab, "Enter")
+    assert tab.value(names) == ["third", "first", "second"]  # the first two have the same mean and keep their order
+    tab.value(f"{rows}[0].querySelector('a').focus()")
+    pressed(tab, "Enter")
+    tab.wait("!document.getElementById('policies').hidden")
+    assert tab.value("document.activeElement.querySelector('h3').textContent") == "third"
     assert tab.errors == []
 
 

@@ -1,10 +1,9 @@
-"""Explanations on the site: how to read its figures, what the tasks are and how episodes end."""
+"""Explanations on the site: how to read its figures, and how episodes end."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from labgym.envs.labnav.tasks import task_of
 from labgym.eval.labnav.rules import Ending
 from labgym.eval.labnav.suites import FIRST
 from labgym.eval.reports.site.entries import Entry
@@ -74,12 +73,6 @@ def detail_of(one: Entry, episodes: int, mixed: bool) -> str:
         "published" if mixed and one.published else "",
     ]
     return ", ".join(part for part in parts if part)
-
-
-def task_words(tasks: Sequence[str]) -> tuple[tuple[str, str], ...]:
-    """Return the name of each task and what it asks for; `tasks` are names with levels, such as "aisle-2"."""
-    names = dict.fromkeys(task.rpartition("-")[0] for task in tasks)
-    return tuple((name, task_of(name).summary) for name in names)
 
 
 def versions_of(entries: Sequence[Entry]) -> tuple[str, ...]:

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from labgym.documents import write_text
+from labgym.envs.labnav.tasks import task_of
 from labgym.eval.driving.intervals import Estimate
 from labgym.eval.labnav.figure import paired_difference, significant
 from labgym.eval.labnav.row import Track
@@ -24,7 +25,7 @@ from labgym.eval.reports.labnav_tables import CLASSES, ENDINGS, TRACKS, interval
 from labgym.eval.reports.site.card import card_html
 from labgym.eval.reports.site.entries import KINDS, Entry, Kind, card_of
 from labgym.eval.reports.site.episodes import Shown, episodes_shown
-from labgym.eval.reports.site.notes import MEANINGS, detail_of, reading_notes, swapped, task_words, versions_of
+from labgym.eval.reports.site.notes import MEANINGS, detail_of, reading_notes, swapped, versions_of
 from labgym.eval.reports.site.plans import CLASSES as FURNITURE
 from labgym.eval.reports.site.plans import thing_name
 from labgym.table import Table
@@ -102,6 +103,27 @@ class Section:
 
 
 @dataclass(frozen=True)
+class TaskSection:
+    """A task: what it asks for, and the policies that drove it, the best first.
+
+    Attributes:
+        name: with its level, such as "aisle-2". words: what it asks for. rows: policies with their results.
+        episode: address of its first episode in the viewer; "" without one.
+    """
+
+    name: str
+    words: str
+    rows: tuple[tuple[Section, TaskLine], ...]
+    episode: str
+
+    @property
+    def endings(self) -> tuple[str, ...]:
+        """The endings that occurred, in the order of the tables."""
+        occurred = {ending for _, line in self.rows for ending, count, _ in line.endings if count}
+        return tuple(ending for ending in ENDINGS if ending in occurred)
+
+
+@dataclass(frozen=True)
 class PairLine:
     """A pair of policies, the better one first; the difference and its ends are in hundredths of the score."""
 
@@ -120,7 +142,7 @@ class Site:
     """The contents of the page.
 
     Attributes:
-        headline: name of the figure. tasks: names. words: on each task. tracks: with their sections.
+        headline: name of the figure. tasks: names. boards: the policies of each task. tracks: with their sections.
         pairs: all of them. swapped: those that the figure orders differently.
         shown: the episodes of the viewer. other: tables of other suites. facts: provenance.
     """
@@ -129,7 +151,7 @@ class Site:
     subtitle: str
     headline: str
     tasks: tuple[str, ...]
-    words: tuple[tuple[str, str], ...]
+    boards: tuple[TaskSection, ...]
     tracks: tuple[tuple[Track, str, tuple[Section, ...]], ...]
     sections: tuple[Section, ...]
     endings: tuple[str, ...]
@@ -222,7 +244,7 @@ def site_of(
         subtitle=f"Navigation in chemistry laboratories at work: suite {suite}{version}, {few}{most} episodes a task",
         headline="LabNav" if whole else "Mean score",
         tasks=tasks,
-        words=task_words(tasks),
+        boards=tuple(_board(name, sections, shown) for name in tasks),
         tracks=tracks,
         sections=sections,
         endings=tuple(name for name in ENDINGS if any(name in each.endings.values() for each in entries)),
@@ -275,6 +297,14 @@ def _section(number: int, color: int, one: Entry, tasks: Sequence[str], detail: 
         touched=_touched(one),
         card="" if card is None else card_html(card.read_text("utf-8")),
     )
+
+
+def _board(name: str, sections: Sequence[Section], shown: Shown) -> TaskSection:
+    task, _, level = name.rpartition("-")
+    rows = [(one, line) for one in sections for line in one.lines if line.name == f"{task} {level}"]
+    rows.sort(key=lambda row: -(row[1].score.value if row[1].score else -1.0))
+    first = next((index for index, each in enumerate(shown.episodes) if each["key"].startswith(f"{name}/")), None)
+    return TaskSection(name, task_of(task).summary, tuple(rows), "" if first is None else f"#e{first}")
 
 
 def _line(number: int, one: Entry, name: str, task: TaskSummary, shown: Shown) -> TaskLine:

@@ -5,7 +5,7 @@ const byId = (id) => document.getElementById(id);
 const all = (selector, root = document) => [...root.querySelectorAll(selector)];
 document.documentElement.classList.add('scripted');
 
-// ---- Views: #leaderboard, #policies, #p3 (a policy), #episodes, #e12.p3 (an episode, and one of its drives), ...
+// ---- Views: #leaderboard, #tasks, #t-aisle-2 (a task), #policies, #p3 (a policy), #episodes, #e12.p3 (an episode, and one of its drives), ...
 
 const views = all('.view');
 const title = document.title;
@@ -20,13 +20,13 @@ function show(address) {
     if (link.hash === '#' + view.id) link.setAttribute('aria-current', 'page');
     else link.removeAttribute('aria-current');
   }
-  const policy = target && target.closest('.policy');
-  if (view.id === 'policies') choosePolicy(policy ? policy.id : byId('which').value);
+  const card = target && target.closest('.policy');
+  if (cards[view.id]) choose(view, card ? card.id : byId(cards[view.id]).value);
   if (view.id === 'episodes') openEpisode(episode ? Number(episode[1]) : null, episode && episode[2] ? Number(episode[2]) : null);
   if (target && target.tagName === 'DETAILS') target.open = true;
-  if (target && target !== view && target !== policy) target.scrollIntoView();
+  if (target && target !== view && target !== card) target.scrollIntoView();
   else window.scrollTo(0, 0);
-  if (policy && target === policy) policy.focus({ preventScroll: true });
+  if (card && target === card) card.focus({ preventScroll: true });
   else if (focused && focused.closest('.view[hidden]')) byId('main').focus({ preventScroll: true });
   document.title = `${view.querySelector('h2').textContent} - ${title}`;
 }
@@ -36,9 +36,12 @@ document.querySelector('.skip').addEventListener('click', (event) => {
   byId('main').focus();
 });
 
-function choosePolicy(id) {
-  byId('which').value = id;
-  for (const each of all('.policy')) each.hidden = each.id !== id;
+// Views of which one card is shown at a time, and the lists that choose it.
+const cards = { policies: 'which', tasks: 'which-task' };
+
+function choose(view, id) {
+  byId(cards[view.id]).value = id;
+  for (const each of all('.policy', view)) each.hidden = each.id !== id;
 }
 
 // ---- Tables that sort: within each group of rows; a first row of a group that names it stays.
@@ -75,7 +78,7 @@ function filterBoard() {
   }
 }
 for (const input of all('input[name="track"], input[name="kind"]')) input.addEventListener('change', filterBoard);
-byId('which').addEventListener('change', () => { location.hash = byId('which').value; });
+for (const id of Object.values(cards)) byId(id).addEventListener('change', () => { location.hash = byId(id).value; });
 
 if (byId('pair-of')) {
   const filter = () => {
