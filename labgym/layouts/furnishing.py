@@ -25,7 +25,7 @@ FILLED = 0.7
 """Share of the wall length up to which a room is filled; the rest is left for doors, passages and wall equipment."""
 HEAVY_AISLE = 1.5
 AISLE = 1.2
-"""Clear width around islands, metres: 1.5 between occupied benches, 1.2 at least (design.md, section 6)."""
+"""Clear width around islands, meters: 1.5 between occupied benches, 1.2 at least (assumption)."""
 BENCH_DEPTH, HOOD_DEPTH, SIDE_DEPTH, ISLAND_DEPTH, HOOD_FRONT = 0.8, 0.85, 0.85, 1.5, 1.5
 """Depths of a row at the front wall, at the back wall and at a side wall, of an island, and in front of hoods, meters;
 they only estimate how many islands fit."""

@@ -50,7 +50,7 @@ CORROSIVE_HEIGHT = 1.5
 
 
 EGRESS_WIDTH = 0.90
-"""Clear width of a way out, meters (OSHA 1910.36(g)(2) and NFPA 101 ask 0.71 to 0.91 m; 0.90 m is design.md's rule)."""
+"""Clear width of a way out, meters (OSHA 1910.36(g)(2) and NFPA 101 ask 0.71 to 0.91 m; 0.90 m is an assumption)."""
 
 PROTRUSION = 0.10
 """An object on a wall may protrude this far into a way, meters (4 in: ADA 307.2, IBC 1003.3.3)."""

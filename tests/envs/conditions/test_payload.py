@@ -69,7 +69,7 @@ def test_the_rise_does_not_depend_on_the_heading():
 
 
 def test_ramps_of_one_and_a_half_meters_per_second_squared_spill_ten_millimeters():
-    """Between 12 and 14 mm by the figures of the specification; ramps of 0.5 m/s2 stay within it."""
+    """Ramps of 1.5 m/s2 let the liquid rise by 12 to 14 mm; ramps of 0.5 m/s2 stay within the freeboard."""
     _, fast = run(Beaker(), lambda time: min(1.0, 1.5 * time), 3.0)
     _, slow = run(Beaker(), lambda time: min(1.0, 0.5 * time), 3.0)
     assert 0.011 < fast.outcome["highest"] < 0.017

@@ -176,7 +176,7 @@ def test_the_goal_follows_the_odometry_and_a_wrong_one_is_lost():
 def test_hard_braking_spills_and_the_score_is_that_of_the_rise():
     row = driven(Arriving(0.5), "carry").row
     rise = row.outcomes["payload"]["highest"]
-    # The specification's measurement: ramps of 1.5 m/s2 let a 1 L beaker rise by 12 to 16 mm.
+    # Ramps of 1.5 m/s2 let a 1 L beaker rise by 12 to 16 mm.
     assert 0.010 < rise < 0.022
     assert row.ending == "spilt"
     assert row.score == pytest.approx(LENGTH / row.time * min(max(2.0 - rise / 0.010, 0.0), 1.0))

@@ -58,7 +58,7 @@ def test_docking_scores_by_the_decades_of_the_error():
     assert scores.dock(True, 0.01, 0.0) == scores.dock(True, 0.0, 0.0) == scores.dock(True, 0.001, -0.001) == 1.0
     assert scores.dock(True, 0.05, 0.0) == pytest.approx(math.log10(2.0))
     assert scores.dock(True, 0.0, -0.05) == pytest.approx(math.log10(2.0))
-    # The specification's measurement: sensing to 20 mm and 1.5 degrees gives about 0.6.
+    # 20 mm are 0.2 of 0.10 m, and 1.5 degrees 0.262 of 0.10 rad: the larger error counts, -log10(0.262).
     assert scores.dock(True, 0.020, math.radians(1.5)) == pytest.approx(0.58, abs=0.01)
 
 
