@@ -83,7 +83,7 @@ def visible(tab: Tab) -> list[str]:
 
 def pressed(tab: Tab, key: str) -> None:
     text = {"text": "\r"} if key == "Enter" else {}
-    codes = {"Enter": 13, "Tab": 9, "ArrowRight": 39, "End": 35, "Home": 36, " ": 32}
+    codes = {"Enter": 13, "Tab": 9, "ArrowRight": 39, "ArrowDown": 40, "End": 35, "Home": 36, " ": 32}
     for kind in ("keyDown", "keyUp"):
         tab.call("Input.dispatchKeyEvent", type=kind, key=key, code=key, windowsVirtualKeyCode=codes[key], **text)
 
@@ -186,6 +186,19 @@ def test_the_skip_link_stays_in_the_view_and_links_move_the_focus(tab, page):
     tab.value("location.hash = 'endings'")
     tab.wait("!document.getElementById('about').hidden")
     assert 0 <= tab.value("document.getElementById('endings').getBoundingClientRect().top") < 860
+
+
+def test_a_list_of_policies_keeps_the_focus_and_can_be_undone(tab, page):
+    opened(tab, page, "p0")
+    shown = "document.querySelector('#policies .policy:not([hidden])').id"
+    first = tab.value(shown)
+    tab.value("document.getElementById('which').focus()")
+    pressed(tab, "ArrowDown")
+    tab.wait(f"{shown} !== '{first}'")
+    assert tab.value("document.activeElement.id") == "which"
+    assert tab.value("location.hash.slice(1)") == tab.value(shown)
+    tab.value("history.back()")
+    tab.wait(f"{shown} === '{first}'")
 
 
 def test_text_has_the_contrast_of_wcag_aa(tab, page):

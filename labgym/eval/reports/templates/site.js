@@ -26,8 +26,8 @@ function show(address) {
   if (target && target.tagName === 'DETAILS') target.open = true;
   if (target && target !== view && target !== card) target.scrollIntoView();
   else window.scrollTo(0, 0);
-  if (card && target === card) card.focus({ preventScroll: true });
-  else if (focused && focused.closest('.view[hidden]')) byId('main').focus({ preventScroll: true });
+  if (card && target === card && focused.id !== cards[view.id]) card.focus({ preventScroll: true });
+  else if (focused.closest('.view[hidden]')) byId('main').focus({ preventScroll: true });
   document.title = `${view.querySelector('h2').textContent} - ${title}`;
 }
 
@@ -78,7 +78,13 @@ function filterBoard() {
   }
 }
 for (const input of all('input[name="track"], input[name="kind"]')) input.addEventListener('change', filterBoard);
-for (const id of Object.values(cards)) byId(id).addEventListener('change', () => { location.hash = byId(id).value; });
+// A new address that leaves the focus in the list; the hash alone would move it to the card.
+for (const id of Object.values(cards)) {
+  byId(id).addEventListener('change', () => {
+    history.pushState(null, '', '#' + byId(id).value);
+    show(byId(id).value);
+  });
+}
 
 if (byId('pair-of')) {
   const filter = () => {
