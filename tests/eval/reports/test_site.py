@@ -373,6 +373,14 @@ def test_any_number_of_policies_has_rows_sections_and_looks_of_their_own(tmp_pat
     assert len(site.pairs) == 21 * 20 // 2
 
 
+def test_the_viewer_says_how_many_episodes_it_has_and_which(site, published_page):
+    assert site.choice == ""
+    text = published_page.read_text()
+    data = json.loads(text.split('id="data">')[1].split("</script>")[0])
+    driven = {outcome.key for result in published_results() for outcome in result.outcomes}
+    assert f"{len(data['episodes'])} of {len(driven)} episodes: of each task" in text
+
+
 def test_a_commit_with_changes_stays_marked(evaluations):
     commit = "0123456789abcdef0123456789abcdef01234567"
     assert (short_commit(commit), short_commit(f"{commit}-dirty")) == ("0123456789ab", "0123456789ab-dirty")

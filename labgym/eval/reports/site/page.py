@@ -164,6 +164,17 @@ class Site:
     facts: tuple[tuple[str, str], ...]
 
     @property
+    def choice(self) -> str:
+        """Which episodes the viewer has, as a sentence; "" if it has all."""
+        shown, driven = len(self.shown.episodes), len({key for one in self.sections for key in one.entry.outcomes})
+        if shown == driven:
+            return ""
+        return (
+            f"{shown} of {driven} episodes: of each task those on which the scores differ most, and those that show "
+            "how the policies fail."
+        )
+
+    @property
     def routes(self) -> bool:
         """Whether a policy has routes."""
         return any(one.entry.routes for one in self.sections)
