@@ -13,6 +13,7 @@ from labgym.geometry import OrientedBox
 
 Kind = Literal["reagent", "instrument", "facility"]
 Placing = Literal["floor", "desktop", "wall"]
+Phase = Literal["solid", "liquid", "gas"]
 HeatClass = Literal["flame", "hot_surface", "bath", "oven", "instrument"]
 StorageClass = Literal[
     "Flammable",
@@ -76,6 +77,11 @@ class Hazards(Record):
     oxidizer: bool = False
     active_metal: bool = False
 
+    @property
+    def corrosive(self) -> bool:
+        """Whether it is an acid or a base."""
+        return self.acid or self.base
+
 
 class Surface(Record):
     """A horizontal rectangle that carries objects, in the asset's frame (origin: center of its bottom face).
@@ -137,7 +143,7 @@ class Chemistry(Record):
     smiles: str | None = None
     formula: str | None = None
     molar_mass: float | None = None
-    state: Literal["solid", "liquid", "gas"]
+    state: Phase
     density: float | None = None
     boiling_point: float | None = None
     flash_point: float | None = None
@@ -199,6 +205,11 @@ class Asset(Record):
     def role(self) -> str:
         """Name of the asset whose role it has: the one that it is a variant of, or its own."""
         return self.variant_of or self.name
+
+    @property
+    def phase(self) -> Phase | None:
+        """State of matter of a reagent; None for other assets."""
+        return None if self.chemistry is None else self.chemistry.state
 
     @cached_property
     def digest(self) -> str:

@@ -38,8 +38,7 @@ _SLIPS = {
 
 def bounds(asset: Asset) -> Bounds:
     """Return the permitted side lengths of an asset of this kind, category and placing."""
-    gas = asset.chemistry is not None and asset.chemistry.state == "gas"
-    return bounds_of(asset.kind, asset.category, asset.placing, gas)
+    return bounds_of(asset.kind, asset.category, asset.placing, asset.phase == "gas")
 
 
 def bounds_of(kind: Kind, category: str, placing: Placing, gas: bool = False) -> Bounds:

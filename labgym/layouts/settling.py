@@ -136,8 +136,7 @@ def _named(layout: Layout, asset: Asset, protocol: Protocol | None) -> list[str]
 def _high_enough(asset: Asset, holder: Asset, slot: int) -> bool:
     """Whether a slot has the headroom for an asset, and is not above eye level if it is a corrosive liquid."""
     surface = holder.surfaces[slot]
-    liquid = asset.chemistry is not None and asset.chemistry.state == "liquid"
-    corrosive = liquid and (asset.hazards.acid or asset.hazards.base)
+    corrosive = asset.hazards.corrosive and asset.phase == "liquid"
     return (surface.headroom is None or surface.headroom >= asset.size.height) and not (
         corrosive and surface.z > CORROSIVE_HEIGHT
     )

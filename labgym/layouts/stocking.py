@@ -127,7 +127,7 @@ def _shelf_spot(
     cabinet: Asset, asset: Asset, contents: Sequence[Content], most: int, generator: np.random.Generator
 ) -> tuple[int, Spot] | None:
     """The first slot with fewer than `most` containers and space for one more, with the spot on it."""
-    corrosive = asset.hazards.acid or asset.hazards.base
+    corrosive = asset.hazards.corrosive
     for slot, surface in enumerate(cabinet.surfaces):
         taken = [content.spot for content in contents if content.slot == slot]
         if len(taken) >= most or (corrosive and surface.z + asset.size.height > CORROSIVE_HEIGHT):

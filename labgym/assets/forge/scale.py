@@ -74,7 +74,7 @@ def check_scale(catalog: Catalog, file: MeshFile, stem: str, nearest: Resemblanc
     sides = (float(high[0] - low[0]), float(high[1] - low[1]), float(high[2] - low[2]))
     like = nearest.asset if nearest else None
     kind, category, placing = standing(like, sides)
-    gas = bool(like and like.chemistry and like.chemistry.state == "gas")
+    gas = like is not None and like.phase == "gas"
     allowed = bounds_of(kind, category, placing, gas)
     limits = _Limits(allowed, _usual(catalog, like, SPREAD), _volume(like, stem))
     if (_Limits(allowed, None, None) if file.unit_from == "option" else limits).admit(sides):

@@ -125,7 +125,7 @@ def _shelved(cabinet: Asset, things: Sequence[_Thing], slips: Slips) -> Iterator
     taken: list[list[Spot]] = [[] for _ in cabinet.surfaces]
     for thing in sorted(things, key=lambda thing: (-thing.asset.size.height, thing.key)):
         item = _imagined(thing, SHELF_MARGIN, slips)
-        corrosive = thing.asset.hazards.acid or thing.asset.hazards.base
+        corrosive = thing.asset.hazards.corrosive
         slots = sorted(range(len(cabinet.surfaces)), key=lambda slot: (len(taken[slot]), cabinet.surfaces[slot].z))
         able = [s for s in slots if not corrosive or cabinet.surfaces[s].z + item.height <= CORROSIVE_HEIGHT] or slots
         for slot in able:

@@ -21,8 +21,7 @@ def vapours_are_carried_off(case: Case) -> Iterator[Finding]:
     """Volatile, toxic or flammable reagents are opened only at ventilated places; solids may be weighed anywhere."""
     for step, reagents in _open_steps(case):
         for reagent in reagents:
-            chemistry = reagent.chemistry
-            weighed = step.action in PREPARATION and chemistry is not None and chemistry.state == "solid"
+            weighed = step.action in PREPARATION and reagent.phase == "solid"
             if needs_ventilation(reagent) and not weighed:
                 what = "volatile or toxic" if reagent.hazards.volatile_or_toxic else "flammable"
                 message = (

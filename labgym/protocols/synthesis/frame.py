@@ -19,7 +19,7 @@ _WORDS = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+|[A-Z]+|\d+")
 def weigh_first(builder: ProtocolBuilder, vessel: str) -> None:
     """Insert the preparation before all other steps: solids are weighed, moisture-sensitive ones in the glove box."""
     catalog = builder.catalog
-    solids = [use.name for use in builder.reagents if is_solid(catalog.get(use.name))]
+    solids = [use.name for use in builder.reagents if catalog.get(use.name).phase == "solid"]
     dry = tuple(name for name in solids if name in GLOVE_BOX or is_pyrophoric(catalog.get(name)))
     open_ = tuple(name for name in solids if name not in dry)
     count = len(builder.steps)
@@ -53,21 +53,6 @@ def short_name(name: str, catalog: Catalog) -> str:
     if asset.kind == "reagent" and asset.synonyms_en:
         return asset.synonyms_en[0].split(" (")[0]
     return " ".join(word if word.isupper() else word.lower() for word in _WORDS.findall(name))
-
-
-def is_solid(asset: Asset) -> bool:
-    """Return whether a reagent is a solid."""
-    return asset.chemistry is not None and asset.chemistry.state == "solid"
-
-
-def is_liquid(asset: Asset) -> bool:
-    """Return whether a reagent is a liquid."""
-    return asset.chemistry is not None and asset.chemistry.state == "liquid"
-
-
-def is_gas(asset: Asset) -> bool:
-    """Return whether a reagent is a gas."""
-    return asset.chemistry is not None and asset.chemistry.state == "gas"
 
 
 def is_pyrophoric(asset: Asset) -> bool:

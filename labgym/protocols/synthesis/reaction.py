@@ -18,12 +18,7 @@ from labgym.protocols.synthesis.conditions import (
     is_period,
     periods,
 )
-from labgym.protocols.synthesis.frame import (
-    is_gas,
-    is_liquid,
-    is_solid,
-    short_name,
-)
+from labgym.protocols.synthesis.frame import short_name
 from labgym.protocols.synthesis.precedents import precedent
 from labgym.protocols.synthesis.reading import Clause
 from labgym.protocols.synthesis.roles import ASSUMED, PROTECTIVE_GASES, Participant
@@ -55,7 +50,7 @@ class ReactionWriter:
         self.adding = addition_temperature(kind, clauses)
         self.gas = pressure(clauses)
         self.inert = protective_gas(commission.description, parts)
-        self.stages = stages(clauses, parts, is_period) if not any(is_gas(part.asset) for part in parts) else ()
+        self.stages = stages(clauses, parts, is_period) if not any(part.asset.phase == "gas" for part in parts) else ()
         usual = holds(kind, clauses, parts, precedent(commission.context, parts), builder.notes)
         self.holds = self._staged_holds(usual) if self.stages else usual
         self.hottest = max(period.temperature for period in self.holds)
@@ -81,7 +76,7 @@ class ReactionWriter:
     def carry_out(self) -> None:
         """Append the steps."""
         for part in self.parts:
-            pressed = self.gas is not None and is_gas(part.asset)
+            pressed = self.gas is not None and part.asset.phase == "gas"
             amount = "from the cylinder" if pressed else part.amount
             self.builder.take(part.asset, _role(part), amount)
         self._protect()
@@ -182,7 +177,7 @@ class ReactionWriter:
 
     def _add(self, added: Sequence[Participant], temperature: float, minutes: float) -> None:
         """Append the steps that add reagents in order, one step for each run of liquids or of solids."""
-        runs = groupby(added, key=lambda part: (is_gas(part.asset), _pours(part)))
+        runs = groupby(added, key=lambda part: (part.asset.phase == "gas", _pours(part)))
         for (gaseous, liquid), run in runs:
             parts = tuple(run)
             if gaseous:
@@ -262,8 +257,8 @@ def _addition_time(clauses: Sequence[Clause]) -> float:
 
 def _pours(part: Participant) -> bool:
     """Return whether a reagent is poured: a liquid, or a solid as a solution."""
-    dissolved = is_solid(part.asset) and read_amount(part.amount).volume is not None
-    return is_liquid(part.asset) or dissolved
+    dissolved = part.asset.phase == "solid" and read_amount(part.amount).volume is not None
+    return part.asset.phase == "liquid" or dissolved
 
 
 def _role(part: Participant) -> str:

@@ -247,7 +247,7 @@ def _part(slot: Slot, named: _Named | None, factor: float, catalog: Catalog) -> 
         )
     asset, default = catalog.get(named.name), catalog.get(slot.asset)
     other_catalyst = (
-        "catalyst" in slot.role and "base" not in slot.role and asset.name != slot.asset and _is_solid(asset)
+        "catalyst" in slot.role and "base" not in slot.role and asset.name != slot.asset and asset.phase == "solid"
     )
     if (named.catalytic or other_catalyst) and not named.amount:
         usual, factor = f"{CATALYTIC:g} equiv", 1.0
@@ -255,10 +255,6 @@ def _part(slot: Slot, named: _Named | None, factor: float, catalog: Catalog) -> 
         usual = slot.amount if asset.name == slot.asset else equimolar(asset, slot.amount, default)
     amount = named.amount or of_strength(scaled(usual, factor), named.strength) + ASSUMED
     return Participant(asset, slot.role, amount, slot.when, named=True, stands_for=named.stands_for)
-
-
-def _is_solid(asset: Asset) -> bool:
-    return asset.chemistry is not None and asset.chemistry.state == "solid"
 
 
 def _scale(kind: Transformation, chosen: dict[int, _Named], catalog: Catalog) -> float:
@@ -283,8 +279,7 @@ def _merged(parts: Sequence[Participant]) -> tuple[Participant, ...]:
 
 
 def _is_medium(asset: Asset, media: Collection[str]) -> bool:
-    liquid = asset.chemistry is not None and asset.chemistry.state == "liquid"
-    return asset.category in SOLVENTS or (asset.name in media and liquid)
+    return asset.category in SOLVENTS or (asset.name in media and asset.phase == "liquid")
 
 
 def _others(

@@ -20,7 +20,7 @@ from labgym.protocols.experiments.model import Verb
 from labgym.protocols.experiments.narration import sentence
 from labgym.protocols.model import Protocol
 from labgym.protocols.synthesis.builder import ProtocolBuilder
-from labgym.protocols.synthesis.frame import clean_up, groups_of, is_gas, is_liquid, weigh_first
+from labgym.protocols.synthesis.frame import clean_up, groups_of, weigh_first
 from labgym.protocols.validate import ProtocolError, examine
 from labgym.quantities import ROOM_RANGE
 
@@ -168,7 +168,7 @@ class _Stager:
         if role in listed:
             role = next(f"{role} {number}" for number in count(2) if f"{role} {number}" not in listed)
         asset = self.catalog.get(name)
-        return self.builder.take(asset, role, amount or ("from the cylinder" if is_gas(asset) else "as needed"))
+        return self.builder.take(asset, role, amount or ("from the cylinder" if asset.phase == "gas" else "as needed"))
 
     def _gas(self, action: Action) -> tuple[str, ...]:
         """List the gas above the mixture and return it after the device that supplies it."""
@@ -206,7 +206,7 @@ class _Stager:
         if not self.in_flask:
             vessel = "RoundBottomFlask" if self.volume < SECOND_FLASK else "LargeBeaker"
         funnel: tuple[str, ...] = ()
-        if any(is_liquid(self.catalog.get(name)) for name in names):
+        if any(self.catalog.get(name).phase == "liquid" for name in names):
             dropwise = action.manner in ("dropwise", "slowly") and self.reacting
             funnel = ("DroppingFunnel",) if dropwise else ("GraduatedCylinder",)
         heated = (action.temperature is not None and action.temperature > CONDENSER_FROM) or action.verb == "Reflux"

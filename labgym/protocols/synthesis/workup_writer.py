@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from labgym.protocols.amounts import read_amount
 from labgym.protocols.synthesis.batch import scaled
 from labgym.protocols.synthesis.builder import ProtocolBuilder
-from labgym.protocols.synthesis.frame import is_solid, short_name
+from labgym.protocols.synthesis.frame import short_name
 from labgym.protocols.synthesis.phases import ReactionMixture, WorkUpStep
 from labgym.protocols.synthesis.roles import ASSUMED
 from labgym.protocols.synthesis.transformations import Transformation
@@ -81,7 +81,8 @@ class WorkUpWriter:
     def dissolved(self, names: Sequence[str]) -> str:
         """Return the names of the liquids that are poured in; solids are dissolved in water."""
         words = [
-            short_name(name, self.catalog) + (" solution" if is_solid(self.catalog.get(name)) else "") for name in names
+            short_name(name, self.catalog) + (" solution" if self.catalog.get(name).phase == "solid" else "")
+            for name in names
         ]
         return " and ".join(words) or "water"
 

@@ -11,6 +11,7 @@ import numpy as np
 from labgym.geometry import OrientedBox, distance, penetration
 from labgym.layouts.model import FLOOR, WALL
 from labgym.layouts.rules.egress import WIDEST, narrow_ways
+from labgym.layouts.rules.facility.corrosives import corrosive_liquids
 from labgym.layouts.rules.facility.fronts import blocked_fronts
 from labgym.layouts.rules.regulations.clause import Measured
 from labgym.layouts.rules.regulations.premises import Premises
@@ -307,9 +308,5 @@ def flammables_outside(premises: Premises) -> list[Measured]:
 
 def corrosive_heights(premises: Premises) -> list[Measured]:
     """Height of the bottom of each liquid acid and base, meters."""
-    arrangement, heights = premises.arrangement, []
-    for row in arrangement.reagents:
-        asset = arrangement.assets[row]
-        if (asset.hazards.acid or asset.hazards.base) and asset.chemistry and asset.chemistry.state == "liquid":
-            heights.append(Measured(premises.name(row), float(arrangement.boxes.z[row, 0])))
-    return heights
+    heights = premises.arrangement.boxes.z[:, 0]
+    return [Measured(premises.name(row), float(heights[row])) for row in corrosive_liquids(premises.arrangement)]

@@ -31,7 +31,7 @@ class Requirement:
 
 
 def _corrosive(reagent: Asset) -> bool:
-    return reagent.hazards.acid or reagent.hazards.base
+    return reagent.hazards.corrosive
 
 
 def _flammable(reagent: Asset) -> bool:
@@ -43,7 +43,7 @@ def _hazardous(reagent: Asset) -> bool:
 
 
 def _liquid(reagent: Asset) -> bool:
-    return _hazardous(reagent) and reagent.chemistry is not None and reagent.chemistry.state == "liquid"
+    return _hazardous(reagent) and reagent.phase == "liquid"
 
 
 EXTINGUISHERS = frozenset({"FireExtinguisher", "CO2Extinguisher", "ClassDExtinguisher"})

@@ -9,6 +9,7 @@ from labgym.layouts.model import FLOOR
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.facility import FacilityIssue
 from labgym.layouts.rules.facility.backs import one_sided
+from labgym.layouts.rules.facility.corrosives import corrosive_liquids
 from labgym.layouts.rules.supplies import SOURCES, Supplies, supplies_of
 
 HARD = frozenset({"egress", "door_area", "shower_clear", "no_exit"})
@@ -85,7 +86,7 @@ def applicable(arrangement: Arrangement) -> dict[str, int]:
         "hood_door": hooded,
         "hood_opposite_desk": hooded,
         "shower_walk": hooded,
-        "corrosive_height": sum(_corrosive_liquid(arrangement, row) for row in arrangement.reagents),
+        "corrosive_height": len(corrosive_liquids(arrangement)),
     }
 
 
@@ -98,9 +99,3 @@ def _supplied(arrangement: Arrangement, rows: list[int]) -> int:
     return sum(
         any(kind in described and kind in SOURCES for kind in supplies_of(arrangement.assets[row])) for row in rows
     )
-
-
-def _corrosive_liquid(arrangement: Arrangement, row: int) -> bool:
-    asset = arrangement.assets[row]
-    liquid = asset.chemistry is not None and asset.chemistry.state == "liquid"
-    return liquid and (asset.hazards.acid or asset.hazards.base)
