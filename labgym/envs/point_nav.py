@@ -91,10 +91,10 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
     - `render_mode` (None): "rgb_array", an image from behind and above the robot; "depth_array", the image of the depth
       camera, float32 (72, 128), meters; "human", the former image in a window at every `reset` and `step`, in real
       time (needs a display and pygame, extra `train`).
-    - `profile` ("default"): thresholds that generated layouts satisfy: "default", "strict" or "paper".
+    - `profile` ("default"): thresholds that generated layouts satisfy: "default", "strict", "paper" or "code".
     - `weights` (`RewardWeights()`): weights of the reward terms.
-    - `episodes_per_layout` (8): for "train", number of episodes in a layout before the next one. Which layouts come
-      after each other depends on the seed alone.
+    - `episodes_per_layout` (8): for "train", number of episodes in a layout before the next one. The order of the
+      layouts depends on the seed alone.
     - `control_dt` (0.1): duration of an action in seconds; a multiple of 0.025, at most 1.
     - `width`, `height` (480, 360): size of the image of "rgb_array" and "human" in pixels.
     - `quality` ("fast"): "fine" renders the "rgb_array" image with shadows and reflections, which takes ten times as
@@ -117,13 +117,15 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
     class, such as `{"kind": "lidar", "rays": 90, "noise": [{"kind": "gaussian", "sigma": 0.03}]}`; the kind
     "module:Class" is a class of the user's own. The environment works on copies of its parts.
 
-    Kinds of sensors: "goal", "velocity", "lidar", "depth", "rgb", "odometry" (dead reckoning with drift), "bumper",
-    "joint" (several as one vector); privileged: "pose", "place", "occupancy" (the map around the robot),
-    "segmentation" (the asset of each pixel). Noise: "gaussian", "dropout", "quantization", "rim" (losses at rims),
-    "redwood" (a PrimeSense camera). Reward terms: "progress", "success", "failure", "collision", "time", "clearance",
-    "goal", "function". Endings: "touch", "rest", "stop", "contact", "stuck", "goal". Actions: "velocity" (with a third
-    component STOP, and a delay, on request), "discrete" (with the errors "locobot" or "robothor" on request). Their
-    classes in `labgym.envs.parts` describe arguments and sources.
+    Kinds of sensors: "goal", "velocity", "lidar", "depth", "rgb", "odometry" (dead reckoning with drift),
+    "announced_goal" and "odometry_velocity" (goal and velocity with the errors of that odometry), "bumper", "joint"
+    (several as one vector); privileged: "pose", "place", "occupancy" (the map around the robot), "segmentation" (the
+    asset of each pixel). Noise: "gaussian", "dropout", "quantization", "rim" (losses at rims), "redwood" (a PrimeSense
+    camera). Reward terms: "progress", "success", "failure", "collision", "time", "clearance", "goal", "function".
+    Endings: "touch", "rest", "stop", "contact", "touched" (contacts by name), "stuck", "limit" (a time), "spill",
+    "goal". Actions: "velocity" (with a third component STOP, and a delay, on request), "slipping" (the same with errors
+    of the wheels), "discrete" (with the errors "locobot" or "robothor" on request). Their classes in
+    `labgym.envs.parts` describe arguments and sources.
 
     - `config` (None): a `PointNavConfig`, a mapping of its fields, or the path of a .json or .yaml file of one; other
       arguments replace its fields.
@@ -144,9 +146,10 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
       "occupancy" are those of the layout as it was. MuJoCo only, without exact readings.
     - `conditions` (()): what is in the episodes beyond their layouts: "payload" (a beaker of liquid on the deck),
       "leg_payload" (the same in some drives of several), "glass" (panes that are on no map, and what sensors see of
-      glass and steel), "wet_floor" (slippery zones), "changes" (things that stand in the way, some of which can be
-      pushed, and open drawers and shut doors that are not on the map), "station" (the furniture at the goal stands off
-      its place on the map), "people" (who walk between workplaces); see docs/conditions.md.
+      glass and steel), "wet_floor" (puddles in which odometry errs more), "changes" (things that stand in the way, some
+      of which can be pushed, and open drawers and shut doors that are not on the map), "station" (the furniture at the
+      goal stands off its place on the map), "parked" (things that every map shows), "people" (who walk between
+      workplaces), "contacts" (checked after every physics step); see docs/conditions.md.
     - `randomizations` (()): changes that are drawn anew for each episode: "mass", "friction", "sensor_pose", "noise",
       "appearance", or objects of the user's own (docs/robots.md). The measure "randomization" has the drawn values.
 
