@@ -1,4 +1,4 @@
-"""LabPointNav-v0: drive from the location of one protocol step to that of the next."""
+"""The environment of all ids: drive from the location of one protocol step to that of the next."""
 
 from __future__ import annotations
 
@@ -36,9 +36,8 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
 
     An episode is one goal pair, or a drive between any two points of the floor. For a goal pair, the robot starts at
     rest at the goal pose of one protocol step, facing the device, and must come within 0.5 m of the goal pose of the
-    next step. The robot is a differential-drive base (chassis radius
-    0.27 m, acceleration 1.5 m/s² and 4 rad/s²) simulated in MuJoCo. Obstacles stop the robot but do not end the
-    episode. An environment step lasts 0.1 s.
+    next step. The robot is a differential-drive base (chassis radius 0.27 m, acceleration 1.5 m/s² and 4 rad/s²)
+    simulated in MuJoCo. Obstacles stop the robot but do not end the episode. An environment step lasts 0.1 s.
 
     ## Observation space
 
