@@ -174,12 +174,13 @@ def card_of(label: str) -> Path | None:
 
 
 def ranked_entries(entries: Sequence[Entry]) -> tuple[Entry, ...]:
-    """Return entries by their track, then those with all tasks, then the best figure first."""
+    """Return entries by their track, learned policies first, then those with all tasks, then the best figure first."""
     order = list(TRACKS)
     most = max((len(one.tasks) for one in entries), default=0)
 
-    def rank(one: Entry) -> tuple[int, bool, float, str]:
-        return order.index(one.summary.track), len(one.tasks) < most, -(one.figure.value or 0.0), one.name
+    def rank(one: Entry) -> tuple[int, bool, bool, float, str]:
+        partial = len(one.tasks) < most
+        return order.index(one.summary.track), one.kind != "learned", partial, -(one.figure.value or 0.0), one.name
 
     return tuple(sorted(entries, key=rank))
 
