@@ -113,6 +113,17 @@ def test_both_checkers_are_silent(name: str, path: str, capsys: pytest.CaptureFi
     assert ("GoalEnv" in said) == ("Goal" in name)  # stable-baselines3 says what it takes the environment for
 
 
+def test_a_caller_may_keep_and_change_the_data_in_an_info(path: str) -> None:
+    arguments = {"conditions": ["wet_floor"], "randomizations": ["mass"], "measures": ["conditions", "randomization"]}
+    env = make("LabPointNav-v1", path, **arguments)
+    _, first = env.reset(seed=0)
+    drawn = json.dumps(first)
+    first["conditions"]["wet_floor"]["zones"].clear()
+    first["randomization"].clear()
+    for _ in range(2):
+        assert json.dumps(env.step(env.action_space.sample())[4]) == drawn
+
+
 def test_the_same_seed_gives_the_same_bits_in_any_process(path: str, expected: dict[str, str]) -> None:
     code = f"import json, sys; from test_conformance import digests_of_all; print(json.dumps(digests_of_all({path!r})))"
     here = Path(__file__).parent

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import deepcopy
 from dataclasses import dataclass, field
 from operator import attrgetter
 from typing import Any
@@ -46,6 +47,14 @@ def _outcomes(state: State) -> Any:
     return {name: presence.outcome for name, presence in state.presences.items()}
 
 
+def _conditions(state: State) -> Any:
+    return deepcopy(state.conditions)
+
+
+def _randomization(state: State) -> Any:
+    return deepcopy(state.randomization)
+
+
 VALUES: dict[str, Callable[[State], Any]] = {
     "pose": _pose,
     "goal": _goal,
@@ -65,9 +74,9 @@ VALUES: dict[str, Callable[[State], Any]] = {
     "cost": _cost,
     "ending": attrgetter("ending"),
     "leg": attrgetter("leg"),
-    "randomization": attrgetter("randomization"),
+    "randomization": _randomization,
     "legs": _legs,
-    "conditions": attrgetter("conditions"),
+    "conditions": _conditions,
     "outcomes": _outcomes,
     "touched": attrgetter("touched"),
     "achieved_goal": _achieved_goal,
