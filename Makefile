@@ -27,7 +27,10 @@ help:
 run: install
 	$(BIN)/labgym run $(ARGS)
 
+# Tests start hundreds of processes; byte code spares each of them the compilation of its modules. Some packages have
+# templates that do not compile.
 test: install
+	@$(BIN)/python -m compileall -q -j 0 $(VENV)/lib labgym >/dev/null 2>&1 || true
 	$(BIN)/python -m pytest -n auto $(ARGS)
 
 lint: install

@@ -47,7 +47,7 @@ SHELL = 0.02
 
 
 class Size(Record):
-    """Bounding box in metres: width along x, depth along y (the front looks along +y), height along z."""
+    """Bounding box in meters: width along x, depth along y (the front looks along +y), height along z."""
 
     width: Length
     depth: Length

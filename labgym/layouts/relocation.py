@@ -23,7 +23,7 @@ FLOOR_STEP = 0.15
 WALL_GAP = 0.01
 """Gap to the wall and to neighbors, meters."""
 AISLES = (1.2, 0.95)
-"""Clear widths around an island that are tried, metres: an aisle, and a way out."""
+"""Clear widths around an island that are tried, meters: an aisle, and a way out."""
 SPREAD = 0.3
 """Least distance between two places that are returned, meters."""
 MOST = 12

@@ -15,9 +15,9 @@ from labgym.layouts.rules.thresholds import CORROSIVE_HEIGHT, Profile
 from labgym.layouts.tabletop import Arm, Item, Spot, pack
 
 BENCH_MARGIN = 0.02
-"""Margin to the edge for objects other than glass, metres: a centimeter of slip on top of the placing grid."""
+"""Margin to the edge for objects other than glass, meters: a centimeter of slip on top of the placing grid."""
 SHELF_MARGIN = 0.01
-"""Margin to the edge of a shelf, metres: one step of the placing grid."""
+"""Margin to the edge of a shelf, meters: one step of the placing grid."""
 UNLIMITED = 1000
 
 Waiting = tuple[Asset, str]

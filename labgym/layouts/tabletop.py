@@ -16,7 +16,7 @@ GRID = 0.01
 GAP = 0.03
 """Least gap between neighbors, meters."""
 BULKY = 0.03
-"""Footprint above which an item goes to the back, square metres: a hot plate, not a flask."""
+"""Footprint above which an item goes to the back, square meters: a hot plate, not a flask."""
 ROW_COST, NOISE = 2.0, 0.05
 """Cost of a meter off the row, against 1 for a meter along it, and of the noise that makes seeds differ."""
 TRIES = 6

@@ -22,7 +22,7 @@ OVERFLOW = 100.0
 SIDE_GAP = 0.02
 """Gap between neighbors, meters, as in the floor plan."""
 CORNERS = {"back": 0.0, "front": 1.7, "left": 1.9, "right": 1.9}
-"""Length lost to the rows on neighboring walls, metres: 0.85 m of side row twice at the front; at a side wall 0.85 m
+"""Length lost to the rows on neighboring walls, meters: 0.85 m of side row twice at the front; at a side wall 0.85 m
 of hood row and 1.05 m of front row with its clearance. The back row has its corners to itself."""
 ROW = 0.75
 """Depth of a row of furniture, meters; a fixed object nearer to the wall takes its length."""

@@ -15,7 +15,7 @@ Span = tuple[float, float]
 SKIRTING = 0.10
 """Height of the skirting, meters."""
 SILL = 2.45
-"""Height of the sills of the high windows, metres: above fume hoods and wall cabinets."""
+"""Height of the sills of the high windows, meters: above fume hoods and wall cabinets."""
 CAP = "wall_cap"
 """Material of the top of a wall."""
 LINTEL = 0.12

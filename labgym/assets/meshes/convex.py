@@ -27,7 +27,7 @@ HULLS_A_PART = 16
 CPU_SECONDS, WALL_SECONDS, MEMORY = 40, 400, 6 * 1024**3
 """Limits of the process that decomposes a mesh: processor time, wall-clock time (s) and memory (bytes)."""
 THIN = 1e-4
-"""Least thickness of a convex body, metres: flat parts become plates."""
+"""Least thickness of a convex body, meters: flat parts become plates."""
 
 
 @dataclass(frozen=True)

@@ -89,11 +89,11 @@ def from_raw(
     Raises:
         MeshError: no faces, faces or vertices out of order, or an implausible unit.
     """
-    metres, name, unit_from = _unit(path, raw, unit, DEFAULT_UNITS[path.suffix.lower()])
+    meters, name, unit_from = _unit(path, raw, unit, DEFAULT_UNITS[path.suffix.lower()])
     factor = 1.0 if scale is None else scale
     axis = up or raw.up_axis or DEFAULT_UP[path.suffix.lower()]
     up_from: OptionSource = "option" if up else "file metadata" if raw.up_axis else "format default"
-    parts = tuple(_checked(path, part, factor * metres, TO_Z_UP[axis]) for part in raw.parts if len(part.faces))
+    parts = tuple(_checked(path, part, factor * meters, TO_Z_UP[axis]) for part in raw.parts if len(part.faces))
     if not parts:
         raise MeshError(path, "has no faces; export the model's surface as a mesh")
     source: OptionSource = unit_from if scale is None else "option"
@@ -119,9 +119,9 @@ def _checked(path: Path, part: MeshPart, scale: float, turn: Points) -> MeshPart
         raise MeshError(path, f"{problem}; export it again")
     if not np.isfinite(vertices).all():
         raise MeshError(path, f"part {part.name!r} has a vertex that is not a number or infinite; export it again")
-    metres = scale * vertices
-    if np.abs(metres).max() > FAR:
-        reach = f"{np.abs(metres).max():.3g} m from its origin, expected at most {FAR:g} m"
+    meters = scale * vertices
+    if np.abs(meters).max() > FAR:
+        reach = f"{np.abs(meters).max():.3g} m from its origin, expected at most {FAR:g} m"
         raise MeshError(path, f"part {part.name!r} reaches {reach}; check the unit")
     used, compact = np.unique(faces, return_inverse=True)
-    return MeshPart(part.name, metres[used] @ turn.T, compact.reshape(-1, 3), part.color, part.material)
+    return MeshPart(part.name, meters[used] @ turn.T, compact.reshape(-1, 3), part.color, part.material)

@@ -24,7 +24,7 @@ TOPS = {
 TOP = 0.034
 """Thickness of a worktop, meters."""
 SETBACK = 0.03
-"""Distance of the fronts from the edge of the worktop, metres: space for their handles."""
+"""Distance of the fronts from the edge of the worktop, meters: space for their handles."""
 FRONT, GAP = 0.018, 0.004
 """Thickness of a front, and gap around it, meters."""
 PLINTH = 0.10

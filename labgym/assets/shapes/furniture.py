@@ -18,7 +18,7 @@ TOP = 0.034
 KICK = 0.10
 """Height of a toe kick, meters."""
 OVERHANG = 0.034
-"""Overhang of a worktop beyond the cupboards below, metres: space for their handles."""
+"""Overhang of a worktop beyond the cupboards below, meters: space for their handles."""
 GAP = 0.004
 
 

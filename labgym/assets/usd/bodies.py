@@ -13,7 +13,7 @@ from labgym.assets.textures import Texture, corner_coordinates
 from labgym.geometry import OrientedBox
 
 DECIMALS = 5
-"""Decimals of coordinates in metres: a grid of 0.01 mm."""
+"""Decimals of coordinates in meters: a grid of 0.01 mm."""
 NORMAL_DECIMALS = 4
 _NUDGE = 1e-3
 EXACT = ("box", "cylinder", "sphere", "capsule")

@@ -32,7 +32,7 @@ class Door(Record):
 
 
 class Room(Record):
-    """The interior of a rectangular room in metres: origin at the front-left floor corner, x right, y away."""
+    """The interior of a rectangular room in meters: origin at the front-left floor corner, x right, y away."""
 
     name: Annotated[str, Field(max_length=80)] = "custom"
     width: Annotated[float, Field(ge=2.0, le=50.0)]

@@ -21,7 +21,7 @@ VERSION_2: Metrics = "touchstone-v2"
 VERSIONS: tuple[Metrics, ...] = (VERSION, VERSION_2)
 
 ROOM_TOLERANCE = 0.010
-"""A footprint may reach this far beyond the room's interior, metres: skirting and plaster tolerances."""
+"""A footprint may reach this far beyond the room's interior, meters: skirting and plaster tolerances."""
 
 SURFACE_TOLERANCE = 0.005
 """A footprint may hang this far over its support's surface, meters."""
@@ -30,7 +30,7 @@ HEIGHT_TOLERANCE = 0.005
 """A bottom may be this far above or below what carries it, meters."""
 
 WALL_TOLERANCE = 0.020
-"""The back of a wall-mounted object may be this far from the wall, metres: the depth of its brackets."""
+"""The back of a wall-mounted object may be this far from the wall, meters: the depth of its brackets."""
 
 CONTAINMENT_TOLERANCE = 0.001
 """A stored reagent may reach this far into the cabinet's wall without being a collision, meters."""
@@ -78,7 +78,7 @@ ONE_SIDED = 1.2
 """Furniture from this depth on is used from both sides, meters; shallower pieces have their back against a wall."""
 
 BACK_GAP = 0.15
-"""Greatest distance between a wall and the back of furniture that stands against it, metres: space for pipes."""
+"""Greatest distance between a wall and the back of furniture that stands against it, meters: space for pipes."""
 
 
 @dataclass(frozen=True)

@@ -16,10 +16,10 @@ if TYPE_CHECKING:
     from labgym.layouts.rules.arrangement import Arrangement
 
 DOOR_AREA = 1.2
-"""Side of the square kept clear inside a door, metres: the swing of the leaf and a person next to it."""
+"""Side of the square kept clear inside a door, meters: the swing of the leaf and a person next to it."""
 
 INTRUSION = 0.05
-"""An object that reaches less far into a zone does not obstruct it, metres: wall boards, skirting, pipes."""
+"""An object that reaches less far into a zone does not obstruct it, meters: wall boards, skirting, pipes."""
 
 HEADROOM = 2.0
 """Objects that hang higher than this obstruct nobody, meters (OSHA 1910.36(g)(1): projections above an exit route)."""

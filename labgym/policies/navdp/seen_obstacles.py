@@ -81,8 +81,8 @@ class Clearance:
             np.maximum(cv2.distanceTransform(mask.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE) - 0.5, 0.0)
             for mask in (~grid.occupied, grid.occupied)
         )
-        metres = (outside.astype(np.float64) - inside.astype(np.float64)) * grid.resolution
-        self._distance: Array = np.clip(metres, -farthest, farthest)
+        meters = (outside.astype(np.float64) - inside.astype(np.float64)) * grid.resolution
+        self._distance: Array = np.clip(meters, -farthest, farthest)
 
     def at(self, points: Array) -> Array:
         """Return the distances at points (..., 2), meters; shape (...)."""
