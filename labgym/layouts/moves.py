@@ -108,7 +108,7 @@ def replaced(layout: Layout, changed: dict[str, Placement]) -> Layout:
 
 
 def without(layout: Layout, ids: Iterable[str]) -> Layout:
-    """Return the layout without some placements and what stands on them; the same object if `ids` is empty."""
+    """Return the layout without some placements and what stands on them; without ids, the layout itself."""
     gone = {item for each in ids for item in (each, *descendants(layout, each))}
     if not gone:
         return layout

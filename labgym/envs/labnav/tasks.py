@@ -36,7 +36,7 @@ SECONDS = 120.0
 PERSON_NEAR, DOCK_NEAR = 1.5, 1.0
 """Distances from a person and from a docking pose within which the clock of a stuck robot stands, meters.
 
-The second is an assumption."""
+That of a docking pose is an assumption."""
 WHEELS = (0.02, 1.0)
 """Errors of the wheels in all tasks but `odometry`: `scale` and `veer` of `SlippingActions`."""
 MOUNTING = (0.02, 1.5)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Annotated, ClassVar
 
@@ -22,10 +22,13 @@ from labgym.eval.labnav.shift import score_of_legs
 from labgym.eval.labnav.suites import FIRST, PREFIX, LabNavSuite, load_labnav
 from labgym.eval.labnav.summary import LabNavSummary, TaskSummary
 from labgym.layouts.floor.fields import Growing
+from labgym.runs.provenance import RunProvenance
 
 FOLDER = "leaderboard/labnav"
 SAME = ("policy", "options", "track", "sensors", "seed", "latency")
 """Fields in which results of one policy agree."""
+DIRTY = "-dirty"
+"""End of a commit whose checkout had changes."""
 DIGITS = 9
 """Decimal places of published scores and times."""
 
@@ -75,6 +78,12 @@ class Outcome(Growing):
         )
 
 
+def commits_of(sessions: Iterable[RunProvenance]) -> tuple[str, ...]:
+    """Return the commits of the checkouts in which sessions ran, each once and marked if it had changes."""
+    known = (each for each in sessions if each.commit is not None)
+    return tuple(dict.fromkeys(f"{each.commit}{DIRTY if each.dirty else ''}" for each in known))
+
+
 class LabNavResult(Document):
     """The published result of a policy.
 
@@ -102,8 +111,7 @@ class LabNavResult(Document):
         if missing:
             problem = f"holds {missing[0].episodes} of {missing[0].expected} episodes of {missing[0].task}"
             raise DocumentError(folder, "", f"{problem}; run the same labgym eval command again")
-        sessions = [each for each in sessions_of(folder) if each.commit is not None]
-        commits = tuple(dict.fromkeys(f"{each.commit}{'-dirty' if each.dirty else ''}" for each in sessions))
+        commits = commits_of(sessions_of(folder))
         return cls(
             summary=summary,
             outcomes=tuple(map(Outcome.of, read_rows(folder / EPISODES))),

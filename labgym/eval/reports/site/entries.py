@@ -17,7 +17,7 @@ from labgym.eval.labnav.row import LabNavRow
 from labgym.eval.labnav.rules import Ending
 from labgym.eval.labnav.suites import MINI
 from labgym.eval.labnav.summary import LabNavSummary, TaskSummary
-from labgym.eval.leaderboard.labnav import LabNavResult, Outcome
+from labgym.eval.leaderboard.labnav import DIRTY, LabNavResult, Outcome, commits_of
 from labgym.eval.reports.labnav_tables import TRACKS
 from labgym.policies.registry import BUILT_IN, FILES
 
@@ -33,8 +33,6 @@ REFERENCES = frozenset({"blind", "clairvoyant", "random", "still", "straight"})
 """Built-in policies that are references."""
 CARDS = {"ppo": "ppo-lidar"}
 """Folders of model cards that do not have the name of their policy."""
-DIRTY = "-dirty"
-"""End of a commit whose checkout had changes."""
 PUBLISHED = " (published)"
 """End of the name of a published result whose name a folder has, too."""
 
@@ -70,8 +68,7 @@ class Entry:
     def driven(cls, one: LabNavEvaluation) -> Entry:
         """Return the entry of an evaluation's folder."""
         times = [time.planning_ms for time in one.times.values() if time.planning_ms is not None]
-        sessions = [each for each in one.provenance if each.commit is not None]
-        commits = tuple(f"{each.commit}{DIRTY if each.dirty else ''}" for each in sessions)
+        commits = commits_of(one.provenance)
         return cls(
             name=one.name,
             kind=kind_of_policy(one.summary.policy),
