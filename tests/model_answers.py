@@ -9,7 +9,7 @@ from typing import Any
 
 from labgym.layouts import Layout
 from labgym.layouts.generate import resolve_request
-from labgym.layouts.model import FLOOR
+from labgym.layouts.placement import FLOOR
 from labgym.layouts.request import Request
 
 

@@ -18,7 +18,7 @@ from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.envs.world import World, world_of
 from labgym.errors import OptionError
 from labgym.layouts import Layout
-from labgym.layouts.model import FLOOR
+from labgym.layouts.placement import FLOOR
 from labgym.scenes import to_mjcf
 from labgym.scenes.castors import add_castored
 

@@ -14,7 +14,7 @@ from labgym.envs.robot import ROBOT
 from labgym.envs.world import World
 from labgym.errors import OptionError
 from labgym.geometry import wrap_angle
-from labgym.layouts.model import Floor
+from labgym.layouts.floor import Floor
 from labgym.navigation import PLANNING_RADIUS, GoalPair, Pose
 from labgym.navigation.goals import ANYWHERE, SAME_PLACE, same_place
 

@@ -21,7 +21,8 @@ from labgym.envs.simulation import Pose, Simulation
 from labgym.envs.sizes import size_of
 from labgym.envs.stage import Senses, Stage
 from labgym.layouts import Layout
-from labgym.layouts.model import Floor, Placement
+from labgym.layouts.floor import Floor
+from labgym.layouts.placement import Placement
 from labgym.navigation import PLANNING_RADIUS, GoalPair, Method, OccupancyGrid, ShortestPaths, goal_pairs, occupancy
 from labgym.navigation.barriers import Barriers
 from labgym.navigation.discs import length_to_disc

@@ -11,7 +11,7 @@ from pathlib import Path
 from labgym.assets import Asset
 from labgym.documents import write_text
 from labgym.layouts import Layout
-from labgym.layouts.model import FLOOR, WALL, Placement
+from labgym.layouts.placement import FLOOR, WALL, Placement
 
 GROUPS = ("furniture and equipment", "wall equipment", "instruments and accessories", "reagents")
 COLUMNS = (

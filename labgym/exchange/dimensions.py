@@ -14,7 +14,7 @@ from labgym.exchange.structure import Point, openings, outline, polygon
 from labgym.geometry import OrientedBox
 from labgym.layouts import Layout
 from labgym.layouts.floor import Floor
-from labgym.layouts.model import FLOOR
+from labgym.layouts.placement import FLOOR
 
 if TYPE_CHECKING:
     from shapely import Geometry

@@ -14,7 +14,7 @@ from labgym.errors import DocumentError, OptionError
 from labgym.exchange.tables import Table, asset_name, cell, read_table
 from labgym.layouts import Layout, Placement
 from labgym.layouts.floor.fields import IDENTIFIER
-from labgym.layouts.model import FLOOR, WALL
+from labgym.layouts.placement import FLOOR, WALL
 
 ASSETS, IDS = ("asset", "name", "item"), ("id",)
 SIZES = ("width", "depth", "height")

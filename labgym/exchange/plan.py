@@ -32,7 +32,7 @@ from labgym.exchange.plan_sheet import (
 from labgym.exchange.structure import PlacedOpening, openings, outline, walls_in_plan
 from labgym.layouts import Layout
 from labgym.layouts.floor import Floor
-from labgym.layouts.model import FLOOR, WALL
+from labgym.layouts.placement import FLOOR, WALL
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

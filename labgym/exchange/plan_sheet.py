@@ -11,7 +11,7 @@ from labgym import __version__
 from labgym.errors import OptionError
 from labgym.eval.drawing import palette
 from labgym.layouts import Layout
-from labgym.layouts.model import WALL
+from labgym.layouts.placement import WALL
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

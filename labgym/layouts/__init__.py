@@ -1,8 +1,11 @@
 """LabGen: propose, repair, adjust and refine layouts for navigation."""
 
+from labgym.layouts.floor import Door, Floor, Room
 from labgym.layouts.generate import GENERATOR, generate, reasons
-from labgym.layouts.model import Door, Floor, Layout, Placement, Provenance, Room
+from labgym.layouts.model import Layout
 from labgym.layouts.optimise import optimise
+from labgym.layouts.placement import Placement
+from labgym.layouts.provenance import Provenance
 from labgym.layouts.refinement import refine
 from labgym.layouts.rooms import room_presets
 from labgym.layouts.splits import load_published, published, train_layout

@@ -10,8 +10,9 @@ from itertools import islice
 from typing import Literal
 
 from labgym.geometry import BoxArray, OrientedBox, wrap_angle
-from labgym.layouts.model import FLOOR, WALL, Layout
+from labgym.layouts.model import Layout
 from labgym.layouts.moves import Command, Move, Rotate, Swap, apply, may_move
+from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.relocation import free_places
 from labgym.layouts.rules.building import building_of
 from labgym.layouts.rules.objective import Assessment, evaluate_layout

@@ -10,7 +10,9 @@ from typing import Any
 from labgym.geometry import OrientedBox
 from labgym.layouts.brief import Brief
 from labgym.layouts.floor_plan import Pose
-from labgym.layouts.model import FLOOR, Layout, Placement, Provenance
+from labgym.layouts.model import Layout
+from labgym.layouts.placement import FLOOR, Placement
+from labgym.layouts.provenance import Provenance
 from labgym.layouts.request import Request
 from labgym.navigation import goal_pairs
 from labgym.protocols import Protocol

@@ -18,10 +18,10 @@ from pydantic import Field, ValidationError
 from labgym.assets import Catalog
 from labgym.documents import Record, canonical_hash, document_error, json_bytes, read_json
 from labgym.errors import DocumentError, InfeasibleError, OptionError, SearchLimitError, UnrepairedError
-from labgym.layouts.floor import IDENTIFIER
+from labgym.layouts.floor import IDENTIFIER, Room
 from labgym.layouts.generate import FURNISHER, GENERATOR, MAX_SEED, generate_assessed, resolve_request
 from labgym.layouts.method import DEFAULT, Method
-from labgym.layouts.model import Layout, Room
+from labgym.layouts.model import Layout
 from labgym.layouts.request import Request
 from labgym.layouts.rules.thresholds import VERSION, Profile
 from labgym.layouts.sites import at_seed

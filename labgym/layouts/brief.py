@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from labgym.assets import Asset
-from labgym.layouts.model import Placement
+from labgym.layouts.placement import Placement
 from labgym.layouts.rules.zones import DOOR_AREA
 from labgym.layouts.tabletop import Spot
 

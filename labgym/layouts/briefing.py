@@ -12,7 +12,7 @@ from labgym.layouts.brief import Brief, Content, Furnishing, Nearness, Separatio
 from labgym.layouts.cabinets import Cabinet, conflict_between, plan_cabinets
 from labgym.layouts.furnishing import AISLE, HEAVY_AISLE, draw_sides, furniture
 from labgym.layouts.habits import Habits
-from labgym.layouts.model import WALL
+from labgym.layouts.placement import WALL
 from labgym.layouts.request import Request
 from labgym.layouts.rules.separation import heat_band
 from labgym.layouts.rules.thresholds import Profile

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 from numpy.random import Generator
 
 from labgym.errors import LabgymError, OptionError, UnknownNameError
-from labgym.layouts.model import FLOOR, WALL, Layout, Placement
+from labgym.layouts.model import Layout
 from labgym.layouts.moves import Move, Place, Settle, apply, may_move, replaced, without
+from labgym.layouts.placement import FLOOR, WALL, Placement
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.presence import resolved
 from labgym.layouts.rules.storage import STORAGE_CLASSES

@@ -11,7 +11,8 @@ import numpy as np
 from labgym.assets import Asset
 from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
 from labgym.layouts.floor.doorways import Doorway
-from labgym.layouts.model import FLOOR, WALL, Layout, Placement
+from labgym.layouts.model import Layout
+from labgym.layouts.placement import FLOOR, WALL, Placement
 from labgym.layouts.rules.thresholds import SHOWER_RADIUS, Profile
 from labgym.layouts.rules.zones import HEADROOM, INTRUSION, front_zone
 from labgym.layouts.stocking import BENCH_MARGIN

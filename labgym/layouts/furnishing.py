@@ -13,8 +13,8 @@ import numpy as np
 from labgym.assets import Asset
 from labgym.layouts.brief import Furnishing, Stance, Unit, Wall
 from labgym.layouts.cabinets import Cabinet
+from labgym.layouts.floor import Room
 from labgym.layouts.habits import Side
-from labgym.layouts.model import Room
 from labgym.layouts.pieces import WallPiece, clear_around, front_of, pieces, with_fixed
 from labgym.layouts.request import Request
 from labgym.layouts.rules.zones import door_span

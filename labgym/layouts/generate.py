@@ -20,15 +20,17 @@ from labgym.layouts.clutter import add_clutter, check_level
 from labgym.layouts.combination import combination
 from labgym.layouts.dressing import dress as dressed
 from labgym.layouts.failures import FAILURES, failures, summary
-from labgym.layouts.floor import Floor
+from labgym.layouts.floor import Floor, Room
 from labgym.layouts.habits import Habits
 from labgym.layouts.holdings import Holdings
 from labgym.layouts.interiors import FloorProposer
 from labgym.layouts.method import DEFAULT, Dressing, Method, OnFailure
-from labgym.layouts.model import FLOOR, WALL, Layout, Placement, Provenance, Room
+from labgym.layouts.model import Layout
 from labgym.layouts.phases import improved
+from labgym.layouts.placement import FLOOR, WALL, Placement
 from labgym.layouts.propose import LIMIT_WORDS, ProceduralProposer, Proposer
 from labgym.layouts.proposers import SOLVER, solver
+from labgym.layouts.provenance import Provenance
 from labgym.layouts.request import Request
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.thresholds import VERSION, Profile

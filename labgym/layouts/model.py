@@ -17,7 +17,7 @@ from labgym.geometry import OrientedBox
 from labgym.layouts import version1
 from labgym.layouts.canonical import canonical
 from labgym.layouts.embedded_protocol import EmbeddedProtocol
-from labgym.layouts.floor import Door, Floor, Identifier, Room
+from labgym.layouts.floor import Floor, Identifier, Room
 from labgym.layouts.floor.fields import Growing
 from labgym.layouts.placement import FLOOR, WALL, Placement, placed_box, placed_part, resized
 from labgym.layouts.provenance import Provenance
@@ -25,8 +25,6 @@ from labgym.layouts.references import check_placements
 from labgym.layouts.version1 import Layout1, Version1Fields
 from labgym.layouts.zone import Assignments, Zones, zone_problem, zones_within
 from labgym.protocols import Protocol, protocols
-
-__all__ = ["FLOOR", "WALL", "Door", "Floor", "Layout", "Placement", "Provenance", "Room", "placed_box"]
 
 OPEN_HEADROOM = 1000.0
 """Headroom of a surface with nothing above it, meters."""

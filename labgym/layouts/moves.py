@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 from labgym.errors import UnknownNameError
 from labgym.geometry import OrientedBox, rotate, wrap_angle
-from labgym.layouts.model import FLOOR, WALL, Layout, Placement
+from labgym.layouts.model import Layout
+from labgym.layouts.placement import FLOOR, WALL, Placement
 from labgym.layouts.zone import ZoneAssignment
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from labgym.geometry import OrientedBox
 from labgym.layouts.ground.wide_ways import WideWays
-from labgym.layouts.model import FLOOR, Layout
+from labgym.layouts.model import Layout
+from labgym.layouts.placement import FLOOR
 from labgym.layouts.rules.thresholds import MOVABLE
 from labgym.layouts.surroundings import grounds
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from labgym.assets import Asset
 from labgym.layouts.brief import LEVELS, Furnishing, Unit
 from labgym.layouts.cabinets import Cabinet
-from labgym.layouts.model import FLOOR
+from labgym.layouts.placement import FLOOR
 from labgym.layouts.request import Request
 from labgym.layouts.rules.thresholds import SHOWER_RADIUS
 

@@ -13,6 +13,7 @@ import numpy as np
 from labgym.layouts.assembly import Plan, shortest_drive
 from labgym.layouts.brief import LEVELS, Furnishing
 from labgym.layouts.briefing import write_brief
+from labgym.layouts.floor import Room
 from labgym.layouts.floor_plan import solve
 from labgym.layouts.infeasibility import (
     attempts_used_up,
@@ -23,7 +24,7 @@ from labgym.layouts.infeasibility import (
     room_conflicts,
     search_stopped,
 )
-from labgym.layouts.model import Layout, Room
+from labgym.layouts.model import Layout
 from labgym.layouts.request import Request
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.egress import MARGIN, narrow_ways

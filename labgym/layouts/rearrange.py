@@ -9,8 +9,9 @@ from labgym.layouts.brief import Brief, Unit, Wall
 from labgym.layouts.floor_plan import solve
 from labgym.layouts.habits import Habits
 from labgym.layouts.interiors.rearranging import rearranged
-from labgym.layouts.model import FLOOR, WALL, Layout, Placement
+from labgym.layouts.model import Layout
 from labgym.layouts.moves import Place, apply, may_move
+from labgym.layouts.placement import FLOOR, WALL, Placement
 from labgym.layouts.rules.building.one_room import WALL_YAW
 from labgym.layouts.rules.facility.hoods import HOOD_DOOR_LEAST
 from labgym.layouts.rules.thresholds import MOVABLE, ONE_SIDED, SHOWER_RADIUS

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration, wrap_angle
-from labgym.layouts.model import FLOOR, WALL, Layout
+from labgym.layouts.model import Layout
 from labgym.layouts.moves import Place, descendants
+from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.building import Building, building_of
 from labgym.layouts.rules.thresholds import MOVABLE, ONE_SIDED
 from labgym.layouts.rules.zones import INTRUSION, front_zone

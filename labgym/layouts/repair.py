@@ -6,8 +6,9 @@ import numpy as np
 
 from labgym.geometry.overlap import separating_push
 from labgym.layouts.fitting import free_spot
-from labgym.layouts.model import FLOOR, WALL, Layout
+from labgym.layouts.model import Layout
 from labgym.layouts.moves import Move, Settle, apply, lifted, may_move, rests_on
+from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules import thresholds
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.bounds import bounds_faults

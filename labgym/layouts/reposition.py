@@ -5,8 +5,9 @@ from __future__ import annotations
 from labgym.errors import LabgymError, OptionError
 from labgym.geometry import BoxArray, OrientedBox
 from labgym.geometry.overlap import paired_inset
-from labgym.layouts.model import FLOOR, WALL, Layout, placed_box
+from labgym.layouts.model import Layout
 from labgym.layouts.moves import Place, Settle, apply, descendants
+from labgym.layouts.placement import FLOOR, WALL, placed_box
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.bounds import bounds_faults
 from labgym.layouts.rules.thresholds import SURFACE_TOLERANCE

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from labgym.assets import Asset
 from labgym.assets.model import APPARATUS_STAND
 from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
-from labgym.layouts.model import FLOOR, WALL, Layout, Placement
+from labgym.layouts.model import Layout
 from labgym.layouts.moves import Settle, descendants
+from labgym.layouts.placement import FLOOR, WALL, Placement
 from labgym.layouts.rules.storage import STORAGE_CLASSES
 from labgym.layouts.rules.thresholds import CORROSIVE_HEIGHT, MOVABLE, SURFACE_TOLERANCE, Profile
 from labgym.layouts.stocking import BENCH_MARGIN, SHELF_MARGIN

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
 from labgym.layouts.fitting import Keepouts, along_walls, on_floor, on_wall
-from labgym.layouts.model import FLOOR, WALL, Layout, Placement
+from labgym.layouts.model import Layout
 from labgym.layouts.moves import Place, apply, may_move, without
+from labgym.layouts.placement import FLOOR, WALL, Placement
 from labgym.layouts.rules.thresholds import LOOSE, MOVABLE, PENETRATION
 from labgym.layouts.rules.zones import INTRUSION
 from labgym.protocols import Protocol

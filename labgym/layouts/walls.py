@@ -8,7 +8,8 @@ import numpy as np
 
 from labgym.geometry import OrientedBox
 from labgym.layouts.brief import Brief, Unit, Wall
-from labgym.layouts.model import Placement, Room
+from labgym.layouts.floor import Room
+from labgym.layouts.placement import Placement
 from labgym.layouts.rules.zones import door_span
 
 RANK = 0.8

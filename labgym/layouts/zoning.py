@@ -7,7 +7,8 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
-from labgym.layouts.model import FLOOR, Layout
+from labgym.layouts.model import Layout
+from labgym.layouts.placement import FLOOR
 from labgym.layouts.zone import Role, Zone, ZoneAssignment
 from labgym.navigation.goals import goal_pose
 from labgym.protocols import Protocol

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.layouts import Layout
-from labgym.layouts.model import FLOOR
+from labgym.layouts.placement import FLOOR
 from labgym.scenes.camera import WIDE, View
 from labgym.scenes.cutaway import hidden_walls
 from labgym.scenes.mesh import ROOM, SceneMesh, scene_mesh

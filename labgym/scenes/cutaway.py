@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from labgym.geometry import to_local, to_world
 from labgym.layouts import Layout, Placement
 from labgym.layouts.floor import Floor, Wall
-from labgym.layouts.model import WALL
+from labgym.layouts.placement import WALL
 from labgym.navigation.clearance import Obstacles
 from labgym.scenes.floor_covering import spaces_at
 from labgym.scenes.rectangle import nearest_wall, walls_between

@@ -8,7 +8,7 @@ import numpy as np
 
 from labgym.errors import UnknownNameError
 from labgym.layouts import Layout
-from labgym.layouts.model import FLOOR
+from labgym.layouts.placement import FLOOR
 from labgym.navigation.clearance import Obstacles
 from labgym.scenes.camera import EYE_HEIGHT, FILL, WIDE, View, subtended
 from labgym.scenes.clear_overview import clear_overview

@@ -10,7 +10,7 @@ import numpy as np
 
 from labgym.eval.driving.assignments import Assignment, assignments
 from labgym.layouts import Layout
-from labgym.layouts.model import FLOOR
+from labgym.layouts.placement import FLOOR
 from labgym.navigation import OBSTACLE_HEIGHT, ShortestPaths
 from labgym.scenes.building import building_solids
 from labgym.suites import Suite

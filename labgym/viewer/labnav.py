@@ -20,7 +20,7 @@ from labgym.envs.tasks import Task
 from labgym.eval.drawing.episode_plan import people_of, route_of
 from labgym.eval.labnav.drive import LabNavDrive, LabNavDriver, drive_floor
 from labgym.layouts import Layout
-from labgym.layouts.model import FLOOR
+from labgym.layouts.placement import FLOOR
 from labgym.navigation import OBSTACLE_HEIGHT
 from labgym.viewer.console import Console
 from labgym.viewer.episodes import plan_of

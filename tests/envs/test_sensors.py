@@ -12,7 +12,7 @@ from labgym.envs.robot import ROBOT
 from labgym.envs.sensors import IMAGE_SHAPE, LIDAR_RAYS, RANGE, Camera, Lidar
 from labgym.envs.world import World
 from labgym.layouts import Layout
-from labgym.layouts.model import Room
+from labgym.layouts.floor import Room
 from labgym.scenes import RayScene
 
 

@@ -16,9 +16,9 @@ from labgym.geometry import OrientedBox
 from labgym.layouts.brief import Brief, Separation, Unit
 from labgym.layouts.cabinets import plan_cabinets
 from labgym.layouts.constraint_solver import search
+from labgym.layouts.floor import Door, Room
 from labgym.layouts.floor_plan import solve
 from labgym.layouts.habits import Habits
-from labgym.layouts.model import Door, Room
 from labgym.layouts.request import Request
 from labgym.layouts.rules.thresholds import profile
 from labgym.layouts.tabletop import GAP, Item, pack

@@ -12,9 +12,9 @@ from labgym.cli import main
 from labgym.layouts import Layout, generate
 from labgym.layouts.language import LanguageAdjuster
 from labgym.layouts.language.commands import surface_pose
-from labgym.layouts.model import FLOOR
 from labgym.layouts.moves import Move, Place, Settle, apply
 from labgym.layouts.optimise import optimise, optimise_assessed
+from labgym.layouts.placement import FLOOR
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.layouts.trace import Recorder
 from labgym.llm import LanguageModelError

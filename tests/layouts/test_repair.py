@@ -8,9 +8,9 @@ import pytest
 from labgym.geometry import penetration
 from labgym.geometry.overlap import separating_push
 from labgym.layouts import generate
-from labgym.layouts.model import Placement
 from labgym.layouts.moves import Move, Rotate, Settle, Swap, apply, descendants
 from labgym.layouts.optimise import optimise
+from labgym.layouts.placement import Placement
 from labgym.layouts.refinement import refine
 from labgym.layouts.repair import fast_repair
 from labgym.layouts.rules.objective import evaluate_layout

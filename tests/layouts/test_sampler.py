@@ -14,7 +14,7 @@ from shapely import Polygon
 
 from labgym.layouts import Layout, Placement, generate
 from labgym.layouts.generate import resolve_request
-from labgym.layouts.model import FLOOR
+from labgym.layouts.placement import FLOOR
 from labgym.layouts.request import Request
 from labgym.layouts.rules import thresholds
 from labgym.layouts.rules.objective import Assessment, evaluate_layout

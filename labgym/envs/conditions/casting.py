@@ -15,7 +15,7 @@ from labgym.envs.tasks import Task
 from labgym.envs.world import World, world_of
 from labgym.layouts import Layout
 from labgym.layouts.drives import entry_poses, places_of_work
-from labgym.layouts.model import FLOOR
+from labgym.layouts.placement import FLOOR
 from labgym.navigation import OccupancyGrid, Pose, goal_pose
 
 Stop = list[float]

@@ -17,8 +17,7 @@ from labgym.envs.world import world_of
 from labgym.geometry import BoxArray, OrientedBox, pairwise_distance, pairwise_penetration
 from labgym.layouts.clutter.openings import draw_openings, openable
 from labgym.layouts.clutter.ways import Ways
-from labgym.layouts.model import FLOOR
-from labgym.layouts.placement import placed_part
+from labgym.layouts.placement import FLOOR, placed_part
 from labgym.navigation import OBSTACLE_HEIGHT, PLANNING_RADIUS
 
 Array = NDArray[np.float64]

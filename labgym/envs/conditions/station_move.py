@@ -15,8 +15,7 @@ from labgym.envs.world import world_of
 from labgym.errors import LabgymError, OptionError
 from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration, rotate, wrap_angle
 from labgym.layouts import Layout, Placement
-from labgym.layouts.model import FLOOR
-from labgym.layouts.placement import placed_box
+from labgym.layouts.placement import FLOOR, placed_box
 from labgym.navigation import PLANNING_RADIUS, STAND_OFF, Pose, goal_pose
 from labgym.navigation.barriers import Barriers
 

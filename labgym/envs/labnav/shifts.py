@@ -12,7 +12,7 @@ from labgym.envs.labnav.drawing import Drawer, Drawn, Place
 from labgym.envs.labnav.tasks import task_of
 from labgym.envs.tasks import Task
 from labgym.layouts import Layout
-from labgym.layouts.model import FLOOR
+from labgym.layouts.placement import FLOOR
 from labgym.navigation import GoalPair, Pose, goal_pairs, goal_pose
 
 CORRIDOR = "corridor"

@@ -10,7 +10,8 @@ import numpy as np
 from labgym.eval.drawing import palette
 from labgym.eval.drawing.plan_drawing import ON_TOP, DrivenPath, draw_objects, draw_plan, draw_traces, plan_size
 from labgym.eval.drawing.plan_labels import FONT
-from labgym.layouts.model import FLOOR, Layout, Placement
+from labgym.layouts.model import Layout
+from labgym.layouts.placement import FLOOR, Placement
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -21,7 +21,7 @@ from labgym.envs.tasks import Task
 from labgym.eval.drawing.changed_plan import draw_changes
 from labgym.eval.drawing.plan_drawing import ON_TOP, draw_plan
 from labgym.eval.drawing.plan_labels import FONT
-from labgym.layouts.model import FLOOR
+from labgym.layouts.placement import FLOOR
 from labgym.navigation import OBSTACLE_HEIGHT, PLANNING_RADIUS, ShortestPaths
 
 if TYPE_CHECKING:

@@ -19,7 +19,7 @@ from labgym.envs.robot_mesh import robot_mesh
 from labgym.envs.state import Pose
 from labgym.envs.tasks import Task
 from labgym.eval.drawing.episode_plan import dense, neck_of, people_of
-from labgym.layouts.model import FLOOR
+from labgym.layouts.placement import FLOOR
 from labgym.scenes.camera import View
 from labgym.scenes.cutaway import walls_across
 from labgym.scenes.mesh import MATERIAL_NAMES, ROOM, SceneMesh, joined

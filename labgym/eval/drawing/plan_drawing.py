@@ -16,7 +16,8 @@ from labgym.eval.drawing.floor_drawing import draw_floor, draw_names, swings
 from labgym.eval.drawing.plan_labels import FONT, label_furniture
 from labgym.geometry import OrientedBox
 from labgym.layouts.floor import Door, Floor, Room
-from labgym.layouts.model import FLOOR, WALL, Layout
+from labgym.layouts.model import Layout
+from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules import Violation
 from labgym.layouts.rules.facility import FacilityIssue
 

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from labgym.eval.drawing import palette
 from labgym.geometry import OrientedBox
 from labgym.layouts.floor import Floor
-from labgym.layouts.model import FLOOR, WALL, Layout, Placement
+from labgym.layouts.model import Layout
+from labgym.layouts.placement import FLOOR, WALL, Placement
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -12,7 +12,7 @@ from collections.abc import Iterable
 from typing import Literal
 
 from labgym.eval.scoring.layout_report import ConsistencyProxy, RuleScore
-from labgym.layouts.model import FLOOR, WALL
+from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.facility.fronts import blocked_front
 from labgym.layouts.rules.facility.showers import SHOWER_WALK, shower_walks

@@ -19,7 +19,8 @@ from labgym.eval.scoring.layout_report import (
     ReportedViolation,
 )
 from labgym.eval.scoring.version2 import METRICS_2, version_2
-from labgym.layouts.model import FLOOR, WALL, Layout
+from labgym.layouts.model import Layout
+from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.facility import facility_issues
 from labgym.layouts.rules.objective import Assessment, evaluate_layout

@@ -21,7 +21,7 @@ from labgym.exchange.dxf.sheets import Window, advice, drawings
 from labgym.exchange.strips import THICKNESS, Point, Stroke, strips
 from labgym.layouts import Placement
 from labgym.layouts.floor import Floor
-from labgym.layouts.model import FLOOR, WALL
+from labgym.layouts.placement import FLOOR, WALL
 
 if TYPE_CHECKING:
     from ezdxf.entities.dxfentity import DXFEntity

@@ -17,7 +17,7 @@ from labgym.exchange.structure import PlacedOpening, openings, outline, polygon,
 from labgym.geometry import OrientedBox
 from labgym.layouts import Layout
 from labgym.layouts.floor import Floor
-from labgym.layouts.model import FLOOR, WALL
+from labgym.layouts.placement import FLOOR, WALL
 
 if TYPE_CHECKING:
     from ezdxf.document import Drawing

@@ -9,7 +9,8 @@ import numpy as np
 
 from labgym.assets import Asset
 from labgym.assets.articulation import joints
-from labgym.layouts.model import FLOOR, Layout, Placement
+from labgym.layouts.model import Layout
+from labgym.layouts.placement import FLOOR, Placement
 from labgym.layouts.rules.thresholds import MOVABLE
 
 PULLED_OUT = (0.3, 1.0)

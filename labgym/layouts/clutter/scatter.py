@@ -17,8 +17,8 @@ from labgym.geometry import BoxArray, OrientedBox, pairwise_distance, pairwise_p
 from labgym.layouts.clutter.kinds import DENSITY, KINDS, LEVELS, OPENED, Kind
 from labgym.layouts.clutter.openings import draw_openings, openable
 from labgym.layouts.clutter.ways import Point, Ways
-from labgym.layouts.model import FLOOR, WALL, Layout, Placement
-from labgym.layouts.placement import placed_part
+from labgym.layouts.model import Layout
+from labgym.layouts.placement import FLOOR, WALL, Placement, placed_part
 from labgym.layouts.rules.building import Entrance, building_of
 from labgym.layouts.rules.thresholds import LOOSE, MOVABLE, SHOWER_RADIUS
 from labgym.layouts.rules.zones import HEADROOM, front_zone

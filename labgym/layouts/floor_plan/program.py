@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 from labgym.geometry import OrientedBox
 from labgym.layouts.brief import Brief, Unit, Wall
 from labgym.layouts.constraint_solver import CM, centimeters
+from labgym.layouts.floor import Door, Room
 from labgym.layouts.floor_plan.rectangles import Edge, Ranges, Rect, fronted, rect_around, union
-from labgym.layouts.model import Door, Placement, Room
+from labgym.layouts.placement import Placement
 from labgym.layouts.rules.zones import HEADROOM, INTRUSION, door_span, front_zone
 
 if TYPE_CHECKING:

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 
 from labgym.layouts.brief import Brief
 from labgym.layouts.constraint_solver import CM, Status, run
+from labgym.layouts.floor import Room
 from labgym.layouts.floor_plan.program import WALL_GAP, Piece, Program
-from labgym.layouts.model import Placement, Room
+from labgym.layouts.placement import Placement
 from labgym.layouts.rules.building.one_room import WALL_YAW
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from labgym.geometry import OrientedBox
 from labgym.layouts.brief import Unit
 from labgym.layouts.ground import Ground
-from labgym.layouts.model import WALL
+from labgym.layouts.placement import WALL
 from labgym.layouts.request import Request
 from labgym.layouts.rules.zones import INTRUSION
 

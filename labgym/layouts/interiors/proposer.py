@@ -19,7 +19,8 @@ from labgym.layouts.interiors.needs import EXTRA_HOODS, Needs, needs_of, relaxed
 from labgym.layouts.interiors.refusals import check_floor, check_places, failure
 from labgym.layouts.interiors.setups import assembled
 from labgym.layouts.interiors.spaces import furnish_spaces
-from labgym.layouts.model import WALL, Layout
+from labgym.layouts.model import Layout
+from labgym.layouts.placement import WALL
 from labgym.layouts.request import Request
 from labgym.layouts.style import Style
 from labgym.layouts.surroundings import grounds as grounds_of

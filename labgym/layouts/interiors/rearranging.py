@@ -13,9 +13,10 @@ from labgym.layouts.ground import Ground, Segment
 from labgym.layouts.interiors.program import Option, Stand, plan_walls
 from labgym.layouts.interiors.siting import Places, all_places
 from labgym.layouts.interiors.standing import Standing
-from labgym.layouts.model import FLOOR, WALL, Layout
+from labgym.layouts.model import Layout
 from labgym.layouts.moves import Place, apply
 from labgym.layouts.pieces import clear_around
+from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.relocation import free_places
 from labgym.layouts.rules.building import building_of
 from labgym.layouts.rules.supplies import supplies_of

@@ -18,7 +18,8 @@ from labgym.assets import Asset
 from labgym.documents import Document, Record
 from labgym.geometry import OrientedBox
 from labgym.layouts.interiors.surfaces import arm_at
-from labgym.layouts.model import FLOOR, Layout, Placement
+from labgym.layouts.model import Layout
+from labgym.layouts.placement import FLOOR, Placement
 from labgym.layouts.rules.thresholds import Profile
 from labgym.layouts.stocking import BENCH_MARGIN
 from labgym.layouts.tabletop import Item, Spot, pack

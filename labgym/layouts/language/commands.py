@@ -16,8 +16,9 @@ from labgym.geometry import wrap_angle
 from labgym.layouts.adjust import Level
 from labgym.layouts.language.answers import Turn, at_most, coordinates, form, one_of
 from labgym.layouts.language.grounding import radians
-from labgym.layouts.model import FLOOR, WALL, Layout
+from labgym.layouts.model import Layout
 from labgym.layouts.moves import Command, Move, Rotate, Settle, Swap, descendants, may_move
+from labgym.layouts.placement import FLOOR, WALL
 
 MAX_COMMANDS = 12
 """Greatest number of commands in an answer."""

@@ -7,8 +7,9 @@ from typing import Any
 
 from labgym.layouts.adjust import Level
 from labgym.layouts.language.commands import surface_pose
-from labgym.layouts.model import FLOOR, WALL, Layout
+from labgym.layouts.model import Layout
 from labgym.layouts.moves import may_move
+from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.objective import Assessment
 
 MAX_OBJECTS = 200

@@ -11,8 +11,7 @@ from typing import Any
 from labgym.assets import Asset
 from labgym.geometry import wrap_angle
 from labgym.layouts.language.offer import Offer
-from labgym.layouts.model import FLOOR
-from labgym.layouts.placement import Placement
+from labgym.layouts.placement import FLOOR, Placement
 from labgym.layouts.request import Request
 
 FILLED = 0.25

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 from labgym.assets import Asset
 from labgym.layouts.cabinets import plan_cabinets
-from labgym.layouts.model import FLOOR
 from labgym.layouts.pieces import pieces
+from labgym.layouts.placement import FLOOR
 from labgym.layouts.request import Request
 
 

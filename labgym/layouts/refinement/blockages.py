@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.geometry import OrientedBox
-from labgym.layouts.model import FLOOR, Layout, Placement
+from labgym.layouts.model import Layout
 from labgym.layouts.moves import may_move
+from labgym.layouts.placement import FLOOR, Placement
 from labgym.navigation import PLANNING_RADIUS, Transition
 from labgym.navigation.clearance import Obstacles
 from labgym.navigation.grid_search import astar

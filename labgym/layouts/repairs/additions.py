@@ -6,8 +6,9 @@ from collections.abc import Iterator
 
 from labgym.assets import Asset
 from labgym.layouts.habits import Habits
-from labgym.layouts.model import FLOOR, Layout, Placement
+from labgym.layouts.model import Layout
 from labgym.layouts.moves import apply, may_move
+from labgym.layouts.placement import FLOOR, Placement
 from labgym.layouts.rearrange import rearrangements
 from labgym.layouts.relocation import free_places
 from labgym.layouts.repairs.furniture import middles

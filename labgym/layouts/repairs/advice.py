@@ -8,8 +8,8 @@ from collections.abc import Collection, Iterator
 from itertools import chain, islice
 
 from labgym.layouts.adjust import swaps
-from labgym.layouts.model import FLOOR
 from labgym.layouts.moves import apply, may_move
+from labgym.layouts.placement import FLOOR
 from labgym.layouts.repairs.berths import berths
 from labgym.layouts.repairs.changes import moved_furniture
 from labgym.layouts.repairs.rank import State

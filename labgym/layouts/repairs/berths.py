@@ -13,8 +13,9 @@ from labgym.assets import Asset
 from labgym.geometry import BoxArray, OrientedBox, pairwise_distance, rotate, wrap_angle
 from labgym.layouts.floor import Floor
 from labgym.layouts.habits import Habits
-from labgym.layouts.model import FLOOR, Layout
+from labgym.layouts.model import Layout
 from labgym.layouts.moves import Place
+from labgym.layouts.placement import FLOOR
 from labgym.layouts.relocation import AISLES, SPREAD, WALL_GAP, usable
 from labgym.layouts.rules.building import building_of
 from labgym.layouts.rules.facility.backs import TALL

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 from labgym.geometry import rotate, wrap_angle
-from labgym.layouts.model import FLOOR, WALL, Layout, Placement
+from labgym.layouts.model import Layout
+from labgym.layouts.placement import FLOOR, WALL, Placement
 
 STILL, STRAIGHT = 5e-4, 1e-3
 """Shifts in meters and turns in radians up to which an object counts as unmoved."""

@@ -14,8 +14,9 @@ from labgym.assets import Asset
 from labgym.geometry import BoxArray, OrientedBox, rotate, to_world
 from labgym.geometry.overlap import paired_inset
 from labgym.layouts.habits import Habits
-from labgym.layouts.model import FLOOR, Layout
+from labgym.layouts.model import Layout
 from labgym.layouts.moves import Place, apply, may_move, replaced
+from labgym.layouts.placement import FLOOR
 from labgym.layouts.rearrange import rearrangements
 from labgym.layouts.relocation import WALL_GAP, free_places
 from labgym.layouts.repair import brought_inside, pushed_apart

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from labgym.assets import Asset
 from labgym.layouts.fitting import Keepouts, on_wall
-from labgym.layouts.model import WALL, Layout
+from labgym.layouts.model import Layout
 from labgym.layouts.moves import Place, apply, lifted, may_move, replaced
+from labgym.layouts.placement import WALL
 from labgym.layouts.repairs.rank import State
 from labgym.protocols import Protocol
 

@@ -8,8 +8,9 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from itertools import islice
 
-from labgym.layouts.model import FLOOR, WALL, Layout
+from labgym.layouts.model import Layout
 from labgym.layouts.moves import Place, apply, descendants, may_move, without
+from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.repairs.berths import behind_poses, berths
 from labgym.layouts.repairs.rank import State, discouraged, narrowness
 from labgym.layouts.rules.facility.backs import TALL

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from labgym.assets.sizes import size_problem
-from labgym.layouts.model import FLOOR, WALL, Layout
+from labgym.layouts.model import Layout
 from labgym.layouts.moves import apply, may_move
+from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.repairs.rank import State
 from labgym.layouts.settling import free_spots, homes
 

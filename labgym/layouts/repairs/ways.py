@@ -6,8 +6,9 @@ import math
 from collections.abc import Collection, Iterator
 from itertools import chain, islice
 
-from labgym.layouts.model import FLOOR, Layout
+from labgym.layouts.model import Layout
 from labgym.layouts.moves import Command, Move, apply, may_move
+from labgym.layouts.placement import FLOOR
 from labgym.layouts.relocation import free_places
 from labgym.layouts.repairs.rank import State, narrowness
 from labgym.layouts.rules.arrangement import Arrangement

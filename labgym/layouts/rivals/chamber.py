@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
 from labgym.layouts.floor import Space
 from labgym.layouts.ground import Ground
-from labgym.layouts.model import FLOOR
+from labgym.layouts.placement import FLOOR
 from labgym.layouts.request import Request
 
 Array = NDArray[np.float64]

@@ -10,7 +10,9 @@ from typing import Any
 
 from labgym.assets import Asset
 from labgym.geometry import OrientedBox, wrap_angle
-from labgym.layouts.model import FLOOR, WALL, Layout, Placement, Provenance
+from labgym.layouts.model import Layout
+from labgym.layouts.placement import FLOOR, WALL, Placement
+from labgym.layouts.provenance import Provenance
 from labgym.layouts.request import Request
 from labgym.layouts.rivals.chamber import Chamber, Pose
 

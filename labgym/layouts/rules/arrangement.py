@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from labgym.assets import Asset
 from labgym.errors import LabgymError, UnknownNameError
 from labgym.geometry import BoxArray, OrientedBox, rotate
-from labgym.layouts.model import FLOOR, WALL, Layout, Placement, placed_box
-from labgym.layouts.placement import PartStates
+from labgym.layouts.model import Layout
+from labgym.layouts.placement import FLOOR, WALL, PartStates, Placement, placed_box
 from labgym.layouts.rules.building import Building, building_of
 from labgym.layouts.rules.thresholds import MOVABLE
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from labgym.geometry import BoxArray
 from labgym.geometry.overlap import paired_inset
-from labgym.layouts.model import FLOOR, WALL
+from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.thresholds import HEIGHT_TOLERANCE, ROOM_TOLERANCE, SURFACE_TOLERANCE, WALL_TOLERANCE
 

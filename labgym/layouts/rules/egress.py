@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.geometry import OrientedBox
+from labgym.layouts.floor import Floor, Room
 from labgym.layouts.floor.solids import leaf
-from labgym.layouts.model import FLOOR, WALL, Floor, Room
+from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.building import Building, Entrance, ManyRooms, OneRoom
 from labgym.layouts.rules.clearance import cells_to, lower_to_boxes

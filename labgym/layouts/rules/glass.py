@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from labgym.geometry import BoxArray
 from labgym.geometry.overlap import paired_inset
-from labgym.layouts.model import FLOOR, WALL
+from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.satisfaction import Instance
 from labgym.layouts.rules.thresholds import Profile

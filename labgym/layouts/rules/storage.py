@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from labgym.geometry import rotate
-from labgym.layouts.model import FLOOR, WALL
+from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.satisfaction import Instance
 from labgym.layouts.rules.thresholds import CONTAINMENT_TOLERANCE, HEIGHT_TOLERANCE

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from labgym.assets import Asset
 from labgym.geometry import OrientedBox, to_local
 from labgym.layouts.floor import Floor, Service, Space
-from labgym.layouts.model import FLOOR
+from labgym.layouts.placement import FLOOR
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.thresholds import EXHAUST_REACH, GAS_REACH, WATER_REACH
 

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration, penetration
-from labgym.layouts.model import FLOOR, WALL, Door, Room
+from labgym.layouts.floor import Door, Room
+from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.thresholds import LOOSE
 
 if TYPE_CHECKING:

@@ -9,7 +9,9 @@ from dataclasses import dataclass, field
 from labgym.geometry import OrientedBox, wrap_angle
 from labgym.layouts.brief import Unit
 from labgym.layouts.briefing import separations_of
-from labgym.layouts.model import FLOOR, WALL, Layout, Placement, Provenance
+from labgym.layouts.model import Layout
+from labgym.layouts.placement import FLOOR, WALL, Placement
+from labgym.layouts.provenance import Provenance
 from labgym.layouts.request import Request
 from labgym.layouts.sampler.inventory import list_furniture
 from labgym.layouts.sampler.rates import Rates

@@ -17,7 +17,7 @@ from labgym.layouts.brief import Nearness, Separation, Unit
 from labgym.layouts.briefing import nearness_of
 from labgym.layouts.ground import Ground, Segment
 from labgym.layouts.interiors.distribution import distribute
-from labgym.layouts.model import WALL
+from labgym.layouts.placement import WALL
 from labgym.layouts.request import Request
 from labgym.layouts.rules.zones import INTRUSION
 from labgym.layouts.sampler.beliefs import Attention, Belief, Foot, wall_gap

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
-from labgym.layouts.model import FLOOR, Layout
+from labgym.layouts.model import Layout
 from labgym.layouts.moves import Place, Rotate, Settle, apply, lifted, replaced
+from labgym.layouts.placement import FLOOR
 from labgym.layouts.rules.building import Entrance
 
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 
-from labgym.layouts.model import FLOOR, WALL, Layout
+from labgym.layouts.model import Layout
 from labgym.layouts.moves import Move, Place, Settle, apply
+from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.building import Entrance, building_of
 from labgym.layouts.rules.thresholds import MOVABLE
 from labgym.layouts.spoiling.edits import in_front_of, inside_door, on_floor, turned_about

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from labgym.assets import Asset
-from labgym.layouts.model import FLOOR, WALL, Layout, Placement
+from labgym.layouts.model import Layout
+from labgym.layouts.placement import FLOOR, WALL, Placement
 from labgym.layouts.rules.presence import resolved
 from labgym.layouts.rules.separation import HEAT_CLASSES
 from labgym.layouts.rules.storage import STORAGE_CLASSES

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from labgym.layouts.model import FLOOR, WALL, Layout
+from labgym.layouts.model import Layout
 from labgym.layouts.moves import without
+from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.spoiling.objects import hoods_of, ids_where, required_of
 from labgym.protocols import Protocol
 

@@ -13,7 +13,7 @@ from labgym.geometry import OrientedBox, rotate
 from labgym.layouts import Layout, Placement
 from labgym.layouts.floor import Floor
 from labgym.layouts.ground import without
-from labgym.layouts.model import FLOOR, WALL
+from labgym.layouts.placement import FLOOR, WALL
 from labgym.scenes.fittings.installation import Installation, Kind, moved
 from labgym.scenes.rectangle import nearest_wall
 from labgym.scenes.wall_faces import upper, wall_name

@@ -5,7 +5,7 @@ from __future__ import annotations
 from labgym.assets import Asset
 from labgym.assets.shapes.registry import EMPTY, INVERTED
 from labgym.layouts import Layout
-from labgym.layouts.model import FLOOR, WALL
+from labgym.layouts.placement import FLOOR, WALL
 from labgym.scenes.fittings.scope import has_fittings
 
 STORES = ("glassware_cabinet", "rack")

@@ -12,7 +12,7 @@ from labgym.assets.usd import set_joint, write_collider, write_geometry, write_l
 from labgym.geometry import OrientedBox, rotate
 from labgym.layouts import Placement
 from labgym.layouts.floor import Floor
-from labgym.layouts.model import FLOOR
+from labgym.layouts.placement import FLOOR
 from labgym.scenes.leaves import LEAF_DAMPING, LEAF_MASS, Leaf, leaves_of
 from labgym.scenes.usd.names import identifiers, write_note
 from labgym.scenes.wall_openings import leaf_parts

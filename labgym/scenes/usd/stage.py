@@ -14,7 +14,7 @@ from labgym.assets.articulation import State, joints
 from labgym.assets.usd import BODY, articulated_layer, asset_layer, write_labels, write_layer
 from labgym.layouts import Layout, Placement
 from labgym.layouts.floor import Finishes
-from labgym.layouts.model import WALL
+from labgym.layouts.placement import WALL
 from labgym.scenes.finishes import finishes_at, palette, texture_on
 from labgym.scenes.fittings import drawn_asset, installations
 from labgym.scenes.folders import whole_folder

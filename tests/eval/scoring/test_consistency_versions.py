@@ -11,8 +11,8 @@ from labgym.eval.scoring.consistency import SAFETY, consistency_proxy
 from labgym.eval.scoring.layout_report import ConsistencyProxy
 from labgym.layouts import Layout, load_published
 from labgym.layouts.damage import KINDS, damaged
-from labgym.layouts.model import FLOOR, WALL
 from labgym.layouts.moves import Place, Settle, apply, descendants
+from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.layouts.rules.presence import resolved
 

@@ -11,7 +11,7 @@ from labgym.layouts.generate import resolve_request
 from labgym.layouts.interiors import FloorProposer
 from labgym.layouts.interiors.distances import neighborhoods
 from labgym.layouts.interiors.distribution import distribute
-from labgym.layouts.model import FLOOR
+from labgym.layouts.placement import FLOOR
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.layouts.rules.thresholds import profile
 from labgym.layouts.surroundings import grounds

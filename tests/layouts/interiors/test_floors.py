@@ -15,7 +15,7 @@ from labgym.layouts.floor import Floor, Rectangle, Room, Space
 from labgym.layouts.floors import draw_floor
 from labgym.layouts.generate import resolve_request
 from labgym.layouts.interiors import FloorProposer
-from labgym.layouts.model import FLOOR
+from labgym.layouts.placement import FLOOR
 from labgym.layouts.sites import FloorFile
 from labgym.navigation import goal_poses
 from labgym.protocols import protocols

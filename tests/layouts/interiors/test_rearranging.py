@@ -11,8 +11,8 @@ from shapely import Polygon
 from labgym.layouts import Layout, optimise
 from labgym.layouts.generate import resolve_request
 from labgym.layouts.interiors import FloorProposer
-from labgym.layouts.model import FLOOR
 from labgym.layouts.moves import Place, apply
+from labgym.layouts.placement import FLOOR
 from labgym.layouts.rearrange import rearrangements
 from labgym.layouts.rules import evaluate_layout
 from labgym.layouts.rules.facility.backs import one_sided

@@ -7,8 +7,8 @@ import pytest
 from shapely import LineString, Point, box
 
 from labgym.assets import Catalog
+from labgym.layouts.floor import Door, Room
 from labgym.layouts.generate import resolve_request
-from labgym.layouts.model import Door, Room
 from labgym.layouts.rivals.chamber import Chamber, chambers
 from labgym.layouts.rivals.holodeck.search import Limits, candidates, grid_step, search
 from labgym.layouts.rivals.holodeck.selection import select

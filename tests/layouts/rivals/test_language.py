@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from labgym.layouts.generate import resolve_request
-from labgym.layouts.model import FLOOR
+from labgym.layouts.placement import FLOOR
 from labgym.layouts.proposers import make_proposer, proposer_names
 from labgym.layouts.rivals.language import (
     HolodeckLanguageProposer,

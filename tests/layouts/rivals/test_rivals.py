@@ -4,7 +4,8 @@ import pytest
 
 from labgym.assets import Catalog
 from labgym.layouts.generate import generate, resolve_request
-from labgym.layouts.model import FLOOR, WALL, Layout, Placement
+from labgym.layouts.model import Layout
+from labgym.layouts.placement import FLOOR, WALL, Placement
 from labgym.layouts.rivals import HolodeckPlusProposer, HolodeckProposer, SceneWeaverProposer
 from labgym.layouts.rivals.holodeck.search import Limits
 from labgym.layouts.rivals.plan import household_plan

@@ -10,8 +10,8 @@ import pytest
 from shapely import Polygon, box
 
 from labgym.assets import Catalog
+from labgym.layouts.floor import Door, Room
 from labgym.layouts.generate import resolve_request
-from labgym.layouts.model import Door, Room
 from labgym.layouts.rivals.chamber import Chamber, chambers
 from labgym.layouts.rivals.piece import Piece
 from labgym.layouts.rivals.sceneweaver.critic import Critique, Problem, critique

@@ -8,8 +8,9 @@ import pytest
 from shapely import Polygon
 
 from labgym.assets import Asset, Catalog
+from labgym.layouts.floor import Door, Room
 from labgym.layouts.generate import resolve_request
-from labgym.layouts.model import WALL, Door, Room
+from labgym.layouts.placement import WALL
 from labgym.layouts.rivals.chamber import chambers
 from labgym.layouts.rivals.holodeck.mounting import mount
 from labgym.layouts.rivals.piece import Piece

@@ -18,7 +18,8 @@ from labgym.eval.drawing.floor_drawing import outlines, sweep
 from labgym.eval.drawing.plan_labels import readable_name
 from labgym.geometry import OrientedBox
 from labgym.layouts.floor import Floor
-from labgym.layouts.model import FLOOR, Layout, Placement
+from labgym.layouts.model import Layout
+from labgym.layouts.placement import FLOOR, Placement
 from labgym.navigation import OBSTACLE_HEIGHT
 from labgym.scenes.building import building_solids
 from labgym.scenes.floor_covering import coverings, region_outline

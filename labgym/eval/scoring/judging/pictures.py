@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from labgym.layouts.model import FLOOR, Layout
+from labgym.layouts.model import Layout
+from labgym.layouts.placement import FLOOR
 from labgym.navigation.clearance import Obstacles
 from labgym.protocols import Protocol
 from labgym.scenes.corners import corner_views

@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Literal
 
 from labgym.geometry import rotate
-from labgym.layouts.model import FLOOR
+from labgym.layouts.placement import FLOOR
 from labgym.layouts.rivals.piece import Piece
 
 RelationKind = Literal["against_wall", "front_against", "side_by_side", "on"]

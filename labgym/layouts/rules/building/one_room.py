@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from labgym.geometry import BoxArray, OrientedBox
 from labgym.geometry.frames import PlanarPose
-from labgym.layouts.floor import Side
-from labgym.layouts.model import Door, Room
+from labgym.layouts.floor import Door, Room, Side
 from labgym.layouts.rules.building.interface import Array, Entrance, Workplace
 from labgym.layouts.rules.zones import door_area, doorway, in_room
 

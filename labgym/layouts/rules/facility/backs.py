@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from labgym.geometry import BoxArray, OrientedBox, pairwise_distance
-from labgym.layouts.model import FLOOR
+from labgym.layouts.placement import FLOOR
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.facility.issue import FacilityIssue, issue
 from labgym.layouts.rules.thresholds import BACK_GAP, MOVABLE, ONE_SIDED

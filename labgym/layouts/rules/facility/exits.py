@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from labgym.layouts.model import Room
+from labgym.layouts.floor import Room
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.building import Building, OneRoom
 from labgym.layouts.rules.egress import narrow_ways

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from labgym.geometry import distance
-from labgym.layouts.model import FLOOR
+from labgym.layouts.placement import FLOOR
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.facility.issue import FacilityIssue, issue
 from labgym.layouts.rules.thresholds import MOVABLE, Severity

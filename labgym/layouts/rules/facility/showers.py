@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from labgym.geometry import BoxArray, OrientedBox, distance, pairwise_distance
-from labgym.layouts.model import FLOOR, WALL
+from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.facility.issue import FacilityIssue, issue
 from labgym.layouts.rules.open_doors import with_open_doors

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from labgym.geometry import OrientedBox, distance, penetration
-from labgym.layouts.model import FLOOR, WALL
+from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.egress import WIDEST, narrow_ways
 from labgym.layouts.rules.facility.corrosives import corrosive_liquids
 from labgym.layouts.rules.facility.fronts import blocked_fronts

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from labgym.geometry.frames import PlanarPose
-from labgym.layouts.model import FLOOR, WALL
+from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.open_doors import with_open_doors
 from labgym.layouts.rules.thresholds import MOVABLE

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from labgym.layouts.model import FLOOR
+from labgym.layouts.placement import FLOOR
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.facility import FacilityIssue
 from labgym.layouts.rules.facility.backs import one_sided

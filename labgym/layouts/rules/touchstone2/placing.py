@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from dataclasses import dataclass
 
-from labgym.layouts.model import FLOOR, WALL
+from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.presence import resolved
 from labgym.protocols import Protocol

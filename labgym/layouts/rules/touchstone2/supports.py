@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from labgym.assets import Asset
-from labgym.layouts.model import FLOOR, WALL
+from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.bounds import BoundsFault
 
