@@ -76,10 +76,11 @@ def read_ros_map(path: str | Path, thickness: float | None = None) -> Floor:
         drawing.marks += [[mark] for mark in _doors(grid, start, end, thickness)]
     if not drawing.marks:
         raise DocumentError(path, "", f"the outer walls have no gap of {DOOR[0]:g} to {DOOR[1]:g} m: draw a door")
-    walls, passages = partitions(grid, inner, direction(inner), max(THICKEST, thickness + 1.01 * grid.resolution))
+    doors = [mark for alternatives in drawing.marks for mark in alternatives]
+    walls = partitions(grid, inner, doors, direction(inner), max(THICKEST, thickness + 1.01 * grid.resolution))
     if walls:
-        drawing.strips += walls
-        drawing.marks += [[passage] for passage in passages]
+        drawing.strips += [wall.strip for wall in walls]
+        drawing.marks += [[mark] for wall in walls for mark in wall.marks]
     else:
         drawing.outlines.append(tuple((x, y) for x, y in inner.exterior.coords[:-1]))
     return assemble(drawing, path, path.parent.name if path.stem == "map" else path.stem)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.exchange.drawing import Mark
+from labgym.exchange.inner_walls import InnerWall, standing
 from labgym.exchange.ros_files import RosMap
 from labgym.exchange.strips import Point, Strip
 
@@ -47,6 +48,16 @@ class _Band:
 
 
 @dataclass(frozen=True)
+class _Run:
+    """A wall along a row: its ends, its gaps and its length without them, in cells; whether its ends are at walls."""
+
+    ends: tuple[float, float]
+    gaps: tuple[tuple[float, float], ...]
+    solid: int
+    held: tuple[bool, bool]
+
+
+@dataclass(frozen=True)
 class Aligned:
     """A map turned so that its main direction is x.
 
@@ -68,23 +79,24 @@ class Aligned:
     thickest: float
 
 
-def partitions(grid: RosMap, inner: Polygon, yaw: float, thickest: float = THICKEST) -> tuple[list[Strip], list[Mark]]:
-    """Return the inner walls of a map and the passages in them.
+def partitions(
+    grid: RosMap, inner: Polygon, doors: Sequence[Mark], yaw: float, thickest: float = THICKEST
+) -> list[InnerWall]:
+    """Return the inner walls of a map, with the passages in them.
 
     An inner wall is a thin straight structure along or across a direction. It is at least 1 m long and begins at an
     outer wall or at another inner wall, or at least 0.5 m long between two of them. A gap of 0.6 to 2.5 m up to the
     next wall is a passage. Where furniture stands against a wall the two cannot be distinguished; a wall without a free
-    part of that length is not found.
+    part of that length is not found. `standing` says which rows of furniture are not mistaken for walls.
 
     Args:
-        inner: area between the outer walls, meters. yaw: the direction, radians.
+        inner: area between the outer walls, meters. doors: gaps in them. yaw: the direction, radians.
         thickest: thickness of the thickest wall, meters.
     """
     plans = _aligned(grid, inner, yaw, thickest)
     bands = [_bands(plan) for plan in plans]
     masks = [_mask(plan, own) for plan, own in zip(plans, bands, strict=True)]
-    strips: list[Strip] = []
-    marks: list[Mark] = []
+    walls: list[InnerWall] = []
     for index, plan in enumerate(plans):
         crossing, mirrored = masks[1 - index].T, index == 1
         for line in _lines(plan, bands[index], crossing):
@@ -92,11 +104,11 @@ def partitions(grid: RosMap, inner: Polygon, yaw: float, thickest: float = THICK
             if wall is not None:
                 middle = float(np.mean([band.middle for band in line]))
                 thickness = max(band.r1 - band.r0 for band in line) * plan.cell
-                spans = ((wall[0][0],), (wall[0][1],), *wall[1])
-                start, end, *gaps = [[_point(plan, at, middle, mirrored) for at in span] for span in spans]
-                strips.append(Strip(start[0], end[0], thickness))
-                marks += [Mark(gap[0], gap[1], "passage") for gap in gaps]
-    return strips, marks
+                start, end = (_point(plan, at, middle, mirrored) for at in wall.ends)
+                gaps = [tuple(_point(plan, at, middle, mirrored) for at in gap) for gap in wall.gaps]
+                marks = tuple(Mark(low, high, "passage") for low, high in gaps)
+                walls.append(InnerWall(Strip(start, end, thickness), marks, wall.solid * plan.cell, wall.held))
+    return standing(walls, doors, inner, grid.resolution)
 
 
 def _aligned(grid: RosMap, inner: Polygon, yaw: float, thickest: float) -> tuple[Aligned, Aligned]:
@@ -197,10 +209,8 @@ def _lines(plan: Aligned, bands: list[_Band], crossing: Mask) -> list[list[_Band
     return lines
 
 
-def _wall(
-    plan: Aligned, line: list[_Band], crossing: Mask
-) -> tuple[tuple[float, float], list[tuple[float, float]]] | None:
-    """Return the ends of a wall and the gaps in it, in cells along it; None if it is too short or stands alone."""
+def _wall(plan: Aligned, line: list[_Band], crossing: Mask) -> _Run | None:
+    """Return the wall that some bands are parts of; None if it is too short or stands alone."""
     row = min(int(line[0].middle), plan.occupied.shape[0] - 1)
     anchors = _anchors(plan, row, crossing)
     gaps: list[tuple[float, float]] = []
@@ -208,13 +218,13 @@ def _wall(
         gaps += _free_runs(plan.free[row], band.c1, following.c0)
     left, left_gap, left_anchored = _walk(plan, row, anchors, line[0].c0 - 1, -1)
     right, right_gap, right_anchored = _walk(plan, row, anchors, line[-1].c1, 1)
-    solid = sum(band.c1 - band.c0 for band in line) * plan.cell
+    solid = sum(band.c1 - band.c0 for band in line)
     if not (left_anchored or right_anchored):
         return None
-    if solid < (SHORTEST_BETWEEN if left_anchored and right_anchored else SHORTEST):
+    if solid * plan.cell < (SHORTEST_BETWEEN if left_anchored and right_anchored else SHORTEST):
         return None
-    wide = [gap for gap in [*left_gap, *gaps, *right_gap] if (gap[1] - gap[0]) * plan.cell >= LONGEST_NOISE]
-    return (left, right), wide
+    wide = tuple(gap for gap in [*left_gap, *gaps, *right_gap] if (gap[1] - gap[0]) * plan.cell >= LONGEST_NOISE)
+    return _Run((left, right), wide, solid, (left_anchored, right_anchored))
 
 
 def _walk(plan: Aligned, row: int, anchors: Mask, at: int, step: int) -> tuple[float, list[tuple[float, float]], bool]:

@@ -134,6 +134,14 @@ def test_furnished_rooms_have_no_inner_walls(tmp_path, name):
     assert len(room.doors) == len(layout.room.doors)
 
 
+@pytest.mark.parametrize("name", published("floors-seen"))
+def test_rows_of_furniture_between_inner_walls_do_not_prevent_reading(tmp_path, name):
+    layout = load_published("floors-seen", name)
+    again = read_ros_map(write_ros_map(layout, tmp_path / "ros"))
+    area = sum(region(space).area for space in layout.floor.spaces)
+    assert sum(region(space).area for space in again.spaces) == pytest.approx(area, rel=0.06)
+
+
 def test_furniture_does_not_disturb_the_outline(tmp_path):
     layout = island_laboratory()
     room = read_ros_map(write_ros_map(layout, tmp_path / "ros")).room
