@@ -187,7 +187,7 @@ def outline(
     Args:
         file: A .dxf drawing, or the map.yaml of a ROS map next to its image.
         out: The .json file of the layout.
-        unit: Unit of a drawing that names none: in, ft, mm, cm, dm or m.
+        unit: Unit of the drawing, in place of the one that it names: in, ft, mm, cm, dm or m.
         thickness: Thickness of walls that the file does not show, meters. Default: 0.2 for a drawing without walls; of
             a map what it shows.
         crop: X0,Y0,X1,Y1: the part of a drawing that is read, in its units, such as a plan next to an elevation.

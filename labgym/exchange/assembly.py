@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
 
 LIMITS = {"walls": 1000, "openings": 500, "outlines": 200}
 """Largest numbers of parts of a floor."""
+FARTHEST = 100.0
+"""Largest coordinate of walls and spaces, meters."""
 
 
 def assemble(drawing: Drawing, source: object, name: str = "drawing", thickness: float = 0.2) -> Floor:
@@ -40,6 +43,10 @@ def assemble(drawing: Drawing, source: object, name: str = "drawing", thickness:
     for what, count in (("walls", drawing.strips), ("openings", drawing.marks), ("outlines", drawing.outlines)):
         if len(count) > LIMITS[what]:
             raise DocumentError(source, what, f"{len(count)} {what}; at most {LIMITS[what]} are read: split the floor")
+    whole, here = drawing, (0, 0)
+    if not drawing.placed and max(map(abs, drawing.bounds())) > FARTHEST:  # coordinates of a site or a national grid
+        here = _corner(drawing, source)
+        drawing = drawing.moved(-here[0], -here[1])
     polygons = nested(drawing.outlines)
     strips = drawing.strips or [strip for polygon in polygons for strip in around(corners(polygon), thickness)]
     if not strips:
@@ -54,7 +61,10 @@ def assemble(drawing: Drawing, source: object, name: str = "drawing", thickness:
         if not polygons:
             polygons = enclosed(walls)
         if not polygons:
-            raise OptionError("the walls enclose no space: close the gaps between them, or draw the outlines of rooms")
+            doors = "" if drawing.marks else "no door was read, and "
+            raise OptionError(
+                f"{doors}the walls enclose no space: close the gaps between them, or draw the outlines of rooms"
+            )
         spaces = _spaces(polygons, drawing.tags, max(wall.height for wall in walls))
         floor_parts: dict[str, Any] = {
             "columns": tuple(Column(**each) for each in drawing.columns),
@@ -62,14 +72,32 @@ def assemble(drawing: Drawing, source: object, name: str = "drawing", thickness:
             "keep_outs": tuple(KeepOut(**each) for each in drawing.keep_outs),
         }
         if not drawing.placed:
-            drawing.shift = _to_origin(spaces)
-            walls, spaces, floor_parts = _shifted(walls, spaces, floor_parts, *drawing.shift)
+            dx, dy = _to_origin(spaces)
+            walls, spaces, floor_parts = _shifted(walls, spaces, floor_parts, dx, dy)
+            whole.shift = dx - here[0], dy - here[1]
         walls, spaces = squared(walls, spaces)
         return Floor(name=name[:80], walls=tuple(walls), spaces=tuple(spaces), **floor_parts)
     except ValidationError as error:
         raise document_error(source, error) from None
     except OptionError as error:
-        raise DocumentError(source, "", str(error)) from None
+        origin = f"; coordinates count from ({here[0]}, {here[1]}) m of the drawing" if here != (0, 0) else ""
+        raise DocumentError(source, "", f"{error}{origin}") from None
+
+
+def _corner(drawing: Drawing, source: object) -> tuple[int, int]:
+    """Return the lower left corner of a drawing, rounded down to meters.
+
+    Raises:
+        DocumentError: the drawing is too large for a floor.
+    """
+    x0, y0, x1, y1 = drawing.bounds()
+    if max(x1 - x0, y1 - y0) > FARTHEST:
+        size = f"{x1 - x0:.0f} x {y1 - y0:.0f} m"
+        problem = (
+            f"walls and outlines cover {size}, over {FARTHEST:g} m: check the unit of the drawing, or draw one floor"
+        )
+        raise DocumentError(source, "", problem)
+    return math.floor(x0), math.floor(y0)
 
 
 def _spaces(polygons: Sequence[Polygon], tags: Sequence[Tag], ceiling: float) -> list[Space]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from labgym.exchange.strips import Point, Strip
@@ -82,3 +82,35 @@ class Drawing:
     furniture: list[Piece] = field(default_factory=list)
     placed: bool = False
     shift: Point = (0.0, 0.0)
+
+    def bounds(self) -> tuple[float, float, float, float]:
+        """Return x0, y0, x1, y1 of the walls and outlines, meters; zeros if there are none."""
+        points = [point for strip in self.strips for point in (strip.start, strip.end)]
+        points += [point for outline in self.outlines for point in outline]
+        xs, ys = zip(*points, strict=True) if points else ((0.0,), (0.0,))
+        return min(xs), min(ys), max(xs), max(ys)
+
+    def moved(self, dx: float, dy: float) -> Drawing:
+        """Return the parts moved by a distance in meters, furniture excepted."""
+
+        def at(point: Point) -> Point:
+            return point[0] + dx, point[1] + dy
+
+        def mark(old: Mark) -> Mark:
+            hinge = None if old.hinge is None else at(old.hinge)
+            toward = None if old.toward is None else at(old.toward)
+            return replace(old, start=at(old.start), end=at(old.end), hinge=hinge, toward=toward)
+
+        def fields(records: list[dict[str, Any]]) -> list[dict[str, Any]]:
+            return [{**record, "x": record["x"] + dx, "y": record["y"] + dy} for record in records]
+
+        return replace(
+            self,
+            strips=[replace(strip, start=at(strip.start), end=at(strip.end)) for strip in self.strips],
+            marks=[[mark(each) for each in alternatives] for alternatives in self.marks],
+            outlines=[tuple(map(at, outline)) for outline in self.outlines],
+            tags=[replace(tag, x=tag.x + dx, y=tag.y + dy) for tag in self.tags],
+            columns=fields(self.columns),
+            services=fields(self.services),
+            keep_outs=fields(self.keep_outs),
+        )

@@ -184,8 +184,10 @@ def _free(taken: Iterable[tuple[float, float]], low: float, high: float) -> Iter
     """Yield the parts of an interval that are not taken and long enough."""
     here = low
     for start, end in sorted(taken):
-        if start - here > SHORTEST and start <= high:
-            yield here, min(start, high)
+        if start >= high:
+            break
+        if start - here > SHORTEST:
+            yield here, start
         here = max(here, end)
     if high - here > SHORTEST:
         yield here, high

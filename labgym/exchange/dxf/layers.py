@@ -47,7 +47,7 @@ _WORDS = {
     WINDOWS: r"GLAZ|WINDOW|FENSTER|FEN[EÊ]TRE|VENTANA|窗",
     COLUMNS: r"COLS|COLUMN|ST(?:Ü|UE)TZE|POTEAU|PILLAR|柱",
     SPACES: r"AREA|ROOM|SPACE|RAUM|PI[EÈ]CE|OUTLINE|房间",
-    WALLS: r"WALL|W(?:A|Ä|AE)ND|MUR(?:S|O|$|[^A-Z])|墙",
+    WALLS: r"WALL|W(?:A|Ä|AE)ND|MUR(?:S|O|$|[^A-Z])|PARED|墙",
 }
 _KINDS = re.compile(r"WATER|GAS|EXHAUST|POWER", re.IGNORECASE)
 _PATTERNS = {layer: re.compile(words, re.IGNORECASE) for layer, words in _WORDS.items()}

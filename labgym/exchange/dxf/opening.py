@@ -55,8 +55,6 @@ def open_drawing(path: str | Path) -> Drawing:
         MissingDependencyError: ezdxf is not installed.
     """
     ezdxf = load_ezdxf()
-    from ezdxf.lldxf.const import DXFError
-
     raw = _content(Path(path))
     try:
         text = raw.decode("utf-8")
@@ -65,7 +63,7 @@ def open_drawing(path: str | Path) -> Drawing:
     try:
         drawing: Drawing = ezdxf.read(io.StringIO(text.replace("\r\n", "\n").replace("\r", "\n")))
         blocks = list(drawing.blocks)
-    except DXFError as error:
+    except dxf_errors() as error:
         raise DocumentError(path, "", f"not a readable DXF drawing ({str(error)[:120]})") from None
     except FAULTS as error:
         raise DocumentError(path, "", f"a damaged DXF drawing ({type(error).__name__})") from None
@@ -73,6 +71,14 @@ def open_drawing(path: str | Path) -> Drawing:
         if block.block is not None and int(block.block.dxf.get("flags", 0)) & XREF_FLAGS:
             raise DocumentError(path, "", f"block {block.name[:60]!r} refers to another file: bind or remove the XREF")
     return drawing
+
+
+def dxf_errors() -> tuple[type[Exception], ...]:
+    """Return the errors of ezdxf, some of which are none of `FAULTS`."""
+    load_ezdxf()
+    from ezdxf.lldxf.const import DXFError
+
+    return (DXFError,)
 
 
 def meters_per_unit(drawing: Drawing, path: str | Path, unit: str | None) -> float:
@@ -92,7 +98,11 @@ def meters_per_unit(drawing: Drawing, path: str | Path, unit: str | None) -> flo
     code = drawing.header.get("$INSUNITS", 0)
     if code not in CODES:
         what = "no unit" if code == 0 else f"the unit {code}"
-        raise DocumentError(path, "$INSUNITS", f"the drawing has {what}: pass --unit {'|'.join(UNITS)}")
+        raise DocumentError(
+            path,
+            "$INSUNITS",
+            f"the drawing has {what}: set it, or read the floor with labgym outline --unit {'|'.join(UNITS)}",
+        )
     return UNITS[CODES[code]]
 
 
@@ -105,11 +115,15 @@ class Context:
 
 
 def entities(drawing: Drawing, path: str | Path) -> Iterator[tuple[Context, DXFEntity]]:
-    """Yield the entities of a drawing's model space, with the content of inserted blocks after each.
+    """Yield the visible entities of a drawing's model space, with the content of inserted blocks after each.
+
+    Entities are invisible if they are marked so, as in the unused states of dynamic blocks, or if their layer is off or
+    frozen. As in CAD programs, a frozen layer hides all of a block that is inserted on it, one that is off does not.
 
     Raises:
-        DocumentError: there are too many entities, or blocks are nested too deeply.
+        DocumentError: there are too many entities, a block is not defined, or blocks are nested too deeply.
     """
+    off, frozen = hidden_layers(drawing)
     count = 0
     stack: list[tuple[Context, DXFEntity]] = [(Context(), entity) for entity in reversed(list(drawing.modelspace()))]
     while stack:
@@ -120,7 +134,10 @@ def entities(drawing: Drawing, path: str | Path) -> Iterator[tuple[Context, DXFE
         layer = str(entity.dxf.get("layer", "0"))
         # Entities of a block on layer 0 are drawn on the layer on which the block is inserted.
         here = around.layers if layer == "0" and around.blocks else (layer, *around.layers)
-        yield Context(here, around.blocks), entity
+        if entity.dxf.get("invisible", 0) or here[0].casefold() in frozen:
+            continue
+        if here[0].casefold() not in off:
+            yield Context(here, around.blocks), entity
         if entity.dxftype() == "INSERT":
             if len(around.blocks) >= MAX_DEPTH:
                 raise DocumentError(path, "", f"blocks are nested deeper than {MAX_DEPTH} levels")
@@ -132,7 +149,16 @@ def _parts(insert: Insert, path: str | Path) -> list[DXFEntity]:
     """Return the content of an inserted block in the coordinates of the drawing, without nested blocks' content."""
     if max(insert.dxf.get("row_count", 1), insert.dxf.get("column_count", 1)) > 1:
         raise DocumentError(path, "", f"block {block_name(insert)!r} is inserted as an array: explode it")
+    if insert.block() is None:
+        raise DocumentError(path, "", f"block {block_name(insert)!r} is inserted but not defined: define or delete it")
     return list(insert.virtual_entities())
+
+
+def hidden_layers(drawing: Drawing) -> tuple[frozenset[str], frozenset[str]]:
+    """Return the case-folded names of the layers that are off, and of those that are frozen."""
+    layers = list(drawing.layers)
+    off = frozenset(str(layer.dxf.name).casefold() for layer in layers if layer.is_off())
+    return off, frozenset(str(layer.dxf.name).casefold() for layer in layers if layer.is_frozen())
 
 
 def block_name(insert: DXFEntity) -> str:

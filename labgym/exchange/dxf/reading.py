@@ -16,7 +16,16 @@ from labgym.exchange.assembly import assemble
 from labgym.exchange.drawing import Drawing, Mark, Piece, Tag
 from labgym.exchange.dxf import blocks, layers
 from labgym.exchange.dxf.arcs import SAGITTA, Arc, curved_walls, flattened
-from labgym.exchange.dxf.opening import FAULTS, Context, block_name, entities, meters_per_unit, open_drawing
+from labgym.exchange.dxf.contents import nothing_read
+from labgym.exchange.dxf.opening import (
+    FAULTS,
+    Context,
+    block_name,
+    dxf_errors,
+    entities,
+    meters_per_unit,
+    open_drawing,
+)
 from labgym.exchange.dxf.sheets import Window, advice, drawings
 from labgym.exchange.strips import THICKNESS, Point, Stroke, strips
 from labgym.layouts import Placement
@@ -32,8 +41,11 @@ FLAT = 1e-6
 OUTLINE_SAGITTA = 0.004
 """Greatest distance of the arcs in outlines of rooms from their chords, meters: less than of those of walls."""
 LONGEST = 1000.0
-"""Largest coordinate of a drawing, meters."""
+"""Largest radius of an arc, meters."""
+FARTHEST = 2e7
+"""Largest coordinate of a drawing, meters: those of national grids are below."""
 WALL_THICKNESS = 0.2
+NOTHING_INSIDE = "no wall and no outline of a room inside the window of --crop: give it in units of the drawing"
 
 
 def read_dxf(
@@ -115,11 +127,13 @@ def _read(path: Path, unit: str | None, thickness: float, window: Window | None 
                 collector.add(context, entity)
         curved = curved_walls(collector.arcs)
         walls = strips([*collector.walls, *curved], oriented=collector.drawing.placed)
+        if not walls and not collector.drawing.outlines:
+            raise DocumentError(path, "walls", nothing_read(drawing, scale) if window is None else NOTHING_INSIDE)
     except OptionError as error:
         raise DocumentError(path, "", f"{error}{collector.advice()}") from None
     except LabgymError:
         raise
-    except FAULTS as error:
+    except (*FAULTS, *dxf_errors()) as error:
         raise DocumentError(path, "", f"a damaged DXF drawing ({type(error).__name__})") from None
     parts = collector.drawing
     parts.strips = walls
@@ -247,7 +261,7 @@ class _Collector:
         center, radius = self._point(arc.ocs().to_wcs(arc.dxf.center)), float(arc.dxf.radius) * self.scale
         ends = [self._point(point) for point in (arc.start_point, arc.end_point)]
         if not 0.0 < radius < LONGEST:
-            raise OptionError(f"an arc of a door has a radius of {radius:g} m")
+            raise OptionError(f"an arc of a door has a radius of {radius:g} m: check the unit of the drawing")
         return [
             Mark(center, ends[0], "door", center, ends[1]),
             Mark(center, ends[1], "door", center, ends[0]),
@@ -300,13 +314,15 @@ class _Collector:
             a, b = b, a
         radius = math.dist(center, a)
         if not 0.0 < radius < LONGEST or span <= 0.0:
-            raise OptionError(f"an arc of a wall has a radius of {radius:g} m and a span of {span:g} rad")
+            raise OptionError(
+                f"an arc of a wall has a radius of {radius:g} m and a span of {span:g} rad: check the unit"
+            )
         height = abs(float(entity.dxf.get("thickness", 0.0))) * self.scale
         self.arcs.append((Arc(center, radius, math.atan2(a[1] - center[1], a[0] - center[0]), span), height))
 
     def _point(self, point: Iterable[float]) -> Point:
         x, y, *_ = (float(value) * self.scale for value in point)
-        if not (abs(x) <= LONGEST * 1000.0 and abs(y) <= LONGEST * 1000.0):
+        if not (abs(x) <= FARTHEST and abs(y) <= FARTHEST):
             raise OptionError(f"a point at ({x:g}, {y:g}) m is too far away; check the unit of the drawing")
         return x, y
 

@@ -1,0 +1,166 @@
+"""Drawings of other programs: several rooms, site coordinates, hidden layers, undefined blocks, unknown layers."""
+
+import math
+import random
+
+import ezdxf
+import pytest
+
+from exchange.floors import differences
+from labgym.assets import Catalog
+from labgym.cli import main
+from labgym.errors import DocumentError
+from labgym.exchange.dxf.reading import read_dxf, read_furniture
+
+FACES = [
+    *(
+        ((-0.2, -0.2), (1, -0.2)),
+        ((2, -0.2), (10.35, -0.2)),
+        ((10.35, -0.2), (10.35, 6.2)),
+        ((10.35, 6.2), (-0.2, 6.2)),
+    ),
+    *(((-0.2, 6.2), (-0.2, -0.2)), ((0, 0), (1, 0)), ((2, 0), (7, 0)), ((7.15, 0), (10.15, 0)), ((0, 0), (0, 6))),
+    *(((0, 6), (7, 6)), ((7.15, 6), (10.15, 6)), ((10.15, 6), (10.15, 0)), ((7, 0), (7, 3)), ((7, 4), (7, 6))),
+    *(((7.15, 0), (7.15, 3)), ((7.15, 4), (7.15, 6)), ((1, 0), (1, -0.2)), ((2, 0), (2, -0.2)), ((7, 3), (7.15, 3))),
+]
+"""Faces of the walls of a laboratory of 7 x 6 m and a store of 3 x 6 m, with two gaps of 1 m for doors."""
+
+
+def plan(path, faces=FACES, offset=(0.0, 0.0), layer="WALLS", change=None):
+    """Write a drawing in millimeters whose lower left room corner is at an offset in meters."""
+    drawing = ezdxf.new("R2010")
+    drawing.header["$INSUNITS"] = 4
+    model = drawing.modelspace()
+
+    def at(x, y):
+        return (x + offset[0]) * 1000.0, (y + offset[1]) * 1000.0
+
+    for a, b in faces:
+        model.add_line(at(*a), at(*b), {"layer": layer})
+    for hinge, start in (((1, 0), 0), ((7, 3), 90)):
+        model.add_arc(at(*hinge), 1000.0, start, start + 90, dxfattribs={"layer": "DOORS"})
+    if change is not None:
+        change(drawing, at)
+    drawing.saveas(path)
+    return path
+
+
+def areas(floor):
+    return [sum((r.x1 - r.x0) * (r.y1 - r.y0) for r in space.region) for space in floor.spaces]
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_both_rooms_are_read_whatever_the_order_and_direction_of_the_lines(seed, tmp_path):
+    faces, generator = list(FACES), random.Random(seed)
+    if seed:
+        faces = [face if generator.random() < 0.5 else face[::-1] for face in generator.sample(faces, len(faces))]
+    floor = read_dxf(plan(tmp_path / "plan.dxf", faces))
+    assert areas(floor) == pytest.approx([42.0, 18.0], abs=1e-3)
+    assert sum(opening.kind == "door" for wall in floor.walls for opening in wall.openings) == 2
+
+
+@pytest.mark.parametrize("offset", [(5400.0, -3200.0), (432_107.25, 5_411_862.5)])
+def test_a_drawing_in_coordinates_of_a_site_is_the_same_floor(offset, tmp_path):
+    near = read_dxf(plan(tmp_path / "near.dxf"))
+    far = read_dxf(plan(tmp_path / "far.dxf", offset=offset))
+    assert differences(near, far) == []
+
+
+def test_furniture_in_coordinates_of_a_site_stands_in_the_room(tmp_path):
+    def hood(drawing, at):
+        drawing.blocks.new("HOOD").add_line((0, 0), (1500, 0))
+        insert = drawing.modelspace().add_blockref("HOOD", at(3, 5.5), {"layer": "FURNITURE", "rotation": 180})
+        insert.add_attrib("ASSET", "FumeHood")
+
+    path = plan(tmp_path / "far.dxf", offset=(5400.0, 3200.0), change=hood)
+    (piece,) = read_furniture(path, Catalog.load())
+    assert piece.position[:2] == pytest.approx((3.0, 5.5), abs=1e-3)
+    assert abs(piece.yaw) == pytest.approx(math.pi)
+
+
+def test_a_drawing_with_the_wrong_unit_is_refused_with_its_size(tmp_path):
+    def meters(drawing, at):
+        drawing.header["$INSUNITS"] = 6
+        for arc in list(drawing.modelspace().query("ARC")):
+            drawing.modelspace().delete_entity(arc)
+
+        corners = [at(0, 0), at(9, 0), at(9, 7), at(0, 7)]
+        drawing.modelspace().add_lwpolyline(corners, close=True, dxfattribs={"layer": "ROOM"})
+
+    path = plan(tmp_path / "plan.dxf", [], change=meters)
+    with pytest.raises(DocumentError, match="check the unit"):
+        read_dxf(path)
+
+
+@pytest.mark.parametrize("hide", ["off", "freeze", "invisible"])
+def test_hidden_parts_are_not_read(hide, tmp_path):
+    def demolished(drawing, at):
+        layer = drawing.layers.add("WALL-DEMOLISHED")
+        for x in (3.0, 3.1):
+            line = drawing.modelspace().add_line(at(x, 1), at(x, 5), {"layer": "WALL-DEMOLISHED"})
+            if hide == "invisible":
+                line.dxf.invisible = 1
+        if hide != "invisible":
+            getattr(layer, hide)()
+
+    floor = read_dxf(plan(tmp_path / "plan.dxf", change=demolished))
+    assert differences(floor, read_dxf(plan(tmp_path / "whole.dxf"))) == []
+
+
+def test_a_frozen_layer_hides_a_block_and_a_layer_that_is_off_only_its_own_parts(tmp_path):
+    def option(state):
+        def draw(drawing, at):
+            block = drawing.blocks.new("OPTION")
+            for x in (3.0, 3.1):
+                block.add_line(at(x, 1), at(x, 5), {"layer": "WALLS"})
+            getattr(drawing.layers.add("OPTIONS"), state)()
+            drawing.modelspace().add_blockref("OPTION", (0, 0), {"layer": "OPTIONS"})
+
+        return draw
+
+    whole = read_dxf(plan(tmp_path / "whole.dxf"))
+    assert differences(read_dxf(plan(tmp_path / "frozen.dxf", change=option("freeze"))), whole) == []
+    with pytest.raises(DocumentError, match="overlaps wall"):
+        read_dxf(plan(tmp_path / "off.dxf", change=option("off")))
+
+
+def test_a_block_without_definition_is_named_in_one_line(tmp_path, capsys):
+    def insert(drawing, at):
+        drawing.modelspace().add_blockref("DOOR_900", at(3, 0))
+
+    path = plan(tmp_path / "plan.dxf", change=insert)
+    assert main(["outline", str(path), "--out", str(tmp_path / "floor.json")]) == 2
+    error = capsys.readouterr().err
+    assert "'DOOR_900'" in error
+    assert error.count("\n") == 1
+    assert not (tmp_path / "floor.json").exists()
+
+
+def test_a_drawing_without_walls_is_refused_with_what_it_has(tmp_path):
+    with pytest.raises(DocumentError, match=r"the layers are TABIQUES \(LINE\), DOORS \(ARC\)"):
+        read_dxf(plan(tmp_path / "names.dxf", layer="TABIQUES"))
+
+    def hatch(drawing, at):
+        path = drawing.modelspace().add_hatch(dxfattribs={"layer": "A-WALL"}).paths
+        path.add_polyline_path([at(0, 0), at(9, 0), at(9, 0.2), at(0, 0.2)])
+
+    with pytest.raises(DocumentError, match=r"A-WALL \(HATCH\)"):
+        read_dxf(plan(tmp_path / "hatch.dxf", [], change=hatch))
+
+    def shrunk(drawing, at):
+        drawing.header["$INSUNITS"] = 6
+        for line in drawing.modelspace().query("LINE"):
+            line.scale(1e-6, 1e-6, 1.0)
+        for arc in list(drawing.modelspace().query("ARC")):
+            drawing.modelspace().delete_entity(arc)
+
+    with pytest.raises(DocumentError, match=r"with its unit the drawing is 0.010. x 0.0064 m"):
+        read_dxf(plan(tmp_path / "unit.dxf", change=shrunk))
+
+    path = plan(tmp_path / "off.dxf", change=lambda drawing, at: drawing.layers.add("WALLS").off())
+    with pytest.raises(DocumentError, match=r"WALLS \(LINE; off\)"):
+        read_dxf(path)
+
+
+def test_a_spanish_layer_of_walls_is_read(tmp_path):
+    assert areas(read_dxf(plan(tmp_path / "plan.dxf", layer="ARQ-PAREDES"))) == pytest.approx([42.0, 18.0], abs=1e-3)
