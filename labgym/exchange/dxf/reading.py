@@ -133,7 +133,7 @@ def _read(path: Path, unit: str | None, thickness: float, window: Window | None 
         raise DocumentError(path, "", f"{error}{collector.advice()}") from None
     except LabgymError:
         raise
-    except (*FAULTS, *dxf_errors()) as error:
+    except FAULTS + dxf_errors() as error:
         raise DocumentError(path, "", f"a damaged DXF drawing ({type(error).__name__})") from None
     parts = collector.drawing
     parts.strips = walls
