@@ -84,7 +84,7 @@ class Drawing:
     shift: Point = (0.0, 0.0)
 
     def bounds(self) -> tuple[float, float, float, float]:
-        """Return x0, y0, x1, y1 of the walls and outlines, meters; zeros if there are none."""
+        """Return x0, y0, x1, y1 of the walls and outlines, meters; zeros without walls and outlines."""
         points = [point for strip in self.strips for point in (strip.start, strip.end)]
         points += [point for outline in self.outlines for point in outline]
         xs, ys = zip(*points, strict=True) if points else ((0.0,), (0.0,))

@@ -1,4 +1,4 @@
-"""What a drawing has if no wall and no room is read from it, for the message."""
+"""Messages for drawings without walls and rooms: the layers, what is on them, and a doubtful unit."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def _hidden(layer: str, off: frozenset[str], frozen: frozenset[str]) -> str:
 
 
 def _size(drawing: Drawing, scale: float) -> tuple[float, float]:
-    """Return width and depth of the lines of the model space, meters; zeros if it has none."""
+    """Return width and depth of the lines of the model space, meters; zeros without lines."""
     from ezdxf import bbox
 
     box = bbox.extents(drawing.modelspace().query("LINE LWPOLYLINE POLYLINE ARC HATCH MLINE"), fast=True)
