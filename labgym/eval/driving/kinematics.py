@@ -28,7 +28,9 @@ def first_jump(
 
     The robot starts at rest. Without contact, its speed and its turn rate change by no more than their accelerations
     allow (drive and grip of the wheels together), and rise no further than their limits. Contacts with obstacles cause
-    impulses, so that a step with a contact, and the step after it, are only checked against `KICK`.
+    impulses, so that a step with a contact, and the step after it, are only checked against `KICK`. A robot that turns
+    faster than its servo can turn it still spins from a contact. Its wheels then slip, and its speed is that of the
+    drive and of the slip together.
 
     Args:
         poses: (n, 3) x, y and yaw after each control step, the start first; meters and radians.
@@ -45,7 +47,9 @@ def first_jump(
     top = max(robot.v_max, -robot.v_min)
     free = ~(touched | np.concatenate([[False], touched[:-1]]))
     acceleration = math.hypot(robot.acceleration, robot.grip)
-    too_far = _too_fast(moved, top, acceleration, control_dt, math.sqrt(2.0) * resolution)
+    spins = turned > robot.w_max * control_dt * SLACK + resolution
+    slips = spins | np.concatenate([[False], spins[:-1]])
+    too_far = _too_fast(moved, top, acceleration, control_dt, math.sqrt(2.0) * resolution, slips)
     too_far |= _too_fast(turned, robot.w_max, robot.turn_acceleration, control_dt, resolution)
     jumps = np.flatnonzero((free & too_far) | (moved > KICK * control_dt + math.sqrt(2.0) * resolution))
     return int(jumps[0]) + 1 if len(jumps) else None
@@ -71,9 +75,22 @@ def possible_contacts(
     return np.asarray(clearances[:-1] + clearances[1:] <= reach)
 
 
-def _too_fast(steps: Array, limit: float, acceleration: float, dt: float, rounding: float) -> NDArray[np.bool_]:
-    """Whether each displacement exceeds the limit of the speed or that of the acceleration; the first is from rest."""
+def _too_fast(
+    steps: Array,
+    limit: float,
+    acceleration: float,
+    dt: float,
+    rounding: float,
+    slips: NDArray[np.bool_] | None = None,
+) -> NDArray[np.bool_]:
+    """Whether each displacement exceeds the limit of the speed or that of the acceleration; the first is from rest.
+
+    Where the wheels slip, the speed along the heading is limited, and the one across it is at most the speed before.
+    """
     before = np.concatenate([[0.0], steps[:-1]])
-    fastest = np.maximum(limit * dt * SLACK, before + rounding)
+    driven = limit * dt * SLACK
+    fastest = np.maximum(driven, before + rounding)
+    if slips is not None:
+        fastest = np.where(slips, np.maximum(fastest, np.hypot(driven, np.minimum(before, driven))), fastest)
     faster = before + rounding + acceleration * dt**2 * SLACK
     return np.asarray(steps > np.minimum(fastest, faster) + rounding)

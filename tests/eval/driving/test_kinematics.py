@@ -98,3 +98,22 @@ def test_a_turn_across_the_branch_of_the_angle_is_no_jump() -> None:
         poses.append(simulation.pose)
     assert min(pose[2] for pose in poses) < 0.0 < poses[0][2]
     assert first_jump(poses, np.zeros(20), DT) is None
+
+
+@pytest.mark.parametrize("spin", [-6.0, 6.0])
+def test_a_robot_that_still_spins_and_slips_from_a_contact_has_not_jumped(spin: float) -> None:
+    simulation = Simulation(world_of(small_laboratory("first")).model)
+    simulation.place((1.3, 5.0, -math.pi / 2.0))
+    poses, touched = [simulation.pose], []
+    for step in range(18):
+        if step == 3:
+            simulation.data.qvel[2] += spin  # the impulse of a corner
+        touched.append(simulation.drive(ROBOT.v_max, 0.0)[1] or step == 3)
+        poses.append(simulation.pose)
+    route = np.array(poses)
+    assert sum(touched) == 1
+    assert np.linalg.norm(np.diff(route[:, :2], axis=0), axis=1).max() > 1.03 * ROBOT.v_max * DT
+    assert first_jump(route, touched, DT) is None
+    assert first_jump(np.round(route, 3), touched, DT, resolution=1e-3) is None
+    route[11:, :2] += 0.5 * (route[11, :2] - route[10, :2])
+    assert first_jump(route, touched, DT) == 11
