@@ -182,11 +182,11 @@ def load_json(raw: bytes, source: object, max_elements: int = MAX_ELEMENTS) -> A
     if _has_more(raw, max_elements):
         raise DocumentError(source, "", f"more than {max_elements} values; split it into several files")
     try:
-        return json.loads(raw.decode("utf-8"), parse_constant=float)
+        return json.loads(raw.decode("utf-8-sig"), parse_constant=float)
     except RecursionError:
         raise DocumentError(source, "", f"nested deeper than {MAX_DEPTH} levels") from None
     except UnicodeDecodeError:
-        raise DocumentError(source, "", "not UTF-8 text") from None
+        raise DocumentError(source, "", "not UTF-8 text: save it as JSON in UTF-8") from None
     except ValueError as error:
         raise DocumentError(source, "", f"not valid JSON ({error})") from None
 

@@ -115,3 +115,11 @@ def test_a_full_disk_names_the_file(tmp_path, monkeypatch):
         write_bytes(tmp_path / "a.json", b"x")
     assert error.value.filename == str(tmp_path / "a.json")
     assert not [path for path in tmp_path.iterdir() if path.name.startswith(".a.json")]
+
+
+def test_a_byte_order_mark_is_not_part_of_the_document(tmp_path):
+    (tmp_path / "windows.json").write_bytes(b'\xef\xbb\xbf{"a": 1}')
+    assert read_json(tmp_path / "windows.json") == {"a": 1}
+    (tmp_path / "windows.json").write_bytes('{"a": 1}'.encode("utf-16"))
+    with pytest.raises(DocumentError, match="save it as JSON in UTF-8"):
+        read_json(tmp_path / "windows.json")

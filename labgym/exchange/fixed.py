@@ -18,6 +18,10 @@ from labgym.layouts.placement import FLOOR, WALL
 
 ASSETS, IDS = ("asset", "name", "item"), ("id",)
 SIZES = ("width", "depth", "height")
+SAME_YAW = 0.02
+"""Largest difference between the two angles of a row, radians."""
+FARTHEST = 100.0
+"""Largest coordinate of a piece, meters."""
 
 
 def read_fixed(path: str | Path, catalog: Catalog | None = None, unit: str | None = None) -> tuple[Placement, ...]:
@@ -91,8 +95,14 @@ def _of_table(table: Table, catalog: Catalog) -> list[Placement]:
 
 
 def _yaw(table: Table, row: tuple[str, ...], where: str) -> float:
-    degrees = _number(table, row, "yaw_deg", where)
-    return math.radians(degrees) if degrees is not None else (_number(table, row, "yaw", where) or 0.0)
+    degrees, radians = _number(table, row, "yaw_deg", where), _number(table, row, "yaw", where)
+    if degrees is None:
+        return radians or 0.0
+    if radians is not None and abs(math.remainder(radians - math.radians(degrees), 2.0 * math.pi)) > SAME_YAW:
+        raise DocumentError(
+            table.path, where, f"yaw {radians:g} rad and yaw_deg {degrees:g} differ: leave one of them empty"
+        )
+    return math.radians(degrees)
 
 
 def _size(table: Table, row: tuple[str, ...], where: str, usual: dict[str, float]) -> dict[str, float] | None:
@@ -106,6 +116,9 @@ def _coordinate(table: Table, row: tuple[str, ...], column: int, where: str) -> 
     value = _number(table, row, table.header[column], where)
     if value is None:
         raise DocumentError(table.path, where, f"{table.header[column]} is empty: give meters in the floor's frame")
+    if abs(value) > FARTHEST:
+        problem = f"{table.header[column]} {value:g} must be {-FARTHEST:g} to {FARTHEST:g} m"
+        raise DocumentError(table.path, where, f"{problem}: give meters in the floor's frame")
     return value
 
 

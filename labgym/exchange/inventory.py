@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
@@ -12,9 +13,11 @@ from pydantic import Field
 from labgym.assets import Catalog
 from labgym.documents import Document, Record
 from labgym.errors import DocumentError
-from labgym.exchange.tables import MAX_CELL, MAX_ROWS, asset_name, cell, read_table
+from labgym.exchange.tables import MAX_CELL, MAX_ROWS, asset_names, cell, read_table
 
 MAX_COUNT = 10_000
+WHOLE = re.compile(r"([0-9]{1,6})(?:\.0)?")
+"""A whole number, also as programs write it in a column with empty cells: 2.0, but not 1.000, which may mean 1000."""
 ASSET_COLUMNS, COUNT_COLUMNS, NOTE_COLUMNS = ("asset", "name", "item"), ("count", "quantity", "number"), ("note",)
 
 Count = Annotated[int, Field(ge=0, le=MAX_COUNT)]
@@ -64,17 +67,15 @@ def read_inventory(path: str | Path, catalog: Catalog | None = None) -> Inventor
 
     Raises:
         DocumentError: the file is missing, larger than 1 MB, not UTF-8 or not CSV, has no column of assets or more than
-            5000 rows, or a row has an unknown asset or an invalid count; names the row.
+            5000 rows, or rows have an unknown asset or an invalid count; names them.
     """
     catalog = Catalog.load() if catalog is None else catalog
     table = read_table(path)
     asset = table.required(ASSET_COLUMNS)
     count, note = table.column(COUNT_COLUMNS), table.column(NOTE_COLUMNS)
     items = []
-    for number, row in table.rows:
-        where = f"row {number}"
-        name = asset_name(cell(row, asset), catalog, path, where)
-        amount = _count(cell(row, count), path, where)
+    for (number, row), name in zip(table.rows, asset_names(table, asset, catalog), strict=True):
+        amount = _count(cell(row, count), path, f"row {number}")
         items.append(InventoryItem(asset=name, count=amount, note=cell(row, note)[:MAX_CELL]))
     return Inventory(items=tuple(items))
 
@@ -82,6 +83,7 @@ def read_inventory(path: str | Path, catalog: Catalog | None = None) -> Inventor
 def _count(text: str, path: str | Path, where: str) -> int:
     if not text:
         return 1
-    if not (text.isascii() and text.isdigit() and len(text) <= 6 and int(text) <= MAX_COUNT):
+    whole = WHOLE.fullmatch(text)
+    if whole is None or int(whole[1]) > MAX_COUNT:
         raise DocumentError(path, where, f"count {text[:40]!r} must be a whole number from 0 to {MAX_COUNT}")
-    return int(text)
+    return int(whole[1])

@@ -15,6 +15,8 @@ from labgym.errors import DocumentError, UnknownNameError
 MAX_BYTES = 1024 * 1024
 MAX_ROWS = 5000
 MAX_CELL = 200
+MOST_LISTED = 20
+"""Greatest number of rows that a message lists."""
 
 
 @dataclass(frozen=True)
@@ -63,6 +65,29 @@ def read_table(path: str | Path) -> Table:
 def cell(row: tuple[str, ...], column: int | None) -> str:
     """Return the text of a cell, empty if the row has no such column."""
     return row[column].strip() if column is not None and column < len(row) else ""
+
+
+def asset_names(table: Table, column: int, catalog: Catalog) -> list[str]:
+    """Return the catalog's name for each row.
+
+    Raises:
+        DocumentError: cells are empty or name no asset; names all of these rows.
+    """
+    names: list[str] = []
+    problems: list[tuple[int, str, DocumentError]] = []
+    for number, row in table.rows:
+        try:
+            names.append(asset_name(cell(row, column), catalog, table.path, f"row {number}"))
+        except DocumentError as error:
+            problems.append((number, cell(row, column), error))
+    if len(problems) == 1:
+        raise problems[0][2]
+    if problems:
+        listed = ", ".join(f"row {number} {text[:40]!r}" for number, text, _ in problems[:MOST_LISTED])
+        more = f" and {len(problems) - MOST_LISTED} more" if len(problems) > MOST_LISTED else ""
+        problem = f"{len(problems)} rows name no asset of the catalog: {listed}{more}; rename or remove them"
+        raise DocumentError(table.path, "", f"{problem} (labgym assets find NAME lists the nearest)")
+    return names
 
 
 def asset_name(text: str, catalog: Catalog, path: str | Path, where: str) -> str:

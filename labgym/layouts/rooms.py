@@ -117,9 +117,11 @@ def _by_name(name: str) -> Room:
     size = SIZE.fullmatch(name.strip())
     if size is not None:
         width, depth = float(size[1]), float(size[2])
-        doors = (Door(wall="front", offset=FROM_CORNER), Door(wall="right", offset=max(depth - FROM_CORNER, 0.5)))
+        offsets = {"front": FROM_CORNER, "right": max(depth - FROM_CORNER, 0.5)}
+        doors = [{"wall": wall, "offset": offset} for wall, offset in offsets.items()]
         try:
-            return Room(name=f"{width:g}x{depth:g}", width=width, depth=depth, doors=doors)
+            # Validated in one go, so that a room that is too large is refused as such, and not by its doors.
+            return Room.model_validate({"name": f"{width:g}x{depth:g}", "width": width, "depth": depth, "doors": doors})
         except ValidationError as error:
             raise document_error(f"room {name!r}", error) from None
     if name not in PRESETS:

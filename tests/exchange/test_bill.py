@@ -58,7 +58,12 @@ def test_a_bill_of_materials_is_an_inventory(tmp_path):
 
 @pytest.mark.parametrize(
     "text",
-    ["asset,count\nrotovap,2\n", "Item;Quantity\nrotovap;2\n", "\ufeffname\tcount\nrotovap\t1\nRotaryEvaporator\t1\n"],
+    [
+        "asset,count\nrotovap,2\n",
+        "asset,count\nrotovap,2.0\n",
+        "Item;Quantity\nrotovap;2\n",
+        "\ufeffname\tcount\nrotovap\t1\nRotaryEvaporator\t1\n",
+    ],
 )
 def test_names_are_resolved_and_rows_added(tmp_path, text):
     (tmp_path / "have.csv").write_text(text, encoding="utf-8")
@@ -87,6 +92,12 @@ def test_the_bill_says_what_must_be_bought(tmp_path):
         (b"asset,count\nFlyingCarpet,1\n", "row 2.*FlyingCarpet"),
         (b"asset,count\nrotovap,-1\n", "row 2.*'-1'"),
         (b"asset,count\nrotovap,1.5\n", "'1.5'"),
+        (b"asset,count\nrotovap,1.000\n", "'1.000'"),
+        (b'asset,count\nrotovap,"1,000"\n', "'1,000'"),
+        (
+            b"asset,count\nFlyingCarpet,1\nrotovap,1\n,2\nTardis,1\n",
+            "3 rows .* row 2 'FlyingCarpet', row 4 '', row 5 'Tardis'",
+        ),
         (b"asset,count\nrotovap,99999999\n", "whole number"),
         (b"asset,count\n,1\n", "empty"),
         (b"asset\n" + b"rotovap\n" * 6000, "more than 5000 rows"),

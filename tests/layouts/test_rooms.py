@@ -52,6 +52,7 @@ def test_a_room_is_read_from_its_file(tmp_path):
     [
         ("huge", UnknownNameError, "two_exits"),
         ("120x9", DocumentError, "room '120x9': field width: .* 50"),
+        ("9x700", DocumentError, "room '9x700': field depth: .* 50"),
         ("1x9", DocumentError, "greater than or equal to 2"),
         (3.0, OptionError, "got float"),
         (Room(width=6.0, depth=6.0, doors=()), OptionError, "room 'custom' has no door: add one"),

@@ -15,6 +15,7 @@ from labgym.protocols import Protocol, ProtocolError, ReagentUse, examine, get, 
 from labgym.protocols.amounts import read_amount
 from labgym.protocols.refusals import refusals
 from labgym.protocols.synthesis import Commission, RefusalError, WriterResult, synthesize
+from labgym.protocols.synthesis.batch import measured, scaled
 from labgym.protocols.synthesis.transformations import transformations
 
 DESCRIPTIONS = (Path(__file__).parent / "descriptions.txt").read_text(encoding="utf-8").splitlines()
@@ -85,6 +86,16 @@ def test_assumed_amounts_follow_the_batch() -> None:
     ]
     assert moles[0] is not None
     assert moles[1] == pytest.approx(2.0 * moles[0], rel=0.02)
+
+
+@pytest.mark.parametrize("factor", [1e-5, 1e-3, 0.37, 1.0, 27.5, 1500.0, 1e5])
+def test_a_scaled_amount_is_read_back_as_that_many_times_the_amount(factor: float) -> None:
+    for text, base in (("40 mL", 40.0), ("3.1 g", 3.1)):
+        amount = read_amount(scaled(text, factor))
+        value = amount.volume if text.endswith("mL") else amount.mass
+        assert value == pytest.approx(base * factor, rel=0.01, abs=2.5 if 1.0 < base * factor < 1000.0 else 0.0)
+    moles = read_amount(measured(Catalog.load().get("Benzophenone"), 0.02 * factor)).moles
+    assert moles == pytest.approx(0.02 * factor, rel=0.01)
 
 
 def test_english_and_chinese_descriptions_of_one_experiment_agree() -> None:
@@ -206,6 +217,8 @@ def test_conditions_that_the_text_leaves_open_come_from_the_library() -> None:
         ("叠氮化钠与盐酸反应", "unsafe"),
         ("Reduce methyl benzoate with LiAlH4 in ethanol", "unsafe"),
         ("Reduce 5 kg of benzophenone with NaBH4 in methanol", "infeasible"),
+        ("Reduce 5000 kg of benzophenone with NaBH4 in methanol", "infeasible"),
+        ("Reduce 0.001 mg of benzophenone with NaBH4 in methanol", "infeasible"),
     ],
 )
 def test_what_cannot_or_must_not_be_written_is_refused(text: str, reason: str) -> None:

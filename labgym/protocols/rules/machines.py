@@ -186,11 +186,12 @@ def _has(setting: Setting, asset: Asset, value: float) -> bool:
 
 
 def _balance(case: Case, mass: float) -> str:
-    for asset in case.catalog.of_kind("instrument"):
-        limits = weighs(asset)
-        if limits is not None and READABLE * limits[0] <= mass <= limits[1]:
-            return f"use {asset.name}"
-    return "weigh it in portions"
+    balances = [(limits, asset.name) for asset in case.catalog.of_kind("instrument") if (limits := weighs(asset))]
+    for limits, name in balances:
+        if READABLE * limits[0] <= mass <= limits[1]:
+            return f"use {name}"
+    too_little = all(mass < READABLE * limits[0] for limits, _ in balances)
+    return "measure it out as a solution" if too_little else "weigh it in portions"
 
 
 RULES = (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from decimal import Decimal
 
 from labgym.assets import Asset
 from labgym.protocols.amounts import read_amount
@@ -31,7 +32,7 @@ def rounded_volume(match: re.Match[str]) -> str:
     """Return a volume rounded as it is measured: to 5 mL from 20 mL on, by 1 mL from 5 mL on."""
     value = float(match[1])
     step = 5.0 if value >= 20.0 else 1.0 if value >= 5.0 else 0.5 if value >= 1.0 else 0.0
-    return f"{round(value / step) * step if step else float(f'{value:.2g}'):g}{match[2]}"
+    return f"{plain(round(value / step) * step) if step else figure(value, 2)}{match[2]}"
 
 
 def together(first: str, second: str) -> str:
@@ -53,7 +54,7 @@ def of_strength(amount: str, strength: str) -> str:
     stated = read_amount(amount)
     number, unit = strength.split()[:2]
     if unit == "M" and stated.moles is not None:
-        return f"{figure(1000.0 * stated.moles / float(number))} mL of {strength}, {1000.0 * stated.moles:.3g} mmol"
+        return f"{figure(1000.0 * stated.moles / float(number))} mL of {strength}, {figure(1000.0 * stated.moles)} mmol"
     volume = re.search(r"\d+(?:\.\d+)?\s*mL", amount)
     return f"{volume[0]} of {strength}" if volume is not None else f"{amount} of {strength}"
 
@@ -78,11 +79,11 @@ def measured(asset: Asset, moles: float) -> str:
     """Return an amount in moles as mass or volume and millimoles; palladium on carbon is weighed with its support."""
     chemistry = asset.chemistry
     if chemistry is None or not chemistry.molar_mass:
-        return f"{moles * 1000:.3g} mmol"
+        return f"{figure(moles * 1000)} mmol"
     if asset.name == "PalladiumOnCarbon":
-        return f"{figure(moles * PALLADIUM / METAL_SHARE)} g, {moles * 1000:.3g} mmol Pd"
+        return f"{figure(moles * PALLADIUM / METAL_SHARE)} g, {figure(moles * 1000)} mmol Pd"
     grams = moles * chemistry.molar_mass
-    millimoles = f"{moles * 1000:.3g} mmol"
+    millimoles = f"{figure(moles * 1000)} mmol"
     molar, share = _strength(asset)
     if molar:
         return f"{figure(1000.0 * moles / molar)} mL of {molar:g} M, {millimoles}"
@@ -91,9 +92,15 @@ def measured(asset: Asset, moles: float) -> str:
     return f"{figure(grams)} g, {millimoles}"
 
 
-def figure(value: float) -> str:
-    """Return a number with three significant figures, without trailing zeros."""
-    return f"{float(f'{value:.3g}'):g}"
+def figure(value: float, digits: int = 3) -> str:
+    """Return a number with some significant figures, without trailing zeros and without an exponent."""
+    return plain(float(f"{value:.{digits}g}"))
+
+
+def plain(value: float) -> str:
+    """Return a number without an exponent, which amounts do not have: 54900000, not 5.49e+07."""
+    text = f"{value:g}"
+    return format(Decimal(text), "f") if "e" in text else text
 
 
 def _strength(asset: Asset) -> tuple[float | None, float]:

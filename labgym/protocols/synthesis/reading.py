@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from labgym.assets import Catalog
 from labgym.protocols.language import Mention, concepts, language_of, mentions, without_chinese_names
 from labgym.protocols.language.scripts import Language
+from labgym.protocols.synthesis.batch import figure
 from labgym.protocols.synthesis.mixtures import mixtures, solutions, without_ratio
 from labgym.protocols.synthesis.operations import Operation, Phase, main_operation, operations
 from labgym.protocols.synthesis.products import AUXILIARY, products, within
@@ -203,7 +204,7 @@ def _metric(quantity: Quantity) -> str:
     if quantity.unit not in NOT_METRIC:
         return quantity.text
     portions = f"{quantity.portions} x " if quantity.portions > 1 else ""
-    return f"{portions}{quantity.base:.3g} {'g' if quantity.dimension == 'mass' else 'mL'}"
+    return f"{portions}{figure(quantity.base)} {'g' if quantity.dimension == 'mass' else 'mL'}"
 
 
 def _stated(quantities: Sequence[Quantity], concentration: str) -> str:

@@ -26,6 +26,8 @@ from labgym.protocols.synthesis.reading import Clause
 from labgym.protocols.synthesis.transformations import Slot, Transformation, transformations
 
 ASSUMED = " (assumed)"
+BATCHES = (1e-5, 1e3)
+"""Smallest and largest batch relative to the table's, whose batches are of some grams in some 40 mL."""
 SOLVENTS = ("organic_solvent", "solvent")
 PROTECTIVE_GASES = ("NitrogenGas", "ArgonGas")
 COOLANTS = ("DryIce",)
@@ -138,7 +140,7 @@ def _sensible(part: Participant) -> Participant:
     change = float(rounded.split()[0]) / float(volume[1])
     amount = part.amount.replace(volume[0], rounded, 1)
     if change != 1.0:
-        amount = _MOLES.sub(lambda match: f"{float(f'{float(match[1]) * change:.2g}'):g}{match[2]}", amount)
+        amount = _MOLES.sub(lambda match: f"{figure(float(match[1]) * change, 2)}{match[2]}", amount)
     return replace(part, amount=amount)
 
 
@@ -258,7 +260,11 @@ def _part(slot: Slot, named: _Named | None, factor: float, catalog: Catalog) -> 
 
 
 def _scale(kind: Transformation, chosen: dict[int, _Named], catalog: Catalog) -> float:
-    """Return the size of the text's batch relative to the table's, by the first reagent with an amount."""
+    """Return the size of the text's batch relative to the table's, by the first reagent with an amount.
+
+    Raises:
+        RefusalError: the batch is far beyond all vessels, or far below all balances.
+    """
     for position, slot in enumerate(kind.slots):
         item = chosen.get(position)
         if item is None or not item.amount:
@@ -266,6 +272,10 @@ def _scale(kind: Transformation, chosen: dict[int, _Named], catalog: Catalog) ->
         ours, usual = moles_of(catalog.get(item.name), item.amount), moles_of(catalog.get(slot.asset), slot.amount)
         if ours and usual:
             factor = ours / usual
+            if not BATCHES[0] <= factor <= BATCHES[1]:
+                what = "large for every vessel" if factor > 1.0 else "small for every balance"
+                message = f"a batch with {item.amount} of {item.name} is too {what} of the catalog"
+                raise RefusalError("infeasible", f"{message}; usual is {slot.amount}")
             return 1.0 if abs(factor - 1.0) < SAME_SCALE else factor
     return 1.0
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from labgym.assets import Asset, Catalog
+from labgym.protocols.synthesis.batch import figure
 from labgym.protocols.synthesis.phases import ReactionMixture, WorkUpStep, completed
 from labgym.protocols.synthesis.reading import Clause
 from labgym.protocols.synthesis.roles import ASSUMED, SOLVENTS
@@ -121,7 +122,7 @@ def _amount(clause: Clause, name: str) -> str:
     share = next((share for ratio in clause.mixtures for liquid, share in ratio if liquid == name), None)
     if share is not None and name not in clause.amounts:
         action = clause.operation.action if clause.operation else ""
-        return f"{share * MIXED.get(action, 40.0):.3g} mL{ASSUMED}"
+        return f"{figure(share * MIXED.get(action, 40.0))} mL{ASSUMED}"
     return clause.amounts.get(name, "") or (f"40 mL of {strength}{ASSUMED}" if strength else "")
 
 
