@@ -19,6 +19,7 @@ from labgym.exchange.strips import Point, around
 from labgym.exchange.structure import outline
 from labgym.exchange.wall_lines import add_opening, wall_lines, walls_on
 from labgym.layouts.floor import Column, Floor, KeepOut, Service, Space, Wall
+from labgym.layouts.floor.closed_doors import closed_doors, walls_with
 
 if TYPE_CHECKING:
     from shapely import Polygon
@@ -76,7 +77,10 @@ def assemble(drawing: Drawing, source: object, name: str = "drawing", thickness:
             walls, spaces, floor_parts = _shifted(walls, spaces, floor_parts, dx, dy)
             whole.shift = dx - here[0], dy - here[1]
         walls, spaces = squared(walls, spaces)
-        return Floor(name=name[:80], walls=tuple(walls), spaces=tuple(spaces), **floor_parts)
+        floor_parts |= {"name": name[:80], "spaces": tuple(spaces)}
+        floor = Floor(walls=tuple(walls), **floor_parts)
+        closed = () if drawing.placed else closed_doors(floor)
+        return Floor(walls=walls_with(floor, closed, state="open"), **floor_parts) if closed else floor
     except ValidationError as error:
         raise document_error(source, error) from None
     except OptionError as error:

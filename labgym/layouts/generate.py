@@ -21,6 +21,7 @@ from labgym.layouts.combination import combination
 from labgym.layouts.dressing import dress as dressed
 from labgym.layouts.failures import FAILURES, failures, summary
 from labgym.layouts.floor import Floor, Room
+from labgym.layouts.floor.closed_doors import closed_doors
 from labgym.layouts.habits import Habits
 from labgym.layouts.holdings import Holdings
 from labgym.layouts.interiors import FloorProposer
@@ -289,9 +290,13 @@ def _unrepaired(assessment: Assessment, request: Request, problems: Mapping[str,
     what = f"the proposed layout of protocol {protocol!r} on floor {floor!r} could not be repaired"
     missing = [f"not placed: {', '.join(problems['missing'])}"] if problems["missing"] else []
     conflicts = [*problems["violations"], *problems["errors"], *missing]
-    return UnrepairedError(
-        what, conflicts, None, remedy="try another seed, or keep the layout: on_failure='keep', --keep"
-    )
+    remedy = "try another seed, or keep the layout: on_failure='keep', --keep"
+    closed = len(closed_doors(request.floor))
+    if closed:
+        remedy = (
+            f"the robot cannot pass the closed doors between spaces ({closed}): open them in the floor; or {remedy}"
+        )
+    return UnrepairedError(what, conflicts, None, remedy=remedy)
 
 
 def _version(package: str) -> str:

@@ -9,8 +9,12 @@ import pytest
 from exchange.floors import differences
 from labgym.assets import Catalog
 from labgym.cli import main
-from labgym.errors import DocumentError
+from labgym.errors import DocumentError, UnrepairedError
 from labgym.exchange.dxf.reading import read_dxf, read_furniture
+from labgym.layouts import generate
+from labgym.layouts.floor.closed_doors import walls_with
+from labgym.layouts.rules.objective import evaluate_layout
+from labgym.protocols import protocols
 
 FACES = [
     *(
@@ -164,3 +168,21 @@ def test_a_drawing_without_walls_is_refused_with_what_it_has(tmp_path):
 
 def test_a_spanish_layer_of_walls_is_read(tmp_path):
     assert areas(read_dxf(plan(tmp_path / "plan.dxf", layer="ARQ-PAREDES"))) == pytest.approx([42.0, 18.0], abs=1e-3)
+
+
+def test_a_door_between_rooms_is_open_as_drawn_so_that_a_laboratory_fits_both_rooms(tmp_path):
+    floor = read_dxf(plan(tmp_path / "plan.dxf"))
+    assert {way.exit: way.opening.state for way in floor.doorways} == {True: "closed", False: "open"}
+    layout = generate("sub_01", seed=1, floor=floor)
+    assert evaluate_layout(layout, protocols()["sub_01"], navigation=True).cost == 0
+
+
+def test_closed_doors_between_rooms_are_named_if_no_laboratory_fits(tmp_path):
+    floor = read_dxf(plan(tmp_path / "plan.dxf"))
+    shut = floor.model_copy(update={"walls": walls_with(floor, inner_doors(floor), state="closed")})
+    with pytest.raises(UnrepairedError, match=r"cannot pass the closed doors between spaces \(1\): open them"):
+        generate("sub_01", seed=1, floor=shut, optimise=False, refine=False)
+
+
+def inner_doors(floor):
+    return [(way.wall, way.opening) for way in floor.doorways if not way.exit]
