@@ -247,3 +247,12 @@ def test_furniture_behind_which_no_wall_runs_has_no_distance() -> None:
     issue = next(one for one in issues(astride) if one.rule == "back_to_wall")
     assert issue.value is None
     assert issue.message == "the back of acids faces no wall: move it to a wall"
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "words"), [(6.0, 0.3, "has 0.07 m: turn it away"), (60.0, 4.0, "is in a wall or outside: move it")]
+)
+def test_a_front_says_what_is_in_its_way(x: float, y: float, words: str) -> None:
+    found = issues(lab(put("tall", "GeneralCabinet", x, y, yaw=math.pi)))
+    (message,) = [issue.message for issue in found if issue.rule == "front_clearance"]
+    assert words in message

@@ -365,3 +365,10 @@ def test_the_name_of_a_reaction_is_no_solvent() -> None:
         use.name for use in protocol.reagents if "solvent" in use.role and "extract" not in use.role
     ]
     assert any(use.name == "Phenol" for use in protocol.reagents)
+
+
+def test_refusals_name_the_remedy_for_substances_that_are_not_in_a_template() -> None:
+    with pytest.raises(RefusalError, match="labgym assets add-reagent"):
+        synthesize("Suzuki coupling of 4-bromoanisole with phenylboronic acid", keyword_only=True)
+    with pytest.raises(RefusalError, match="it takes Bromobenzene: write the protocol with it"):
+        synthesize("Suzuki coupling of anisole with phenylboronic acid and potassium carbonate", keyword_only=True)

@@ -175,6 +175,7 @@ def _refuse_assumed_substrate(kind: Transformation, chosen: Collection[int], res
             accepted = ", ".join(dict.fromkeys((slot.asset, *slot.accepts)))
             others = f" among {', '.join(rest)}" if rest else ""
             message = f"the template {kind.name!r} finds no {what.removeprefix('the ')}{others}; it takes {accepted}"
+            message += ": write the protocol with it, and replace the reagent in the file"
             raise RefusalError("no-reaction", message)
 
 

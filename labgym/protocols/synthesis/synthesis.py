@@ -175,7 +175,7 @@ def _lacking(names: Sequence[str], catalog: Catalog) -> str:
     listed = ", ".join(repr(name[:60]) for name in names[:5])
     near = dict.fromkeys(name for text in names for name in near_reagents(text, catalog))
     hint = f" (nearest: {', '.join(near)})" if near else ""
-    return f"the catalog has no {listed}{hint}; name a reagent that it has, or add this one to a catalog"
+    return f"the catalog has no {listed}{hint}; name a reagent that it has, or add this one: labgym assets add-reagent"
 
 
 def near_reagents(text: str, catalog: Catalog) -> tuple[str, ...]:

@@ -49,8 +49,13 @@ def front_issues(arrangement: Arrangement) -> list[FacilityIssue]:
         if front is None:
             continue
         placement, asset, (free, blockers) = arrangement.placements[row], assets[row], front
-        cause = f"move {', '.join(blockers)}" if blockers else "turn it away from the wall"
-        message = f"{placement.id} needs {asset.clearance:g} m clear in front but has {free:.2f} m: {cause}"
+        message = f"{placement.id} needs {asset.clearance:g} m clear in front but "
+        if blockers:
+            message += f"has {free:.2f} m: move {', '.join(blockers)}"
+        elif free < asset.clearance:
+            message += f"has {free:.2f} m: turn it away from the wall"
+        else:  # the wall is beside the middle of the front, or the piece outside
+            message += "part of that is in a wall or outside: move it"
         ids = (placement.id, *blockers)
         severity: Severity = "warning" if asset.subtype in MOVABLE else "error"
         source = "catalog clearance"
