@@ -54,7 +54,7 @@ def front_issues(arrangement: Arrangement) -> list[FacilityIssue]:
             message += f"has {free:.2f} m: move {', '.join(blockers)}"
         elif free < asset.clearance:
             message += f"has {free:.2f} m: turn it away from the wall"
-        else:  # the wall is beside the middle of the front, or the piece outside
+        else:  # a wall next to the middle of the front, or a piece that stands outside
             message += "part of that is in a wall or outside: move it"
         ids = (placement.id, *blockers)
         severity: Severity = "warning" if asset.subtype in MOVABLE else "error"
