@@ -144,12 +144,12 @@ def test_a_drawing_without_walls_is_refused_with_what_it_has(tmp_path):
     with pytest.raises(DocumentError, match=r"the layers are TABIQUES \(LINE\), DOORS \(ARC\)"):
         read_dxf(plan(tmp_path / "names.dxf", layer="TABIQUES"))
 
-    def hatch(drawing, at):
-        path = drawing.modelspace().add_hatch(dxfattribs={"layer": "A-WALL"}).paths
-        path.add_polyline_path([at(0, 0), at(9, 0), at(9, 0.2), at(0, 0.2)])
+    def face(drawing, at):
+        corners = [at(0, 0), at(9, 0), at(9, 0.2), at(0, 0.2)]
+        drawing.modelspace().add_3dface(corners, dxfattribs={"layer": "A-WALL"})
 
-    with pytest.raises(DocumentError, match=r"A-WALL \(HATCH\)"):
-        read_dxf(plan(tmp_path / "hatch.dxf", [], change=hatch))
+    with pytest.raises(DocumentError, match=r"A-WALL \(3DFACE\)"):
+        read_dxf(plan(tmp_path / "face.dxf", [], change=face))
 
     def shrunk(drawing, at):
         drawing.header["$INSUNITS"] = 6
@@ -186,3 +186,51 @@ def test_closed_doors_between_rooms_are_named_if_no_laboratory_fits(tmp_path):
 
 def inner_doors(floor):
     return [(way.wall, way.opening) for way in floor.doorways if not way.exit]
+
+
+SOLID = [
+    *((-0.2, -0.2, 1, 0), (2, -0.2, 10.35, 0), (-0.2, 0, 0, 6.2), (0, 6, 10.35, 6.2), (10.15, 0, 10.35, 6)),
+    *((7, 0, 7.15, 3), (7, 4, 7.15, 6)),
+]
+"""The walls of `FACES` as rectangles: x0, y0, x1, y1."""
+
+
+@pytest.mark.parametrize("edges", [False, True])
+def test_walls_that_are_only_hatched_are_read(edges, tmp_path):
+    def hatched(drawing, at):
+        paths = drawing.modelspace().add_hatch(dxfattribs={"layer": "A-WALL-PATT"}).paths
+        for x0, y0, x1, y1 in SOLID:
+            corners = [at(x0, y0), at(x1, y0), at(x1, y1), at(x0, y1)]
+            if edges:
+                path = paths.add_edge_path()
+                for k in range(4):
+                    path.add_line(corners[k], corners[(k + 1) % 4])
+            else:
+                paths.add_polyline_path(corners, is_closed=True)
+
+    floor = read_dxf(plan(tmp_path / "plan.dxf", [], change=hatched))
+    assert areas(floor) == pytest.approx([42.0, 18.0], abs=1e-3)
+    assert len(floor.doorways) == 2
+
+
+def test_hatches_do_not_count_if_walls_are_drawn(tmp_path):
+    def pattern(drawing, at):
+        path = drawing.modelspace().add_hatch(dxfattribs={"layer": "WALLS"}).paths
+        path.add_polyline_path([at(3, 1), at(3.1, 1), at(3.1, 5), at(3, 5)], is_closed=True)
+
+    whole = read_dxf(plan(tmp_path / "whole.dxf"))
+    assert differences(read_dxf(plan(tmp_path / "plan.dxf", change=pattern)), whole) == []
+
+
+def test_multilines_are_walls(tmp_path):
+    def double(drawing, at):
+        for points in ([(2, -0.1), (10.25, -0.1), (10.25, 6.1), (-0.1, 6.1), (-0.1, -0.1), (1, -0.1)],):
+            attributes = {"layer": "WALLS", "scale_factor": 200.0, "justification": 1}
+            drawing.modelspace().add_mline([at(*point) for point in points], dxfattribs=attributes)
+        for points in ([(7.075, 0), (7.075, 3)], [(7.075, 4), (7.075, 6)]):
+            attributes = {"layer": "WALLS", "scale_factor": 150.0, "justification": 1}
+            drawing.modelspace().add_mline([at(*point) for point in points], dxfattribs=attributes)
+
+    floor = read_dxf(plan(tmp_path / "plan.dxf", [], change=double))
+    assert areas(floor) == pytest.approx([42.0, 18.0], abs=1e-3)
+    assert {wall.thickness for wall in floor.walls} == {0.2, 0.15}

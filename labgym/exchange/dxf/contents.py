@@ -46,7 +46,7 @@ def nothing_read(drawing: Drawing, scale: float) -> str:
         return ", ".join(names) + (f" and {len(counts) - MOST} more" if len(counts) > MOST else "")
 
     if known:
-        problem += f" on {listed(known)}: walls are closed rectangles, wide polylines or pairs of lines"
+        problem += f" on {listed(known)}: walls are closed rectangles, wide polylines, pairs of lines or hatches"
     else:
         problem += (
             f": no layer is named as one of walls or rooms; the layers are {listed(other)}: rename that of the walls"

@@ -115,8 +115,9 @@ class Context:
 
 
 def entities(drawing: Drawing, path: str | Path) -> Iterator[tuple[Context, DXFEntity]]:
-    """Yield the visible entities of a drawing's model space, with the content of inserted blocks after each.
+    """Yield the visible entities of a drawing's model space.
 
+    The content of an inserted block follows the block, and the lines of a multiline follow the multiline.
     Entities are invisible if they are marked so, as in the unused states of dynamic blocks, or if their layer is off or
     frozen. As in CAD programs, a frozen layer hides all of a block that is inserted on it, one that is off does not.
 
@@ -143,6 +144,9 @@ def entities(drawing: Drawing, path: str | Path) -> Iterator[tuple[Context, DXFE
                 raise DocumentError(path, "", f"blocks are nested deeper than {MAX_DEPTH} levels")
             inside = Context(here, (block_name(entity), *around.blocks))
             stack += [(inside, part) for part in reversed(_parts(entity, path))]  # type: ignore[arg-type]
+        elif entity.dxftype() == "MLINE":
+            lines: list[DXFEntity] = list(entity.virtual_entities())  # type: ignore[attr-defined]
+            stack += [(around, line) for line in reversed(lines)]
 
 
 def _parts(insert: Insert, path: str | Path) -> list[DXFEntity]:

@@ -58,10 +58,11 @@ def read_dxf(
 
     Layers count by their names, in `labgym.exchange.dxf.layers`: those of the U.S. National CAD Standard, and others
     that contain a word such as WALL, DOOR, WINDOW or ROOM, also in German, French, Spanish and Chinese. Walls are
-    closed rectangles, polylines with a width, or pairs of parallel lines. Doors are blocks or drawings with an arc
-    around the hinge. Windows and passages are blocks or closed rectangles in the wall. Outlines of rooms are closed
-    polylines inside the walls; without outlines the rooms are what the walls enclose, without walls each outline gets
-    walls around it. Drawings that labgym wrote keep their coordinates; of others the lower left corner is the origin.
+    closed rectangles, polylines with a width, or pairs of parallel lines; without these, the boundaries of hatches.
+    Doors are blocks or drawings with an arc around the hinge. Windows and passages are blocks or closed rectangles in
+    the wall. Outlines of rooms are closed polylines inside the walls; without outlines the rooms are what the walls
+    enclose, without walls each outline gets walls around it. Drawings that labgym wrote keep their coordinates; of
+    others the lower left corner is the origin.
 
     Args:
         unit: in, ft, mm, cm, dm or m; by default the drawing's $INSUNITS.
@@ -125,8 +126,8 @@ def _read(path: Path, unit: str | None, thickness: float, window: Window | None 
         for context, entity in entities(drawing, path):
             if window is None or window.contains(entity):
                 collector.add(context, entity)
-        curved = curved_walls(collector.arcs)
-        walls = strips([*collector.walls, *curved], oriented=collector.drawing.placed)
+        drawn = [*collector.walls, *curved_walls(collector.arcs)]
+        walls = strips(drawn or collector.hatches, oriented=collector.drawing.placed)
         if not walls and not collector.drawing.outlines:
             raise DocumentError(path, "walls", nothing_read(drawing, scale) if window is None else NOTHING_INSIDE)
     except OptionError as error:
@@ -151,6 +152,7 @@ class _Collector:
         self.scale = scale
         self.walls: list[Stroke] = []
         self.arcs: list[tuple[Arc, float]] = []
+        self.hatches: list[Stroke] = []
         self.drawing = Drawing()
 
     def advice(self) -> str:
@@ -172,6 +174,8 @@ class _Collector:
             return
         if role == layers.DOORS and entity.dxftype() == "ARC":
             self.drawing.marks.append(self._door(entity))
+        elif role in (layers.WALLS, layers.WALL_FILL) and entity.dxftype() == "HATCH":
+            self._add_hatch(entity)
         elif role in (layers.WALLS, layers.SPACES, layers.WINDOWS, layers.COLUMNS, layers.KEEP_OUTS):
             stroke = self._stroke(entity, role)
             if stroke is not None:
@@ -295,6 +299,22 @@ class _Collector:
                 return None
             points = tuple(flattened(points, bulges, closed, SAGITTA if role == layers.WALLS else OUTLINE_SAGITTA))
         return Stroke(points, closed, width, height)
+
+    def _add_hatch(self, hatch: Any) -> None:
+        """Add the boundaries of a filled part of walls; those with curves are left out."""
+        from ezdxf.entities.boundary_paths import LineEdge, PolylinePath
+
+        system = hatch.ocs()
+        for path in hatch.paths:
+            if isinstance(path, PolylinePath):
+                straight = all(abs(bulge) <= FLAT for _, _, bulge in path.vertices)
+                corners = [(x, y) for x, y, _ in path.vertices]
+            else:
+                straight = all(isinstance(edge, LineEdge) for edge in path.edges)
+                corners = [(edge.start.x, edge.start.y) for edge in path.edges] if straight else []
+            if straight and len(corners) > 2:
+                points = tuple(self._point(system.to_wcs((x, y, 0.0))) for x, y in corners)
+                self.hatches.append(Stroke(points, closed=True))
 
     def _split(self, points: Sequence[Point], bulges: Sequence[float], closed: bool, height: float) -> None:
         """Add the straight and the curved parts of the outline of a wall."""
