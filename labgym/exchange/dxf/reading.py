@@ -58,11 +58,11 @@ def read_dxf(
 
     Layers count by their names, in `labgym.exchange.dxf.layers`: those of the U.S. National CAD Standard, and others
     that contain a word such as WALL, DOOR, WINDOW or ROOM, also in German, French, Spanish and Chinese. Walls are
-    closed rectangles, polylines with a width, or pairs of parallel lines; without these, the boundaries of hatches.
-    Doors are blocks or drawings with an arc around the hinge. Windows and passages are blocks or closed rectangles in
-    the wall. Outlines of rooms are closed polylines inside the walls; without outlines the rooms are what the walls
-    enclose, without walls each outline gets walls around it. Drawings that labgym wrote keep their coordinates; of
-    others the lower left corner is the origin.
+    closed rectangles, polylines with a width, or pairs of parallel lines; without these and without outlines of
+    rooms, the boundaries of hatches. Doors are blocks or drawings with an arc around the hinge. Windows and passages
+    are blocks or closed rectangles in the wall. Outlines of rooms are closed polylines inside the walls; without
+    outlines the rooms are what the walls enclose, without walls each outline gets walls around it. Drawings that
+    labgym wrote keep their coordinates; of others the lower left corner is the origin.
 
     Args:
         unit: in, ft, mm, cm, dm or m; by default the drawing's $INSUNITS.
@@ -127,7 +127,9 @@ def _read(path: Path, unit: str | None, thickness: float, window: Window | None 
             if window is None or window.contains(entity):
                 collector.add(context, entity)
         drawn = [*collector.walls, *curved_walls(collector.arcs)]
-        walls = strips(drawn or collector.hatches, oriented=collector.drawing.placed)
+        if not drawn and not collector.drawing.outlines:
+            drawn = collector.hatches
+        walls = strips(drawn, oriented=collector.drawing.placed)
         if not walls and not collector.drawing.outlines:
             raise DocumentError(path, "walls", nothing_read(drawing, scale) if window is None else NOTHING_INSIDE)
     except OptionError as error:
