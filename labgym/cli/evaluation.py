@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -104,7 +104,7 @@ def eval_(
     summary = result.summary
     print(f"\n{navigation_table({summary.policy: result.metrics}, f'suite {summary.suite.title}').text()}\n")
     written(folder)
-    return complaints([f"the policy failed in {summary.errors} episodes"] if summary.errors else [])
+    return complaints(_failures({"/".join(map(str, row.key)): row.error for row in result.rows}))
 
 
 def _eval_labnav(
@@ -144,8 +144,16 @@ def _eval_labnav(
     if result.slow:
         print(f"Slower than the declared {result.latency:g} s (or a control step) in {result.slow} episodes.\n")
     written(folder)
-    errors = result.summary.errors
-    return complaints([f"the policy failed in {errors} episodes"] if errors else [])
+    return complaints(_failures({row.key: row.error for row in result.rows}))
+
+
+def _failures(errors: Mapping[str, str | None]) -> list[str]:
+    """Return how many episodes failed, and why the first did; the errors are by episode, None without one."""
+    failed = [(key, error) for key, error in errors.items() if error is not None]
+    if not failed:
+        return []
+    (key, error), count = failed[0], len(failed)
+    return [f"the policy failed in {count} episode{'s' if count > 1 else ''}, first in {key}: {error}"]
 
 
 def report(folders: Folders, workers: int = 1) -> int:

@@ -186,18 +186,22 @@ class PointNavConfig:
 
         Raises:
             UnknownNameError: no field has that name.
-            OptionError: a value is out of range or of the wrong type.
+            OptionError: a value is out of range or of the wrong type, or an observation is chosen although the
+                configuration has sensors.
             DocumentError: the file is not a mapping.
             MissingDependencyError: PyYAML is not installed.
         """
         if isinstance(config, str | Path):
             config = _named_config(config)
+            if isinstance(config, PointNavConfig) and config.drives.startswith(LABNAV):
+                config = _labnav_config(config, options)
         if config is not None and not isinstance(config, PointNavConfig | Mapping):
             raise OptionError(f"config is a {type(config).__name__}, expected a PointNavConfig, a mapping or a path")
         names = [each.name for each in fields(cls)]
         for name in (*(config if isinstance(config, Mapping) else ()), *options):
             if name not in names:
                 raise UnknownNameError("argument", name, names)
+        _check_observation(config, options)
         if isinstance(config, PointNavConfig):
             return replace(config, **options) if options else config
         return cls(**{**(config or {}), **options})
@@ -291,6 +295,32 @@ def _named_config(name: str | Path) -> PointNavConfig | Mapping[str, Any]:
     from labgym.envs.presets import preset
 
     return read_mapping(name) if Path(name).suffix in (".json", ".yaml", ".yml") else preset(str(name))
+
+
+def _labnav_config(config: PointNavConfig, options: Mapping[str, Any]) -> PointNavConfig:
+    """Return the configuration of a LabNav task with the sensors of the observation in the options, if there is one."""
+    observation = options.get("observation", config.observation)
+    if "sensors" in options or observation == config.observation:
+        return config
+    from labgym.envs.presets import preset
+
+    return preset(f"{config.drives}-{observation}")
+
+
+def _check_observation(config: PointNavConfig | Mapping[str, Any] | None, options: Mapping[str, Any]) -> None:
+    """Refuse an observation that the sensors of the configuration would override.
+
+    Raises:
+        OptionError: the options have another observation than the configuration, and the configuration has sensors.
+    """
+    if "observation" not in options or "sensors" in options or config is None:
+        return
+    own = config if isinstance(config, Mapping) else vars(config)
+    if own.get("sensors") is not None and options["observation"] != own.get("observation", OBSERVATIONS[0]):
+        raise OptionError(
+            f"observation={options['observation']!r} has no effect, because this configuration lists its sensors: "
+            "pass sensors instead, such as sensors=['goal', 'velocity', 'depth']"
+        )
 
 
 def read_mapping(path: str | Path) -> Mapping[str, Any]:

@@ -184,3 +184,22 @@ def test_endings_give_their_verdicts(layout: Layout) -> None:
             _, _, terminated, _, info = env.step(np.array([1.0 if expected == "contact" else 0.0, 0.0]))
             assert info["time"] < 10.0
         assert (info["success"], info["ending"]) == (False, expected)
+
+
+def test_a_labnav_environment_has_the_sensors_of_the_observation_that_is_asked_for() -> None:
+    for observation in ("lidar", "depth", "rgbd"):
+        config = PointNavConfig.of("LabNavCarry-v0", {"observation": observation, "split": "floors-val"})
+        assert config.observed == PointNavConfig.of(f"labnav-carry-2-{observation}", {}).observed
+        assert (config.split, config.drives) == ("floors-val", "labnav-carry-2")
+    harder = PointNavConfig.of("labnav-odometry-3", {"observation": "depth"})
+    assert harder == PointNavConfig.of("labnav-odometry-3-depth", {})
+    with pytest.raises(UnknownNameError, match="depth, lidar, rgbd"):
+        PointNavConfig.of("LabNavCarry-v0", {"observation": "radar"})
+
+
+def test_an_observation_is_refused_where_sensors_of_the_configuration_would_override_it() -> None:
+    for config in ("LabPointNavGoal-v1", PointNavConfig.of("LabNavCarry-v0", {}), {"sensors": ["goal", "lidar"]}):
+        with pytest.raises(OptionError, match="observation='depth' has no effect"):
+            PointNavConfig.of(config, {"observation": "depth"})
+        assert PointNavConfig.of(config, {"observation": "depth", "sensors": ["depth"]}).observed[0].name == "depth"
+        assert PointNavConfig.of(config, {"observation": "lidar"}).observed[-1].name != "depth"

@@ -3,6 +3,8 @@ from __future__ import annotations
 import inspect
 import json
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -67,7 +69,7 @@ def test_an_evaluation_takes_options_and_names_its_folder_after_the_policy(tmp_p
     url = "http://127.0.0.1:1"
     arguments = ["--layouts", layout, "--options", "retries=0", "backoff=0.0"]
     assert main(["eval", "--policy", url, *arguments]) == 1
-    assert "the policy failed in 6 episodes" in capsys.readouterr().err
+    assert f"the policy failed in 6 episodes, first in {layout}/0/0: " in capsys.readouterr().err
     folder = tmp_path / "runs" / "http_127.0.0.1_1-layouts"
     rows = (folder / "episodes.jsonl").read_text().splitlines()
     assert rows
@@ -86,6 +88,21 @@ def test_a_class_is_reported_by_the_name_that_it_gives_itself(tmp_path, monkeypa
     assert "go-to-goal" in capsys.readouterr().out
     assert json.loads((tmp_path / "out" / "summary.json").read_text())["policy"] == "go-to-goal"
     assert all(json.loads(row)["policy"] == "go-to-goal" for row in (tmp_path / "out" / "episodes.jsonl").open())
+
+
+def test_an_error_of_a_policy_is_printed_with_its_line_once(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a_failing_policy.py").write_text(
+        "from labgym.policies import Policy\n\n\nclass Failing(Policy):\n    def reset(self, episode): pass\n"
+        "    def act(self, observation):\n        return observation['radar']\n"
+    )
+    layout = published("test")[0]
+    command = [sys.executable, "-m", "labgym.cli", "eval", "--policy", "a_failing_policy:Failing", "--layouts", layout]
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=300)
+    assert ended.returncode == 1
+    assert ended.stderr.count("Traceback") == 1
+    assert re.search(r'a_failing_policy.py", line 7, in act\n.*\n(.*\^\n)?KeyError: .radar.', ended.stderr)
+    assert f"the policy failed in 6 episodes, first in {layout}/0/0: KeyError: 'radar'" in ended.stderr
 
 
 def test_the_command_lists_the_policies_and_what_they_need(capsys):

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import contextlib
 import copy
+import mmap
 import pickle
 import random
 import socket
 import sys
+import traceback
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from labgym.errors import LabgymError
 from labgym.policies.kernels import pin_torch
 from labgym.policies.policy import EpisodeStart, Observation, Policy
 from labgym.policies.process.facts import encode_text, error_text
@@ -29,19 +33,27 @@ from labgym.policies.process.wire import (
 
 RESET, NEXT, ACT, DECIDE, CLOSE = b"r", b"n", b"a", b"d", b"c"
 """Requests of an episode: `reset`, `next_goal`, `act`, `stop` and then `act`, `close`."""
+FRAMES, MAX_TRACEBACK = 10, 4_000
+"""Longest traceback that is printed: frames, the innermost ones, and characters."""
 
 
-def serve_episode(policy: Policy, link: socket.socket) -> None:
-    """Answer the evaluator's requests until it closes the link."""
+def serve_episode(policy: Policy, link: socket.socket, printed: mmap.mmap) -> None:
+    """Answer the evaluator's requests until it closes the link.
+
+    Args:
+        policy: drives the episode.
+        link: to the evaluator.
+        printed: 1 byte that the episodes of a policy share: whether the traceback of an error has been printed.
+    """
     try:
         while True:
             kind, content, _ = receive_request(link)
-            send_answer(link, _answer(policy, kind, content))
+            send_answer(link, _answer(policy, kind, content, printed))
     except (ClosedError, OSError):
         return
 
 
-def _answer(policy: Policy, kind: bytes, content: bytes) -> Answer:
+def _answer(policy: Policy, kind: bytes, content: bytes, printed: mmap.mmap) -> Answer:
     # A policy may import torch in any call.
     pin_torch()
     try:
@@ -61,8 +73,20 @@ def _answer(policy: Policy, kind: bytes, content: bytes) -> Answer:
     except InvalidActionError as error:
         return Answer(FAILED, encode_text(str(error)))
     except BaseException as error:  # noqa: BLE001 - whatever the policy raises ends its episode only
+        if not isinstance(error, LabgymError):
+            _print_traceback(error, printed)
         return Answer(FAILED, encode_text(error_text(error)))
     return Answer(OK)
+
+
+def _print_traceback(error: BaseException, printed: mmap.mmap) -> None:
+    """Print the traceback of the first error of a policy on the standard error, because it often recurs."""
+    with contextlib.suppress(Exception):
+        if not printed[0]:
+            printed[0] = 1
+            text = "".join(traceback.format_exception(error, limit=-FRAMES))
+            sys.stderr.write(f"\nThe policy raised an error; later tracebacks are left out.\n{text[-MAX_TRACEBACK:]}")
+            sys.stderr.flush()
 
 
 class InvalidActionError(Exception):
@@ -93,8 +117,10 @@ def checked_action(action: object) -> NDArray[np.float32]:
     except (TypeError, ValueError):
         kind = type(action).__name__
         raise InvalidActionError(f"act returned a {kind}, expected two numbers in [-1, 1]") from None
-    if array.shape != (2,) or not np.isfinite(array).all():
+    if array.shape != (2,):
         raise InvalidActionError(f"act returned shape {array.shape}, expected two finite numbers in [-1, 1]")
+    if not np.isfinite(array).all():
+        raise InvalidActionError(f"act returned {array.tolist()}, expected two finite numbers in [-1, 1]")
     return array
 
 

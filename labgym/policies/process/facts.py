@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, get_args
 
 from pydantic import Field, ValidationError
 
@@ -56,8 +56,11 @@ def facts_of(policy: Policy, single_use: bool) -> PolicyFacts:
     """Return the facts of a policy.
 
     Raises:
-        ValidationError: an attribute has another type or is too long.
+        UnknownNameError: there is no such observation.
+        ValidationError: another attribute has another type or is too long.
     """
+    if policy.observation not in get_args(Sensors):
+        raise errors.UnknownNameError("observation of the policy", policy.observation, get_args(Sensors))
     return PolicyFacts(
         name=_one_line(str(policy.name), 200),
         observation=policy.observation,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import gc
+import mmap
 import os
 import pickle
 import signal
@@ -88,7 +89,7 @@ def _prepare_for_maps() -> None:
 
 
 def _serve_episodes(link: socket.socket, policy: Policy, single_use: bool) -> None:
-    episode = 0
+    episode, printed = 0, mmap.mmap(-1, 1)
     while True:
         kind, _, descriptor = receive_request(link)
         if kind == STATUS:
@@ -98,12 +99,12 @@ def _serve_episodes(link: socket.socket, policy: Policy, single_use: bool) -> No
             with socket.socket(fileno=descriptor) as conversation:
                 if single_use:
                     link.close()
-                    serve_episode(policy, conversation)
+                    serve_episode(policy, conversation, printed)
                     return
-                episode = _forked(link, policy, conversation)
+                episode = _forked(link, policy, conversation, printed)
 
 
-def _forked(link: socket.socket, policy: Policy, conversation: socket.socket) -> int:
+def _forked(link: socket.socket, policy: Policy, conversation: socket.socket, printed: mmap.mmap) -> int:
     """Return the id of a new process that drives one episode."""
     loader = os.getpid()
     child = os.fork()
@@ -112,7 +113,7 @@ def _forked(link: socket.socket, policy: Policy, conversation: socket.socket) ->
     try:
         link.close()
         linux.die_with_parent(loader)
-        serve_episode(policy, conversation)
+        serve_episode(policy, conversation, printed)
         sys.stdout.flush()
         sys.stderr.flush()
     finally:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from labgym.envs.conditions.beaker import Beaker
-from labgym.errors import LabgymError
+from labgym.errors import LabgymError, UnknownNameError
 from labgym.policies import EpisodeStart, Policy
 from labgym.policies.policy import PolicyError
 from labgym.policies.process import PolicyProcess, PolicySource, ProcessLimits
@@ -138,4 +138,12 @@ def test_a_latency_that_is_none_is_refused(latency):
     policy = Plain()
     policy.latency = latency
     with pytest.raises(LabgymError, match="expected seconds from 0 to 10"):
+        PolicyProcess(PolicySource.copied(policy)).close()
+
+
+@pytest.mark.parametrize("observation", ["radar", None, ["lidar"]])
+def test_an_observation_that_does_not_exist_is_refused_with_those_that_do(observation):
+    policy = Plain()
+    policy.observation = observation
+    with pytest.raises(UnknownNameError, match="available: depth, lidar, rgbd"):
         PolicyProcess(PolicySource.copied(policy)).close()
