@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
@@ -60,6 +61,10 @@ def card(options: DriveOptions, attempts: Sequence[Attempt], versions: Mapping[s
     endings = ", ".join(
         f"{ending} {count}" for ending, count in Counter(each.ending for each in attempts).most_common()
     )
+    arguments = ", ".join(
+        f"{name}={json.dumps(value) if isinstance(value, str) else value}"
+        for name, value in options.spec.kwargs.items()
+    )
     return f"""---
 license: apache-2.0
 task_categories: [robotics]
@@ -96,6 +101,16 @@ The bytes depend on these options and versions, not on the number of processes.
 ```
 
 `docs/training-data.md` of labgym describes every column.
+
+The actions of an episode, carried out again after `env.reset(seed=seed)` with its seed, give the same observations and
+rewards, bit for bit, in
+
+```python
+import gymnasium as gym
+import labgym
+
+env = gym.make("{options.spec.id}", {arguments})
+```
 
 ## Limits
 

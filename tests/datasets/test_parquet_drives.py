@@ -159,6 +159,14 @@ def test_a_finished_dataset_is_not_made_again_and_another_one_is_refused(people,
         make_drives(people, options(seed=4), progress=False)
 
 
+def test_the_card_makes_the_environment_in_which_the_drives_replay(people):
+    card, names = (people / "README.md").read_text(encoding="utf-8"), {}
+    exec(card[card.index("import gymnasium as gym") :].split("```")[0], names)
+    assert names["env"].spec.id == options().spec.id
+    assert names["env"].spec.kwargs == options().spec.kwargs
+    assert names["env"].spec.kwargs["exact"] is True
+
+
 def test_the_card_counts_all_drives(people, episodes):
     card = (people / "README.md").read_text(encoding="utf-8")
     assert f"| episodes | {len(episodes)} |" in card
