@@ -292,6 +292,8 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
         """Start an episode; the class describes options, observation and info."""
+        if not isinstance(options, Mapping | None):
+            raise OptionError(f"reset options are a {type(options).__name__}, expected a dict")
         super().reset(seed=seed)
         task = self._tasks.draw(self.np_random, options or {}, fresh=seed is not None)
         config = self._config

@@ -96,6 +96,8 @@ class TaskSource:
             if training != ROOMS:
                 raise OptionError("split 'floors-train' has its own training layouts: pass split='train' with training")
             split, training = "train", training_floor
+        elif split != "train" and training != ROOMS:
+            raise OptionError(f"split {split!r} has no training layouts: pass split='train' with training")
         if episodes_per_layout < 1:
             raise OptionError(f"episodes_per_layout is {episodes_per_layout}, expected at least 1")
         resolve_profile(profile)
@@ -136,18 +138,23 @@ class TaskSource:
         protocol = (
             self._protocol if options.get("protocol") is None else _resolved_protocol(layout, options["protocol"])
         )
-        drives = None
+        drives, chosen = None, layout is not None
         if layout is None:
             layout = self._drawn_layout(rng, protocol, fresh)
             drives = _split_drives(self._split, layout) if protocol is None else None
         protocol = protocol or layout.protocol
-        start, goal = passed_ends(options, layout.floor)
-        index = options.get("pair")
-        both = start is not None and goal is not None
-        drawn = None if both and index is None else _drawn_pair(rng, layout, protocol, index, drives)
-        pair = pair_between(start, goal, drawn)
-        if start is not None or goal is not None:
-            check_drivable(world_of(layout), pair)
+        try:
+            start, goal = passed_ends(options, layout.floor)
+            index = options.get("pair")
+            both = start is not None and goal is not None
+            drawn = None if both and index is None else _drawn_pair(rng, layout, protocol, index, drives)
+            pair = pair_between(start, goal, drawn)
+            if start is not None or goal is not None:
+                check_drivable(world_of(layout), pair)
+        except OptionError as error:
+            if chosen:
+                raise
+            raise OptionError(f"{error}; layout {layout.id!r} was drawn, option 'layout' chooses one") from None
         return Task(layout, protocol, pair)
 
     def _drawn_layout(self, rng: np.random.Generator, protocol: Protocol | None, fresh: bool) -> Layout:
@@ -275,14 +282,16 @@ def goal_pair(layout: Layout, index: int, protocol: Protocol | None = None) -> G
     """Return one of the goal pairs of a layout, for its first protocol by default.
 
     Raises:
-        OptionError: the layout has no goal pair.
+        OptionError: the layout has no goal pair, or the index is no integer.
         UnknownNameError: no goal pair has that index.
     """
     return _numbered(layout, _goal_pairs(layout, protocol), index)
 
 
 def _numbered(layout: Layout, pairs: Sequence[GoalPair], index: int) -> GoalPair:
-    if isinstance(index, bool) or not isinstance(index, int | np.integer) or not 0 <= index < len(pairs):
+    if isinstance(index, bool) or not isinstance(index, int | np.integer):
+        raise OptionError(f"goal pair {index!r} is a {type(index).__name__}, expected an int below {len(pairs)}")
+    if not 0 <= index < len(pairs):
         raise UnknownNameError(f"goal pair of layout {layout.id!r}", index, (str(pair.index) for pair in pairs))
     return pairs[int(index)]
 

@@ -138,8 +138,18 @@ def test_a_layout_whose_protocol_stays_at_one_place_says_so(layout: Layout) -> N
 
 
 def test_an_unknown_pair_lists_the_pairs(layout: Layout) -> None:
-    for index in (-1, 99, True, "0"):
+    for index in (-1, 99):
         with pytest.raises(
             UnknownNameError, match=f"goal pair of layout 'by-hand' '{index}' not found.* available: 0, 1"
         ):
             source(layout=layout).draw(rng(), {"pair": index}, fresh=True)
+    for index, kind in ((True, "bool"), ("0", "str"), (0.0, "float")):
+        with pytest.raises(OptionError, match=f"goal pair .* is a {kind}, expected an int below"):
+            source(layout=layout).draw(rng(), {"pair": index}, fresh=True)
+
+
+def test_an_end_that_does_not_fit_a_drawn_layout_names_the_layout(layout: Layout) -> None:
+    with pytest.raises(OptionError, match=r"start .*; layout '[a-z_0-9-]+' was drawn"):
+        source("test").draw(rng(), {"start": (99.0, 0.0, 0.0)}, fresh=True)
+    with pytest.raises(OptionError, match=r"y between 0 and [0-9.]+ m$"):
+        source(layout=layout).draw(rng(), {"start": (99.0, 0.0, 0.0)}, fresh=True)

@@ -8,7 +8,7 @@ import pytest
 import training_sources
 
 from labgym.envs import LabPointNavEnv
-from labgym.envs.training import NUMBERS, LayoutSequence, TrainingRooms, source_of
+from labgym.envs.training import NUMBERS, LayoutSequence, TrainingRooms, source_of, training_floor
 from labgym.envs.world import KEPT, World
 from labgym.errors import OptionError, UnknownNameError
 from labgym.layouts import splits
@@ -71,6 +71,8 @@ def test_a_source_that_cannot_be_used_is_refused():
         source_of("roms", None, "default")
     with pytest.raises(OptionError, match="'rooms' or a function"):
         environment(training=7)
+    with pytest.raises(OptionError, match="split 'val' has no training layouts"):
+        environment(split="val", training=training_floor)
     with pytest.raises(OptionError, match="only training='rooms' takes a protocol"):
         environment(protocol="alk_03")
 
