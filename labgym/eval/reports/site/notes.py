@@ -4,19 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from labgym.eval.labnav.rules import Ending
+from labgym.envs.parts.endings import StuckEnding
+from labgym.eval.labnav.rules import WAITED, Ending
+from labgym.eval.labnav.scores import DOCK_HEADING, DOCK_POSITION
 from labgym.eval.labnav.suites import FIRST
 from labgym.eval.reports.site.entries import Entry
 
 MEANINGS: dict[Ending, str] = {
     "success": "at rest in the goal's disc, in dock aligned, in carry without a spill; in shift at every goal",
     "contact": "the robot touched something that ends the drive",
-    "stuck": "30 s within 0.3 m",
+    "stuck": f"{StuckEnding.duration:g} s within {StuckEnding.radius:g} m",
     "lost": "stopped outside the goal's disc, and inside it by its own odometry",
     "wrong place": "stopped outside the goal's disc, and outside it by its own odometry",
-    "frozen": "the time was over, and the robot had waited near people for at least 30 s",
+    "frozen": f"the time was over, and the robot had waited near people for at least {WAITED:g} s",
     "spilt": "arrived, and the liquid rose above the rim; in shift, it rose above the rim",
-    "undocked": "stopped at the dock with an error beyond 0.10 m or 0.10 rad",
+    "undocked": f"stopped at the dock with an error beyond {DOCK_POSITION:.2f} m or {DOCK_HEADING:.2f} rad",
     "time": "the time was over",
     "error": "the policy raised an exception or exceeded a limit",
 }
