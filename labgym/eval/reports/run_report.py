@@ -66,16 +66,23 @@ def _tiles(results: ResultsFolder) -> tuple[Tile, ...]:
         tiles.append(Tile("hard violations", str(sum(score.v for score in results.scores.values()))))
     best = _best(results.evaluations)
     if best is not None:
-        rules = " (NavDP rules)" if best.summary.suite.metrics == "navdp" else ""
-        for name, heading in (("success", "SR"), ("spl", "SPL")):
-            tiles.append(Tile(f"{heading} of {best.name}{rules}", number(_headline(best.summary, name), 3)))
+        navdp = best.summary.suite.metrics == "navdp"
+        first = ("success", "SR") if navdp else ("collision_free", "Collision-free SR")
+        for name, heading in (first, ("spl", "SPL")):
+            label = f"{heading} of {best.name}{' (NavDP rules)' if navdp else ''}"
+            tiles.append(Tile(label, number(_headline(best.summary, name), 3)))
     return tuple(tiles)
 
 
 def _best(evaluations: Sequence[Evaluation]) -> Evaluation | None:
-    """Return the evaluation with the highest SPL, among policies without the true map if there are any."""
+    """Return the evaluation with most drives without contact, then SPL; without the true map, if there are any."""
     candidates = [one for one in evaluations if not one.summary.privileged] or evaluations
-    return max(candidates, key=lambda one: _headline(one.summary, "spl") or 0.0, default=None)
+    return max(candidates, key=lambda one: _merit(one.summary), default=None)
+
+
+def _merit(summary: NavigationSummary) -> tuple[float, float]:
+    first = "success" if summary.suite.metrics == "navdp" else "collision_free"
+    return _headline(summary, first) or 0.0, _headline(summary, "spl") or 0.0
 
 
 def _headline(summary: NavigationSummary, metric: str) -> float | None:
