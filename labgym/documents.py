@@ -13,7 +13,7 @@ from typing import Any, ClassVar, Self
 from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, ValidationError
 from pydantic_core import CoreSchema
 
-from labgym.errors import DocumentError
+from labgym.errors import DocumentError, OptionError
 from labgym.temporary import temporary_file
 
 MAX_BYTES = 32 * 1024 * 1024
@@ -28,6 +28,12 @@ its values and 300 MB for its texts. The largest published document has 8 661 va
 """
 MAX_FAULTS = 10_000
 """Largest number of invalid fields that are listed to name the first; each takes a kilobyte."""
+_FILE_SUFFIX = re.compile(
+    r"\.(jsonl?|ya?ml|toml|txt|md|csv|xml|urdf|usd[acz]?|glb|gltf|obj|stl|dxf|dwg|pdf|svg|png|jpe?g|gif|mp4|html|zip|gz"
+    r"|parquet|npz|pt|onnx|safetensors|py)",
+    re.IGNORECASE,
+)
+"""Suffixes of files; a folder whose name has one was probably meant as a file."""
 _TEXT = re.compile(rb'"[^"\\]*+(?:\\.[^"\\]*+)*+(?:"|\\?\Z)', re.DOTALL)
 """A JSON text; one that is not closed ends with the document, so that matching takes linear time."""
 
@@ -189,6 +195,18 @@ def load_json(raw: bytes, source: object, max_elements: int = MAX_ELEMENTS) -> A
         raise DocumentError(source, "", "not UTF-8 text: save it as JSON in UTF-8") from None
     except ValueError as error:
         raise DocumentError(source, "", f"not valid JSON ({error})") from None
+
+
+def folder_path(path: str | Path) -> Path:
+    """Return the path of a folder to write.
+
+    Raises:
+        OptionError: it is named like a file, and is not a folder yet.
+    """
+    path = Path(path)
+    if _FILE_SUFFIX.fullmatch(path.suffix) and not path.is_dir():
+        raise OptionError(f"{path} is named like a file, but a folder is written: name a folder, such as {path.stem}")
+    return path
 
 
 def write_json(path: str | Path, data: Any) -> Path:

@@ -68,7 +68,7 @@ def test_an_existing_protocol_is_overwritten_only_when_asked(
     before = file.read_bytes()
     arguments = ["protocols", "new", text, "--keyword-only", "--out", str(file)]
     assert main(arguments) == 2
-    assert "--replace" in capsys.readouterr().err
+    assert "--overwrite" in capsys.readouterr().err
     assert file.read_bytes() == before
     assert main([*arguments, "--replace"]) == 0
     assert file.read_bytes() != before

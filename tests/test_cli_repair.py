@@ -45,7 +45,11 @@ def test_what_is_fixed_stays_is_reported_and_fails(call, tmp_path):
     ]
     path = tmp_path / "lab.json"
     layout.replace(placements=(*layout.placements, *blocks)).save(path)
+    before = path.read_bytes()
     code, _, err = call("repair", path, "--out", path)
+    assert (code, err.count("\n"), path.read_bytes()) == (2, 1, before)
+    assert "--overwrite" in err
+    code, _, err = call("repair", path, "--out", path, "--overwrite")
     assert code == 1
     assert "not repaired: rack_1 and rack_2 interpenetrate" in err
     assert "fixed objects stay" in err

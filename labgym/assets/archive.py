@@ -105,10 +105,10 @@ def find_geometry(asset: Asset, folder: Path) -> None:
         )
     path = folder / name
     if path.is_symlink() or not path.is_file():
-        raise DocumentError(path, "", f"missing; {asset.name} needs it: add the asset again with --replace")
+        raise DocumentError(path, "", f"missing; {asset.name} needs it: add the asset again with --overwrite")
     if path.stat().st_size > MAX_BYTES or digest(path.read_bytes()) != recorded:
         raise DocumentError(
-            path, "", f"its contents changed since {asset.name} was added: add the asset again with --replace"
+            path, "", f"its contents changed since {asset.name} was added: add the asset again with --overwrite"
         )
     if not isinstance(_contents.get(recorded), Geometry):
         _contents[recorded] = path

@@ -14,6 +14,7 @@ from labgym.assets.model import Kind
 from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath, OptionalText, Texts
 from labgym.cli.group import CommandGroup
 from labgym.cli.outcome import DONE, complaints, findings, written
+from labgym.cli.saving import Overwrite
 from labgym.errors import LabgymError, OptionError
 
 if TYPE_CHECKING:
@@ -62,7 +63,7 @@ def add(
     front: Annotated[Direction | None, arg(metavar="+x|-x|+y|-y|+z|-z", help_behavior_hint="")] = None,
     name: OptionalText = None,
     like: OptionalText = None,
-    replace: bool = False,
+    overwrite: Overwrite = False,
     model: bool = False,
     execution: Execution = THIS_PROCESS,
 ) -> int:
@@ -80,7 +81,7 @@ def add(
         front: Direction of the front, in the files' own axes; by default +z with Y up and +y with Z up.
         name: Canonical name in CamelCase, for a single file.
         like: Published asset, by name or synonym, that the file is a model of.
-        replace: Replace an asset of the same name.
+        overwrite: Replace an asset of the same name.
         model: Describe each asset with the configured language model, using rendered images.
     """
     from tqdm import tqdm
@@ -94,7 +95,7 @@ def add(
     annotator, label = _model_annotator() if model else (None, "")
     options = Options(unit, up, front, name, like, label, scale)
     problems: list[str] = []
-    additions = own.add_files(files, options, replace, annotator, _pictures, execution.options())
+    additions = own.add_files(files, options, overwrite, annotator, _pictures, execution.options())
     for addition in tqdm(additions, "added", len(files), unit="file", disable=True if len(files) == 1 else None):
         if addition.problem:
             problems.append(addition.problem)
@@ -118,7 +119,7 @@ def add_reagent(
     state: Annotated[State | None, arg(metavar="solid|liquid|gas", help_behavior_hint="")] = None,
     density: Annotated[float | None, arg(metavar="G/ML", help_behavior_hint="")] = None,
     catalog: OptionalPath = None,
-    replace: bool = False,
+    overwrite: Overwrite = False,
 ) -> int:
     """Add a reagent to your own catalog folder from its structure; needs the extra chem.
 
@@ -133,7 +134,7 @@ def add_reagent(
         state: State at room temperature; by default proposed from the structure.
         density: Density in g/mL.
         catalog: Folder of your own assets; by default the one that LABGYM_CATALOG names, else labgym-assets.
-        replace: Replace a reagent of the same name.
+        overwrite: Replace a reagent of the same name.
     """
     from labgym.assets.forge import OwnAssets
     from labgym.assets.inference import infer
@@ -141,7 +142,7 @@ def add_reagent(
 
     own = OwnAssets(catalog)
     reagent = infer(smiles, name, synonyms, state, density)
-    outcome = own.add_reagent(reagent, replace)
+    outcome = own.add_reagent(reagent, overwrite)
     print(f"{outcome} {reagent.name}\n\n{asset_details(reagent)}")
     _activation_hint(own)
     return DONE

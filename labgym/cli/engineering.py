@@ -19,6 +19,7 @@ from labgym.cli.arguments import (
 )
 from labgym.cli.episodes import view_episode, watch_episode
 from labgym.cli.outcome import DONE, written
+from labgym.cli.saving import Overwrite, layout_path, refuse_other_content, save
 from labgym.cli.viewing import watch
 from labgym.errors import OptionError
 
@@ -39,6 +40,7 @@ def compile_(
     format: UseAppendAction[Annotated[tuple[FormatName, ...], arg(metavar="FORMAT")]] = (),  # noqa: A002
     interactive: bool = False,
     loose: bool = False,
+    overwrite: Overwrite = False,
 ) -> int:
     """Compile a layout into a 3D scene, a drawing, a bill of materials or a robot map.
 
@@ -53,11 +55,12 @@ def compile_(
         format: Output format; repeat --format for several.
         interactive: Drawers, doors and sashes move on joints; stools, trolleys and boxes are free bodies.
         loose: With --interactive, objects on benches and shelves are free bodies too.
+        overwrite: Replace files that exist with other content, such as an edited drawing.
     """
     from labgym.envs.tasks import resolve_layout
     from labgym.exchange.formats import compile_layout
 
-    for path in compile_layout(resolve_layout(layout), out, format or ("mjcf",), interactive, loose):
+    for path in compile_layout(resolve_layout(layout), out, format or ("mjcf",), interactive, loose, overwrite):
         written(path)
     return DONE
 
@@ -143,7 +146,7 @@ def move(
     out: Path,
     to: OptionalText = None,
     by: OptionalText = None,
-    overwrite: bool = False,
+    overwrite: Overwrite = False,
 ) -> int:
     """Move an object of a layout with everything on it, and print the violations before and after.
 
@@ -155,21 +158,19 @@ def move(
         out: The .json file of the new layout.
         to: New center x,y or x,y,yaw in meters and radians, for example 2.5,1,3.14.
         by: Shift dx,dy or dx,dy,dyaw in meters and radians, for example -0.3,0.
-        overwrite: Replace OUT if it exists.
+        overwrite: Replace OUT if it exists with other content.
     """
     from labgym.envs.tasks import resolve_layout
     from labgym.layouts.reposition import reposition
     from labgym.layouts.rules import evaluate_layout
 
-    if out.suffix != ".json":
-        raise OptionError(f"layout file {out.name!r} must end in .json")
-    if out.exists() and not overwrite:
-        raise OptionError(f"{out} exists: name another file with --out, or replace it with --overwrite")
+    out = layout_path(out)
     before = resolve_layout(layout)
     after = reposition(before, id, *_place(before, id, to, by))
+    refuse_other_content(after, out, overwrite)
     assessments = [evaluate_layout(each, each.protocol, navigation=True) for each in (before, after)]
     print(_comparison(id, after, *assessments).text(), end="\n\n")
-    return written(after.save(out))
+    return save(after, out, overwrite)
 
 
 def outline(
@@ -178,7 +179,7 @@ def outline(
     unit: OptionalText = None,
     thickness: Annotated[float | None, arg(metavar="METERS", help_behavior_hint="")] = None,
     crop: OptionalText = None,
-    overwrite: bool = False,
+    overwrite: Overwrite = False,
 ) -> int:
     """Read the floor of a DXF drawing or of a ROS map, and write it as a layout without objects.
 
@@ -191,19 +192,16 @@ def outline(
         thickness: Thickness of walls that the file does not show, meters. Default: 0.2 for a drawing without walls; of
             a map what it shows.
         crop: X0,Y0,X1,Y1: the part of a drawing that is read, in its units, such as a plan next to an elevation.
-        overwrite: Replace OUT if it exists.
+        overwrite: Replace OUT if it exists with other content.
     """
     from labgym.exchange.formats import read_floor
     from labgym.exchange.outlines import empty_layout
 
-    if out.suffix != ".json":
-        raise OptionError(f"layout file {out.name!r} must end in .json")
-    if out.exists() and not overwrite:
-        raise OptionError(f"{out} exists: name another file with --out, or replace it with --overwrite")
+    out = layout_path(out)
     layout = empty_layout(read_floor(file, unit, thickness, numbers("crop", crop)))
     for space in layout.floor.spaces:
         print(f"{space.id}: {space.use}, {space.area:.1f} m²", file=sys.stderr)
-    return written(layout.save(out))
+    return save(layout, out, overwrite)
 
 
 def _place(layout: Layout, placement_id: str, to: str | None, by: str | None) -> tuple[float, float, float]:

@@ -10,7 +10,7 @@ from tyro.conf import Positional, UseAppendAction, arg
 from tyro.extras import SubcommandApp
 
 from labgym.cli.arguments import OptionalPath, OptionalText
-from labgym.cli.outcome import written
+from labgym.cli.saving import Overwrite, layout_path, save
 from labgym.errors import OptionError
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ def labbuilder(
     door: Doors = (),
     map: Names = (),  # noqa: A002
     skip_unknown: bool = False,
-    overwrite: bool = False,
+    overwrite: Overwrite = False,
 ) -> int:
     """Read a scene of LabBuilder as a layout; print what was assumed, renamed or left out on standard error.
 
@@ -45,7 +45,7 @@ def labbuilder(
         door: A door, for example front,1.5 or left,2,0.9 in meters from the wall's start; repeat --door for several.
         map: Asset of the catalog for a name of the scene, for example Shelf=EquipmentRack; repeat --map for several.
         skip_unknown: Leave out objects that the catalog does not have, in place of an error.
-        overwrite: Replace OUT if it exists.
+        overwrite: Replace OUT if it exists with other content; the scene itself is never replaced.
     """
     from labgym import protocols
     from labgym.exchange.labbuilder.reading import read_labbuilder
@@ -58,14 +58,12 @@ def labbuilder(
         dict(_pair(text) for text in map),
         skip_unknown,
     )
-    target = out if out is not None else Path(f"{imported.layout.id}.json")
-    if target.suffix != ".json":
-        raise OptionError(f"layout file {target.name!r} must end in .json")
-    if target.exists() and (not overwrite or target.samefile(scene)):
-        raise OptionError(f"{target} exists: name another file with --out, or replace a layout with --overwrite")
+    target = layout_path(out if out is not None else Path(f"{imported.layout.id}.json"))
+    if target.exists() and target.samefile(scene):
+        raise OptionError(f"{target} is the scene itself: name another file with --out")
     for note in imported.notes:
         print(f"note: {note}", file=sys.stderr)
-    return written(imported.layout.save(target))
+    return save(imported.layout, target, overwrite)
 
 
 def _door(text: str) -> Door:

@@ -21,6 +21,7 @@ from labgym.cli.arguments import (
     Texts,
 )
 from labgym.cli.outcome import DONE, FAILED, written
+from labgym.cli.saving import Overwrite, layout_path, refuse_other_content, save
 from labgym.errors import InfeasibleError, OptionError, SearchLimitWarning, UnrepairedError, UnrepairedWarning
 from labgym.layouts import Floor, Room
 from labgym.layouts.failures import FAILURES, summary
@@ -62,6 +63,7 @@ def generate(
     facility: bool = True,
     service: Texts = (),
     metrics: OptionalText = None,
+    overwrite: Overwrite = False,
 ) -> int:
     """Generate a laboratory for one or more protocols, or with --count many laboratories for each of them.
 
@@ -109,12 +111,14 @@ def generate(
             runs the paper's phases, in which only phase 3 considers navigation.
         metrics: Version of the rules to satisfy: touchstone-v1, the default, or touchstone-v2, under which what a
             proposal lacks in safety equipment is added, too.
+        overwrite: Replace a layout and a trace that exist with other content. A batch (--count) resumes; see --fresh.
     """
     from labgym.layouts.rules import thresholds
 
     limits = thresholds.profile(profile, metrics)
     method = Method(proposer, optimise, refine, adjuster, dress, "keep" if keep else "raise", zones, facility)
     if count is None:
+        layout_path(out or Path(), protocol[0])  # a wrong name is refused before the work
         holdings = _holdings(have, only_have, extra)
         return _generate_one(
             protocol,
@@ -130,6 +134,7 @@ def generate(
             method,
             trace,
             service,
+            overwrite,
         )
     from labgym.layouts.batch import generate_batch
 
@@ -178,6 +183,7 @@ def _generate_one(
     method: Method,
     trace: Path | None,
     service: Sequence[str],
+    overwrite: bool,
 ) -> int:
     from labgym import layouts
     from labgym.exchange.fixed import read_fixed
@@ -209,14 +215,16 @@ def _generate_one(
         from labgym.layouts.remedies import with_remedies
 
         raise with_remedies(error, resolve_request(resolved, **request)) from None
+    path = layout_path(out, layout.id)
+    refuse_other_content(layout, path, overwrite)
     _print_notes(layout.provenance.options)
     if explain:
         why = layouts.reasons(resolved, **request)
         for placement, reason in why.items():
             print(f"{placement}: {reason}")
     if recorder is not None and trace is not None:
-        written(recorder.trace().save(trace))
-    return written(layout.save(out if out.suffix == ".json" else out / f"{layout.id}.json"))
+        save(recorder.trace(), trace, overwrite)
+    return save(layout, path, overwrite)
 
 
 def _print_notes(options: dict[str, Any]) -> None:

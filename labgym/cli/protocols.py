@@ -13,6 +13,8 @@ from labgym.assets import Catalog
 from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath, OptionalWholeNumber, ProtocolName
 from labgym.cli.group import CommandGroup
 from labgym.cli.outcome import DONE, FAILED, findings, written
+from labgym.cli.saving import Overwrite, save
+from labgym.documents import folder_path
 from labgym.errors import OptionError
 from labgym.protocols import Protocol, ReactionType
 from labgym.protocols.importers import Format, Source
@@ -76,7 +78,7 @@ def new(
     keyword_only: bool = False,
     model: bool = False,
     repairs: int = 3,
-    replace: bool = False,
+    overwrite: Overwrite = False,
 ) -> int:
     """Write a protocol for a description in English or Chinese. Assumptions are printed to stderr.
 
@@ -88,14 +90,14 @@ def new(
         keyword_only: Search the library by keywords only, without sentence embeddings.
         model: Write the protocol with the configured language model instead of templates.
         repairs: How many times a protocol with faults is returned to the model.
-        replace: Overwrite an existing file.
+        overwrite: Replace a file that exists with other content.
     """
     from labgym.protocols.synthesis import synthesize
 
     result = synthesize(text, _model_writer(repairs) if model else None, keyword_only)
     for remark in (*result.notes, *(f"advice: {line}" for line in result.advice)):
         print(f"labgym: {remark}", file=sys.stderr)
-    return _save(result.protocol, out, replace)
+    return _save(result.protocol, out, overwrite)
 
 
 @protocols_app.command
@@ -144,7 +146,7 @@ def stage(
     path: OptionalPath = None,
     type: OptionalType = None,  # noqa: A002
     out: OutputPath = Path(),
-    replace: bool = False,
+    overwrite: Overwrite = False,
 ) -> int:
     """Turn an experiment into a protocol: assign places and apparatus to its actions, and check the result.
 
@@ -153,7 +155,7 @@ def stage(
         path: File or folder of experiments that contains it. If omitted, the published library.
         type: Reaction type of an experiment that has none. If omitted, it is proposed from the equation (extra chem).
         out: A .json file, or a folder for a file named after the protocol.
-        replace: Overwrite an existing file.
+        overwrite: Replace a file that exists with other content.
     """
     from labgym.protocols.experiments import library, reaction_types
     from labgym.protocols.synthesis import staging
@@ -166,7 +168,7 @@ def stage(
             print(f"labgym: {chosen.id}: reaction type {type}, because {proposal.why}", file=sys.stderr)
     if type is not None:
         chosen = chosen.model_copy(update={"reaction_type": type})
-    return _save(staging.stage(chosen), out, replace)
+    return _save(staging.stage(chosen), out, overwrite)
 
 
 @protocols_app.command(name="import")
@@ -206,14 +208,14 @@ def import_(
 def filter_(
     path: Positional[Annotated[Path | None, arg(metavar="[PATH]", help_behavior_hint="")]] = None,
     out: OptionalPath = None,
-    replace: bool = False,
+    overwrite: Overwrite = False,
 ) -> int:
     """List which experiments the catalog's reagents and equipment can carry out, and the obstacles to the others.
 
     Args:
         path: File or folder of experiments. If omitted, the published library.
         out: Folder for the feasible experiments and rejected.csv with the obstacles to the others.
-        replace: Replace an earlier collection in the folder.
+        overwrite: Replace an earlier collection in the folder.
     """
     from labgym.cli.describe import verdict_table
     from labgym.protocols.experiments import feasibility, library
@@ -222,7 +224,7 @@ def filter_(
     if out is not None:
         from labgym.protocols.experiments.collection import collect, filtered
 
-        return _collected(collect(filtered(chosen, feasibility.FeasibilityFilter()), out, replace), out)
+        return _collected(collect(filtered(chosen, feasibility.FeasibilityFilter()), out, overwrite), out)
     judge = feasibility.FeasibilityFilter().judge
     print(verdict_table([judge(experiment) for experiment in chosen]))
     return DONE
@@ -239,16 +241,9 @@ def _collected(tally: Tally, out: Path) -> int:
     return written(out)
 
 
-def _save(protocol: Protocol, out: Path, replace: bool) -> int:
-    """Save a protocol to a file, or to a folder under its id, print the path, and return the exit code.
-
-    Raises:
-        OptionError: the file exists, is not this very protocol, and is not to be replaced.
-    """
-    path = out if out.suffix == ".json" else out / f"{protocol.id}.json"
-    if path.exists() and not replace and not protocol.is_saved_in(path):
-        raise OptionError(f"{path} exists; choose another file with --out, or overwrite it with --replace")
-    return written(protocol.save(path))
+def _save(protocol: Protocol, out: Path, overwrite: bool) -> int:
+    """Save a protocol to a file, or to a folder under its id, print the path, and return the exit code."""
+    return save(protocol, out if out.suffix == ".json" else folder_path(out) / f"{protocol.id}.json", overwrite)
 
 
 def _model_writer(repairs: int) -> Writer:

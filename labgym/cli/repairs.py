@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from labgym.cli.arguments import LayoutName, OptionalPath, OptionalText
-from labgym.cli.outcome import DONE, FAILED, written
-from labgym.errors import OptionError
+from labgym.cli.outcome import DONE, FAILED
+from labgym.cli.saving import Overwrite, layout_path, refuse_other_content, save
 
 if TYPE_CHECKING:
     from labgym.layouts.repairs import Repair
@@ -23,6 +23,7 @@ def repair(
     protocol: OptionalText = None,
     adjuster: str = "rules",
     trace: OptionalPath = None,
+    overwrite: Overwrite = False,
 ) -> int:
     """Repair a layout: hand-edited, imported from another program, or proposed by a model.
 
@@ -32,8 +33,8 @@ def repair(
 
     Args:
         layout: A layout's .json file, or the id of a published layout.
-        out: The .json file of the repaired layout; it may be the same file. Default: NAME-repaired.json in the current
-            folder.
+        out: The .json file of the repaired layout; with --overwrite it may be the same file. Default:
+            NAME-repaired.json in the current folder.
         profile: Thresholds to satisfy: default, strict, paper or code.
         metrics: Version of the rules: touchstone-v1, the default, or touchstone-v2, under which vessels also return to
             their hood, the pieces of an apparatus to each other and wall units to walls, and safety equipment is added.
@@ -41,6 +42,7 @@ def repair(
         adjuster: What adjusts the layout where repair by geometry does not help: rules, or llm, the configured language
             model (docs/language-models.md).
         trace: A .json file for every state of the layout and every command that was tried; labgym trace draws it.
+        overwrite: Replace OUT and the trace if they exist with other content.
     """
     from labgym import protocols
     from labgym.envs.tasks import resolve_layout
@@ -49,19 +51,18 @@ def repair(
     from labgym.layouts.rules import thresholds
     from labgym.layouts.trace import Recorder
 
-    target = out if out is not None else Path(f"{Path(layout).stem}-repaired.json")
-    if target.suffix != ".json":
-        raise OptionError(f"layout file {target.name!r} must end in .json")
+    target = layout_path(out if out is not None else Path(f"{Path(layout).stem}-repaired.json"))
     chosen = None if protocol is None else protocols.resolve(protocol)
     recorder = None if trace is None else Recorder()
     limits = thresholds.profile(profile, metrics)
     result = repair_layout(resolve_layout(layout), chosen, limits, make_adjuster(adjuster), recorder)
+    refuse_other_content(result.layout, target, overwrite)
     for change in result.changes:
         print(change.text)
     print(_summary(result))
-    written(result.layout.save(target))
+    save(result.layout, target, overwrite)
     if recorder is not None and trace is not None:
-        written(recorder.trace().save(trace))
+        save(recorder.trace(), trace, overwrite)
     for problem in result.problems:
         print(f"labgym: not repaired: {problem}", file=sys.stderr)
     return FAILED if result.problems else DONE

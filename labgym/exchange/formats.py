@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
+from labgym.documents import folder_path
 from labgym.errors import OptionError
 from labgym.layouts import Layout
 from labgym.layouts.floor import Floor
@@ -42,16 +45,23 @@ def formats() -> Mapping[str, Format]:
 
 
 def compile_layout(
-    layout: Layout, out: Path, names: Sequence[str], interactive: bool = False, loose: bool = False
+    layout: Layout,
+    out: Path,
+    names: Sequence[str],
+    interactive: bool = False,
+    loose: bool = False,
+    overwrite: bool = True,
 ) -> list[Path]:
     """Write a layout in one or more formats and return the main file of each.
 
     Args:
         out: for one format its file or folder; for several a folder, which gets a subfolder or a file for each.
         interactive, loose: what moves in 3D scenes, see `labgym.scenes.to_mjcf`.
+        overwrite: whether to replace files that exist with other content.
 
     Raises:
-        OptionError: a format occurs twice, the path does not suit it, or the format has no moving parts.
+        OptionError: a format occurs twice, the path does not suit it, the format has no moving parts, or a file exists
+            with other content and is not to be replaced; then no file is written.
         LabgymError: a folder exists and holds other files.
     """
     table = formats()
@@ -59,13 +69,37 @@ def compile_layout(
         raise OptionError(f"formats {', '.join(names)}: each may be named once")
     if loose and not interactive:
         raise OptionError("--loose is for interactive scenes: add --interactive")
+    writers: list[Callable[[Layout, Path], Path]] = [table[name].write for name in names]
+    if interactive:
+        writers = [partial(_write_interactive, _interactive_writer(name, table), loose) for name in names]
+    if len(names) > 1:
+        folder_path(out)
     paths = (
         [out] if len(names) == 1 else [out / (f"{layout.id}{table[n].suffix}" if table[n].suffix else n) for n in names]
     )
-    if not interactive:
-        return [table[name].write(layout, path) for name, path in zip(names, paths, strict=True)]
-    writers = [_interactive_writer(name, table) for name in names]
-    return [write(layout, path, loose) for write, path in zip(writers, paths, strict=True)]
+    if not overwrite:
+        for write, path in zip(writers, paths, strict=True):
+            _refuse_other_content(layout, write, path)
+    return [write(layout, path) for write, path in zip(writers, paths, strict=True)]
+
+
+def _refuse_other_content(layout: Layout, write: Callable[[Layout, Path], Path], path: Path) -> None:
+    """Raise an error if a file that would be written, or a file in a folder, exists with other content."""
+    if not path.exists():
+        return
+    with TemporaryDirectory() as place:
+        fresh = Path(place) / path.name
+        write(layout, fresh)
+        # Other entries of a folder are never replaced: write_mjcf and its like refuse them.
+        entries = [path / entry.name for entry in sorted(fresh.iterdir())] if fresh.is_dir() else [path]
+        for old in (each for entry in entries for each in (entry, *sorted(entry.rglob("*")))):
+            new = fresh / old.relative_to(path)
+            if old.is_file() and not (new.is_file() and new.read_bytes() == old.read_bytes()):
+                raise OptionError(f"{old} exists with other content: name another path, or replace it with --overwrite")
+
+
+def _write_interactive(write: Callable[[Layout, Path, bool], Path], loose: bool, layout: Layout, path: Path) -> Path:
+    return write(layout, path, loose)
 
 
 def _interactive_writer(name: str, table: Mapping[str, Format]) -> Callable[[Layout, Path, bool], Path]:

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
 from labgym.documents import Document, Record
-from labgym.errors import DocumentError
 
 ReactionType = Literal[
     "substitution",
@@ -95,13 +93,6 @@ class Protocol(Document):
     steps: Annotated[tuple[Step, ...], Field(min_length=1, max_length=100)]
     chemical_constraints: Annotated[tuple[ChemicalConstraint, ...], Field(max_length=2000)] = ()
     spatial_constraints: Annotated[tuple[SpatialConstraint, ...], Field(max_length=2000)] = ()
-
-    def is_saved_in(self, path: str | Path) -> bool:
-        """Return whether a file holds exactly this protocol."""
-        try:
-            return self.load(path) == self
-        except DocumentError:
-            return False
 
     @property
     def route(self) -> tuple[str, ...]:

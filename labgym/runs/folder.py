@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from labgym.documents import Document, append_text, canonical_hash, write_bytes
+from labgym.documents import Document, append_text, canonical_hash, folder_path, write_bytes
 from labgym.errors import LabgymError, OptionError
 from labgym.runs.identity import IDENTITY_FILE, REMEDY, RunIdentity, read_identity, refusal
 from labgym.runs.ledger import LEDGER_FILE, Ledger, LedgerEntry
@@ -63,9 +63,9 @@ class RunFolder:
 
         Raises:
             OptionError: another process writes into the folder, or it holds another run, results of release 0.1 or
-                other files.
+                other files, or its name is a file's.
         """
-        path = Path(path)
+        path = folder_path(path)
         if fresh:
             move_aside(path)
         if path.is_dir():

@@ -6,6 +6,7 @@ from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from labgym.documents import folder_path
 from labgym.errors import LabgymError
 from labgym.temporary import temporary_folder
 
@@ -20,8 +21,9 @@ def whole_folder(folder: Path, entries: Collection[str], what: str) -> Iterator[
         what: name of the kind, for the error message.
 
     Raises:
-        LabgymError: the destination exists and is of another kind.
+        LabgymError: the destination exists and is of another kind, or its name is a file's.
     """
+    folder_path(folder)
     if folder.exists() and not (folder.is_dir() and {entry.name for entry in folder.iterdir()} <= set(entries)):
         raise LabgymError(f"{folder}: exists and is not a {what}; name another folder or remove it")
     folder.parent.mkdir(parents=True, exist_ok=True)

@@ -190,7 +190,7 @@ def test_adding_again_changes_nothing_and_nothing_is_overwritten_unasked(tmp_pat
     other = tmp_path / "other"
     other.mkdir()
     box(other / "acetone_500ml.stl", (90, 90, 200))
-    with pytest.raises(MeshError, match="--replace"):
+    with pytest.raises(MeshError, match="--overwrite"):
         own.add(other / "acetone_500ml.stl")
     assert snapshot(own.folder) == before
     assert own.add(other / "acetone_500ml.stl", replace=True) == ("Acetone500ml", "replaced")

@@ -204,7 +204,7 @@ def test_a_large_collection_is_cut_into_files_in_order(tmp_path: Path) -> None:
 
 def test_an_earlier_collection_is_kept_unless_it_is_to_be_replaced(tmp_path: Path) -> None:
     collect([esterification()], tmp_path)
-    with pytest.raises(OptionError, match="--replace"):
+    with pytest.raises(OptionError, match="--overwrite"):
         collect([esterification(id="other")], tmp_path)
     assert [e.id for e in read_experiments(tmp_path)] == ["x_1"]
     collect([esterification(id="other")], tmp_path, replace=True)

@@ -178,7 +178,7 @@ class OwnAssets:
         if exists and AssetFile.load(path) == document:
             return "unchanged"
         if exists and not replace:
-            raise OptionError(f"{reagent.name!r} exists already in {self.folder}; give --replace, or another name")
+            raise OptionError(f"{reagent.name!r} exists already in {self.folder}; give --overwrite, or another name")
         document.save(path)
         return "replaced" if exists else "added"
 
@@ -187,7 +187,7 @@ class OwnAssets:
         exists = self._entry_path(entry.name).is_file()
         if exists and not replace:
             taken = f"{entry.name!r} exists already in {self.folder}, from another file or with other options"
-            raise MeshError(path, f"{taken}; give --replace, or another --name")
+            raise MeshError(path, f"{taken}; give --overwrite, or another --name")
         for name, content in entry.files.items():
             write_bytes(self.folder / name, content)
         for old in (self.folder / OWN_MESHES).glob(f"{entry.name}-*"):

@@ -10,6 +10,7 @@ from labgym.artefacts import artefacts
 from labgym.assets.model import Asset
 from labgym.assets.usd.stages import asset_layer
 from labgym.assets.usd.validation import findings
+from labgym.documents import folder_path
 from labgym.temporary import temporary_folder
 
 FOLDER = "usd"
@@ -38,6 +39,7 @@ def write_layer(layer: Any, path: Path) -> Path:
 
 def write_files(assets: Iterable[Asset], folder: Path) -> Iterator[Path]:
     """Write each asset's file and yield its path."""
+    folder = folder_path(folder)
     for asset in assets:
         yield write_layer(asset_layer(asset), usd_path(asset, folder))
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
-from labgym.documents import json_bytes, write_bytes
+from labgym.documents import folder_path, json_bytes, write_bytes
 from labgym.errors import OptionError
 from labgym.protocols.experiments.feasibility import FeasibilityFilter, Verdict
 from labgym.protocols.experiments.model import Experiment, ExperimentFile, Rejection
@@ -69,10 +69,10 @@ def collect(records: Iterable[Experiment | Verdict | Rejection], folder: str | P
     Raises:
         OptionError: the folder holds files of experiments and `replace` is false, or another process writes into it.
     """
-    folder = Path(folder)
+    folder = folder_path(folder)
     present = sorted(folder.glob("experiments-*.json"))
     if present and not replace:
-        raise OptionError(f"{folder} already holds {present[0].name}; name another folder, or use --replace")
+        raise OptionError(f"{folder} already holds {present[0].name}; name another folder, or use --overwrite")
     tally = Tally()
     with only_writer(folder), temporary_folder(folder) as temporary:
         for name, content in merged(records, tally):
