@@ -127,6 +127,11 @@ class ParsedDescription:
     products: tuple[tuple[int, int], ...] = ()
     unassigned: tuple[str, ...] = ()
 
+    @property
+    def reagents(self) -> tuple[str, ...]:
+        """Distinct names of the reagents in their order."""
+        return tuple(dict.fromkeys(name for clause in self.clauses for name in clause.names("reagent")))
+
 
 def read(text: str, catalog: Catalog | None = None) -> ParsedDescription:
     """Parse a description; the result depends on the text and the catalog only.

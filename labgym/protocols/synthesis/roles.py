@@ -22,6 +22,7 @@ from labgym.protocols.synthesis.batch import (
     scaled,
     together,
 )
+from labgym.protocols.synthesis.own_reagents import is_own
 from labgym.protocols.synthesis.reading import Clause
 from labgym.protocols.synthesis.transformations import Slot, Transformation, transformations
 
@@ -175,7 +176,9 @@ def _refuse_assumed_substrate(kind: Transformation, chosen: Collection[int], res
             accepted = ", ".join(dict.fromkeys((slot.asset, *slot.accepts)))
             others = f" among {', '.join(rest)}" if rest else ""
             message = f"the template {kind.name!r} finds no {what.removeprefix('the ')}{others}; it takes {accepted}"
-            message += ": write the protocol with it, and replace the reagent in the file"
+            if classes:
+                message += f", or {classes} of your own (labgym assets add-reagent)"
+            message += ": name one of them"
             raise RefusalError("no-reaction", message)
 
 
@@ -235,7 +238,12 @@ def _is_accepted(slot: Slot, name: str) -> bool:
 def _alike(slot: Slot, name: str, catalog: Catalog) -> bool:
     """Return whether a reagent that a slot does not list is of the slot's category; substrates are never guessed."""
     asset, usual = catalog.get(name), catalog.get(slot.asset)
-    return "substrate" not in slot.role and asset.category == usual.category and asset.category not in SOLVENTS
+    if "substrate" in slot.role or asset.category in SOLVENTS:
+        return False
+    if is_own(asset):  # its entry has no category, but its reactive groups
+        groups = [set(each.chemistry.groups) if each.chemistry is not None else set() for each in (asset, usual)]
+        return bool(groups[1]) and groups[0] >= groups[1]
+    return asset.category == usual.category
 
 
 def _stand_in(slot: Slot, substance_class: str) -> str:

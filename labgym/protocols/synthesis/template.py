@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Sequence
 
+from labgym.assets import Catalog
 from labgym.protocols.constraints import derive
 from labgym.protocols.errors import RefusalError
 from labgym.protocols.model import Protocol
@@ -17,6 +18,7 @@ from labgym.protocols.synthesis.frame import (
     weigh_first,
 )
 from labgym.protocols.synthesis.library_experiments import from_library
+from labgym.protocols.synthesis.own_reagents import classes_of, is_own, own_reagents, with_own_reagents
 from labgym.protocols.synthesis.parting import parted
 from labgym.protocols.synthesis.phases import ReactionMixture
 from labgym.protocols.synthesis.reaction import ReactionWriter
@@ -62,7 +64,7 @@ class TemplateWriter:
         if unwritten:
             return from_library(commission, unwritten)
         first: RefusalError | None = None
-        for kind in _kinds(description, commission.context)[:CANDIDATES]:
+        for kind in _kinds(description, commission.context, commission.catalog)[:CANDIDATES]:
             try:
                 return _written(kind, commission)
             except RefusalError as refusal:
@@ -85,6 +87,7 @@ def _written(kind: Transformation, commission: Commission) -> WriterResult:
         RefusalError: the text does not fit the kind, or cannot be carried out.
     """
     description, catalog = commission.description, commission.catalog
+    kind = with_own_reagents(kind, description.reagents, catalog)
     before, after = parted(kind, description.clauses, catalog)
     assignment = cast(kind, before, catalog)
     parts = assignment.parts
@@ -131,9 +134,14 @@ def _refuse_purification(description: ParsedDescription) -> None:
         raise RefusalError("no-reaction", f"{message}: describe how the crude product is made")
 
 
-def _kinds(description: ParsedDescription, context: SearchResults) -> tuple[Transformation, ...]:
-    """Return the kinds of reaction that the text may mean, best first; else that of the nearest protocol."""
-    kinds = recognise(description.spoken_of)
+def _kinds(description: ParsedDescription, context: SearchResults, catalog: Catalog) -> tuple[Transformation, ...]:
+    """Return the kinds of reaction that the text may mean, best first; else that of the nearest protocol.
+
+    A reagent of the user counts as its classes of substances if the text is not recognized without it.
+    """
+    own = own_reagents(description.reagents, catalog)
+    classes = frozenset[str]().union(*map(classes_of, own))
+    kinds = recognise(description.spoken_of) or recognise(description.spoken_of | classes)
     if kinds:
         return kinds
     named = {m.name for clause in description.clauses for m in clause.mentions if m.kind in ("reagent", "class")}
@@ -153,7 +161,7 @@ def _refuse_mismatch(kind: Transformation, parts: Sequence[Participant]) -> None
     """
     roles = {slot.role for slot in kind.slots}
     extra = [p.asset for p in parts if p.when == "add" and p.role not in roles]
-    strange = [asset.name for asset in extra if asset.category in DECISIVE or asset.name == "Hydrogen"]
+    strange = [asset.name for asset in extra if asset.category in DECISIVE or asset.name == "Hydrogen" or is_own(asset)]
     missing = [p.asset.name for p in parts if not p.named and p.role in roles and p.asset.category in DECISIVE]
     if strange and missing:
         message = f"no template uses {strange[0]} as the text does; the nearest, {kind.name!r}, takes {missing[0]}"

@@ -99,11 +99,13 @@ class Transformations(Document):
 
     Attributes:
         stand_ins: which asset stands in for a class of substances that a text names.
+        structures: SMARTS patterns of each class, of which one must match.
     """
 
     SCHEMA: ClassVar[str] = "labgym.transformations/1"
 
     stand_ins: dict[str, str]
+    structures: dict[str, tuple[str, ...]]
     unwritten: Unwritten
     transformations: tuple[Transformation, ...]
 
