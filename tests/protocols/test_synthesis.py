@@ -370,5 +370,5 @@ def test_the_name_of_a_reaction_is_no_solvent() -> None:
 def test_refusals_name_the_remedy_for_substances_that_are_not_in_a_template() -> None:
     with pytest.raises(RefusalError, match="labgym assets add-reagent"):
         synthesize("Suzuki coupling of 4-bromoanisole with phenylboronic acid", keyword_only=True)
-    with pytest.raises(RefusalError, match="it takes Bromobenzene: write the protocol with it"):
+    with pytest.raises(RefusalError, match="it takes Bromobenzene, or an aryl bromide of your own"):
         synthesize("Suzuki coupling of anisole with phenylboronic acid and potassium carbonate", keyword_only=True)
