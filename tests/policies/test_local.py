@@ -118,6 +118,20 @@ def test_the_network_decides_the_velocities():
     assert np.array(driven.commands[1:]) == pytest.approx(np.array([(0.4, 0.0)] * 7))
 
 
+@pytest.mark.parametrize(("speed", "distance", "expected"), [(0.1, 1.5, 0.0), (0.1, 1.7, 0.1), (0.2, 1.5, 0.2)])
+def test_a_robot_near_a_person_rests_rather_than_creeps(speed, distance, expected):
+    class Accompanied(LocalPolicy):
+        name = "accompanied"
+
+        @property
+        def _people(self):
+            return (Person((AROUND.start[0] - distance, AROUND.start[1]), (0.0, 0.0), True),)
+
+    forward = perceptron((np.zeros((2, SIZE)), np.array([speed, 0.0])))
+    driven = drive(Accompanied(actor=forward), LAYOUT, AROUND.start, AROUND.goal, task="people", steps=2)
+    assert driven.commands[1] == pytest.approx((expected, 0.0))
+
+
 def test_a_file_of_another_network_is_refused(tmp_path):
     file = perceptron((np.zeros((2, SIZE - 1)), np.zeros(2))).save(tmp_path / "other.safetensors")
     with pytest.raises(DocumentError, match=f"expected {SIZE} to 2"):

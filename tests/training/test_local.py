@@ -24,7 +24,7 @@ from labgym.training.local.options import ImitationOptions, ReinforcementOptions
 from labgym.training.local.practice import make_practice, practice_files, read_floor
 from labgym.training.local.reinforcement import filled, make_learner, reinforce, update
 from labgym.training.local.rewards import PROGRESS, SCALE, STRIDE, Meter, final_reward, rewards_of
-from labgym.training.local.schedule import drawn_drives
+from labgym.training.local.schedule import drawn_drives, weights_by_failure
 
 IMITATION = ImitationOptions(tasks=("dock",), rounds=2, drives=2, shard=1, epochs=2, last_epochs=2, batch=64)
 PPO = ReinforcementOptions(tasks=("dock",), iterations=2, drives=2, shard=1, critic_iterations=1, evaluate_every=5)
@@ -145,6 +145,13 @@ def test_drives_are_drawn_for_each_task_alike(floors):
     assert drives == drawn_drives(floors, ("dock", "carry"), 6, 0, 0) != drawn_drives(floors, ("dock",), 6, 0, 1)
     with pytest.raises(UnknownNameError, match="tea"):
         imitate(ImitationOptions(tasks=("tea",)), floors, floors[0].parent / "none")
+
+
+def test_tasks_that_fail_are_practiced_more_often(floors):
+    weights = weights_by_failure({"dock": 1.0, "carry": 0.4})
+    assert weights == pytest.approx({"dock": 0.2, "carry": 0.8})
+    drives = drawn_drives(floors, ("dock", "carry"), 10, 0, 0, weights)
+    assert sorted(one.task for one in drives) == ["carry"] * 8 + ["dock"] * 2
 
 
 def test_the_expert_drives_as_the_stack_does(floors, network):

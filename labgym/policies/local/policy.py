@@ -18,7 +18,7 @@ from labgym.policies.local.inputs import SIZE, SIZES, Knowledge, Motion, Vector,
 from labgym.policies.policy import EpisodeStart, GroundTruth, Observation
 from labgym.policies.stack.old_map import OldMap
 from labgym.policies.stack.planner import Plan
-from labgym.policies.stack.policy import DRIFTING, MISMOUNTED, PEOPLED, SEE_THROUGH, StackPolicy
+from labgym.policies.stack.policy import CREEP, DRIFTING, MISMOUNTED, PEOPLED, SEE_THROUGH, StackPolicy
 from labgym.policies.tracking import approach_speed
 
 FILE = "policy.safetensors"
@@ -29,7 +29,8 @@ class LocalPolicy(StackPolicy):
 
     Localization, costmap, global planner, tracks of people, recovery, the last half meter at a dock and the end at the
     goal are those of `stack`. The network takes the place of its controller and of its rules for waiting: it decides
-    all velocities in between.
+    all velocities in between. Near a person a command to creep is one to rest, as in `stack`: a network never commands
+    exactly 0, and people walk into a robot that creeps.
 
     Args:
         weights: file of the network; None uses the published one.
@@ -85,6 +86,8 @@ class LocalPolicy(StackPolicy):
         )
         action = self._decided(vector)
         v, w = self._robot.twist(float(action[0]), float(action[1]))
+        if abs(v) < CREEP and self._alongside(pose):
+            v = 0.0
         return min(v, approach_speed(left, 0.7) if self._arrival.active else math.inf), w
 
     def _decided(self, vector: Vector) -> Vector:

@@ -63,7 +63,7 @@ class ReinforcementOptions(Document):
 
     seed: Annotated[int, Field(ge=0)] = 0
     tasks: Tasks = PRACTICED
-    iterations: Count = 40
+    iterations: Count = 80
     drives: Count = 112
     shard: Count = 4
     critic_iterations: Annotated[int, Field(ge=0)] = 1

@@ -32,7 +32,7 @@ from labgym.training.local.imitation import HISTORY, OPTIONS, means, note_second
 from labgym.training.local.model import actor_parts, load_actor, model_arguments, save_actor
 from labgym.training.local.options import ReinforcementOptions
 from labgym.training.local.practice import digest_of, validation_floors
-from labgym.training.local.schedule import check_tasks, drawn_drives, validation_drives
+from labgym.training.local.schedule import check_tasks, drawn_drives, validation_drives, weights_by_failure
 
 LAST, NETWORK = "last.safetensors", "network.safetensors"
 ALGORITHM = "PPO"
@@ -127,7 +127,9 @@ class Reinforcement:
     def _iterate(self, number: int) -> None:
         """Drive, and learn of it."""
         options = self._options
-        drives = drawn_drives(self._floors, options.tasks, options.drives, options.seed, 1000 + number)
+        latest = next(record for record in reversed(self._history) if record["kind"] == "validation")
+        weights = weights_by_failure(latest["scores"])
+        drives = drawn_drives(self._floors, options.tasks, options.drives, options.seed, 1000 + number, weights)
         noise = tuple(torch.exp(self._learner.policy.log_std.detach()).tolist())
         records, rows = self._driven(drives, "noisy", noise, f"iteration {number}")
         warming = number < options.critic_iterations

@@ -1,8 +1,8 @@
-"""The drives of each round: tasks in turn, episodes drawn at random."""
+"""The drives of each round: tasks in turn or by their weights, episodes drawn at random."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -23,12 +23,29 @@ def check_tasks(names: Sequence[str]) -> None:
         task_of(name)
 
 
-def drawn_drives(floors: Sequence[Path], tasks: Sequence[str], count: int, seed: int, number: int) -> list[Drive]:
+EVEN = 0.2
+"""Part of a task's weight that does not depend on its score."""
+
+
+def weights_by_failure(scores: Mapping[str, float]) -> dict[str, float]:
+    """Return how often tasks are practiced, in proportion: the more often, the lower their mean scores."""
+    return {task: EVEN + 1.0 - score for task, score in scores.items()}
+
+
+def drawn_drives(
+    floors: Sequence[Path],
+    tasks: Sequence[str],
+    count: int,
+    seed: int,
+    number: int,
+    weights: Mapping[str, float] | None = None,
+) -> list[Drive]:
     """Return the drives of a round.
 
     Args:
-        floors: files of the practice floors. tasks: to practice, each as often as the others.
-        count: number of drives. seed: of the run. number: of the round.
+        floors: files of the practice floors. tasks: to practice. count: number of drives.
+        seed: of the run. number: of the round.
+        weights: how often each task is practiced, in proportion; None practices all of them equally often.
 
     Raises:
         LabgymError: no floor has a drive of a task.
@@ -43,12 +60,20 @@ def drawn_drives(floors: Sequence[Path], tasks: Sequence[str], count: int, seed:
             raise LabgymError(f"none of the {len(floors)} training floors has a drive of {task}: use more floors")
     rng = np.random.default_rng([seed, number])
     drives: list[Drive] = []
-    for k in range(count):
-        task = tasks[k % len(tasks)]
+    for task in _tasks(tasks, count, weights):
         file, episode = choices[task][int(rng.integers(len(choices[task])))]
         drives.append(Drive(file, task, episode, int(rng.integers(2**53))))
     # Those on one floor follow each other, so that each worker prepares few floors.
     return sorted(drives, key=lambda one: (one.floor, one.task, one.number, one.seed))
+
+
+def _tasks(tasks: Sequence[str], count: int, weights: Mapping[str, float] | None) -> list[str]:
+    """Return the tasks of `count` drives, as near to the weights as whole numbers of drives allow."""
+    if weights is None:
+        return [tasks[k % len(tasks)] for k in range(count)]
+    ends = np.cumsum([weights[task] for task in tasks])
+    places = (np.arange(count) + 0.5) / count * ends[-1]
+    return [tasks[int(k)] for k in np.searchsorted(ends, places)]
 
 
 def validation_drives(floors: Sequence[Path], tasks: Sequence[str], most: int) -> list[Drive]:
