@@ -81,7 +81,7 @@ def local_ppo(
     Args:
         start: Policy to begin with.
         out: Folder for policies, history and checkpoint; by default runs/local-ppo, with tasks runs/local-ppo-TASKS.
-        iterations: Number of updates, each of 112 drives.
+        iterations: Number of updates, each of 64 drives.
         seed: Random seed of the whole run.
     """
     _check(iterations=iterations)

@@ -132,6 +132,24 @@ def test_a_robot_near_a_person_rests_rather_than_creeps(speed, distance, expecte
     assert driven.commands[1] == pytest.approx((expected, 0.0))
 
 
+@pytest.mark.parametrize(("safety", "expected"), [(True, 0.0), (False, 0.5)])
+def test_a_robot_rests_for_one_who_comes_near(safety, expected):
+    x, y, heading = AROUND.start
+    ahead = 1.0 * math.cos(heading), 1.0 * math.sin(heading)
+
+    class Approached(LocalPolicy):
+        name = "approached"
+
+        @property
+        def _people(self):
+            return (Person((x + ahead[0], y + ahead[1]), (-ahead[0], -ahead[1]), True),)
+
+    forward = perceptron((np.zeros((2, SIZE)), np.array([0.5, 0.0])))
+    policy = Approached(actor=forward, safety=safety)
+    driven = drive(policy, LAYOUT, AROUND.start, AROUND.goal, task="people", steps=2)
+    assert driven.commands[1][0] == pytest.approx(expected)
+
+
 def test_a_file_of_another_network_is_refused(tmp_path):
     file = perceptron((np.zeros((2, SIZE - 1)), np.zeros(2))).save(tmp_path / "other.safetensors")
     with pytest.raises(DocumentError, match=f"expected {SIZE} to 2"):

@@ -23,7 +23,7 @@ from labgym.training.local.model import actor_of, mean_actions, new_model, save_
 from labgym.training.local.options import ImitationOptions, ReinforcementOptions
 from labgym.training.local.practice import make_practice, practice_files, read_floor
 from labgym.training.local.reinforcement import filled, make_learner, reinforce, update
-from labgym.training.local.rewards import PROGRESS, SCALE, STRIDE, Meter, final_reward, rewards_of
+from labgym.training.local.rewards import PROGRESS, SCALE, STRIDE, TIME, Meter, final_reward, rewards_of
 from labgym.training.local.schedule import drawn_drives, weights_by_failure
 
 IMITATION = ImitationOptions(tasks=("dock",), rounds=2, drives=2, shard=1, epochs=2, last_epochs=2, batch=64)
@@ -71,7 +71,7 @@ def test_rewards_add_costs_progress_and_the_end():
 
 
 def test_standing_never_pays():
-    assert rewards_of(Meter().costs + [-0.02] * 300, [0], [0.0], final_reward(0.0, False, False))[0] < 0.0
+    assert rewards_of(Meter().costs + [TIME] * 300, [0], [0.0], final_reward(0.0, False, False))[0] < 0.0
     assert final_reward(0.0, False, True) < final_reward(0.0, False, False) < final_reward(0.1, True, False)
 
 

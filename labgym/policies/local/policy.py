@@ -28,13 +28,13 @@ class LocalPolicy(StackPolicy):
     """Drives along the path of the navigation stack by a network. Privileged: it knows the old map.
 
     Localization, costmap, global planner, tracks of people, recovery, the last half meter at a dock and the end at the
-    goal are those of `stack`. The network takes the place of its controller and of its rules for waiting: it decides
-    all velocities in between. Near a person a command to creep is one to rest, as in `stack`: a network never commands
-    exactly 0, and people walk into a robot that creeps.
+    goal are those of `stack`. The network takes the place of its controller: it decides all velocities in between. The
+    stack's rules that make the robot rest for people are a safety layer over it.
 
     Args:
         weights: file of the network; None uses the published one.
         actor: a network to use in place of a file.
+        safety: whether the robot rests for people by the rules of `stack`; else the network alone decides.
 
     Raises:
         DocumentError: the file is damaged, or its network has another input.
@@ -42,8 +42,9 @@ class LocalPolicy(StackPolicy):
 
     weights: ClassVar[str] = ""
 
-    def __init__(self, weights: str | Path | None = None, actor: Perceptron | None = None) -> None:
+    def __init__(self, weights: str | Path | None = None, actor: Perceptron | None = None, safety: bool = True) -> None:
         super().__init__()
+        self._safety = safety
         self._file = None if actor else Path(weights) if weights else artefacts("policies") / self.weights / FILE
         if actor is None:
             assert self._file is not None
@@ -79,6 +80,9 @@ class LocalPolicy(StackPolicy):
         return super()._drive(pose, velocity)
 
     def _follow(self, plan: Plan, pose: Pose, velocity: tuple[float, float], left: float) -> tuple[float, float]:
+        rest = self._rest_for_people(plan, pose, velocity) if self._safety else None
+        if rest is not None:
+            return rest
         if self._arrives(plan, pose, left):
             return 0.0, 0.0
         vector = network_input(
@@ -86,7 +90,8 @@ class LocalPolicy(StackPolicy):
         )
         action = self._decided(vector)
         v, w = self._robot.twist(float(action[0]), float(action[1]))
-        if abs(v) < CREEP and self._alongside(pose):
+        if self._safety and abs(v) < CREEP and self._alongside(pose):
+            # Nobody walks into a robot at rest, and a network never commands exactly 0.
             v = 0.0
         return min(v, approach_speed(left, 0.7) if self._arrival.active else math.inf), w
 
@@ -94,9 +99,6 @@ class LocalPolicy(StackPolicy):
         """Return the action of the network, (2,)."""
         with torch.inference_mode():
             return np.asarray(self._network(torch.from_numpy(vector)[None])[0].numpy())
-
-    def _emergency(self, pose: Pose, speed: float) -> bool:  # noqa: ARG002 - the network does not wait by rules
-        return False
 
 
 class ImitationPolicy(LocalPolicy):

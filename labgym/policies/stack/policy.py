@@ -251,13 +251,9 @@ class StackPolicy(Policy):
             plan: the path. pose, velocity: of the robot when the command takes effect.
             left: length of the path to the place of rest, meters.
         """
-        people = self._people
-        if self._waiting.step(pose, velocity[0], people):
-            self._controller.restart()
-            bearing = bearing_of(plan, pose)
-            # A turn on the spot takes no floor from anybody.
-            turn = self._robot.twist(*turn_towards(bearing, self._robot))[1] if abs(velocity[0]) < AT_EASE else 0.0
-            return self._rest_at_goal(pose) or (0.0, turn)
+        rest = self._rest_for_people(plan, pose, velocity)
+        if rest is not None:
+            return rest
         if self._arrives(plan, pose, left):
             return 0.0, 0.0
         bearing = bearing_of(plan, pose)
@@ -267,13 +263,23 @@ class StackPolicy(Policy):
         fastest = approach_speed(left, 0.7) if self._arrival.active else math.inf
         gentle = self._gentle
         shaping = None if gentle is None else Shaping(gentle.limits.weights, gentle.history)
-        v, w = self._controller.command(pose, velocity, plan, self._costmap, people, fastest, shaping)
+        v, w = self._controller.command(pose, velocity, plan, self._costmap, self._people, fastest, shaping)
         if self._controller.fastest_soon < CREEP and self._alongside(pose):
             # Nobody walks into a robot at rest; one that creeps is at fault.
             self._controller.restart()
             self._rest_at_goal(pose)
             return 0.0, 0.0
         return v, w
+
+    def _rest_for_people(self, plan: Plan, pose: Pose, velocity: tuple[float, float]) -> tuple[float, float] | None:
+        """Return the velocities of a robot that has to rest for people, None if it may drive."""
+        if not self._waiting.step(pose, velocity[0], self._people):
+            return None
+        self._controller.restart()
+        bearing = bearing_of(plan, pose)
+        # A turn on the spot takes no floor from anybody.
+        turn = self._robot.twist(*turn_towards(bearing, self._robot))[1] if abs(velocity[0]) < AT_EASE else 0.0
+        return self._rest_at_goal(pose) or (0.0, turn)
 
     def _arrives(self, plan: Plan, pose: Pose, left: float) -> bool:
         """Return whether the robot is where it has to rest, and note that it is about to stop."""

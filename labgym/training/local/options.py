@@ -64,17 +64,17 @@ class ReinforcementOptions(Document):
     seed: Annotated[int, Field(ge=0)] = 0
     tasks: Tasks = PRACTICED
     iterations: Count = 80
-    drives: Count = 112
+    drives: Count = 64
     shard: Count = 4
     critic_iterations: Annotated[int, Field(ge=0)] = 1
     epochs: Count = 8
     batch: Count = 1024
     rate: Positive = 2e-4
-    discount: Share = 0.99
+    discount: Share = 0.995
     trace: Share = 0.95
     clip: Share = 0.2
     divergence: Positive = 0.02
     entropy: Annotated[float, Field(ge=0.0)] = 0.0
     noise: Positive = 0.15
-    evaluate_every: Count = 10
+    evaluate_every: Count = 16
     validation: Annotated[int, Field(ge=1, le=3)] = 2

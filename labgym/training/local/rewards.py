@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from labgym.envs.parts.endings import nearest_person
 from labgym.envs.state import State
 
-PROGRESS, TIME = 0.3, -0.02
+PROGRESS, TIME = 0.3, -0.01
 """Reward of a meter of path that is left behind, and of a control step."""
 STRIDE = 0.2
 """Greatest progress that counts for one decision, meters: a path that is found again is no progress."""
-PERSONAL, CLOSE = 1.0, -0.03
+PERSONAL, CLOSE = 1.0, -0.01
 """Distance of a person, meters, and the reward of a control step nearer than it."""
 SLOSH = -4.0
 """Reward of a rise of the liquid by its freeboard, beyond half of it."""
