@@ -35,9 +35,11 @@ INPUTS = {
     "motion": "velocity, the latest 2 actions, and the way of the last 1, 3 and 8 s",
     "knowledge": "what the task is like: drift, dock, glass, people, mounting, STOP, freeboard, acceleration",
 }
-LIMITS = """Limits: localization, costmap, global planner, tracks of people, recovery, the last half meter at a dock and
-the end at the goal are those of `stack`; the network decides the velocities in between. It was trained and evaluated in
-simulation only, for one robot."""
+LIMITS = """Limits: localization, costmap, global planner, tracks of people, rests for people, recovery, the last half
+meter at a dock and the end at the goal are those of `stack`; the network decides the velocities in between. It was
+trained and evaluated in simulation only, for one robot."""
+UNLIKE = """Without PPO: the policy with which it began. Without the safety layer: the network decides when to rest for
+people. Without other tasks: each task is driven by a policy that has practiced this task alone."""
 
 
 def write_imitation_card(
@@ -69,17 +71,19 @@ expert says in every state what it would do.
 
 {_seeds(runs, histories, "the last round, as the network drives on training floors", _last_scores)}"""
     save_picture(_imitation_figure(histories), out / "learning.png")
-    shown = "" if ablation is None else _ablation(ablation)
+    shown = "" if ablation is None else _ablation(ablation, "Each network learned from the same recorded drives.")
     title = f"{ImitationPolicy.name}: a local planner by imitation of `stack`"
     return _published(title, ImitationPolicy.name, runs[0], histories, out, training, shown, results)
 
 
-def write_reinforcement_card(runs: Sequence[Path], out: Path, results: Path | None = None) -> Path:
+def write_reinforcement_card(
+    runs: Sequence[Path], out: Path, results: Path | None = None, ablation: Path | None = None
+) -> Path:
     """Publish the first of some runs of PPO with a model card, and return the card's path.
 
     Args:
         runs: folders of `labgym train local-ppo` that differ in their random seeds. out, results: as for
-            `write_imitation_card`.
+            `write_imitation_card`. ablation: folder of `labgym ablate local-ppo`.
 
     Raises:
         DocumentError, OptionError: as `write_imitation_card`.
@@ -97,8 +101,9 @@ floors-val among {_count(histories[0], "validation")} evaluations.
 
 {_seeds(runs, histories, "the best evaluation on floors-val", _best_scores)}"""
     save_picture(_reinforcement_figure(histories), out / "learning.png")
+    shown = "" if ablation is None else _ablation(ablation, UNLIKE)
     title = f"{ReinforcementPolicy.name}: a local planner by PPO"
-    return _published(title, ReinforcementPolicy.name, runs[0], histories, out, training, "", results)
+    return _published(title, ReinforcementPolicy.name, runs[0], histories, out, training, shown, results)
 
 
 def _published(
@@ -122,8 +127,8 @@ def _published(
     results_of = "\n\n".join(each for each in (_labnav(name), driven) if each)
     sections = [
         f"# {title}",
-        "A network drives along the path of the navigation stack `stack`, in place of its controller and of its rules "
-        "for waiting. It knows the old map.",
+        "A network drives along the path of the navigation stack `stack`, in place of its controller. The rules by "
+        "which `stack` rests for people are a safety layer over it. It knows the old map.",
         _input_table(),
         f"## Results\n\n{results_of}" if results_of else "",
         f"## Training\n\n{training}",
@@ -192,18 +197,18 @@ def _best_scores(history: list[dict[str, Any]]) -> dict[str, float]:
     return best
 
 
-def _ablation(folder: Path) -> str:
+def _ablation(folder: Path, text: str) -> str:
     ablation = Ablation.load(folder / "ablation.json")
     rows = []
     for one in ablation.variants:
         difference = "" if one.difference is None else interval(one.difference, 3)
-        name = "the whole network" if one.name == WHOLE else f"without {one.name}"
+        name = "whole" if one.name == WHOLE else f"without {one.name}"
         rows.append(
             (name.replace("without expert", "expert"), number(geometric(list(one.scores.values())), 1), difference)
         )
     note = f"{ablation.drives} drives on floors-val; in brackets: 95% intervals over floors of the paired differences."
-    table = Table("", ("network", "figure ↑", "difference of the mean score"), tuple(rows), (note,)).markdown()
-    return f"## Ablation\n\nEach network learned from the same recorded drives.\n\n{table}"
+    table = Table("", ("policy", "figure ↑", "difference of the mean score"), tuple(rows), (note,)).markdown()
+    return f"## Ablation\n\n{text}\n\n{table}"
 
 
 def _imitation_figure(histories: list[list[dict[str, Any]]]) -> Figure:
@@ -240,8 +245,11 @@ def _reinforcement_figure(histories: list[list[dict[str, Any]]]) -> Figure:
 
 
 def _finished(figure: Figure, unit: str) -> Figure:
+    from matplotlib.ticker import MaxNLocator
+
     for axes in figure.axes:
         axes.set_xlabel(unit, fontsize=8)
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         axes.set_ylim(bottom=0.0)
         axes.tick_params(labelsize=8)
         axes.grid(alpha=0.3)

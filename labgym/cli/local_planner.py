@@ -113,6 +113,29 @@ def ablate_local_imitation(
     return written(ablate_imitation(run, out, execution.options(), fresh=fresh))
 
 
+def ablate_local_ppo(
+    run: Path = Path("runs/local-ppo"),
+    start: Path = Path("runs/local-imitation/policy.safetensors"),
+    singles: Annotated[
+        tuple[Path, ...], arg(help="Folders of labgym train local-ppo --tasks TASK, all tasks or none.")
+    ] = (),
+    out: Path = Path("runs/local-ppo-ablation"),
+    execution: Execution = THIS_PROCESS,
+    fresh: Fresh = False,
+) -> int:
+    """Ablate PPO: drive the policy before it, without its safety layer, and policies for a single task each.
+
+    Args:
+        run: Folder of labgym train local-ppo.
+        start: Policy with which it began.
+        out: Folder for the results.
+    """
+    _check()
+    from labgym.training.local.ablation import ablate_reinforcement
+
+    return written(ablate_reinforcement(run, start, out, singles, execution.options(), fresh=fresh))
+
+
 def card_local_imitation(
     runs: Runs = (Path("runs/local-imitation"),),
     results: OptionalPath = None,
@@ -134,17 +157,19 @@ def card_local_imitation(
 def card_local_ppo(
     runs: Runs = (Path("runs/local-ppo"),),
     results: OptionalPath = None,
+    ablation: OptionalPath = None,
     out: Path = Path("policies/local-ppo"),
 ) -> int:
     """Publish the local planner by PPO with a model card.
 
     Args:
         results: Folder of labgym eval --suite lab30 with these weights.
+        ablation: Folder of labgym ablate local-ppo.
         out: Folder for weights, options, histories, figures and CARD.md.
     """
     from labgym.cards.local import write_reinforcement_card
 
-    return written(write_reinforcement_card(runs, out, results))
+    return written(write_reinforcement_card(runs, out, results, ablation))
 
 
 def _tasks(names: str | None) -> dict[str, tuple[str, ...]]:

@@ -12,6 +12,7 @@ from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath, Optional
 from labgym.cli.checks import check_at_least, check_installed
 from labgym.cli.local_planner import (
     ablate_local_imitation,
+    ablate_local_ppo,
     card_local_imitation,
     card_local_ppo,
     local_imitation,
@@ -40,6 +41,7 @@ ablate_app = SubcommandApp()
 for command in (ppo, sac, her, local_practice, local_imitation, local_ppo):
     train_app.command(command)
 ablate_app.command(name="local-imitation")(ablate_local_imitation)
+ablate_app.command(name="local-ppo")(ablate_local_ppo)
 card_app.command(name="local-imitation")(card_local_imitation)
 card_app.command(name="local-ppo")(card_local_ppo)
 

@@ -16,7 +16,17 @@ from labgym.policies.local.inputs import SIZE, place_of
 from labgym.policies.local.policy import LocalPolicy, checked_actor
 from labgym.runs import ExecutorOptions
 from labgym.training.local import ablation, imitation, reinforcement
-from labgym.training.local.ablation import EXPERT, HIDDEN, WHOLE, Ablation, ablate_imitation
+from labgym.training.local.ablation import (
+    BEFORE,
+    EXPERT,
+    HIDDEN,
+    SINGLE,
+    UNGUARDED,
+    WHOLE,
+    Ablation,
+    ablate_imitation,
+    ablate_reinforcement,
+)
 from labgym.training.local.collection import Apprentice, Drive, drive, read_records, record_drives
 from labgym.training.local.imitation import imitate
 from labgym.training.local.model import actor_of, mean_actions, new_model, save_actor
@@ -248,8 +258,15 @@ def test_the_cards_show_training_seeds_and_ablation(floors, imitated, network, t
     assert card.count("| 0 |") >= 2
     assert (tmp_path / "card" / "policy.safetensors").read_bytes() == imitated.read_bytes()
     run = reinforce(PPO.model_copy(update={"validation": 1, "iterations": 1}), network, floors, tmp_path / "ppo")
-    card = write_reinforcement_card([run.parent], tmp_path / "card-ppo").read_text()
+    unlike = ablate_reinforcement(run.parent, network, tmp_path / "unlike", [run.parent], each=1)
+    results = Ablation.load(unlike)
+    assert [one.name for one in results.variants] == [WHOLE, BEFORE, UNGUARDED, SINGLE]
+    assert results.variants[3].difference.value == 0.0  # the same weights
+    card = write_reinforcement_card([run.parent], tmp_path / "card-ppo", ablation=unlike.parent).read_text()
     assert "stable-baselines3" in card
+    assert "without the safety layer" in card
+    with pytest.raises(OptionError, match="one run for each of dock"):
+        ablate_reinforcement(run.parent, network, tmp_path / "other", [run.parent] * 2)
     assert (tmp_path / "card-ppo" / "learning.png").stat().st_size > 1000
 
 

@@ -1,10 +1,12 @@
-"""Ablation of the imitation: networks that learn from the same recorded drives without a part of the input.
+"""Ablations of the local planner, judged on floors-val.
 
-Each is judged on floors-val, and compared with the network that sees everything.
+Imitation: networks that learn from the same recorded drives without a part of the input. PPO: the policy before it, the
+policy without its safety layer, and policies that have practiced a single task each.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -12,17 +14,18 @@ import torch
 from torch import nn
 
 from labgym.documents import Document, Record, canonical_hash
-from labgym.errors import DocumentError
+from labgym.errors import DocumentError, OptionError
 from labgym.eval.driving.intervals import Estimate
 from labgym.eval.labnav.figure import paired_difference
 from labgym.policies.learned.training_run import train_identity
 from labgym.policies.local.inputs import SIZES, place_of
+from labgym.policies.local.policy import FILE as WEIGHTS
 from labgym.runs import ExecutorOptions, RunFolder
 from labgym.runs.manifest import file_digest
-from labgym.training.local.collection import ROUNDS, Records, driven, read_records
+from labgym.training.local.collection import ROUNDS, Drive, Mode, Records, driven, read_records
 from labgym.training.local.imitation import NOISE, OPTIONS, ROUND, fit, means
 from labgym.training.local.model import actor_parts, new_model, save_actor
-from labgym.training.local.options import ImitationOptions
+from labgym.training.local.options import ImitationOptions, ReinforcementOptions
 from labgym.training.local.practice import validation_floors
 from labgym.training.local.schedule import validation_drives
 
@@ -30,6 +33,8 @@ FILE = "ablation.json"
 WHOLE, EXPERT = "whole", "expert drives alone"
 HIDDEN = ("free", "room", "arcs", "people", "motion", "knowledge")
 """Parts of the input that are left out, one at a time; without the path, the network does not know where to go."""
+BEFORE, UNGUARDED, SINGLE = "PPO", "the safety layer", "other tasks"
+"""What the variants of PPO lack."""
 
 
 class Variant(Record):
@@ -51,7 +56,7 @@ class Ablation(Document):
     """The results of an ablation.
 
     Attributes:
-        run: digest of the options of the imitation. drives: of each variant. variants: the whole network first.
+        run: digest of the options of the training. drives: of each variant. variants: the whole network first.
     """
 
     SCHEMA: ClassVar[str] = "labgym.local-ablation/1"
@@ -91,9 +96,75 @@ def ablate_imitation(
                 if not network.is_file():
                     _learned(name, files, options, network)
                 variants.append((name, driven(drives, options.shard, network, "alone", name, executor)[1]))
-            _results(options, variants).save(out / FILE)
+            _results(canonical_hash(options.to_json()), variants).save(out / FILE)
             folder.finish({FILE: (out / FILE).read_bytes()})
     return out / FILE
+
+
+def ablate_reinforcement(
+    run: Path,
+    start: Path,
+    out: Path,
+    singles: Sequence[Path] = (),
+    executor: ExecutorOptions | None = None,
+    each: int = 3,
+    fresh: bool = False,
+) -> Path:
+    """Judge variants of a policy of PPO, and return the file of the results.
+
+    Args:
+        run: folder of `reinforce`. start: file of the policy with which it began. out: folder of the ablation.
+        singles: folders of `reinforce` for one task each; together they have all tasks of the run. None: no comparison.
+        executor: where drives are driven. each: drives of a task on a floor of floors-val.
+        fresh: move the files of the folder aside and start anew.
+
+    Raises:
+        DocumentError: options or weights cannot be read.
+        OptionError: the single tasks are not those of the run; the folder is in use or holds another ablation.
+    """
+    torch.set_num_threads(1)
+    options = ReinforcementOptions.load(run / OPTIONS)
+    alone = _of_tasks(singles, options.tasks)
+    weights = run / WEIGHTS
+    inputs = {
+        "weights": file_digest(weights),
+        "start": file_digest(start),
+        "singles": {task: file_digest(file) for task, file in alone.items()},
+        "each": each,
+    }
+    with RunFolder.open(out, train_identity("local-ablation", (), **inputs), fresh) as folder:
+        if not folder.finished:
+            floors = validation_floors(out)
+            drives = validation_drives(floors, options.tasks, each)
+
+            def rows(name: str, network: Path, chosen: list[Drive], mode: Mode = "alone") -> list[dict[str, Any]]:
+                return driven(chosen, options.shard, network, mode, name, executor)[1]
+
+            variants = [
+                (WHOLE, rows(WHOLE, weights, drives)),
+                (BEFORE, rows(BEFORE, start, drives)),
+                (UNGUARDED, rows(UNGUARDED, weights, drives, "unguarded")),
+            ]
+            if alone:
+                parts = [rows(f"only {t}", file, [one for one in drives if one.task == t]) for t, file in alone.items()]
+                variants.append((SINGLE, [row for part in parts for row in part]))
+            _results(canonical_hash(options.to_json()), variants).save(out / FILE)
+            folder.finish({FILE: (out / FILE).read_bytes()})
+    return out / FILE
+
+
+def _of_tasks(singles: Sequence[Path], tasks: tuple[str, ...]) -> dict[str, Path]:
+    """Return the weights of runs for one task each, by task."""
+    found: dict[str, Path] = {}
+    for folder in singles:
+        practiced = ReinforcementOptions.load(folder / OPTIONS).tasks
+        if len(practiced) != 1 or practiced[0] in found or practiced[0] not in tasks:
+            raise OptionError(f"{folder} practiced {', '.join(practiced)}: pass one run for each of {', '.join(tasks)}")
+        found[practiced[0]] = folder / WEIGHTS
+    missing = [task for task in tasks if task not in found]
+    if found and missing:
+        raise OptionError(f"no run for {', '.join(missing)}: pass one run for each of {', '.join(tasks)}")
+    return found
 
 
 def _learned(name: str, files: list[Path], options: ImitationOptions, network: Path) -> None:
@@ -119,10 +190,10 @@ def _columns(name: str) -> slice:
     return place_of(name) if name in SIZES else slice(0, 0)
 
 
-def _results(options: ImitationOptions, variants: list[tuple[str, list[dict[str, Any]]]]) -> Ablation:
+def _results(run: str, variants: list[tuple[str, list[dict[str, Any]]]]) -> Ablation:
     scores = {name: {row["key"]: float(row["score"]) for row in rows} for name, rows in variants}
     results = []
     for name, rows in variants:
         difference = None if name == WHOLE else paired_difference(scores[name], scores[WHOLE]).difference
         results.append(Variant(name=name, difference=difference, **means(rows)))
-    return Ablation(run=canonical_hash(options.to_json()), drives=len(variants[0][1]), variants=tuple(results))
+    return Ablation(run=run, drives=len(variants[0][1]), variants=tuple(results))

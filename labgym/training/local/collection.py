@@ -29,8 +29,9 @@ from labgym.runs.manifest import file_digest
 from labgym.training.local.practice import read_floor
 from labgym.training.local.rewards import Meter, final_reward, rewards_of
 
-Mode = Literal["expert", "network", "noisy", "alone"]
-"""Who drives: the expert; the network, with the expert's advice; the network with noise; or the network alone."""
+Mode = Literal["expert", "network", "noisy", "alone", "unguarded"]
+"""Who drives: the expert; the network, with the expert's advice; the network with noise; the network alone; or
+the network without the safety layer."""
 Records = dict[str, NDArray[np.float32]]
 """The arrays of `drive`; `record_drives` joins those of several drives."""
 ROUNDS = "rounds"
@@ -61,7 +62,7 @@ class Apprentice(LocalPolicy):
     name = "apprentice"
 
     def __init__(self, actor: Perceptron, mode: Mode, noise: NDArray[np.float32] | None = None) -> None:
-        super().__init__(actor=actor)
+        super().__init__(actor=actor, safety=mode != "unguarded")
         self._mode, self._noise = mode, noise
         self.begin(0)
 
