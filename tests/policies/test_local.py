@@ -11,12 +11,13 @@ import torch
 from laboratories import island_laboratory
 from map_drives import drive
 
-from labgym.errors import DocumentError
+from labgym.errors import DocumentError, OptionError
 from labgym.geometry import OrientedBox, rotate
 from labgym.navigation import goal_pairs
 from labgym.policies.adapters.actor_file import ActorHeader, Perceptron
 from labgym.policies.local.inputs import ALONG, RAYS, REACH, SIZE, SIZES, Knowledge, Motion, network_input, place_of
 from labgym.policies.local.policy import LocalPolicy
+from labgym.policies.registry import make_policy
 from labgym.policies.stack.costmap import Costmap
 from labgym.policies.stack.field import DistanceField
 from labgym.policies.stack.people import Person
@@ -148,6 +149,11 @@ def test_a_robot_rests_for_one_who_comes_near(safety, expected):
     policy = Approached(actor=forward, safety=safety)
     driven = drive(policy, LAYOUT, AROUND.start, AROUND.goal, task="people", steps=2)
     assert driven.commands[1][0] == pytest.approx(expected)
+
+
+def test_a_misspelt_option_is_refused():
+    with pytest.raises(OptionError, match="safety is 'maybe'; expected true or false"):
+        make_policy("local-ppo", safety="maybe")
 
 
 def test_a_file_of_another_network_is_refused(tmp_path):

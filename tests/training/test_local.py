@@ -265,6 +265,9 @@ def test_the_cards_show_training_seeds_and_ablation(floors, imitated, network, t
     card = write_reinforcement_card([run.parent], tmp_path / "card-ppo", ablation=unlike.parent).read_text()
     assert "stable-baselines3" in card
     assert "without the safety layer" in card
+    with pytest.raises(LabgymError, match="no such file"):
+        ablate_reinforcement(run.parent, tmp_path / "none.safetensors", tmp_path / "none")
+    assert not (tmp_path / "none").exists()
     with pytest.raises(OptionError, match="one run for each of dock"):
         ablate_reinforcement(run.parent, network, tmp_path / "other", [run.parent] * 2)
     assert (tmp_path / "card-ppo" / "learning.png").stat().st_size > 1000

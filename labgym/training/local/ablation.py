@@ -20,6 +20,7 @@ from labgym.eval.labnav.figure import paired_difference
 from labgym.policies.learned.training_run import train_identity
 from labgym.policies.local.inputs import SIZES, place_of
 from labgym.policies.local.policy import FILE as WEIGHTS
+from labgym.policies.local.policy import checked_actor
 from labgym.runs import ExecutorOptions, RunFolder
 from labgym.runs.manifest import file_digest
 from labgym.training.local.collection import ROUNDS, Drive, Mode, Records, driven, read_records
@@ -126,6 +127,8 @@ def ablate_reinforcement(
     options = ReinforcementOptions.load(run / OPTIONS)
     alone = _of_tasks(singles, options.tasks)
     weights = run / WEIGHTS
+    for file in (weights, start, *alone.values()):
+        checked_actor(file)
     inputs = {
         "weights": file_digest(weights),
         "start": file_digest(start),
