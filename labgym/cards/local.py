@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from labgym.cards.results import CardResults
 from labgym.documents import json_bytes, write_bytes, write_text
-from labgym.errors import DocumentError
+from labgym.errors import OptionError
 from labgym.eval.drawing.pictures import save_picture
 from labgym.eval.labnav.figure import geometric
 from labgym.eval.labnav.suites import ALL
@@ -18,10 +18,14 @@ from labgym.eval.reports.tables import interval
 from labgym.policies.learned.training_run import TIMES
 from labgym.policies.local.inputs import SIZE, SIZES
 from labgym.policies.local.policy import FILE, ImitationPolicy, ReinforcementPolicy
+from labgym.runs.manifest import MANIFEST_FILE, file_digest
 from labgym.table import Table, number
+from labgym.training.local.ablation import FILE as ABLATION
 from labgym.training.local.ablation import WHOLE, Ablation
-from labgym.training.local.imitation import HISTORY, OPTIONS
+from labgym.training.local.collection import GOALS
+from labgym.training.local.imitation import HISTORY, OPTIONS, ROUND, VALIDATION
 from labgym.training.local.options import ImitationOptions, ReinforcementOptions
+from labgym.training.local.reinforcement import ITERATION
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -38,8 +42,11 @@ INPUTS = {
 LIMITS = """Limits: localization, costmap, global planner, tracks of people, rests for people, recovery, the last half
 meter at a dock and the end at the goal are those of `stack`; the network decides the velocities in between. It was
 trained and evaluated in simulation only, for one robot."""
-UNLIKE = """Without PPO: the policy with which it began. Without the safety layer: the network decides when to rest for
-people. Without other tasks: each task is driven by a policy that has practiced this task alone."""
+SAMPLES = """Each network learned once, from the drives that the run recorded; the one without DAgger from those of the
+first round only, in which the expert drives."""
+VARIANTS = """Without PPO: the policy with which it began. Without the safety layer: the network, which learned with it,
+decides when to rest for people. Without other tasks: each task is driven by a policy that has practiced this task
+alone, from the same start."""
 
 
 def write_imitation_card(
@@ -55,23 +62,24 @@ def write_imitation_card(
 
     Raises:
         DocumentError: a file is missing or broken.
-        OptionError: the evaluation is not complete or of another policy.
+        OptionError: a run is not finished, or the evaluation or ablation is not complete or of another policy.
     """
     histories = [_history(run) for run in runs]
     options = ImitationOptions.load(runs[0] / OPTIONS)
-    drives, samples = options.rounds * options.drives, histories[0][-1]["samples"]
-    command = f"labgym train local-imitation --rounds {options.rounds} --drives {options.drives} --seed {options.seed}"
+    drives = options.rounds * options.drives
+    samples = max(record.get("samples", 0) for record in histories[0])
+    command = f"labgym train local-imitation --rounds {options.rounds} --drives {options.drives}{_choices(options)}"
     training = f"""`labgym train local-practice`, then `{command}`.
 
 DAgger with `stack` as the expert, on training floors, with the errors and nuisances of level 2 of each task: {drives}
-drives, {samples} decisions, {_minutes(runs[0])}. In the first round the expert drives, in the others the network; the
-expert says in every state what it would do.
+drives, {samples} decisions, {_minutes(runs[0])}. In the first round the expert drives, in the others the network;
+wherever the network decides, the expert says what it would do.
 
-![Errors and scores by round](learning.png)
+![Error and scores by round](learning.png)
 
-{_seeds(runs, histories, "the last round, as the network drives on training floors", _last_scores)}"""
+{_seeds(runs, histories)}"""
+    shown = "" if ablation is None else _ablation(ablation, runs[0], SAMPLES)
     save_picture(_imitation_figure(histories), out / "learning.png")
-    shown = "" if ablation is None else _ablation(ablation, "Each network learned from the same recorded drives.")
     title = f"{ImitationPolicy.name}: a local planner by imitation of `stack`"
     return _published(title, ImitationPolicy.name, runs[0], histories, out, training, shown, results)
 
@@ -91,17 +99,17 @@ def write_reinforcement_card(
     histories = [_history(run) for run in runs]
     options = ReinforcementOptions.load(runs[0] / OPTIONS)
     samples = sum(record.get("samples", 0) for record in histories[0])
-    training = f"""`labgym train local-ppo --iterations {options.iterations} --seed {options.seed}`, from the weights of
-`local-imitation`: PPO (stable-baselines3) on {options.iterations * options.drives} drives of {len(options.tasks)}
-tasks, {samples} decisions, {_minutes(runs[0])}. The reward is the score at the end, and on the way progress, time,
-nearness to people and slosh (labgym/training/local/rewards.py). The published weights are those with the best figure on
-floors-val among {_count(histories[0], "validation")} evaluations.
+    training = f"""`labgym train local-ppo --iterations {options.iterations}{_choices(options)}`, from the weights of
+`local-imitation` with the same seed: PPO (stable-baselines3) on {options.iterations * options.drives} drives of
+{len(options.tasks)} tasks, {samples} decisions, {_minutes(runs[0])}. The reward is the score at the end, and on the
+way progress, time, nearness to people and slosh (labgym/training/local/rewards.py). The published weights are those
+after the last update; the evaluations on floors-val decide only how often each task is practiced.
 
 ![Figure by iteration](learning.png)
 
-{_seeds(runs, histories, "the best evaluation on floors-val", _best_scores)}"""
+{_seeds(runs, histories)}"""
+    shown = "" if ablation is None else _ablation(ablation, runs[0], VARIANTS)
     save_picture(_reinforcement_figure(histories), out / "learning.png")
-    shown = "" if ablation is None else _ablation(ablation, UNLIKE)
     title = f"{ReinforcementPolicy.name}: a local planner by PPO"
     return _published(title, ReinforcementPolicy.name, runs[0], histories, out, training, shown, results)
 
@@ -168,61 +176,56 @@ def _endings(result: LabNavResult, number: int) -> str:
     return ", ".join(f"{kind} {count}" for count, kind in failed)
 
 
-def _seeds(runs: Sequence[Path], histories: list[list[dict[str, Any]]], what: str, scores: Any) -> str:
-    """Return the table of the scores of all seeds."""
+def _choices(options: ImitationOptions | ReinforcementOptions) -> str:
+    """Return the arguments of a training for its tasks and seed."""
+    tasks = "" if options.tasks == tuple(ALL) else f" --tasks {','.join(options.tasks)}"
+    return f"{tasks} --seed {options.seed}"
+
+
+def _seeds(runs: Sequence[Path], histories: list[list[dict[str, Any]]]) -> str:
+    """Return the table of the scores of all seeds in their last evaluation."""
+    tasks = [task for task in ALL if task in histories[0][-1]["scores"]]
     rows = []
     for run, history in zip(runs, histories, strict=True):
         seed = json.loads((run / OPTIONS).read_text(encoding="utf-8"))["seed"]
-        by_task = scores(history)
-        tasks = [task for task in ALL if task in by_task]
-        rows.append(
-            (
-                str(seed),
-                number(geometric([by_task[task] for task in tasks]), 1),
-                *(number(by_task[t], 2) for t in tasks),
-            )
-        )
+        last = history[-1]
+        rows.append((str(seed), number(last["figure"], 1), *(number(last["scores"].get(task), 2) for task in tasks)))
     table = Table("", ("seed", "figure ↑", *(f"{task} ↑" for task in tasks)), tuple(rows)).markdown()
-    return f"Scores in {what}; the figure is LabNav's, over these tasks. Seed {rows[0][0]} is published.\n\n{table}"
+    drives = sum(histories[0][-1]["endings"].values())
+    return (
+        f"Scores of the last weights in {drives} drives on floors-val; the figure is LabNav's, over these tasks, of "
+        f"which shifts have {GOALS} goals. Seed {rows[0][0]} is published.\n\n{table}"
+    )
 
 
-def _last_scores(history: list[dict[str, Any]]) -> dict[str, float]:
-    scores: dict[str, float] = history[-1]["scores"]
-    return scores
-
-
-def _best_scores(history: list[dict[str, Any]]) -> dict[str, float]:
-    judged = [record for record in history if record["kind"] == "validation"]
-    best: dict[str, float] = max(judged, key=lambda record: float(record["figure"]))["scores"]
-    return best
-
-
-def _ablation(folder: Path, text: str) -> str:
-    ablation = Ablation.load(folder / "ablation.json")
+def _ablation(folder: Path, run: Path, text: str) -> str:
+    ablation = Ablation.load(folder / ABLATION)
+    if ablation.weights != file_digest(run / FILE):
+        raise OptionError(f"{folder} holds the ablation of other weights than those of {run}: run labgym ablate again")
     rows = []
     for one in ablation.variants:
         difference = "" if one.difference is None else interval(one.difference, 3)
-        name = "whole" if one.name == WHOLE else f"without {one.name}"
-        rows.append(
-            (name.replace("without expert", "expert"), number(geometric(list(one.scores.values())), 1), difference)
-        )
-    note = f"{ablation.drives} drives on floors-val; in brackets: 95% intervals over floors of the paired differences."
+        name = WHOLE if one.name == WHOLE else f"without {one.name}"
+        rows.append((name, number(geometric(list(one.scores.values())), 1), difference))
+    note = (
+        f"{ablation.drives} drives on floors-val; in brackets: 95% intervals of the paired differences, over floors "
+        "and not over trainings."
+    )
     table = Table("", ("policy", "figure ↑", "difference of the mean score"), tuple(rows), (note,)).markdown()
     return f"## Ablation\n\n{text}\n\n{table}"
 
 
 def _imitation_figure(histories: list[list[dict[str, Any]]]) -> Figure:
-    """Draw the errors and the mean score by round, a line for each seed."""
+    """Draw the error and the figure by round, a line for each seed."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(9.0, 3.0), facecolor="#ffffff")
     errors, scores = figure.subplots(1, 2)
-    for k, history in enumerate(histories):
-        rounds = [record["round"] for record in history]
-        for name, color in (("error", "#3d444b"), ("held_out", "#b5482a")):
-            label = name.replace("_", " ") if k == 0 else None
-            errors.plot(rounds, [record[name] for record in history], "o-", color=color, label=label, markersize=3)
-        scores.plot(rounds, [geometric(list(record["scores"].values())) for record in history], "o-", markersize=3)
+    for history in histories:
+        rounds = [record for record in history if record["kind"] == ROUND]
+        numbers = [record["number"] for record in rounds]
+        errors.plot(numbers, [record["error"] for record in rounds], "o-", markersize=3)
+        scores.plot(numbers, [geometric(list(record["scores"].values())) for record in rounds], "o-", markersize=3)
     errors.set_title("error of the imitated action", fontsize=9)
     scores.set_title("figure on training floors (round 0: the expert)", fontsize=9)
     return _finished(figure, "round")
@@ -235,7 +238,7 @@ def _reinforcement_figure(histories: list[list[dict[str, Any]]]) -> Figure:
     figure = Figure(figsize=(9.0, 3.0), facecolor="#ffffff")
     axes = figure.subplots(1, 2)
     for history in histories:
-        for place, kind, look in zip(axes, ("iteration", "validation"), ("-", "o-"), strict=True):
+        for place, kind, look in zip(axes, (ITERATION, VALIDATION), ("-", "o-"), strict=True):
             records = [record for record in history if record["kind"] == kind]
             values = [geometric(list(record["scores"].values())) for record in records]
             place.plot([record["number"] for record in records], values, look, linewidth=1.0, markersize=3)
@@ -253,25 +256,18 @@ def _finished(figure: Figure, unit: str) -> Figure:
         axes.set_ylim(bottom=0.0)
         axes.tick_params(labelsize=8)
         axes.grid(alpha=0.3)
-        if axes.get_legend_handles_labels()[0]:
-            axes.legend(fontsize=7)
     figure.tight_layout()
     return figure
 
 
 def _history(run: Path) -> list[dict[str, Any]]:
+    if not (run / MANIFEST_FILE).is_file():
+        raise OptionError(f"{run} is no finished training: run labgym train again with --out {run}")
     path = run / HISTORY
-    if not path.is_file():
-        raise DocumentError(path, "", "missing; train to the end")
     return [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
 
 
 def _minutes(run: Path) -> str:
-    """Return the wall-clock time of a run; a repeated round counts as it took the last time."""
+    """Return the wall-clock time of a run, with what interruptions made it repeat."""
     lines = (run / TIMES).read_text(encoding="utf-8").splitlines() if (run / TIMES).is_file() else []
-    seconds = {record["number"]: record["seconds"] for record in map(json.loads, lines)}
-    return f"{sum(seconds.values()) / 60.0:.0f} minutes on 2 cores that other work used too"
-
-
-def _count(history: list[dict[str, Any]], kind: str) -> int:
-    return sum(record["kind"] == kind for record in history)
+    return f"{sum(json.loads(line)['seconds'] for line in lines) / 60.0:.0f} minutes"

@@ -22,6 +22,7 @@ from labgym.policies.stack.costmap import Costmap
 from labgym.policies.stack.field import DistanceField
 from labgym.policies.stack.people import Person
 from labgym.policies.stack.planner import Plan
+from labgym.training.local.collection import Apprentice
 
 LAYOUT = island_laboratory()
 AROUND = goal_pairs(LAYOUT)[1]
@@ -32,11 +33,21 @@ def part(vector: np.ndarray, name: str) -> np.ndarray:
     return vector[place_of(name)]
 
 
-def seen(boxes=(), people=(), pose=(0.0, 0.0, 0.0), velocity=(0.0, 0.0), path=((0.0, 0.0), (6.0, 0.0)), left=6.0):
+def seen(
+    boxes=(),
+    people=(),
+    pose=(0.0, 0.0, 0.0),
+    velocity=(0.0, 0.0),
+    path=((0.0, 0.0), (6.0, 0.0)),
+    left=6.0,
+    advanced=False,
+):
     field = DistanceField.of(boxes, (-8.0, -8.0, 8.0, 8.0))
     motion = Motion()
     motion.moved(pose)
     plan = Plan(np.array(path))
+    for _ in range(10 if advanced else 0):
+        plan.advance(pose)
     return network_input(plan, pose, velocity, left, Costmap(field, field), tuple(people), motion, PLAIN)
 
 
@@ -84,6 +95,14 @@ def test_people_are_seen_by_distance_in_the_frame_of_the_robot():
     assert people[0] == pytest.approx([1.0, 0.0, 2.0 / 3.0, 0.0, -1.0, 1.0, math.exp(-1.4 / 0.5)])
     assert people[1][:6] == pytest.approx([1.0, 1.0, 0.0, 0.5, 0.0, 0.0])
     assert not people[2:].any()
+
+
+def test_at_the_end_of_the_path_its_last_heading_counts():
+    vector = seen(pose=(0.0, 3.0, 0.0), path=((0.0, 3.0), (0.0, 3.0001)), left=0.0)
+    cosine, sine = part(vector, "path")[-2:]
+    assert (cosine, sine) == pytest.approx((0.0, 1.0), abs=1e-6)
+    beyond = seen(pose=(0.0, 3.0, 0.0), path=((0.0, 0.0), (0.0, 3.0)), left=0.0, advanced=True)
+    assert part(beyond, "path")[-2:] == pytest.approx((0.0, 1.0), abs=1e-6)
 
 
 def test_a_turned_world_looks_the_same():
@@ -149,6 +168,31 @@ def test_a_robot_rests_for_one_who_comes_near(safety, expected):
     policy = Approached(actor=forward, safety=safety)
     driven = drive(policy, LAYOUT, AROUND.start, AROUND.goal, task="people", steps=2)
     assert driven.commands[1][0] == pytest.approx(expected)
+
+
+def test_the_way_of_a_robot_that_brakes_for_people_counts_for_the_decision_before():
+    class Braking(Apprentice):
+        def __init__(self) -> None:
+            super().__init__(perceptron((np.zeros((2, SIZE)), np.array([0.5, 0.0]))), "alone")
+            self.ways: list[tuple[Plan, float]] = []
+
+        def _rest_for_people(self, plan, pose, velocity):
+            return (0.0, 0.0) if len(self.ways) % 2 else None
+
+        def _follow(self, plan, pose, velocity, left):
+            commanded = super()._follow(plan, pose, velocity, left)
+            self.ways.append((plan, left))
+            return commanded
+
+    apprentice = Braking()
+    x, y, heading = AROUND.start
+    behind = x - 1.5 * math.cos(heading), y - 1.5 * math.sin(heading), heading
+    drive(apprentice, LAYOUT, behind, AROUND.start, task="people", steps=20)
+    assert {id(plan) for plan, _ in apprentice.ways} == {id(apprentice.ways[0][0])}
+    assert len(apprentice.inputs) == 10
+    way = apprentice.ways[0][1] - apprentice.ways[-1][1]
+    assert way > 0.1
+    assert sum(apprentice.progress) == pytest.approx(way)
 
 
 def test_a_misspelt_option_is_refused():

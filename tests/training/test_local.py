@@ -15,7 +15,7 @@ from labgym.errors import DocumentError, LabgymError, OptionError, UnknownNameEr
 from labgym.policies.local.inputs import SIZE, place_of
 from labgym.policies.local.policy import LocalPolicy, checked_actor
 from labgym.runs import ExecutorOptions
-from labgym.training.local import ablation, imitation, reinforcement
+from labgym.training.local import ablation, imitation, practice, reinforcement
 from labgym.training.local.ablation import (
     BEFORE,
     EXPERT,
@@ -27,17 +27,21 @@ from labgym.training.local.ablation import (
     ablate_imitation,
     ablate_reinforcement,
 )
-from labgym.training.local.collection import Apprentice, Drive, drive, read_records, record_drives
+from labgym.training.local.collection import GOALS, Apprentice, Drive, drive, read_records, record_drives
 from labgym.training.local.imitation import imitate
 from labgym.training.local.model import actor_of, mean_actions, new_model, save_actor
 from labgym.training.local.options import ImitationOptions, ReinforcementOptions
 from labgym.training.local.practice import make_practice, practice_files, read_floor
 from labgym.training.local.reinforcement import filled, make_learner, reinforce, update
-from labgym.training.local.rewards import PROGRESS, SCALE, STRIDE, TIME, Meter, final_reward, rewards_of
+from labgym.training.local.rewards import PROGRESS, SCALE, TIME, final_reward, rewards_of
 from labgym.training.local.schedule import drawn_drives, weights_by_failure
 
-IMITATION = ImitationOptions(tasks=("dock",), rounds=2, drives=2, shard=1, epochs=2, last_epochs=2, batch=64)
-PPO = ReinforcementOptions(tasks=("dock",), iterations=2, drives=2, shard=1, critic_iterations=1, evaluate_every=5)
+IMITATION = ImitationOptions(
+    tasks=("dock",), rounds=2, drives=2, shard=1, epochs=2, last_epochs=2, batch=64, validation=1
+)
+PPO = ReinforcementOptions(
+    tasks=("dock",), iterations=2, drives=2, shard=1, critic_iterations=1, evaluate_every=5, validation=1
+)
 
 
 @pytest.fixture(autouse=True)
@@ -53,6 +57,15 @@ def floors(tmp_path_factory):
     return make_practice(tmp_path_factory.mktemp("practice"), 1, 1)
 
 
+@pytest.fixture(scope="module", autouse=True)
+def judged_on_the_practice_floor(floors):
+    """Ten floors of floors-val take a minute."""
+    with pytest.MonkeyPatch.context() as patch:
+        for module in (imitation, reinforcement, ablation):
+            patch.setattr(module, "validation_floors", lambda out: floors)
+        yield
+
+
 @pytest.fixture(scope="module")
 def network(tmp_path_factory):
     return save_actor(new_model(0, 0.1), tmp_path_factory.mktemp("network") / "n.safetensors", "none")
@@ -63,25 +76,20 @@ def imitated(floors, tmp_path_factory):
     return imitate(IMITATION, floors, tmp_path_factory.mktemp("imitation") / "run")
 
 
-@pytest.fixture
-def no_validation(monkeypatch):
-    """Judge by the practice floor: ten floors of floors-val take a minute."""
-
-    def use(files):
-        for module in (reinforcement, ablation):
-            monkeypatch.setattr(module, "validation_floors", lambda out: files)
-
-    return use
-
-
 def test_rewards_add_costs_progress_and_the_end():
     costs = [-0.1, -0.2, -0.3, -0.4]
-    rewards = rewards_of(costs, [0, 2], [0.1, 9.0], final=3.0)
-    assert rewards == pytest.approx(SCALE * np.array([-0.3 + 0.1 * PROGRESS, -0.7 + STRIDE * PROGRESS + 3.0]))
+    rewards = rewards_of(costs, [0, 2], [0.1, 0.2], [(2, 3.0)])
+    assert rewards == pytest.approx(SCALE * np.array([-0.3 + 0.1 * PROGRESS, -0.7 + 0.2 * PROGRESS + 3.0]))
+
+
+def test_each_drive_of_a_shift_has_its_end():
+    rewards = rewards_of([0.0] * 4, [0, 1, 3], [0.0] * 3, [(1, 5.0), (0, 7.0), (2, -4.0)])
+    assert rewards == pytest.approx(SCALE * np.array([5.0, 0.0, -4.0]))
+    assert len(rewards_of([0.0], [], [], [(0, 1.0)])) == 0
 
 
 def test_standing_never_pays():
-    assert rewards_of(Meter().costs + [TIME] * 300, [0], [0.0], final_reward(0.0, False, False))[0] < 0.0
+    assert rewards_of([TIME] * 300, [0], [0.0], [(1, final_reward(0.0, False, False))])[0] < 0.0
     assert final_reward(0.0, False, True) < final_reward(0.0, False, False) < final_reward(0.1, True, False)
 
 
@@ -179,6 +187,17 @@ def test_the_expert_drives_as_the_stack_does(floors, network):
     assert np.abs(records["advice"]).max() <= 1.0
 
 
+def test_a_shift_is_practiced_for_two_goals(network, tmp_path):
+    one = next(file for file in practice.validation_floors(tmp_path) if read_floor(file)[1].episodes["shift"])
+    assert len(read_floor(one)[1].episodes["shift"][0].lengths) > GOALS
+    row, records = drive(Apprentice(checked_actor(network), "expert"), Drive(one, "shift", 0, 5))
+    assert row.goals == GOALS
+    assert len(records["lengths"]) == len(row.legs)
+    assert records["lengths"].sum() == len(records["rewards"])
+    last = np.cumsum(records["lengths"])[-1] - 1
+    assert records["rewards"][last] == records["rewards"].max() or not row.legs[-1].success
+
+
 def test_noise_depends_on_the_seed_of_the_drive_alone(floors, network):
     drives = [Drive(floors[0], "dock", 0, 3), Drive(floors[0], "dock", 0, 4)]
     both = read_records(record_drives(drives, network, "noisy", (0.2, 0.2)).files["drives.npz"])
@@ -190,7 +209,7 @@ def test_noise_depends_on_the_seed_of_the_drive_alone(floors, network):
 
 
 def test_imitation_learns_the_advice(floors):
-    """On inputs that the advice depends on, the error that is measured on drives held out falls."""
+    """On inputs that the advice depends on, the error falls on samples that it did not learn from."""
     rng = np.random.default_rng(0)
     weights = rng.standard_normal((SIZE, 2)) / math.sqrt(SIZE)
 
@@ -201,9 +220,17 @@ def test_imitation_learns_the_advice(floors):
     parts = [records(200) for _ in range(20)]
     model = new_model(0, 0.1)
     options = ImitationOptions(batch=128)
-    before = imitation.fit(model, parts, options, 0, 1)["held_out"]
-    after = imitation.fit(model, parts, options, 0, 30)["held_out"]
-    assert after < 0.6 * before
+    others = records(400)
+
+    def error() -> float:
+        with torch.inference_mode():
+            return float((mean_actions(model, torch.from_numpy(others["inputs"])).numpy() - others["advice"]).std())
+
+    imitation.fit(model, parts, options, 0, 1)
+    before = error()
+    learned = imitation.fit(model, parts, options, 0, 30)
+    assert error() < 0.6 * before
+    assert learned < imitation.fit(new_model(0, 0.1), parts, options, 0, 1)
 
 
 def test_a_run_gives_the_same_bytes_with_two_workers_and_after_an_interruption(floors, imitated, tmp_path, monkeypatch):
@@ -223,14 +250,15 @@ def test_a_run_gives_the_same_bytes_with_two_workers_and_after_an_interruption(f
     monkeypatch.setattr(imitation, "fit", usual)
     assert imitate(IMITATION, floors, tmp_path / "three").read_bytes() == one.read_bytes()
     history = [json.loads(line) for line in one.with_name("history.jsonl").read_text().splitlines()]
-    assert [record["driver"] for record in history] == ["expert", "network"]
+    assert [record.get("driver") for record in history] == ["expert", "network", None]
+    assert history[-1]["kind"] == "validation"
+    assert list(history[-1]["scores"]) == ["dock"]
     assert checked_actor(one).header.algorithm == "imitation"
     with pytest.raises(OptionError):
         imitate(IMITATION.model_copy(update={"seed": 1}), floors, one.parent)
 
 
-def test_the_ablation_compares_each_variant_with_the_whole_network(floors, imitated, tmp_path, no_validation):
-    no_validation(floors)
+def test_the_ablation_compares_each_variant_with_the_whole_network(imitated, tmp_path):
     results = Ablation.load(ablate_imitation(imitated.parent, tmp_path / "ablation"))
     assert [one.name for one in results.variants] == [WHOLE, EXPERT, *HIDDEN]
     assert results.drives == 1
@@ -244,20 +272,20 @@ def test_the_ablation_compares_each_variant_with_the_whole_network(floors, imita
     assert not first["people"].any()
     assert first[WHOLE].any()
     (tmp_path / "empty").mkdir()
-    (tmp_path / "empty" / "options.json").write_bytes(imitated.with_name("options.json").read_bytes())
+    for name in ("options.json", "manifest.json"):
+        (tmp_path / "empty" / name).write_bytes(imitated.with_name(name).read_bytes())
     with pytest.raises(DocumentError, match="no recorded drives"):
         ablate_imitation(tmp_path / "empty", tmp_path / "other")
 
 
-def test_the_cards_show_training_seeds_and_ablation(floors, imitated, network, tmp_path, no_validation):
-    no_validation(floors)
+def test_the_cards_show_training_seeds_and_ablation(floors, imitated, network, tmp_path):
     ablated = ablate_imitation(imitated.parent, tmp_path / "ablation").parent
     card = write_imitation_card([imitated.parent, imitated.parent], tmp_path / "card", ablation=ablated).read_text()
     assert "## Ablation" in card
     assert "without people" in card
     assert card.count("| 0 |") >= 2
     assert (tmp_path / "card" / "policy.safetensors").read_bytes() == imitated.read_bytes()
-    run = reinforce(PPO.model_copy(update={"validation": 1, "iterations": 1}), network, floors, tmp_path / "ppo")
+    run = reinforce(PPO.model_copy(update={"iterations": 1}), network, floors, tmp_path / "ppo")
     unlike = ablate_reinforcement(run.parent, network, tmp_path / "unlike", [run.parent], each=1)
     results = Ablation.load(unlike)
     assert [one.name for one in results.variants] == [WHOLE, BEFORE, UNGUARDED, SINGLE]
@@ -265,6 +293,19 @@ def test_the_cards_show_training_seeds_and_ablation(floors, imitated, network, t
     card = write_reinforcement_card([run.parent], tmp_path / "card-ppo", ablation=unlike.parent).read_text()
     assert "stable-baselines3" in card
     assert "without the safety layer" in card
+    assert "--tasks dock --seed 0" in card
+    with pytest.raises(OptionError, match="ablation of other weights"):
+        write_reinforcement_card([run.parent], tmp_path / "wrong", ablation=ablated)
+    with pytest.raises(OptionError, match="did not begin with"):
+        ablate_reinforcement(run.parent, imitated, tmp_path / "none")
+    (tmp_path / "unfinished").mkdir()
+    for name in ("options.json", "history.jsonl", "policy.safetensors"):
+        (tmp_path / "unfinished" / name).write_bytes(run.with_name(name).read_bytes())
+    with pytest.raises(OptionError, match="no finished training"):
+        write_reinforcement_card([tmp_path / "unfinished"], tmp_path / "wrong")
+    with pytest.raises(OptionError, match="no finished training"):
+        ablate_reinforcement(tmp_path / "unfinished", network, tmp_path / "none")
+    assert not (tmp_path / "wrong").exists()
     with pytest.raises(LabgymError, match="no such file"):
         ablate_reinforcement(run.parent, tmp_path / "none.safetensors", tmp_path / "none")
     assert not (tmp_path / "none").exists()
@@ -273,10 +314,8 @@ def test_the_cards_show_training_seeds_and_ablation(floors, imitated, network, t
     assert (tmp_path / "card-ppo" / "learning.png").stat().st_size > 1000
 
 
-def test_ppo_resumes_to_the_same_bytes(floors, network, tmp_path, monkeypatch, no_validation):
-    no_validation(floors)
-    options = PPO.model_copy(update={"validation": 1})
-    whole = reinforce(options, network, floors, tmp_path / "whole")
+def test_ppo_resumes_to_the_same_bytes(floors, network, tmp_path, monkeypatch):
+    whole = reinforce(PPO, network, floors, tmp_path / "whole")
     usual = reinforcement.update
 
     def stop(learner, records, options, number, warming):
@@ -286,11 +325,10 @@ def test_ppo_resumes_to_the_same_bytes(floors, network, tmp_path, monkeypatch, n
 
     monkeypatch.setattr(reinforcement, "update", stop)
     with pytest.raises(KeyboardInterrupt):
-        reinforce(options, network, floors, tmp_path / "cut")
+        reinforce(PPO, network, floors, tmp_path / "cut")
     monkeypatch.setattr(reinforcement, "update", usual)
-    assert reinforce(options, network, floors, tmp_path / "cut").read_bytes() == whole.read_bytes()
-    last = [(tmp_path / name / "last.safetensors").read_bytes() for name in ("whole", "cut")]
-    assert last[0] == last[1] != network.read_bytes()
+    assert reinforce(PPO, network, floors, tmp_path / "cut").read_bytes() == whole.read_bytes()
+    assert whole.read_bytes() != network.read_bytes()
     kinds = [json.loads(line)["kind"] for line in (tmp_path / "cut" / "history.jsonl").read_text().splitlines()]
     assert kinds == ["validation", "iteration", "iteration", "validation"]
     assert isinstance(LocalPolicy(weights=whole), LocalPolicy)

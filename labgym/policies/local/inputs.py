@@ -137,7 +137,7 @@ def network_input(
         robot: its dimensions and limits.
     """
     ahead = _ahead(plan)
-    turns = _headings(ahead)
+    turns = _headings(ahead, plan.points[-1] - plan.points[-2])
     margin = robot.chassis_radius
     arcs = _arcs(pose, velocity, robot)
     points = np.concatenate([_beside(ahead, turns), arcs.reshape(-1, 2)])
@@ -167,14 +167,14 @@ def _ahead(plan: Plan) -> Array:
     return np.asarray(points[chosen])
 
 
-def _headings(points: Array) -> Array:
-    """Return the heading of a polyline (n, 2) at its points, (n,) radians; at the end that of the last segment."""
+def _headings(points: Array, last: Array) -> Array:
+    """Return the heading of a path at points on it, (n, 2), (n,) radians.
+
+    Beyond the end of the path its last point is repeated; the heading there is that of its last segment, `last`, (2,).
+    """
     steps = np.diff(points, axis=0)
+    steps[~steps.any(axis=1)] = last
     headings = np.arctan2(steps[:, 1], steps[:, 0])
-    # Beyond the end of the path its last point is repeated.
-    for k in range(1, len(headings)):
-        if not steps[k].any():
-            headings[k] = headings[k - 1]
     return np.append(headings, headings[-1])
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -38,7 +37,7 @@ class LocalPolicy(StackPolicy):
 
     Raises:
         DocumentError: the file is damaged, or its network has another input.
-        OptionError: `safety` is no truth value.
+        OptionError: `safety` is neither true nor false.
     """
 
     weights: ClassVar[str] = ""
@@ -93,10 +92,12 @@ class LocalPolicy(StackPolicy):
         )
         action = self._decided(vector)
         v, w = self._robot.twist(float(action[0]), float(action[1]))
+        if self._arrival.active:
+            v = min(v, approach_speed(left, 0.7))
         if self._safety and abs(v) < CREEP and self._alongside(pose):
             # Nobody walks into a robot at rest, and a network never commands exactly 0.
-            v = 0.0
-        return min(v, approach_speed(left, 0.7) if self._arrival.active else math.inf), w
+            return self._rest_at_goal(pose) or (0.0, w)
+        return v, w
 
     def _decided(self, vector: Vector) -> Vector:
         """Return the action of the network, (2,)."""

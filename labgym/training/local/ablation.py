@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 import torch
 from torch import nn
 
-from labgym.documents import Document, Record, canonical_hash
+from labgym.documents import Document, Record
 from labgym.errors import DocumentError, OptionError
 from labgym.eval.driving.intervals import Estimate
 from labgym.eval.labnav.figure import paired_difference
@@ -22,8 +22,9 @@ from labgym.policies.local.inputs import SIZES, place_of
 from labgym.policies.local.policy import FILE as WEIGHTS
 from labgym.policies.local.policy import checked_actor
 from labgym.runs import ExecutorOptions, RunFolder
-from labgym.runs.manifest import file_digest
-from labgym.training.local.collection import ROUNDS, Drive, Mode, Records, driven, read_records
+from labgym.runs.identity import read_identity
+from labgym.runs.manifest import MANIFEST_FILE, file_digest
+from labgym.training.local.collection import ROUNDS, Drive, Records, driven, read_records
 from labgym.training.local.imitation import NOISE, OPTIONS, ROUND, fit, means
 from labgym.training.local.model import actor_parts, new_model, save_actor
 from labgym.training.local.options import ImitationOptions, ReinforcementOptions
@@ -31,7 +32,7 @@ from labgym.training.local.practice import validation_floors
 from labgym.training.local.schedule import validation_drives
 
 FILE = "ablation.json"
-WHOLE, EXPERT = "whole", "expert drives alone"
+WHOLE, EXPERT = "whole", "DAgger"
 HIDDEN = ("free", "room", "arcs", "people", "motion", "knowledge")
 """Parts of the input that are left out, one at a time; without the path, the network does not know where to go."""
 BEFORE, UNGUARDED, SINGLE = "PPO", "the safety layer", "other tasks"
@@ -57,12 +58,12 @@ class Ablation(Document):
     """The results of an ablation.
 
     Attributes:
-        run: digest of the options of the training. drives: of each variant. variants: the whole network first.
+        weights: SHA-256 of the policy of the run. drives: of each variant. variants: the whole network first.
     """
 
     SCHEMA: ClassVar[str] = "labgym.local-ablation/1"
 
-    run: str
+    weights: str
     drives: int
     variants: tuple[Variant, ...]
 
@@ -79,11 +80,12 @@ def ablate_imitation(
 
     Raises:
         DocumentError: the run's options or drives cannot be read.
-        OptionError: the folder is in use or holds another ablation.
+        OptionError: the run is not finished; the folder is in use or holds another ablation.
     """
     torch.set_num_threads(1)
     options = ImitationOptions.load(run / OPTIONS)
-    files = sorted((run / ROUNDS).glob("*.npz"))
+    files = sorted((run / ROUNDS).glob(f"{ROUND}-*.npz"), key=_round_and_unit)
+    weights = _finished(run)
     if not files:
         raise DocumentError(run, "rounds", "holds no recorded drives; train with labgym train local-imitation")
     inputs = {"run": options.to_json(), "drives": [file_digest(file) for file in files], "each": each}
@@ -97,7 +99,7 @@ def ablate_imitation(
                 if not network.is_file():
                     _learned(name, files, options, network)
                 variants.append((name, driven(drives, options.shard, network, "alone", name, executor)[1]))
-            _results(canonical_hash(options.to_json()), variants).save(out / FILE)
+            _results(file_digest(weights) or "", variants).save(out / FILE)
             folder.finish({FILE: (out / FILE).read_bytes()})
     return out / FILE
 
@@ -121,14 +123,19 @@ def ablate_reinforcement(
 
     Raises:
         DocumentError: options or weights cannot be read.
-        OptionError: the single tasks are not those of the run; the folder is in use or holds another ablation.
+        OptionError: a run is not finished or did not begin with `start`, the single tasks are not those of the run, or
+            the folder is in use or holds another ablation.
     """
     torch.set_num_threads(1)
     options = ReinforcementOptions.load(run / OPTIONS)
     alone = _of_tasks(singles, options.tasks)
-    weights = run / WEIGHTS
+    weights = _finished(run)
     for file in (weights, start, *alone.values()):
         checked_actor(file)
+    for each_run in (run, *singles):
+        identity = read_identity(each_run)
+        if identity is None or identity.inputs.get("start") != file_digest(start):
+            raise OptionError(f"{each_run} did not begin with {start}: pass its first policy by --start")
     inputs = {
         "weights": file_digest(weights),
         "start": file_digest(start),
@@ -140,18 +147,18 @@ def ablate_reinforcement(
             floors = validation_floors(out)
             drives = validation_drives(floors, options.tasks, each)
 
-            def rows(name: str, network: Path, chosen: list[Drive], mode: Mode = "alone") -> list[dict[str, Any]]:
-                return driven(chosen, options.shard, network, mode, name, executor)[1]
+            def rows(name: str, network: Path, chosen: list[Drive], safety: bool = True) -> list[dict[str, Any]]:
+                return driven(chosen, options.shard, network, "alone", name, executor, safety=safety)[1]
 
             variants = [
                 (WHOLE, rows(WHOLE, weights, drives)),
                 (BEFORE, rows(BEFORE, start, drives)),
-                (UNGUARDED, rows(UNGUARDED, weights, drives, "unguarded")),
+                (UNGUARDED, rows(UNGUARDED, weights, drives, safety=False)),
             ]
             if alone:
                 parts = [rows(f"only {t}", file, [one for one in drives if one.task == t]) for t, file in alone.items()]
                 variants.append((SINGLE, [row for part in parts for row in part]))
-            _results(canonical_hash(options.to_json()), variants).save(out / FILE)
+            _results(file_digest(weights) or "", variants).save(out / FILE)
             folder.finish({FILE: (out / FILE).read_bytes()})
     return out / FILE
 
@@ -163,11 +170,27 @@ def _of_tasks(singles: Sequence[Path], tasks: tuple[str, ...]) -> dict[str, Path
         practiced = ReinforcementOptions.load(folder / OPTIONS).tasks
         if len(practiced) != 1 or practiced[0] in found or practiced[0] not in tasks:
             raise OptionError(f"{folder} practiced {', '.join(practiced)}: pass one run for each of {', '.join(tasks)}")
-        found[practiced[0]] = folder / WEIGHTS
+        found[practiced[0]] = _finished(folder)
     missing = [task for task in tasks if task not in found]
     if found and missing:
         raise OptionError(f"no run for {', '.join(missing)}: pass one run for each of {', '.join(tasks)}")
     return found
+
+
+def _finished(run: Path) -> Path:
+    """Return the policy of a finished training.
+
+    Raises:
+        OptionError: the training is not finished.
+    """
+    if not (run / MANIFEST_FILE).is_file():
+        raise OptionError(f"{run} is no finished training: run labgym train again with --out {run}")
+    return run / WEIGHTS
+
+
+def _round_and_unit(file: Path) -> list[int]:
+    """Return the numbers of the round and of the unit of work in the name of a file of records."""
+    return [int(part) for part in file.stem.split("-") if part.isdigit()]
 
 
 def _learned(name: str, files: list[Path], options: ImitationOptions, network: Path) -> None:
@@ -193,10 +216,10 @@ def _columns(name: str) -> slice:
     return place_of(name) if name in SIZES else slice(0, 0)
 
 
-def _results(run: str, variants: list[tuple[str, list[dict[str, Any]]]]) -> Ablation:
+def _results(weights: str, variants: list[tuple[str, list[dict[str, Any]]]]) -> Ablation:
     scores = {name: {row["key"]: float(row["score"]) for row in rows} for name, rows in variants}
     results = []
     for name, rows in variants:
         difference = None if name == WHOLE else paired_difference(scores[name], scores[WHOLE]).difference
         results.append(Variant(name=name, difference=difference, **means(rows)))
-    return Ablation(run=run, drives=len(variants[0][1]), variants=tuple(results))
+    return Ablation(weights=weights, drives=len(variants[0][1]), variants=tuple(results))

@@ -16,6 +16,7 @@ from labgym.envs.labnav.tasks import HEADLINE
 from labgym.envs.state import State
 from labgym.eval.labnav.drive import drive_floor
 from labgym.eval.labnav.row import LabNavRow
+from labgym.eval.labnav.shift import score_of_legs
 from labgym.navigation import Pose
 from labgym.policies.adapters.actor_file import Perceptron
 from labgym.policies.local.inputs import SIZE, Vector
@@ -27,12 +28,13 @@ from labgym.policies.tracking import velocities_to_action
 from labgym.runs import ExecutorOptions, RunFolder, Shard, ShardOutput, run_shards
 from labgym.runs.manifest import file_digest
 from labgym.training.local.practice import read_floor
-from labgym.training.local.rewards import Meter, final_reward, rewards_of
+from labgym.training.local.rewards import STRIDE, Meter, final_reward, rewards_of
 
-Mode = Literal["expert", "network", "noisy", "alone", "unguarded"]
-"""Who drives: the expert; the network, with the expert's advice; the network with noise; the network alone; or
-the network without the safety layer."""
-Records = dict[str, NDArray[np.float32]]
+Mode = Literal["expert", "network", "noisy", "alone"]
+"""Who drives: the expert; the network, with the expert's advice; the network with noise; or the network alone."""
+GOALS = 2
+"""Goals of a shift that are driven to; all five take as long as five drives of another task."""
+Records = dict[str, NDArray[Any]]
 """The arrays of `drive`; `record_drives` joins those of several drives."""
 ROUNDS = "rounds"
 """Folder of a run for its records."""
@@ -57,12 +59,15 @@ class Apprentice(LocalPolicy):
 
     Args:
         actor: the network. mode: who drives. noise: standard deviations of the noise, (2,).
+        safety: whether the robot rests for people by the rules of `stack`.
     """
 
     name = "apprentice"
 
-    def __init__(self, actor: Perceptron, mode: Mode, noise: NDArray[np.float32] | None = None) -> None:
-        super().__init__(actor=actor, safety=mode != "unguarded")
+    def __init__(
+        self, actor: Perceptron, mode: Mode, noise: NDArray[np.float32] | None = None, safety: bool = True
+    ) -> None:
+        super().__init__(actor=actor, safety=safety)
         self._mode, self._noise = mode, noise
         self.begin(0)
 
@@ -74,18 +79,29 @@ class Apprentice(LocalPolicy):
         self.advice: list[Vector] = []
         self.steps: list[int] = []
         self.progress: list[float] = []
+        self.legs: list[int] = []
+        """Number of decisions before each drive."""
         self.meter = Meter()
         self._followed: tuple[Plan, float] | None = None
 
     def reset(self, episode: EpisodeStart) -> None:
         """Begin an episode."""
         super().reset(episode)
-        self.meter = Meter(0.0 if episode.beaker is None else episode.beaker.freeboard)
+        self._begin_leg(episode)
+
+    def next_goal(self, episode: EpisodeStart) -> None:
+        """Begin the next drive of a shift."""
+        super().next_goal(episode)
+        self._begin_leg(episode)
 
     def watch(self, state: State) -> None:
         """Note the state after a control step."""
         if state.steps:
             self.meter.watch(state)
+
+    def _begin_leg(self, episode: EpisodeStart) -> None:
+        self.legs.append(len(self.inputs))
+        self.meter.begin_leg(0.0 if episode.beaker is None else episode.beaker.freeboard)
 
     def _follow(self, plan: Plan, pose: Pose, velocity: tuple[float, float], left: float) -> tuple[float, float]:
         stopping, advice = self._stopping, None
@@ -94,7 +110,8 @@ class Apprentice(LocalPolicy):
         if self._mode == "network":
             self._stopping = stopping  # The expert may have decided to stop; the network has not.
         if self._followed is not None and self._followed[0] is plan and self.progress:
-            self.progress[-1] = self._followed[1] - left
+            # The robot may rest for people before the next decision.
+            self.progress[-1] += min(self._followed[1] - left, STRIDE)
         self._followed = plan, left
         decided = len(self.inputs)
         v, w = LocalPolicy._follow(self, plan, pose, velocity, left)
@@ -119,21 +136,22 @@ def drive(apprentice: Apprentice, one: Drive) -> tuple[LabNavRow, Records]:
     """Drive an episode and return its row, and what was recorded.
 
     The records are `inputs` (n, SIZE), `actions` (n, 2), `advice` (n, 2) or (0, 2) and `rewards` (n,), a row for each
-    decision of the network.
+    decision of the network, and `lengths`, the number of decisions of each drive: one, or those of a shift.
     """
     layout, floor = read_floor(one.floor)
     apprentice.begin(one.seed)
-    episodes = [floor.episodes[one.task][one.number]]
+    episode = floor.episodes[one.task][one.number]
+    episode = episode.model_copy(update={"following": episode.following[: GOALS - 1]})
     (result,) = drive_floor(
-        apprentice, layout, episodes, one.task, HEADLINE, "apprentice", "practice", one.seed, watch=apprentice.watch
+        apprentice, layout, [episode], one.task, HEADLINE, "apprentice", "practice", one.seed, watch=apprentice.watch
     )
     row = result.row
     count = len(apprentice.inputs)
-    rewards = np.zeros(0)
-    if count:
-        final = final_reward(row.score, row.success, row.ending == "contact")
-        rewards = rewards_of(apprentice.meter.costs, apprentice.steps, apprentice.progress, final)
+    lengths = np.diff([*apprentice.legs, count])
+    ends = list(zip(lengths.tolist(), _finals(row), strict=True))
+    rewards = rewards_of(apprentice.meter.costs, apprentice.steps, apprentice.progress, ends)
     return row, {
+        "lengths": lengths,
         "inputs": np.array(apprentice.inputs, np.float32).reshape(count, SIZE),
         "actions": np.array(apprentice.actions, np.float32).reshape(count, 2),
         "advice": np.array(apprentice.advice, np.float32).reshape(-1, 2),
@@ -141,19 +159,28 @@ def drive(apprentice: Apprentice, one: Drive) -> tuple[LabNavRow, Records]:
     }
 
 
+def _finals(row: LabNavRow) -> list[float]:
+    """Return the reward at the end of each drive."""
+    if not row.legs:
+        return [final_reward(row.score, row.success, row.ending == "contact")]
+    return [final_reward(score_of_legs([leg], 1), leg.success, leg.ending == "contact") for leg in row.legs]
+
+
 def record_drives(
     drives: Sequence[Drive],
     network: Path,
     mode: Mode,
     noise: tuple[float, ...] | None = None,
+    safety: bool = True,
     file: str = "drives.npz",
 ) -> ShardOutput:
     """Drive episodes and return the records in one file, and scores as the record of the shard.
 
-    The arrays of all drives follow each other; `lengths` has the number of decisions of each.
+    The arrays of all drives follow each other.
     """
     torch.set_num_threads(1)
-    apprentice = Apprentice(checked_actor(network), mode, None if noise is None else np.array(noise, np.float32))
+    deviations = None if noise is None else np.array(noise, np.float32)
+    apprentice = Apprentice(checked_actor(network), mode, deviations, safety)
     rows: list[dict[str, object]] = []
     parts: list[Records] = []
     for one in drives:
@@ -162,9 +189,8 @@ def record_drives(
         rows.append({"key": key, "task": one.task, "score": row.score, "ending": row.ending})
         parts.append(arrays)
     joined = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-    lengths = np.array([len(part["inputs"]) for part in parts], np.int64)
     buffer = io.BytesIO()
-    np.savez_compressed(buffer, allow_pickle=False, lengths=lengths, **joined)
+    np.savez_compressed(buffer, allow_pickle=False, **joined)
     return ShardOutput({file: buffer.getvalue()}, rows)
 
 
@@ -176,6 +202,7 @@ def driven(
     title: str,
     executor: ExecutorOptions | None = None,
     noise: tuple[float, ...] | None = None,
+    safety: bool = True,
     run: RunFolder | None = None,
 ) -> tuple[list[Records], list[dict[str, Any]]]:
     """Drive episodes in units of work, and return the records of each unit and the rows of all drives, in their order.
@@ -183,14 +210,14 @@ def driven(
     Args:
         drives: to drive. size: drives of a unit. network: file of the network. mode: who drives.
         title: of the progress bar, and the beginning of the names of the units. executor: where they run.
-        noise: as for `Apprentice`.
+        noise, safety: as for `Apprentice`.
         run: folder that keeps the records, below `rounds`; None keeps none.
     """
     weights = file_digest(network)
     shards = []
     for k, first in enumerate(range(0, len(drives), size)):
         part, name = tuple(drives[first : first + size]), f"{title} {k:04d}"
-        arguments = (part, network, mode, noise, f"{ROUNDS}/{name.replace(' ', '-')}.npz")
+        arguments = (part, network, mode, noise, safety, f"{ROUNDS}/{name.replace(' ', '-')}.npz")
         shards.append(Shard(name, record_drives, arguments, len(part), weights))
     done = sorted(run_shards(shards, run, executor, title, "drive"), key=lambda one: one[0].name)
     records = [read_records(next(iter(output.files.values()))) for _, output in done]

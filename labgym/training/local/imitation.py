@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import math
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -16,21 +17,22 @@ from torch.nn.functional import smooth_l1_loss
 from tqdm import tqdm
 
 from labgym.documents import append_text, write_text
+from labgym.eval.labnav.figure import geometric
 from labgym.policies.learned.training_run import TIMES, finish, train_identity
 from labgym.policies.local.policy import FILE
 from labgym.runs import ExecutorOptions, RunFolder
 from labgym.training.local.collection import Mode, Records, driven
 from labgym.training.local.model import mean_actions, new_model, save_actor
 from labgym.training.local.options import ImitationOptions
-from labgym.training.local.practice import digest_of
-from labgym.training.local.schedule import check_tasks, drawn_drives
+from labgym.training.local.practice import digest_of, validation_floors
+from labgym.training.local.schedule import check_tasks, drawn_drives, validation_drives
 
 OPTIONS, HISTORY = "options.json", "history.jsonl"
-ROUND = "round"
+ROUND, VALIDATION = "round", "validation"
+"""Kinds of records of a history, and names of units of work."""
 NOISE = 0.15
 """Standard deviation of the actions in the model; imitation does not use it."""
-HELD_OUT = 10
-"""Every tenth unit of work measures the error and is not learned from."""
+_SAMPLES = ("inputs", "advice")
 
 
 def imitate(
@@ -70,19 +72,29 @@ def _train(options: ImitationOptions, floors: Sequence[Path], run: RunFolder, ex
     records: list[Records] = []
     history: list[dict[str, Any]] = []
     for number in range(options.rounds):
-        begun = time.perf_counter()
-        save_actor(model, network, "imitation")
-        drives = drawn_drives(floors, options.tasks, options.drives, options.seed, number)
-        mode: Mode = "network" if number else "expert"
-        new, rows = driven(drives, options.shard, network, mode, f"{ROUND} {number}", executor, run=run)
-        records += new
-        last = number == options.rounds - 1
-        errors = fit(model, records, options, number, options.last_epochs if last else options.epochs)
-        history.append({"round": number, "driver": mode, "samples": _count(records), **errors, **means(rows)})
-        write_history(run.path, history)
-        note_seconds(run.path, number, begun)
+        with timed(run.path, number):
+            save_actor(model, network, "imitation")
+            drives = drawn_drives(floors, options.tasks, options.drives, options.seed, number)
+            mode: Mode = "network" if number else "expert"
+            new, rows = driven(drives, options.shard, network, mode, f"{ROUND} {number}", executor, run=run)
+            records += new
+            last = number == options.rounds - 1
+            error = fit(model, records, options, number, options.last_epochs if last else options.epochs)
+            facts = {"number": number, "driver": mode, "samples": _count(records), "error": error}
+            history.append({"kind": ROUND, **facts, **means(rows)})
+            write_history(run.path, history)
     network.unlink(missing_ok=True)
     save_actor(model, run.path / FILE, "imitation")
+    judged = validation_drives(validation_floors(run.path), options.tasks, options.validation)
+    _, rows = driven(judged, options.shard, run.path / FILE, "alone", VALIDATION, executor, run=run)
+    write_history(run.path, [*history, validation_record(options.rounds, rows)])
+
+
+def validation_record(number: int, rows: Iterable[dict[str, Any]]) -> dict[str, Any]:
+    """Return the record of an evaluation on floors-val, with LabNav's figure over the tasks that were driven."""
+    result = means(rows)
+    figure = round(geometric(list(result["scores"].values())), 3)
+    return {"kind": VALIDATION, "number": number, "figure": figure, **result}
 
 
 def write_history(folder: Path, history: Iterable[dict[str, Any]]) -> None:
@@ -90,9 +102,14 @@ def write_history(folder: Path, history: Iterable[dict[str, Any]]) -> None:
     write_text(folder / HISTORY, "".join(json.dumps(record) + "\n" for record in history))
 
 
-def note_seconds(folder: Path, number: int, begun: float) -> None:
-    """Add the wall-clock time since `begun` to the times of a run."""
-    append_text(folder / TIMES, json.dumps({"number": number, "seconds": time.perf_counter() - begun}) + "\n")
+@contextmanager
+def timed(folder: Path, number: int) -> Iterator[None]:
+    """Add the wall-clock time of a round, or of the part before an interruption, to the times of a run."""
+    begun = time.perf_counter()
+    try:
+        yield
+    finally:
+        append_text(folder / TIMES, json.dumps({"number": number, "seconds": time.perf_counter() - begun}) + "\n")
 
 
 def means(rows: Iterable[dict[str, Any]]) -> dict[str, Any]:
@@ -110,17 +127,14 @@ def _count(records: list[Records]) -> int:
     return sum(len(each["advice"]) for each in records)
 
 
-def fit(
-    model: ActorCriticPolicy, records: list[Records], options: ImitationOptions, number: int, epochs: int
-) -> dict[str, float]:
-    """Teach the actor the expert's advice by all samples, and return the errors of those that it learns and does not.
+def fit(model: ActorCriticPolicy, records: list[Records], options: ImitationOptions, number: int, epochs: int) -> float:
+    """Teach the actor the expert's advice by all samples, and return the mean error in the last pass.
 
     Args:
         model: learns. records: of all rounds. options: of the run. number: of the round. epochs: passes.
     """
-    inputs, advice = _joined([each for k, each in enumerate(records) if k % HELD_OUT])
-    held_inputs, held_advice = _joined(records[::HELD_OUT])
-    rng = np.random.default_rng([options.seed, number])
+    inputs, advice = (torch.from_numpy(np.concatenate([each[name] for each in records])) for name in _SAMPLES)
+    rng = np.random.default_rng([options.seed, number, 1])  # That of the drives is [seed, number].
     optimizer = torch.optim.Adam(model.parameters(), options.rate)
     batches = math.ceil(len(inputs) / options.batch)
     schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimizer, epochs * batches)
@@ -136,13 +150,4 @@ def fit(
             schedule.step()
             total += float(loss.detach()) * len(batch)
     model.eval()
-    with torch.inference_mode():
-        error = float(smooth_l1_loss(mean_actions(model, held_inputs), held_advice, beta=0.1))
-    return {"error": round(total / len(inputs), 6), "held_out": round(error, 6)}
-
-
-def _joined(records: list[Records]) -> tuple[torch.Tensor, torch.Tensor]:
-    """Return the inputs (n, SIZE) and the advice (n, 2) of some records."""
-    joined = (np.concatenate([each[name] for each in records]) for name in ("inputs", "advice"))
-    inputs, advice = (torch.from_numpy(each) for each in joined)
-    return inputs, advice
+    return round(total / len(inputs), 6)

@@ -12,9 +12,8 @@ from labgym.envs.labnav.tasks import TASKS
 Count = Annotated[int, Field(ge=1)]
 Positive = Annotated[float, Field(gt=0.0)]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
-PRACTICED = tuple(task for task in TASKS if task != "shift")
-"""The tasks that are practiced by default: the drives of a shift have the nuisances of the others."""
 Tasks = Annotated[tuple[str, ...], Field(min_length=1)]
+Validation = Annotated[int, Field(ge=1, le=3)]
 
 
 class ImitationOptions(Document):
@@ -27,12 +26,13 @@ class ImitationOptions(Document):
         drives: of each round. shard: drives of a unit of work.
         epochs: passes over all samples so far, after each round. last_epochs: after the last round.
         batch: samples of a gradient step. rate: learning rate of Adam, which falls along a half cosine in each round.
+        validation: drives of a task on each floor of floors-val, by which the policy is judged at the end.
     """
 
     SCHEMA: ClassVar[str] = "labgym.local-imitation-options/1"
 
     seed: Annotated[int, Field(ge=0)] = 0
-    tasks: Tasks = PRACTICED
+    tasks: Tasks = tuple(TASKS)
     rounds: Count = 4
     drives: Count = 224
     shard: Count = 8
@@ -40,6 +40,7 @@ class ImitationOptions(Document):
     last_epochs: Count = 40
     batch: Count = 512
     rate: Positive = 1e-3
+    validation: Validation = 2
 
 
 class ReinforcementOptions(Document):
@@ -52,8 +53,9 @@ class ReinforcementOptions(Document):
         critic_iterations: first iterations, in which only the critic learns.
         epochs: passes over the drives of an iteration. batch: samples of a gradient step.
         rate: learning rate of Adam, which falls linearly to a tenth.
-        discount: gamma. trace: lambda of generalized advantage estimation. clip: range of the probability ratio.
-        divergence: mean KL divergence from the weights before at which an update ends.
+        discount: gamma, of each decision. trace: lambda of generalized advantage estimation.
+        clip: range of the probability ratio.
+        divergence: an update ends at 1.5 times this mean KL divergence from the weights before.
         entropy: weight of the entropy bonus. noise: standard deviation of the actions at the start.
         evaluate_every: iterations between two evaluations on floors-val. validation: drives of a task on each of its
             floors in an evaluation.
@@ -62,7 +64,7 @@ class ReinforcementOptions(Document):
     SCHEMA: ClassVar[str] = "labgym.local-ppo-options/1"
 
     seed: Annotated[int, Field(ge=0)] = 0
-    tasks: Tasks = PRACTICED
+    tasks: Tasks = tuple(TASKS)
     iterations: Count = 80
     drives: Count = 64
     shard: Count = 4
@@ -77,4 +79,4 @@ class ReinforcementOptions(Document):
     entropy: Annotated[float, Field(ge=0.0)] = 0.0
     noise: Positive = 0.15
     evaluate_every: Count = 16
-    validation: Annotated[int, Field(ge=1, le=3)] = 2
+    validation: Validation = 2

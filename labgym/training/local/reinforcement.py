@@ -6,7 +6,6 @@ Drives are driven to their end by LabNav's rules; the update is that of stable-b
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -21,21 +20,29 @@ from stable_baselines3.common.policies import ActorCriticPolicy
 from stable_baselines3.common.utils import FloatSchedule
 from torch import nn
 
-from labgym.eval.labnav.figure import geometric
 from labgym.policies.learned.checkpoint import load_checkpoint, save_checkpoint
 from labgym.policies.learned.training_run import CHECKPOINT, finish, train_identity
 from labgym.policies.local.policy import FILE, checked_actor
 from labgym.runs import ExecutorOptions, RunFolder
 from labgym.runs.manifest import file_digest
 from labgym.training.local.collection import Drive, Mode, Records, driven
-from labgym.training.local.imitation import HISTORY, OPTIONS, means, note_seconds, write_history
+from labgym.training.local.imitation import (
+    HISTORY,
+    OPTIONS,
+    VALIDATION,
+    means,
+    timed,
+    validation_record,
+    write_history,
+)
 from labgym.training.local.model import actor_parts, load_actor, model_arguments, save_actor
 from labgym.training.local.options import ReinforcementOptions
 from labgym.training.local.practice import digest_of, validation_floors
 from labgym.training.local.schedule import check_tasks, drawn_drives, validation_drives, weights_by_failure
 
-LAST, NETWORK = "last.safetensors", "network.safetensors"
+NETWORK = "network.safetensors"
 ALGORITHM = "PPO"
+ITERATION = "iteration"
 CRITIC_RATE, CRITIC_EPOCHS = 1e-3, 20
 """Learning rate, and passes over the drives, while only the critic learns."""
 
@@ -48,7 +55,7 @@ def reinforce(
     executor: ExecutorOptions | None = None,
     fresh: bool = False,
 ) -> Path:
-    """Train, or resume, the run in a folder and return the file of the policy with the best figure on floors-val.
+    """Train, or resume, the run in a folder and return the file of the policy after the last update.
 
     Args:
         options: of the run.
@@ -70,7 +77,7 @@ def reinforce(
         if not run.finished:
             options.save(out / OPTIONS)
             Reinforcement(options, start, floors, out, executor).train()
-            finish(run, (OPTIONS, HISTORY, FILE, LAST))
+            finish(run, (OPTIONS, HISTORY, FILE))
         (out / CHECKPOINT).unlink(missing_ok=True)
     return out / FILE
 
@@ -104,15 +111,14 @@ class Reinforcement:
         else:
             self._judge(0)
             self._keep()
-        begun = sum(record["kind"] == "iteration" for record in self._history)
+        begun = sum(record["kind"] == ITERATION for record in self._history)
         for number in range(begun, self._options.iterations):
-            start = time.perf_counter()
-            self._iterate(number)
-            if (number + 1) % self._options.evaluate_every == 0 or number + 1 == self._options.iterations:
-                self._judge(number + 1)
-            self._keep()
-            note_seconds(self._out, number, start)
-        save_actor(self._learner.policy, self._out / LAST, ALGORITHM)
+            with timed(self._out, number):
+                self._iterate(number)
+                if (number + 1) % self._options.evaluate_every == 0 or number + 1 == self._options.iterations:
+                    self._judge(number + 1)
+                self._keep()
+        save_actor(self._learner.policy, self._out / FILE, ALGORITHM)
         (self._out / NETWORK).unlink(missing_ok=True)
 
     @property
@@ -127,27 +133,22 @@ class Reinforcement:
     def _iterate(self, number: int) -> None:
         """Drive, and learn of it."""
         options = self._options
-        latest = next(record for record in reversed(self._history) if record["kind"] == "validation")
+        latest = next(record for record in reversed(self._history) if record["kind"] == VALIDATION)
         weights = weights_by_failure(latest["scores"])
         drives = drawn_drives(self._floors, options.tasks, options.drives, options.seed, 1000 + number, weights)
         noise = tuple(torch.exp(self._learner.policy.log_std.detach()).tolist())
-        records, rows = self._driven(drives, "noisy", noise, f"iteration {number}")
+        records, rows = self._driven(drives, "noisy", noise, f"{ITERATION} {number}")
         warming = number < options.critic_iterations
         facts = update(self._learner, records, options, number, warming)
         samples = sum(len(each["inputs"]) for each in records)
-        record = {"kind": "iteration", "number": number, "samples": samples, **facts, **means(rows)}
+        record = {"kind": ITERATION, "number": number, "samples": samples, **facts, **means(rows)}
         self._history.append(record)
 
     def _judge(self, number: int) -> None:
-        """Drive the drafts on floors-val without noise, and keep the policy if it is the best so far."""
+        """Drive the drafts on floors-val without noise; the scores decide how often each task is practiced."""
         episodes = validation_drives(self._validation, self._options.tasks, self._options.validation)
-        _, rows = self._driven(episodes, "alone", None, f"validation {number}")
-        result = means(rows)
-        value = round(geometric(list(result["scores"].values())), 3)
-        before = [record["figure"] for record in self._history if record["kind"] == "validation"]
-        if value > max(before, default=-math.inf):
-            save_actor(self._learner.policy, self._out / FILE, ALGORITHM)
-        self._history.append({"kind": "validation", "number": number, "figure": value, **result})
+        _, rows = self._driven(episodes, "alone", None, f"{VALIDATION} {number}")
+        self._history.append(validation_record(number, rows))
 
     def _driven(
         self, drives: list[Drive], mode: Mode, noise: tuple[float, ...] | None, title: str
@@ -218,7 +219,8 @@ def update(
 def filled(policy: ActorCriticPolicy, records: list[Records], options: ReinforcementOptions) -> RolloutBuffer:
     """Return the buffer of stable-baselines3 with drives one after the other, and their advantages.
 
-    The end of each drive is the end of an episode: time and patience that run out are failures.
+    The end of each drive is the end of an episode: time and patience that run out are failures. The drives of a shift
+    are episodes of their own.
     """
     inputs, actions, rewards = (
         np.concatenate([each[name] for each in records]) for name in ("inputs", "actions", "rewards")
@@ -245,6 +247,7 @@ def _column(values: torch.Tensor) -> NDArray[np.float32]:
 
 
 def _drives(records: list[Records]) -> int:
+    """Return the number of drives, those of a shift one by one."""
     return max(1, sum(len(each["lengths"]) for each in records))
 
 
@@ -256,5 +259,5 @@ def _freeze(parameters: list[nn.Parameter], frozen: bool) -> None:
 def _is_history(record: Any) -> bool:
     """Return whether a checkpoint's record is a history."""
     return isinstance(record, list) and all(
-        isinstance(each, dict) and each.get("kind") in ("iteration", "validation") for each in record
+        isinstance(each, dict) and each.get("kind") in (ITERATION, VALIDATION) for each in record
     )

@@ -1,8 +1,12 @@
-"""The reward of a drive: its score at the end, and on the way progress, time, nearness to people and slosh."""
+"""The reward of a drive: its score at the end, and on the way progress, time, nearness to people and slosh.
+
+The drives of a shift are rewarded one by one.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -14,7 +18,7 @@ from labgym.envs.state import State
 PROGRESS, TIME = 0.3, -0.01
 """Reward of a meter of path that is left behind, and of a control step."""
 STRIDE = 0.2
-"""Greatest progress that counts for one decision, meters: a path that is found again is no progress."""
+"""Greatest progress that counts in a control step, meters: a path that is found again is no progress."""
 PERSONAL, CLOSE = 1.0, -0.01
 """Distance of a person, meters, and the reward of a control step nearer than it."""
 SLOSH = -4.0
@@ -38,6 +42,10 @@ class Meter:
     costs: list[float] = field(default_factory=list)
     _highest: float = 0.0
 
+    def begin_leg(self, freeboard: float) -> None:
+        """Begin the next drive of a shift, with a beaker of this freeboard, meters, or 0 without one."""
+        self.freeboard, self._highest = freeboard, 0.0
+
     def watch(self, state: State) -> None:
         """Note a control step."""
         cost = TIME
@@ -57,17 +65,23 @@ def final_reward(score: float, success: bool, contact: bool) -> float:
     return CONTACT if contact else FAILURE
 
 
-def rewards_of(costs: list[float], steps: list[int], progress: list[float], final: float) -> NDArray[np.float64]:
-    """Return the reward of each decision: what it cost until the next one, its progress, and the end.
+def rewards_of(
+    costs: list[float], steps: list[int], progress: list[float], ends: Sequence[tuple[int, float]]
+) -> NDArray[np.float64]:
+    """Return the reward of each decision: what it cost until the next one, its progress, and the end of its drive.
 
     Args:
         costs: of all control steps. steps: the control step of each decision, ascending. progress: meters of path that
-            each decision left behind. final: at the end of the drive, which the last decision gets.
+            were left behind from each decision to the next one.
+        ends: number of decisions of each drive, and the reward at its end, which its last decision gets.
     """
-    ends = [*steps[1:], len(costs)]
+    until = [*steps, len(costs)][1:]
     rewards = [
-        math.fsum(costs[begin:end]) + PROGRESS * min(max(way, -STRIDE), STRIDE)
-        for begin, end, way in zip(steps, ends, progress, strict=True)
+        math.fsum(costs[begin:end]) + PROGRESS * way for begin, end, way in zip(steps, until, progress, strict=True)
     ]
-    rewards[-1] += final
+    decided = 0
+    for count, final in ends:
+        decided += count
+        if count:
+            rewards[decided - 1] += final
     return SCALE * np.array(rewards)
