@@ -71,7 +71,7 @@ def local_ppo(
     practice: Practice = Path("runs/local-practice"),
     out: OptionalPath = None,
     tasks: Tasks = None,
-    iterations: int = 80,
+    iterations: int = 40,
     seed: int = 0,
     execution: Execution = THIS_PROCESS,
     fresh: Fresh = False,

@@ -65,7 +65,7 @@ class ReinforcementOptions(Document):
 
     seed: Annotated[int, Field(ge=0)] = 0
     tasks: Tasks = tuple(TASKS)
-    iterations: Count = 80
+    iterations: Count = 40
     drives: Count = 64
     shard: Count = 4
     critic_iterations: Annotated[int, Field(ge=0)] = 1
@@ -78,5 +78,5 @@ class ReinforcementOptions(Document):
     divergence: Positive = 0.02
     entropy: Annotated[float, Field(ge=0.0)] = 0.0
     noise: Positive = 0.15
-    evaluate_every: Count = 16
+    evaluate_every: Count = 20
     validation: Validation = 2
