@@ -12,6 +12,7 @@ from labgym.protocols.model import Protocol
 from labgym.protocols.refusals import refuse_mixture, refuse_solvent
 from labgym.protocols.retrieval import SearchResults
 from labgym.protocols.synthesis.builder import ProtocolBuilder
+from labgym.protocols.synthesis.evaporation import evaporated_in_portions
 from labgym.protocols.synthesis.frame import (
     clean_up,
     short_name,
@@ -108,7 +109,8 @@ def _written(kind: Transformation, commission: Commission) -> WriterResult:
     if assumed:
         builder.notes.append(f"work-up completed with: {', '.join(assumed)}")
     builder.notes[:0] = _assumptions(kind, parts)
-    return WriterResult(_protocol(description, kind, builder, parts), tuple(builder.notes))
+    protocol = evaporated_in_portions(_protocol(description, kind, builder, parts), catalog)
+    return WriterResult(protocol, tuple(builder.notes))
 
 
 def _refuse_nothing(description: ParsedDescription) -> None:
