@@ -15,8 +15,8 @@ from labgym.protocols.portions import portions
 from labgym.protocols.synthesis import synthesize
 
 TEXT = (
-    "Reduce {} of benzophenone with NaBH4 in methanol at 0 C for 30 min, quench with water, extract with ethyl acetate, "
-    "dry and evaporate"
+    "Reduce {} of benzophenone with NaBH4 in methanol at 0 C for 30 min, quench with water, extract with ethyl "
+    "acetate, dry and evaporate"
 )
 
 
