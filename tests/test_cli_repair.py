@@ -4,7 +4,8 @@ import pytest
 from laboratories import island_laboratory, put
 
 from labgym.cli import main
-from labgym.layouts import Layout
+from labgym.layouts import Layout, load_published
+from labgym.layouts.repairs import repair_layout
 from labgym.layouts.rules.objective import evaluate_layout
 
 
@@ -62,3 +63,14 @@ def test_a_name_without_json_is_one_line(call, tmp_path):
     code, _, err = call("repair", "lab.json", "--out", "folder")
     assert code == 2
     assert "must end in .json" in err
+
+
+@pytest.mark.parametrize("lost", ["DryingOven_1", "DryingStation_1"])
+def test_a_missing_oven_is_added_where_the_protocol_uses_it_and_not_in_the_hood(lost):
+    layout = load_published("test", "test-alk_01")
+    assert [step.location for step in layout.protocol.steps if "DryingOven" in step.uses] == ["DryingStation"]
+    gone = {lost} | {placement.id for placement in layout.placements if placement.support == lost}
+    damaged = layout.replace(placements=tuple(p for p in layout.placements if p.id not in gone))
+    after = repair_layout(damaged).layout
+    supports = {p.asset: after.placement(p.support).asset for p in after.placements if p.asset == "DryingOven"}
+    assert supports == {"DryingOven": "DryingStation"}
