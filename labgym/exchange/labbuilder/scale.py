@@ -1,4 +1,4 @@
-"""Files whose lengths are in another unit than meters, told from the size of their numbers."""
+"""Files whose lengths are in another unit than meters, recognized by the size of their numbers."""
 
 from __future__ import annotations
 
