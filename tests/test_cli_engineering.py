@@ -10,26 +10,12 @@ import ezdxf
 import pytest
 from laboratories import island_laboratory, put
 
-from labgym.cli import main
 from labgym.errors import DocumentError
 from labgym.exchange.fixed import read_fixed
 from labgym.exchange.inventory import read_inventory
 from labgym.layouts import Layout, load_published, published
 
 NAME = published("test")[0]
-
-
-@pytest.fixture
-def call(tmp_path, monkeypatch, capsys):
-    """Run the command line in an empty folder; returns exit code, standard output and standard error."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*arguments: object) -> tuple[int, str, str]:
-        code = main([str(argument) for argument in arguments])
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
-
-    return run
 
 
 def test_several_formats_go_into_one_folder(call, tmp_path):

@@ -3,23 +3,9 @@
 import pytest
 from laboratories import island_laboratory, put
 
-from labgym.cli import main
 from labgym.layouts import Layout, load_published
 from labgym.layouts.repairs import repair_layout
 from labgym.layouts.rules.objective import evaluate_layout
-
-
-@pytest.fixture
-def call(tmp_path, monkeypatch, capsys):
-    """Run the command line in an empty folder; returns exit code, standard output and standard error."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*arguments: object) -> tuple[int, str, str]:
-        code = main([str(argument) for argument in arguments])
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
-
-    return run
 
 
 def test_a_laboratory_without_reagents_gets_them_and_its_file_stays(call, tmp_path):
