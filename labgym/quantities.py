@@ -38,7 +38,9 @@ _DROPS = re.compile(
     r"|([几数一两二三四五六七八九十])\s*滴(?!加)",
     re.IGNORECASE,
 )
-_STRENGTH = r"(\d{1,3}(?:\.\d+)?)\s*(%|wt\s?%|M|N|mol/L)"
+_STRENGTH = r"(\d{1,3}(?:\.\d+)?)\s*(%|wt\s?%|[mµu]?M|N|m?mol/L)"
+_SMALLER = {"mM": 1e-3, "µM": 1e-6, "uM": 1e-6}
+"""Molarities in mol/L."""
 _STRENGTH_BEFORE = re.compile(
     rf"(?<![A-Za-z0-9.]){_STRENGTH}\s*(?:\(?(?:aq\.?|aqueous|w/w|w/v|v/v)\)?\s*|的)?(?:dilute |cold |ice-cold )?$"
 )
@@ -179,7 +181,9 @@ def strength(text: str, start: int, end: int) -> str:
     match = _STRENGTH_BEFORE.search(text, 0, start) or _STRENGTH_AFTER.match(text, end)
     if match is None:
         return ""
-    unit = {"mol/L": "M"}.get(match[2], match[2].replace("wt", "").strip())
+    unit = match[2].replace("wt", "").replace("mol/L", "M").strip()
+    if unit in _SMALLER:
+        return f"{float(match[1]) * _SMALLER[unit]:g} M"
     return f"{match[1]} {unit}"
 
 

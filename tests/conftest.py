@@ -107,3 +107,18 @@ def model_at(loopback: Loopback, waits: list[float]) -> Callable[..., LanguageMo
         return LanguageModel(LanguageModelConfig.model_validate(given), sleep=waits.append)
 
     return make
+
+
+@pytest.fixture
+def call(tmp_path, monkeypatch, capsys):
+    """Run the command line in an empty folder; returns exit code, standard output and standard error."""
+    from labgym.cli import main
+
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments: object) -> tuple[int, str, str]:
+        code = main([str(argument) for argument in arguments])
+        captured = capsys.readouterr()
+        return code, captured.out, captured.err
+
+    return run

@@ -94,6 +94,17 @@ def test_an_unknown_command_or_option_says_what_was_given_and_what_there_is(call
     assert code == 2
     assert "frobnicate" in err
     assert "doctor" in err
+    for words, command, nearest in (
+        (("genrate", "sub_01"), "genrate", "generate"),
+        (("protocols", "validate", "mine.json"), "validate", "check"),
+        (("protocols", "chekc", "mine.json"), "chekc", "check"),
+        (("assets", "infere", "CCO"), "infere", "infer"),
+        (("train", "pp0"), "pp0", "ppo"),
+        (("import", "labbuildr", "scene.json"), "labbuildr", "labbuilder"),
+        (("reproduce", "comparisons"), "comparisons", "comparison"),
+    ):
+        line = one_error_line(call(*words))
+        assert f"no command {command!r} (nearest: {nearest})" in line
     code, _, err = call("generate", "sub_01", "--sede", "3")
     assert code == 2
     assert "--sede" in err

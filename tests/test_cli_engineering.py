@@ -10,25 +10,12 @@ import ezdxf
 import pytest
 from laboratories import island_laboratory, put
 
-from labgym.cli import main
 from labgym.errors import DocumentError
 from labgym.exchange.fixed import read_fixed
+from labgym.exchange.inventory import read_inventory
 from labgym.layouts import Layout, load_published, published
 
 NAME = published("test")[0]
-
-
-@pytest.fixture
-def call(tmp_path, monkeypatch, capsys):
-    """Run the command line in an empty folder; returns exit code, standard output and standard error."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*arguments: object) -> tuple[int, str, str]:
-        code = main([str(argument) for argument in arguments])
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
-
-    return run
 
 
 def test_several_formats_go_into_one_folder(call, tmp_path):
@@ -123,6 +110,26 @@ def test_what_an_inventory_lacks_is_listed_or_refused(call, tmp_path):
     code, _, err = call("generate", protocol.id, *room, "--have", "less.csv", "--out", "lab.json")
     assert code == 0
     assert f"to buy: 1 {location}\n" in err
+
+
+def test_a_misspelled_asset_of_a_table_is_noted(tmp_path):
+    (tmp_path / "have.csv").write_text("asset,count\nFumeHod,1\nfume hood,1\nSinkBench,1\n")
+    remarks: list[str] = []
+    assert read_inventory(tmp_path / "have.csv", remark=remarks.append).counts == {"FumeHood": 2, "SinkBench": 1}
+    assert [remark.removeprefix(f"{tmp_path}/") for remark in remarks] == [
+        "have.csv: row 2: 'FumeHod' is taken for FumeHood"
+    ]
+    (tmp_path / "fixed.csv").write_text("asset,x,y\nSinkBnech,1,1\n")
+    remarks.clear()
+    assert [piece.asset for piece in read_fixed(tmp_path / "fixed.csv", remark=remarks.append)] == ["SinkBench"]
+    assert len(remarks) == 1
+
+
+def test_generate_prints_the_notes_on_misspelled_assets(call, tmp_path):
+    (tmp_path / "have.csv").write_text("asset,count\nFumeHod,1\n")
+    code, out, err = call("generate", "pro_01", "--room", "9x7", "--have", "have.csv", "--only-have")
+    assert (code, out) == (2, "")
+    assert "note: have.csv: row 2: 'FumeHod' is taken for FumeHood\n" in err
 
 
 def test_hoods_stand_within_reach_of_the_wall_with_exhaust(call, tmp_path):

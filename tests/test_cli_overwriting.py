@@ -8,23 +8,9 @@ from pathlib import Path
 import pytest
 from laboratories import island_laboratory
 
-from labgym.cli import main
 from labgym.layouts import Layout
 
 GENERATE = ("generate", "pro_01", "--room", "9x7", "--out", "lab.json")
-
-
-@pytest.fixture
-def call(tmp_path, monkeypatch, capsys):
-    """Run the command line in an empty folder; returns exit code, standard output and standard error."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*arguments: object) -> tuple[int, str, str]:
-        code = main([str(argument) for argument in arguments])
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
-
-    return run
 
 
 def refused(call, words: tuple[str, ...], path: str) -> None:

@@ -3,22 +3,9 @@
 import pytest
 from laboratories import island_laboratory, put
 
-from labgym.cli import main
-from labgym.layouts import Layout
+from labgym.layouts import Layout, load_published
+from labgym.layouts.repairs import repair_layout
 from labgym.layouts.rules.objective import evaluate_layout
-
-
-@pytest.fixture
-def call(tmp_path, monkeypatch, capsys):
-    """Run the command line in an empty folder; returns exit code, standard output and standard error."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*arguments: object) -> tuple[int, str, str]:
-        code = main([str(argument) for argument in arguments])
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
-
-    return run
 
 
 def test_a_laboratory_without_reagents_gets_them_and_its_file_stays(call, tmp_path):
@@ -62,3 +49,14 @@ def test_a_name_without_json_is_one_line(call, tmp_path):
     code, _, err = call("repair", "lab.json", "--out", "folder")
     assert code == 2
     assert "must end in .json" in err
+
+
+@pytest.mark.parametrize("lost", ["DryingOven_1", "DryingStation_1"])
+def test_a_missing_oven_is_added_where_the_protocol_uses_it_and_not_in_the_hood(lost):
+    layout = load_published("test", "test-alk_01")
+    assert [step.location for step in layout.protocol.steps if "DryingOven" in step.uses] == ["DryingStation"]
+    gone = {lost} | {placement.id for placement in layout.placements if placement.support == lost}
+    damaged = layout.replace(placements=tuple(p for p in layout.placements if p.id not in gone))
+    after = repair_layout(damaged).layout
+    supports = {p.asset: after.placement(p.support).asset for p in after.placements if p.asset == "DryingOven"}
+    assert supports == {"DryingOven": "DryingStation"}

@@ -49,6 +49,7 @@ class Catalog:
         assets: sorted by name.
         folder: the user's folder that it was loaded with, absolute; None for the published catalog alone and for
             catalogs made from a list of assets.
+        own: names of the assets of that folder.
 
     Raises:
         DocumentError: two assets share a name.
@@ -57,6 +58,7 @@ class Catalog:
     def __init__(self, assets: Sequence[Asset], source: object = "catalog") -> None:
         self.assets = tuple(sorted(assets, key=lambda asset: asset.name))
         self.folder: Path | None = None
+        self.own: frozenset[str] = frozenset()
         self._is_loaded = False
         self._by_name = {asset.name: asset for asset in self.assets}
         if len(self._by_name) != len(self.assets):
@@ -256,8 +258,10 @@ _loaded: dict[Path, tuple[FileStates, Catalog]] = {}
 def _with_own(folder: Path) -> Catalog:
     states = _file_states(folder)
     if folder not in _loaded or _loaded[folder][0] != states:
-        catalog = Catalog([*_published().assets, *read_own(folder)], folder)
+        own = read_own(folder)
+        catalog = Catalog([*_published().assets, *own], folder)
         catalog.folder, catalog._is_loaded = folder, True
+        catalog.own = frozenset(asset.name for asset in own)
         _loaded[folder] = states, catalog
     return _loaded[folder][1]
 

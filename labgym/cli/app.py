@@ -28,6 +28,7 @@ from labgym.cli.arguments import (
 from labgym.cli.assets import assets_app
 from labgym.cli.engineering import compile_, move, outline, view
 from labgym.cli.evaluation import compare, coverage, eval_, report
+from labgym.cli.group import refuse_unknown_command
 from labgym.cli.imports import import_app
 from labgym.cli.layouts import generate
 from labgym.cli.leaderboard import leaderboard
@@ -229,9 +230,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if words == ["--version"]:
         print(f"labgym {__version__}")
         return DONE
-    if words and words[0] in GROUPS:
-        words[1:] = GROUPS[words[0]].named(words[1:])
     try:
+        if words and words[0] in GROUPS:
+            words[1:] = GROUPS[words[0]].named(words[1:])
+        refuse_unknown_command(app, words)
         with raise_termination():
             return int(
                 app.cli(prog="labgym", description=__doc__, args=words or ["--help"], config=(FlagCreatePairsOff,))

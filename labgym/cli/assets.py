@@ -25,7 +25,7 @@ Axis = Literal["X", "Y", "Z"]
 Direction = Literal["+x", "-x", "+y", "-y", "+z", "-z"]
 State = Literal["solid", "liquid", "gas"]
 
-assets_app = CommandGroup("show")
+assets_app = CommandGroup("show", alike={"search": "find", "list": "show"})
 
 
 @assets_app.command

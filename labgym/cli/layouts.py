@@ -196,7 +196,7 @@ def _generate_one(
         from labgym.layouts.rooms import resolve_room, with_services
 
         place, floor = None, with_services(resolve_room(place), service)
-    pieces = () if fixed is None else read_fixed(fixed, catalog)
+    pieces = () if fixed is None else read_fixed(fixed, catalog, remark=_note)
     request: dict[str, Any] = {"seed": seed, "room": place, "profile": profile, "floor": floor, "family": family}
     request |= {"catalog": catalog, "fixed": pieces, "holdings": holdings}
     if explain and method.proposer != SOLVER:
@@ -258,7 +258,11 @@ def _holdings(have: Path | None, only_have: bool, extra: bool) -> Holdings | Non
         return None
     if only_have and extra:
         raise OptionError("--only-have and --extra exclude each other")
-    return Holdings(read_inventory(have).counts, "none" if only_have else "any" if extra else "required")
+    return Holdings(read_inventory(have, remark=_note).counts, "none" if only_have else "any" if extra else "required")
+
+
+def _note(remark: str) -> None:
+    print(f"note: {remark}", file=sys.stderr)
 
 
 def _place(room: str | None) -> tuple[Room | str | None, Floor | None]:

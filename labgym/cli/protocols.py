@@ -23,7 +23,9 @@ if TYPE_CHECKING:
     from labgym.protocols.experiments.collection import Tally
     from labgym.protocols.synthesis import Writer
 
-protocols_app = CommandGroup("show")
+protocols_app = CommandGroup(
+    "show", alike={"validate": "check", "verify": "check", "create": "new", "write": "new", "list": "show"}
+)
 
 Description = Positional[Annotated[str, arg(metavar="TEXT")]]
 OutputPath = Annotated[Path, arg(help_behavior_hint="(default: the current folder)")]

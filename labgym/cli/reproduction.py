@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from labgym.eval.scoring.judging.options import JudgeOptions
 
 PublishedSplit = Literal["val", "test", "floors-val", "floors-seen", "floors-test"]
-reproduce_app = CommandGroup(default="published")
+reproduce_app = CommandGroup(default="published", arguments=0)
 RUNS = Path("runs/reproduce")
 """Default folder of the studies, each in the subfolder of its name."""
 

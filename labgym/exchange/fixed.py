@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from labgym.assets import Catalog
 from labgym.documents import document_error
 from labgym.errors import DocumentError, OptionError
-from labgym.exchange.tables import Table, asset_name, cell, read_table
+from labgym.exchange.tables import Remark, Table, asset_name, cell, read_table
 from labgym.layouts import Layout, Placement
 from labgym.layouts.floor.fields import IDENTIFIER
 from labgym.layouts.placement import FLOOR, WALL
@@ -24,7 +24,9 @@ FARTHEST = 100.0
 """Largest coordinate of a piece, meters."""
 
 
-def read_fixed(path: str | Path, catalog: Catalog | None = None, unit: str | None = None) -> tuple[Placement, ...]:
+def read_fixed(
+    path: str | Path, catalog: Catalog | None = None, unit: str | None = None, remark: Remark | None = None
+) -> tuple[Placement, ...]:
     """Read fixed pieces from a layout, a CSV table or a DXF drawing.
 
     A layout gives the placements on the floor and on walls that it marks as fixed, or all of them if it marks none. A
@@ -34,6 +36,7 @@ def read_fixed(path: str | Path, catalog: Catalog | None = None, unit: str | Non
     Args:
         catalog: defines the names; by default `Catalog.load()`.
         unit: of a drawing: in, ft, mm, cm, dm or m; by default its $INSUNITS.
+        remark: receives a sentence about each name of a table that is taken for a misspelling.
 
     Raises:
         OptionError: the path has another suffix.
@@ -45,7 +48,7 @@ def read_fixed(path: str | Path, catalog: Catalog | None = None, unit: str | Non
     if suffix == ".json":
         pieces = _of_layout(Layout.load(path, catalog))
     elif suffix == ".csv":
-        pieces = _of_table(read_table(path), catalog)
+        pieces = _of_table(read_table(path), catalog, remark)
     elif suffix == ".dxf":
         from labgym.exchange.dxf.reading import read_furniture
 
@@ -62,12 +65,12 @@ def _of_layout(layout: Layout) -> list[Placement]:
     return [placement for placement in standing if placement.fixed] or standing
 
 
-def _of_table(table: Table, catalog: Catalog) -> list[Placement]:
+def _of_table(table: Table, catalog: Catalog, remark: Remark | None) -> list[Placement]:
     asset, x, y = (table.required(names) for names in (ASSETS, ("x",), ("y",)))
     ids, counts, pieces = table.column(IDS), dict[str, int](), list[Placement]()
     for number, row in table.rows:
         where = f"row {number}"
-        entry = catalog.get(asset_name(cell(row, asset), catalog, table.path, where))
+        entry = catalog.get(asset_name(cell(row, asset), catalog, table.path, where, remark))
         if entry.placing not in ("floor", "wall"):
             raise DocumentError(table.path, where, f"{entry.name} stands on furniture; only furniture can be fixed")
         counts[entry.name] = counts.get(entry.name, 0) + 1

@@ -59,27 +59,23 @@ def standing(walls: Sequence[InnerWall], doors: Sequence[Mark], inner: Polygon, 
         doors: gaps in the outer walls. inner: area between the outer walls, meters.
         cell: side of a cell of the map, meters.
     """
-    left = sorted(walls, key=lambda wall: (-wall.solid, wall.strip.start, wall.strip.end))
+    possible = [wall for wall in walls if not _along_outer(wall, inner) and not any(_blocks(wall, at) for at in doors)]
+    possible.sort(key=lambda wall: (-wall.solid, wall.strip.start, wall.strip.end))
     while True:
         chosen: list[InnerWall] = []
-        for wall in left:
-            if _along_outer(wall, inner) or any(_blocks(wall, door) for door in doors):
-                continue
+        for wall in possible:
             if not any(_excluded(wall, other) for other in chosen):
                 chosen.append(wall)
-        kept = [wall for wall in chosen if _held(wall, [other for other in chosen if other is not wall], inner, cell)]
-        if len(kept) == len(left):
-            return kept
-        left = kept
+        held = [wall for wall in chosen if _held(wall, [other for other in chosen if other is not wall], inner, cell)]
+        if len(held) == len(possible):
+            return held
+        possible = held
 
 
 def _excluded(wall: InnerWall, longer: InnerWall) -> bool:
     """Return whether a wall cannot stand next to a longer one."""
-    first, second = wall.line, longer.line
     if _parallel(wall.strip, longer.strip):
-        near = APART + (wall.strip.thickness + longer.strip.thickness) / 2.0
-        beside = second.buffer(near, cap_style="flat")
-        return bool(first.intersection(beside).length > APART / 2.0)
+        return _length_near(wall, longer.line, longer.strip.thickness) > APART / 2.0
     return any(_blocks(wall, mark) for mark in longer.marks)
 
 
@@ -97,13 +93,17 @@ def _along_outer(wall: InnerWall, inner: Polygon) -> bool:
     """Return whether more than half of a wall runs along an outer wall that is parallel to it."""
     from shapely import LineString
 
-    near = APART + wall.strip.thickness / 2.0
     for start, end in pairwise(inner.exterior.coords):
         if _parallel(wall.strip, Strip(start[:2], end[:2], 0.0)):
-            beside = LineString([start, end]).buffer(near, cap_style="flat")
-            if wall.line.intersection(beside).length > 0.5 * wall.strip.length:
+            if _length_near(wall, LineString([start, end]), 0.0) > 0.5 * wall.strip.length:
                 return True
     return False
+
+
+def _length_near(wall: InnerWall, line: LineString, thickness: float) -> float:
+    """Return the length of a wall with too little room between it and a straight wall on a line, meters."""
+    near = APART + (wall.strip.thickness + thickness) / 2.0
+    return float(wall.line.intersection(line.buffer(near, cap_style="flat")).length)
 
 
 def _held(wall: InnerWall, others: Sequence[InnerWall], inner: Polygon, cell: float) -> bool:

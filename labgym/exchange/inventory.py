@@ -13,7 +13,7 @@ from pydantic import Field
 from labgym.assets import Catalog
 from labgym.documents import Document, Record
 from labgym.errors import DocumentError
-from labgym.exchange.tables import MAX_CELL, MAX_ROWS, asset_names, cell, read_table
+from labgym.exchange.tables import MAX_CELL, MAX_ROWS, Remark, asset_names, cell, read_table
 
 MAX_COUNT = 10_000
 WHOLE = re.compile(r"([0-9]{1,6})(?:\.0)?")
@@ -55,7 +55,7 @@ class Inventory(Document):
         return dict(counts)
 
 
-def read_inventory(path: str | Path, catalog: Catalog | None = None) -> Inventory:
+def read_inventory(path: str | Path, catalog: Catalog | None = None, remark: Remark | None = None) -> Inventory:
     """Read an inventory from a CSV file with a header row.
 
     The columns are `asset` (or `name`, `item`: a name or synonym of the catalog), `count` (or `quantity`, `number`;
@@ -64,6 +64,7 @@ def read_inventory(path: str | Path, catalog: Catalog | None = None) -> Inventor
 
     Args:
         catalog: the catalog that defines the names; by default `Catalog.load()`.
+        remark: receives a sentence about each name that is taken for a misspelling.
 
     Raises:
         DocumentError: the file is missing, larger than 1 MB, not UTF-8 or not CSV, has no column of assets or more than
@@ -74,7 +75,7 @@ def read_inventory(path: str | Path, catalog: Catalog | None = None) -> Inventor
     asset = table.required(ASSET_COLUMNS)
     count, note = table.column(COUNT_COLUMNS), table.column(NOTE_COLUMNS)
     items = []
-    for (number, row), name in zip(table.rows, asset_names(table, asset, catalog), strict=True):
+    for (number, row), name in zip(table.rows, asset_names(table, asset, catalog, remark), strict=True):
         amount = _count(cell(row, count), path, f"row {number}")
         items.append(InventoryItem(asset=name, count=amount, note=cell(row, note)[:MAX_CELL]))
     return Inventory(items=tuple(items))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,6 +15,7 @@ from labgym.errors import DocumentError, UnknownNameError
 MAX_BYTES = 1024 * 1024
 MAX_ROWS = 5000
 MAX_CELL = 200
+Remark = Callable[[str], None]
 MOST_LISTED = 20
 """Greatest number of rows that a message lists."""
 
@@ -67,8 +68,11 @@ def cell(row: tuple[str, ...], column: int | None) -> str:
     return row[column].strip() if column is not None and column < len(row) else ""
 
 
-def asset_names(table: Table, column: int, catalog: Catalog) -> list[str]:
+def asset_names(table: Table, column: int, catalog: Catalog, remark: Remark | None = None) -> list[str]:
     """Return the catalog's name for each row.
+
+    Args:
+        remark: receives a sentence about each name that is taken for a misspelling.
 
     Raises:
         DocumentError: cells are empty or name no asset; names all of these rows.
@@ -77,7 +81,7 @@ def asset_names(table: Table, column: int, catalog: Catalog) -> list[str]:
     problems: list[tuple[int, str, DocumentError]] = []
     for number, row in table.rows:
         try:
-            names.append(asset_name(cell(row, column), catalog, table.path, f"row {number}"))
+            names.append(asset_name(cell(row, column), catalog, table.path, f"row {number}", remark))
         except DocumentError as error:
             problems.append((number, cell(row, column), error))
     if len(problems) == 1:
@@ -90,8 +94,11 @@ def asset_names(table: Table, column: int, catalog: Catalog) -> list[str]:
     return names
 
 
-def asset_name(text: str, catalog: Catalog, path: str | Path, where: str) -> str:
+def asset_name(text: str, catalog: Catalog, path: str | Path, where: str, remark: Remark | None = None) -> str:
     """Return the catalog's name for a cell.
+
+    Args:
+        remark: receives a sentence if the name is taken for a misspelling.
 
     Raises:
         DocumentError: the cell is empty, or names no asset; names the row.
@@ -99,9 +106,12 @@ def asset_name(text: str, catalog: Catalog, path: str | Path, where: str) -> str
     if not text:
         raise DocumentError(path, where, "the asset is empty")
     try:
-        return catalog.find(text[:MAX_CELL]).name
+        match = catalog.require(text[:MAX_CELL])
     except UnknownNameError as error:
         raise DocumentError(path, where, str(error)) from None
+    if match.how == "fuzzy" and remark is not None:
+        remark(f"{path}: {where}: {text[:MAX_CELL]!r} is taken for {match.name}")
+    return match.name
 
 
 def _rows(path: Path) -> list[list[str]]:

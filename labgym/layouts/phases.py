@@ -52,7 +52,7 @@ def improved(
         return layout, evaluate_layout(layout, protocol, profile, navigation=True)
     layout, assessment = _phases(layout, protocol, profile, adjuster, optimise, refine, complete, trace)
     if optimise and refine and complete and failures(assessment):
-        repair = repair_layout(layout, protocol, profile, adjuster, trace)
+        repair = repair_layout(layout, protocol, profile, adjuster, trace, seeded=True)
         layout, assessment = repair.layout, repair.after
     return layout, assessment
 
@@ -88,7 +88,7 @@ def _completed(
     trace: Recorder | None,
 ) -> tuple[Layout, Assessment]:
     """Return the layout with what it lacks, optimized again."""
-    state = with_missing(State.of(layout, protocol, assessment.profile, navigation=refine))
+    state = with_missing(State.of(layout, protocol, assessment.profile, navigation=refine, seeded=True))
     if state.layout is layout:
         return layout, assessment
     if trace is not None:

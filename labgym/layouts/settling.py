@@ -73,26 +73,30 @@ def free_spots(
     )
 
 
-def homes(layout: Layout, item: str, protocol: Protocol | None) -> Iterator[Slot]:
+def homes(layout: Layout, item: str, protocol: Protocol | None, stays: bool = True) -> Iterator[Slot]:
     """Yield the slots on which an object may stand, those where it belongs first.
 
     A reagent belongs into a cabinet of its storage class, then into any cabinet for reagents. Other objects stay on
     their support if it is a proper one; then come what the protocol names, work surfaces, and open shelves, the
     nearest first.
+
+    Args:
+        stays: whether the support on which the object is counts as its own; not if it was put there for a trial.
     """
     placement, asset = layout.placement(item), layout.asset(item)
+    own = placement.support if stays else None
     wanted = _named(layout, asset, protocol)
     ranked = []
     for other in layout.placements:
         holder = layout.asset(other.id)
         if not holder.surfaces or other.id == item or holder.subtype in MOVABLE:
             continue
-        rank = _rank(layout, asset, placement, other, wanted)
+        rank = _rank(layout, asset, own, other, wanted)
         if rank is not None:
             way = math.dist(other.position[:2], placement.position[:2])
             ranked.append((rank, round(way, 6), other.id))
     for _, _, support in sorted(ranked):
-        first = placement.slot if support == placement.support else None
+        first = placement.slot if support == own else None
         slots: Sequence[int] = range(len(layout.asset(support).surfaces))
         if layout.asset(support).subtype == APPARATUS_STAND:
             slots = [slot for slot in slots if slot == first]
@@ -100,15 +104,19 @@ def homes(layout: Layout, item: str, protocol: Protocol | None) -> Iterator[Slot
             yield support, slot
 
 
-def _rank(layout: Layout, asset: Asset, placement: Placement, other: Placement, wanted: Sequence[str]) -> int | None:
-    """Return how well an object suits another as a support, 0 for the best; None if it does not."""
+def _rank(layout: Layout, asset: Asset, present: str | None, other: Placement, wanted: Sequence[str]) -> int | None:
+    """Return how well an object suits another as a support, 0 for the best; None if it does not.
+
+    Args:
+        present: the object's support now, if it counts.
+    """
     holder = layout.asset(other.id)
     if asset.kind == "reagent" and asset.chemistry is not None:
         if holder.storage_class not in STORAGE_CLASSES or holder.fume_hood or holder.cavity is None:
             return None
         own = holder.storage_class == asset.chemistry.storage_class
-        return (0 if other.id == placement.support else 1) if own else 2
-    if other.id == placement.support and other.support in (FLOOR, WALL):
+        return (0 if other.id == present else 1) if own else 2
+    if other.id == present and other.support in (FLOOR, WALL):
         return 0
     if (
         holder.storage_class in STORAGE_CLASSES
@@ -120,7 +128,7 @@ def _rank(layout: Layout, asset: Asset, placement: Placement, other: Placement, 
         return 1
     if holder.subtype == "workbench" or holder.fume_hood:
         return 2
-    if other.id == placement.support:
+    if other.id == present:
         return 3
     return 4 if holder.subtype in ("shelf", "glassware_cabinet") else None
 

@@ -343,3 +343,23 @@ def test_the_storage_of_what_ignites_in_air_says_so(smiles: str) -> None:
 )
 def test_explosives_are_not_stored_like_anything_else_without_a_word(smiles: str) -> None:
     assert "may explode: no ordinary cabinet suffices" in classify(smiles).storage_reason
+
+
+@pytest.mark.parametrize(
+    ("smiles", "is_base"),
+    [
+        ("OC(=O)CN(CCN(CC(O)=O)CC(O)=O)CC(O)=O", False),  # EDTA: pH 2.5 in water
+        ("NCC(=O)O", False),  # glycine: isoelectric at pH 6.0
+        ("NCCS(=O)(=O)O", False),  # taurine
+        ("OC(=O)c1cccnc1", False),  # nicotinic acid
+        ("NCCCCC(N)C(=O)O", True),  # lysine: isoelectric at pH 9.7
+        ("NC(N)=NCCCC(N)C(=O)O", True),  # arginine: isoelectric at pH 10.8
+        ("CCN(CC)CC", True),
+    ],
+)
+def test_an_amino_acid_is_a_base_only_with_more_amines_than_acids(smiles, is_base):
+    inference = classify(smiles)
+    assert ("base" in inference.flags) is is_base
+    assert (inference.storage_class == "Base") is (is_base and "flammable" not in inference.flags)
+    if "acid" in inference.flags:
+        assert inference.state == "solid", "a zwitterion is a crystal of ions"

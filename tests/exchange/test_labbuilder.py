@@ -425,3 +425,23 @@ def test_numbers_in_other_units_are_doubted(folder):
     plain = " ".join(read_labbuilder(folder()).notes)
     assert "radians" not in plain
     assert "outside of the room" not in plain
+
+
+@pytest.mark.parametrize(("factor", "unit"), [(1000, "millimeters: divide all lengths by 1000"), (100, "centimeters")])
+def test_a_scene_in_another_unit_is_refused_with_a_hint(folder, factor, unit):
+    def scaled(vector):
+        return {name: factor * value for name, value in vector.items()}
+
+    objects = [each | {"position": scaled(each["position"])} for each in OBJECTS]
+    with pytest.raises(DocumentError, match=rf"meters, and up to {8.4 * factor:g} looks like {unit}") as caught:
+        read_labbuilder(folder(objects, room_size=scaled(ROOM)))
+    assert "\n" not in str(caught.value)
+    sizes = {name: scaled({key: value for key, value in size.items() if key != "type"}) for name, size in SIZES.items()}
+    with pytest.raises(DocumentError, match=r"asset_bboxes\.json.*meters, and up to"):
+        read_labbuilder(folder(sizes=sizes))
+
+
+def test_an_angle_out_of_range_says_nothing_about_units(folder):
+    with pytest.raises(DocumentError, match="rotation") as caught:
+        read_labbuilder(folder([*OBJECTS, thing("Chair", 2.0, 2.0, turn=5000.0)]))
+    assert "meters" not in str(caught.value)

@@ -178,3 +178,24 @@ def test_any_text_is_read_without_failing(text: str) -> None:
     for clause in reading.clauses:
         for mention in clause.mentions:
             assert text[mention.start : mention.end] == mention.text
+
+
+@pytest.mark.parametrize(
+    ("text", "unlisted"),
+    [
+        ("Wash with 0.01 M EDTA", "EDTA"),
+        ("Wash with 0.5M EDTA", "EDTA"),
+        ("Wash with 2 N HATU", "HATU"),
+        ("Wash with 5 mmol/L EDTA", "EDTA"),
+        ("Heat at 80 C with Pd EDTA", "Pd EDTA"),
+    ],
+)
+def test_a_unit_before_an_unknown_name_is_not_part_of_it(text: str, unlisted: str) -> None:
+    assert read(text).unlisted == (unlisted,)
+
+
+@pytest.mark.parametrize(
+    ("text", "concentration"), [("10 mM HCl", "0.01 M"), ("5 mmol/L HCl", "0.005 M"), ("2 M HCl", "2 M")]
+)
+def test_a_concentration_in_millimoles_per_liter_is_read(text: str, concentration: str) -> None:
+    assert read(f"Wash with {text}").clauses[0].strengths == {"HydrochloricAcid": concentration}

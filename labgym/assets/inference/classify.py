@@ -38,6 +38,11 @@ _GASES = (
     "[C-]#[O+]",
     "[SX2](=O)=O",
 )
+_ZWITTERION = (
+    "[$([CX3](=O)[OX2H]),$([#6]S(=O)(=O)[OX2H]),$([#6]P(=O)[OX2H])]",
+    "[NX3;+0;!$(N-[!#6]);!$(N-[#6]=,#,:[!#6;!#1]);!$(N-a);!$(N-C=C)]-[CX4]",
+)
+"""Acid and alkylamine: the proton of the one is on the other, in a crystal of ions."""
 _SOLIDS = ("[CX3;!H1](=O)[NH2]", "[nH]1cncc1", "[nH]1nncc1", "[nH]1nnnc1", "[nH]1cccn1")
 """Primary amides and azoles, which are solids because of hydrogen bonds, however small they are."""
 
@@ -107,7 +112,8 @@ def _by_label(labels: Iterable[tuple[str, Reason]]) -> dict[str, tuple[Reason, .
 def _state(structure: Any, boiling: float | None, groups: Collection[str]) -> State:
     if "aqueous" in groups:
         return "liquid"
-    if parts(structure) > 1 or any(matches(structure, smarts) for smarts in _SOLIDS):
+    zwitterion = all(matches(structure, smarts) for smarts in _ZWITTERION)
+    if zwitterion or parts(structure) > 1 or any(matches(structure, smarts) for smarts in _SOLIDS):
         return "solid"
     if any(matches(structure, smarts) for smarts in _GASES):
         return "gas"

@@ -39,6 +39,8 @@ class Substructure(Record):
         smarts: patterns, any of which must match.
         without: patterns none of which may match anywhere in the structure.
         least: least number of matches.
+        balance: what neutralizes the group within the molecule. The rules of the group hold only if they match more
+            atoms than it does: an amino acid with one amine is a zwitterion, not a base.
         ratio: the rule holds only if the number of carbon and oxygen atoms over that of nitrogen atoms is below it.
         confidence: share of correct inferences, as judged by the author of the rule.
     """
@@ -48,6 +50,7 @@ class Substructure(Record):
     smarts: Annotated[tuple[str, ...], Field(min_length=1)]
     without: tuple[str, ...] = ()
     least: Annotated[int, Field(ge=1, le=10)] = 1
+    balance: tuple[str, ...] = ()
     ratio: Annotated[float, Field(gt=0.0)] | None = None
     confidence: Share
 
@@ -92,15 +95,25 @@ def reasons(molecule: Any, rules: Iterable[Substructure]) -> Iterator[tuple[str,
     """Yield label and reason for each rule that matches a molecule in canonical form, in the order of the rules."""
     from rdkit import Chem
 
+    rules = tuple(rules)
     for rule in rules:
         if any(molecule.HasSubstructMatch(pattern(smarts)) for smarts in rule.without):
             continue
         if rule.ratio is not None and not _nitrogen_rich(molecule, rule.ratio):
             continue
         places = [atoms for smarts in rule.smarts for atoms in matches(molecule, smarts)]
-        if len(places) >= rule.least:
+        if len(places) >= rule.least and not (rule.balance and _is_balanced(molecule, rule, rules)):
             part = Chem.MolFragmentToSmiles(molecule, atomsToUse=places[0])
             yield rule.gives, Reason(why=rule.why, part=part, confidence=rule.confidence)
+
+
+def _is_balanced(molecule: Any, rule: Substructure, rules: Iterable[Substructure]) -> bool:
+    """Return whether a molecule has as many atoms that neutralize the group of a rule as it has of the group."""
+    group = [smarts for each in rules if each.gives == rule.gives and each.balance for smarts in each.smarts]
+    ours, theirs = (
+        {atoms[0] for smarts in some for atoms in matches(molecule, smarts)} for some in (group, rule.balance)
+    )
+    return len(theirs) >= len(ours)
 
 
 def _nitrogen_rich(molecule: Any, ratio: float) -> bool:

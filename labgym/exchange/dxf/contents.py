@@ -24,15 +24,15 @@ def nothing_read(drawing: Drawing, scale: float) -> str:
         scale: meters per unit.
     """
     off, frozen = hidden_layers(drawing)
-    known: Counter[str] = Counter()
-    other: Counter[str] = Counter()
+    named_layers: Counter[str] = Counter()
+    other_layers: Counter[str] = Counter()
     kinds: dict[str, set[str]] = {}
     count = 0
     for entity in drawing.modelspace():
         layer = str(entity.dxf.get("layer", "0"))
         count += 1
         kinds.setdefault(layer, set()).add(entity.dxftype())
-        (known if layers.role((layer,)) in (layers.WALLS, layers.SPACES) else other)[layer] += 1
+        (named_layers if layers.role((layer,)) in (layers.WALLS, layers.SPACES) else other_layers)[layer] += 1
     problem = "no wall and no outline of a room"
     if not count:
         paper = any(len(layout) for layout in drawing.layouts if layout.name != "Model")
@@ -45,12 +45,11 @@ def nothing_read(drawing: Drawing, scale: float) -> str:
         ]
         return ", ".join(names) + (f" and {len(counts) - MOST} more" if len(counts) > MOST else "")
 
-    if known:
-        problem += f" on {listed(known)}: walls are closed rectangles, wide polylines, pairs of lines or hatches"
+    if named_layers:
+        problem += f" on {listed(named_layers)}: walls are closed rectangles, wide polylines, pairs of lines or hatches"
     else:
-        problem += (
-            f": no layer is named as one of walls or rooms; the layers are {listed(other)}: rename that of the walls"
-        )
+        problem += ": no layer is named as one of walls or rooms; "
+        problem += f"the layers are {listed(other_layers)}: rename that of the walls"
     width, depth = _size(drawing, scale)
     if width and not USUAL[0] <= max(width, depth) <= USUAL[1]:
         problem += f"; with its unit the drawing is {width:.3g} x {depth:.3g} m: check the unit"

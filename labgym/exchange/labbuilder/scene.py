@@ -9,9 +9,10 @@ from typing import Annotated, Any
 
 from pydantic import ConfigDict, Field, ValidationError
 
-from labgym.documents import Record, document_error, read_json
+from labgym.documents import Record, read_json
 from labgym.errors import DocumentError
 from labgym.exchange.labbuilder.forms import regular
+from labgym.exchange.labbuilder.scale import scaled_error
 from labgym.layouts.floor import Coordinate, Door, Identifier
 
 MAX_BYTES = 4 * 1024 * 1024
@@ -111,7 +112,7 @@ def read_scene(path: str | Path) -> SceneFile:
     try:
         scene = Scene.model_validate(data)
     except ValidationError as error:
-        raise document_error(path, error) from None
+        raise scaled_error(path, error, data) from None
     return SceneFile(scene, _unread(data), notes)
 
 

@@ -10,8 +10,9 @@ from pydantic import Field, TypeAdapter, ValidationError, model_validator
 
 from labgym.assets import Asset
 from labgym.assets.model import Length, Size
-from labgym.documents import document_error, read_json
+from labgym.documents import read_json
 from labgym.errors import DocumentError
+from labgym.exchange.labbuilder.scale import scaled_error
 from labgym.exchange.labbuilder.scene import MAX_BYTES, Tolerant
 
 SIZES_FILE = "asset_bboxes.json"
@@ -71,4 +72,4 @@ def read_sizes(path: str | Path) -> Mapping[str, AssetSize]:
     try:
         return _SIZES.validate_python(data)
     except ValidationError as error:
-        raise document_error(path, error) from None
+        raise scaled_error(path, error, data) from None

@@ -125,7 +125,7 @@ def _on_surfaces(state: State, asset: Asset) -> Iterator[Layout]:
         return
     trial = _with(layout, asset, carrier.position, carrier.id, 0)
     name, count = trial.placements[-1].id, 0
-    for support, slot in homes(trial, name, state.protocol):
+    for support, slot in homes(trial, name, state.protocol, stays=state.seeded):
         for spot in free_spots(trial, name, support, slot, state.profile, most=1):
             yield apply(trial, spot)
             count += 1

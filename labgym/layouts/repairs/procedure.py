@@ -59,6 +59,7 @@ def repair_layout(
     adjuster: Adjuster | None = None,
     trace: Recorder | None = None,
     units: int = UNITS,
+    seeded: bool = False,
 ) -> Repair:
     """Return a layout without the faults of another, as far as they can be repaired.
 
@@ -75,9 +76,10 @@ def repair_layout(
         adjuster: proposes commands in the optimization; rules and search by default.
         trace: records the state after each stage, and the iterations of the optimization and the refinement.
         units: limit of work (`labgym.layouts.work`).
+        seeded: whether the layout is drawn by a seed (`State.seeded`).
     """
     protocol = protocol if protocol is not None else _protocol_of(layout)
-    start = replace(State.of(layout, protocol, profile), work=Work(units))
+    start = replace(State.of(layout, protocol, profile, seeded=seeded), work=Work(units))
     if trace is not None:
         trace.begin(layout, protocol, start.profile)
     progress = Progress(start, trace)

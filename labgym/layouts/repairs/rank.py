@@ -119,6 +119,10 @@ class State:
     """A layout with its assessment, by default with navigation, and its rank.
 
     Every assessment of a later version is charged to the same work.
+
+    Attributes:
+        seeded: whether the layout is drawn by a seed, which must keep its layout: added objects then prefer the first
+            furniture of the layout, as they did in the first version of the generator.
     """
 
     layout: Layout
@@ -126,11 +130,20 @@ class State:
     protocol: Protocol | None
     navigation: bool = True
     work: Work = field(default_factory=Work, compare=False)
+    seeded: bool = False
 
     @classmethod
-    def of(cls, layout: Layout, protocol: Protocol | None, profile: str | Profile, navigation: bool = True) -> State:
+    def of(
+        cls,
+        layout: Layout,
+        protocol: Protocol | None,
+        profile: str | Profile,
+        navigation: bool = True,
+        seeded: bool = False,
+    ) -> State:
         """Assess a layout; without navigation also all its later versions."""
-        return cls(layout, evaluate_layout(layout, protocol, profile, navigation), protocol, navigation)
+        assessment = evaluate_layout(layout, protocol, profile, navigation)
+        return cls(layout, assessment, protocol, navigation, seeded=seeded)
 
     def with_layout(self, layout: Layout) -> State:
         """Return the state of another version of the layout."""

@@ -9,9 +9,10 @@ from collections.abc import Iterator
 from labgym.assets import Asset
 from labgym.protocols.capability import alternative, capacity, evacuates_to, withstands
 from labgym.protocols.contents import Situation, is_vessel
+from labgym.protocols.portions import EVAPORATOR, FILLING, in_words, portions, portions_for
 from labgym.protocols.rules.finding import Case, Finding
 
-HEADROOM = {"Heat": 2.0 / 3.0, "Reflux": 2.0 / 3.0, "Distill": 2.0 / 3.0, "Concentrate": 0.5}
+HEADROOM = {"Heat": 2.0 / 3.0, "Reflux": 2.0 / 3.0, "Distill": 2.0 / 3.0, "Concentrate": FILLING}
 """Largest filling of a heated vessel: two thirds, and half on the rotary evaporator."""
 FLAT = ("ErlenmeyerFlask", "Beaker", "LargeBeaker", "VolumetricFlask", "CrystallizingDish")
 """Thin flat-bottomed glassware, which vacuum can crush."""
@@ -41,17 +42,18 @@ def vessels_hold_their_contents(case: Case) -> Iterator[Finding]:
         subject = f"step {step.index} ({step.action})"
         limit = HEADROOM.get(step.action, 1.0) * holds
         need = situation.volume / HEADROOM.get(step.action, 1.0)
-        if situation.volume > holds:
+        filling = situation.volume / portions(step)
+        if filling > holds:
             worst.add(("vessel-volume", vessel.name))
-            message = f"{subject} has about {situation.volume:.0f} mL in {vessel.name} of {holds:g} mL"
-            yield Finding("vessel-volume", step.index, message, _larger(case, vessel, need))
-        elif situation.volume > limit and ("vessel-headroom", vessel.name) not in worst:
+            message = f"{subject} has about {filling:.0f} mL in {vessel.name} of {holds:g} mL"
+            yield Finding("vessel-volume", step.index, message, _remedy(case, situation, vessel, need))
+        elif filling > limit and ("vessel-headroom", vessel.name) not in worst:
             worst.add(("vessel-headroom", vessel.name))
             message = (
-                f"{subject} heats about {situation.volume:.0f} mL in {vessel.name} of {holds:g} mL; "
+                f"{subject} heats about {filling:.0f} mL in {vessel.name} of {holds:g} mL; "
                 f"fill it to {limit:.0f} mL at most"
             )
-            yield Finding("vessel-headroom", step.index, message, _larger(case, vessel, need), "advice")
+            yield Finding("vessel-headroom", step.index, message, _remedy(case, situation, vessel, need), "advice")
 
 
 def vessels_are_filled_enough(case: Case) -> Iterator[Finding]:
@@ -167,6 +169,17 @@ def _all_known(case: Case, situation: Situation) -> bool:
         for name, part in situation.contents.items()
         if (item := chemistry[name]) is not None and item.state == "liquid"
     )
+
+
+def _remedy(case: Case, situation: Situation, vessel: Asset, need: float) -> str:
+    """Return how a batch fits: in portions on the rotary evaporator, else in a larger vessel."""
+    evaporator = next((asset for asset in situation.devices if asset.name == EVAPORATOR), None)
+    if evaporator is None or situation.step.action != "Concentrate":
+        return _larger(case, vessel, need)
+    count = portions_for(situation.volume, vessel, evaporator)
+    if count is None:
+        return f"{EVAPORATOR} takes at most {capacity(evaporator):g} mL; halve the batch"
+    return f"evaporate it {in_words(count, vessel)}, and say so in the step"
 
 
 def _larger(case: Case, vessel: Asset, volume: float) -> str:

@@ -15,14 +15,9 @@ from labgym.assets.structures import standard
 from labgym.protocols.synthesis.transformations import Slot, Transformation, transformations
 
 
-def is_own(asset: Asset) -> bool:
-    """Return whether a reagent was added by the user."""
-    return asset.kind == "reagent" and asset.name not in Catalog.published()
-
-
 def own_reagents(names: Iterable[str], catalog: Catalog) -> tuple[Asset, ...]:
     """Return those of some reagents that the user has added."""
-    return tuple(asset for asset in (catalog.get(name) for name in dict.fromkeys(names)) if is_own(asset))
+    return tuple(catalog.get(name) for name in dict.fromkeys(names) if name in catalog.own)
 
 
 def classes_of(asset: Asset) -> frozenset[str]:

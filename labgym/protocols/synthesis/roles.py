@@ -22,7 +22,6 @@ from labgym.protocols.synthesis.batch import (
     scaled,
     together,
 )
-from labgym.protocols.synthesis.own_reagents import is_own
 from labgym.protocols.synthesis.reading import Clause
 from labgym.protocols.synthesis.transformations import Slot, Transformation, transformations
 
@@ -240,7 +239,7 @@ def _alike(slot: Slot, name: str, catalog: Catalog) -> bool:
     asset, usual = catalog.get(name), catalog.get(slot.asset)
     if "substrate" in slot.role or asset.category in SOLVENTS:
         return False
-    if is_own(asset):  # its entry has no category, but its reactive groups
+    if name in catalog.own:  # its entry has no category, but its reactive groups
         groups = [set(each.chemistry.groups) if each.chemistry is not None else set() for each in (asset, usual)]
         return bool(groups[1]) and groups[0] >= groups[1]
     return asset.category == usual.category

@@ -12,13 +12,14 @@ from labgym.protocols.model import Protocol
 from labgym.protocols.refusals import refuse_mixture, refuse_solvent
 from labgym.protocols.retrieval import SearchResults
 from labgym.protocols.synthesis.builder import ProtocolBuilder
+from labgym.protocols.synthesis.evaporation import evaporated_in_portions
 from labgym.protocols.synthesis.frame import (
     clean_up,
     short_name,
     weigh_first,
 )
 from labgym.protocols.synthesis.library_experiments import from_library
-from labgym.protocols.synthesis.own_reagents import classes_of, is_own, own_reagents, with_own_reagents
+from labgym.protocols.synthesis.own_reagents import classes_of, own_reagents, with_own_reagents
 from labgym.protocols.synthesis.parting import parted
 from labgym.protocols.synthesis.phases import ReactionMixture
 from labgym.protocols.synthesis.reaction import ReactionWriter
@@ -91,7 +92,7 @@ def _written(kind: Transformation, commission: Commission) -> WriterResult:
     before, after = parted(kind, description.clauses, catalog)
     assignment = cast(kind, before, catalog)
     parts = assignment.parts
-    _refuse_mismatch(kind, parts)
+    _refuse_mismatch(kind, parts, catalog)
     refuse_solvent([p.asset.name for p in parts], [p.asset.name for p in parts if p.role in SOLVENT_ROLES])
     builder = ProtocolBuilder(catalog)
     reaction = ReactionWriter(builder, kind, commission, before, parts)
@@ -108,7 +109,8 @@ def _written(kind: Transformation, commission: Commission) -> WriterResult:
     if assumed:
         builder.notes.append(f"work-up completed with: {', '.join(assumed)}")
     builder.notes[:0] = _assumptions(kind, parts)
-    return WriterResult(_protocol(description, kind, builder, parts), tuple(builder.notes))
+    protocol = evaporated_in_portions(_protocol(description, kind, builder, parts), catalog)
+    return WriterResult(protocol, tuple(builder.notes))
 
 
 def _refuse_nothing(description: ParsedDescription) -> None:
@@ -153,7 +155,7 @@ def _kinds(description: ParsedDescription, context: SearchResults, catalog: Cata
     return ()
 
 
-def _refuse_mismatch(kind: Transformation, parts: Sequence[Participant]) -> None:
+def _refuse_mismatch(kind: Transformation, parts: Sequence[Participant], catalog: Catalog) -> None:
     """Raise an error unless the participants fit the kind of reaction.
 
     Raises:
@@ -161,7 +163,11 @@ def _refuse_mismatch(kind: Transformation, parts: Sequence[Participant]) -> None
     """
     roles = {slot.role for slot in kind.slots}
     extra = [p.asset for p in parts if p.when == "add" and p.role not in roles]
-    strange = [asset.name for asset in extra if asset.category in DECISIVE or asset.name == "Hydrogen" or is_own(asset)]
+    strange = [
+        asset.name
+        for asset in extra
+        if asset.category in DECISIVE or asset.name == "Hydrogen" or asset.name in catalog.own
+    ]
     missing = [p.asset.name for p in parts if not p.named and p.role in roles and p.asset.category in DECISIVE]
     if strange and missing:
         message = f"no template uses {strange[0]} as the text does; the nearest, {kind.name!r}, takes {missing[0]}"

@@ -250,7 +250,10 @@ _EXCLUDED = re.compile(
     r"dr\.|prof\.|mr\.|ms\.|mrs\.)\s+(?:of\s+|the\s+|any\s+|all\s+)*$",
     re.IGNORECASE,
 )
-_RADICAL_WORDS = re.compile(r"(?:(?<![A-Za-z-])(?:[A-Za-z0-9,'-]*yl|[A-Z][A-Za-z]?\(?[IV]*\)?)\s)+$")
+_RADICAL_WORDS = re.compile(
+    r"(?:(?<![A-Za-z-])(?:[A-Za-z0-9,'-]*yl|(?<![\d°/])(?<![\d°]\s)[A-Z][A-Za-z]?\(?[IV]*\)?)\s)+$"
+)
+"""Radicals and metals at the end of a text; "M" of "0.01 M" and "C" of "80 C" are units."""
 
 
 def _chinese(text: str, mentioned: Sequence[Mention]) -> Iterator[tuple[int, int]]:
