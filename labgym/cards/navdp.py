@@ -26,7 +26,8 @@ from labgym.scenes import RayScene
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from labgym.policies.navdp.policy import DrawnTrajectories, NavDPPolicy
+    from labgym.policies.navdp.drawing import DrawnTrajectories
+    from labgym.policies.navdp.policy import NavDPPolicy
 
 SHOWN = 10
 """Number of validation layouts in the figure of trajectories."""

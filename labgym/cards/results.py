@@ -105,7 +105,8 @@ Command: `labgym eval --policy {summary.policy} --suite {summary.suite.name}`, s
         if not failures:
             return "Every episode succeeded."
         drawn = min(len(failures), SHOWN_FAILURES)
-        lines = [f"{len(failures)} of {len(self.evaluation.rows)} episodes failed; the first {drawn} are drawn.", ""]
+        shown = "." if drawn == len(failures) else f"; the first {drawn} are drawn."
+        lines = [f"{len(failures)} of {len(self.evaluation.rows)} episodes failed{shown}", ""]
         lines += ["| layout | room | pair | outcome |", "| --- | --- | --- | --- |"]
         lines += [
             f"| {row.layout} | {self.layouts[row.layout].room.name} | {_numbered(row)} "

@@ -42,7 +42,8 @@ from labgym.cli.signals import Terminated, raise_termination
 from labgym.cli.splits import describe_app, floors, labnav
 from labgym.cli.submission import submit_app
 from labgym.cli.traces import trace
-from labgym.cli.training import ablate_app, card_app, data, train_app
+from labgym.cli.training import ablate_app, card_app, train_app
+from labgym.cli.training_data import data
 from labgym.cli.viewing import play
 from labgym.errors import LabgymError, MissingDependencyError
 from labgym.pipeline import RunConfig

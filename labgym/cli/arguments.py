@@ -35,6 +35,7 @@ ProtocolNames = Positional[
 
 OptionalText = Annotated[str | None, arg(metavar="STR", help_behavior_hint="")]
 OptionalWholeNumber = Annotated[int | None, arg(metavar="INT", help_behavior_hint="")]
+OptionalNumber = Annotated[float | None, arg(metavar="FLOAT", help_behavior_hint="")]
 OptionalPath = Annotated[Path | None, arg(metavar="PATH", help_behavior_hint="")]
 Texts = Annotated[tuple[str, ...], arg(metavar="STR [STR ...]", help_behavior_hint="")]
 PolicyOptions = Annotated[tuple[str, ...], arg(metavar="NAME=VALUE [...]", help_behavior_hint="")]

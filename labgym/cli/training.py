@@ -1,4 +1,4 @@
-"""The commands that make training data, train policies, evaluate their parts and publish them."""
+"""The commands that train policies, evaluate their parts and publish them."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from tyro.conf import arg
 from tyro.extras import SubcommandApp
 
-from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath, OptionalText, OptionalWholeNumber
+from labgym.cli.arguments import OptionalPath
 from labgym.cli.checks import check_at_least, check_installed
 from labgym.cli.local_planner import (
     ablate_local_imitation,
@@ -21,10 +21,8 @@ from labgym.cli.local_planner import (
 )
 from labgym.cli.outcome import written
 from labgym.cli.reinforcement import her, ppo, sac
-from labgym.errors import OptionError
 
 Sensor = Literal["lidar", "depth"]
-DataFormat = Literal["planner", "parquet", "minari", "lerobot"]
 
 DataFolder = Annotated[Path, arg(help="Folder of the dataset, written by labgym data.")]
 Threads = Annotated[int, arg(help="Number of torch threads; the last bits of the weights depend on it.")]
@@ -44,77 +42,6 @@ ablate_app.command(name="local-imitation")(ablate_local_imitation)
 ablate_app.command(name="local-ppo")(ablate_local_ppo)
 card_app.command(name="local-imitation")(card_local_imitation)
 card_app.command(name="local-ppo")(card_local_ppo)
-
-
-def data(
-    out: OptionalPath = None,
-    format: DataFormat = "planner",  # noqa: A002
-    samples: OptionalWholeNumber = None,
-    task: OptionalText = None,
-    level: OptionalWholeNumber = None,
-    split: OptionalText = None,
-    policy: OptionalText = None,
-    sensors: OptionalText = None,
-    episodes: OptionalWholeNumber = None,
-    successful: Annotated[bool, arg(help_behavior_hint="")] = False,
-    seed: int = 0,
-    shard: OptionalWholeNumber = None,
-    execution: Execution = THIS_PROCESS,
-    fresh: Fresh = False,
-) -> int:
-    """Make training data: samples for the learned planners, or drives of an expert for other libraries.
-
-    An interrupted command resumes. docs/training-data.md describes the files.
-
-    Args:
-        out: Folder; by default runs/data, or runs/FORMAT/NAME for drives.
-        format: planner: frames, goals, expert paths and maps, for labgym train. parquet, minari, lerobot: drives of an
-            expert.
-        samples: Number of samples of the format planner (50000).
-        task: Task of the drives: one of LabNav, such as people (the default), or point.
-        level: Level of the task of LabNav, 1 to 3 (2).
-        split: Layouts of the drives: floors-train (the default) or floors-val; for point also train (its default), val.
-        policy: Expert, a built-in policy (stack; for point astar); labgym policies lists them.
-        sensors: Sensors of the observations: lidar (the default), depth or rgbd; the expert has its own.
-        episodes: Number of drives (100).
-        successful: Keep successful drives only: one that fails is drawn again.
-        seed: Random seed; the files depend on it, not on the number of workers.
-        shard: Samples (500) or drives (10) in a shard, the unit of work and of resuming.
-    """
-    check_at_least(0, seed=seed)
-    drives = {
-        "task": task, "level": level, "split": split, "policy": policy, "sensors": sensors, "episodes": episodes,
-        "successful": successful or None,
-    }  # fmt: skip
-    if format == "planner":
-        from labgym.policies.data import DataOptions, make_dataset
-
-        for name, value in drives.items():
-            if value is not None:
-                raise OptionError(f"--{name} belongs to drives: add --format parquet, minari or lerobot")
-        sizes = {"samples": 50_000 if samples is None else samples, "shard": 500 if shard is None else shard}
-        check_at_least(1, **sizes)
-        out = out or Path("runs/data")
-        make_dataset(out, DataOptions(**sizes, seed=seed), execution.options(), fresh)
-        return written(out)
-    if samples is not None:
-        raise OptionError(f"--samples belongs to --format planner: pass the number of drives with --episodes {samples}")
-    from labgym.datasets import drive_options, make_drives
-
-    options = drive_options(
-        task or "people",
-        policy,
-        split,
-        level,
-        format=format,
-        sensors=sensors or "lidar",
-        episodes=100 if episodes is None else episodes,
-        successful=successful,
-        seed=seed,
-        shard=10 if shard is None else shard,
-    )
-    folder = out or Path("runs") / format / options.name
-    return written(make_drives(folder, options, execution.options(), fresh))
 
 
 @train_app.command
@@ -153,7 +80,10 @@ def iplanner(
 def navdp(
     data: DataFolder = Path("runs/data"),
     out: Path = Path("runs/navdp"),
+    start: OptionalPath = None,
     epochs: int = 12,
+    memory: int = 3,
+    shrink: Literal[1, 2, 4] = 2,
     seed: int = 0,
     threads: Threads = 1,
     fresh: Fresh = False,
@@ -162,16 +92,22 @@ def navdp(
 
     Args:
         out: Folder for weights, configuration, losses by epoch and checkpoint.
+        start: Folder of a trained network, to train it further; by default the weights are new.
         epochs: Passes over the dataset.
+        memory: Frames that the network sees, half a second apart.
+        shrink: Factor by which they are smaller than the camera's images of 72 x 128; with 1 the encoder has one stage
+            more.
         seed: Random seed of the initial weights, the order of samples and the noise.
     """
-    check_at_least(1, epochs=epochs, threads=threads)
+    check_at_least(1, epochs=epochs, memory=memory, threads=threads)
     check_at_least(0, seed=seed)
     check_installed("torch", "labgym train")
-    from labgym.policies.navdp.config import NavDPConfig, NavDPTrainOptions
+    from labgym.policies.navdp.config import NavDPConfig, NavDPNetworkOptions, NavDPTrainOptions
     from labgym.policies.navdp.train import train
 
-    train(data, out, NavDPConfig(training=NavDPTrainOptions(epochs=epochs, seed=seed, threads=threads)), fresh=fresh)
+    network = NavDPNetworkOptions.for_frames(memory, shrink)
+    training = NavDPTrainOptions(epochs=epochs, seed=seed, threads=threads)
+    train(data, out, NavDPConfig(network=network, training=training), fresh=fresh, start=start)
     return written(out)
 
 

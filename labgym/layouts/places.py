@@ -29,8 +29,10 @@ FIRST_SEEDS = {
     "floors-test": 5 * 10**9,
     "floors-val": 6 * 10**9,
 }
-"""First seed of each split; a split has the next 10^9. Seeds below 10^9 are for development; those of `floors-sealed`
-follow from a secret (`labgym.layouts.sealed`)."""
+"""First seed of each split; a split has the next `SPLIT_SEEDS`. Seeds below 10^9 are for development; those of
+`floors-sealed` follow from a secret (`labgym.layouts.sealed`)."""
+SPLIT_SEEDS = 10**9
+"""Number of seeds of a split."""
 FIRST_SEALED_SEED = 10**10
 """Least seed of the sealed split."""
 DEVELOPMENT_SEEDS = 10**9

@@ -28,9 +28,10 @@ from labgym.policies.navdp.config import (
     NavDPTrainOptions,
 )
 from labgym.policies.navdp.diffusion import denoising, make_schedule, noised, sample_steps
+from labgym.policies.navdp.drawing import DrawnTrajectories
 from labgym.policies.navdp.frames import frame
 from labgym.policies.navdp.network import NavDPNetwork, load_navdp, save_navdp
-from labgym.policies.navdp.policy import DrawnTrajectories, NavDPPolicy
+from labgym.policies.navdp.policy import NavDPPolicy
 from labgym.policies.navdp.samples import NavDPSamples, memory_of
 from labgym.policies.navdp.train import train
 from labgym.policies.navdp.trajectory import MIRROR_STEP, first_part, points_of, steps_of

@@ -128,13 +128,15 @@ def _wall_frame(room: Room, wall: str) -> tuple[NDArray[np.float64], NDArray[np.
     }[wall]
 
 
-def draw_objects(axes: Axes, layout: Layout, scale: float, poses: Iterable[tuple[float, float, float]] = ()) -> None:
+def draw_objects(
+    axes: Axes, layout: Layout, scale: float | None, poses: Iterable[tuple[float, float, float]] = ()
+) -> None:
     """Draw placements, lower ones first, with front edges, names and hazards.
 
     Of the contents of storage cabinets only reagents are drawn.
 
     Args:
-        scale: points of the picture per meter.
+        scale: points of the picture per meter; None leaves names out.
         poses: goal poses, which names do not cover.
     """
     for placement in sorted(layout.placements, key=lambda p: (p.support != FLOOR, layout.box(p.id).z1, p.id)):
@@ -145,6 +147,11 @@ def draw_objects(axes: Axes, layout: Layout, scale: float, poses: Iterable[tuple
             _draw_furniture(axes, asset, box, layout.open_parts(placement.id))
         elif placement.support == WALL or layout.asset(placement.support).storage_class is None:
             _draw_item(axes, asset, box, hanging=placement.support == WALL)
+    if scale is not None:
+        _draw_all_names(axes, layout, scale, poses)
+
+
+def _draw_all_names(axes: Axes, layout: Layout, scale: float, poses: Iterable[tuple[float, float, float]]) -> None:
     floor = layout.floor
     occupied = [_swing(floor.room, door) for door in floor.room.doors] if floor.is_rectangle else swings(floor)
     if not floor.is_rectangle:

@@ -10,7 +10,7 @@ import numpy as np
 
 from labgym.errors import LabgymError
 from labgym.eval.drawing import palette
-from labgym.eval.drawing.plan_drawing import DrivenPath, draw_objects, draw_plan, draw_traces, longest_side
+from labgym.eval.drawing.plan_drawing import DrivenPath, draw_objects, draw_plan, draw_traces
 from labgym.eval.driving.drive import Route
 from labgym.eval.driving.episode_row import EpisodeRow
 from labgym.eval.driving.evaluation import Evaluation
@@ -95,7 +95,7 @@ def _draw_drive(axes: Axes, layout: Layout, row: EpisodeRow, route: Route) -> No
 
     axes.set_aspect("equal")
     draw_plan(axes, layout.floor)
-    draw_objects(axes, layout, 72.0 * PANEL_INCHES / longest_side(layout.floor))
+    draw_objects(axes, layout, scale=None)
     goal = Circle(row.goal[:2], 0.5, facecolor=palette.INK, alpha=0.25, zorder=60)
     start = Circle(row.start[:2], 0.27, facecolor="none", edgecolor=palette.INK, linewidth=1.2, zorder=60)
     axes.add_patch(goal)

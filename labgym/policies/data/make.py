@@ -6,8 +6,10 @@ from importlib import metadata
 from pathlib import Path
 
 import labgym
+from labgym.errors import OptionError
 from labgym.layouts.batch import catalog_digest
 from labgym.policies.data.columns import map_schema, sample_schema
+from labgym.policies.data.leader import Leader
 from labgym.policies.data.manifest import DataOptions, DatasetManifest, DatasetShard
 from labgym.policies.data.shard import make_shard
 from labgym.runs import ExecutorOptions, RunFolder, RunIdentity, Shard, run_shards
@@ -22,6 +24,7 @@ def make_dataset(
     executor: ExecutorOptions | None = None,
     fresh: bool = False,
     progress: bool = True,
+    leader: Leader | None = None,
 ) -> DatasetManifest:
     """Make a dataset, or the missing shards of one, and return its manifest.
 
@@ -33,19 +36,22 @@ def make_dataset(
         executor: where the shards are made.
         fresh: move the files of the folder aside and start anew.
         progress: whether to show a progress bar.
+        leader: the learner that leads some of the drives.
 
     Raises:
-        OptionError: the folder is in use, or holds another dataset or other files.
+        OptionError: the folder is in use, or holds another dataset or other files; or the options name another learner.
         MissingDependencyError: pyarrow is not installed.
         LabgymError: workers died, or have another version of labgym or another catalog.
     """
     options = options or DataOptions()
+    if options.learner != (None if leader is None else leader.digest):
+        raise OptionError("the options name another learner than the one that is passed")
     identity = RunIdentity.of(
         "data", options=options.model_dump(mode="json"), catalog=catalog_digest(), versions=_versions()
     )
     columns = {field.name: str(field.type) for field in sample_schema()}
     map_columns = {field.name: str(field.type) for field in map_schema()}
-    shards = [Shard(f"{k:05d}", make_shard, (options, k), options.size(k)) for k in range(options.shards)]
+    shards = [Shard(f"{k:05d}", make_shard, (options, k, leader), options.size(k)) for k in range(options.shards)]
     guard = {"catalog": catalog_digest}
     with RunFolder.open(folder, identity, fresh) as run:
         outputs = run_shards(shards, run, executor, "data", "sample", guard, progress=progress)

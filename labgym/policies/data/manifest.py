@@ -14,6 +14,7 @@ from labgym.runs.identity import IDENTITY_FILE
 MANIFEST = "manifest.json"
 
 Digest = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
+Share = Annotated[float, Field(ge=0.0, le=1.0)]
 
 
 class DataOptions(Record):
@@ -25,6 +26,9 @@ class DataOptions(Record):
         shard: samples per shard.
         layout: samples per layout.
         drive: largest number of samples per drive. The last shard, layout and drive take the remainder.
+        floors: share of the layouts that are training floors; the others are training rooms.
+        led: share of the drives that a learner leads.
+        learner: SHA-256 of the learner; None without one.
     """
 
     samples: Annotated[int, Field(ge=1, le=100_000_000)] = 50_000
@@ -32,6 +36,9 @@ class DataOptions(Record):
     shard: Annotated[int, Field(ge=1, le=100_000)] = 500
     layout: Annotated[int, Field(ge=1)] = 100
     drive: Annotated[int, Field(ge=1)] = 20
+    floors: Share = 0.0
+    led: Share = 0.0
+    learner: Digest | None = None
 
     @property
     def shards(self) -> int:

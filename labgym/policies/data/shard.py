@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import hashlib
 import io
+import warnings
 from typing import Any
 
 import numpy as np
 
 from labgym.envs.sensors import Camera
-from labgym.errors import LabgymError
+from labgym.errors import LabgymError, SearchLimitWarning
 from labgym.layouts import Layout
-from labgym.layouts.splits import FIRST_SEED, TRAIN_SEEDS, manifest, train_layout
+from labgym.layouts.places import FIRST_SEEDS, PLACES, SPLIT_SEEDS, layout_at
+from labgym.layouts.splits import PUBLISHED, TRAIN_SEEDS, manifest, train_layout
 from labgym.policies.data.columns import arrow, map_row, map_schema, sample_row, sample_schema
+from labgym.policies.data.leader import Leader
 from labgym.policies.data.manifest import DataOptions, DatasetLayout, DatasetShard
 from labgym.policies.data.maps import privileged_maps
 from labgym.policies.data.situations import Situations
@@ -22,10 +25,13 @@ from labgym.scenes import RayScene
 Row = dict[str, Any]
 
 
-def make_shard(options: DataOptions, index: int) -> ShardOutput:
+FLOORS = "floors-train"
+
+
+def make_shard(options: DataOptions, index: int, leader: Leader | None = None) -> ShardOutput:
     """Make a shard and return its files, with its entry in the manifest as record.
 
-    The shard depends on the options and the index alone.
+    The shard depends on the options and the index alone; `leader` is the learner that the options name.
     """
     sequence = np.random.SeedSequence([options.seed, index])
     counts = _split(options.size(index), options.layout)
@@ -34,10 +40,10 @@ def make_shard(options: DataOptions, index: int) -> ShardOutput:
     maps: list[Row] = []
     for number, (count, child) in enumerate(zip(counts, sequence.spawn(len(counts)), strict=True)):
         rng = np.random.default_rng(child)
-        layout = train_layout(rng)
+        layout = _drawn_layout(options, rng)
         layouts.append(_entry(layout))
         maps.append(map_row(privileged_maps(layout), number, layout.id, layout.hash))
-        samples = _samples(layout, rng, _split(count, options.drive))
+        samples = _samples(layout, rng, _split(count, options.drive), options.led, leader)
         rows += [{"map_index": number, **row} for row in samples]
     _number(rows, index * options.shard)
     files = {
@@ -49,12 +55,31 @@ def make_shard(options: DataOptions, index: int) -> ShardOutput:
     return ShardOutput(files, entry.model_dump(mode="json"))
 
 
-def _samples(layout: Layout, rng: np.random.Generator, drives: list[int]) -> list[Row]:
-    """Return the samples of drives in a layout; `drives` are the numbers of samples per drive."""
+def _drawn_layout(options: DataOptions, rng: np.random.Generator) -> Layout:
+    """Return a training room, or a training floor."""
+    if options.floors and rng.random() < options.floors:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", SearchLimitWarning)  # Less furniture than the floor holds is no loss here.
+            return layout_at(FLOORS, int(rng.integers(PLACES)))
+    return train_layout(rng)
+
+
+def _samples(
+    layout: Layout, rng: np.random.Generator, drives: list[int], led: float, leader: Leader | None
+) -> list[Row]:
+    """Return the samples of drives in a layout.
+
+    Args:
+        layout: where the robot drives. rng: generator. drives: numbers of samples per drive.
+        led: share of the drives that the leader leads.
+        leader: leads some drives; None lets the expert lead all.
+    """
     situations, rays, camera = Situations(layout), RayScene(layout), Camera()
+    guide = None if leader is None else leader.guide(layout, int(rng.integers(2**62)))
     rows: list[Row] = []
     for count in drives:
-        for situation in situations.drive(rng, count):
+        leads = guide if guide is not None and rng.random() < led else None
+        for situation in situations.drive(rng, count, leads):
             rgb, depth = camera.colour_and_depth(rays, situation.pose)
             rows.append(sample_row(situation, rgb, depth))
     return rows
@@ -75,12 +100,18 @@ def _entry(layout: Layout) -> DatasetLayout:
         LabgymError: the layout is published for evaluation, or its seed is not a training seed.
     """
     seed = layout.provenance.seed
-    held_out = {entry.hash for split in FIRST_SEED for entry in manifest(split).layouts}
-    if seed is None or not 0 <= seed < TRAIN_SEEDS or layout.hash in held_out:
+    held_out = {entry.hash for split in PUBLISHED for entry in manifest(split).layouts}
+    if seed is None or not _is_training_seed(seed) or layout.hash in held_out:
         raise LabgymError(f"layout {layout.id!r} with seed {seed} is held out for evaluation and cannot be trained on")
     return DatasetLayout(
         id=layout.id, protocol=str(layout.protocol_id), room=layout.floor.name, seed=seed, hash=layout.hash
     )
+
+
+def _is_training_seed(seed: int) -> bool:
+    """Return whether a seed is one of the training rooms or of the training floors."""
+    first = FIRST_SEEDS[FLOORS]
+    return 0 <= seed < TRAIN_SEEDS or first <= seed < first + SPLIT_SEEDS
 
 
 def _split(count: int, size: int) -> list[int]:

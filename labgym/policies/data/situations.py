@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
@@ -10,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.errors import LabgymError
-from labgym.geometry import rotate, to_local, wrap_angle
+from labgym.geometry import rotate, to_local, to_world, wrap_angle
 from labgym.layouts import Layout
 from labgym.navigation import PLANNING_RADIUS, Pose, ShortestPath, ShortestPaths, goal_poses
 
@@ -72,6 +73,10 @@ class DriveFrame:
     frame: int
 
 
+Guide = Callable[[DriveFrame], Array]
+"""Returns the way on which a drive goes on from a frame: (n, 2) in the robot frame, meters, from the origin."""
+
+
 class Situations:
     """Draws situations in one layout.
 
@@ -89,17 +94,22 @@ class Situations:
         poses = np.array([pose[:2] for pose in goal_poses(layout).values()]).reshape(-1, 2)
         self._places = poses[self._space.holds(poses)]
 
-    def drive(self, rng: np.random.Generator, count: int) -> list[DriveFrame]:
+    def drive(self, rng: np.random.Generator, count: int, guide: Guide | None = None) -> list[DriveFrame]:
         """Return `count` frames of consecutive drives; a drive ends near its goal.
 
-        A drive follows the expert's way from its present place, with a heading that deviates from the expert's.
+        A drive follows a way from its present place, with a heading that deviates from it.
+
+        Args:
+            rng: generator.
+            count: number of frames.
+            guide: says which way each frame goes on; None follows the expert's.
         """
         frames: list[DriveFrame] = []
         while len(frames) < count:
-            frames += self._drive(rng, count - len(frames))
+            frames += self._drive(rng, count - len(frames), guide)
         return frames
 
-    def _drive(self, rng: np.random.Generator, most: int) -> list[DriveFrame]:
+    def _drive(self, rng: np.random.Generator, most: int, guide: Guide | None) -> list[DriveFrame]:
         """Return the frames of one drive."""
         place, goal, kind = self._begin(rng)
         way = self._way(place, goal)
@@ -108,8 +118,10 @@ class Situations:
         while way is not None and way.length > SHORTEST and len(frames) < most:
             if yaw is None:
                 yaw = _heading(rng, resampled(way.points, PATH_POINTS) - place, way.length)
-            frames.append(self._frame(place, yaw, goal, way, kind, len(frames)))
-            place, yaw = self._next_pose(rng, place, yaw, way)
+            frame = self._frame(place, yaw, goal, way, kind, len(frames))
+            frames.append(frame)
+            points = way.points if guide is None else to_world(guide(frame), frame.pose)
+            place, yaw = self._next_pose(rng, place, yaw, points)
             way = self._way(place, goal)
         return frames
 
@@ -127,9 +139,9 @@ class Situations:
                 return place, goal, kind
         raise LabgymError(f"layout {self._layout.id!r}: none of {ATTEMPTS} random drives is feasible")
 
-    def _next_pose(self, rng: np.random.Generator, place: Array, yaw: float, way: ShortestPath) -> tuple[Array, float]:
-        """Return the pose of a drive `PERIOD` later: a little off the way, or on it if that place is not free."""
-        near = _along(way.points, 0.3) - place
+    def _next_pose(self, rng: np.random.Generator, place: Array, yaw: float, points: Array) -> tuple[Array, float]:
+        """Return the pose of a drive `PERIOD` later: a little off a way (n, 2), or on it if that place is not free."""
+        near = _along(points, 0.3) - place
         error = wrap_angle(math.atan2(near[1], near[0]) - yaw)
         turn = float(np.clip(error + rng.normal(0.0, WANDER), -TURN, TURN))
         stride = float(rng.uniform(*STRIDES)) if abs(error) < TURN_IN_PLACE else 0.0
@@ -137,7 +149,7 @@ class Situations:
         there = place + stride * np.array([math.cos(heading), math.sin(heading)])
         if self._space.holds(there[None])[0]:
             return there, heading
-        there = _along(way.points, stride)
+        there = _along(points, stride)
         if not self._space.holds(there[None])[0]:
             there = place
         return there, wrap_angle(yaw + float(np.clip(error, -TURN, TURN)))

@@ -22,7 +22,7 @@ OUTPUTS = (CONFIG, WEIGHTS, HISTORY)
 
 @contextmanager
 def planner_run(
-    policy: str, data: str | Path, out: str | Path, config: Document, fresh: bool = False
+    policy: str, data: str | Path, out: str | Path, config: Document, fresh: bool = False, start: str | None = None
 ) -> Iterator[RunFolder | None]:
     """Open the folder of a planner's training run; yield None if the run is finished.
 
@@ -34,6 +34,7 @@ def planner_run(
         out: folder of the run.
         config: options of the run.
         fresh: move the files of the folder aside and start anew.
+        start: SHA-256 of the weights with which it begins; None for new ones.
 
     Raises:
         OptionError: the folder is in use, or holds another run or other files; or the dataset is unfinished.
@@ -41,6 +42,8 @@ def planner_run(
     """
     options = config.to_json()
     inputs = {name: options[name] for name in options if name not in ("schema", "training")} | options["training"]
+    if start is not None:
+        inputs["start"] = start
     identity = train_identity(policy, dataset=load_manifest(data).digest, **inputs)
     with RunFolder.open(out, identity, fresh) as run:
         if run.finished:

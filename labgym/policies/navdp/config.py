@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, ClassVar, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -24,6 +24,7 @@ class NavDPNetworkOptions(Record):
 
     Attributes:
         memory: number of frames that it sees, the last one the present.
+        shrink: factor by which frames are smaller than the camera's images, 72 x 128.
         channels: channels of the encoder's stages, multiples of 8 (group normalization); each halves a frame.
         queries: learned tokens that the frames' tokens are condensed to.
         width, heads, layers: size of the decoder; `heads` divides `width`.
@@ -31,12 +32,19 @@ class NavDPNetworkOptions(Record):
     """
 
     memory: Size = 3
+    shrink: Literal[1, 2, 4] = 2
     channels: Annotated[tuple[Size, ...], Field(min_length=3, max_length=4)] = (16, 40, 80)
     queries: Size = 16
     width: Size = 96
     heads: Size = 4
     layers: Annotated[int, Field(ge=1, le=64)] = 3
     points: Annotated[int, Field(ge=2, le=4096)] = 24
+
+    @classmethod
+    def for_frames(cls, memory: int, shrink: Literal[1, 2, 4]) -> NavDPNetworkOptions:
+        """Return the options for a number and size of frames; full images get a stage more, for as many tokens."""
+        first = (8,) if shrink == 1 else ()
+        return cls(memory=memory, shrink=shrink, channels=(*first, *cls.model_fields["channels"].default))
 
     @model_validator(mode="after")
     def _check_divisible(self) -> Self:

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from labgym.envs.sensors import IMAGE_SHAPE
 
-SHAPE = IMAGE_SHAPE[0] // 2, IMAGE_SHAPE[1] // 2
-"""Rows and columns of a frame."""
+HALVED = 2
+"""Default factor by which frames are smaller than the camera's images."""
 
 NEAREST, FARTHEST = 0.1, 5.0
 """Range of valid depths, meters; nearer and farther ones become 0, as published."""
@@ -17,13 +17,18 @@ NEAREST, FARTHEST = 0.1, 5.0
 Bytes = NDArray[np.uint8]
 
 
-def frame(rgb: Bytes, depth: NDArray[np.floating]) -> Bytes:
-    """Return a frame (36, 64, 4): red, green, blue, and depth in steps of 2 cm, 0 for none.
+def frame_shape(shrink: int = HALVED) -> tuple[int, int]:
+    """Return rows and columns of frames that are smaller than the camera's images by a factor."""
+    return IMAGE_SHAPE[0] // shrink, IMAGE_SHAPE[1] // shrink
+
+
+def frame(rgb: Bytes, depth: NDArray[np.floating], shrink: int = HALVED) -> Bytes:
+    """Return a frame (h, w, 4): red, green, blue, and depth in steps of 2 cm, 0 for none.
 
     Args:
-        rgb: (72, 128, 3). depth: (72, 128), planar, meters.
+        rgb: (72, 128, 3). depth: (72, 128), planar, meters. shrink: factor of `frame_shape`.
     """
-    size = SHAPE[1], SHAPE[0]
+    size = frame_shape(shrink)[::-1]
     color = cv2.resize(rgb, size, interpolation=cv2.INTER_AREA)
     distance = cv2.resize(np.asarray(depth, dtype=np.float32), size, interpolation=cv2.INTER_AREA)
     valid = (distance >= NEAREST) & (distance <= FARTHEST)

@@ -11,7 +11,7 @@ from torch import Tensor, nn
 from labgym.policies.learned.encoder import ImageStage, polar_goal
 from labgym.policies.learned.weights import CONFIG, check_size, load_weights, save_weights
 from labgym.policies.navdp.config import GROUPS, NavDPConfig
-from labgym.policies.navdp.frames import SHAPE
+from labgym.policies.navdp.frames import frame_shape
 
 GOAL_REACH = 10.0
 """Goal coordinates are clipped to this, meters."""
@@ -36,7 +36,7 @@ class NavDPNetwork(nn.Module):
         self.stages = nn.Sequential(
             *(ImageStage(a, b, nn.GroupNorm(GROUPS, b)) for a, b in pairwise((4, *options.channels)))
         )
-        rows, columns = (-(-side // 2 ** len(options.channels)) for side in SHAPE)
+        rows, columns = (-(-side // 2 ** len(options.channels)) for side in frame_shape(options.shrink))
         self.image = nn.Linear(options.channels[-1], width)
         self.image_place = nn.Parameter(0.02 * torch.randn(options.memory, rows * columns, width))
         self.queries = nn.Parameter(0.02 * torch.randn(options.queries, width))
@@ -56,7 +56,7 @@ class NavDPNetwork(nn.Module):
         """Return the frames as tokens (b, queries, width).
 
         Args:
-            frames: (b, memory, 36, 64, 4) uint8, the oldest first.
+            frames: (b, memory, h, w, 4) uint8 of `frame_shape`, the oldest first.
         """
         batch, memory = frames.shape[:2]
         images = frames.flatten(0, 1).permute(0, 3, 1, 2).float() / 255.0 - 0.5

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 import torch
@@ -29,13 +29,13 @@ from labgym.policies.learned.maneuvers import (
     goal_point,
 )
 from labgym.policies.learned.weights import CONFIG, WEIGHTS
-from labgym.policies.navdp.diffusion import make_schedule, sample_steps
+from labgym.policies.navdp.diffusion import make_schedule
+from labgym.policies.navdp.drawing import DrawnTrajectories, draw_trajectories
 from labgym.policies.navdp.frames import Bytes, frame
 from labgym.policies.navdp.guidance import Guidance
 from labgym.policies.navdp.network import load_navdp
 from labgym.policies.navdp.options import NavDPOptions
 from labgym.policies.navdp.seen_obstacles import Clearance, SeenObstacles
-from labgym.policies.navdp.trajectory import points_of
 from labgym.policies.navdp.veto import checked_velocities, clear_ways
 from labgym.policies.online_map import NOISY
 from labgym.policies.options import PolicyOptions
@@ -48,18 +48,6 @@ SIGHT = 4.5
 """Distance up to which obstacles count for trajectories, meters: more than the longest one."""
 NEXT = 1.5
 """Distance up to which they count for the next control steps, meters: more than the robot needs to brake."""
-
-
-class DrawnTrajectories(NamedTuple):
-    """Trajectories drawn at one place.
-
-    Attributes:
-        trajectories: (n, 24, 2) in the robot frame, meters; all zeros for one that means "stop".
-        values: (n,) of the critic.
-    """
-
-    trajectories: Array
-    values: Array
 
 
 class NavDPPolicy(Policy):
@@ -129,7 +117,7 @@ class NavDPPolicy(Policy):
     def act(self, observation: Observation) -> Array:
         """Face the goal first, then draw, choose and follow or turn in place; back off from unseen obstacles."""
         depth = np.asarray(observation["depth"], dtype=np.float32).reshape(IMAGE_SHAPE)
-        self._frames.append(frame(np.asarray(observation["rgb"], dtype=np.uint8), depth))
+        self._remember(np.asarray(observation["rgb"], dtype=np.uint8), depth)
         pose = planar_pose(observation["odometry"])
         speed, turning = (float(value) for value in observation["velocity"])
         if self._options.maps:
@@ -228,29 +216,24 @@ class NavDPPolicy(Policy):
             seed: random seed of the noise.
         """
         self._begin(self._robot, seed)
-        self._frames.append(frame(rgb, depth))
+        self._remember(rgb, depth)
         return self.draw(goal)
 
-    @torch.inference_mode()
+    def _remember(self, rgb: Bytes, depth: NDArray[np.floating[Any]]) -> None:
+        self._frames.append(frame(rgb, depth, self._network.config.network.shrink))
+
     def draw(self, goal: tuple[float, float] | None, guidance: Guidance | None = None) -> DrawnTrajectories:
         """Draw trajectories from the latest frames and value them.
 
         Args:
-            goal: (x, y) in the robot frame, meters; None draws trajectories to anywhere.
-            guidance: pushes trajectories away from obstacles; None leaves them as the network draws them.
+            goal, guidance: as for `draw_trajectories`.
         """
-        network, options = self._network, self._options
-        memory = network.config.network.memory
+        options, memory = self._options, self._network.config.network.memory
         ages = [self._stride * age if options.remembers else 0 for age in range(memory - 1, -1, -1)]
         frames = [self._frames[max(0, len(self._frames) - 1 - age)] for age in ages]
-        tokens = network.encode(torch.from_numpy(np.stack(frames))[None])
-        target = None if goal is None else torch.tensor(goal, dtype=torch.float32)
-        steps = sample_steps(network, self._schedule, tokens, target, options.samples, self._generator, guidance)
-        points = points_of(steps, network.config.diffusion.scale)
-        stops = points[:, -1].norm(dim=1) < options.shortest
-        values = network.value(tokens.expand(len(steps), -1, -1), steps)
-        points[stops] = 0.0
-        return DrawnTrajectories(points.numpy().astype(np.float64), values.numpy().astype(np.float64))
+        return draw_trajectories(
+            self._network, self._schedule, frames, goal, options.samples, options.shortest, self._generator, guidance
+        )
 
     def _best(self, drawn: DrawnTrajectories, clear: NDArray[np.bool_]) -> int | None:
         """Return the index of the trajectory to follow; None if none is safe or all mean "stop".

@@ -23,7 +23,7 @@ class NavDPSamples:
     """A dataset of n samples as tensors.
 
     Attributes:
-        frames: (n, 36, 64, 4) uint8.
+        frames: (n, h, w, 4) uint8 of `frame_shape`.
         memory: (n, memory) index of the frames that a sample sees, the oldest first, its own last; a drive that is
             younger than that repeats its first frame.
         goal: (n, 2) in the robot frame, meters.
@@ -57,9 +57,9 @@ class NavDPSamples:
             config.loss.horizon,
             config.network.points,
         )
-        images = zip(pictures(folder, len(dataset)), dataset.depth, strict=True)
+        images, shrink = zip(pictures(folder, len(dataset)), dataset.depth, strict=True), config.network.shrink
         samples = cls(
-            frames=torch.from_numpy(np.stack([frame(rgb, depth / 1000.0) for rgb, depth in images])),
+            frames=torch.from_numpy(np.stack([frame(rgb, depth / 1000.0, shrink) for rgb, depth in images])),
             memory=torch.from_numpy(memory_of(dataset.drive, config.network.memory)),
             goal=torch.from_numpy(dataset.goal),
             pose=torch.from_numpy(dataset.pose),
@@ -70,7 +70,7 @@ class NavDPSamples:
         return samples, dataset
 
     def remembered(self, chosen: Tensor, mirrored: Tensor) -> Tensor:
-        """Return the frames (b, memory, 36, 64, 4) that samples (b,) see; mirrored ones (b,) left for right."""
+        """Return the frames (b, memory, h, w, 4) that samples (b,) see; mirrored ones (b,) left for right."""
         frames = self.frames[self.memory[chosen]]
         return torch.where(mirrored[:, None, None, None, None], frames.flip(3), frames)
 

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import torch
 from torch import Tensor
 
+from labgym.errors import OptionError
 from labgym.policies.learned.checkpoint import Stateful
 from labgym.policies.learned.frames import rotated, to_world
 from labgym.policies.learned.map_stack import MapStack
@@ -22,12 +23,14 @@ from labgym.policies.learned.training_loop import (
     split_by_layout,
 )
 from labgym.policies.learned.training_run import planner_run
+from labgym.policies.learned.weights import WEIGHTS
 from labgym.policies.navdp.config import NavDPConfig, NavDPTrainOptions
 from labgym.policies.navdp.diffusion import make_schedule, noised
 from labgym.policies.navdp.network import NavDPNetwork, load_navdp, save_navdp
 from labgym.policies.navdp.samples import NavDPSamples
 from labgym.policies.navdp.trajectory import MIRROR_STEP, steps_of
 from labgym.policies.navdp.value import distance_maps, path_value
+from labgym.runs.manifest import file_digest
 
 
 class NavDPLosses(NamedTuple):
@@ -41,7 +44,12 @@ class NavDPLosses(NamedTuple):
 
 
 def train(
-    data: str | Path, out: str | Path, config: NavDPConfig, progress: bool = True, fresh: bool = False
+    data: str | Path,
+    out: str | Path,
+    config: NavDPConfig,
+    progress: bool = True,
+    fresh: bool = False,
+    start: Path | None = None,
 ) -> NavDPNetwork:
     """Train a network on a dataset, or resume an interrupted run, and return the averaged network.
 
@@ -51,24 +59,44 @@ def train(
         config: network, diffusion, loss and training.
         progress: whether to show progress bars.
         fresh: move the files of the folder aside and start anew.
+        start: folder of a trained network of the same size, with whose weights the training begins; None draws new
+            weights.
 
     Raises:
-        OptionError: the dataset is unfinished, or `out` is in use or holds another run (named with its differences).
-        DocumentError: the dataset or the checkpoint cannot be read, or a finished run was changed.
+        OptionError: the dataset is unfinished; `out` is in use or holds another run (named with its differences); or
+            the network in `start` has another size.
+        DocumentError: the dataset, the checkpoint or `start` cannot be read, or a finished run was changed.
         MissingDependencyError: diffusers or pyarrow is not installed.
     """
     options = config.training
     schedule = make_schedule(config.diffusion)
-    with planner_run("navdp", data, out, config, fresh) as run:
+    begun = None if start is None else _start(start, config)
+    digest = None if start is None else file_digest(start / WEIGHTS)
+    with planner_run("navdp", data, out, config, fresh, digest) as run:
         if run is None:
             return load_navdp(out)
         torch.set_num_threads(options.threads)
         samples, dataset = NavDPSamples.read(data, config)
         trained, held_out = split_by_layout(samples.place, len(dataset.maps), options.held_out)
         network, maps = seeded(lambda: NavDPNetwork(config), options.seed), distance_maps(dataset.maps)
+        if begun is not None:
+            network.load_state_dict(begun.state_dict())
         trainer = NavDPTrainer(network, schedule, samples, maps, len(trained))
         run_epochs(trainer, trained, held_out, options, run.path, progress)
     return trainer.average
+
+
+def _start(folder: Path, config: NavDPConfig) -> NavDPNetwork:
+    """Return the network in a folder.
+
+    Raises:
+        DocumentError: it cannot be read.
+        OptionError: it has another size, or its trajectories another scale, than a configuration says.
+    """
+    network = load_navdp(folder)
+    if (network.config.network, network.config.diffusion) != (config.network, config.diffusion):
+        raise OptionError(f"{folder} holds a network of another size: pass its --memory and --shrink")
+    return network
 
 
 class NavDPTrainer(Trainer):
