@@ -275,10 +275,12 @@ def test_the_command_trains(data: Path, tmp_path: Path, monkeypatch: pytest.Monk
     assert main(["train", "navdp", "--data", str(data), "--out", str(tmp_path), "--epochs", "0"]) == 2
     monkeypatch.setattr(
         "labgym.policies.navdp.train.train",
-        lambda data, out, config, fresh: (out / "done").write_text(f"{config.training} {fresh}"),
+        lambda data, out, config, fresh, start: (out / "done").write_text(f"{config} {fresh} {start}"),
     )
-    assert main(["train", "navdp", "--data", str(data), "--out", str(tmp_path), "--epochs", "3"]) == 0
-    assert "epochs=3" in (tmp_path / "done").read_text()
+    arguments = ["--epochs", "3", "--memory", "5", "--shrink", "1", "--start", "other"]
+    assert main(["train", "navdp", "--data", str(data), "--out", str(tmp_path), *arguments]) == 0
+    for part in ("epochs=3", "memory=5", "shrink=1", "channels=(8, 16, 40, 80)", "other"):
+        assert part in (tmp_path / "done").read_text()
 
 
 # The policy
