@@ -226,7 +226,7 @@ def _imitation_figure(histories: list[list[dict[str, Any]]]) -> Figure:
         numbers = [record["number"] for record in rounds]
         errors.plot(numbers, [record["error"] for record in rounds], "o-", markersize=3)
         scores.plot(numbers, [geometric(list(record["scores"].values())) for record in rounds], "o-", markersize=3)
-    errors.set_title("error of the imitated action", fontsize=9)
+    errors.set_title("error of the imitated action, of each seed", fontsize=9)
     scores.set_title("figure on training floors (round 0: the expert)", fontsize=9)
     return _finished(figure, "round")
 
@@ -242,8 +242,8 @@ def _reinforcement_figure(histories: list[list[dict[str, Any]]]) -> Figure:
             records = [record for record in history if record["kind"] == kind]
             values = [geometric(list(record["scores"].values())) for record in records]
             place.plot([record["number"] for record in records], values, look, linewidth=1.0, markersize=3)
-    axes[0].set_title("training floors, with noise", fontsize=9)
-    axes[1].set_title("floors-val", fontsize=9)
+    axes[0].set_title("figure on training floors, with noise, of each seed", fontsize=9)
+    axes[1].set_title("figure on floors-val, of each seed", fontsize=9)
     return _finished(figure, "iteration")
 
 
@@ -253,7 +253,7 @@ def _finished(figure: Figure, unit: str) -> Figure:
     for axes in figure.axes:
         axes.set_xlabel(unit, fontsize=8)
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-        axes.set_ylim(bottom=0.0)
+        axes.set_ylim(0.0, 1.1 * axes.dataLim.y1)
         axes.tick_params(labelsize=8)
         axes.grid(alpha=0.3)
     figure.tight_layout()
