@@ -220,7 +220,7 @@ def filled(policy: ActorCriticPolicy, records: list[Records], options: Reinforce
     """Return the buffer of stable-baselines3 with drives one after the other, and their advantages.
 
     The end of each drive is the end of an episode: time and patience that run out are failures. The drives of a shift
-    are episodes of their own.
+    are separate episodes.
     """
     inputs, actions, rewards = (
         np.concatenate([each[name] for each in records]) for name in ("inputs", "actions", "rewards")
