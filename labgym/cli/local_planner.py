@@ -117,7 +117,8 @@ def ablate_local_ppo(
     run: Path = Path("runs/local-ppo"),
     start: Path = Path("runs/local-imitation/policy.safetensors"),
     singles: Annotated[
-        tuple[Path, ...], arg(help="Folders of labgym train local-ppo --tasks TASK, all tasks or none.")
+        tuple[Path, ...],
+        arg(help="Folders of labgym train local-ppo --tasks TASK, all tasks or none.", help_behavior_hint=""),
     ] = (),
     out: Path = Path("runs/local-ppo-ablation"),
     execution: Execution = THIS_PROCESS,
