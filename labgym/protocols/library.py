@@ -10,6 +10,9 @@ from labgym.artefacts import artefacts
 from labgym.errors import DocumentError, UnknownNameError
 from labgym.protocols.model import Protocol
 
+WORDS = 4
+"""Texts of this many words describe an experiment and name none."""
+
 
 def protocols() -> dict[str, Protocol]:
     """Return the published protocols by id, sorted by id; they are read once per process."""
@@ -45,12 +48,31 @@ def resolve(protocol: Protocol | str | Path) -> Protocol:
         return Protocol.load(protocol)
     library = _published()
     if not isinstance(protocol, str) or protocol not in library:
-        raise UnknownNameError("protocol (an id or a .json file)", protocol, library)
+        raise UnknownNameError("protocol (an id or a .json file)", protocol, library, remedy=_remedy(str(protocol)))
     return library[protocol]
 
 
 def _is_path(text: str) -> bool:
-    return text.endswith(".json") or "/" in text or "\\" in text
+    separated = "/" in text or "\\" in text
+    return text.endswith(".json") or (separated and not _is_description(text))
+
+
+def _is_description(text: str) -> bool:
+    return len(text.split()) >= WORDS and not _is_file(text)
+
+
+def _is_file(text: str) -> bool:
+    try:
+        return Path(text).is_file()
+    except (OSError, ValueError):  # Too long for a path, or with a null character.
+        return False
+
+
+def _remedy(text: str) -> str:
+    """Return what to do instead with a text that names no protocol."""
+    if _is_description(text):
+        return "write a protocol from a description with: labgym protocols new TEXT --out FILE.json"
+    return f"{text} is a file, but protocols are .json files" if _is_file(text) else ""
 
 
 @lru_cache(maxsize=1)

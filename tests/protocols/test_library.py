@@ -137,6 +137,19 @@ def test_a_protocol_survives_saving_and_loading(protocol, tmp_path):
     assert Protocol.load(protocol.save(tmp_path / "copy.json")) == protocol
 
 
+@pytest.mark.parametrize("text", ["Stir benzophenone in EtOAc/hexane for 1 h", "Stir it with a spoon. " * 40])
+def test_a_description_in_place_of_a_protocol_is_recognized(text):
+    with pytest.raises(UnknownNameError, match="labgym protocols new TEXT"):
+        resolve(text)
+
+
+def test_a_file_of_another_format_is_named(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("mine.yaml").write_text("id: mine")
+    with pytest.raises(UnknownNameError, match=r"mine\.yaml is a file, but protocols are \.json files"):
+        resolve("mine.yaml")
+
+
 def test_a_protocol_is_resolved_from_itself_its_id_and_its_file(tmp_path):
     protocol = LIBRARY["sub_01"].model_copy(update={"id": "mine"})
     file = protocol.save(tmp_path / "mine.json")
