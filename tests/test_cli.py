@@ -77,7 +77,9 @@ def test_help_shows_no_internals_of_the_parser(call):
     paths += [(group, command) for group, commands in groups.items() for command in commands._subcommands]
     assert len(paths) > 30
     for path in paths:
-        _, out, _ = call(*path, "--help")
+        code, out, _ = call(*path, "--help")
+        assert code == 0, path
+        assert f"usage: labgym {' '.join(path)} " in out
         assert "{None" not in out, path
         assert "(default: )" not in out, path
         assert "(default: None)" not in out, path

@@ -21,7 +21,7 @@ from labgym.policies.local.policy import FILE, ImitationPolicy, ReinforcementPol
 from labgym.runs.manifest import MANIFEST_FILE, file_digest
 from labgym.table import Table, number
 from labgym.training.local.ablation import FILE as ABLATION
-from labgym.training.local.ablation import WHOLE, Ablation
+from labgym.training.local.ablation import HISTORIES, WHOLE, Ablation
 from labgym.training.local.collection import GOALS
 from labgym.training.local.imitation import HISTORY, OPTIONS, ROUND, VALIDATION
 from labgym.training.local.options import ImitationOptions, ReinforcementOptions
@@ -128,7 +128,7 @@ def _published(
     evaluated = None if results is None else CardResults.read(results, name)
     write_bytes(out / FILE, (run / FILE).read_bytes())
     write_bytes(out / OPTIONS, (run / OPTIONS).read_bytes())
-    write_bytes(out / "training.json", json_bytes(histories))
+    write_bytes(out / HISTORIES, json_bytes(histories))
     if evaluated is not None:
         evaluated.draw(out)
     driven = "" if evaluated is None else evaluated.markdown("lab30", 3)

@@ -127,7 +127,7 @@ def ablate_local_ppo(
     """Ablate PPO: drive the policy before it, without its safety layer, and policies for a single task each.
 
     Args:
-        run: Folder of labgym train local-ppo.
+        run: Folder of labgym train local-ppo, or policies/local-ppo.
         start: Policy with which it began.
         out: Folder for the results.
     """

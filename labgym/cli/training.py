@@ -37,7 +37,7 @@ card_app = SubcommandApp()
 ablate_app = SubcommandApp()
 
 for command in (ppo, sac, her, local_practice, local_imitation, local_ppo):
-    train_app.command(command)
+    train_app.command(name=command.__name__.replace("_", "-"))(command)
 ablate_app.command(name="local-imitation")(ablate_local_imitation)
 ablate_app.command(name="local-ppo")(ablate_local_ppo)
 card_app.command(name="local-imitation")(card_local_imitation)

@@ -294,6 +294,8 @@ def test_the_cards_show_training_seeds_and_ablation(floors, imitated, network, t
     assert "stable-baselines3" in card
     assert "without the safety layer" in card
     assert "--tasks dock --seed 0" in card
+    published = ablate_reinforcement(tmp_path / "card-ppo", network, tmp_path / "published", each=1)
+    assert [one.scores for one in Ablation.load(published).variants] == [one.scores for one in results.variants[:3]]
     with pytest.raises(OptionError, match="ablation of other weights"):
         write_reinforcement_card([run.parent], tmp_path / "wrong", ablation=ablated)
     with pytest.raises(OptionError, match="did not begin with"):

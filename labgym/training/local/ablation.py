@@ -32,6 +32,8 @@ from labgym.training.local.practice import validation_floors
 from labgym.training.local.schedule import validation_drives
 
 FILE = "ablation.json"
+HISTORIES = "training.json"
+"""Histories of the training seeds of a published policy."""
 WHOLE, EXPERT = "whole", "DAgger"
 HIDDEN = ("free", "room", "arcs", "people", "motion", "knowledge")
 """Parts of the input that are left out, one at a time; without the path, the network does not know where to go."""
@@ -116,7 +118,8 @@ def ablate_reinforcement(
     """Judge variants of a policy of PPO, and return the file of the results.
 
     Args:
-        run: folder of `reinforce`. start: file of the policy with which it began. out: folder of the ablation.
+        run: folder of `reinforce`, or of the published policy. start: file of the policy with which it began; of a
+            published policy it cannot be checked. out: folder of the ablation.
         singles: folders of `reinforce` for one task each; together they have all tasks of the run. None: no comparison.
         executor: where drives are driven. each: drives of a task on a floor of floors-val.
         fresh: move the files of the folder aside and start anew.
@@ -133,6 +136,8 @@ def ablate_reinforcement(
     for file in (weights, start, *alone.values()):
         checked_actor(file)
     for each_run in (run, *singles):
+        if not (each_run / MANIFEST_FILE).is_file():
+            continue
         identity = read_identity(each_run)
         if identity is None or identity.inputs.get("start") != file_digest(start):
             raise OptionError(f"{each_run} did not begin with {start}: pass its first policy by --start")
@@ -178,12 +183,12 @@ def _of_tasks(singles: Sequence[Path], tasks: tuple[str, ...]) -> dict[str, Path
 
 
 def _finished(run: Path) -> Path:
-    """Return the policy of a finished training.
+    """Return the policy of a finished training, or of a published one.
 
     Raises:
         OptionError: the training is not finished.
     """
-    if not (run / MANIFEST_FILE).is_file():
+    if not (run / MANIFEST_FILE).is_file() and not (run / HISTORIES).is_file():
         raise OptionError(f"{run} is no finished training: run labgym train again with --out {run}")
     return run / WEIGHTS
 
