@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -58,14 +59,15 @@ def watch_episode(
     return DONE
 
 
-def play_episodes(suite: str, out: Path | None, name: str, port: int) -> int:
+def play_episodes(suite: str, layouts: Sequence[str], out: Path | None, name: str, port: int) -> int:
     """Let a person drive the episodes of a suite of LabNav in the browser; the arguments are those of `labgym play`."""
     from labgym.cli.viewing import opened
-    from labgym.eval.labnav.suites import load_labnav
+    from labgym.envs.tasks import resolve_layouts
+    from labgym.eval.labnav.suites import resolve_labnav
     from labgym.viewer import Console, LabNavPerson, LabNavShow, LabNavWatch, run_viewer
     from labgym.viewer.records import LabNavRecords
 
-    chosen = load_labnav(suite)
+    chosen = resolve_labnav(suite, resolve_layouts(layouts))
     records = None if out is None else LabNavRecords(out, chosen, name)
     watches = []
     for part in chosen.parts:

@@ -45,7 +45,8 @@ def eval_(
         policy: A name such as astar (labgym policies lists them), module:Class, an .onnx, .pt, .safetensors or .zip
             file, or the http:// URL of a policy server.
         suite: Name of a suite (lab30, val, navdp_compat, labnav, labnav-aisle, labnav-60, labnav-mini; lab30 is also
-            test), or its .json file. The file of a suite without published layouts needs them in --layouts.
+            test), its .json file, or a folder of labgym labnav. Where the layouts are not published, pass them by
+            --layouts.
         layouts: Layouts to drive in instead of a suite: .json files, folders of them (such as labgym generate --count
             writes), or ids of published layouts.
         protocol: Id or .json file of the protocol to drive for in the layouts; by default the one they embed.
@@ -76,9 +77,9 @@ def eval_(
         print(policy_table())
         return DONE
     if is_labnav(suite):
-        if layouts or protocol or repeats is not None or jitter:
-            raise OptionError(f"suite {suite!r} has fixed episodes: leave out layouts, protocol, repeats, jitter")
-        return _eval_labnav(policy, suite, seed, out, options, fresh, execution, limits, kernels)
+        if protocol or repeats is not None or jitter:
+            raise OptionError(f"suite {suite!r} has fixed episodes: leave out protocol, repeats, jitter")
+        return _eval_labnav(policy, suite, layouts, seed, out, options, fresh, execution, limits, kernels)
     if protocol is not None and not layouts:
         raise OptionError("--protocol is for --layouts; the layouts of a suite embed their protocols")
     chosen = resolve_layouts(layouts, protocol)
@@ -110,6 +111,7 @@ def eval_(
 def _eval_labnav(
     policy: str,
     suite: str,
+    layouts: Sequence[str],
     seed: int,
     out: OptionalPath,
     options: PolicyOptions,
@@ -119,14 +121,15 @@ def _eval_labnav(
     kernels: str | None,
 ) -> int:
     """Drive a suite of LabNav; the arguments are those of `eval_`."""
+    from labgym.envs.tasks import resolve_layouts
     from labgym.eval.driving.folders import default_folder
     from labgym.eval.labnav.cost import cost
     from labgym.eval.labnav.runner import evaluate_labnav
-    from labgym.eval.labnav.suites import load_labnav
+    from labgym.eval.labnav.suites import resolve_labnav
     from labgym.eval.labnav.summary import summary_table
     from labgym.policies.process import ProcessLimits
 
-    chosen = load_labnav(suite)
+    chosen = resolve_labnav(suite, resolve_layouts(layouts))
     print(cost(chosen, policy))
     folder = out or default_folder(policy, chosen.name)
     result = evaluate_labnav(

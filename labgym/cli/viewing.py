@@ -68,7 +68,8 @@ def play(
 
     Args:
         layouts: Layouts to drive in instead of a suite: .json files, folders of them, or ids of published layouts.
-        suite: Name of a suite (lab30, val, navdp_compat, labnav-val-people), or its .json file.
+        suite: Name of a suite (lab30, val, navdp_compat, labnav-val-people), its .json file, or a folder of labgym
+            labnav. Where the layouts are not published, pass them too.
         protocol: Id or .json file of the protocol to drive for in the layouts; by default the one they embed.
         out: Folder for the finished episodes, in the files of labgym eval, so that labgym report reads it. An episode
             that is driven again replaces its row.
@@ -82,9 +83,9 @@ def play(
     from labgym.viewer.records import DriveRecords
 
     if is_labnav(suite):
-        if layouts or protocol is not None or film is not None:
-            raise OptionError(f"suite {suite!r} has fixed episodes and no film: leave out layouts, protocol and film")
-        return play_episodes(suite, out, name, port)
+        if protocol is not None or film is not None:
+            raise OptionError(f"suite {suite!r} has fixed episodes and no film: leave out protocol and film")
+        return play_episodes(suite, layouts, out, name, port)
     if film is not None:
         check_film_path(film)
     chosen, rules = _choice(layouts, suite, protocol)

@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field, PrivateAttr, model_validator
 
 from labgym.artefacts import artefacts
 from labgym.documents import Document, Record, canonical_hash, write_text
 from labgym.envs.conditions.leg_payload import MOST_LEGS
 from labgym.envs.tasks import Task
-from labgym.errors import DocumentError, UnknownNameError
+from labgym.errors import DocumentError, OptionError, UnknownNameError
 from labgym.layouts import Layout, load_published
 from labgym.layouts.floor.fields import Growing
+from labgym.layouts.sealed import SEALED
 from labgym.navigation import GoalPair
 from labgym.navigation.goals import ANYWHERE
 from labgym.suites import Coordinate
@@ -136,6 +137,7 @@ class LabNavEpisodes(Document):
     seed: Annotated[int, Field(ge=0, le=2**53)]
     episodes: Annotated[tuple[LabNavEpisode, ...], Field(min_length=1, max_length=10_000)]
     draws: Annotated[dict[str, Draws], Field(default_factory=dict, max_length=10_000)]
+    _unpublished: dict[str, Layout] = PrivateAttr(default_factory=dict)
 
     @model_validator(mode="after")
     def _check_keys(self) -> Self:
@@ -185,13 +187,25 @@ class LabNavEpisodes(Document):
 
         Raises:
             DocumentError: its hash is not that of the episodes.
-            UnknownNameError: the split has no such floor.
+            UnknownNameError: the split has no such floor, or the episodes do not bring it.
+            OptionError: the split is sealed, and the episodes bring no floors.
         """
-        layout = load_published(self.split, floor)
+        brought = self._unpublished
+        if not brought and self.split == SEALED:
+            raise OptionError(f"the floors of {SEALED} are not published: pass their folder (--layouts)")
+        if brought and floor not in brought:
+            raise UnknownNameError(f"layout of {self.label}", floor, brought)
+        layout = brought[floor] if brought else load_published(self.split, floor)
         expected = next(each.floor_hash for each in self.episodes if each.floor == floor)
         if layout.hash != expected:
             raise DocumentError(self.name, f"episodes of {floor}", f"their floor has the hash {expected[:12]}")
         return layout
+
+    def on(self, layouts: Iterable[Layout]) -> LabNavEpisodes:
+        """Return the episodes with their floors, which then need not be published."""
+        copy = self.model_copy()
+        copy._unpublished = {layout.id: layout for layout in layouts}
+        return copy
 
     def first(self, floors: int | None, per_floor: int, goals: int | None = None) -> LabNavEpisodes:
         """Return the episodes of the first floors, at most `per_floor` on each, with their first goals."""

@@ -1,14 +1,16 @@
-"""The suites of LabNav by name: one task, all tasks, and two selections."""
+"""The suites of LabNav: by name one task, all tasks, and two selections, and those in files of `labgym labnav`."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from pathlib import Path
 
-from labgym.documents import canonical_hash
+from labgym.documents import canonical_hash, read_json
 from labgym.envs.labnav.episodes import DEVELOPMENT, UNFILTERED, LabNavEpisodes, published_episodes, suite_file
 from labgym.envs.labnav.tasks import HEADLINE, SECONDS, TASKS
-from labgym.errors import UnknownNameError
+from labgym.errors import DocumentError, OptionError, UnknownNameError
+from labgym.layouts import Layout
 
 PREFIX = "labnav"
 MINI = "labnav-mini"
@@ -66,9 +68,17 @@ def is_whole(name: str, tasks: Iterable[str]) -> bool:
     return name != MINI and set(tasks) == set(ALL)
 
 
-def is_labnav(name: str) -> bool:
-    """Whether the name of a suite is one of LabNav's."""
-    return name == PREFIX or name.startswith(f"{PREFIX}-")
+def is_labnav(suite: str) -> bool:
+    """Whether a suite is one of LabNav: a name, or what `is_in_files` says."""
+    named = suite == PREFIX or suite.startswith(f"{PREFIX}-")
+    return (named and not suite.endswith(".json")) or is_in_files(suite)
+
+
+def is_in_files(suite: str) -> bool:
+    """Whether a suite is no name, but a file of episodes or a folder of such files."""
+    path = Path(suite)
+    files = _headline_files(path) if path.is_dir() else [path] if path.suffix == ".json" else []
+    return suite not in suite_names() and any(_holds_episodes(file) for file in files)
 
 
 def suite_names() -> tuple[str, ...]:
@@ -100,3 +110,54 @@ def load_labnav(name: str) -> LabNavSuite:
     level = int(rest[0]) if rest else HEADLINE
     part = published_episodes(task, level, UNFILTERED not in rest, development)
     return LabNavSuite(f"{VAL}-{task}-{level}" if development else part.name, (part,))
+
+
+def resolve_labnav(suite: str, layouts: Iterable[Layout] = ()) -> LabNavSuite:
+    """Return the suite that a user names: a published one, or one in files.
+
+    Args:
+        suite: a name, or a file or folder of `labgym labnav`. layouts: the floors, if the split does not publish them.
+
+    Raises:
+        OptionError: layouts with a published suite. DocumentError, UnknownNameError: as `read_labnav`, `load_labnav`.
+    """
+    if is_in_files(suite):
+        return read_labnav(suite, layouts)
+    if tuple(layouts):
+        raise OptionError(f"suite {suite!r} has its floors: leave out layouts")
+    return load_labnav(suite)
+
+
+def read_labnav(path: str | Path, layouts: Iterable[Layout] = ()) -> LabNavSuite:
+    """Return the suite in a file of `labgym labnav`, or in its folder the suite of all tasks at the headline's level.
+
+    Args:
+        path: file or folder. layouts: the floors, if the split does not publish them.
+
+    Raises:
+        DocumentError: there is no such file, or it is broken.
+        UnknownNameError: a floor is not published, or not among the layouts.
+    """
+    path, layouts = Path(path), tuple(layouts)
+    files = _headline_files(path) if path.is_dir() else [path]
+    if not files:
+        raise DocumentError(path, "", f"holds no episodes: labgym labnav writes TASK-{HEADLINE}.json")
+    parts = tuple(LabNavEpisodes.load(file) for file in files)
+    if layouts:
+        parts = tuple(part.on(layouts) for part in parts)
+    splits = "-".join(sorted({part.split for part in parts}))
+    own = "" if path.is_dir() else f"-{parts[0].name.removeprefix(f'{PREFIX}-')}"
+    return LabNavSuite(f"{PREFIX}-{splits}{own}", parts)
+
+
+def _headline_files(folder: Path) -> list[Path]:
+    return [file for task in TASKS if (file := folder / f"{task}-{HEADLINE}.json").is_file()]
+
+
+def _holds_episodes(file: Path) -> bool:
+    """Whether a file holds episodes of LabNav; a file that cannot be read does not."""
+    try:
+        data = read_json(file)
+    except DocumentError:
+        return False
+    return isinstance(data, dict) and data.get("schema") == LabNavEpisodes.SCHEMA

@@ -55,7 +55,7 @@ def report_labnav(
         write_text(home / "tables.md", markdown),
         write_site(site, home / "report.html"),
     )
-    return tables, paths, site.problems
+    return tables, paths, problems
 
 
 def write_leaderboard(folder: str | Path, results: Sequence[LabNavResult] | None = None) -> Path:

@@ -10,15 +10,25 @@ import pytest
 from laboratories import island_laboratory
 
 from labgym.cli.evaluation import eval_
+from labgym.cli.evaluation import report as report_
 from labgym.envs.labnav.drawing import draw_suite
 from labgym.envs.labnav.episodes import suite_file
+from labgym.envs.tasks import resolve_layouts
 from labgym.errors import LabgymError, OptionError, UnknownNameError
 from labgym.eval.driving.runner import evaluate
 from labgym.eval.labnav import runner
 from labgym.eval.labnav.cost import cost
 from labgym.eval.labnav.row import LabNavRow
 from labgym.eval.labnav.runner import evaluate_labnav
-from labgym.eval.labnav.suites import MINI, LabNavSuite, is_labnav, load_labnav, suite_names
+from labgym.eval.labnav.suites import (
+    MINI,
+    LabNavSuite,
+    is_labnav,
+    load_labnav,
+    read_labnav,
+    resolve_labnav,
+    suite_names,
+)
 from labgym.eval.labnav.summary import kind_of, summarise, summary_table
 from labgym.policies import Policy
 from labgym.runs import ExecutorOptions, open_executor
@@ -191,3 +201,48 @@ def test_the_privileged_track_is_evaluated_in_one_worker_with_one_thread(suite, 
     assert report.summary.track == "privileged"
     assert "clairvoyant (privileged)" in summary_table(report.summary).text()
     assert {(row.track, row.error, row.time) for row in report.rows} == {("privileged", None, suite.seconds)}
+
+
+@pytest.fixture
+def in_files(suite, tmp_path):
+    """A folder with the suite as sealed floors have it: in a file, beside layouts that no split publishes."""
+    part = suite.parts[0].first(1, 1).model_copy(update={"split": "floors-sealed"})
+    for floor in part.floors:
+        suite.parts[0].layout(floor).save(tmp_path / "floors" / f"{floor}.json")
+    part.save(tmp_path / "suites" / "odometry-2.json")
+    return tmp_path
+
+
+def test_a_suite_in_a_file_or_folder_is_driven_on_the_layouts_that_come_with_it(in_files, suite):
+    layouts = resolve_layouts([in_files / "floors"])
+    drawn = suite.parts[0].episodes[0]
+    for path, name in (
+        ("suites/odometry-2.json", "labnav-floors-sealed-odometry-2"),
+        ("suites", "labnav-floors-sealed"),
+    ):
+        chosen = resolve_labnav(str(in_files / path), layouts)
+        assert (chosen.name, chosen.parts[0].episodes) == (name, (drawn,))
+    assert is_labnav(str(in_files / "suites"))
+    assert not is_labnav(str(in_files / "floors"))
+    code = eval_("straight", str(in_files / "suites"), (str(in_files / "floors"),), out=in_files / "run")
+    assert code == 0
+    (row,) = (LabNavRow.model_validate_json(line) for line in (in_files / "run" / "episodes.jsonl").open())
+    assert (row.floor, row.shortest) == (drawn.floor, drawn.length)
+    assert report_([in_files / "run"]) == 0
+    assert "labnav-floors-sealed is not published" in (in_files / "run" / "report.html").read_text()
+
+
+def test_layouts_of_a_suite_in_files_are_those_of_its_episodes(in_files, suite):
+    path = str(in_files / "suites" / "odometry-2.json")
+    with pytest.raises(OptionError, match="pass their folder"):
+        evaluate_labnav("straight", resolve_labnav(path), progress=False)
+    other = suite.parts[0].layout(suite.parts[0].episodes[1].floor)
+    with pytest.raises(UnknownNameError, match="layout of"):
+        evaluate_labnav("straight", resolve_labnav(path, [other]), progress=False)
+    changed = other.model_copy(update={"id": suite.parts[0].episodes[0].floor})
+    with pytest.raises(LabgymError, match="hash"):
+        evaluate_labnav("straight", resolve_labnav(path, [changed]), progress=False)
+    with pytest.raises(OptionError, match="has its floors"):
+        resolve_labnav("labnav-aisle", [other])
+    with pytest.raises(LabgymError, match="holds no episodes"):
+        read_labnav(in_files / "floors")

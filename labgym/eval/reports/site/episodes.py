@@ -21,7 +21,7 @@ from labgym.errors import LabgymError
 from labgym.eval.driving.drive import Route
 from labgym.eval.labnav.people_along import people_along
 from labgym.eval.labnav.row import LabNavRow
-from labgym.eval.labnav.suites import load_labnav
+from labgym.eval.labnav.suites import load_labnav, suite_names
 from labgym.eval.reports.site.entries import Entry
 from labgym.eval.reports.site.plans import plan_of_map, thing_name, world_of_episode
 
@@ -64,6 +64,9 @@ def episodes_shown(entries: Sequence[Entry], suite: str, home: Path, most: int =
         home: folder of the page, for links to films. most: greatest number of episodes.
     """
     shown = Shown()
+    if suite not in suite_names():
+        shown.problems.append(f"no episodes are shown: suite {suite} is not published")
+        return shown
     try:
         published = load_labnav(suite).parts
     except LabgymError as error:
