@@ -56,7 +56,7 @@ def write_imitation_card(
 
     Args:
         runs: folders of `labgym train local-imitation` that differ in their random seeds.
-        out: folder for weights, options, histories, figures and `CARD.md`.
+        out: folder for weights, options, histories, ablation, figures and `CARD.md`.
         results: folder of a complete `labgym eval --suite lab30` with these weights.
         ablation: folder of `labgym ablate local-imitation`.
 
@@ -78,7 +78,7 @@ wherever the network decides, the expert says what it would do.
 ![Error and scores by round](learning.png)
 
 {_seeds(runs, histories)}"""
-    shown = "" if ablation is None else _ablation(ablation, runs[0], SAMPLES)
+    shown = "" if ablation is None else _ablation(ablation, runs[0], out, SAMPLES)
     save_picture(_imitation_figure(histories), out / "learning.png")
     title = f"{ImitationPolicy.name}: a local planner by imitation of `stack`"
     return _published(title, ImitationPolicy.name, runs[0], histories, out, training, shown, results)
@@ -108,7 +108,7 @@ after the last update; the evaluations on floors-val decide only how often each 
 ![Figure by iteration](learning.png)
 
 {_seeds(runs, histories)}"""
-    shown = "" if ablation is None else _ablation(ablation, runs[0], VARIANTS)
+    shown = "" if ablation is None else _ablation(ablation, runs[0], out, VARIANTS)
     save_picture(_reinforcement_figure(histories), out / "learning.png")
     title = f"{ReinforcementPolicy.name}: a local planner by PPO"
     return _published(title, ReinforcementPolicy.name, runs[0], histories, out, training, shown, results)
@@ -198,7 +198,8 @@ def _seeds(runs: Sequence[Path], histories: list[list[dict[str, Any]]]) -> str:
     )
 
 
-def _ablation(folder: Path, run: Path, text: str) -> str:
+def _ablation(folder: Path, run: Path, out: Path, text: str) -> str:
+    """Return the section on an ablation, and publish its file."""
     ablation = Ablation.load(folder / ABLATION)
     if ablation.weights != file_digest(run / FILE):
         raise OptionError(f"{folder} holds the ablation of other weights than those of {run}: run labgym ablate again")
@@ -212,6 +213,7 @@ def _ablation(folder: Path, run: Path, text: str) -> str:
         "and not over trainings."
     )
     table = Table("", ("policy", "figure ↑", "difference of the mean score"), tuple(rows), (note,)).markdown()
+    write_bytes(out / ABLATION, (folder / ABLATION).read_bytes())
     return f"## Ablation\n\n{text}\n\n{table}"
 
 

@@ -148,7 +148,7 @@ def card_local_imitation(
     Args:
         results: Folder of labgym eval --suite lab30 with these weights.
         ablation: Folder of labgym ablate local-imitation.
-        out: Folder for weights, options, histories, figures and CARD.md.
+        out: Folder for weights, options, histories, ablation, figures and CARD.md.
     """
     from labgym.cards.local import write_imitation_card
 
@@ -166,7 +166,7 @@ def card_local_ppo(
     Args:
         results: Folder of labgym eval --suite lab30 with these weights.
         ablation: Folder of labgym ablate local-ppo.
-        out: Folder for weights, options, histories, figures and CARD.md.
+        out: Folder for weights, options, histories, ablation, figures and CARD.md.
     """
     from labgym.cards.local import write_reinforcement_card
 

@@ -283,6 +283,7 @@ def test_the_cards_show_training_seeds_and_ablation(floors, imitated, network, t
     card = write_imitation_card([imitated.parent, imitated.parent], tmp_path / "card", ablation=ablated).read_text()
     assert "## Ablation" in card
     assert "without people" in card
+    assert (tmp_path / "card" / "ablation.json").read_bytes() == (ablated / "ablation.json").read_bytes()
     assert card.count("| 0 |") >= 2
     assert (tmp_path / "card" / "policy.safetensors").read_bytes() == imitated.read_bytes()
     run = reinforce(PPO.model_copy(update={"iterations": 1}), network, floors, tmp_path / "ppo")
