@@ -365,9 +365,9 @@ def test_ctrl_c_is_one_line_and_leaves_readable_files(tmp_path):
             time.sleep(0.05)
         os.killpg(process.pid, signal.SIGINT)
         _, err = process.communicate(timeout=60)
-    assert process.returncode == 130
     assert "Traceback" not in err
     assert err.strip().splitlines()[-1] == "labgym: interrupted; finished work is kept"
+    assert process.returncode == 130
     documents = [path for path in (tmp_path / "e").rglob("*.json*") if path.is_file()]
     assert documents
     for path in documents:

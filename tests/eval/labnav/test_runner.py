@@ -153,9 +153,11 @@ def test_the_cost_is_told_before_the_start(suite):
     assert "no figure LabNav" in cost(LabNavSuite("labnav", all_tasks.parts[1:]), "astar")
 
 
-def test_labnav_takes_no_layouts():
-    with pytest.raises(LabgymError, match="fixed episodes"):
-        eval_("straight", "labnav-mini", layouts=("x.json",))
+def test_a_published_suite_takes_no_layouts_and_no_repeats():
+    with pytest.raises(OptionError, match="has its floors"):
+        eval_("straight", "labnav-mini", layouts=("test-sub_01",))
+    with pytest.raises(OptionError, match="fixed episodes"):
+        eval_("straight", "labnav-mini", repeats=2)
 
 
 def test_kinds_of_things_have_no_number():
