@@ -20,8 +20,8 @@ from labgym.policies.local.inputs import SIZE, SIZES
 from labgym.policies.local.policy import FILE, ImitationPolicy, ReinforcementPolicy
 from labgym.runs.manifest import MANIFEST_FILE, file_digest
 from labgym.table import Table, number
+from labgym.training.local.ablation import BEFORE, EXPERT, HISTORIES, SINGLE, UNGUARDED, WHOLE, Ablation
 from labgym.training.local.ablation import FILE as ABLATION
-from labgym.training.local.ablation import HISTORIES, WHOLE, Ablation
 from labgym.training.local.collection import GOALS
 from labgym.training.local.imitation import HISTORY, OPTIONS, ROUND, VALIDATION
 from labgym.training.local.options import ImitationOptions, ReinforcementOptions
@@ -42,11 +42,13 @@ INPUTS = {
 LIMITS = """Limits: localization, costmap, global planner, tracks of people, rests for people, recovery, the last half
 meter at a dock and the end at the goal are those of `stack`; the network decides the velocities in between. It was
 trained and evaluated in simulation only, for one robot."""
-SAMPLES = """Each network learned once, from the drives that the run recorded; the one without DAgger from those of the
-first round only, in which the expert drives."""
-VARIANTS = """Without PPO: the policy with which it began. Without the safety layer: the network, which learned with it,
-decides when to rest for people. Without other tasks: each task is driven by a policy that has practiced this task
-alone, from the same start."""
+SAMPLES = "Each network learned once, from the drives that the run recorded. "
+VARIANTS = {
+    EXPERT: "Without DAgger: from the drives of the first round only, in which the expert drives.",
+    BEFORE: "Without PPO: the policy with which it began.",
+    UNGUARDED: "Without the safety layer: the network, which learned with it, decides when to rest for people.",
+    SINGLE: "Without other tasks: a policy for each task, which has practiced this task alone, from the same start.",
+}
 
 
 def write_imitation_card(
@@ -108,7 +110,7 @@ after the last update; the evaluations on floors-val decide only how often each 
 ![Figure by iteration](learning.png)
 
 {_seeds(runs, histories)}"""
-    shown = "" if ablation is None else _ablation(ablation, runs[0], out, VARIANTS)
+    shown = "" if ablation is None else _ablation(ablation, runs[0], out)
     save_picture(_reinforcement_figure(histories), out / "learning.png")
     title = f"{ReinforcementPolicy.name}: a local planner by PPO"
     return _published(title, ReinforcementPolicy.name, runs[0], histories, out, training, shown, results)
@@ -198,7 +200,7 @@ def _seeds(runs: Sequence[Path], histories: list[list[dict[str, Any]]]) -> str:
     )
 
 
-def _ablation(folder: Path, run: Path, out: Path, text: str) -> str:
+def _ablation(folder: Path, run: Path, out: Path, text: str = "") -> str:
     """Return the section on an ablation, and publish its file."""
     ablation = Ablation.load(folder / ABLATION)
     if ablation.weights != file_digest(run / FILE):
@@ -214,6 +216,7 @@ def _ablation(folder: Path, run: Path, out: Path, text: str) -> str:
     )
     table = Table("", ("policy", "figure ↑", "difference of the mean score"), tuple(rows), (note,)).markdown()
     write_bytes(out / ABLATION, (folder / ABLATION).read_bytes())
+    text += " ".join(VARIANTS[one.name] for one in ablation.variants if one.name in VARIANTS)
     return f"## Ablation\n\n{text}\n\n{table}"
 
 
