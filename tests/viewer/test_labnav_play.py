@@ -140,10 +140,17 @@ def test_the_folder_is_read_as_an_evaluation_and_not_published_before_it_is_comp
     assert "has episodes: name another folder" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("words", [["lab.json"], ["--film", "a.mp4"], ["--protocol", "sub_01"]])
-def test_options_of_layouts_are_refused_in_labnav(words, played, capsys):
+@pytest.mark.parametrize(
+    "words, why",
+    [
+        (["test-sub_01"], "has its floors"),
+        (["--film", "a.mp4"], "fixed episodes and no film"),
+        (["--protocol", "sub_01"], "fixed episodes and no film"),
+    ],
+)
+def test_options_of_layouts_are_refused_in_labnav(words, why, played, capsys):
     assert played("--suite", "labnav-val-people", *words)[0] == 2
-    assert "fixed episodes and no film" in capsys.readouterr().err
+    assert why in capsys.readouterr().err
 
 
 @pytest.mark.skipif(chromium() is None, reason="needs Chromium (Debian: apt install chromium)")
