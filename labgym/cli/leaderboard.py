@@ -2,19 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import arg
 
-from labgym.cli.arguments import OptionalPath
-from labgym.cli.outcome import DONE, written
+from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath, Texts
+from labgym.cli.outcome import DONE, complaints, written
+from labgym.errors import UnknownNameError
+
+if TYPE_CHECKING:
+    from labgym.eval.leaderboard.labnav import LabNavResult
+
+ALL = "all"
+ROUTES = Path("runs/leaderboard")
+"""Folder of the drives whose routes are published."""
 
 
 def leaderboard(
     add: Annotated[tuple[Path, ...], arg(metavar="FOLDER [FOLDER ...]", help_behavior_hint="")] = (),
     out: OptionalPath = None,
     correlation: bool = False,
+    routes: Texts = (),
+    execution: Execution = THIS_PROCESS,
 ) -> int:
     """Show the published results of LabNav and of lab30.
 
@@ -24,6 +35,8 @@ def leaderboard(
         out: Folder for the site of the published results: a leaderboard, a page for each policy, floors of episodes,
             and pairs of policies, in one index.html.
         correlation: Also show the rank correlations between the tasks of LabNav, over policies and over floors.
+        routes: Built-in policies with published results, or all: drive the episodes that the site shows again, in
+            runs/leaderboard, and publish the routes of those that end as published. Exit 1 if some do not.
     """
     from labgym.documents import read_json
     from labgym.eval.driving.files import SUMMARY
@@ -42,8 +55,35 @@ def leaderboard(
     tables = [*([published_table(results)] if results else []), *([lab30_table(lab30)] if lab30 else [])]
     for table in (*tables, *(correlation_tables(results) if correlation and results else ())):
         print(f"\n{table.text()}\n")
+    code = publish_routes(results, routes, execution) if routes else DONE
     if out is not None:
         from labgym.eval.reports.labnav_report import write_leaderboard
 
         written(write_leaderboard(out, results))
-    return DONE
+    return code
+
+
+def publish_routes(results: Sequence[LabNavResult], names: Sequence[str], execution: Execution) -> int:
+    """Publish the routes of the episodes that the site shows, for some policies, and return the exit code.
+
+    Raises:
+        UnknownNameError: a policy is not built in, or has no published result.
+    """
+    from labgym.eval.labnav.suites import PREFIX, load_labnav
+    from labgym.eval.leaderboard.drives import publish_drives
+    from labgym.eval.reports.site.entries import Entry
+    from labgym.eval.reports.site.episodes import MOST_EPISODES, chosen
+    from labgym.policies.registry import BUILT_IN
+
+    known = {one.summary.policy: one for one in results if one.summary.policy in BUILT_IN}
+    for name in names:
+        if name not in known and name != ALL:
+            raise UnknownNameError("built-in policy with a published result", name, (*known, ALL))
+    keys = chosen([Entry.of_result(one) for one in results], list(load_labnav(PREFIX).by_key), MOST_EPISODES)
+    problems: list[str] = []
+    for name, result in known.items():
+        if name in names or ALL in names:
+            published = publish_drives(result, keys, ROUTES, execution.options())
+            written(published.path)
+            problems += [f"not as published: {sentence}" for sentence in published.differing]
+    return complaints(problems)

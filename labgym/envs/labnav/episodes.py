@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Container, Iterable, Mapping
 from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, Self
@@ -214,6 +214,11 @@ class LabNavEpisodes(Document):
         if goals is not None:
             chosen = tuple(one.model_copy(update={"following": one.following[: goals - 1]}) for one in chosen)
         return self.model_copy(update={"episodes": chosen})
+
+    def only(self, keys: Container[str]) -> LabNavEpisodes | None:
+        """Return the episodes with some keys, such as "aisle-2/floors-test-0000/1"; None if there are none."""
+        chosen = tuple(one for one in self.episodes if f"{self.task}-{self.level}/{one.key}" in keys)
+        return self.model_copy(update={"episodes": chosen}) if chosen else None
 
 
 def _line(value: Any) -> str:

@@ -18,7 +18,7 @@ def published_episode(suite: str, key: str) -> tuple[LabNavEpisodes, LabNavEpiso
         OptionError: several tasks of the suite have such an episode.
     """
     chosen = load_labnav(suite)
-    keys = {f"{part.task}-{part.level}/{each.key}": (part, each) for part in chosen.parts for each in part.episodes}
+    keys = chosen.by_key
     fitting = [key] if key in keys else [each for each in keys if each.endswith(f"/{key.lstrip('/')}")]
     if not fitting:
         raise UnknownNameError(f"episode of {suite}", key, keys)

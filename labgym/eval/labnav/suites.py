@@ -7,7 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from labgym.documents import canonical_hash, read_json
-from labgym.envs.labnav.episodes import DEVELOPMENT, UNFILTERED, LabNavEpisodes, published_episodes, suite_file
+from labgym.envs.labnav.episodes import (
+    DEVELOPMENT,
+    UNFILTERED,
+    LabNavEpisode,
+    LabNavEpisodes,
+    published_episodes,
+    suite_file,
+)
 from labgym.envs.labnav.tasks import HEADLINE, SECONDS, TASKS
 from labgym.errors import DocumentError, OptionError, UnknownNameError
 from labgym.layouts import Layout
@@ -56,6 +63,11 @@ class LabNavSuite:
     def drives(self) -> int:
         """Number of drives: a shift has several."""
         return sum(len(episode.lengths) for part in self.parts for episode in part.episodes)
+
+    @property
+    def by_key(self) -> dict[str, tuple[LabNavEpisodes, LabNavEpisode]]:
+        """The episodes with their part, by their keys, such as "aisle-2/floors-test-0000/1"."""
+        return {f"{part.task}-{part.level}/{one.key}": (part, one) for part in self.parts for one in part.episodes}
 
     @property
     def hash(self) -> str:

@@ -137,7 +137,7 @@ class LabNavResult(Document):
         order = [part.label for part in suite.parts]
         parts = tuple(tasks[label] for label in order if label in tasks)
         outcomes = {**self.by_key, **other.by_key}
-        keys = [f"{part.task}-{part.level}/{episode.key}" for part in suite.parts for episode in part.episodes]
+        keys = suite.by_key
         whole = len(parts) == len(suite.parts) and suite.figure
         scores: dict[str, list[tuple[str, float]]] = {part.task: [] for part in parts}
         for key in keys:

@@ -11,6 +11,7 @@ from labgym.documents import write_text
 from labgym.errors import DocumentError, OptionError
 from labgym.eval.labnav.evaluation import LabNavEvaluation
 from labgym.eval.labnav.suites import ALL, PREFIX
+from labgym.eval.leaderboard.drives import published_drives
 from labgym.eval.leaderboard.lab30 import published_lab30
 from labgym.eval.leaderboard.labnav import LabNavResult, published_results
 from labgym.eval.reports.labnav_tables import labnav_tables
@@ -73,7 +74,7 @@ def write_leaderboard(folder: str | Path, results: Sequence[LabNavResult] | None
         raise OptionError("no results of LabNav are published here: add evaluations with labgym leaderboard --add")
     lab30 = published_lab30()
     site = site_of(
-        ranked_entries([Entry.of_result(one) for one in results]),
+        ranked_entries([Entry.of_result(one, published_drives(one)) for one in results]),
         PREFIX,
         Path(folder),
         title="LabNav leaderboard",

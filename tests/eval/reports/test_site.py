@@ -24,6 +24,7 @@ from labgym.envs.labnav.worlds import prepared
 from labgym.errors import OptionError
 from labgym.eval.labnav.evaluation import LabNavEvaluation
 from labgym.eval.labnav.rules import Ending
+from labgym.eval.labnav.shown_drive import packed, shown_route
 from labgym.eval.labnav.suites import LabNavSuite
 from labgym.eval.leaderboard.labnav import LabNavResult, published_results
 from labgym.eval.reports.labnav_report import report_labnav, write_leaderboard
@@ -36,7 +37,7 @@ from labgym.eval.reports.site.entries import (
     short_commit,
     with_published,
 )
-from labgym.eval.reports.site.episodes import chosen, episodes_shown, packed, packed_route
+from labgym.eval.reports.site.episodes import chosen, episodes_shown
 from labgym.eval.reports.site.notes import MEANINGS, detail_of
 from labgym.eval.reports.site.page import embedded, render_site, site_of
 from labgym.eval.reports.site.plans import place_name, plan_of_map, thing_name, world_of_episode
@@ -75,18 +76,18 @@ def unpacked(flat, width):
 
 def test_routes_unpack_to_the_recorded_ones(evaluations):
     route = next(iter(evaluations[0].routes.values()))
-    packed_up = packed_route(route)
-    poses = unpacked(packed_up["poses"], 3)
+    shown = shown_route(route)
+    poses = unpacked(shown.poses, 3)
     assert np.abs(poses[:, :2] / 100.0 - np.array(route)[:, :2]).max() <= 0.005 + 1e-9
     assert np.abs(np.radians(poses[:, 2]) - np.array(route)[:, 2]).max() < 0.01
-    assert packed_up["seconds"] == pytest.approx((len(route) - 1) * 0.1)
-    long = packed_route([(0.001 * k, 0.0, 0.0) for k in range(5000)])
-    assert len(long["poses"]) <= 3 * 402
-    assert unpacked(long["poses"], 3)[-1][0] == 500
+    assert shown.seconds == pytest.approx((len(route) - 1) * 0.1)
+    long = shown_route([(0.001 * k, 0.0, 0.0) for k in range(5000)])
+    assert len(long.poses) <= 3 * 402
+    assert unpacked(long.poses, 3)[-1][0] == 500
 
 
 def test_angles_are_continuous_where_the_heading_passes_pi():
-    turns = unpacked(packed_route([(0.0, 0.0, 3.1), (0.0, 0.0, -3.1)])["poses"], 3)[:, 2]
+    turns = unpacked(shown_route([(0.0, 0.0, 3.1), (0.0, 0.0, -3.1)]).poses, 3)[:, 2]
     assert abs(turns[1] - turns[0]) < 10
 
 
@@ -457,4 +458,4 @@ def test_every_policy_with_a_model_card_shows_it():
 
 
 def test_packed_tables_are_the_differences_of_hundredths():
-    assert packed(np.array([[1.0, 2.0], [1.01, 1.98]])) == [100, 200, 1, -2]
+    assert packed(np.array([[1.0, 2.0], [1.01, 1.98]])) == (100, 200, 1, -2)

@@ -15,8 +15,10 @@ from labgym.eval.driving.intervals import Estimate
 from labgym.eval.labnav.evaluation import LabNavEvaluation
 from labgym.eval.labnav.row import LabNavRow
 from labgym.eval.labnav.rules import Ending
+from labgym.eval.labnav.shown_drive import ShownDrive
 from labgym.eval.labnav.suites import MINI
 from labgym.eval.labnav.summary import LabNavSummary, TaskSummary
+from labgym.eval.leaderboard.drives import published_drives
 from labgym.eval.leaderboard.labnav import DIRTY, LabNavResult, Outcome, commits_of
 from labgym.eval.reports.labnav_tables import TRACKS
 from labgym.policies.registry import BUILT_IN, FILES
@@ -46,6 +48,7 @@ class Entry:
         summary: of the tasks on the page.
         outcomes: of each episode, by its key.
         rows, routes: by the key; empty for a published result.
+        drives: of a published result that are published, too, by the key.
         planning: median over episodes of the milliseconds per action; None if it was not measured.
         slow: number of episodes in which it was slower than declared.
         commits: that drove each task, by its suite; "-dirty" follows a commit with changes.
@@ -59,6 +62,7 @@ class Entry:
     outcomes: Mapping[str, Outcome]
     rows: Mapping[str, LabNavRow] = field(default_factory=dict)
     routes: Mapping[str, Route] = field(default_factory=dict)
+    drives: Mapping[str, ShownDrive] = field(default_factory=dict)
     planning: float | None = None
     slow: int = 0
     commits: Mapping[str, Sequence[str]] = field(default_factory=dict)
@@ -84,14 +88,15 @@ class Entry:
         )
 
     @classmethod
-    def of_result(cls, result: LabNavResult) -> Entry:
-        """Return the entry of a published result."""
+    def of_result(cls, result: LabNavResult, drives: Mapping[str, ShownDrive] | None = None) -> Entry:
+        """Return the entry of a published result, and of those of its drives that are published."""
         return cls(
             name=result.summary.policy,
             kind=kind_of_policy(result.summary.policy),
             published=True,
             summary=result.summary,
             outcomes=result.by_key,
+            drives={} if drives is None else drives,
             commits=result.commits,
         )
 
@@ -109,6 +114,11 @@ class Entry:
     def tasks(self) -> dict[str, TaskSummary]:
         """The results by task and level, such as "aisle-2"."""
         return {f"{each.task}-{each.level}": each for each in self.summary.tasks}
+
+    @property
+    def moves(self) -> bool:
+        """Whether the page has routes of it."""
+        return bool(self.routes or self.drives)
 
     @property
     def mean(self) -> float:
@@ -193,7 +203,7 @@ def with_published(evaluations: Sequence[LabNavEvaluation], published: Sequence[
     labels = {task.suite for task in first.tasks}
     driven = {one.name: one for one in entries}
     for result in published if first.suite != MINI else ():
-        entry = restricted(Entry.of_result(result), labels)
+        entry = restricted(Entry.of_result(result, published_drives(result)), labels)
         same = driven.get(entry.name)
         if not entry.summary.tasks or (same is not None and same.outcomes == entry.outcomes):
             continue

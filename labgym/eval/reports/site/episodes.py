@@ -10,17 +10,13 @@ from typing import Any
 from urllib.parse import quote
 
 import numpy as np
-from numpy.typing import NDArray
 
 from labgym.envs.labnav.episodes import LabNavEpisode, LabNavEpisodes
 from labgym.envs.labnav.tasks import task_of
 from labgym.envs.labnav.worlds import prepared
-from labgym.envs.robot import ROBOT
 from labgym.envs.tasks import Task
 from labgym.errors import LabgymError
-from labgym.eval.driving.drive import Route
-from labgym.eval.labnav.people_along import people_along
-from labgym.eval.labnav.row import LabNavRow
+from labgym.eval.labnav.shown_drive import ShownDrive
 from labgym.eval.labnav.suites import load_labnav, suite_names
 from labgym.eval.reports.site.entries import Entry
 from labgym.eval.reports.site.plans import plan_of_map, thing_name, world_of_episode
@@ -29,10 +25,6 @@ MOST_EPISODES = 60
 """Greatest number of episodes in the viewer."""
 TELLING = 2
 """Episodes of each task on which the policies differ most."""
-MOST_POSES, MOST_MOMENTS = 400, 200
-"""Greatest number of poses of a route, and of moments at which people are drawn."""
-LONGEST = 15_000
-"""Most poses of a route that is shown; a shift of ten drives has 12 500."""
 FILMS = "films"
 """Folder in that of an evaluation where its films are, named after their episodes."""
 
@@ -68,18 +60,18 @@ def episodes_shown(entries: Sequence[Entry], suite: str, home: Path, most: int =
         shown.problems.append(f"no episodes are shown: suite {suite} is not published")
         return shown
     try:
-        published = load_labnav(suite).parts
+        published = load_labnav(suite)
     except LabgymError as error:
         shown.problems.append(f"no episodes are shown: {error}")
         return shown
-    parts = []
-    for part in published:
+    current = set()
+    for part in published.parts:
         labels = {task.suite for one in entries for task in one.summary.tasks if task.task == part.task}
         if labels - {part.label}:
             shown.problems.append(f"episodes of {part.name} are not shown: they are now those of {part.label}")
         else:
-            parts.append(part)
-    places = {f"{part.task}-{part.level}/{each.key}": (part, each) for part in parts for each in part.episodes}
+            current.add(part.name)
+    places = {key: place for key, place in published.by_key.items() if place[0].name in current}
     for key in chosen(entries, list(places), most):
         part, episode = places[key]
         layout = part.layout(episode.floor)
@@ -96,8 +88,8 @@ def episodes_shown(entries: Sequence[Entry], suite: str, home: Path, most: int =
 def chosen(entries: Sequence[Entry], keys: Sequence[str], most: int) -> list[str]:
     """Return the episodes to show, in the order of the suite.
 
-    Of each task those on which the scores differ most, on different floors; then those that show how each policy fails
-    in each task, as many ways at a time as possible.
+    Of each task those that most policies drove and on which their scores differ most, on different floors; then those
+    that show how each policy fails in each task, as many ways at a time as possible.
 
     Args:
         entries: the policies. keys: of all episodes. most: greatest number.
@@ -123,9 +115,10 @@ def chosen(entries: Sequence[Entry], keys: Sequence[str], most: int) -> list[str
 
 
 def _telling(entries: Sequence[Entry], keys: Sequence[str]) -> list[str]:
-    """Return the episodes with the greatest spread of scores, on different floors where possible."""
+    """Return the episodes of most policies with the greatest spread of scores, on different floors."""
     scores = {key: [one.scores[key] for one in entries if key in one.scores] for key in keys}
-    spread = {key: float(np.std(values)) for key, values in scores.items() if values}
+    most = max(map(len, scores.values()), default=0)
+    spread = {key: float(np.std(values)) for key, values in scores.items() if len(values) == most}
     order = {key: number for number, key in enumerate(keys)}
     picked: list[str] = []
     for key in sorted(spread, key=lambda key: (-spread[key], order[key])):
@@ -171,59 +164,27 @@ def _episode(
 
 def _drive(one: Entry, key: str, task: Task, home: Path) -> dict[str, Any]:
     """Return what the page holds of a drive: score, ending, facts, route, people and film."""
-    row, route = one.rows.get(key), one.routes.get(key)
-    outcome = one.outcomes[key]
+    row, outcome = one.rows.get(key), one.outcomes[key]
+    shown = one.drives.get(key) if row is None else ShownDrive.of(row, one.routes.get(key, ()), task)
     drive: dict[str, Any] = {"score": round(outcome.score, 3), "ending": outcome.ending, "time": round(outcome.time, 1)}
-    drive |= {} if row is None else facts_of(row)
+    drive |= {} if shown is None else _facts_of(shown)
     film = film_of(one, key, home)
-    if film is not None:
-        drive["film"] = film
-    if route and len(route) <= LONGEST:
-        drive["route"] = packed_route(route)
-        people = people_along(task, route)
-        if people.yields:
-            every = max(1, -(-len(route) // MOST_MOMENTS))
-            drive["people"] = {
-                "dt": round(every * ROBOT.control_dt, 1),
-                "yields": [int(each) for each in people.yields],
-                "places": packed(people.places[::every].reshape(-1, 2 * len(people.yields))),
-            }
-    return drive
+    return drive if film is None else {**drive, "film": film}
 
 
-def facts_of(row: LabNavRow) -> dict[str, Any]:
-    """Return what the viewer says about a drive."""
+def _facts_of(shown: ShownDrive) -> dict[str, Any]:
+    """Return what the viewer says and draws of a drive besides its outcome; without what it does not have."""
     facts: dict[str, Any] = {
-        "driven": round(row.path_length, 2),
-        "away": round(row.final_distance, 2),
-        "touches": row.contacts,
+        "driven": shown.driven,
+        "away": shown.away,
+        "touches": shown.touches,
+        "contact": thing_name(shown.contact) if shown.contact else "",
+        "legs": [[leg.ending, int(leg.docked), leg.time] for leg in shown.legs],
+        "error": shown.error,
     }
-    if row.contact:
-        facts["contact"] = thing_name(row.contact)
-    if row.legs:
-        facts["legs"] = [[leg.ending, int(leg.docked), round(leg.time, 1)] for leg in row.legs]
-    if row.error:
-        facts["error"] = row.error[:300]
-    return facts
-
-
-def packed_route(route: Route) -> dict[str, Any]:
-    """Return a route as whole centimeters and degrees, with the seconds between two poses."""
-    every = max(1, -(-len(route) // MOST_POSES))
-    poses = np.asarray(route, dtype=np.float64)
-    kept = np.unique(np.append(np.arange(0, len(poses), every), len(poses) - 1))
-    turns = np.degrees(np.unwrap(poses[kept, 2])) / 100.0
-    return {
-        "dt": round(every * ROBOT.control_dt, 1),
-        "seconds": round((len(poses) - 1) * ROBOT.control_dt, 1),
-        "poses": packed(np.column_stack([poses[kept, :2], turns])),
-    }
-
-
-def packed(table: NDArray[np.float64]) -> list[int]:
-    """Return the first row of a table in hundredths, and the difference of each row from the one before, as a list."""
-    whole = np.rint(table * 100.0).astype(np.int64)
-    return np.diff(whole, axis=0, prepend=np.zeros((1, whole.shape[1]), dtype=np.int64)).ravel().tolist()
+    parts = {"route": shown.route, "people": shown.people}
+    facts |= {name: part.model_dump(mode="json") for name, part in parts.items() if part is not None}
+    return {name: value for name, value in facts.items() if value not in ("", [])}
 
 
 def film_of(one: Entry, key: str, home: Path) -> str | None:

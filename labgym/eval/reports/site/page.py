@@ -177,7 +177,7 @@ class Site:
     @property
     def routes(self) -> bool:
         """Whether a policy has routes."""
-        return any(one.entry.routes for one in self.sections)
+        return any(one.entry.moves for one in self.sections)
 
     @property
     def mixed(self) -> bool:
@@ -234,7 +234,7 @@ def site_of(
     own = [one for one in entries if not one.published] or entries
     most = max((one.most_episodes for one in own), default=0)
     mixed = len({one.published for one in entries}) > 1
-    colors = sorted(range(len(entries)), key=lambda number: not entries[number].routes)
+    colors = sorted(range(len(entries)), key=lambda number: not entries[number].moves)
     sections = tuple(
         _section(number, colors.index(number), one, tasks, detail_of(one, most, mixed), shown)
         for number, one in enumerate(entries)

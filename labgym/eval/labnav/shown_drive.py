@@ -1,0 +1,141 @@
+"""What a page shows of a drive: its outcome, its route, and the people along it, small enough for one file."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from labgym.documents import Record
+from labgym.envs.conditions.leg_payload import MOST_LEGS
+from labgym.envs.robot import ROBOT
+from labgym.envs.tasks import Task
+from labgym.eval.driving.drive import Route
+from labgym.eval.driving.episode_row import Count, Length, Share
+from labgym.eval.labnav.people_along import people_along
+from labgym.eval.labnav.row import LabNavRow
+from labgym.eval.labnav.rules import Ending
+
+MOST_POSES, MOST_MOMENTS = 400, 200
+"""Greatest number of poses of a route, and of moments at which people are shown."""
+LONGEST = 15_000
+"""Most poses of a route that is shown; a shift of ten drives has 12 500."""
+
+Packed = Annotated[tuple[int, ...], Field(max_length=100_000)]
+"""A table of whole numbers as one list: its first row, then the difference of each row from the one before."""
+
+
+class ShownRoute(Record):
+    """A route.
+
+    Attributes:
+        dt: between two poses, seconds. seconds: from the first to the last.
+        poses: packed rows of x, y in centimeters, and the continuous yaw in degrees.
+    """
+
+    dt: Length
+    seconds: Length
+    poses: Packed
+
+
+class ShownPeople(Record):
+    """The people along a route.
+
+    Attributes:
+        dt: between two moments, seconds. yields: 1 for each person who avoids the robot, 0 for the others.
+        places: packed rows of the x and y of all people, centimeters.
+    """
+
+    dt: Length
+    yields: Annotated[tuple[int, ...], Field(max_length=100)]
+    places: Packed
+
+
+class ShownLeg(Record):
+    """A drive of a shift: how it ended, whether the robot docked, and its time, seconds."""
+
+    ending: Ending
+    docked: bool
+    time: Length
+
+
+class ShownDrive(Record):
+    """A drive.
+
+    Attributes:
+        key: of the episode. score, ending, time: as in the row.
+        driven: path length, meters. away: distance from the goal at the end, meters.
+        touches: control steps with a contact. contact: name of the thing whose touch ended the drive, "" without.
+        error: of the policy, "" without. legs: in `shift`, the drives that were begun.
+        route: None if it is too long. people: None without people.
+    """
+
+    key: Annotated[str, Field(max_length=200)]
+    score: Share
+    ending: Ending
+    time: Length
+    driven: Length
+    away: Length
+    touches: Count
+    contact: Annotated[str, Field(max_length=100)] = ""
+    error: Annotated[str, Field(max_length=300)] = ""
+    legs: Annotated[tuple[ShownLeg, ...], Field(max_length=MOST_LEGS)] = ()
+    route: ShownRoute | None = None
+    people: ShownPeople | None = None
+
+    @classmethod
+    def of(cls, row: LabNavRow, route: Route, task: Task) -> ShownDrive:
+        """Return what is shown of a drive.
+
+        Args:
+            row: its results. route: poses at the start and after each control step; empty if it is not known.
+            task: the episode after its conditions.
+        """
+        kept = route if len(route) <= LONGEST else ()
+        return cls(
+            key=row.key,
+            score=row.score,
+            ending=row.ending,
+            time=row.time,
+            driven=round(row.path_length, 2),
+            away=round(row.final_distance, 2),
+            touches=row.contacts,
+            contact=row.contact,
+            error=(row.error or "")[:300],
+            legs=tuple(ShownLeg(ending=leg.ending, docked=leg.docked, time=round(leg.time, 1)) for leg in row.legs),
+            route=shown_route(kept) if len(kept) else None,
+            people=_shown_people(task, kept),
+        )
+
+
+def shown_route(route: Route) -> ShownRoute:
+    """Return a route of at most `MOST_POSES` poses and its last one."""
+    every = max(1, -(-len(route) // MOST_POSES))
+    poses = np.asarray(route, dtype=np.float64)
+    kept = np.unique(np.append(np.arange(0, len(poses), every), len(poses) - 1))
+    turns = np.degrees(np.unwrap(poses[kept, 2])) / 100.0
+    return ShownRoute(
+        dt=round(every * ROBOT.control_dt, 1),
+        seconds=round((len(poses) - 1) * ROBOT.control_dt, 1),
+        poses=packed(np.column_stack([poses[kept, :2], turns])),
+    )
+
+
+def _shown_people(task: Task, route: Route) -> ShownPeople | None:
+    people = people_along(task, route)
+    if not people.yields:
+        return None
+    every = max(1, -(-len(route) // MOST_MOMENTS))
+    return ShownPeople(
+        dt=round(every * ROBOT.control_dt, 1),
+        yields=tuple(int(each) for each in people.yields),
+        places=packed(people.places[::every].reshape(-1, 2 * len(people.yields))),
+    )
+
+
+def packed(table: NDArray[np.float64]) -> tuple[int, ...]:
+    """Return a table in hundredths, as `Packed`."""
+    whole = np.rint(table * 100.0).astype(np.int64)
+    return tuple(np.diff(whole, axis=0, prepend=np.zeros((1, whole.shape[1]), dtype=np.int64)).ravel().tolist())

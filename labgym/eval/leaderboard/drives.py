@@ -1,0 +1,93 @@
+"""The published drives: routes and people of some episodes of each published result, for its page."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+from pathlib import Path
+
+from labgym.artefacts import artefacts
+from labgym.documents import write_bytes
+from labgym.envs.labnav.worlds import prepared
+from labgym.eval.driving.files import read_lines, record_line
+from labgym.eval.labnav.evaluation import LabNavEvaluation
+from labgym.eval.labnav.runner import evaluate_labnav
+from labgym.eval.labnav.shown_drive import ShownDrive
+from labgym.eval.labnav.suites import PREFIX, LabNavSuite, load_labnav
+from labgym.eval.leaderboard.check import agreement
+from labgym.eval.leaderboard.labnav import DIGITS, LabNavResult, Outcome
+from labgym.runs import ExecutorOptions
+
+FOLDER = "leaderboard/drives"
+
+
+@dataclass(frozen=True)
+class PublishedDrives:
+    """What was published of a policy's drives.
+
+    Attributes:
+        path: the file. count: of drives in it.
+        differing: a sentence for each episode that did not end as published, and is not in the file.
+    """
+
+    path: Path
+    count: int
+    differing: tuple[str, ...]
+
+
+def publish_drives(
+    result: LabNavResult, keys: Collection[str], runs: Path, executor: ExecutorOptions, place: Path | None = None
+) -> PublishedDrives:
+    """Drive episodes of a published result again, and write the routes of those that end as published.
+
+    Args:
+        result: of a built-in policy. keys: of the episodes; those that it does not have are left out.
+        runs: folder for the evaluation, which resumes. executor: where the episodes are driven.
+        place: another folder to write to.
+
+    Raises:
+        UnknownNameError: the policy is not built in. LabgymError: as `evaluate_labnav`.
+    """
+    summary = result.summary
+    suite = suite_of_keys(frozenset(keys) & result.by_key.keys())
+    folder = runs / suite.hash[:12] / summary.policy
+    evaluate_labnav(summary.policy, suite, folder, summary.seed, options=summary.options, executor=executor)
+    evaluation = LabNavEvaluation.read(folder)
+    differing = agreement(evaluation.rows, result.by_key, suite.seconds).differing
+    episodes, shown = suite.by_key, []
+    for row in evaluation.rows:
+        if Outcome.of(row) != result.by_key[row.key]:
+            continue
+        part, episode = episodes[row.key]
+        task = prepared(part.task, part.level, episode, part.layout(episode.floor))
+        shown.append(ShownDrive.of(row, evaluation.routes[row.key], task))
+    path = (artefacts("eval") / FOLDER if place is None else place) / f"{summary.policy}.jsonl"
+    write_bytes(path, b"".join(map(record_line, shown)))
+    return PublishedDrives(path, len(shown), differing)
+
+
+def suite_of_keys(keys: Collection[str]) -> LabNavSuite:
+    """Return the episodes of the suite labnav that have some keys."""
+    parts = (part.only(keys) for part in load_labnav(PREFIX).parts)
+    return LabNavSuite(f"{PREFIX}-shown", tuple(part for part in parts if part is not None))
+
+
+def published_drives(result: LabNavResult, place: Path | None = None) -> dict[str, ShownDrive]:
+    """Return the published drives of a result by the episode's key; those of another result are left out.
+
+    Raises:
+        DocumentError: the file is broken.
+    """
+    path = (artefacts("eval") / FOLDER if place is None else place) / f"{result.summary.policy}.jsonl"
+    if not path.is_file():
+        return {}
+    drives = read_lines(path, ShownDrive).checked(path, path.name)
+    return {key: one for key, one in drives.items() if _is_of(one, result.by_key.get(key))}
+
+
+def _is_of(drive: ShownDrive, outcome: Outcome | None) -> bool:
+    """Whether a drive ended as an outcome says."""
+    if outcome is None:
+        return False
+    here = round(drive.score, DIGITS), drive.ending, round(drive.time, DIGITS)
+    return here == (outcome.score, outcome.ending, outcome.time)
