@@ -9,16 +9,20 @@ from pathlib import Path
 from labgym.artefacts import artefacts
 from labgym.documents import write_bytes
 from labgym.envs.labnav.worlds import prepared
+from labgym.eval.driving.drive import Route
 from labgym.eval.driving.files import read_lines, record_line
 from labgym.eval.labnav.evaluation import LabNavEvaluation
+from labgym.eval.labnav.row import LabNavRow
 from labgym.eval.labnav.runner import evaluate_labnav
 from labgym.eval.labnav.shown_drive import ShownDrive
 from labgym.eval.labnav.suites import PREFIX, LabNavSuite, load_labnav
 from labgym.eval.leaderboard.check import agreement
-from labgym.eval.leaderboard.labnav import DIGITS, LabNavResult, Outcome
+from labgym.eval.leaderboard.labnav import LabNavResult, Outcome
 from labgym.runs import ExecutorOptions
 
 FOLDER = "leaderboard/drives"
+CLOSE = 0.02
+"""Greatest difference of the scores of a drive and of the same drive on another machine, which rounds otherwise."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +31,7 @@ class PublishedDrives:
 
     Attributes:
         path: the file. count: of drives in it.
-        differing: a sentence for each episode that did not end as published, and is not in the file.
+        differing: a sentence for each drive that is not near the published one, and not in the file.
     """
 
     path: Path
@@ -38,7 +42,7 @@ class PublishedDrives:
 def publish_drives(
     result: LabNavResult, keys: Collection[str], runs: Path, executor: ExecutorOptions, place: Path | None = None
 ) -> PublishedDrives:
-    """Drive episodes of a published result again, and write the routes of those that end as published.
+    """Drive episodes of a published result again, and write the routes that end as published, with nearly the score.
 
     Args:
         result: of a built-in policy. keys: of the episodes; those that it does not have are left out.
@@ -53,17 +57,18 @@ def publish_drives(
     folder = runs / suite.hash[:12] / summary.policy
     evaluate_labnav(summary.policy, suite, folder, summary.seed, options=summary.options, executor=executor)
     evaluation = LabNavEvaluation.read(folder)
-    differing = agreement(evaluation.rows, result.by_key, suite.seconds).differing
-    episodes, shown = suite.by_key, []
-    for row in evaluation.rows:
-        if Outcome.of(row) != result.by_key[row.key]:
-            continue
-        part, episode = episodes[row.key]
-        task = prepared(part.task, part.level, episode, part.layout(episode.floor))
-        shown.append(ShownDrive.of(row, evaluation.routes[row.key], task))
+    drives = {row.key: _shown(suite, row, evaluation.routes[row.key]) for row in evaluation.rows}
+    shown = [one for key, one in drives.items() if _is_of(one, result.by_key[key])]
+    others = [row for row in evaluation.rows if not _is_of(drives[row.key], result.by_key[row.key])]
+    differing = agreement(others, result.by_key, suite.seconds).differing
     path = (artefacts("eval") / FOLDER if place is None else place) / f"{summary.policy}.jsonl"
     write_bytes(path, b"".join(map(record_line, shown)))
     return PublishedDrives(path, len(shown), differing)
+
+
+def _shown(suite: LabNavSuite, row: LabNavRow, route: Route) -> ShownDrive:
+    part, episode = suite.by_key[row.key]
+    return ShownDrive.of(row, route, prepared(part.task, part.level, episode, part.layout(episode.floor)))
 
 
 def suite_of_keys(keys: Collection[str]) -> LabNavSuite:
@@ -86,8 +91,5 @@ def published_drives(result: LabNavResult, place: Path | None = None) -> dict[st
 
 
 def _is_of(drive: ShownDrive, outcome: Outcome | None) -> bool:
-    """Whether a drive ended as an outcome says."""
-    if outcome is None:
-        return False
-    here = round(drive.score, DIGITS), drive.ending, round(drive.time, DIGITS)
-    return here == (outcome.score, outcome.ending, outcome.time)
+    """Whether a drive is, but for rounding, the one with an outcome."""
+    return outcome is not None and drive.ending == outcome.ending and abs(drive.score - outcome.score) <= CLOSE

@@ -59,8 +59,11 @@ def test_a_drive_that_ends_otherwise_is_named_and_left_out(tmp_path):
 def test_drives_of_another_result_are_left_out(published):
     home, _ = published
     result = RESULTS["straight"]
-    later = tuple(one.model_copy(update={"time": one.time + 0.1}) for one in result.outcomes)
-    assert published_drives(result.model_copy(update={"outcomes": later}), home) == {}
+    better = tuple(one.model_copy(update={"score": one.score + 0.03}) for one in result.outcomes)
+    assert published_drives(result.model_copy(update={"outcomes": better}), home) == {}
+    touched = tuple(one.model_copy(update={"ending": "contact"}) for one in result.outcomes)
+    kept = published_drives(result.model_copy(update={"outcomes": touched}), home)
+    assert {drive.ending for drive in kept.values()} <= {"contact"}
 
 
 def test_a_broken_file_is_named(published, tmp_path):
@@ -105,6 +108,8 @@ def test_published_files_hold_drives_of_the_published_results(policy):
     assert {key.partition("-")[0] for key in drives} == {task.task for task in RESULTS[policy].summary.tasks}
     for drive in drives.values():
         poses = np.cumsum(np.array(drive.route.poses).reshape(-1, 3), axis=0)
+        outcome = RESULTS[policy].by_key[drive.key]
+        assert drive.time == pytest.approx(outcome.time, rel=0.1, abs=1.0)
         assert drive.route.seconds == pytest.approx(drive.time, abs=0.11)
         length = np.linalg.norm(np.diff(poses[:, :2], axis=0), axis=1).sum() / 100.0
         assert length == pytest.approx(drive.driven, rel=0.1, abs=0.3)
