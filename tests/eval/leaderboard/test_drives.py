@@ -12,6 +12,7 @@ from labgym.eval.labnav.suites import load_labnav
 from labgym.eval.leaderboard import drives as module
 from labgym.eval.leaderboard.drives import publish_drives, published_drives, suite_of_keys
 from labgym.eval.leaderboard.labnav import published_results
+from labgym.eval.reports import labnav_report
 from labgym.eval.reports.labnav_report import write_leaderboard
 from labgym.eval.reports.site.entries import Entry
 from labgym.eval.reports.site.episodes import episodes_shown
@@ -115,7 +116,13 @@ def test_published_files_hold_drives_of_the_published_results(policy):
         assert length == pytest.approx(drive.driven, rel=0.1, abs=0.3)
 
 
+def test_a_site_without_routes_says_so(tmp_path, monkeypatch):
+    monkeypatch.setattr(labnav_report, "published_drives", lambda result: {})
+    page = write_leaderboard(tmp_path, [RESULTS["straight"]])
+    assert "No routes of these results are published" in page.read_text()
+
+
 def test_the_leaderboard_has_routes_of_every_policy_and_stays_small(tmp_path):
     page = write_leaderboard(tmp_path)
-    assert "Published results have no routes" not in page.read_text()
+    assert "No routes of these results are published" not in page.read_text()
     assert page.stat().st_size < 5_000_000

@@ -56,8 +56,9 @@ def reading_notes(entries: Sequence[Entry], whole: bool) -> tuple[str, ...]:
             f"{', '.join(costly)} drove the first episode of each floor only (suite {FIRST}): the expected value is "
             "the same, the interval wider."
         )
-    if len({one.published for one in entries}) > 1:
-        notes.append("Published results have no routes.")
+    still = [one.name for one in entries if one.published and not one.moves]
+    if still and any(one.moves for one in entries):
+        notes.append(f"No routes are published of {', '.join(still)}.")
     if any(one.summary.draft for one in entries):
         notes.append("Draft episodes: they may change, and their figures are not those of LabNav.")
     return tuple(notes)
