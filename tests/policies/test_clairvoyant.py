@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import math
+import os
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -96,6 +100,23 @@ def test_a_smooth_path_is_little_longer_than_the_shortest_and_can_be_driven_at_f
     assert headed.yaw[0] == pytest.approx(0.0, abs=0.05)
     taut = Route.of(shortest().points, LIMITS)
     assert fastest_times(route, 1.4)[1][-1] < fastest_times(taut, 1.4)[1][-1] - 0.5
+
+
+def test_every_processor_has_the_same_smooth_path():
+    program = (
+        "import test_clairvoyant as t; print(t.smooth_path(t.shortest().points, t.FIELD, t.Band()).tobytes().hex())"
+    )
+    paths = []
+    for kernels in ("Haswell", "Prescott"):
+        environment = {
+            **os.environ,
+            "OPENBLAS_CORETYPE": kernels,
+            "PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), *sys.path]),
+        }
+        command = [sys.executable, "-c", program]
+        paths.append(subprocess.run(command, capture_output=True, text=True, check=True, env=environment).stdout)
+    assert paths[0] == paths[1]
+    assert len(paths[0]) > 1000
 
 
 def test_the_fastest_way_takes_no_longer_than_a_turn_in_place_and_the_taut_path():

@@ -73,7 +73,7 @@ def reacting(
         level_before, level = level, _choice(line, place, level, gait, unit, forecast.places, forecast.following, apart)
         place = min(place + (level_before + level) * unit, route.length)
         raw.append([place, level * rise])
-        reached, v = (weights @ np.array(raw[: -len(weights) - 1 : -1])).tolist()
+        reached, v = (weights[:, None] * raw[: -len(weights) - 1 : -1]).sum(axis=0).tolist()
         x, y, yaw, curvature = line.at(reached)
         forecast.step(x, y, v * math.cos(yaw), v * math.sin(yaw), v * curvature)
         if min((math.dist((x, y), each) for each in forecast.places.tolist()), default=math.inf) < NEAR:

@@ -16,7 +16,8 @@ Array = NDArray[np.float64]
 
 STEP = 0.10
 """Distance between the points of the band, meters."""
-ITERATIONS = 150
+EVALUATIONS = 300
+"""Most evaluations of a path's cost."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +73,8 @@ def smooth_path(
             gradient += 2.0 * h * band.guide * off
         return value, gradient[first:last].ravel()
 
-    found = minimize(cost, path[first:last].ravel(), jac=True, method="L-BFGS-B", options={"maxiter": ITERATIONS})
+    # Without BLAS, whose last bits depend on the processor.
+    found = minimize(cost, path[first:last].ravel(), jac=True, method="TNC", options={"maxfun": EVALUATIONS})
     path[first:last] = found.x.reshape(-1, 2)
     return path
 
