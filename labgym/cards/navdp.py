@@ -159,7 +159,7 @@ def ablation_section(folder: Path) -> str:
     return f"""## Ablation study
 
 One part of the driving is changed at a time, or all parts around the network at once; all variants use the published
-weights. The effect of memory and rotated paths on the training was not measured.
+weights. The effect of rotated paths on the training was not measured.
 
 {ablation_table(folder / RESULTS, NAVDP.titles)}
 
