@@ -216,7 +216,7 @@ class LabNavEpisodes(Document):
         return self.model_copy(update={"episodes": chosen})
 
     def only(self, keys: Container[str]) -> LabNavEpisodes | None:
-        """Return the episodes with some keys, such as "aisle-2/floors-test-0000/1"; None if there are none."""
+        """Return the episodes with some keys, such as "aisle-2/floors-test-0000/1"; None if it has none of them."""
         chosen = tuple(one for one in self.episodes if f"{self.task}-{self.level}/{one.key}" in keys)
         return self.model_copy(update={"episodes": chosen}) if chosen else None
 

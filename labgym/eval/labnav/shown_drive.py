@@ -1,4 +1,4 @@
-"""What a page shows of a drive: its outcome, its route, and the people along it, small enough for one file."""
+"""Drives as a page shows them: outcome, route, and the people along it, small enough for one file."""
 
 from __future__ import annotations
 

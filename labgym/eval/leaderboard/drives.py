@@ -27,7 +27,7 @@ CLOSE = 0.02
 
 @dataclass(frozen=True)
 class PublishedDrives:
-    """What was published of a policy's drives.
+    """Published drives of a policy.
 
     Attributes:
         path: the file. count: of drives in it.
