@@ -75,13 +75,13 @@ def publish_routes(results: Sequence[LabNavResult], names: Sequence[str], execut
     from labgym.eval.reports.site.episodes import MOST_EPISODES, chosen
     from labgym.policies.registry import BUILT_IN
 
-    known = {one.summary.policy: one for one in results if one.summary.policy in BUILT_IN}
+    publishable = {one.summary.policy: one for one in results if one.summary.policy in BUILT_IN}
     for name in names:
-        if name not in known and name != ALL:
-            raise UnknownNameError("built-in policy with a published result", name, (*known, ALL))
+        if name not in publishable and name != ALL:
+            raise UnknownNameError("built-in policy with a published result", name, (*publishable, ALL))
     keys = chosen([Entry.of_result(one) for one in results], list(load_labnav(PREFIX).by_key), MOST_EPISODES)
     problems: list[str] = []
-    for name, result in known.items():
+    for name, result in publishable.items():
         if name in names or ALL in names:
             published = publish_drives(result, keys, ROUTES, execution.options())
             written(published.path)

@@ -215,9 +215,14 @@ class LabNavEpisodes(Document):
             chosen = tuple(one.model_copy(update={"following": one.following[: goals - 1]}) for one in chosen)
         return self.model_copy(update={"episodes": chosen})
 
+    @property
+    def by_key(self) -> dict[str, LabNavEpisode]:
+        """The episodes by task, level, floor and number, such as "aisle-2/floors-test-0000/1"."""
+        return {f"{self.task}-{self.level}/{one.key}": one for one in self.episodes}
+
     def only(self, keys: Container[str]) -> LabNavEpisodes | None:
         """Return the episodes with some keys, such as "aisle-2/floors-test-0000/1"; None if it has none of them."""
-        chosen = tuple(one for one in self.episodes if f"{self.task}-{self.level}/{one.key}" in keys)
+        chosen = tuple(one for key, one in self.by_key.items() if key in keys)
         return self.model_copy(update={"episodes": chosen}) if chosen else None
 
 

@@ -93,7 +93,7 @@ class ShownDrive(Record):
             row: its results. route: poses at the start and after each control step; empty if it is not known.
             task: the episode after its conditions.
         """
-        kept = route if len(route) <= LONGEST else ()
+        drawn = route if len(route) <= LONGEST else ()
         return cls(
             key=row.key,
             score=row.score,
@@ -105,8 +105,8 @@ class ShownDrive(Record):
             contact=row.contact,
             error=(row.error or "")[:300],
             legs=tuple(ShownLeg(ending=leg.ending, docked=leg.docked, time=round(leg.time, 1)) for leg in row.legs),
-            route=shown_route(kept) if len(kept) else None,
-            people=_shown_people(task, kept),
+            route=shown_route(drawn) if len(drawn) else None,
+            people=_shown_people(task, drawn),
         )
 
 
@@ -114,12 +114,12 @@ def shown_route(route: Route) -> ShownRoute:
     """Return a route of at most `MOST_POSES` poses and its last one."""
     every = max(1, -(-len(route) // MOST_POSES))
     poses = np.asarray(route, dtype=np.float64)
-    kept = np.unique(np.append(np.arange(0, len(poses), every), len(poses) - 1))
-    turns = np.degrees(np.unwrap(poses[kept, 2])) / 100.0
+    indices = np.unique(np.append(np.arange(0, len(poses), every), len(poses) - 1))
+    turns = np.degrees(np.unwrap(poses[indices, 2])) / 100.0
     return ShownRoute(
         dt=round(every * ROBOT.control_dt, 1),
         seconds=round((len(poses) - 1) * ROBOT.control_dt, 1),
-        poses=packed(np.column_stack([poses[kept, :2], turns])),
+        poses=packed(np.column_stack([poses[indices, :2], turns])),
     )
 
 

@@ -67,7 +67,7 @@ class LabNavSuite:
     @property
     def by_key(self) -> dict[str, tuple[LabNavEpisodes, LabNavEpisode]]:
         """The episodes with their part, by their keys, such as "aisle-2/floors-test-0000/1"."""
-        return {f"{part.task}-{part.level}/{one.key}": (part, one) for part in self.parts for one in part.episodes}
+        return {key: (part, one) for part in self.parts for key, one in part.by_key.items()}
 
     @property
     def hash(self) -> str:

@@ -9,7 +9,6 @@ from pathlib import Path
 from labgym.artefacts import artefacts
 from labgym.documents import write_bytes
 from labgym.envs.labnav.worlds import prepared
-from labgym.eval.driving.drive import Route
 from labgym.eval.driving.files import read_lines, record_line
 from labgym.eval.labnav.evaluation import LabNavEvaluation
 from labgym.eval.labnav.row import LabNavRow
@@ -52,23 +51,23 @@ def publish_drives(
     Raises:
         UnknownNameError: the policy is not built in. LabgymError: as `evaluate_labnav`.
     """
-    summary = result.summary
-    suite = suite_of_keys(frozenset(keys) & result.by_key.keys())
+    summary, outcomes = result.summary, result.by_key
+    suite = suite_of_keys(frozenset(keys) & outcomes.keys())
     folder = runs / suite.hash[:12] / summary.policy
     evaluate_labnav(summary.policy, suite, folder, summary.seed, options=summary.options, executor=executor)
     evaluation = LabNavEvaluation.read(folder)
-    drives = {row.key: _shown(suite, row, evaluation.routes[row.key]) for row in evaluation.rows}
-    shown = [one for key, one in drives.items() if _is_of(one, result.by_key[key])]
-    others = [row for row in evaluation.rows if not _is_of(drives[row.key], result.by_key[row.key])]
-    differing = agreement(others, result.by_key, suite.seconds).differing
-    path = (artefacts("eval") / FOLDER if place is None else place) / f"{summary.policy}.jsonl"
+    episodes, shown, others = suite.by_key, [], []
+    for row in evaluation.rows:
+        if not _is_near(row, outcomes[row.key]):
+            others.append(row)
+            continue
+        part, episode = episodes[row.key]
+        task = prepared(part.task, part.level, episode, part.layout(episode.floor))
+        shown.append(ShownDrive.of(row, evaluation.routes[row.key], task))
+    differing = agreement(others, outcomes, suite.seconds).differing
+    path = _path(summary.policy, place)
     write_bytes(path, b"".join(map(record_line, shown)))
     return PublishedDrives(path, len(shown), differing)
-
-
-def _shown(suite: LabNavSuite, row: LabNavRow, route: Route) -> ShownDrive:
-    part, episode = suite.by_key[row.key]
-    return ShownDrive.of(row, route, prepared(part.task, part.level, episode, part.layout(episode.floor)))
 
 
 def suite_of_keys(keys: Collection[str]) -> LabNavSuite:
@@ -83,13 +82,18 @@ def published_drives(result: LabNavResult, place: Path | None = None) -> dict[st
     Raises:
         DocumentError: the file is broken.
     """
-    path = (artefacts("eval") / FOLDER if place is None else place) / f"{result.summary.policy}.jsonl"
+    path = _path(result.summary.policy, place)
     if not path.is_file():
         return {}
     drives = read_lines(path, ShownDrive).checked(path, path.name)
-    return {key: one for key, one in drives.items() if _is_of(one, result.by_key.get(key))}
+    outcomes = result.by_key
+    return {key: one for key, one in drives.items() if key in outcomes and _is_near(one, outcomes[key])}
 
 
-def _is_of(drive: ShownDrive, outcome: Outcome | None) -> bool:
+def _path(policy: str, place: Path | None) -> Path:
+    return (artefacts("eval") / FOLDER if place is None else place) / f"{policy}.jsonl"
+
+
+def _is_near(drive: LabNavRow | ShownDrive, outcome: Outcome) -> bool:
     """Whether a drive is, but for rounding, the one with an outcome."""
-    return outcome is not None and drive.ending == outcome.ending and abs(drive.score - outcome.score) <= CLOSE
+    return drive.ending == outcome.ending and abs(drive.score - outcome.score) <= CLOSE

@@ -88,9 +88,7 @@ def check_labnav(
         rows=rows.records,
         routes={key: route.poses for key, route in routes.records.items()},
         suite=published,
-        episodes={
-            f"{part.task}-{part.level}/{one.key}": (part, one) for part in published.parts for one in part.episodes
-        },
+        episodes=published.by_key,
         layouts={(part.split, floor): part.layout(floor) for part in published.parts for floor in part.floors},
     )
     problems = [
