@@ -3,12 +3,14 @@
 from labgym.assets.inference.agreement import Agreement, Disagreement, Score, compare, listed
 from labgym.assets.inference.bottle import infer
 from labgym.assets.inference.classify import Inference, classify
+from labgym.assets.inference.prohibited import ProhibitedSubstanceError
 from labgym.assets.inference.substructures import Reason, Substructure, Substructures, substructures
 
 __all__ = [
     "Agreement",
     "Disagreement",
     "Inference",
+    "ProhibitedSubstanceError",
     "Reason",
     "Score",
     "Substructure",

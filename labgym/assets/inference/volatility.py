@@ -1,4 +1,4 @@
-"""Boiling and flash points estimated from a structure.
+"""Boiling points from a table of small molecules or estimated from a structure, and flash points from them.
 
 Boiling points by the group contributions of Joback and Reid (Chem. Eng. Commun. 57, 1987, 233), silicon counted as
 carbon; flash points from them by the correlation of Hshieh (Fire Mater. 21, 1997, 277). The first has an error
@@ -8,16 +8,22 @@ of some 15 K on small molecules and more on large ones, so the estimates are hin
 from __future__ import annotations
 
 import math
-from typing import Any
+from functools import lru_cache
+from typing import Any, ClassVar
 
+from labgym.artefacts import artefacts
 from labgym.assets.inference.substructures import matches, pattern
+from labgym.assets.structures import canonical
+from labgym.documents import Document
 
-HEAVY = 2.0 / 3.0
-"""Mass fraction of bromine and iodine above which a vapor hardly burns."""
+HEAVY = 0.76
+"""Mass fraction of bromine and iodine above which a vapor hardly burns: bromoethane (0.73) and allyl iodide (0.755)
+have flash points, iodoethane (0.81) and bromomethane (0.84) have none."""
 HYDROGEN = 1.008
 """Molar mass of hydrogen, g/mol."""
 _BASE, _KELVIN = 198.2, 273.15
 _WHOLE: tuple[tuple[str, float], ...] = (
+    ("[OX2][N+](=O)[O-]", 116.0),
     ("[CX3](=O)[OX2H]", 169.09),
     ("[CX3;!R](=O)[OX2]", 81.10),
     ("[CX3;R](=O)[OX2;R]", 81.10),
@@ -27,7 +33,8 @@ _WHOLE: tuple[tuple[str, float], ...] = (
     ("C#N", 125.66),
     ("[N+](=O)[O-]", 152.54),
 )
-"""Contributions of groups of several atoms, kelvin; an atom belongs to the first group that matches it."""
+"""Contributions of groups of several atoms, kelvin; an atom belongs to the first group that matches it. That of nitrate
+esters is from the boiling point of ethyl nitrate, 87.5 C."""
 _SINGLE: tuple[tuple[str, float], ...] = (
     ("[C,Si;X4;H3,H4;!R]", 23.58),
     ("[C,Si;X4;H2;!R]", 22.88),
@@ -65,6 +72,26 @@ _SINGLE: tuple[tuple[str, float], ...] = (
     ("[SX2]", 68.78),
 )
 """Contributions of groups of one atom, kelvin; in a pattern of two atoms the first one counts."""
+
+
+class BoilingPoints(Document):
+    """Boiling points of molecules too small for the method of groups, and of metal alkyls and carbonyls.
+
+    Attributes:
+        celsius: degrees Celsius by SMILES.
+    """
+
+    SCHEMA: ClassVar[str] = "labgym.boiling_points/1"
+
+    source: str
+    celsius: dict[str, float]
+
+
+@lru_cache(maxsize=1)
+def measured_boiling_points() -> dict[str, float]:
+    """Return the measured boiling points by canonical SMILES, degrees Celsius; they are read once per process."""
+    table = BoilingPoints.load(artefacts("assets") / "chemistry" / "boiling_points.json")
+    return {canonical(smiles): celsius for smiles, celsius in table.celsius.items()}
 
 
 def boiling_point(molecule: Any) -> float | None:
