@@ -93,7 +93,7 @@ def inference_details(inference: Inference) -> str:
         ("SMILES", inference.smiles),
         ("formula", f"{inference.formula}, {inference.molar_mass:.2f} g/mol"),
         ("state", f"{inference.state}, proposed"),
-        ("boiling point", _near(inference.boiling_point)),
+        ("boiling point", _near(inference.boiling_point, inference.measured)),
         ("flash point", _near(inference.flash_point)),
         ("storage class", f"{inference.storage_class}: {inference.storage_reason}"),
     ]
@@ -338,8 +338,10 @@ def _facts(facts: Iterable[tuple[str, str]], width: int = 0) -> list[str]:
     return [f"{name:<{width}}  {value}" for name, value in present]
 
 
-def _near(celsius: float | None) -> str:
-    return "" if celsius is None else f"near {celsius:.0f} C, estimated"
+def _near(celsius: float | None, measured: bool = False) -> str:
+    if celsius is None:
+        return ""
+    return f"{celsius:g} C, measured" if measured else f"near {celsius:.0f} C, estimated"
 
 
 def _beginning(text: str, width: int = 90) -> str:

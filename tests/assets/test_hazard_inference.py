@@ -1,7 +1,7 @@
 """Grave hazards by structure: GHS statements of public classifications against the flags that are inferred.
 
-`ghs_hazards.csv` has the statements of CLP Annex VI, and of suppliers where the annex has no entry. Every second row was
-held back while the rules were written, as were the last 48.
+`ghs_hazards.csv` has the statements of CLP Annex VI, and of suppliers where the annex has no entry. Every second row
+was held back while the rules were written, as were the last 48.
 """
 
 from __future__ import annotations

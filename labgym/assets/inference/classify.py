@@ -49,7 +49,15 @@ _ZWITTERION = (
     "[NX3;+0;!$(N-[!#6]);!$(N-[#6]=,#,:[!#6;!#1]);!$(N-a);!$(N-C=C)]-[CX4]",
 )
 """Acid and alkylamine: the proton of the one is on the other, in a crystal of ions."""
-_SOLIDS = ("[CX3;!H1](=O)[NH2]", "[nH]1cncc1", "[nH]1nncc1", "[nH]1nnnc1", "[nH]1cccn1", "[BX3]([OX2H])[OX2H]", "p12p3p1p23")
+_SOLIDS = (
+    "[CX3;!H1](=O)[NH2]",
+    "[nH]1cncc1",
+    "[nH]1nncc1",
+    "[nH]1nnnc1",
+    "[nH]1cccn1",
+    "[BX3]([OX2H])[OX2H]",
+    "p12p3p1p23",
+)
 """Primary amides, azoles and boronic acids, solids because of hydrogen bonds, however small; white phosphorus."""
 
 
@@ -59,7 +67,8 @@ class Inference(Record):
     Attributes:
         smiles: canonical. formula: in Hill order, all parts together. molar_mass: g/mol.
         state: proposed.
-        boiling_point: degrees Celsius, measured for small molecules, else estimated; None if the method lacks a group.
+        boiling_point: degrees Celsius; None if it was not measured and the method of estimation lacks a group.
+        measured: whether the boiling point is a measured one.
         flash_point: estimate in degrees Celsius; None without a boiling point.
         groups, flags: reactive groups and hazard flags, each with its reasons.
         storage_class: proposed. storage_reason: why, with warnings.
@@ -70,6 +79,7 @@ class Inference(Record):
     molar_mass: float
     state: State
     boiling_point: float | None
+    measured: bool
     flash_point: float | None
     groups: dict[str, tuple[Reason, ...]]
     flags: dict[Flag, tuple[Reason, ...]]
@@ -106,6 +116,7 @@ def classify(smiles: str, state: State | None = None) -> Inference:
         molar_mass=round(molar_mass(original), 2),
         state=state,
         boiling_point=boiling,
+        measured=measured is not None,
         flash_point=flash_point(boiling) if boiling is not None and burns(structure) else None,
         groups=groups,
         flags=flags,
