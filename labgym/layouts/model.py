@@ -117,7 +117,8 @@ class Layout(Document, Growing):
             room = version1.to_room(document.room)
         except ValueError as error:
             raise DocumentError(source, "room", " ".join(str(error).split())) from None
-        published = protocols().get(document.protocol or "")
+        name = document.protocol or ""
+        published = version1.published_protocols().get(name) or protocols().get(name)
         layout = cls(
             id=document.id,
             protocols=() if published is None else (published,),

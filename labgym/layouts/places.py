@@ -21,7 +21,7 @@ from labgym.layouts.model import Layout
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.layouts.rules.thresholds import VERSION_2
 from labgym.layouts.style import Style
-from labgym.protocols import protocols
+from labgym.layouts.version1 import published_protocols
 
 FIRST_SEEDS = {
     "floors-train": 3 * 10**9,
@@ -67,7 +67,8 @@ class Place:
         seed: seed of the floor, the furniture and the clutter.
         population: family of the floor, and its ranges.
         floor: the floor before it is furnished.
-        protocols: ids of one to five protocols, more on larger floors.
+        protocols: ids of one to five protocols, more on larger floors; as published with the layouts
+            (`labgym.layouts.version1.published_protocols`), so that a correction of the library changes no split.
         clutter: level of clutter, 0 to 3.
     """
 
@@ -95,7 +96,7 @@ class Place:
         floor = population.draw(seed)
         most = min(MOST, 1 + int(float(floor.parameters["area"]) / AREA))
         count = int(generator.integers(max(1, most - 1), most + 1))
-        moving = [name for name, protocol in sorted(protocols().items()) if protocol.moves]
+        moving = [name for name, protocol in published_protocols().items() if protocol.moves]
         chosen = tuple(str(name) for name in generator.choice(moving, count, replace=False))
         shares = np.array(CLUTTER[split])
         level = int(generator.choice(len(shares), p=shares / shares.sum()))
@@ -117,7 +118,8 @@ class Place:
         Raises:
             InfeasibleError: the floor does not hold the protocols.
         """
-        request = resolve_request(self.protocols, self.seed, None, "default", None, (), self.floor.floor)
+        chosen = [published_protocols()[name] for name in self.protocols]
+        request = resolve_request(chosen, self.seed, None, "default", None, (), self.floor.floor)
         style = Style.of(self.floor.style).varied(np.random.default_rng([self.seed, STYLE]))
         layout, _ = generate_assessed(replace(request, style=style, family=self.population.family))
         options = {**layout.provenance.options, **({} if self.development else {"place": self.name})}

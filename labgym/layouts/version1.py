@@ -8,15 +8,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
+from types import MappingProxyType
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
+from labgym.artefacts import artefacts
 from labgym.documents import Document, Record, canonical_hash
 from labgym.geometry import wrap_angle
 from labgym.layouts.floor import Coordinate, Door, Identifier, Room
 from labgym.layouts.placement import FLOOR, Placement
 from labgym.layouts.provenance import Provenance
+from labgym.protocols import Protocol
 
 SCHEMA = "labgym.layout/1"
 
@@ -70,6 +74,20 @@ class Version1Fields:
 
     protocol: str | None
     room: Room
+
+
+@lru_cache(maxsize=1)
+def published_protocols() -> MappingProxyType[str, Protocol]:
+    """Return the library's protocols by id, as they were when the published layouts were made.
+
+    A version 1 document names its protocol by the id only, so that a correction of the library would change a published
+    room. They are stored beside the rooms, in `layouts/protocols`, and read once per process.
+
+    Raises:
+        DocumentError: a file is not a protocol.
+    """
+    files = sorted((artefacts("layouts") / "protocols").glob("*.json"))
+    return MappingProxyType({protocol.id: protocol for protocol in map(Protocol.load, files)})
 
 
 def to_room(room: Room1) -> Room:

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from labgym.layouts import GENERATOR, Layout, generate
+from labgym.layouts.version1 import published_protocols
 
 RECORD = json.loads((Path(__file__).parent / "generator.json").read_text())
 CASES = {"sub_01 bay 11": ("sub_01", 11, "bay"), "red_03 tight 12": ("red_03", 12, "tight"),
@@ -17,7 +18,8 @@ CASES = {"sub_01 bay 11": ("sub_01", 11, "bay"), "red_03 tight 12": ("red_03", 1
 
 
 def content_hash(case: str) -> str:
-    return layout_hash(generate(*CASES[case]))
+    name, seed, room = CASES[case]
+    return layout_hash(generate(published_protocols()[name], seed, room))
 
 
 def layout_hash(layout: Layout) -> str:

@@ -7,11 +7,15 @@ from collections.abc import Iterator
 
 from labgym.assets import Asset
 from labgym.protocols.capability import cools_to, stands_to, withstands
-from labgym.protocols.contents import VESSELS, Situation, is_vessel
+from labgym.protocols.contents import STILL, VESSELS, Situation, is_vessel
 from labgym.protocols.rules.finding import Case, Finding
 
-COLD = 0.0
-"""Temperature below which a step needs a cooling device; above it ice suffices, degrees Celsius."""
+BELOW_AMBIENT_C = 18.0
+"""Temperature below which a step needs a cooling device: no room is colder."""
+COLD_CARRIED = ("Filter", "Wash", "PhaseSeparation", "Transfer", "Extract", "Dilute")
+"""Actions that a batch from a cold bath goes through before it has warmed up."""
+_ICE = re.compile(r"\b(?:ice|iced|chill(?:s|ed|ing)?)\b(?![\s-]*(?:free|bath\s+removed))", re.I)
+"""Words for a step that uses ice, whether or not it states a temperature."""
 RETURNS = ("condenser", "adapter", "trap", "rotavap")
 """Subtypes of devices that return vapor or lead it away."""
 SUPERHEAT = 15.0
@@ -27,12 +31,21 @@ _MELTING = re.compile(r"\bmp\s*(\d{2,3}(?:\.\d)?)(?:\s*[-–]\s*(\d{2,3}(?:\.\d)
 
 
 def cold_is_reached(case: Case) -> Iterator[Finding]:
-    """A step below the freezing point uses a device that reaches its temperature."""
+    """A step below room temperature, or with ice, uses a device that reaches its temperature.
+
+    A batch that comes out of a cold bath stays cold while it is filtered or separated.
+    """
+    carried = BELOW_AMBIENT_C
     for situation in case.situations:
-        step, temperature = situation.step, situation.step.temperature
-        if temperature is None or temperature >= COLD:
-            continue
+        step = situation.step
+        temperature = BELOW_AMBIENT_C if step.temperature is None else step.temperature
         limits = [lowest for asset in situation.devices if (lowest := cools_to(asset)) is not None]
+        iced = step.action not in STILL and _ICE.search(step.text) is not None
+        still_cold = step.action in COLD_CARRIED and carried < BELOW_AMBIENT_C
+        if step.action not in STILL:
+            carried = min(limits) if limits else carried if still_cold else BELOW_AMBIENT_C
+        if still_cold or (temperature >= BELOW_AMBIENT_C and (limits or not iced)):
+            continue
         if not limits or min(limits) > temperature:
             what = f"its devices reach {min(limits):g} C" if limits else "none of its devices can cool"
             options = sorted(
@@ -43,7 +56,8 @@ def cold_is_reached(case: Case) -> Iterator[Finding]:
             suggestion = (
                 f"use {options[-1][1]}" if options else "choose a higher temperature: the catalog has no such device"
             )
-            message = f"step {step.index} ({step.action}) needs {temperature:g} C, but {what}"
+            needs = f"needs {temperature:g} C" if temperature < BELOW_AMBIENT_C else "uses ice"
+            message = f"step {step.index} ({step.action}) {needs}, but {what}"
             yield Finding("cooling-reach", step.index, message, suggestion)
 
 
