@@ -67,6 +67,7 @@ QUENCH = ("{vessel}", "{beaker}", "{bath}", "{funnel}", "{paper}", "{gas}")
 _STIRRER = _any("MagneticStirrer", "MagneticHotplateStirrer", "OverheadStirrer", "OrbitalShaker")
 _COLUMN = _any("ChromatographyColumn", "FlashChromatographySystem")
 _SEPARATION = (_any("SeparatoryFunnel"),)
+_FUNNEL = _any("BuchnerFunnel", "FrittedFunnel", "GlassFunnel")
 
 APPARATUS = MappingProxyType(
     {
@@ -106,7 +107,7 @@ APPARATUS = MappingProxyType(
         "DrySolution": Apparatus(("ErlenmeyerFlask", "GlassFunnel")),
         "DryVacuum": Apparatus(("RoundBottomFlask", "VacuumPump", "ColdTrap"), minutes=45.0),
         "Extract": Apparatus(FUNNEL, minutes=20.0, needs=_SEPARATION),
-        "Filter": Apparatus(SUCTION, needs=(_any("BuchnerFunnel", "FrittedFunnel", "GlassFunnel"),)),
+        "Filter": Apparatus(SUCTION, needs=(_FUNNEL,)),
         "Heat": Apparatus(IN_FLASK),
         "Hydrogenate": Apparatus(
             ("{device}", "{vessel}", "{bath}"), needs=(_any("HydrogenationApparatus", "HydrogenBalloon"),)
@@ -125,7 +126,7 @@ APPARATUS = MappingProxyType(
             ("{vessel}", "MagneticHotplateStirrer", "BuchnerFunnel", "FilterFlask"),
             minutes=45.0,
             temperature=60.0,
-            needs=(_any("ErlenmeyerFlask", "RoundBottomFlask"), _any("BuchnerFunnel")),
+            needs=(_any("ErlenmeyerFlask", "RoundBottomFlask", "Beaker", "LargeBeaker"), _FUNNEL),
         ),
         "Reflux": Apparatus(IN_FLASK, temperature=80.0, needs=(_any("RefluxCondenser"),)),
         "SetTemperature": Apparatus(IN_FLASK),

@@ -49,12 +49,12 @@ def cold_is_reached(case: Case) -> Iterator[Finding]:
         if not limits or min(limits) > temperature:
             what = f"its devices reach {min(limits):g} C" if limits else "none of its devices can cool"
             options = sorted(
-                (lowest, asset.name)
+                (asset.subtype == "bath", lowest, asset.name)
                 for asset in case.catalog.of_kind("instrument")
                 if (lowest := cools_to(asset)) is not None and lowest <= temperature and asset.category == "cooling"
             )
             suggestion = (
-                f"use {options[-1][1]}" if options else "choose a higher temperature: the catalog has no such device"
+                f"use {options[-1][2]}" if options else "choose a higher temperature: the catalog has no such device"
             )
             needs = f"needs {temperature:g} C" if temperature < BELOW_AMBIENT_C else "uses ice"
             message = f"step {step.index} ({step.action}) {needs}, but {what}"
