@@ -24,7 +24,9 @@ def check(
     no_drive: bool = False,
     other_code: bool = False,
 ) -> int:
-    """Check an evaluation that somebody else made: files, episodes, routes, and a random tenth driven again.
+    """Check an evaluation that somebody else made: files, episodes and routes, and drive episodes again.
+
+    Of at most 60 episodes all are driven again, of more a random tenth, but at least 60.
 
     Exit 0 if it passes, 1 with a line for each problem, 2 if the folder or the policy is not available.
 

@@ -12,6 +12,7 @@ from labgym.envs.labnav.tasks import SECONDS, Level, config_of, task_of
 from labgym.envs.point_nav import LabPointNavEnv
 from labgym.envs.robot import ROBOT
 from labgym.envs.state import State
+from labgym.errors import UnknownNameError
 from labgym.eval.driving.navigation_metrics import spl
 from labgym.eval.labnav import scores
 from labgym.eval.labnav.leg import LabNavDriver, LegDrive, Recorder
@@ -129,20 +130,50 @@ def score_from(row: LabNavRow | Finished, outcomes: Mapping[str, Any], condition
             condition by its name.
 
     Raises:
+        UnknownNameError: there is no such task, or it has several drives (`score_of_legs`).
         KeyError, TypeError, ValueError, AttributeError: the outcomes of the conditions are not those of the task.
     """
-    if row.task == "aisle" or (row.task == "carry" and "payload" not in conditions):
-        return scores.timed(row.success, row.shortest, row.time)
-    if row.task == "carry":
-        freeboard = beaker_of(conditions["payload"]).freeboard
-        rise = float(outcomes["payload"]["highest"])
-        return scores.carry(row.success, row.shortest, row.time, rise, freeboard)
-    if row.task == "people":
-        return scores.people(row.success, row.shortest, row.time, float(outcomes["people"]["close_seconds"]))
-    if row.task == "moved":
-        pushed = outcomes["changes"]["pushed"].values()
-        pushes = [(float(each["mass"]), float(each["way"])) for each in pushed]
-        return scores.moved(row.success, row.shortest, row.path_length, pushes)
-    if row.task == "dock":
-        return scores.dock(row.success, row.final_distance, row.final_heading)
+    if row.task not in SCORES:
+        raise UnknownNameError("LabNav task of one drive", row.task, SCORES)
+    return SCORES[row.task](row, outcomes, conditions)
+
+
+def _timed(row: LabNavRow | Finished, outcomes: Mapping[str, Any], conditions: Mapping[str, Any]) -> float:  # noqa: ARG001
+    return scores.timed(row.success, row.shortest, row.time)
+
+
+def _moved(row: LabNavRow | Finished, outcomes: Mapping[str, Any], conditions: Mapping[str, Any]) -> float:  # noqa: ARG001
+    pushed = outcomes["changes"]["pushed"].values()
+    pushes = [(float(thing["mass"]), float(thing["way"])) for thing in pushed]
+    return scores.moved(row.success, row.shortest, row.path_length, pushes)
+
+
+def _people(row: LabNavRow | Finished, outcomes: Mapping[str, Any], conditions: Mapping[str, Any]) -> float:  # noqa: ARG001
+    return scores.people(row.success, row.shortest, row.time, float(outcomes["people"]["close_seconds"]))
+
+
+def _spl(row: LabNavRow | Finished, outcomes: Mapping[str, Any], conditions: Mapping[str, Any]) -> float:  # noqa: ARG001
     return spl(row.success, row.shortest, row.path_length)
+
+
+def _dock(row: LabNavRow | Finished, outcomes: Mapping[str, Any], conditions: Mapping[str, Any]) -> float:  # noqa: ARG001
+    return scores.dock(row.success, row.final_distance, row.final_heading)
+
+
+def _carry(row: LabNavRow | Finished, outcomes: Mapping[str, Any], conditions: Mapping[str, Any]) -> float:
+    if "payload" not in conditions:
+        return _timed(row, outcomes, conditions)
+    freeboard, rise = beaker_of(conditions["payload"]).freeboard, float(outcomes["payload"]["highest"])
+    return scores.carry(row.success, row.shortest, row.time, rise, freeboard)
+
+
+SCORES: dict[str, Callable[[LabNavRow | Finished, Mapping[str, Any], Mapping[str, Any]], float]] = {
+    "aisle": _timed,
+    "moved": _moved,
+    "people": _people,
+    "odometry": _spl,
+    "dock": _dock,
+    "glass": _spl,
+    "carry": _carry,
+}
+"""Scores of the tasks of one drive, by the task's name."""

@@ -1,1 +1,1 @@
-"""Checks of results that others submit: files, episodes, routes, and a random tenth driven again."""
+"""Checks of results that others submit: files, episodes and routes, and episodes driven again."""

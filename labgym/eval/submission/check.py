@@ -19,9 +19,9 @@ from labgym.eval.submission.folder import Episodes, episode_name
 from labgym.eval.submission.labnav_check import check_labnav
 from labgym.eval.submission.published import Published, suite_problems
 from labgym.eval.submission.record_checks import RunRecord, record_problems, summary_problems
-from labgym.eval.submission.route_checks import route_problems
+from labgym.eval.submission.route_checks import lab30_route_problems
 from labgym.eval.submission.row_checks import Terms, row_problems
-from labgym.eval.submission.second_drive import drive_problems, sampled
+from labgym.eval.submission.second_drive import drive_problems, driven_again, sampled
 from labgym.eval.submission.submitted_policy import PolicyChoice
 from labgym.eval.submission.verdict import Verdict, completeness_problems, listed
 from labgym.policies.kernels import kernel_mode
@@ -49,7 +49,7 @@ def check_submission(
         suite: name or .json file of the suite, if it is not the published one of the submission's name.
         policy: the policy, as for `make_policy`, if it is not built in. It runs on this machine.
         options: arguments of the policy.
-        drive: whether to drive a random tenth of the episodes again.
+        drive: whether to drive episodes again: all of at most 60, and a random tenth, but at least 60, of more.
         other_code: accept results of another version of labgym.
         progress: whether to show progress bars.
 
@@ -104,7 +104,7 @@ def check_submission(
         problems += listed(drive_problems(driver, keys, published, episodes, terms, progress), "episodes")
     finally:
         driver.close()
-    facts.append(f"{len(keys)} episodes driven again with {choice.name!r}, chosen with --seed {seed}")
+    facts.append(driven_again(len(keys), published.episodes, choice.name, seed))
     return Verdict(tuple(problems), tuple(facts))
 
 
@@ -121,5 +121,5 @@ def _episode_problems(episodes: Episodes, published: Published, terms: Terms) ->
             row = episodes.rows[key]
             problems = list(row_problems(row, episode, layout, world, terms))
             if key in episodes.routes:
-                problems += route_problems(row, episodes.route(key), terms.suite, world)
+                problems += lab30_route_problems(row, episodes.route(key), terms.suite, world)
             yield from (f"episode {episode_name(key)}: {problem}" for problem in problems)

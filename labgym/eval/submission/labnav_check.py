@@ -1,4 +1,4 @@
-"""The check of a LabNav submission: record, episodes, rows, routes and summary, and a random tenth driven again."""
+"""The check of a LabNav submission: record, episodes, rows, routes and summary, and episodes driven again."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from labgym.eval.labnav.suites import LabNavSuite, load_labnav
 from labgym.eval.labnav.summary import LabNavSummary
 from labgym.eval.submission.labnav_rows import LabNavTerms, labnav_route_problems, labnav_row_problems
 from labgym.eval.submission.record_checks import RunRecord, catalog_problems, run_problems, stated_problems
-from labgym.eval.submission.second_drive import random_tenth
+from labgym.eval.submission.second_drive import drawn_again, driven_again
 from labgym.eval.submission.submitted_policy import PolicyChoice
 from labgym.eval.submission.verdict import Verdict, completeness_problems, listed
 from labgym.layouts import Layout
@@ -109,7 +109,7 @@ def check_labnav(
         facts.append("no episode was driven again (--no-drive): the policy itself is not verified")
         return Verdict(tuple(problems), tuple(facts))
     seed = secrets.randbelow(2**32) if seed is None else seed
-    keys = random_tenth(list(submission.episodes), seed)
+    keys = drawn_again(list(submission.episodes), seed)
     driver = PolicyProcess(choice.source, environment=kernel_mode("pinned").environment)
     try:
         stated = {"track": (track_of(driver), summary.track), "sensors": (driver.observation, summary.sensors)}
@@ -117,7 +117,7 @@ def check_labnav(
         problems += listed(_drive_problems(driver, choice, submission, keys, progress), "episodes")
     finally:
         driver.close()
-    facts.append(f"{len(keys)} episodes driven again with {choice.name!r}, chosen with --seed {seed}")
+    facts.append(driven_again(len(keys), published.count, choice.name, seed))
     return Verdict(tuple(problems), tuple(facts))
 
 
@@ -155,7 +155,7 @@ def _suite_problems(submission: LabNavSubmission) -> Iterator[str]:
 
 def _episode_problems(submission: LabNavSubmission) -> Iterator[str]:
     summary = submission.summary
-    terms = LabNavTerms(summary.policy, summary.seed, summary.track, submission.suite.seconds)
+    terms = LabNavTerms(summary.policy, summary.seed, summary.track, submission.suite.seconds, summary.latency)
     for key, (part, episode) in submission.episodes.items():
         row = submission.rows.get(key)
         if row is None:

@@ -3,38 +3,62 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
+from labgym.envs.assembly import without
+from labgym.envs.conditions.change_list import Added, changes_of, masses
 from labgym.envs.labnav.episodes import LabNavEpisode, LabNavEpisodes, straight
+from labgym.envs.labnav.tasks import config_of, task_of
 from labgym.envs.labnav.worlds import prepared
+from labgym.envs.parts.endings import PERSON
 from labgym.envs.robot import ROBOT
+from labgym.envs.tasks import Task
+from labgym.envs.world import world_of
+from labgym.errors import LabgymError
 from labgym.eval.driving.drive import Route
-from labgym.eval.driving.kinematics import first_jump
+from labgym.eval.labnav import scores
 from labgym.eval.labnav.drive import score_from
 from labgym.eval.labnav.row import LabNavRow
+from labgym.eval.labnav.rules import REST, delay_of
 from labgym.eval.labnav.shift import score_of_legs
-from labgym.eval.submission.route_checks import POSITION_ERROR, RESOLUTION, shortest_drive
+from labgym.eval.submission.route_checks import (
+    POSITION_ERROR,
+    RESOLUTION,
+    RouteClaims,
+    route_problems,
+    shortest_drive,
+)
+from labgym.geometry import wrap_angle
 from labgym.layouts import Layout
 
 EXACT = 1e-9
 """Differences of recomputed figures up to this are rounding."""
 BRAKING = 5.0
 """Longest time that a drive takes beyond its limit, until the robot rests, seconds."""
-WHEELS = 1.35
-"""Factor on the robot's limits that errors of the wheels may take it beyond."""
+RESTING_M = REST[0] * ROBOT.control_dt + 0.5 * ROBOT.acceleration * ROBOT.control_dt**2 + 2.0 * RESOLUTION
+"""Longest last step of a robot that comes to rest, meters."""
+SHORTEST_ERROR_M = 0.02
+"""Accuracy of L* from a rounded pose, meters."""
 
 
 @dataclass(frozen=True)
 class LabNavTerms:
-    """The terms under which the rows of a submission were driven: label, seed and track of the policy, time limit."""
+    """The terms under which the rows of a submission were driven.
+
+    Attributes:
+        policy, seed, track: label, random seed and track of the policy. seconds: time limit of a drive.
+        latency: that the policy declares, seconds.
+    """
 
     policy: str
     seed: int
     track: str
     seconds: float
+    latency: float
 
 
 def labnav_row_problems(
@@ -51,6 +75,7 @@ def labnav_row_problems(
         "policy": (row.policy, terms.policy),
         "seed": (row.seed, terms.seed),
         "track": (row.track, terms.track),
+        "delay": (row.delay, delay_of(terms.latency)),
         "goals": (row.goals, len(episode.lengths)),
         "shortest": (row.shortest, round(math.fsum(episode.lengths), 9)),
         "straight": (row.straight, round(straight(episode), 9)),
@@ -58,10 +83,11 @@ def labnav_row_problems(
     for name, (value, expected) in stated.items():
         if value != expected:
             yield f"{name} is {repr(value)[:80]}, expected {expected!r}"
-    yield from _ending_problems(row, terms.seconds)
+    yield from _ending_problems(row, terms.seconds, task_of(part.task).radius)
     try:
+        yield from _outcome_problems(row, part, episode)
         expected_score = recomputed_score(row, episode)
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
+    except (KeyError, TypeError, ValueError, AttributeError, LabgymError) as error:
         yield f"outcomes do not have what the score of {row.task} needs ({type(error).__name__}: {str(error)[:80]})"
         return
     if abs(row.score - expected_score) > EXACT:
@@ -89,49 +115,118 @@ def labnav_route_problems(
         episode: the published one. layout: its floor.
     """
     poses = np.array(route, dtype=np.float64).reshape(-1, 3)
-    if len(poses) != row.steps + 1:
-        yield f"its route has {len(poses)} poses, expected {row.steps + 1} for {row.steps} steps"
-        return
-    task = prepared(part.task, part.level, episode, layout)
+    labnav, task = task_of(part.task), prepared(part.task, part.level, episode, layout)
     pairs = (task.pair, *task.following)
-    if np.abs(poses[0, :2] - task.pair.start[:2]).max() > RESOLUTION:
-        yield "its route does not begin at the start"
     goal = pairs[min(max(len(row.legs), 1), len(pairs)) - 1].goal
-    away = math.dist(poses[-1, :2], goal[:2])
-    if abs(away - row.final_distance) > POSITION_ERROR:
-        yield f"final_distance is {row.final_distance:.3f} m, but its route ends {away:.3f} m from the goal"
-    least = shortest_drive(poses)
-    if row.path_length < least - EXACT:
-        yield f"path_length is {row.path_length:.3f} m, but its route is at least {least:.3f} m long"
-    robot = replace(
-        ROBOT,
-        v_max=WHEELS * ROBOT.v_max,
-        w_max=WHEELS * ROBOT.w_max,
-        acceleration=WHEELS * ROBOT.acceleration,
-        turn_acceleration=WHEELS * ROBOT.turn_acceleration,
+    pushed = _pushed(row)
+    claims = RouteClaims(
+        start=task.pair.start,
+        goal=goal,
+        steps=row.steps,
+        path_length=row.path_length,
+        final_distance=row.final_distance,
+        contacts=row.contacts,
+        contact_ends=labnav.touched == (),
+        touched_people=int(row.contact.startswith(PERSON)),
+        pushed=bool(pushed),
     )
-    touched = np.full(len(poses) - 1, row.contacts > 0)
-    jump = first_jump(poses, touched, ROBOT.control_dt, robot, RESOLUTION)
-    if jump is not None:
-        moved = math.dist(poses[jump, :2], poses[jump - 1, :2]) if jump else math.nan
-        yield f"its route jumps {moved:.3f} m at step {jump}, which the robot cannot drive in {ROBOT.control_dt:g} s"
+    yield from route_problems(claims, poses, world_of(_fixed(task, episode, pushed)))
+    if len(poses) != row.steps + 1:
+        return
+    turned = abs(wrap_angle(poses[-1, 2] - goal[2] - row.final_heading))
+    if turned > RESOLUTION:
+        yield f"final_heading is {row.final_heading:.3f} rad, but its route ends {turned:.3f} rad off that"
+    if row.success and row.steps and math.dist(poses[-1, :2], poses[-2, :2]) > RESTING_M:
+        yield "success is True, but its route does not come to rest"
+    if labnav.chain:
+        yield from _leg_problems(row, poses, task, labnav.radius)
 
 
-def _ending_problems(row: LabNavRow, seconds: float) -> Iterator[str]:
+def _pushed(row: LabNavRow) -> frozenset[str]:
+    """Return the things that were moved in an episode, by its outcomes."""
+    things = (row.outcomes.get("changes") or {}).get("pushed") or {}
+    return frozenset(name for name, thing in things.items() if thing.get("touched") or thing.get("way"))
+
+
+def _fixed(task: Task, episode: LabNavEpisode, pushed: Collection[str]) -> Layout:
+    """Return the true floor of an episode without people, things that were pushed, and things that come later."""
+    changes = changes_of(episode.conditions.get("changes") or [])
+    late = {change.id for change in changes if isinstance(change, Added) and change.after is not None}
+    return without(task.layout, late | (set(pushed) & set(task.pushable)))
+
+
+def _leg_problems(row: LabNavRow, poses: NDArray[np.float64], task: Task, radius: float) -> Iterator[str]:
+    """Yield whether the drives of a shift contradict its route.
+
+    Args:
+        poses: the whole route. task: the episode after its conditions. radius: of the success disc, meters.
+    """
+    world, begin = world_of(task.layout), 0
+    for number, (leg, pair) in enumerate(zip(row.legs, (task.pair, *task.following), strict=False)):
+        end = begin + round(leg.time / ROBOT.control_dt)
+        if end > row.steps or abs(leg.time - (end - begin) * ROBOT.control_dt) > EXACT:
+            yield f"drive {number} takes {leg.time:g} s, which is no part of its {row.steps} steps"
+            return
+        way = poses[begin : end + 1]
+        away = math.dist(way[-1, :2], pair.goal[:2])
+        turned = abs(wrap_angle(way[-1, 2] - pair.goal[2] - leg.final_heading))
+        if abs(away - leg.final_distance) > POSITION_ERROR or turned > RESOLUTION:
+            yield f"drive {number} ends {leg.final_distance:.3f} m from its goal, but its route {away:.3f} m from it"
+        if leg.path_length < shortest_drive(way) - EXACT:
+            yield f"path_length of drive {number} is {leg.path_length:.3f} m, less than that of its route"
+        if leg.success and (leg.final_distance > radius or math.dist(way[-1, :2], way[-2, :2]) > RESTING_M):
+            yield f"success of drive {number} is True, but its route does not come to rest at its goal"
+        if number:
+            start = tuple(way[0].tolist())
+            shortest = world.length_to_disc(replace(pair, start=start), radius)
+            if math.isfinite(shortest) and abs(leg.shortest - shortest) > SHORTEST_ERROR_M:
+                yield f"shortest of drive {number} is {leg.shortest:.3f} m, recomputed {shortest:.3f} m"
+        begin = end
+    if begin != row.steps:
+        yield f"its drives take {begin} steps, and the shift {row.steps}"
+
+
+def _outcome_problems(row: LabNavRow, part: LabNavEpisodes, episode: LabNavEpisode) -> Iterator[str]:
+    """Yield whether the outcomes are not those of the conditions, or the drives of a shift contradict themselves."""
+    names = {condition.name for condition in config_of(part.task, part.level).conditions} - {"contacts"}
+    if set(row.outcomes) != names:
+        yield f"outcomes are of {sorted(row.outcomes)[:9]}, expected {sorted(names)}"
+    if "changes" in names:
+        things = {name: thing["mass"] for name, thing in row.outcomes["changes"]["pushed"].items()}
+        expected = masses(changes_of(episode.conditions["changes"]))
+        if things != expected:
+            yield f"outcomes say that {str(things)[:80]} can be pushed, kg by name, expected {str(expected)[:80]}"
+    for number, leg in enumerate(row.legs):
+        if leg.success != (leg.ending in ("success", "undocked")) or leg.docked != (leg.ending == "success"):
+            yield f"drive {number} ended by {leg.ending!r}, but success is {leg.success} and docked is {leg.docked}"
+        if leg.docked and scores.docking_error(leg.final_distance, leg.final_heading) > 1.0:
+            yield f"drive {number} is docked, {leg.final_distance:.3f} m from its pose"
+    driven = math.fsum(leg.path_length for leg in row.legs)
+    if row.legs and abs(driven - row.path_length) > 1e-6:
+        yield f"path_length is {row.path_length:.3f} m, but that of its drives is {driven:.3f} m"
+
+
+def _ending_problems(row: LabNavRow, seconds: float, radius: float) -> Iterator[str]:
     """Yield whether how a drive ended contradicts its other fields."""
     arrived = ("success", "undocked", "spilt")
     if (row.ending == "success" and not row.success) or (row.success and row.ending not in arrived):
         yield f"success is {row.success}, but the drive ended by {row.ending!r}"
-    if (row.ending == "contact") != bool(row.contact):
-        yield f"ending is {row.ending!r}, but contact is {row.contact!r}"
+    if row.success and row.final_distance > radius:
+        yield f"success is True, but it ended {row.final_distance:.3f} m from the goal (success distance {radius:g} m)"
+    if row.success and row.ending == "undocked" and row.goals > 1:
+        yield "success is True, but a drive ended undocked"
+    if (row.ending == "contact") != bool(row.contact) or (row.contact and not row.contacts):
+        yield f"ending is {row.ending!r}, but contact is {row.contact[:80]!r}, in {row.contacts} steps"
     if (row.ending == "error") != (row.error is not None):
         yield f"ending is {row.ending!r}, but error is {str(row.error)[:80]!r}"
+    if row.success and row.contacts and task_of(row.task).touched == ():
+        yield f"success is True, but its robot had {row.contacts} contacts"
     if row.contacts > row.steps:
         yield f"contacts is {row.contacts}, more than the {row.steps} steps"
     limit = (seconds + BRAKING) * row.goals
     if row.time > limit or row.steps * ROBOT.control_dt > limit:
         yield f"time is {row.time:g} s in {row.steps} steps, above the limit of {limit:g} s"
-    if abs(row.time - row.steps * ROBOT.control_dt) > ROBOT.control_dt + EXACT:
+    if abs(row.time - row.steps * ROBOT.control_dt) > 1e-6:
         yield f"time is {row.time:g} s, but {row.steps} steps take {row.steps * ROBOT.control_dt:g} s"
     if len(row.legs) > row.goals:
         yield f"legs has {len(row.legs)} drives, but the shift has {row.goals}"

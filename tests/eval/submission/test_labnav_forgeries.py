@@ -1,0 +1,198 @@
+"""Forged LabNav results fail without a drive: routes through what is fixed, of other episodes, with hidden figures."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+
+import pytest
+from labnav_forgeries import forged_row, legal_route
+
+from labgym.envs.labnav.worlds import prepared
+from labgym.eval.labnav.suites import load_labnav
+from labgym.eval.submission.labnav_rows import LabNavTerms, labnav_route_problems, labnav_row_problems
+from labgym.eval.submission.second_drive import drawn_again, driven_again, unseen
+from labgym.layouts import Layout
+from labgym.navigation import ShortestPaths
+
+TERMS = LabNavTerms("mine", 0, "mapless", 120.0, 0.0)
+TASKS = ("aisle", "moved", "people", "odometry", "dock", "glass", "carry")
+
+
+@cache
+def episodes(task: str):
+    """Return the first episode of each floor of floors-val, with its floor and the task after its conditions."""
+    (part,) = load_labnav(f"labnav-val-{task}").parts
+    chosen = []
+    for episode in part.first(6, 1).episodes:
+        layout = part.layout(episode.floor)
+        chosen.append((part, episode, layout, prepared(part.task, part.level, episode, layout)))
+    return chosen
+
+
+def problems(row, route, part, episode, layout: Layout, terms: LabNavTerms = TERMS) -> list[str]:
+    return [
+        *labnav_row_problems(row, part, episode, terms),
+        *labnav_route_problems(row, route, part, episode, layout),
+    ]
+
+
+def along(layout: Layout, task):
+    """Return a route along the shortest path of the disc of 0.30 m in a layout."""
+    path = ShortestPaths(layout).path(task.pair.start[:2], task.pair.goal[:2])
+    assert path is not None
+    return legal_route(task.pair.start, path.points[1:], task.pair.goal[2])
+
+
+@pytest.mark.parametrize("task", TASKS)
+def test_a_possible_route_raises_no_alarm(task):
+    for part, episode, layout, world in episodes(task)[:3]:
+        route = along(world.layout, world)
+        assert problems(forged_row(part, episode, world, route), route, part, episode, layout) == []
+
+
+@pytest.mark.parametrize("task", TASKS)
+def test_a_straight_route_through_what_is_fixed_is_named(task):
+    blocked = [each for each in episodes(task) if each[1].length > math.dist(each[1].start[:2], each[1].goal[:2]) + 0.5]
+    assert blocked
+    for part, episode, layout, world in blocked[:3]:
+        route = legal_route(world.pair.start, [world.pair.goal[:2]], world.pair.goal[2])
+        found = problems(forged_row(part, episode, world, route), route, part, episode, layout)
+        assert any("inside an obstacle at step" in problem for problem in found), (episode.key, found)
+
+
+@pytest.mark.parametrize("task", ["moved", "glass"])
+def test_a_route_through_panes_shut_doors_and_things_that_the_map_does_not_show_is_named(task):
+    """Routes that are free on the floor before its conditions."""
+    named = []
+    for part, episode, layout, world in episodes(task):
+        route = along(layout, world)
+        found = problems(forged_row(part, episode, world, route), route, part, episode, layout)
+        longer = ShortestPaths(world.layout).path(*ends(world)).length
+        if longer <= ShortestPaths(layout).path(*ends(world)).length + 0.1:
+            continue  # the changes leave the way free
+        assert any("inside an obstacle" in problem for problem in found), (episode.key, found)
+        named.append(episode.key)
+    assert len(named) >= 3
+
+
+def ends(world):
+    return world.pair.start[:2], world.pair.goal[:2]
+
+
+def honest(task="odometry", number=0):
+    part, episode, layout, world = episodes(task)[number]
+    return part, episode, layout, world, along(world.layout, world)
+
+
+def test_the_route_of_another_episode_is_named():
+    part, episode, layout, *_ = honest()
+    *_, other, theirs = honest(number=1)
+    found = problems(forged_row(part, episode, other, theirs), theirs, part, episode, layout)
+    assert any("does not begin at the start" in problem for problem in found)
+    assert any("final_distance is" in problem for problem in found)
+
+
+def shifted(route):
+    return tuple((x + 0.05, y, yaw) for x, y, yaw in route)
+
+
+def turned(route):
+    return ((*route[0][:2], route[0][2] + 0.3), *route[1:])
+
+
+def unrested(route):
+    """End the route in the middle of a straight part within reach of the goal."""
+    away = [math.dist(pose[:2], route[-1][:2]) for pose in route]
+    return route[: next(k for k, each in enumerate(away) if each < 0.33) + 1]
+
+
+def through_a_wall(route):
+    """Pass 2.5 m in three steps in the middle of the route."""
+    middle = len(route) // 2
+    return (*route[:middle], *route[middle + 25 :])
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (shifted, "does not begin at the start"),
+        (turned, "does not begin at the start"),
+        (unrested, "does not come to rest"),
+        (through_a_wall, "which the robot cannot drive in 0.1 s"),
+    ],
+)
+def test_an_impossible_route_is_named(change, message):
+    part, episode, layout, world, route = honest()
+    forged = change(route)
+    found = problems(forged_row(part, episode, world, forged), forged, part, episode, layout)
+    assert any(message in problem for problem in found), found
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({"time": 3.0}, "time is 3 s, but"),
+        ({"score": 0.999}, "score is 0.999, recomputed"),
+        ({"final_distance": 0.01}, "final_distance is 0.010 m, but its route ends"),
+        ({"final_heading": 0.2}, "final_heading is 0.200 rad, but its route ends"),
+        ({"path_length": 1.0}, "path_length is 1.000 m, but its route is at least"),
+        ({"contacts": 3}, "success is True, but its robot had 3 contacts"),
+        ({"steps": 7}, "poses, expected 8 for 7 steps"),
+        ({"delay": 2}, "delay is 2, expected 0"),
+        ({"outcomes": {"people": {}}}, "outcomes are of ['people'], expected []"),
+    ],
+)
+def test_a_row_that_its_route_contradicts_is_named(fields, message):
+    part, episode, layout, world, route = honest()
+    found = problems(forged_row(part, episode, world, route, **fields), route, part, episode, layout)
+    assert any(message in problem for problem in found), found
+
+
+def test_a_success_far_from_the_goal_is_named():
+    part, episode, layout, world, route = honest()
+    short = legal_route(world.pair.start, [route[len(route) // 3][:2]])
+    found = problems(forged_row(part, episode, world, short), short, part, episode, layout)
+    assert any("success is True, but it ended" in problem for problem in found)
+
+
+def test_a_policy_that_declares_a_latency_must_have_its_delay():
+    part, episode, layout, world, route = honest()
+    terms = LabNavTerms("mine", 0, "mapless", 120.0, 0.25)
+    row = forged_row(part, episode, world, route)
+    assert "delay is 0, expected 3" in problems(row, route, part, episode, layout, terms)
+    assert problems(row.model_copy(update={"delay": 3}), route, part, episode, layout, terms) == []
+
+
+def test_things_that_the_outcomes_say_were_not_pushed_stand_in_the_way():
+    for part, episode, layout, world in episodes("moved"):
+        late = {one["id"] for one in episode.conditions["changes"] if one.get("after") is not None}
+        things = [name for name in world.pushable if name not in late]
+        if not things:
+            continue
+        x, y = world.layout.placement(things[0]).position[:2]
+        route = legal_route(world.pair.start, [(x, y)])
+        found = problems(forged_row(part, episode, world, route), route, part, episode, layout)
+        assert any("inside an obstacle" in problem for problem in found)
+        outcomes = {"changes": {"pushed": {}, "appeared": {}}}
+        found = problems(forged_row(part, episode, world, route, outcomes=outcomes), route, part, episode, layout)
+        assert any("can be pushed, kg by name" in problem for problem in found)
+        return
+    pytest.fail("no episode has a thing that can be pushed")
+
+
+def test_all_of_at_most_60_rows_are_driven_again_and_a_tenth_or_60_of_more():
+    for count, again in ((3, 3), (60, 60), (61, 60), (129, 60), (600, 60), (601, 61), (2400, 240)):
+        keys = [str(number) for number in range(count)]
+        assert len(drawn_again(keys, 0)) == again
+        assert drawn_again(keys, 0) == tuple(sorted(drawn_again(keys, 0), key=int))
+    assert drawn_again(keys, 0) != drawn_again(keys, 1)
+
+
+def test_the_probability_that_forged_rows_go_unseen_is_that_of_drawing_without_replacement():
+    # Three forged rows of 129, 60 driven again: 69/129 * 68/128 * 67/127.
+    assert unseen(129, 60) == pytest.approx(69 / 129 * 68 / 128 * 67 / 127)
+    assert unseen(60, 60) == 0.0
+    assert unseen(2, 1) == 0.0
+    assert "go unseen with a probability of 15%" in driven_again(60, 129, "straight", 4)
+    assert driven_again(24, 24, "straight", 4) == "all 24 episodes driven again with 'straight'"
