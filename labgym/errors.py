@@ -60,12 +60,27 @@ class UnknownNameError(LabgymError, KeyError):
             similar = _nearest(str(name), names, 0.5)
             parts += [f"nearest: {', '.join(similar)}"] if similar else []
             parts.append(f"available: {', '.join(names) or 'none'}")
-        self.message = "; ".join([f"{kind} {str(name)[:80]!r} not found", *parts, *([remedy] if remedy else [])])
+        self.message = "; ".join([self._fault(kind, str(name)[:80]), *parts, *([remedy] if remedy else [])])
         super().__init__(self.message)
         self.message = str(self.args[0])
 
     def __str__(self) -> str:
         return self.message
+
+    def _fault(self, kind: str, name: str) -> str:
+        return f"{kind} {name!r} not found"
+
+
+class UnknownArgumentError(UnknownNameError, TypeError):
+    """A keyword argument that does not exist, with those that do; libraries that probe for one expect a `TypeError`.
+
+    Args:
+        kind: what takes the arguments. name: the unknown argument. available, near, remedy: as of `UnknownNameError`.
+    """
+
+    def _fault(self, kind: str, name: str) -> str:
+        # TorchRL and others recognize these words, which are Python's.
+        return f"{kind} got an unexpected keyword argument {name!r}"
 
 
 class OptionError(LabgymError, ValueError):

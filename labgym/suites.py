@@ -9,6 +9,7 @@ from typing import Annotated, ClassVar, Literal, Self
 from pydantic import Field, model_validator
 
 from labgym.artefacts import artefacts
+from labgym.counts import whole_number
 from labgym.documents import Document, Record, canonical_hash
 from labgym.errors import OptionError, UnknownNameError
 from labgym.layouts import Layout, load_published, published
@@ -146,8 +147,7 @@ class Suite(Document):
         jitter = self.jitter if jitter is None else jitter
         if (repeats, jitter) == (self.repeats, self.jitter):
             return self
-        if isinstance(repeats, bool) or not isinstance(repeats, int) or not 1 <= repeats <= MAX_REPEATS:
-            raise OptionError(f"repeats is {repeats!r}, expected a whole number from 1 to {MAX_REPEATS}")
+        whole_number("repeats", repeats, most=MAX_REPEATS)
         name = f"{self.name[:40]}-{repeats}x" + ("" if jitter is None else f"-{canonical_hash(dict(jitter))[:6]}")
         return self.model_copy(update={"name": name, "repeats": repeats, "jitter": jitter})
 
@@ -161,8 +161,7 @@ class Suite(Document):
             OptionError: `count` is not a positive whole number.
             LabgymError: as `pairs`.
         """
-        if isinstance(count, bool) or not isinstance(count, int) or count < 1:
-            raise OptionError(f"count is {count!r}, expected a whole number of at least 1")
+        whole_number("count", count)
         drives = {layout.id: tuple(map(SuiteDrive.of, self.pairs(layout)[:count])) for layout in layouts}
         name = f"{self.name[:40]}-first" + ("" if count == 1 else str(count))
         return self.model_copy(update={"name": name, "layouts": tuple(drives), "drives": drives})

@@ -9,7 +9,9 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
+from labgym.counts import whole_number
 from labgym.envs.assembly import STATIC, Moving, is_standard
+from labgym.envs.effects import check_effects
 from labgym.envs.parts.endings import TouchEnding
 from labgym.envs.parts.kinds import part_of, parts_of, positive, record_of
 from labgym.envs.parts.measures import STANDARD, NamedMeasure
@@ -42,11 +44,17 @@ from labgym.envs.stage import Senses
 from labgym.envs.state import Pose, State, Verdict
 from labgym.envs.tasks import TaskSource
 from labgym.envs.training import LayoutSource
-from labgym.errors import DocumentError, MissingDependencyError, OptionError, UnknownNameError
+from labgym.errors import (
+    DocumentError,
+    MissingDependencyError,
+    OptionError,
+    UnknownArgumentError,
+    UnknownNameError,
+)
 from labgym.layouts import Layout
 from labgym.navigation import METHODS, Method
 from labgym.protocols import Protocol
-from labgym.scenes.opengl import QUALITIES, Quality
+from labgym.scenes.opengl import LARGEST, QUALITIES, Quality
 
 __all__ = [
     "OBSERVATIONS", "RENDER_MODES", "Actions", "Command", "Condition", "Ending", "Measure", "Noise", "PointNavConfig",
@@ -146,8 +154,7 @@ class PointNavConfig:
         _check_pixels(self.width, self.height)
         _check_control_dt(self.control_dt)
         check_budget(self.resident_mb)
-        if isinstance(self.episodes_per_layout, bool) or not isinstance(self.episodes_per_layout, int):
-            raise OptionError(f"episodes_per_layout is {self.episodes_per_layout!r}, expected a whole number")
+        whole_number("episodes_per_layout", self.episodes_per_layout)
         if not isinstance(self.exact, bool):
             raise OptionError(f"exact is {self.exact!r}, expected True or False")
         if self.weights is not None:
@@ -185,9 +192,8 @@ class PointNavConfig:
             options: values of fields.
 
         Raises:
-            UnknownNameError: no field has that name.
-            OptionError: a value is out of range or of the wrong type, or an observation is chosen although the
-                configuration has sensors.
+            UnknownArgumentError: no field has that name.
+            OptionError: a value is out of range or of the wrong type, or an argument has no effect.
             DocumentError: the file is not a mapping.
             MissingDependencyError: PyYAML is not installed.
         """
@@ -200,11 +206,15 @@ class PointNavConfig:
         names = [each.name for each in fields(cls)]
         for name in (*(config if isinstance(config, Mapping) else ()), *options):
             if name not in names:
-                raise UnknownNameError("argument", name, names)
+                raise UnknownArgumentError("the environment", name, names)
         _check_observation(config, options)
         if isinstance(config, PointNavConfig):
-            return replace(config, **options) if options else config
-        return cls(**{**(config or {}), **options})
+            config, passed = replace(config, **options) if options else config, set(options)
+        else:
+            passed = {*(config or {}), *options}
+            config = cls(**{**(config or {}), **options})
+        check_effects(config, passed)
+        return config
 
     @property
     def observed(self) -> tuple[Sensor, ...]:
@@ -313,7 +323,7 @@ def _check_observation(config: PointNavConfig | Mapping[str, Any] | None, option
     Raises:
         OptionError: the options have another observation than the configuration, and the configuration has sensors.
     """
-    if "observation" not in options or "sensors" in options or config is None:
+    if "observation" not in options or options.get("sensors") is not None or config is None:
         return
     own = config if isinstance(config, Mapping) else vars(config)
     if own.get("sensors") is not None and options["observation"] != own.get("observation", OBSERVATIONS[0]):
@@ -369,11 +379,8 @@ def _names(field: str, value: Any) -> tuple[str, ...]:
 
 
 def _check_pixels(width: object, height: object) -> None:
-    for name, value in (("width", width), ("height", height)):
-        if isinstance(value, bool) or not isinstance(value, int):
-            raise OptionError(f"{name} is {str(value)[:40]!r}, expected a whole number of pixels")
-        if value < 1:
-            raise OptionError(f"width and height must be at least 1 pixel, got {width} x {height}")
+    for name, value, most in (("width", width, LARGEST[0]), ("height", height, LARGEST[1])):
+        whole_number(f"{name} in pixels", value, most=most)
 
 
 def _check_control_dt(control_dt: object) -> None:

@@ -21,6 +21,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
+from labgym.counts import MAX_PROCESSES, whole_number
 from labgym.envs.layout_files import FOLDER_MB, LayoutFiles
 from labgym.envs.parcels import SHARED, Address, Parcel
 from labgym.envs.stage import Senses, Stage
@@ -56,14 +57,13 @@ class LayoutPool:
         folder_mb: size of the folder; the files used longest ago are removed.
 
     Raises:
-        OptionError: fewer than one worker, or a folder without a size.
+        OptionError: a number of workers that is not from 1 to 1024, or a folder without a size.
     """
 
     def __init__(
         self, workers: int = 2, folder: str | os.PathLike[str] | None = None, folder_mb: float = FOLDER_MB
     ) -> None:
-        if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
-            raise OptionError(f"workers is {workers!r}, expected a whole number of at least 1")
+        workers = whole_number("workers", workers, most=MAX_PROCESSES)
         self._files = None if folder is None else LayoutFiles(Path(folder).absolute(), folder_mb)
         self._workers = LocalPool(workers)
         self._losses = 0

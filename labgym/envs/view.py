@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import os
+import weakref
 from collections.abc import Sequence
 from typing import Any
 
@@ -30,6 +32,7 @@ from labgym.scenes.culling import in_view
 from labgym.scenes.cutaway import walls_across
 from labgym.scenes.mesh import ROOM
 from labgym.scenes.opengl import LARGEST
+from labgym.scenes.render_thread import drop, on_render_thread
 
 DISTANCE = 3.6
 """Distance from the camera to the point that it looks at, meters."""
@@ -63,7 +66,8 @@ NOT_DRAWN = 5
 class ChaseView:
     """A camera that follows the robot from a position where furniture does not hide it.
 
-    The first picture of a layout compiles its scene and creates the renderer.
+    The first picture of a layout compiles its scene and creates the renderer. Any thread may call it: the pictures of
+    a process are drawn one after the other on a thread of their own.
 
     Args:
         width, height: size of the pictures, pixels.
@@ -81,6 +85,8 @@ class ChaseView:
         self._shapes: tuple[Shape, ...] = ()
         self._scene: mujoco.MjData | None = None
         self._renderer: mujoco.Renderer | None = None
+        self._finalizer: weakref.finalize[Any, Any] | None = None
+        self._process = os.getpid()
 
     def picture(
         self,
@@ -100,13 +106,22 @@ class ChaseView:
         Raises:
             OptionError: the image is larger than the scene's off-screen buffer.
             MissingRendererError: OpenGL is not available.
+            LabgymError: this process was forked from one that had drawn.
         """
+        return on_render_thread(self._picture, layout, rays, pose, simulation, bodies)
+
+    def _picture(
+        self, layout: Layout, rays: RayScene, pose: Pose, simulation: Physics | None, bodies: Sequence[Body]
+    ) -> NDArray[np.uint8]:
         shapes = tuple(body.shape for body in bodies)
         if self._renderer is None or self._scene is None or self._layout is not layout or self._shapes != shapes:
-            self.close()
+            self._close()
             model = _scene(layout, rays.mesh, self._quality, self._robot, self._moving, shapes)
             self._layout, self._shapes, self._scene = layout, shapes, mujoco.MjData(model)
             self._renderer = self._new_renderer(model)
+            self._process = os.getpid()
+            self._finalizer = weakref.finalize(self, drop, self._renderer, self._process)
+            self._finalizer.atexit = False
         hidden = _hidden(rays, pose)
         if hidden[self._station] > 0:
             self._station = int(hidden.argmin())
@@ -135,13 +150,20 @@ class ChaseView:
 
     def __getstate__(self) -> dict[str, Any]:
         # The renderer stays in its process; a copy creates its own for its next image.
-        return {**self.__dict__, "_layout": None, "_shapes": (), "_scene": None, "_renderer": None}
+        absent = {"_layout": None, "_shapes": (), "_scene": None, "_renderer": None, "_finalizer": None}
+        return {**self.__dict__, **absent}
 
     def close(self) -> None:
         """Free the renderer; the next picture creates a new one."""
+        if self._renderer is not None and self._process == os.getpid():
+            on_render_thread(self._close)
+
+    def _close(self) -> None:
         if self._renderer is not None:
             self._renderer.close()
-        self._layout = self._scene = self._renderer = None
+        if self._finalizer is not None:
+            self._finalizer.detach()
+        self._layout = self._scene = self._renderer = self._finalizer = None
 
 
 def _scene(

@@ -16,6 +16,7 @@ from typing import Annotated, Any
 from pydantic import Field, ValidationError
 
 from labgym.assets import Catalog
+from labgym.counts import whole_number
 from labgym.documents import Record, canonical_hash, document_error, json_bytes, read_json
 from labgym.errors import DocumentError, InfeasibleError, OptionError, SearchLimitError, UnrepairedError
 from labgym.layouts.floor import IDENTIFIER, Room
@@ -39,7 +40,6 @@ PER_SHARD = 20
 """Default number of layouts in a shard: about 7 s of work, of which a kill costs at most one shard per worker."""
 ALL = "all"
 """In place of protocols: the whole library."""
-MAX_COUNT = 10_000_000
 FITNESS_DIGITS = 6
 
 Digest = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
@@ -152,8 +152,8 @@ def generate_batch(
             place of the name of a proposer or an adjuster, or the folder holds something else or is in use.
         LabgymError: workers died, or have another version of labgym or another catalog.
     """
-    _check_range("count", count, MAX_COUNT)
-    _check_range("shard", shard, PER_FOLDER)
+    whole_number("count", count)
+    whole_number("shard", shard, most=PER_FOLDER)
     if not (isinstance(method.proposer, str) and isinstance(method.adjuster, str)):
         raise OptionError("a batch needs the names of its proposer and adjuster, which identify it; got an object")
     requests = [
@@ -267,11 +267,6 @@ def _check(requests: list[Request], count: int) -> None:
             raise OptionError(
                 f"{longest!r} cannot be a layout's name (letters, digits, '_', '.', '-', at most 80): rename the room"
             )
-
-
-def _check_range(name: str, value: int, most: int) -> None:
-    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= most:
-        raise OptionError(f"{name} is {value!r}, expected a whole number from 1 to {most}")
 
 
 def _identity(requests: list[Request], count: int, shard: int, method: Method) -> RunIdentity:

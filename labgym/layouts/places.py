@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from labgym.counts import whole_number
 from labgym.errors import InfeasibleError, OptionError, UnknownNameError
 from labgym.layouts.clutter import add_clutter
 from labgym.layouts.combination import combination
@@ -157,8 +158,7 @@ def check_numbers(limits: Mapping[str, tuple[int, int, int]]) -> None:
         OptionError: one is out of range.
     """
     for name, (value, least, most) in limits.items():
-        if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
-            raise OptionError(f"{name} is {value!r}, expected a whole number from {least} to {most}")
+        whole_number(name, value, least, most)
 
 
 def seed_of(split: str, index: int, first: int | None = None, attempt: int = 0) -> int:

@@ -8,21 +8,21 @@ from typing import Any, Self
 from pydantic import ValidationError
 
 from labgym.documents import Record
-from labgym.errors import OptionError, UnknownNameError
+from labgym.errors import OptionError, UnknownArgumentError
 
 
 class PolicyOptions(Record):
     """Base of the options that tune a policy: named numbers with defaults and limits.
 
     Raises:
-        UnknownNameError: an option does not exist; lists the valid ones.
+        UnknownArgumentError: an option does not exist; lists the valid ones.
         OptionError: a value is outside its limits.
     """
 
     def __init__(self, **values: Any) -> None:
         unknown = sorted(values.keys() - type(self).model_fields.keys())
         if unknown:
-            raise UnknownNameError(f"option of {type(self).__name__}", unknown[0], type(self).model_fields)
+            raise UnknownArgumentError(type(self).__name__, unknown[0], type(self).model_fields)
         try:
             super().__init__(**values)
         except ValidationError as error:
@@ -36,7 +36,7 @@ class PolicyOptions(Record):
         """Return options from an instance, a mapping of those that differ from the defaults, or None for the defaults.
 
         Raises:
-            UnknownNameError: an option does not exist; lists the valid ones.
+            UnknownArgumentError: an option does not exist; lists the valid ones.
             OptionError: a value is outside its limits, or `options` is none of these.
         """
         if isinstance(options, cls):

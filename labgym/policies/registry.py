@@ -12,7 +12,7 @@ from importlib.util import find_spec
 from pathlib import PurePath
 from typing import Any
 
-from labgym.errors import LabgymError, MissingDependencyError, OptionError, UnknownNameError
+from labgym.errors import LabgymError, MissingDependencyError, OptionError, UnknownArgumentError, UnknownNameError
 from labgym.policies.policy import Policy
 from labgym.table import Table
 
@@ -242,7 +242,7 @@ def _checked(name: str, factory: Callable[..., object], arguments: Mapping[str, 
     """Return the arguments with the policy's options gathered in `options`.
 
     Raises:
-        UnknownNameError: an argument does not exist.
+        UnknownArgumentError: an argument does not exist.
         OptionError: an option is given twice, or a required argument is missing.
     """
     kind = factory.func if isinstance(factory, partial) else factory
@@ -259,7 +259,7 @@ def _checked(name: str, factory: Callable[..., object], arguments: Mapping[str, 
     unknown = sorted(arguments.keys() - set(names) - fields)
     if unknown:
         available = {*names, *fields} - ({"options"} if options_type else set())
-        raise UnknownNameError(f"policy {name!r}: option", unknown[0], available)
+        raise UnknownArgumentError(f"policy {name!r}", unknown[0], available)
     direct = {option: value for option, value in arguments.items() if option in fields}
     whole = {option: value for option, value in arguments.items() if option not in fields}
     if direct:

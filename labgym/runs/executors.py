@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
+from labgym.counts import MAX_PROCESSES, whole_number
 from labgym.errors import OptionError
 from labgym.runs.addresses import check_address
 
@@ -28,7 +29,7 @@ class ExecutorOptions:
         apart: whether a single local worker is a process too, with one thread for numerical libraries.
 
     Raises:
-        OptionError: the number of workers is not positive, or an option belongs to another executor.
+        OptionError: the number of workers is not from 1 to 1024, or an option belongs to another executor.
     """
 
     kind: ExecutorKind = "local"
@@ -40,8 +41,7 @@ class ExecutorOptions:
     def __post_init__(self) -> None:
         if self.kind not in EXECUTORS:
             raise OptionError(f"executor is {self.kind!r}, expected one of {', '.join(EXECUTORS)}")
-        if isinstance(self.workers, bool) or not isinstance(self.workers, int) or self.workers < 1:
-            raise OptionError(f"workers is {self.workers!r}, expected a whole number of at least 1")
+        whole_number("workers", self.workers, most=MAX_PROCESSES)
         if (self.scheduler is None) == (self.kind == "dask"):
             problem = (
                 "requires --scheduler, such as tcp://127.0.0.1:8786" if self.kind == "dask" else "has no scheduler"

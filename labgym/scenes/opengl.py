@@ -16,7 +16,8 @@ from labgym.scenes.building import building_patches
 from labgym.scenes.cutaway import hanging_on, hidden_walls
 from labgym.scenes.fittings import installations
 from labgym.scenes.mjcf import COLLISION_GROUP, add_camera, to_mjcf
-from labgym.scenes.views import picture_view
+from labgym.scenes.render_thread import on_render_thread
+from labgym.scenes.views import View, picture_view
 
 LARGEST = (2560, 1440)
 """Largest picture, pixels: the size of the off-screen buffer of compiled scenes."""
@@ -46,7 +47,7 @@ class MissingRendererError(LabgymError):
 def make_renderer(model: mujoco.MjModel, width: int, height: int, quality: Quality = "fine") -> mujoco.Renderer:
     """Return MuJoCo's off-screen renderer, using EGL if there is no display and MUJOCO_GL is not set.
 
-    Close the renderer after use; it belongs to the thread that made it.
+    Close the renderer after use; it belongs to the thread that made it (`labgym.scenes.render_thread` has one for all).
 
     Args:
         model: the compiled scene; "fast" lowers its `vis.quality`.
@@ -87,7 +88,10 @@ def render_opengl(layout: Layout, width: int = 1280, height: int = 720, camera: 
         OptionError: larger than 2560 x 1440.
         MissingRendererError: OpenGL is not available.
     """
-    place = picture_view(layout, camera)
+    return on_render_thread(_picture, layout, width, height, picture_view(layout, camera))
+
+
+def _picture(layout: Layout, width: int, height: int, place: View) -> NDArray[np.uint8]:
     spec = to_mjcf(layout)
     add_camera(spec, PICTURE, place)
     model = spec.compile()

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from labgym.counts import whole_number
 from labgym.errors import OptionError
 from labgym.layouts import Layout
 from labgym.layouts.floor import Floor
@@ -33,6 +34,8 @@ from labgym.scenes.surfaces import Floats, Scene, norms
 from labgym.scenes.surroundings import Surroundings, studio
 from labgym.scenes.views import View, picture_view
 
+MAX_SAMPLES = 4096
+"""Largest number of samples of a pixel."""
 LARGEST = (3840, 2160)
 """Largest picture, pixels; a larger one takes gigabytes of memory."""
 SUN_COLOR, SUN_SPREAD = (0.98, 0.93, 0.85), 0.12
@@ -82,8 +85,7 @@ def trace_view(
     """
     if not (1 <= width <= LARGEST[0] and 1 <= height <= LARGEST[1]):
         raise OptionError(f"picture size {width}x{height} is not between 1x1 and {LARGEST[0]}x{LARGEST[1]}")
-    if samples < 1:
-        raise OptionError(f"samples must be at least 1, got {samples}")
+    whole_number("samples", samples, most=MAX_SAMPLES)
     mesh = scene_mesh(layout, hidden_walls(layout.floor, place.position) if hidden is None else hidden)
     mesh = mesh if added is None else joined(mesh, added)
     frames = placement_frames(layout.placements)

@@ -11,17 +11,19 @@ import gymnasium as gym
 from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv, VecEnv, VecMonitor
 
 import labgym  # noqa: F401 -- registers the environments
+from labgym.counts import MAX_PROCESSES, PROCESS_MB, SINGLE_MB, check_memory, whole_number
 from labgym.envs.config import PointNavConfig
 from labgym.envs.presets import presets
-from labgym.envs.tasks import FLOORS_TRAIN
 from labgym.envs.vector.processes import processors
 from labgym.errors import MissingDependencyError, OptionError, UnknownNameError
-from labgym.training.layouts import FirstLayouts
+from labgym.training.layouts import SOURCES, FirstLayouts
 from labgym.training.start_frame import StartFrame
 
 VECTORIZATIONS = ("auto", "kernel", "processes", "dummy", "subproc")
 MEASURES = ("is_success", "cost", "path_length", "shortest_path_length")
 """The entries of the info that the logs and scores of training need."""
+CHOICES = ("layout", "tasks", "training", "profile", "episodes_per_layout", "protocol")
+"""Arguments of an environment that choose its layouts otherwise than `layouts` does."""
 
 
 def make_environments(
@@ -39,26 +41,24 @@ def make_environments(
             one process each. "auto" takes the kernel if numba is installed and it has all parts of the environment,
             otherwise "dummy", with the planar physics if numba is installed and `physics` is not passed. Make
             processes under `if __name__ == "__main__":`.
-        layouts: number of layouts of the splits "train" and "floors-train" (`FirstLayouts`); 0 generates new ones
-            without end, which takes longer than driving in them.
+        layouts: number of layouts of the splits "train" and "floors-train" (`FirstLayouts`), for ids with such a split
+            too; 0 generates new ones without end, which takes longer than driving in them.
         options: arguments of the environment, and `max_episode_steps`, by default that of the id.
 
     Raises:
         UnknownNameError: there is no such environment, option or vectorization.
-        OptionError: a value is out of range, or the kernel lacks a part.
+        OptionError: a value is out of range, `layouts` has no effect, or the kernel lacks a part.
         MissingDependencyError: "kernel" without numba.
     """
     if vectorization not in VECTORIZATIONS:
         raise UnknownNameError("vectorization", vectorization, VECTORIZATIONS)
     if environment not in presets():
         raise UnknownNameError("environment", environment, presets())
-    if isinstance(count, bool) or not isinstance(count, int) or count < 1:
-        raise OptionError(f"number of environments is {count!r}, expected a whole number of at least 1")
+    whole_number("number of environments", count)
+    whole_number("layouts", layouts, 0)
     options = {"measures": MEASURES, **options}
-    split = options.get("split")
-    if layouts and split in ("train", FLOORS_TRAIN):
-        training = FirstLayouts(layouts, split)
-        options |= {"split": "train", "training": training, "episodes_per_layout": 1}
+    if layouts:
+        options |= _first_layouts(environment, layouts, options)
     compiled = find_spec("numba") is not None
     if vectorization == "kernel" and not compiled:
         raise MissingDependencyError("numba", "vectorization 'kernel'", "fast")
@@ -67,8 +67,31 @@ def make_environments(
         vectorization = "kernel" if compiled and _kernel_has(_config(environment, options)) else "dummy"
     if vectorization in ("kernel", "processes"):
         return VecMonitor(_together(environment, count, options, vectorization))
+    if vectorization == "subproc":
+        whole_number("number of environments of 'subproc'", count, most=MAX_PROCESSES)
+        check_memory("number of environments", count, 1e6 * PROCESS_MB)
+    else:
+        check_memory("number of environments", count, 1e6 * SINGLE_MB)
     makers: list[Callable[[], gym.Env[Any, Any]]] = [partial(_single, environment, options)] * count
     return VecMonitor(SubprocVecEnv(makers) if vectorization == "subproc" else DummyVecEnv(makers))
+
+
+def _first_layouts(environment: str, count: int, options: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the options that let environments drive in the first training layouts of their split.
+
+    Raises:
+        OptionError: other options choose the layouts, or the split has published ones.
+    """
+    others = [name for name in CHOICES if options.get(name) is not None]
+    if others:
+        raise OptionError(f"layouts={count} has no effect with {others[0]}: leave one of the two out")
+    split = _config(environment, options).split
+    if split not in SOURCES:
+        raise OptionError(
+            f"layouts={count} has no effect in split {split!r}, whose layouts are published: pass split='train' or "
+            "split='floors-train'"
+        )
+    return {"split": "train", "training": FirstLayouts(count, split), "episodes_per_layout": 1}
 
 
 def _kernel_has(config: PointNavConfig) -> bool:

@@ -10,6 +10,7 @@ from typing import Any
 
 from stable_baselines3.common.utils import LinearSchedule
 
+from labgym.counts import MAX_COUNT, MAX_STEPS, whole_number
 from labgym.envs.config import read_mapping
 from labgym.errors import DocumentError, OptionError, UnknownNameError
 from labgym.policies.adapters.actor_file import ACTIVATIONS
@@ -53,13 +54,16 @@ class Hyperparameters:
     arguments: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        for name in ("n_envs", "n_timesteps", "eval_freq", "n_eval_episodes"):
-            if not _is_whole(getattr(self, name), 1):
-                raise OptionError(f"{name} is {getattr(self, name)!r}, expected a whole number of at least 1")
+        for name, least, most in (
+            ("n_envs", 1, MAX_COUNT),
+            ("n_timesteps", 1, MAX_STEPS),
+            ("eval_freq", 1, MAX_STEPS),
+            ("n_eval_episodes", 1, MAX_COUNT),
+            ("layouts", 0, MAX_COUNT),
+        ):
+            whole_number(name, getattr(self, name), least, most)
         if not isinstance(self.near_goal, bool):
             raise OptionError(f"near_goal is {self.near_goal!r}, expected true or false")
-        if not _is_whole(self.layouts, 0):
-            raise OptionError(f"layouts is {self.layouts!r}, expected a whole number of at least 0")
         if not isinstance(self.policy, str):
             raise OptionError(f"policy is {self.policy!r}, expected the name of a policy, such as MultiInputPolicy")
         if not isinstance(self.normalize, bool | Mapping):
@@ -125,7 +129,10 @@ class Hyperparameters:
 
     def environment_options(self, evaluation: bool = False) -> dict[str, Any]:
         """Return the arguments of `make_environments` for training or for evaluation."""
-        return {**self.env_kwargs, **(self.eval_env_kwargs if evaluation else {}), "layouts": self.layouts}
+        options = {**self.env_kwargs, **(self.eval_env_kwargs if evaluation else {})}
+        # An evaluation that names its own split or layout leaves the training layouts.
+        own = evaluation and any(name in self.eval_env_kwargs for name in ("split", "layout"))
+        return options if own else {**options, "layouts": self.layouts}
 
     @property
     def leg(self) -> int:
@@ -138,10 +145,6 @@ class Hyperparameters:
     def steps(self) -> int:
         """Control steps of the training: `n_timesteps`, rounded up to whole legs."""
         return math.ceil(self.n_timesteps / self.leg) * self.leg
-
-
-def _is_whole(value: object, least: int) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool) and value >= least
 
 
 def _number(value: Any) -> Any:

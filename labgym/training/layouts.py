@@ -11,9 +11,10 @@ from typing import NoReturn
 
 from tqdm import tqdm
 
+from labgym.counts import whole_number
 from labgym.envs.training import LayoutSource, TrainingRooms, training_floor
 from labgym.envs.world import keep
-from labgym.errors import OptionError, SearchLimitWarning, UnknownNameError
+from labgym.errors import SearchLimitWarning, UnknownNameError
 from labgym.layouts import Layout
 
 RESIDENT_MB = 2048.0
@@ -43,8 +44,7 @@ class FirstLayouts:
     split: str = "train"
 
     def __post_init__(self) -> None:
-        if isinstance(self.count, bool) or not isinstance(self.count, int) or self.count < 1:
-            raise OptionError(f"layouts is {self.count!r}, expected a whole number of at least 1")
+        whole_number("layouts", self.count)
         if self.split not in SOURCES:
             raise UnknownNameError("split of training layouts", self.split, SOURCES)
 

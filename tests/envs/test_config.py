@@ -201,5 +201,7 @@ def test_an_observation_is_refused_where_sensors_of_the_configuration_would_over
     for config in ("LabPointNavGoal-v1", PointNavConfig.of("LabNavCarry-v0", {}), {"sensors": ["goal", "lidar"]}):
         with pytest.raises(OptionError, match="observation='depth' has no effect"):
             PointNavConfig.of(config, {"observation": "depth"})
-        assert PointNavConfig.of(config, {"observation": "depth", "sensors": ["depth"]}).observed[0].name == "depth"
+        with pytest.raises(OptionError, match="observation='depth' has no effect"):
+            PointNavConfig.of(config, {"observation": "depth", "sensors": ["depth"]})
+        assert PointNavConfig.of(config, {"sensors": ["depth"]}).observed[0].name == "depth"
         assert PointNavConfig.of(config, {"observation": "lidar"}).observed[-1].name != "depth"

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-from labgym.envs.parts.kinds import noises, positive
+from labgym.envs.parts.kinds import MAX_METERS, noises, positive
 from labgym.envs.parts.noise import disturbed
 from labgym.envs.parts.odometry import RECKONED
 from labgym.envs.parts.protocols import Noise, Reading, Sensor
@@ -31,7 +31,7 @@ class AnnouncedGoalSensor(Sensor):
     kind: str = field(default="announced_goal", init=False)
 
     def __post_init__(self) -> None:
-        positive(self, "reach")
+        positive(self, "reach", most=MAX_METERS)
         noises(self)
 
     @property

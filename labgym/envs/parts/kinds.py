@@ -8,13 +8,15 @@ such a table.
 from __future__ import annotations
 
 import importlib
+import inspect
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import fields, replace
 from functools import cache
 from typing import Any, TypeVar, cast
 
-from labgym.errors import OptionError, UnknownNameError
+from labgym.counts import whole_number
+from labgym.errors import OptionError, UnknownArgumentError, UnknownNameError
 
 Record = TypeVar("Record")
 """A dataclass of numbers."""
@@ -29,17 +31,13 @@ def part_of(value: Any, role: str) -> Any:
 
     Raises:
         UnknownNameError: no such kind.
-        OptionError: the arguments do not fit, or the value is something else.
+        UnknownArgumentError: its class has no such argument.
+        OptionError: an argument is missing or does not fit, or the value is something else.
     """
     if isinstance(value, str):
         value = {"kind": value}
     if isinstance(value, Mapping):
-        arguments = {str(key): argument for key, argument in value.items() if key != "kind"}
-        part_class = _class_of(value.get("kind"), role)
-        try:
-            value = part_class(**arguments)
-        except TypeError as error:
-            raise OptionError(f"{role} {value.get('kind')!r}: {error}") from None
+        value = _made(value, role)
     protocol = _roles()[role][0]
     if isinstance(value, type) or not isinstance(value, protocol):
         shown = value.__name__ if isinstance(value, type) else type(value).__name__
@@ -96,8 +94,14 @@ def noises(part: Any) -> None:
     object.__setattr__(part, "noise", tuple(part_of(each, "noise") for each in noise))
 
 
-def positive(part: Any, *names: str, zero: bool = False) -> None:
-    """Check that fields are finite numbers above 0, or at least 0 if `zero`.
+MAX_CELLS = 4096
+"""Largest number of cells along a side of a map."""
+MAX_METERS = 1e6
+"""Largest reach and height of a sensor, meters; their squares fit into a float32."""
+
+
+def positive(part: Any, *names: str, zero: bool = False, most: float = math.inf) -> None:
+    """Check that fields are finite numbers above 0, or at least 0 if `zero`, and at most `most`.
 
     Raises:
         OptionError: one is not.
@@ -105,8 +109,8 @@ def positive(part: Any, *names: str, zero: bool = False) -> None:
     for name in names:
         value = getattr(part, name)
         number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-        if not number or value < 0 or (value == 0 and not zero):
-            least = "at least 0" if zero else "above 0"
+        if not number or not 0 <= value <= most or (value == 0 and not zero):
+            least = ("at least 0" if zero else "above 0") + (f" and at most {most:g}" if most < math.inf else "")
             raise OptionError(f"{type(part).__name__}: {name} is {str(value)[:40]!r}, expected a number {least}")
 
 
@@ -122,16 +126,45 @@ def finite(part: Any, *names: str) -> None:
             raise OptionError(f"{type(part).__name__}: {name} is {str(value)[:40]!r}, expected a finite number")
 
 
-def count(part: Any, *names: str) -> None:
-    """Check that fields are whole numbers of at least 1.
+MAX_READINGS = 16_777_216
+"""Largest number of values of one reading of a sensor: a picture of 4096 x 4096 pixels."""
+
+
+def count(part: Any, *names: str, most: int = MAX_READINGS) -> None:
+    """Check that fields are whole numbers of at least 1, and that their product is not above `most`.
 
     Raises:
-        OptionError: one is not.
+        OptionError: one is not, or the product is.
     """
-    for name in names:
-        value = getattr(part, name)
-        if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-            raise OptionError(f"{type(part).__name__}: {name} is {str(value)[:40]!r}, expected a whole number from 1")
+    numbers = [whole_number(f"{type(part).__name__}: {name}", getattr(part, name), 1, most) for name in names]
+    if math.prod(numbers) > most:
+        product = " x ".join(names)
+        raise OptionError(f"{type(part).__name__}: {product} is {math.prod(numbers)}, expected at most {most}")
+
+
+def _made(value: Mapping[Any, Any], role: str) -> Any:
+    """Return the part that a mapping describes, after a check of the names of its arguments."""
+    kind = value.get("kind")
+    label = f"{role} {str(kind)[:80]!r}"
+    arguments = {str(key): argument for key, argument in value.items() if key != "kind"}
+    part_class = _class_of(kind, role)
+    try:
+        parameters = inspect.signature(part_class).parameters.values()
+    except (TypeError, ValueError):  # a class of another language has no signature
+        parameters = ()
+    if parameters and not any(each.kind is inspect.Parameter.VAR_KEYWORD for each in parameters):
+        named = [each for each in parameters if each.kind is not inspect.Parameter.POSITIONAL_ONLY]
+        names = [each.name for each in named]
+        unknown = next((name for name in arguments if name not in names), None)
+        if unknown is not None:
+            raise UnknownArgumentError(label, unknown, names)
+        missing = [each.name for each in named if each.default is each.empty and each.name not in arguments]
+        if missing:
+            raise OptionError(f"{label} needs the argument {missing[0]!r}; its arguments: {', '.join(names)}")
+    try:
+        return part_class(**arguments)
+    except (TypeError, AttributeError) as error:
+        raise OptionError(f"{label}: an argument has the wrong type ({error})") from error
 
 
 def _class_of(kind: Any, role: str) -> type[Any]:
@@ -145,7 +178,7 @@ def _class_of(kind: Any, role: str) -> type[Any]:
         if isinstance(part_class, type):
             return part_class
         raise OptionError(f"{role} {kind!r} is not a class")
-    if kind not in kinds:
+    if not isinstance(kind, str) or kind not in kinds:
         raise UnknownNameError(role, kind, kinds)
     return kinds[kind]
 

@@ -12,7 +12,7 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from labgym.assets import Catalog
-from labgym.envs.parts.kinds import count, noises, positive
+from labgym.envs.parts.kinds import MAX_CELLS, count, noises, positive
 from labgym.envs.parts.noise import disturbed
 from labgym.envs.parts.protocols import Noise, Reading, Sensor
 from labgym.envs.parts.rays import CameraSensor
@@ -42,7 +42,7 @@ class OccupancySensor(Sensor):
     kind: str = field(default="occupancy", init=False)
 
     def __post_init__(self) -> None:
-        count(self, "cells")
+        count(self, "cells", most=MAX_CELLS)
         positive(self, "resolution")
         noises(self)
         self._layout: Layout | None = None

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-from labgym.envs.parts.kinds import finite, noises, positive
+from labgym.envs.parts.kinds import MAX_METERS, finite, noises, positive
 from labgym.envs.parts.noise import disturbed
 from labgym.envs.parts.protocols import Noise, Reading, Sensor
 from labgym.envs.parts.vectors import POSITION_RANGE, planar
@@ -73,7 +73,7 @@ class OdometrySensor(Sensor):
 
     def __post_init__(self) -> None:
         positive(self, "along", "heading", "turning", zero=True)
-        positive(self, "reach")
+        positive(self, "reach", most=MAX_METERS)
         finite(self, "stretch", "veer", "overturn")
         noises(self)
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-from labgym.envs.parts.kinds import count, finite, noises, positive
+from labgym.envs.parts.kinds import MAX_METERS, count, finite, noises, positive
 from labgym.envs.parts.noise import disturbed
 from labgym.envs.parts.protocols import Noise, Reading, Sensor
 from labgym.envs.robot import ROBOT
@@ -42,7 +42,7 @@ class LidarSensor(Sensor):
 
     def __post_init__(self) -> None:
         count(self, "rays")
-        positive(self, "reach", "height")
+        positive(self, "reach", "height", most=MAX_METERS)
         finite(self, "forward", "left", "yaw")
         noises(self)
 
@@ -94,7 +94,7 @@ class CameraSensor(Sensor):
 
     def __post_init__(self) -> None:
         count(self, "rows", "columns")
-        positive(self, "hfov", "reach", "height")
+        positive(self, "hfov", "reach", "height", most=MAX_METERS)
         finite(self, "forward", "left", "yaw", "pitch", "roll")
         noises(self)
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-from labgym.envs.parts.kinds import noises, parts_of, positive
+from labgym.envs.parts.kinds import MAX_METERS, noises, parts_of, positive
 from labgym.envs.parts.noise import disturbed
 from labgym.envs.parts.protocols import Noise, Reading, Robot, Sensor
 from labgym.envs.robot import ROBOT
@@ -57,7 +57,7 @@ class GoalSensor(Sensor):
     kind: str = field(default="goal", init=False)
 
     def __post_init__(self) -> None:
-        positive(self, "reach")
+        positive(self, "reach", most=MAX_METERS)
         noises(self)
 
     @property
@@ -89,7 +89,10 @@ class VelocitySensor(Sensor):
 
     def __post_init__(self) -> None:
         for name in ("low", "high"):
-            object.__setattr__(self, name, tuple(getattr(self, name)))
+            limits = tuple(getattr(self, name))
+            if not all(isinstance(limit, int | float | np.number) and abs(limit) <= MAX_METERS for limit in limits):
+                raise OptionError(f"VelocitySensor: {name} is {str(limits)[:60]}, expected finite numbers")
+            object.__setattr__(self, name, limits)
         if len(self.low) not in (2, 3) or len(self.high) != len(self.low):
             raise OptionError("VelocitySensor: low and high need two or three components each")
         noises(self)
@@ -131,7 +134,7 @@ class PoseSensor(Sensor):
     kind: str = field(default="pose", init=False)
 
     def __post_init__(self) -> None:
-        positive(self, "reach")
+        positive(self, "reach", most=MAX_METERS)
         noises(self)
 
     @property
@@ -160,7 +163,7 @@ class PlaceSensor(Sensor):
     kind: str = field(default="place", init=False)
 
     def __post_init__(self) -> None:
-        positive(self, "reach")
+        positive(self, "reach", most=MAX_METERS)
         if self.of not in ("robot", "goal"):
             raise UnknownNameError("place", self.of, ("robot", "goal"))
 

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from labgym.counts import MAX_PROCESSES, whole_number
 from labgym.envs.parts.rays import DepthSensor, LidarSensor
 from labgym.envs.planar.body import Body
 from labgym.envs.planar.chunks import Chunks, chunks_of
@@ -116,6 +117,8 @@ class Batch:
         self._chunks = [_NOTHING] * count
         self._depths = np.zeros((count, 0 if lens is None else lens.rows * lens.columns), np.float32)
         self._checks, self._reach, self._beams = round(control_dt / CHECK_INTERVAL), reach, beams(max(rays, 1))
+        if threads is not None:
+            whole_number("threads", threads, most=MAX_PROCESSES)
         available = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
         workers = max(1, min(available if threads is None else threads, count // (SHARE if lens is None else 1)))
         bounds = [count * k // workers for k in range(workers + 1)]

@@ -2,23 +2,41 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
+from gymnasium import spaces
 from gymnasium.vector import AutoresetMode
 
+from labgym.counts import ENVIRONMENT_KB, MAX_STEPS, check_memory, whole_number
 from labgym.errors import OptionError
 
 
-def whole(name: str, number: object) -> int:
-    """Return a whole number of at least 1.
+def environment_count(number: object, space: spaces.Space[Any]) -> int:
+    """Return the number of environments, after a check that they fit into memory.
+
+    Args:
+        number: of environments. space: of the observation of one.
 
     Raises:
-        OptionError: it is something else.
+        OptionError: not a whole number of at least 1, or too many for the memory of this machine.
     """
-    if isinstance(number, bool) or not isinstance(number, int | np.integer) or number < 1:
-        raise OptionError(f"{name} is {number!r}, expected a whole number of at least 1")
-    return int(number)
+    count = whole_number("num_envs", number, most=MAX_STEPS)
+    check_memory("num_envs", count, 1000 * ENVIRONMENT_KB + OBSERVATION_COPIES * space_bytes(space))
+    return count
+
+
+OBSERVATION_COPIES = 3
+"""Observations of an environment in memory at a time: the current, the returned and the last one of an episode."""
+
+
+def space_bytes(space: spaces.Space[Any]) -> int:
+    """Return the bytes of an element of a space that consists of arrays."""
+    if isinstance(space, spaces.Dict):
+        return sum(space_bytes(each) for each in space.spaces.values())
+    return math.prod(space.shape or ()) * np.dtype(space.dtype).itemsize
 
 
 def mode_of(mode: AutoresetMode | str) -> AutoresetMode:

@@ -12,6 +12,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
+from labgym.counts import whole_number
 from labgym.envs.config import PointNavConfig
 from labgym.envs.distance_to_go import GridDistanceToGo
 from labgym.envs.parts.actions import VelocityActions
@@ -23,7 +24,7 @@ from labgym.envs.parts.robots import DifferentialDrive
 from labgym.envs.parts.vectors import GoalSensor, VelocitySensor
 from labgym.envs.planar.batch import Batch
 from labgym.envs.planar.routes import CompiledDistanceToGo, compiled_to_go
-from labgym.envs.vector.arguments import mode_of, seeds_of, whole
+from labgym.envs.vector.arguments import environment_count, mode_of, seeds_of
 from labgym.envs.vector.columns import (
     ENDINGS,
     GOES_ON,
@@ -91,8 +92,7 @@ class VectorPointNavEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any
         config: Any = None,
         **options: Any,
     ) -> None:
-        self.num_envs = whole("num_envs", num_envs)
-        self._limit = None if max_episode_steps is None else whole("max_episode_steps", max_episode_steps)
+        self._limit = None if max_episode_steps is None else whole_number("max_episode_steps", max_episode_steps)
         self.autoreset_mode = mode_of(autoreset_mode)
         self.metadata = {"render_modes": [], "autoreset_mode": self.autoreset_mode}
         config = PointNavConfig.of(config, {"physics": "planar", **options})
@@ -103,6 +103,7 @@ class VectorPointNavEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any
         self._sensors, self._measures, self._size = config.observed, config.measures, config.robot.size
         self.single_observation_space = spaces.Dict({sensor.name: sensor.space for sensor in self._sensors})
         self.single_action_space = config.actions.space(config.robot)
+        self.num_envs = environment_count(num_envs, self.single_observation_space)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         self._terms = [
@@ -306,6 +307,8 @@ def check_kernel(config: PointNavConfig, device: str | None = None) -> None:
     """
     if config.physics != "planar":
         raise OptionError(f"the vector environment has physics='planar' only, not {config.physics!r}: {REMEDY}")
+    if config.exact:
+        raise OptionError(f"the vector environment has no exact readings: {REMEDY}")
     if config.render_mode is not None:
         raise OptionError("the vector environment does not render: use gym.make for pictures")
     if config.drives != "pair":

@@ -14,8 +14,9 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space, concatenate, create_empty_array
 from numpy.typing import NDArray
 
+from labgym.counts import MAX_PROCESSES, PROCESS_MB, check_memory, whole_number
 from labgym.envs.config import PointNavConfig
-from labgym.envs.vector.arguments import mode_of, seeds_of, whole
+from labgym.envs.vector.arguments import environment_count, mode_of, seeds_of
 from labgym.envs.vector.board import shared_board
 from labgym.envs.vector.worker import begin, call
 from labgym.errors import LabgymError, OptionError
@@ -64,8 +65,7 @@ class ProcessPointNavEnv(VectorEnv[Any, Any, NDArray[Any]]):
         config: Any = None,
         **options: Any,
     ) -> None:
-        self.num_envs = whole("num_envs", num_envs)
-        limit = None if max_episode_steps is None else whole("max_episode_steps", max_episode_steps)
+        limit = None if max_episode_steps is None else whole_number("max_episode_steps", max_episode_steps)
         self.autoreset_mode = mode_of(autoreset_mode)
         config = PointNavConfig.of(config, options)
         if config.render_mode == "human":
@@ -75,9 +75,12 @@ class ProcessPointNavEnv(VectorEnv[Any, Any, NDArray[Any]]):
         self.metadata = {"render_modes": modes, "render_fps": 10, "autoreset_mode": self.autoreset_mode}
         self.single_observation_space = spaces.Dict({sensor.name: sensor.space for sensor in config.observed})
         self.single_action_space = config.actions.space(config.robot)
+        self.num_envs = environment_count(num_envs, self.single_observation_space)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
-        count = min(processors() if processes is None else whole("processes", processes), self.num_envs)
+        most = processors() if processes is None else whole_number("processes", processes, most=MAX_PROCESSES)
+        count = min(most, self.num_envs)
+        check_memory("processes", count, 1e6 * PROCESS_MB)
         bounds = [self.num_envs * k // count for k in range(count + 1)]
         self._shares = list(pairwise(bounds))
         self._board = shared_board(self.single_observation_space, self.num_envs)

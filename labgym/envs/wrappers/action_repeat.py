@@ -6,7 +6,7 @@ from typing import Any
 
 import gymnasium as gym
 
-from labgym.errors import OptionError
+from labgym.counts import whole_number
 
 
 class ActionRepeat(gym.Wrapper[Any, Any, Any, Any], gym.utils.RecordConstructorArgs):
@@ -28,8 +28,7 @@ class ActionRepeat(gym.Wrapper[Any, Any, Any, Any], gym.utils.RecordConstructorA
     """
 
     def __init__(self, env: gym.Env[Any, Any], times: int = 4) -> None:
-        if isinstance(times, bool) or not isinstance(times, int) or times < 1:
-            raise OptionError(f"times is {times!r}, expected a whole number of at least 1")
+        whole_number("times", times)
         gym.utils.RecordConstructorArgs.__init__(self, times=times)
         gym.Wrapper.__init__(self, env)
         self._times = times

@@ -10,7 +10,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from labgym.envs.parts.kinds import count, positive
+from labgym.envs.parts.kinds import MAX_CELLS, count, positive
 from labgym.envs.wrappers.checks import observed, point_nav
 
 FREE, UNKNOWN, OCCUPIED = 0, 127, 255
@@ -40,7 +40,7 @@ class EgocentricMap(gym.ObservationWrapper[Any, Any, Any], gym.utils.RecordConst
         gym.utils.RecordConstructorArgs.__init__(self, cells=cells, resolution=resolution, name=name)
         gym.ObservationWrapper.__init__(self, env)
         self.cells, self.resolution, self.name = cells, resolution, name
-        count(self, "cells")
+        count(self, "cells", most=MAX_CELLS)
         positive(self, "resolution")
         point_nav(env, "EgocentricMap")
         space = observed(env, "EgocentricMap", "lidar", name)

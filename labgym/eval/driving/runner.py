@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from labgym.assets import Catalog
+from labgym.counts import whole_number
 from labgym.documents import canonical_hash, files_digest, json_bytes
 from labgym.errors import LabgymError, OptionError
 from labgym.eval.driving.assignments import episode_keys
@@ -22,6 +23,7 @@ from labgym.eval.driving.intervals import Estimate
 from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.driving.shard import drive_shard, shard_file
 from labgym.layouts import Layout
+from labgym.layouts.generate import MAX_SEED
 from labgym.policies import Policy
 from labgym.policies.fingerprint.policy import PolicyFingerprint, named_fingerprint, object_fingerprint
 from labgym.policies.kernels import NATIVE, KernelMode, kernel_facts, kernel_mode
@@ -108,7 +110,7 @@ def evaluate(
             which a folder needs (`labgym.policies.fingerprint`).
         LabgymError: two layouts have the same id, a layout has no protocol, or workers died.
     """
-    _check_at_least("seed", seed, 0)
+    whole_number("seed", seed, 0, MAX_SEED)
     mode = kernel_mode(kernels)
     executor = executor or ExecutorOptions(workers=workers)
     # The policy is copied before the layouts are read, so that its code cannot put them into the copy.
@@ -334,8 +336,3 @@ def open_driver(
     finally:
         if driver is not policy:
             driver.close()
-
-
-def _check_at_least(name: str, value: object, least: int) -> None:
-    if isinstance(value, bool) or not isinstance(value, int) or value < least:
-        raise OptionError(f"{name} is {value!r}, expected a whole number of at least {least}")

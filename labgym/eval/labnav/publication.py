@@ -13,6 +13,7 @@ from pydantic import Field
 
 import labgym
 from labgym.artefacts import artefacts
+from labgym.counts import whole_number
 from labgym.documents import Document, Record, json_bytes, write_bytes
 from labgym.envs.labnav.drawing import draw_floor
 from labgym.envs.labnav.episodes import DEVELOPMENT, FOLDER, UNFILTERED, Hash, LabNavEpisodes, Split
@@ -153,8 +154,7 @@ class Publication:
             ("seed", self.seed, 0, 2**53),
             ("attempts", self.attempts, 1, 1_000_000),
         ):
-            if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
-                raise OptionError(f"{name} is {value!r}, expected a whole number from {low} to {high}")
+            whole_number(name, value, low, high)
         if (self.split == SEALED) != (self.secret is not None) or (self.split == SEALED) != (self.layouts is not None):
             raise OptionError(
                 f"split {self.split!r}: the suites of {SEALED} need its secret (--secret-file) and the folder of its "

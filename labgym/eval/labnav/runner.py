@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from labgym.counts import whole_number
 from labgym.documents import files_digest, json_bytes
 from labgym.envs.labnav.episodes import LabNavEpisode
 from labgym.errors import OptionError
@@ -26,6 +27,7 @@ from labgym.eval.labnav.row import LabNavRoute, LabNavRow, LabNavTime
 from labgym.eval.labnav.suites import LabNavSuite, load_labnav
 from labgym.eval.labnav.summary import LabNavSummary, summarise
 from labgym.layouts import Layout
+from labgym.layouts.generate import MAX_SEED
 from labgym.policies import Policy
 from labgym.policies.kernels import kernel_mode
 from labgym.policies.process import PolicyProcess, PolicySource, ProcessLimits, close_shared_process
@@ -92,8 +94,7 @@ def evaluate_labnav(
         OptionError: an option is out of range, or the folder holds another evaluation.
         LabgymError: workers died.
     """
-    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
-        raise OptionError(f"seed is {seed!r}, expected a whole number of at least 0")
+    whole_number("seed", seed, 0, MAX_SEED)
     mode, executor = kernel_mode(kernels), executor or ExecutorOptions()
     source = policy_source(policy, dict(options or {}))
     suite = load_labnav(suite) if isinstance(suite, str) else suite

@@ -8,7 +8,7 @@ from typing import Annotated, Any, TypeVar, get_type_hints
 
 import numpy as np
 
-from labgym.errors import OptionError, UnknownNameError
+from labgym.errors import OptionError, UnknownArgumentError
 
 Limits = tuple[float, float]
 
@@ -49,14 +49,14 @@ def with_limits(ranges: RANGES, family: str, overrides: Mapping[str, Any]) -> RA
     """Return the ranges with some of them replaced; a single number stands for a range of that value only.
 
     Raises:
-        UnknownNameError: the family has no parameter of that name.
+        UnknownArgumentError: the family has no parameter of that name.
         OptionError: a value is neither a number nor a pair (least, greatest).
     """
     parameters = {each.name: each for each in fields(ranges)}
     changes: dict[str, Any] = {}
     for name, value in overrides.items():
         if name not in parameters:
-            raise UnknownNameError(f"parameter of the family {family!r}", name, parameters)
+            raise UnknownArgumentError(f"family {family!r}", name, parameters)
         changes[name] = _checked(family, parameters[name], getattr(ranges, name), value)
     return replace(ranges, **changes)
 

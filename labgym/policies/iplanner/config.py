@@ -6,6 +6,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field
 
+from labgym.counts import MAX_COUNT
 from labgym.documents import Document, Record
 from labgym.errors import DocumentError
 from labgym.policies.learned.train_options import TrainOptions
@@ -67,8 +68,8 @@ class IPlannerTrainOptions(TrainOptions):
         patience: epochs.
     """
 
-    epochs: Annotated[int, Field(ge=1)] = 20
-    batch: Annotated[int, Field(ge=1)] = 32
+    epochs: Annotated[int, Field(ge=1, le=MAX_COUNT)] = 20
+    batch: Annotated[int, Field(ge=1, le=MAX_COUNT)] = 32
     rate: Positive = 1e-3
     held_out: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.05
     plateau: Annotated[float, Field(gt=0.0, le=1.0)] = 0.3

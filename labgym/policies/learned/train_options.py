@@ -6,6 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
+from labgym.counts import MAX_COUNT, MAX_PROCESSES
 from labgym.documents import Record
 
 
@@ -22,11 +23,11 @@ class TrainOptions(Record):
         seed: random seed of the initial weights, the sample order, mirroring and noise.
     """
 
-    epochs: Annotated[int, Field(ge=1)]
-    batch: Annotated[int, Field(ge=1)]
+    epochs: Annotated[int, Field(ge=1, le=MAX_COUNT)]
+    batch: Annotated[int, Field(ge=1, le=MAX_COUNT)]
     rate: Annotated[float, Field(gt=0.0)]
     decay: Annotated[float, Field(ge=0.0)] = 1e-3
     held_out: Annotated[float, Field(ge=0.0, lt=1.0)]
-    samples: Annotated[int, Field(ge=1)] | None = None
-    threads: Annotated[int, Field(ge=1)] = 1
+    samples: Annotated[int, Field(ge=1, le=MAX_COUNT)] | None = None
+    threads: Annotated[int, Field(ge=1, le=MAX_PROCESSES)] = 1
     seed: Annotated[int, Field(ge=0, lt=2**53)] = 0

@@ -6,10 +6,11 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
+from labgym.counts import MAX_COUNT, MAX_STEPS
 from labgym.documents import Document
 from labgym.policies.ppo.inputs import Sensor
 
-Count = Annotated[int, Field(ge=1)]
+Count = Annotated[int, Field(ge=1, le=MAX_COUNT)]
 Positive = Annotated[float, Field(gt=0.0)]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 
@@ -49,7 +50,7 @@ class PPOOptions(Document):
 
     observation: Sensor = "lidar"
     seed: Annotated[int, Field(ge=0)] = 0
-    steps: Count = 200_000
+    steps: Annotated[int, Field(ge=1, le=MAX_STEPS)] = 200_000
     layouts: Count = 120
     environments: Count = 16
     horizon: Count = 300

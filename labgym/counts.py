@@ -1,0 +1,54 @@
+"""Counts that users pass: whole numbers of a range, and the memory that they require."""
+
+from __future__ import annotations
+
+import os
+
+import numpy as np
+
+from labgym.errors import OptionError
+
+MAX_COUNT = 10_000_000
+"""Largest number of layouts, episodes, rounds or repeats."""
+MAX_STEPS = 10**12
+"""Largest number of control steps of a training, summed over its environments."""
+MAX_PROCESSES = 1024
+"""Largest number of worker processes, threads, or jobs at a time."""
+MAX_PIXELS = 8192
+"""Largest width and height of a picture, pixels: that of the textures of common graphics drivers."""
+ENVIRONMENT_KB = 12
+"""Memory of an environment of the planar kernel without observation and layouts, kilobytes, as measured."""
+SINGLE_MB = 0.5
+"""Memory of a single environment without pictures and layouts, megabytes, as measured."""
+PROCESS_MB = 150
+"""Memory of a worker process without its layouts, megabytes."""
+
+
+def whole_number(name: str, value: object, least: int = 1, most: int = MAX_COUNT) -> int:
+    """Return a whole number of a range.
+
+    Raises:
+        OptionError: it is something else.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or not least <= value <= most:
+        raise OptionError(f"{name} is {repr(value)[:40]}, expected a whole number from {least} to {most}")
+    return int(value)
+
+
+def check_memory(name: str, count: int, bytes_each: float) -> None:
+    """Check that as many things as a count says fit into the memory of this machine.
+
+    Raises:
+        OptionError: they do not fit; names the count, the memory that it requires and the largest count.
+    """
+    available = physical_memory()
+    if count * bytes_each > available:
+        raise OptionError(
+            f"{name} is {count}: it requires about {count * bytes_each / 1e9:.3g} GB of memory, and this machine has "
+            f"{available / 1e9:.3g} GB; at most {int(available / bytes_each)} fit"
+        )
+
+
+def physical_memory() -> int:
+    """Return the memory of this machine, bytes."""
+    return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")

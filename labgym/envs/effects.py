@@ -1,0 +1,63 @@
+"""Arguments of an environment that other arguments leave without effect; passing one is an error."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import fields
+from typing import TYPE_CHECKING
+
+from labgym.errors import OptionError, UnknownNameError
+
+if TYPE_CHECKING:
+    from labgym.envs.config import PointNavConfig
+
+CHOICE = ("split", "layout", "protocol", "profile", "episodes_per_layout", "training", "pool", "resident_mb", "drives")
+"""Arguments that choose the task of an episode, which the argument `tasks` replaces."""
+GENERATED = ("profile", "episodes_per_layout", "training", "pool")
+"""Arguments of generated layouts."""
+TRAINING_SPLITS = ("train", "floors-train")
+PICTURE = ("width", "height", "quality")
+"""Arguments of the pictures of "rgb_array" and "human"."""
+
+
+def check_effects(config: PointNavConfig, names: Collection[str]) -> None:
+    """Refuse arguments that have no effect in a configuration.
+
+    Args:
+        names: the arguments that were passed; those that have their default are not checked.
+
+    Raises:
+        OptionError: an argument has no effect; names the reason and the remedy.
+        UnknownNameError: `onward` names an ending that does not exist.
+    """
+    passed = [each.name for each in fields(config) if each.name in names and getattr(config, each.name) != each.default]
+    for name in passed:
+        reason = _reason(config, name)
+        if reason:
+            raise OptionError(f"{name}={str(getattr(config, name))[:60]!r} has no effect {reason}")
+    if "observation" in passed and "sensors" in passed:
+        raise OptionError(f"observation={config.observation!r} has no effect with sensors: pass one of the two")
+    if "onward" in passed:
+        endings = [ending.name for ending in config.endings]
+        for name in config.onward:
+            if name not in endings:
+                raise UnknownNameError("ending in onward", name, endings)
+
+
+def _reason(config: PointNavConfig, name: str) -> str:
+    """Return why an argument has no effect, and the remedy; "" if it has one."""
+    if name in CHOICE and config.tasks is not None:
+        return "with tasks, which choose layout and drive: leave one of the two out"
+    if name in ("split", *GENERATED, "resident_mb") and config.layout is not None:
+        return "with a fixed layout: leave one of the two out"
+    if name in GENERATED and config.split not in TRAINING_SPLITS:
+        return f"in split {config.split!r}, whose layouts are published: pass split='train' or split='floors-train'"
+    if name == "resident_mb" and config.split in TRAINING_SPLITS:
+        return f"in split {config.split!r}, whose layouts are generated: it concerns published splits"
+    if name in PICTURE and config.render_mode not in ("rgb_array", "human"):
+        return "without pictures: pass render_mode='rgb_array'"
+    if name == "distance_to_go" and config.rewards is not None:
+        return "on these reward terms: pass rewards, such as rewards=[{'kind': 'progress', 'method': 'exact'}, ...]"
+    if name == "onward" and config.tasks is None and config.drives == "pair":
+        return "in episodes of one drive: pass drives='protocol'"
+    return ""
