@@ -41,8 +41,8 @@ EXTINGUISHER_TOP_M, EXTINGUISHER_BOTTOM_M = 1.53, 0.10
 """Highest top and lowest bottom of an extinguisher on a wall (NFPA 10, 6.1.3.8)."""
 RINSE_WALK_M = 16.8
 """Longest walk to a shower and an eyewash: 10 s (ANSI/ISEA Z358.1-2014)."""
-CORROSIVE_BASE_M, REAGENT_BASE_M = 1.5, 1.8
-"""Highest bases of corrosive liquids and of other reagents above the floor."""
+REAGENT_BASE_M = 1.40
+"""Highest base of a reagent above the floor: below the eyes of a small person (ISO 7250-3)."""
 LIGHT_GAS_DETECTOR_M = 1.8
 """Lowest center of a detector for a gas lighter than air."""
 SQUARE_TURN = math.radians(2.0)
@@ -266,6 +266,11 @@ def _burns(entry: dict[str, Any]) -> bool:
     return _flag("flammable")(entry) and (entry.get("chemistry") or {}).get("state") == "liquid"
 
 
+def _vapors(entry: dict[str, Any]) -> bool:
+    """Whether a burning or toxic gas, or a highly flammable liquid, calls for a detector."""
+    return _dangerous_gas(entry) or not {"H224", "H225"}.isdisjoint((entry.get("chemistry") or {}).get("h_codes", ()))
+
+
 def _dangerous_gas(entry: dict[str, Any]) -> bool:
     gas = (entry.get("chemistry") or {}).get("state") == "gas" or entry.get("subtype") == "gas_cylinder"
     return gas and _flag("flammable", "volatile_or_toxic")(entry)
@@ -364,15 +369,16 @@ def _washing(lab: Laboratory) -> Iterator[Fault]:
 
 
 def _detecting(lab: Laboratory) -> Iterator[Fault]:
-    places = [lab.plan.root(item) for item in lab.stored(_dangerous_gas)]
-    places += [item for _, item in lab.used(_dangerous_gas)]
     detectors = [item for item in lab.items if item.entry["subtype"] == "sensor"]
-    for room, place in {lab.room_of(place): place for place in places}.items():
-        near = [item for item in detectors if lab.room_of(item) == room]
-        if not near:
-            yield Fault("gas detector", (place.id,), "a flammable or toxic gas in a room without a detector")
-        elif all(item.z + item.height / 2 < LIGHT_GAS_DETECTOR_M - SLACK_M for item in near):
-            yield Fault("gas detector", (near[0].id,), f"center at {near[0].z + near[0].height / 2:.2f} m for hydrogen")
+    for kind in (_vapors, _dangerous_gas):
+        places = [*(lab.plan.root(item) for item in lab.stored(kind)), *(item for _, item in lab.used(kind))]
+        for room, place in {lab.room_of(place): place for place in places}.items():
+            near = [item for item in detectors if lab.room_of(item) == room]
+            if not near and kind is _vapors:
+                yield Fault("gas detector", (place.id,), "gases or vapors that burn, in a room without a detector")
+            highest = max((item.z + item.height / 2 for item in near), default=math.inf)
+            if kind is _dangerous_gas and highest < LIGHT_GAS_DETECTOR_M - SLACK_M:
+                yield Fault("gas detector", (near[0].id,), f"center at {highest:.2f} m, too low for hydrogen")
 
 
 def _over_openings(lab: Laboratory) -> Iterator[Fault]:
@@ -395,10 +401,8 @@ def _heights(lab: Laboratory) -> Iterator[Fault]:
     for item in lab.items:
         if item.entry["kind"] != "reagent" or item.support == "floor":
             continue
-        liquid = (item.entry.get("chemistry") or {}).get("state") == "liquid"
-        limit = CORROSIVE_BASE_M if liquid and _flag("acid", "base")(item.entry) else REAGENT_BASE_M
-        if item.z > limit + SLACK_M:
-            yield Fault("height", (item.id,), f"stands at {item.z:.2f} m, at most {limit} m")
+        if item.z > REAGENT_BASE_M + SLACK_M:
+            yield Fault("height", (item.id,), f"stands at {item.z:.2f} m, at most {REAGENT_BASE_M} m")
 
 
 def _standing(lab: Laboratory) -> Iterator[Fault]:
