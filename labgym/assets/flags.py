@@ -23,6 +23,7 @@ Flag = Literal[
     "oxidizer",
     "active_metal",
     "water_reactive",
+    "pyrophoric",
     "peroxide_former",
 ]
 FLAGS: tuple[Flag, ...] = get_args(Flag)
@@ -86,6 +87,7 @@ CLAUSES: tuple[FlagRule, ...] = (
     FlagRule("active_metal", groups=("alkali_metal", "metal_powder")),
     FlagRule("water_reactive", ("H260", "H261", "EUH014")),
     FlagRule("water_reactive", groups=("acyl_halide", "chlorosilane", "metal_hydride")),
+    FlagRule("pyrophoric", ("H250",)),
     FlagRule("peroxide_former", ("EUH019",)),
 )
 """All conditions for the flags, except the limits of flash and boiling point."""

@@ -33,11 +33,12 @@ Length = Annotated[float, Field(gt=0.0, le=10.0)]
 
 WORDS: dict[str, Any] = {
     **dict.fromkeys(("name", "synonyms_en", "synonyms_zh", "description", "caption", "core"), True),
-    "chemistry": {"confidence", "notes"},
+    "chemistry": {"confidence", "notes", "pyrophoric"},
     "specs": {"notes"},
     "shape": {"parameters": {"file"}},
 }
-"""Fields that name or describe an asset and do not enter `Asset.digest`; `shape.parameters.file` is only a path."""
+"""Fields that do not enter `Asset.digest`: names and texts, `shape.parameters.file`, which is only a path, and
+`chemistry.pyrophoric`, which was added after the published layouts: their hashes contain digests."""
 
 APPARATUS_STAND = "apparatus_stand"
 """Subtype of stands; what stands in the slots of one is assembled to one apparatus."""
@@ -137,7 +138,11 @@ class Shape(Record):
 
 
 class Chemistry(Record):
-    """Identity, physical data and hazards of a reagent. Temperatures in degrees Celsius, density in g/mL."""
+    """Identity, physical data and hazards of a reagent. Temperatures in degrees Celsius, density in g/mL.
+
+    Attributes:
+        pyrophoric: whether it ignites in air as it is sold (GHS statement H250).
+    """
 
     cas: str | None = None
     smiles: str | None = None
@@ -150,6 +155,7 @@ class Chemistry(Record):
     nfpa: tuple[int, int, int] | None = None
     h_codes: tuple[str, ...] = ()
     water_reactive: bool = False
+    pyrophoric: bool = False
     peroxide_former: bool = False
     groups: tuple[str, ...] = ()
     storage_class: StorageClass
@@ -216,8 +222,9 @@ class Asset(Record):
         """SHA-256 of everything that decides geometry, physics and chemistry.
 
         It covers kind, size, mass, solids, surfaces, shape (for an imported mesh the hash of its geometry), placing,
-        clearance, hazards, specifications and chemistry, but not `WORDS`: name, synonyms, texts and notes. Fields
-        that have their default value do not enter, so a field added with a default changes no digest.
+        clearance, hazards, specifications and chemistry, but not `WORDS`: name, synonyms, texts, notes and the
+        flag `pyrophoric`. Fields that have their default value do not enter, so a field added with a default changes
+        no digest.
         """
         solids = [[round(value, 6) for value in vars(solid).values()] for solid in self.solids()]
         return canonical_hash(

@@ -172,3 +172,12 @@ def test_packs_weigh_what_they_hold(asset):
         assert asset.mass > volume * 1000 * (asset.chemistry.density or 0.9)
     if specs.pack_g is not None:
         assert asset.mass > specs.pack_g / 1000
+
+
+def test_pyrophoric_is_what_ghs_says_and_changes_no_digest():
+    stated = {asset.name for asset in REAGENTS if "H250" in asset.chemistry.h_codes}
+    assert {asset.name for asset in REAGENTS if asset.chemistry.pyrophoric} == stated
+    assert stated == {"NButyllithium", "DIBALH", "RaneyNickel"}
+    asset = REAGENTS[0]
+    other = asset.model_copy(update={"chemistry": asset.chemistry.model_copy(update={"pyrophoric": True})})
+    assert other.digest == asset.digest

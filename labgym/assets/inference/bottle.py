@@ -69,7 +69,7 @@ def infer(
     inference = classify(smiles, state)
     title = _printable(name) or inference.formula
     flags: dict[str, bool] = dict.fromkeys(inference.flags, True)
-    chemical = {"water_reactive", "peroxide_former"}
+    chemical = {"water_reactive", "pyrophoric", "peroxide_former"}
     facts = "; ".join(f"{key} {STATED}" for key, value in (("state", state), ("density", density)) if value is not None)
     chemistry = Chemistry(
         smiles=inference.smiles,

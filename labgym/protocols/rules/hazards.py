@@ -16,7 +16,6 @@ from labgym.protocols.rules.finding import Case, Finding
 FACE_VELOCITY = FACE[0]
 """Lowest face velocity at which a hood contains vapors, m/s (EN 14175 and ANSI/ASSP Z9.5 practice: 0.3 to 0.5)."""
 FATAL = ("H300", "H310", "H330")
-PYROPHORIC = ("H250",)
 INERT = re.compile(r"(?<!liquid )\b(?:nitrogen|argon)\b(?!\s+(?:trap|dewar))|\b(?:inert|glove\s?box|schlenk)\b", re.I)
 """An inert gas above the mixture; liquid nitrogen in a cold trap does not count."""
 INERT_DEVICES = ("SchlenkLine", "NitrogenCylinder", "ArgonCylinder")
@@ -137,7 +136,7 @@ def pyrophorics_see_no_air(case: Case) -> Iterator[Finding]:
     """Check that pyrophoric substances are handled in a glove box or under an inert gas."""
     for situation in case.situations:
         step = situation.step
-        names = [asset.name for asset in situation.added if _has_statement(asset, PYROPHORIC)]
+        names = [asset.name for asset in situation.added if asset.chemistry is not None and asset.chemistry.pyrophoric]
         inert = any(asset.name in INERT_DEVICES for asset in situation.devices) or INERT.search(step.text)
         if names and not inert and (situation.place is None or situation.place.category != "containment"):
             message = f"step {step.index} handles {names[0]}, which catches fire in air, without an inert gas"

@@ -12,7 +12,6 @@ GLOVE_BOX = (
     *("SodiumEthoxide", "SodiumHydride", "SodiumMethoxide", "TertButyldimethylsilylChloride"),
 )
 """Solids that are weighed without moisture."""
-PYROPHORIC = "H250"
 _WORDS = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+|[A-Z]+|\d+")
 
 
@@ -57,7 +56,7 @@ def short_name(name: str, catalog: Catalog) -> str:
 
 def is_pyrophoric(asset: Asset) -> bool:
     """Return whether a reagent ignites in air."""
-    return asset.chemistry is not None and PYROPHORIC in asset.chemistry.h_codes
+    return asset.chemistry is not None and asset.chemistry.pyrophoric
 
 
 def groups_of(asset: Asset) -> tuple[str, ...]:
