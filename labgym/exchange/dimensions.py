@@ -12,6 +12,7 @@ import numpy as np
 
 from labgym.exchange.structure import Point, openings, outline, polygon
 from labgym.geometry import OrientedBox
+from labgym.geometry.polygons import intersection, largest, polygons, union
 from labgym.layouts import Layout
 from labgym.layouts.floor import Floor
 from labgym.layouts.placement import FLOOR
@@ -84,20 +85,20 @@ def sides(floor: Floor) -> Iterator[Dimension]:
 
     Of two sides opposite each other one is drawn.
     """
-    from shapely import Polygon, union_all
+    from shapely import Polygon
 
     outlines = [outline(space) for space in floor.spaces]
-    everything = union_all(outlines)
+    everything = union(outlines)
     drawn: set[tuple[int, int, int]] = set()
-    for region in outlines:
-        ring = region.simplify(1e-6).exterior.normalize()
+    for region in (part for area in outlines for part in polygons(area)):
+        ring = largest(region.simplify(1e-6)).exterior.normalize()
         # shapely's normalized exterior runs clockwise, so that the outside is to the left.
         for start, end in pairwise(ring.coords):
             if math.dist(start, end) < SHORTEST:
                 continue
             side = Dimension("side", (start[0], start[1]), (end[0], end[1]), OUTSIDE)
             near, far = (replace(side, offset=distance).line for distance in (0.01, BEYOND))
-            if Polygon([*near, *reversed(far)]).intersection(everything).area < 1e-3 and _extent(side) not in drawn:
+            if intersection(Polygon([*near, *reversed(far)]), everything).area < 1e-3 and _extent(side) not in drawn:
                 drawn.add(_extent(side))
                 yield side
 
@@ -157,7 +158,7 @@ def _gap(side: tuple[Point, Point], areas: dict[str, Geometry]) -> tuple[str, Di
     )
     nearest: tuple[float, float, str] | None = None
     for name, area in areas.items():
-        part = strip.intersection(area)
+        part = intersection(strip, area)
         if part.area < 1e-4:
             continue
         points = np.array(part.convex_hull.exterior.coords) - (x0, y0)

@@ -30,6 +30,7 @@ from labgym.exchange.plan_sheet import (
     sheet_for,
 )
 from labgym.exchange.structure import PlacedOpening, openings, outline, walls_in_plan
+from labgym.geometry.polygons import polygons, union
 from labgym.layouts import Layout
 from labgym.layouts.floor import Floor
 from labgym.layouts.placement import FLOOR, WALL
@@ -68,10 +69,9 @@ def draw_plan(layout: Layout) -> Figure:
         OptionError: the floor is too large for A0 at 1:200.
     """
     from matplotlib.figure import Figure
-    from shapely import union_all
 
-    area = union_all([outline(space) for space in layout.floor.spaces])
-    x0, y0, x1, y1 = union_all([walls_in_plan(layout.floor), area]).buffer(MARGIN).bounds
+    area = union(outline(space) for space in layout.floor.spaces)
+    x0, y0, x1, y1 = union([walls_in_plan(layout.floor), area]).buffer(MARGIN).bounds
     sheet = sheet_for(x1 - x0, y1 - y0)
     figure = Figure(figsize=(sheet.width / MM_PER_INCH, sheet.height / MM_PER_INCH), facecolor="#ffffff")
     paper = figure.add_axes((0.0, 0.0, 1.0, 1.0), frameon=False, label="sheet")
@@ -109,13 +109,13 @@ def _draw_floor(axes: Axes, floor: Floor) -> None:
 
     for space in floor.spaces:
         region = outline(space)
-        axes.add_patch(Patch(np.array(region.exterior.coords), facecolor=palette.FLOOR, edgecolor="none", zorder=1))
+        for part in polygons(region):
+            axes.add_patch(Patch(np.array(part.exterior.coords), facecolor=palette.FLOOR, edgecolor="none", zorder=1))
         if len(floor.spaces) > 1:
             x, y = region.representative_point().coords[0]
             label = f"{space.id}\n{space.use}, {region.area:.1f} m²"
             axes.text(x, y, label, fontsize=7.0, family=FONT, color=palette.MUTED, ha="center", va="center", zorder=30)
-    walls = walls_in_plan(floor)
-    for part in getattr(walls, "geoms", [walls]):
+    for part in polygons(walls_in_plan(floor)):
         rings = [part.exterior, *part.interiors]
         path = Outline.make_compound_path(*(Outline(np.array(ring.coords), closed=True) for ring in rings))
         axes.add_patch(PathPatch(path, facecolor=palette.WALL, edgecolor=palette.WALL, linewidth=0.4, zorder=5))

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from labgym.errors import OptionError
 from labgym.exchange.structure import WAYS, joined_pieces, outline, polygon
 from labgym.geometry import OrientedBox
+from labgym.geometry.polygons import union
 from labgym.layouts import Layout
 from labgym.scenes.folders import whole_folder
 
@@ -79,8 +80,8 @@ def ros_map(
     floor = layout.floor
     solids = _solids(layout, below)
     ways = [wall.piece(*each.span, 0.0, 1.0) for wall in floor.walls for each in wall.openings if each.kind in WAYS]
-    free = shapely.union_all([*(outline(space) for space in floor.spaces), *map(polygon, ways)])
-    x0, y0, x1, y1 = shapely.union_all([free, *solids]).bounds
+    free = union([*(outline(space) for space in floor.spaces), *map(polygon, ways)])
+    x0, y0, x1, y1 = union([free, *solids]).bounds
     if not resolution > 0.0 or (x1 - x0) * (y1 - y0) / resolution**2 > MAX_CELLS:
         raise OptionError(f"resolution {resolution} m must be positive and give at most {MAX_CELLS} cells")
     low = np.floor(np.array([x0, y0]) / resolution + ROUNDING).astype(int) - MARGIN

@@ -20,6 +20,7 @@ from labgym.exchange.regions import direction
 from labgym.exchange.ros_files import RosMap, open_ros_map
 from labgym.exchange.ros_partitions import THICKEST, partitions
 from labgym.exchange.strips import Point, around
+from labgym.geometry.polygons import grown, largest
 from labgym.layouts.floor import Floor
 
 if TYPE_CHECKING:
@@ -66,8 +67,8 @@ def read_ros_map(path: str | Path, thickness: float | None = None) -> Floor:
         share = f"{WALLED:.0%} of the outer boundary"
         raise DocumentError(path, "", f"less than {share} is wall: draw the walls as occupied")
     thickness = thickness or _wall_thickness(grid, boundary)
-    inner = boundary.buffer(-thickness, join_style="mitre").simplify(grid.resolution / 10.0)
-    if inner.geom_type != "Polygon" or inner.area < LEAST_AREA:
+    inner = largest(grown(boundary, -thickness).simplify(grid.resolution / 10.0))
+    if inner.area < LEAST_AREA:
         raise DocumentError(path, "", f"the walls enclose no floor of {LEAST_AREA:g} m² or more")
     drawing = Drawing()
     sides = list(_sides(inner))
@@ -227,12 +228,15 @@ def _crossing(p: Array, first: float, q: Array, second: float) -> Array:
 def _walled(grid: RosMap, boundary: Polygon) -> float:
     """Return the share of the outer boundary behind which a cell is occupied."""
     hits: list[NDArray[np.bool_]] = []
+    import shapely
+
     ring = boundary.exterior
     along = np.arange(0.0, ring.length, grid.resolution)
     for cells in (0.5, 1.5):
-        inside = boundary.buffer(-cells * grid.resolution, join_style="mitre").exterior
-        points = np.array([inside.interpolate(inside.project(ring.interpolate(each))).coords[0] for each in along])
-        hits.append(grid.sampled(grid.occupied, points))
+        inside = grown(boundary, -cells * grid.resolution).boundary
+        nearest = shapely.shortest_line(shapely.line_interpolate_point(ring, along), inside)
+        points = shapely.get_coordinates(nearest[~shapely.is_missing(nearest)])[1::2]
+        hits.append(grid.sampled(grid.occupied, points) if len(points) else np.zeros(len(along), dtype=np.bool_))
     return float((hits[0] | hits[1]).mean())
 
 

@@ -8,8 +8,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from labgym.geometry import OrientedBox
+from labgym.geometry.polygons import grown, union
 from labgym.layouts.floor import Floor, Opening, Space, Wall
 from labgym.layouts.floor.joints import extensions
+from labgym.layouts.floor.spaces import CONTACT
 
 if TYPE_CHECKING:
     from shapely import Geometry
@@ -109,20 +111,16 @@ def polygon(box: OrientedBox) -> Geometry:
 
 def walls_in_plan(floor: Floor) -> Geometry:
     """Return the area of the walls without their openings, corners included, as a shapely geometry."""
-    from shapely import union_all
-
     # Closing by a tenth of a millimeter joins parts whose common edge differs by rounding.
-    return (
-        union_all([polygon(box) for box in joined_pieces(floor)])
-        .buffer(1e-4, join_style="mitre")
-        .buffer(-1e-4, join_style="mitre")
-    )
+    return grown(grown(union(polygon(box) for box in joined_pieces(floor)), 1e-4), -1e-4)
 
 
 def outline(space: Space) -> Geometry:
     """Return the region of a space in the floor's frame as a shapely geometry."""
-    from shapely import Polygon, union_all
+    from shapely import Polygon
     from shapely.affinity import rotate, translate
 
-    region = union_all([Polygon([(r.x0, r.y0), (r.x1, r.y0), (r.x1, r.y1), (r.x0, r.y1)]) for r in space.region])
+    region = union(Polygon([(r.x0, r.y0), (r.x1, r.y0), (r.x1, r.y1), (r.x0, r.y1)]) for r in space.region)
+    if region.geom_type == "MultiPolygon":  # rectangles that touch but for rounding
+        region = grown(grown(region, CONTACT), -CONTACT)
     return translate(rotate(region, space.yaw, (0.0, 0.0), use_radians=True), space.x, space.y)

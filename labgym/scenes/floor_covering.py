@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from shapely import Polygon
 
 from labgym.geometry import OrientedBox, to_world
+from labgym.geometry.polygons import GRID_M, difference, grown, intersection, polygons, union
 from labgym.layouts.floor import OUTSIDE, Doorway, Floor
 from labgym.layouts.floor.joints import extensions
 from labgym.scenes.finishes import floor_material
@@ -26,15 +27,13 @@ SMALLEST = 0.01
 """A piece of covering that shares less than this with its space lies behind a wall, square meters."""
 CACHED = 32
 """Number of floors whose coverings are cached."""
-GRID = 1e-6
-"""Grid to which the corners of coverings are rounded, meters."""
 
 
 def covering_patches(floor: Floor) -> tuple[Patch, ...]:
     """Return the covering of a floor, a patch for each material."""
     pieces: dict[str, list[Polygon]] = {}
     for space, outline in zip(floor.spaces, coverings(floor), strict=True):
-        pieces.setdefault(floor_material(space.finishes), []).extend(shapely.get_parts(outline))
+        pieces.setdefault(floor_material(space.finishes), []).extend(polygons(outline))
     for doorway in floor.doorways:
         for space_id, outline in _threshold(doorway):
             pieces.setdefault(floor_material(floor.space(space_id).finishes), []).append(outline)
@@ -68,16 +67,15 @@ def spaces_at(floor: Floor, points: Array) -> NDArray[np.int64]:
 
 def region_outline(boxes: Sequence[OrientedBox]) -> shapely.Geometry:
     """Return the union of the footprints of boxes."""
-    return shapely.union_all([Polygon(box.corners()) for box in boxes], grid_size=GRID)
+    return union((Polygon(box.corners()) for box in boxes), GRID_M)
 
 
 def _covering(regions: Sequence[shapely.Geometry], index: int, walls: shapely.Geometry) -> shapely.Geometry:
-    others = shapely.union_all([region for k, region in enumerate(regions) if k != index], grid_size=GRID)
-    grown = regions[index].buffer(WEDGE, join_style="mitre")
-    free = shapely.difference(shapely.difference(grown, walls, grid_size=GRID), others, grid_size=GRID)
-    shared = [shapely.intersection(piece, regions[index]).area for piece in shapely.get_parts(free)]
-    pieces = [piece for piece, area in zip(shapely.get_parts(free), shared, strict=True) if area > SMALLEST]
-    return shapely.MultiPolygon(pieces)
+    others = union((region for k, region in enumerate(regions) if k != index), GRID_M)
+    free = difference(difference(grown(regions[index], WEDGE), walls, GRID_M), others, GRID_M)
+    return shapely.MultiPolygon(
+        [piece for piece in polygons(free) if intersection(piece, regions[index]).area > SMALLEST]
+    )
 
 
 def _threshold(doorway: Doorway) -> Iterator[tuple[str, Polygon]]:

@@ -8,6 +8,7 @@ from functools import lru_cache
 import numpy as np
 import shapely
 
+from labgym.geometry.polygons import GRID_M, union
 from labgym.layouts.floor import Floor
 from labgym.scenes.camera import WIDE, Array, View, fitted
 from labgym.scenes.cutaway import CACHED, near_walls
@@ -75,7 +76,7 @@ def _value(floor: Floor, outline: shapely.Geometry, bearing: float, pitch: float
     """Return how good a direction is, at most 1."""
     view, walls = _view(floor, outline, bearing, pitch)
     ground = shapely.transform(outline, lambda points: view.project(_at(points, 0.0)))
-    drawn = shapely.union_all([ground, *(shapely.Polygon(view.project(wall)) for wall in walls)], grid_size=1e-6)
+    drawn = union([ground, *(shapely.Polygon(view.project(wall)) for wall in walls)], GRID_M)
     aside = (HOODS_AT_BACK if floor.is_rectangle else ASIDE) * (abs(bearing - FRONT) > FRONTAL)
     loss = STRAIGHT * (bearing % 90.0 == 0.0) + aside
     return float(drawn.area) / (4.0 * WIDE) * (1.0 - loss - STEEP * (pitch - PITCHES[0]))

@@ -14,6 +14,7 @@ from shapely import Polygon
 from labgym.eval.drawing import palette
 from labgym.eval.drawing.plan_labels import FONT, text_extent
 from labgym.geometry import OrientedBox
+from labgym.geometry.polygons import difference, polygons, union
 from labgym.layouts.floor import Floor, Opening, Space, Wall
 
 if TYPE_CHECKING:
@@ -41,9 +42,9 @@ def draw_floor(axes: Axes, floor: Floor) -> None:
     outlines = coverings(floor)
     ways = [wall.piece(*opening.span, 0.0, opening.top) for wall in floor.walls for opening in wall.openings]
     solid = region_outline([part.box for part in floor.parts if part.kind in ("wall", "column")])
-    _fill(axes, shapely.union_all(list(outlines)), palette.FLOOR, 2)
+    _fill(axes, union(outlines), palette.FLOOR, 2)
     _draw_grid(axes, floor, outlines)
-    _fill(axes, shapely.difference(solid, region_outline(ways)) if ways else solid, palette.WALL, 4)
+    _fill(axes, difference(solid, region_outline(ways)), palette.WALL, 4)
     _fill(axes, region_outline(ways), "#ffffff", 3)
     for wall in floor.walls:
         for opening in wall.openings:
@@ -89,7 +90,7 @@ def draw_names(axes: Axes, floor: Floor, scale: float, furniture: Iterable[Orien
     taken = region_outline([*furniture, *(part.box for part in floor.parts)])
     bounds: list[Rectangle] = []
     for space, outline in zip(floor.spaces, coverings(floor), strict=True):
-        free = shapely.difference(outline, taken)
+        free = difference(outline, taken)
         x, y, size = _name_place(space, free, scale)
         style: dict[str, Any] = {"fontsize": size, "family": FONT, "color": palette.MUTED, "weight": "bold"}
         halo = [withStroke(linewidth=2.0, foreground=palette.FLOOR)]
@@ -101,7 +102,7 @@ def draw_names(axes: Axes, floor: Floor, scale: float, furniture: Iterable[Orien
 
 def _name_place(space: Space, free: shapely.Geometry, scale: float) -> tuple[float, float, float]:
     """Return the middle and the font size of a space's name."""
-    middle = shapely.union_all([Polygon(box.corners()) for box in space.boxes]).centroid
+    middle = union(Polygon(box.corners()) for box in space.boxes).centroid
     x0, y0, x1, y1 = free.bounds if not free.is_empty else middle.buffer(0.1).bounds
     shapely.prepare(free)
     x, y = (grid.ravel() for grid in np.meshgrid(np.linspace(x0, x1, PLACES), np.linspace(y0, y1, PLACES)))
@@ -133,7 +134,7 @@ def _draw_grid(axes: Axes, floor: Floor, outlines: Sequence[shapely.Geometry]) -
     x0, y0, x1, y1 = floor.bounds
     xs, ys = np.arange(math.ceil(x0), x1, GRID_STEP), np.arange(math.ceil(y0), y1, GRID_STEP)
     lines = [shapely.LineString([(x, y0), (x, y1)]) for x in xs] + [shapely.LineString([(x0, y), (x1, y)]) for y in ys]
-    inside = shapely.intersection(shapely.MultiLineString(lines), shapely.union_all(list(outlines)))
+    inside = shapely.intersection(shapely.MultiLineString(lines), union(outlines))
     segments = [np.array(line.coords) for line in shapely.get_parts(inside) if line.geom_type == "LineString"]
     axes.add_collection(LineCollection(segments, colors=palette.GRID, linewidths=0.6, zorder=3))
 
@@ -187,6 +188,5 @@ def _fill(axes: Axes, shape: shapely.Geometry, color: str, order: float) -> None
 
 def outlines(shape: shapely.Geometry) -> Iterator[shapely.LinearRing]:
     """Yield outer rings and holes, which run in opposite directions, so that holes stay empty."""
-    for part in shapely.get_parts(shapely.orient_polygons(shape)):
-        if part.geom_type == "Polygon":
-            yield from (part.exterior, *part.interiors)
+    for part in polygons(shapely.orient_polygons(shape)):
+        yield from (part.exterior, *part.interiors)

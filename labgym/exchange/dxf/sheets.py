@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import shapely
 
 from labgym.errors import OptionError
+from labgym.geometry.polygons import polygons, union
 
 if TYPE_CHECKING:
     from ezdxf.entities.dxfentity import DXFEntity
@@ -72,11 +73,9 @@ def drawings(strokes: Iterable[Sequence[tuple[float, float]]], scale: float) -> 
         scale: meters per unit of the drawing.
     """
     boxes = [shapely.MultiPoint(list(points)).envelope.buffer(APART / 2.0, cap_style="square") for points in strokes]
-    merged = shapely.union_all(boxes)
-    parts = list(getattr(merged, "geoms", [merged])) if boxes else []
+    parts = polygons(union(boxes))
     while True:  # the hull of a plan may enclose another part of it
-        united = shapely.union_all([part.envelope for part in parts])
-        envelopes = list(getattr(united, "geoms", [united]))
+        envelopes = polygons(union(part.envelope for part in parts))
         if len(envelopes) >= len(parts):
             break
         parts = envelopes

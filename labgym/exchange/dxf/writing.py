@@ -15,6 +15,7 @@ from labgym.exchange.dxf.library import load_ezdxf
 from labgym.exchange.plan_labels import IdLabel, id_label
 from labgym.exchange.structure import PlacedOpening, openings, outline, polygon, wall_pieces, walls_in_plan
 from labgym.geometry import OrientedBox
+from labgym.geometry.polygons import difference, largest, polygons, union
 from labgym.layouts import Layout
 from labgym.layouts.floor import Floor
 from labgym.layouts.placement import FLOOR, WALL
@@ -104,8 +105,7 @@ def _draw_structure(model: Modelspace, floor: Floor) -> None:
                 dxfattribs={"layer": layers.WALLS, "thickness": wall.height},
             )
     hatch = model.add_hatch(color=9, dxfattribs={"layer": layers.WALL_FILL})
-    area = walls_in_plan(floor)
-    for part in getattr(area, "geoms", [area]):
+    for part in polygons(walls_in_plan(floor)):
         for ring, outer in ((part.exterior, True), *((inner, False) for inner in part.interiors)):
             hatch.paths.add_polyline_path(
                 [(x, y) for x, y in ring.coords[:-1]], is_closed=True, flags=1 if outer else 0
@@ -149,18 +149,15 @@ def _draw_opening(model: Modelspace, placed: PlacedOpening) -> None:
 
 def _draw_spaces(model: Modelspace, layout: Layout) -> None:
     """Draw the outline of each space, and a tag with its id, use, size and ceiling height, clear of furniture."""
-    from shapely import union_all
     from shapely.ops import polylabel
 
-    furniture = union_all([polygon(layout.box(p.id)) for p in layout.placements if p.support == FLOOR])
+    furniture = union(polygon(layout.box(p.id)) for p in layout.placements if p.support == FLOOR)
     for space in layout.floor.spaces:
         region = outline(space).simplify(1e-6)
-        rings = [region.exterior, *region.interiors]
-        for ring in rings:
+        for ring in (ring for part in polygons(region) for ring in (part.exterior, *part.interiors)):
             model.add_lwpolyline(list(ring.coords[:-1]), close=True, dxfattribs={"layer": layers.SPACES})
-        free = region.difference(furniture)
-        largest = max(getattr(free, "geoms", [free]), key=lambda part: part.area)
-        middle = region.representative_point() if largest.is_empty else polylabel(largest, 0.05)
+        free = largest(difference(region, furniture))
+        middle = region.representative_point() if free.is_empty else polylabel(free, 0.05)
         place = (middle.x, middle.y)
         values = {"ID": space.id, "USE": space.use, "CEILING": space.ceiling}
         blocks.insert(model, blocks.SPACE_TAG, layers.SPACE_TAGS, place, values, rotation=math.degrees(space.yaw))

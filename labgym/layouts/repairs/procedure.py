@@ -20,6 +20,7 @@ from labgym.layouts.repairs.furniture import flush, placed_anew, relocated, sett
 from labgym.layouts.repairs.hanging import hung, taken_down
 from labgym.layouts.repairs.rank import State
 from labgym.layouts.repairs.reinsertion import reinserted
+from labgym.layouts.repairs.remaining import problems
 from labgym.layouts.repairs.resettling import lying, resettled
 from labgym.layouts.repairs.ways import widened
 from labgym.layouts.rules.objective import Assessment
@@ -144,24 +145,6 @@ def _concluded(start: State, state: State) -> State:
         state = widened(state, moved_furniture(start.layout, state.layout))
     state = advised(start, economical(start, state))
     return flush(state, moved_ids(start.layout, state.layout))
-
-
-def problems(state: State) -> tuple[str, ...]:
-    """Return what is wrong with a layout and why it stays, one sentence for each fault."""
-    assessment, layout = state.assessment, state.layout
-    faults: list[tuple[str, tuple[str, ...]]] = []
-    faults += [(violation.message, violation.ids) for violation in assessment.violations.items]
-    faults += [(issue.message, issue.ids) for issue in assessment.errors]
-    sentences = [f"{message} ({_reason(layout, ids)})" for message, ids in faults]
-    sentences += [f"{name} is missing (no free place was found for it)" for name in assessment.lacking]
-    return tuple(sentences)
-
-
-def _reason(layout: Layout, ids: tuple[str, ...]) -> str:
-    items = [layout.root(item).id for item in ids if item in layout.by_id]
-    if items and not any(may_move(layout, item) for item in items):
-        return "fixed objects stay"
-    return "no other place or arrangement that was tried is better"
 
 
 def _protocol_of(layout: Layout) -> Protocol | None:

@@ -17,6 +17,7 @@ from labgym.eval.drawing.episode_plan import route_of
 from labgym.eval.drawing.floor_drawing import outlines, sweep
 from labgym.eval.drawing.plan_labels import readable_name
 from labgym.geometry import OrientedBox
+from labgym.geometry.polygons import difference, polygons, union
 from labgym.layouts.floor import Floor
 from labgym.layouts.model import Layout
 from labgym.layouts.placement import FLOOR, Placement
@@ -63,8 +64,8 @@ def plan_of_map(layout: Layout) -> dict[str, Any]:
     rooms = region_of(floor)
     solids = region_outline([box for box in building_solids(floor, leaves=False).values() if box.z0 < OBSTACLE_HEIGHT])
     ways = [wall.piece(*opening.span, 0.0, opening.top) for wall in floor.walls for opening in wall.openings]
-    walls = shapely.difference(solids, region_outline(ways)) if ways else solids
-    x0, y0, x1, y1 = shapely.union(rooms, solids).bounds
+    walls = difference(solids, region_outline(ways))
+    x0, y0, x1, y1 = union([rooms, solids]).bounds
     doors, panes = _openings(floor)
     return {
         "bounds": centimeters((x0, y0, x1, y1)),
@@ -135,7 +136,7 @@ def region_of(floor: Floor) -> shapely.Geometry:
     """Return the outline of the floor's coverings."""
     if floor.is_rectangle:
         return shapely.box(0.0, 0.0, floor.room.width, floor.room.depth)
-    return shapely.union_all(list(coverings(floor)))
+    return union(coverings(floor))
 
 
 def svg_path(shape: shapely.Geometry) -> str:
@@ -222,10 +223,10 @@ def _openings(floor: Floor) -> tuple[list[list[list[int]]], list[list[int]]]:
 def _names(layout: Layout) -> list[list[Any]]:
     """Return the names of the spaces, each with middle and width of the free strip through the largest free disc."""
     furniture = [layout.box(placement.id) for placement in layout.placements if placement.support == FLOOR]
-    taken = region_outline(furniture) if furniture else shapely.Polygon()
+    taken = region_outline(furniture)
     names = []
     for space, outline in zip(layout.floor.spaces, coverings(layout.floor), strict=True):
-        free = shapely.difference(outline, taken)
+        free = difference(outline, taken)
         x, y = shapely.get_coordinates(shapely.maximum_inscribed_circle(free))[0].tolist()
         left, right = _strip(free, x, y)
         names.append([*centimeters(((left + right) / 2.0, y)), space.id.replace("_", " "), round((right - left) * CM)])
@@ -236,6 +237,6 @@ def _strip(free: shapely.Geometry, x: float, y: float) -> tuple[float, float]:
     """Return the ends of the free horizontal strip through a point, as wide as a line of text, along x."""
     low, _, high, _ = free.bounds
     strip = shapely.box(low - 1.0, y - LINE / 2.0, high + 1.0, y + LINE / 2.0)
-    bounds = [part.bounds for part in shapely.get_parts(shapely.difference(strip, free))]
+    bounds = [part.bounds for part in polygons(difference(strip, free))]
     left = max((each[2] for each in bounds if each[2] <= x), default=low)
     return left, min((each[0] for each in bounds if each[0] >= x), default=high)
