@@ -115,7 +115,8 @@ def _local(wall: Wall, frame: Pose) -> LocalWall:
 
 
 def _gate(way: Doorway, space: str, frame: Pose) -> Gate:
-    return Gate(*relative(frame, way.side(space)), way.width, _moved(swing_area(way, space), frame))
+    area = _moved(swing_area(way, space), frame)
+    return Gate(*relative(frame, way.side(space)), way.width, area, way.opening.kind == "door", way.exit)
 
 
 def _straight(spans: Sequence[Span]) -> Iterator[Segment]:

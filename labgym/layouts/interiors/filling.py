@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -58,7 +59,7 @@ def add_pieces(
     for unit in units:
         near = [room.feet[other] for other in partners.get(unit.id, ()) if other in room.feet]
         supplies = room.ground.supplies
-        options = preferred(_options(room, unit), unit, supplies)
+        options = preferred(room.options(unit), unit, supplies)
         if not any(room.add([(unit, foot)]) for foot in _wall_feet(room, unit, options, near, generator)):
             left.append(unit)
     return left
@@ -87,16 +88,19 @@ def fill(
     style: Style,
     names: Names,
     generator: np.random.Generator,
+    spare: Mapping[str, int],
 ) -> None:
     """Add free-standing benches and rows of furniture along the walls, as much as the style asks for.
 
     Args:
         habits: what a space of this use is filled with. peninsula: the bench with one end at a wall.
+        spare: number of pieces that the laboratory may still get, by asset name; any number of others.
     """
     if habits.islands:
         _fill_open(room, furniture, habits, peninsula, style, names, generator)
     if habits.walls:
-        _fill_walls(room, [furniture.get(name) for name in habits.walls], style, names, generator)
+        usual = [name for name in habits.walls if furniture.catalog.get(name).fume_hood <= is_equipped(room)]
+        _fill_walls(room, furniture, usual, style, names, generator, Counter(spare))
 
 
 def _fill_open(
@@ -149,7 +153,7 @@ def _add_peninsula(room: Interior, asset: Asset, style: Style, names: Names, gen
     length, depth, aisle = asset.size.width, asset.size.depth, style.aisle
     unit = replace(_unit(asset, names, "peninsula bench"), stance="peninsula")
     room_for = replace(unit, width=depth + 2.0 * aisle, depth=length + style.neck, front=0.0)
-    for segment, along in _draws(_options(room, room_for), generator):
+    for segment, along in _draws(room.options(room_for), generator):
         x, y = segment.point(along + aisle + depth / 2.0, WALL_GAP + length / 2.0)
         turn = math.pi / 2.0 if generator.random() < 0.5 else -math.pi / 2.0
         foot = OrientedBox(x, y, length, depth, segment.yaw + turn)
@@ -159,18 +163,37 @@ def _add_peninsula(room: Interior, asset: Asset, style: Style, names: Names, gen
     return 0.0
 
 
+def is_equipped(room: Interior) -> bool:
+    """Whether a space has the emergency equipment and the sink that hazardous work needs."""
+    units = room.units.values()
+    return {"EyewashStation", "EmergencyShower"} <= {u.asset.role for u in units} and any(
+        u.asset.subtype == "sink" for u in units
+    )
+
+
 def _fill_walls(
-    room: Interior, assets: Sequence[Asset], style: Style, names: Names, generator: np.random.Generator
+    room: Interior,
+    furniture: Furniture,
+    usual: Sequence[str],
+    style: Style,
+    names: Names,
+    generator: np.random.Generator,
+    spare: Counter[str],
 ) -> None:
     length = sum(segment.length for segment in room.ground.segments)
     used = sum(unit.width for unit in room.units.values() if unit.stance == "wall")
     misses = 0
     while misses < MISSES and used < style.walls * length:
-        asset = assets[int(generator.integers(len(assets)))]
+        name = usual[int(generator.integers(len(usual)))]
+        if name in spare and spare[name] <= 0:
+            misses += 1
+            continue
+        asset = furniture.get(name)
         unit = _unit(asset, names, "fills free wall")
-        options = supplied(_options(room, unit), unit, room.ground.supplies)
+        options = supplied(room.options(unit), unit, room.ground.supplies)
         if any(room.add([(unit, foot)]) for foot in _wall_feet(room, unit, options, (), generator)):
             used += unit.width
+            spare[name] -= name in spare
             misses = 0
         else:
             names.taken.discard(unit.id)
@@ -203,16 +226,6 @@ def _wall_feet(
     if near:
         feet.sort(key=lambda foot: min(distance(foot, other) for other in near))
     yield from feet[:3]
-
-
-def _options(room: Interior, unit: Unit) -> Options:
-    """The free places of a unit along the walls."""
-    options: Options = []
-    for segment in room.ground.segments:
-        intervals = room.standing.places(segment, unit)
-        if intervals:
-            options.append((segment, intervals))
-    return options
 
 
 def _draws(options: Options, generator: np.random.Generator) -> list[tuple[Segment, float]]:
