@@ -9,7 +9,7 @@ import numpy as np
 from labgym.geometry import distance
 from labgym.layouts.interiors.filling import Names, add_pieces
 from labgym.layouts.interiors.interior import Interior
-from labgym.layouts.interiors.safeguards import EMERGENCY, HAND_WASH, HAND_WASH_REASON
+from labgym.layouts.interiors.safeguards import EQUIPMENT
 from labgym.layouts.interiors.supply import lacking
 from labgym.layouts.interiors.units import unit_of
 from labgym.layouts.pieces import WallPiece
@@ -31,11 +31,9 @@ def add_emergency_equipment(
     for room in rooms.values():
         if room.ground.use != "laboratory":
             continue
-        for role, reason in EMERGENCY.items():
+        for role, reason in EQUIPMENT.items():
             if _is_far(room, role):
                 _add(request, room, role, reason, names, generator)
-        if all(unit.asset.subtype != "sink" for unit in room.units.values()):
-            _add(request, room, HAND_WASH, HAND_WASH_REASON, names, generator)
 
 
 def _is_far(room: Interior, role: str) -> bool:

@@ -28,6 +28,7 @@ HOOD_FRONT = 1.5
 """Free depth in front of a hood, meters."""
 SAME_WALL = 0.7
 """Probability that a piece joins a row instead of standing anywhere along a wall."""
+EQUIPPED = frozenset({"EyewashStation", "EmergencyShower", "HandWashSink"})
 NEAR_TRIES = 12
 """Random places of which the one nearest to a piece's neighbor is taken."""
 
@@ -164,11 +165,8 @@ def _add_peninsula(room: Interior, asset: Asset, style: Style, names: Names, gen
 
 
 def is_equipped(room: Interior) -> bool:
-    """Whether a space has the emergency equipment and the sink that hazardous work needs."""
-    units = room.units.values()
-    return {"EyewashStation", "EmergencyShower"} <= {u.asset.role for u in units} and any(
-        u.asset.subtype == "sink" for u in units
-    )
+    """Whether a space has what hazardous work needs: an eyewash, a shower and a sink for washing hands."""
+    return EQUIPPED <= {unit.asset.role for unit in room.units.values()}
 
 
 def _fill_walls(

@@ -17,12 +17,13 @@ from labgym.layouts.pieces import WallPiece
 from labgym.layouts.request import Request
 from labgym.layouts.rules.safety.hazards import burning, fire_classes, hazardous, water_reactive
 
-EMERGENCY = {
+EQUIPMENT = {
     "EyewashStation": "eyewash where hazardous work is done, without a door between (ANSI/ISEA Z358.1)",
     "EmergencyShower": "emergency shower where hazardous work is done, without a door between (ANSI/ISEA Z358.1)",
+    "HandWashSink": "washing hands where hazardous work is done (OSHA 1910.141(d))",
 }
+"""What a space with hazardous work has, and why."""
 CLASS_D, CLASS_D_REASON = "ClassDExtinguisher", "extinguisher for burning metals and hydrides (NFPA 10)"
-HAND_WASH, HAND_WASH_REASON = "HandWashSink", "washing hands where hazardous work is done (OSHA 1910.141(d))"
 
 
 def marked(request: Request, units: Sequence[Unit], contents: Mapping[str, tuple[Content, ...]]) -> tuple[Unit, ...]:
@@ -74,9 +75,7 @@ def _lacking(request: Request, units: Sequence[Unit]) -> list[tuple[Asset, str]]
     roles = {unit.asset.role for unit in units}
     lacking: list[tuple[str, str]] = []
     if any("work" in unit.hazards or unit.asset.fume_hood for unit in units):
-        lacking += [(name, reason) for name, reason in EMERGENCY.items() if name not in roles]
-        if all(unit.asset.subtype != "sink" for unit in units):
-            lacking.append((HAND_WASH, HAND_WASH_REASON))
+        lacking += [(name, reason) for name, reason in EQUIPMENT.items() if name not in roles]
     if any("metal" in unit.hazards for unit in units) and CLASS_D not in roles:
         lacking.append((CLASS_D, CLASS_D_REASON))
     return [(request.catalog.get(name), reason) for name, reason in lacking]
