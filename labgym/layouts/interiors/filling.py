@@ -14,9 +14,9 @@ from labgym.geometry import OrientedBox, distance
 from labgym.layouts.brief import Unit
 from labgym.layouts.ground import Segment
 from labgym.layouts.habits import RoomHabit
-from labgym.layouts.interiors.blocks import blocks_of, island, place_block
+from labgym.layouts.interiors.blocks import Block, blocks_of, island, place_block
 from labgym.layouts.interiors.interior import Interior
-from labgym.layouts.interiors.standing import WALL_GAP
+from labgym.layouts.interiors.standing import ASIDE, WALL_GAP
 from labgym.layouts.interiors.supply import Options, preferred, supplied
 from labgym.layouts.rules.supplies import supplies_of
 from labgym.layouts.style import Style
@@ -72,8 +72,7 @@ def add_piece(
     """Place one more piece of furniture along a wall, or in the open, and return whether it found a place."""
     unit = _unit(asset, names, "exists")
     if free_standing:
-        feet = place_block(room, island(asset), style, False, generator)
-        added = feet is not None and room.add([(replace(unit, stance="island"), feet[0])])
+        added = _add_at(room, island(asset), [replace(unit, stance="island")], style, False, 1, generator)
     else:
         added = not add_pieces(room, [unit], {}, generator)
     if not added:
@@ -119,7 +118,7 @@ def _fill_open(
         added = (
             _add_peninsula(room, furniture.get(peninsula), style, names, generator)
             if kind == "peninsula"
-            else _add_block(room, furniture, habits, kind, style, names, generator)
+            else _add_block(room, furniture, habits, kind, style, wanted - taken, names, generator)
         )
         taken += added
         misses = 0 if added else misses + 1
@@ -131,22 +130,43 @@ def _add_block(
     habits: RoomHabit,
     kind: str,
     style: Style,
+    wanted: float,
     names: Names,
     generator: np.random.Generator,
 ) -> float:
-    """Add a block of a kind, a large one if it fits, and return its area, 0 if none fits; square meters."""
+    """Add a block of a kind, a large one if it fits, and return its area, 0 if none fits; square meters.
+
+    Args:
+        wanted: area that benches in the open may still take, square meters.
+    """
     blocks = blocks_of(kind, furniture, habits.islands, habits.backs)
     first = int(generator.integers(len(blocks)))
     for block in blocks[first:]:
-        feet = place_block(room, block, style, kind == "oblique", generator)
-        if feet is None:
-            continue
         units = [_unit(bench.asset, names, f"{kind.replace('_', ' ')} bench") for bench in block.benches]
         stances = [replace(unit, stance="island") for unit in units]
-        if room.add(list(zip(stances, feet, strict=True))):
+        count = math.ceil(wanted / (block.width * block.depth))
+        if _add_at(room, block, stances, style, kind == "oblique", count, generator):
             return block.width * block.depth
         names.taken -= {unit.id for unit in units}
     return 0.0
+
+
+def _add_at(
+    room: Interior,
+    block: Block,
+    units: Sequence[Unit],
+    style: Style,
+    oblique: bool,
+    wanted: int,
+    generator: np.random.Generator,
+) -> bool:
+    """Add the benches of a block where it fits, and return whether they were added."""
+    pose = place_block(room, block, style, oblique, wanted, generator)
+    if pose is None or not room.add(list(zip(units, block.feet(*pose), strict=True))):
+        return False
+    if abs(math.sin(2.0 * pose[2])) < ASIDE:
+        room.blocks.append(OrientedBox(pose[0], pose[1], block.width, block.depth, pose[2]))
+    return True
 
 
 def _add_peninsula(room: Interior, asset: Asset, style: Style, names: Names, generator: np.random.Generator) -> float:

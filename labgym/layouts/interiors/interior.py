@@ -23,6 +23,7 @@ class Interior:
 
     Attributes:
         feet: footprints of the units placed so far, by id.
+        blocks: benches in the open: the outline of each group of them.
         beyond: units of other spaces from which some keep a distance, with their footprints.
     """
 
@@ -32,6 +33,7 @@ class Interior:
     lattice: Lattice = field(init=False)
     units: dict[str, Unit] = field(default_factory=dict)
     feet: dict[str, OrientedBox] = field(default_factory=dict)
+    blocks: list[OrientedBox] = field(default_factory=list)
     beyond: list[tuple[Unit, OrientedBox]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
