@@ -98,9 +98,7 @@ def place_block(
         aligned = _aligned(room, corners + (width / 2.0, depth / 2.0))
         if not aligned.any():
             continue
-        uneven = np.zeros(len(corners))
-        for axis, (side, gap) in enumerate(zip((width, depth), gaps, strict=True)):
-            uneven += _unevenness(clear[:, 2 * axis], clear[:, 2 * axis + 1], side, gap, wanted)
+        uneven = _unevenness(clear, np.array([width, depth]), np.array(gaps), wanted)
         uneven += np.where(aligned, generator.uniform(0.0, CELL / 2.0, len(corners)), np.inf)
         x, y = _snapped(room, corners[int(np.argmin(uneven))] + (width / 2.0, depth / 2.0))
         return x, y, (math.pi / 2.0 if quarter else 0.0) + math.pi * int(generator.integers(2))
@@ -132,17 +130,24 @@ def _snapped(room: Interior, middle: NDArray[np.float64]) -> tuple[float, float]
 
 
 def _unevenness(
-    low: NDArray[np.float64], high: NDArray[np.float64], side: float, gap: float, wanted: int
+    clear: NDArray[np.float64], sides: NDArray[np.float64], gaps: NDArray[np.float64], wanted: int
 ) -> NDArray[np.float64]:
-    """How far the clear widths before and behind blocks (n,) are from those of equally spaced blocks, meters.
+    """How far the clear widths around blocks are from those of equally spaced blocks, meters, shape (n,).
 
     Args:
-        side: length of the block along the axis, meters. gap: least clear width.
+        clear: widths (n, 4) before and behind the blocks along x, and along y. sides, gaps: of a block, along x and y.
+        wanted: number of blocks; they fill the axis along which more fit first.
     """
-    span = low + high + side
-    count = np.clip(np.floor((span - gap) / (side + gap) + EPSILON), 1, wanted)
-    even = (span - count * side) / (count + 1)
-    return np.minimum(np.abs(low - even), np.abs(high - even))
+    before, behind = clear[:, 0::2], clear[:, 1::2]
+    spans = before + behind + sides
+    most = np.maximum(np.floor((spans - gaps) / (sides + gaps) + EPSILON), 1.0)
+    along = np.minimum(most.max(axis=1), wanted)
+    across = np.minimum(most.min(axis=1), np.ceil(wanted / along))
+    longer = most[:, 0] > most[:, 1]
+    counts = np.where(longer[:, None], np.stack([along, across], axis=1), np.stack([across, along], axis=1))
+    even = (spans - counts * sides) / (counts + 1.0)
+    uneven = np.minimum(np.abs(before - even), np.abs(behind - even))
+    return np.asarray(uneven.sum(axis=1), dtype=np.float64)
 
 
 def _along_oblique(room: Interior, block: Block, style: Style, generator: np.random.Generator) -> Pose | None:
