@@ -27,6 +27,7 @@ class Entrance:
         area: the floor inside it that stays free.
         opening: the opening itself, as a thin box on the face of the wall.
         pose: (x, y, yaw) of its middle on the face of the wall, front toward the space.
+        passage: whether it has no leaf.
     """
 
     label: str
@@ -36,6 +37,7 @@ class Entrance:
     area: OrientedBox
     opening: OrientedBox
     pose: PlanarPose
+    passage: bool = False
 
 
 @dataclass(frozen=True)

@@ -99,7 +99,8 @@ class ManyRooms:
         x, y, yaw = way.side(name)
         height = way.opening.height
         opening = OrientedBox(x, y, way.width, 0.0, yaw, 0.0, height)
-        return Entrance(way.label, space, way.exit, way.width, swing_area(way, name), opening, (x, y, yaw))
+        passage = way.opening.kind == "passage"
+        return Entrance(way.label, space, way.exit, way.width, swing_area(way, name), opening, (x, y, yaw), passage)
 
     @cached_property
     def _solid_boxes(self) -> tuple[OrientedBox, ...]:

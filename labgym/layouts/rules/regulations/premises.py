@@ -9,7 +9,7 @@ from functools import cached_property
 from labgym.geometry.frames import PlanarPose
 from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.arrangement import Arrangement
-from labgym.layouts.rules.open_doors import with_open_doors
+from labgym.layouts.rules.open_doors import with_closed_doors, with_open_doors
 from labgym.layouts.rules.thresholds import MOVABLE
 from labgym.navigation import LengthsTo, goal_pose
 from labgym.navigation.visibility import ShortestPaths
@@ -25,14 +25,20 @@ OUTWARD = (0.0, 0.1, 0.2, 0.3, 0.4)
 
 @dataclass(frozen=True)
 class Premises:
-    """A layout, and shortest walks in it: for a disc of 0.25 m, with interior doors open, without movable objects."""
+    """A layout, and shortest walks in it, for a disc of 0.25 m, without movable objects.
+
+    Attributes:
+        through_doors: whether people open interior doors; otherwise walks end at every door.
+    """
 
     arrangement: Arrangement
+    through_doors: bool = True
 
     @cached_property
     def paths(self) -> ShortestPaths:
         """Shortest paths for people."""
-        layout = with_open_doors(self.arrangement.layout)
+        layout = self.arrangement.layout
+        layout = with_open_doors(layout) if self.through_doors else with_closed_doors(layout)
         loose = {p.id for p in layout.placements if p.support == FLOOR and layout.asset(p.id).subtype in MOVABLE}
         kept = (p for p in layout.placements if layout.root(p.id).id not in loose)
         return ShortestPaths(layout.replace(placements=tuple(kept)) if loose else layout, PERSON)

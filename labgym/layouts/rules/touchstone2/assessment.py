@@ -12,6 +12,8 @@ from labgym.layouts.rules.facility.exits import building_exit_issues, egress_iss
 from labgym.layouts.rules.objective import CHEMISTRY_WEIGHT, GEOMETRY_WEIGHT, Assessment
 from labgym.layouts.rules.presence import missing_assets
 from labgym.layouts.rules.regulations.premises import Premises
+from labgym.layouts.rules.safety.rules import REPLACED, safety_issues
+from labgym.layouts.rules.safety.site import Site
 from labgym.layouts.rules.satisfaction import Instance, penalised
 from labgym.layouts.rules.touchstone2.entries import entry_legs
 from labgym.layouts.rules.touchstone2.equipment import Requirement, missing_equipment, required_equipment
@@ -104,19 +106,31 @@ class Assessment2(Assessment):
 
     @cached_property
     def issues(self) -> tuple[FacilityIssue, ...]:
-        """Every facility rule that the layout breaks, fixed objects included."""
-        return facility_issues(self.arrangement, self.profile)
+        """Every facility rule and safety rule that the layout breaks, fixed objects included."""
+        general = facility_issues(self.arrangement, self.profile)
+        kept = (issue for issue in general if issue.rule not in REPLACED)
+        return (*kept, *self._standing_issues, *safety_issues(self.site, ways=True))
 
     @cached_property
     def facility(self) -> FacilityScore:
         """The score of the facility rules."""
-        return facility_score(self.arrangement, self.issues)
+        return facility_score(self.site, self.issues)
+
+    @cached_property
+    def site(self) -> Site:
+        """The layout as the safety rules read it."""
+        return Site.of(self.arrangement, self.protocol)
+
+    @cached_property
+    def _standing_issues(self) -> tuple[FacilityIssue, ...]:
+        """Issues under the safety rules that plan no walks."""
+        return safety_issues(self.site, ways=False)
 
     @cached_property
     def _hard_issues(self) -> tuple[FacilityIssue, ...]:
-        ways = egress_issues(self.arrangement) if self.navigation else ()
+        ways = (*egress_issues(self.arrangement), *safety_issues(self.site, ways=True)) if self.navigation else ()
         exits = building_exit_issues(self.arrangement.building, self.profile)
-        return tuple(issue for issue in (*exits, *ways, *self._placing) if is_hard(issue))
+        return tuple(issue for issue in (*exits, *ways, *self._placing, *self._standing_issues) if is_hard(issue))
 
     @property
     def drives(self) -> tuple[Transition, ...]:
@@ -184,7 +198,7 @@ class Assessment2(Assessment):
             return self
         drives = _drives(self, protocol, None)
         assessment = replace(self, navigation=True, transitions=drives[0], entries=drives[1])
-        for name in ("_placing", "faulty", "out_of_bounds"):
+        for name in ("_placing", "_standing_issues", "site", "faulty", "out_of_bounds"):
             if name in self.__dict__:
                 assessment.__dict__[name] = self.__dict__[name]
         return assessment

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from labgym.assets import Asset
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.presence import resolved
+from labgym.layouts.rules.safety.hazards import CLASS_B, CLASS_D, calls_for_detector, fire_classes, hazardous
 from labgym.protocols import Protocol
 
 Hazard = Callable[[Asset], bool]
@@ -20,7 +21,7 @@ class Requirement:
     Attributes:
         asset: the asset that is added where it is missing.
         accepted: assets that meet the requirement.
-        calls: whether a reagent calls for it.
+        calls: whether a reagent or a cylinder calls for it.
         source: the rule that requires it.
     """
 
@@ -30,53 +31,50 @@ class Requirement:
     source: str
 
 
-def _corrosive(reagent: Asset) -> bool:
-    return reagent.hazards.corrosive
-
-
-def _flammable(reagent: Asset) -> bool:
-    return reagent.hazards.flammable
-
-
-def _hazardous(reagent: Asset) -> bool:
-    return any(value for _, value in reagent.hazards)
-
-
 def _liquid(reagent: Asset) -> bool:
-    return _hazardous(reagent) and reagent.phase == "liquid"
+    return hazardous(reagent) and reagent.phase == "liquid"
 
 
-EXTINGUISHERS = frozenset({"FireExtinguisher", "CO2Extinguisher", "ClassDExtinguisher"})
+def _class_b(reagent: Asset) -> bool:
+    return "B" in fire_classes(reagent)
+
+
+def _class_d(reagent: Asset) -> bool:
+    return "D" in fire_classes(reagent)
+
+
+EXTINGUISHERS = CLASS_B | CLASS_D
 
 REQUIREMENTS = (
     Requirement(
-        "EmergencyShower", frozenset({"EmergencyShower"}), _corrosive, "OSHA 1910.151(c); Z358.1; JGJ 91-2019, 5.3.3"
+        "EmergencyShower", frozenset({"EmergencyShower"}), hazardous, "OSHA 1910.151(c); Z358.1; JGJ 91-2019, 5.3.3"
     ),
     Requirement(
-        "EyewashStation", frozenset({"EyewashStation"}), _corrosive, "OSHA 1910.151(c); Z358.1; JGJ 91-2019, 5.3.3"
+        "EyewashStation", frozenset({"EyewashStation"}), hazardous, "OSHA 1910.151(c); Z358.1; JGJ 91-2019, 5.3.3"
     ),
     Requirement(
-        "FireExtinguisher",
-        EXTINGUISHERS,
-        _flammable,
-        "OSHA 1910.157(d)(4); NFPA 10, 6.3",
+        "HandWashSink", frozenset({"HandWashSink"}), hazardous, "OSHA 1910.141(d)(2); Prudent Practices, 6.C.2"
     ),
+    Requirement("FireExtinguisher", CLASS_B, _class_b, "OSHA 1910.157(d)(4); NFPA 10, 6.3"),
+    Requirement("ClassDExtinguisher", CLASS_D, _class_d, "OSHA 1910.157(d)(6); NFPA 10, 5.2.4 and 6.5"),
+    Requirement("GasDetector", frozenset({"GasDetector"}), calls_for_detector, "IEC 60079-29-2; TRGS 722, 2.4"),
     Requirement("SpillKit", frozenset({"SpillKit"}), _liquid, "Prudent Practices, 6.C.3; OSHA 1910.120(q)"),
     Requirement(
         "SolventWasteContainer",
         frozenset({"SolventWasteContainer", "SolidWasteBin", "WasteStation"}),
-        _hazardous,
+        hazardous,
         "40 CFR 262.15: waste is collected at or near the point of generation",
     ),
 )
-"""What laboratories need, and the reagents that call for it."""
+"""What laboratories need, and the reagents and cylinders that call for it; rooms have rules of their own."""
 
 
 def required_equipment(arrangement: Arrangement, protocol: Protocol | None) -> tuple[Requirement, ...]:
     """Return what the reagents of a layout, and those that its protocol requires, call for."""
     catalog = arrangement.layout.catalog
     names = () if protocol is None else resolved(tuple(use.name for use in protocol.reagents), catalog)
-    reagents = [*(arrangement.assets[row] for row in arrangement.reagents), *map(catalog.get, names)]
+    stored = [asset for asset in arrangement.assets if asset.kind == "reagent" or asset.subtype == "gas_cylinder"]
+    reagents = dict.fromkeys([*stored, *map(catalog.get, names)])
     return tuple(one for one in REQUIREMENTS if any(one.calls(reagent) for reagent in reagents))
 
 

@@ -9,17 +9,21 @@ from labgym.layouts.placement import FLOOR
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.facility import FacilityIssue
 from labgym.layouts.rules.facility.backs import one_sided
-from labgym.layouts.rules.facility.corrosives import corrosive_liquids
+from labgym.layouts.rules.safety.rules import RULES
+from labgym.layouts.rules.safety.site import Site
 from labgym.layouts.rules.supplies import SOURCES, Supplies, supplies_of
 
 HARD = frozenset({"egress", "door_area", "shower_clear", "no_exit"})
 """Facility rules that count in v(L): ways out, door areas, the shower's clear space. A missing second exit counts where
-the profile makes it an error."""
+the profile makes it an error, and so do the safety rules of severity `error`."""
+
+SAFETY = frozenset(rule.name for rule in RULES)
+"""Names of the safety rules."""
 
 
 def is_hard(issue: FacilityIssue) -> bool:
     """Return whether an issue counts in v(L) of touchstone-v2."""
-    return issue.rule in HARD or (issue.rule == "second_exit" and issue.severity == "error")
+    return issue.rule in HARD or (issue.severity == "error" and issue.rule in ("second_exit", *SAFETY))
 
 
 @dataclass(frozen=True)
@@ -38,17 +42,17 @@ class FacilityScore:
         return sum(self.rules.values()) / len(self.rules) if self.rules else None
 
 
-def facility_score(arrangement: Arrangement, issues: tuple[FacilityIssue, ...]) -> FacilityScore:
+def facility_score(site: Site, issues: tuple[FacilityIssue, ...]) -> FacilityScore:
     """Return the share of the objects that a rule applies to and that keep it, for each facility rule.
 
     Objects are doors, exits, rooms, pieces of furniture, hoods, showers or reagents, by the rule. Several issues of one
     object count once: the object is the first id of an issue, or, of a rule about doors and rooms, the issue itself.
     """
     shares = {}
-    for rule, count in applicable(arrangement).items():
+    for rule, count in applicable(site).items():
         if count:
             own = [issue for issue in issues if issue.rule == rule and _counts(issue)]
-            broken = len({issue.ids[:1] for issue in own}) if rule in BY_OBJECT else len(own)
+            broken = len({issue.ids[:1] for issue in own}) if rule in BY_OBJECT | SAFETY else len(own)
             shares[rule] = 1.0 - min(broken / count, 1.0)
     return FacilityScore(shares)
 
@@ -60,16 +64,15 @@ def _counts(issue: FacilityIssue) -> bool:
 
 BY_OBJECT = frozenset(
     {
-        "back_to_wall", "front_clearance", "shower_clear", "supply", "hood_door", "hood_opposite_desk", "shower_walk",
-        "corrosive_height",
+        "back_to_wall", "front_clearance", "shower_clear", "supply", "hood_door", "hood_opposite_desk",
     }
 )  # fmt: skip
-"""Rules whose issues name the object first; the others are about doors, exits, keep-outs and rooms."""
+"""Facility rules whose issues name the object first; the others are about doors, exits, keep-outs and rooms."""
 
 
-def applicable(arrangement: Arrangement) -> dict[str, int]:
-    """Return the number of objects that each facility rule applies to."""
-    building = arrangement.building
+def applicable(site: Site) -> dict[str, int]:
+    """Return the number of objects that each facility rule and each safety rule applies to."""
+    arrangement, building = site.arrangement, site.arrangement.building
     on_floor = [row for row, placement in enumerate(arrangement.placements) if placement.support == FLOOR]
     hooded = len(arrangement.hoods)
     return {
@@ -85,8 +88,7 @@ def applicable(arrangement: Arrangement) -> dict[str, int]:
         "exit_width": len({(entrance.label, entrance.width) for entrance in building.entrances}),
         "hood_door": hooded,
         "hood_opposite_desk": hooded,
-        "shower_walk": hooded,
-        "corrosive_height": len(corrosive_liquids(arrangement)),
+        **{rule.name: rule.count(site) for rule in RULES},
     }
 
 

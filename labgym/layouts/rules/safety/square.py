@@ -1,0 +1,54 @@
+"""Square: furniture is parallel to a wall of its room or to the axes of its space."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from labgym.layouts.placement import FLOOR, WALL
+from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.safety.rule import Finding, SafetyRule
+from labgym.layouts.rules.safety.site import Site
+from labgym.layouts.rules.thresholds import MOVABLE
+
+SKEW_LIMIT_RAD = math.radians(2.0)
+"""Greatest angle of furniture to a wall of its room or the axes of its space, radians."""
+ROUND = frozenset({"gas_cylinder"})
+"""Subtypes that look alike from all sides."""
+
+
+def furniture_rows(arrangement: Arrangement) -> list[int]:
+    """Return the rows of what is square to the room: furniture on the floor, and what hangs on walls."""
+    return [
+        row
+        for row, (placement, asset) in enumerate(zip(arrangement.placements, arrangement.assets, strict=True))
+        if placement.support == WALL or (placement.support == FLOOR and asset.subtype not in MOVABLE | ROUND)
+    ]
+
+
+def _check(site: Site) -> Iterator[Finding]:
+    arrangement = site.arrangement
+    rows = furniture_rows(arrangement)
+    angles = arrangement.building.skew(arrangement.take(rows))
+    for k in np.flatnonzero(angles > SKEW_LIMIT_RAD + 1e-6).tolist():
+        own = arrangement.placements[rows[k]].id
+        degrees, limit = math.degrees(float(angles[k])), math.degrees(SKEW_LIMIT_RAD)
+        message = (
+            f"{own} is turned by {degrees:.1f} degrees from the nearest wall and the axes of its space, over {limit:g}"
+        )
+        yield Finding((own,), float(angles[k]), SKEW_LIMIT_RAD, message, f"turn it by {degrees:.1f} degrees")
+
+
+RULES = (
+    SafetyRule(
+        name="square",
+        requires="Furniture and wall items are parallel to the nearest wall or to the axes of their space",
+        limit=f"{math.degrees(SKEW_LIMIT_RAD):g} degrees",
+        source="planning practice: modules of benches, service lines and ways run in parallel",
+        severity="error",
+        count=lambda site: len(furniture_rows(site.arrangement)),
+        check=_check,
+    ),
+)

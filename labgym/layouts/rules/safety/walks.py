@@ -1,0 +1,140 @@
+"""Walks to emergency equipment: showers and eyewashes in 10 s, extinguishers within their travel distance; no door."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from labgym.geometry.frames import PlanarPose
+from labgym.layouts.rules.facility.showers import SHOWER_WALK
+from labgym.layouts.rules.regulations.premises import PERSON
+from labgym.layouts.rules.safety.hazards import CLASS_B, CLASS_D, FireClass, fire_classes
+from labgym.layouts.rules.safety.rule import Finding, SafetyRule
+from labgym.layouts.rules.safety.site import Site
+from labgym.layouts.rules.thresholds import Severity
+
+CLASS_B_WALK_M = 15.2
+"""Longest walk from flammables to a class B extinguisher, meters (NFPA 10, table 6.3.1.1: 50 ft)."""
+CLASS_B_PREFERRED_M = 9.1
+"""Preferred walk, meters (the same table: 30 ft for the smaller extinguishers)."""
+CLASS_D_WALK_M = 22.9
+"""Longest walk from active metals and hydrides to a class D extinguisher, meters (NFPA 10, 6.5: 75 ft)."""
+ARM_REACH_M = 0.8
+"""A person reaches equipment from this far in front of it, meters (ISO 7250-3: forward grip reach 0.65 to 0.8 m)."""
+STEP_M = 0.1
+"""Spacing of the places that are tried before equipment, meters."""
+
+
+@dataclass(frozen=True)
+class Walk:
+    """A limit on the walks from places of one kind to equipment of one kind."""
+
+    name: str
+    starts: Callable[[Site], list[int]]
+    accepted: frozenset[str]
+    limit: float
+    equipment: str
+    requires: str
+    source: str
+    severity: Severity
+
+
+def _workplaces(site: Site) -> list[int]:
+    return [row for rows in site.work.values() for row in rows]
+
+
+def _holding(fire: FireClass) -> Callable[[Site], list[int]]:
+    """Return the furniture that holds or handles what burns with a class of fire, once each."""
+
+    def starts(site: Site) -> list[int]:
+        arrangement = site.arrangement
+        holders = [
+            arrangement.layout.root(holder).id
+            for own in site.contents.values()
+            for holder, asset in own
+            if fire in fire_classes(asset)
+        ]
+        return [arrangement.row(holder) for holder in dict.fromkeys(holders)]
+
+    return starts
+
+
+WALKS = (
+    Walk(
+        "shower_walk", _workplaces, frozenset({"EmergencyShower"}), SHOWER_WALK, "emergency shower",
+        "From each hood and place of hazardous work, a shower is reached in 10 s without passing a door",
+        "ANSI/ISEA Z358.1-2014, 4.5.2 (10 s, 55 ft)", "error",
+    ),
+    Walk(
+        "eyewash_walk", _workplaces, frozenset({"EyewashStation"}), SHOWER_WALK, "eyewash",
+        "From each hood and place of hazardous work, an eyewash is reached in 10 s without passing a door",
+        "ANSI/ISEA Z358.1-2014, 5.4.2 (10 s, 55 ft)", "error",
+    ),
+    Walk(
+        "extinguisher_b_walk", _holding("B"), CLASS_B, CLASS_B_WALK_M, "class B extinguisher",
+        "From flammables, a class B extinguisher is reached without passing a door",
+        "NFPA 10, table 6.3.1.1 (50 ft)", "error",
+    ),
+    Walk(
+        "extinguisher_b_walk_preferred", _holding("B"), CLASS_B, CLASS_B_PREFERRED_M, "class B extinguisher",
+        "From flammables, a class B extinguisher is near",
+        "NFPA 10, table 6.3.1.1 (30 ft)", "warning",
+    ),
+    Walk(
+        "extinguisher_d_walk", _holding("D"), CLASS_D, CLASS_D_WALK_M, "class D extinguisher",
+        "From active metals, metal hydrides and pyrophorics, a class D extinguisher is reached without passing a door",
+        "NFPA 10, 6.5 (75 ft)", "error",
+    ),
+)  # fmt: skip
+"""Walks that are limited. Rooms without the equipment break the rules on rooms and are left out."""
+
+
+def _stand(site: Site, row: int) -> PlanarPose:
+    """Return where a person stands to use emergency equipment: the nearest free place before it, within arm's reach."""
+    premises, box = site.walks, site.arrangement.box(row)
+    pose = premises.pose(row)
+    if premises.paths.free(*pose[:2]):
+        return pose
+    (fx, fy), half = box.front, box.depth / 2.0
+    steps = np.arange(-ARM_REACH_M, ARM_REACH_M + 1e-9, STEP_M)
+    places = [(out, side) for out in steps[steps >= PERSON] for side in steps if math.hypot(out, side) <= ARM_REACH_M]
+    for out, side in sorted(places, key=lambda place: math.hypot(*place)):
+        x, y = box.x + (half + out) * fx + side * fy, box.y + (half + out) * fy - side * fx
+        if premises.paths.free(x, y):
+            return float(x), float(y), pose[2]
+    return pose
+
+
+def _rule(walk: Walk) -> SafetyRule:
+    def check(site: Site) -> Iterator[Finding]:
+        arrangement, premises = site.arrangement, site.walks
+        for row in walk.starts(site):
+            goals = site.rows_in(site.room(row), walk.accepted)
+            if not goals:
+                continue
+            length = premises.walk(premises.pose(row), [_stand(site, goal) for goal in goals])
+            if length > walk.limit + 1e-9:
+                own = arrangement.placements[row].id
+                named = tuple(arrangement.placements[goal].id for goal in goals)
+                value = length if math.isfinite(length) else None
+                way = "no way leads" if value is None else f"the walk is {value:.1f} m"
+                message = f"{way} from {own} to any {walk.equipment}, at most {walk.limit:g} m is allowed"
+                remedy = f"move {', '.join(named)} nearer, or free the way"
+                yield Finding((own, *named), value, walk.limit, message, remedy)
+
+    return SafetyRule(
+        name=walk.name,
+        requires=walk.requires,
+        limit=f"{walk.limit:g} m walk",
+        source=walk.source,
+        severity=walk.severity,
+        count=lambda site: len(walk.starts(site)),
+        check=check,
+        ways=True,
+    )
+
+
+RULES = tuple(_rule(walk) for walk in WALKS)

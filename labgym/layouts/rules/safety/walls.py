@@ -1,0 +1,95 @@
+"""Wall items: they cover no door, window or passage, and extinguishers on walls have a free front."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
+from labgym.layouts.placement import WALL
+from labgym.layouts.rules.safety.hazards import CLASS_B, CLASS_D
+from labgym.layouts.rules.safety.rule import Finding, SafetyRule
+from labgym.layouts.rules.safety.site import Site
+from labgym.layouts.rules.thresholds import MOVABLE, WALL_TOLERANCE
+from labgym.layouts.rules.zones import front_zone, standing_in
+
+OPENING_DEPTH_M = 0.5
+"""Depth before the faces of a wall in which an item covers its openings, meters."""
+EXTINGUISHER_FRONT_M = 0.6
+"""Depth in front of an extinguisher without furniture up to its top, meters (NFPA 10, 6.1.3.3: not obstructed; the depth is the catalog's)."""
+
+
+def _hanging(site: Site) -> list[int]:
+    return [row for row, placement in enumerate(site.arrangement.placements) if placement.support == WALL]
+
+
+def opening_boxes(site: Site) -> list[tuple[str, OrientedBox]]:
+    """Return the openings of all walls: the name of each, and its box as deep as what covers it may stand off."""
+    return [
+        (
+            f"the {opening.kind} at {wall.point(opening.position)[0]:.2f}, {wall.point(opening.position)[1]:.2f}",
+            OrientedBox(
+                *wall.point(opening.position),
+                opening.width,
+                wall.thickness + 2.0 * OPENING_DEPTH_M,
+                wall.yaw,
+                opening.sill,
+                opening.top,
+            ),
+        )
+        for wall in site.arrangement.layout.floor.walls
+        for opening in wall.openings
+    ]
+
+
+def _covering(site: Site) -> Iterator[Finding]:
+    arrangement, items, openings = site.arrangement, _hanging(site), opening_boxes(site)
+    if not items or not openings:
+        return
+    depths = pairwise_penetration(arrangement.take(items), BoxArray.of([box for _, box in openings]))
+    for i, j in np.argwhere(depths > WALL_TOLERANCE + 1e-9).tolist():
+        own, depth = arrangement.placements[items[i]].id, float(depths[i, j])
+        message = f"{own} reaches {depth:.2f} m over {openings[j][0]}, over {WALL_TOLERANCE:g} m"
+        yield Finding((own,), depth, WALL_TOLERANCE, message, f"hang it on plain wall, {depth:.2f} m or more aside")
+
+
+def _extinguishers(site: Site) -> list[int]:
+    return [row for row, asset in enumerate(site.arrangement.assets) if asset.role in CLASS_B | CLASS_D]
+
+
+def _obstructed(site: Site) -> Iterator[Finding]:
+    arrangement = site.arrangement
+    for row in _extinguishers(site):
+        own = arrangement.placements[row].id
+        box = arrangement.box(row)
+        zone = replace(front_zone(box, EXTINGUISHER_FRONT_M), z1=box.z1)
+        standing = standing_in(arrangement, zone, ignore=(own,), space=arrangement.spaces[row])
+        blockers = [one for one in standing if arrangement.assets[arrangement.row(one)].subtype not in MOVABLE]
+        if blockers:
+            names = ", ".join(blockers)
+            message = f"{names} in the {EXTINGUISHER_FRONT_M:g} m in front of {own}"
+            yield Finding((own, *blockers), None, EXTINGUISHER_FRONT_M, message, f"move {own} or {names}")
+
+
+RULES = (
+    SafetyRule(
+        name="wall_opening",
+        requires="What hangs on a wall covers no door, passage, window or glazing",
+        limit=f"{WALL_TOLERANCE:g} m over the edge",
+        source="OSHA 29 CFR 1910.37(a)(3); NFPA 101, 7.1.10",
+        severity="error",
+        count=lambda site: len(_hanging(site)),
+        check=_covering,
+    ),
+    SafetyRule(
+        name="extinguisher_front",
+        requires="Nothing stands in front of an extinguisher",
+        limit=f"{EXTINGUISHER_FRONT_M:g} m",
+        source="NFPA 10, 6.1.3.3; OSHA 29 CFR 1910.157(c)(1)",
+        severity="error",
+        count=lambda site: len(_extinguishers(site)),
+        check=_obstructed,
+    ),
+)
