@@ -240,7 +240,8 @@ def _wall_feet(
         if segment.straight:
             feet.append(segment.box(along, WALL_GAP, unit.width, unit.depth))
         else:
-            feet.append(room.standing.oblique_foot(segment, along, unit))
+            foot = room.standing.oblique_foot(segment, along, unit)
+            feet += [foot] if room.standing.along_its_wall(segment, foot) else []
     if near:
         feet.sort(key=lambda foot: min(distance(foot, other) for other in near))
     yield from feet[:3]

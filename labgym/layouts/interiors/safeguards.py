@@ -46,6 +46,8 @@ def _hazards(unit: Unit, stored: Sequence[Asset], handled: Sequence[Asset]) -> f
     held, hazards = [unit.asset, *stored, *handled], set[Hazard]()
     if any(map(water_reactive, held)):
         hazards.add("reactive")
+    if any(map(water_reactive, stored)):
+        hazards.add("dry")
     if any(map(burning, held)) or unit.asset.category == "waste":
         hazards.add("burning")
     if any("D" in fire_classes(asset) for asset in held):

@@ -140,9 +140,11 @@ def stand_oblique(
             able_at = next(intervals for s, intervals in places[unit.id] if s is segment)
             apart = distances_from(feet, [unit.id], separations).get(unit.id, [])
             intervals = [place for place in standing.places(segment, unit, apart) if place in able_at]
-            if intervals:
-                along = intervals[int(generator.integers(len(intervals)))][0]
-                foot = standing.oblique_foot(segment, along, unit)
+            if not intervals:
+                continue
+            along = intervals[int(generator.integers(len(intervals)))][0]
+            foot = standing.oblique_foot(segment, along, unit)
+            if standing.along_its_wall(segment, foot):
                 standing.add(foot, unit.front, unit.clear)
                 feet[unit.id] = foot
     return feet

@@ -10,7 +10,7 @@ from itertools import combinations, pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
+from labgym.geometry import BoxArray, OrientedBox, distance, pairwise_penetration
 from labgym.layouts.brief import Unit
 from labgym.layouts.ground import Gate, Ground, Segment, without
 from labgym.layouts.rules.facility.hoods import HOOD_DOOR_LEAST
@@ -28,6 +28,8 @@ SAMPLE = 0.05
 """Spacing of the places tried along an oblique wall, meters."""
 DOOR_DISTANCE = 1.0 + SIDE_GAP
 """Distance of what holds flammables or oxidizers from doors, meters: the rule's 1.0 m and a margin."""
+WATER_DISTANCE = 1.0 + SIDE_GAP
+"""Distance of stored water-reactives from water points, meters: the rule's 1.0 m and a margin."""
 TRAFFIC_WIDTH, SASH_TRAFFIC = 0.7, 1.0
 """Width of the ways between doors, and their distance from the front of a hood, meters (BS 7258-2: sash to route)."""
 EPSILON = 1e-6
@@ -89,6 +91,7 @@ class Standing:
             off_traffic: whether the front of a hood keeps its distance from the straight ways between gates.
         """
         apart = [*apart, *self._off_gates(unit, off_doors)]
+        apart += [(point, WATER_DISTANCE) for point in self.ground.water if "dry" in unit.hazards]
         stretches = [
             (low, high - unit.width) for low, high in segment.free(unit.asset.size.height) if high - low >= unit.width
         ]
@@ -127,15 +130,20 @@ class Standing:
             free &= ~_hit(fronts, self.furniture) & ~_hit(fronts, self.building)
         return free
 
+    def along_its_wall(self, segment: Segment, foot: OrientedBox) -> bool:
+        """Whether a footprint at an oblique segment is nearer to it than to all other walls, so that it looks square."""
+        others = [each.box(0.0, 0.0, each.length, EPSILON) for each in self.ground.segments if each is not segment]
+        return all(distance(foot, other) > OBLIQUE_GAP + SIDE_GAP for other in others)
+
     def _off_gates(self, unit: Unit, off_doors: float) -> list[tuple[OrientedBox, float]]:
         """The gates' openings, and the distance in meters that a unit keeps from each."""
         apart = []
         for gate in self.ground.gates:
-            distance = max(HOOD_DOOR_LEAST, off_doors) if unit.asset.fume_hood else 0.0
+            gap = max(HOOD_DOOR_LEAST, off_doors) if unit.asset.fume_hood else 0.0
             if "burning" in unit.hazards and (gate.door or gate.exit):
-                distance = max(distance, DOOR_DISTANCE, off_doors if gate.exit else 0.0)
-            if distance > 0.0:
-                apart.append((gate.opening, distance))
+                gap = max(gap, DOOR_DISTANCE, off_doors if gate.exit else 0.0)
+            if gap > 0.0:
+                apart.append((gate.opening, gap))
         return apart
 
     def oblique_foot(self, segment: Segment, along: float, unit: Unit) -> OrientedBox:
