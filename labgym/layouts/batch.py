@@ -292,9 +292,7 @@ def _place(request: Request) -> Any:
     """Return the data on which the floors of a batch depend."""
     if request.family:
         return {"family": request.family, "furnisher": FURNISHER}
-    if request.style is not None:
-        return {"floor": request.floor.model_dump(mode="json"), "furnisher": FURNISHER}
-    return request.room.model_dump(mode="json")
+    return {"floor": request.floor.model_dump(mode="json"), "furnisher": FURNISHER}
 
 
 def _shards(requests: list[Request], count: int, size: int, method: Method) -> Iterator[Shard]:

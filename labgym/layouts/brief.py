@@ -17,6 +17,9 @@ from labgym.layouts.tabletop import Spot
 Wall = Literal["front", "back", "left", "right"]
 Stance = Literal["wall", "island", "peninsula"]
 Furnishing = Literal["full", "reduced", "required"]
+Hazard = Literal["reactive", "dry", "burning", "metal", "work"]
+"""Reacts with water or ignites in air; the same, and is stored; flammable or oxidizing; burns so that it needs a class D
+extinguisher; hazardous work (fume hoods, and places at which hazardous reagents are handled)."""
 LEVELS: tuple[Furnishing, ...] = ("full", "reduced", "required")
 """Levels of furnishing, fullest first: `required` is only what the protocol and safety require."""
 
@@ -36,6 +39,7 @@ class Unit:
             if it is not to stand in the middle, its x ("island_x").
         reason: why the room has it.
         supplies: kinds of service that it needs: water, gas, exhaust.
+        hazards: of the reagents that it stores, and of those that protocols handle at it.
     """
 
     id: str
@@ -49,6 +53,7 @@ class Unit:
     clear: float = 0.0
     reason: str = ""
     supplies: tuple[str, ...] = ()
+    hazards: frozenset[Hazard] = frozenset()
 
 
 @dataclass(frozen=True)

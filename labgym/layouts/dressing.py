@@ -119,7 +119,7 @@ class _Dresser:
         for space in self.spaces:
             for accessory in self.dressing.walls if space is None else self.dressing.rooms.get(space.use, ()):
                 near = self._point(accessory.near, space)
-                if near is not None:
+                if near is not None and not self._is_enough(accessory.asset, space):
                     self._hang(accessory.asset, near, space)
             if space is not None and space.use in ("laboratory", "instrument"):
                 self._reach_every_place(space)
@@ -136,10 +136,19 @@ class _Dresser:
                     self._add(on_floor(self.layout, asset, self.keepouts, poses, in_front=False, accept=accept))
         self._pull_up_stools()
 
+    def _is_enough(self, name: str, space: Space | None) -> bool:
+        """Whether the laboratory has as many of an asset as it shares, or a space has the safety equipment already."""
+        placed = [p for p in self.layout.placements if self._role(p) == name]
+        safety = self.catalog.get(name).subtype in ("fire", "sensor")
+        return len(placed) >= self.habits.most.get(name, math.inf) or (
+            safety and space is not None and any(self._is_in(p, space) for p in placed)
+        )
+
     def _hang(self, name: str, near: tuple[float, float], space: Space | None) -> None:
         where, asset = None if space is None else space.id, self.catalog.get(name)
         accept = self._keeps_ways(asset, space)
-        self._add(on_wall(self.layout, asset, self.keepouts, near, space=where, accept=accept))
+        front = asset.clearance if asset.subtype == "fire" else 0.0
+        self._add(on_wall(self.layout, asset, self.keepouts, near, space=where, accept=accept, front=front))
 
     def _keeps_ways(self, asset: Asset, space: Space | None) -> Accept | None:
         """The condition that an object leaves the ways of a space wide; None if it stands in no way."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -128,6 +128,7 @@ def on_wall(
     height: float | None = None,
     space: str | None = None,
     accept: Accept | None = None,
+    front: float = 0.0,
 ) -> Placement | None:
     """Return a placement at the free place on a wall that is nearest to a point, or None if the walls are full.
 
@@ -135,6 +136,7 @@ def on_wall(
         height: of its bottom, meters; the asset's mount height by default.
         space: id of the space on whose walls; None for all.
         accept: a further condition on the box of a free place; only the first few are asked.
+        front: depth in front of it in which no furniture stands up to its top, meters.
     """
     bottom = asset.mount_height if height is None else height
     top = bottom + asset.size.height
@@ -145,11 +147,13 @@ def on_wall(
         doors += keepouts.areas
     barred = [*doors, *_worktops(layout), *keepouts.stands, *keepouts.zones]
     obstacles = [box for box in (*_boxes(layout), *barred) if box.z0 < top + ELBOW and box.z1 > bottom - ELBOW]
-    barriers, refused = BoxArray.of(obstacles), 0
+    barriers, solid, refused = BoxArray.of(obstacles), BoxArray.of(_boxes(layout) if front > 0.0 else ()), 0
     for some in _batched(candidates, BATCH):
         boxes = [OrientedBox(x, y, asset.size.width, asset.size.depth, yaw, bottom, top) for x, y, yaw in some]
-        for box, is_free in zip(boxes, _free(boxes, barriers), strict=True):
-            if not is_free:
+        fronts = [replace(front_zone(box, front), z1=top) for box in boxes] if front > 0.0 else []
+        reached = _free(fronts, solid) if front > 0.0 else [True] * len(boxes)
+        for box, is_free, is_reached in zip(boxes, _free(boxes, barriers), reached, strict=True):
+            if not (is_free and is_reached):
                 continue
             if accept is None or accept(box):
                 return _placement(layout, asset, (box.x, box.y, bottom), box.yaw, WALL, None)

@@ -30,7 +30,7 @@ from labgym.layouts.model import Layout
 from labgym.layouts.phases import improved
 from labgym.layouts.placement import FLOOR, WALL, Placement
 from labgym.layouts.propose import LIMIT_WORDS, ProceduralProposer, Proposer
-from labgym.layouts.proposers import SOLVER, solver
+from labgym.layouts.proposers import SOLVER
 from labgym.layouts.provenance import Provenance
 from labgym.layouts.request import Request
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
@@ -42,9 +42,10 @@ from labgym.layouts.zoning import zoned
 from labgym.protocols import Protocol
 from labgym.protocols import resolve as resolve_protocol
 
-GENERATOR = 2
-"""Version of the generator of single rooms. It rises whenever the same arguments give another layout."""
-FURNISHER = 1
+GENERATOR = 3
+"""Version of the generator of single rooms. It rises whenever the same arguments give another layout; since 3, rooms
+are furnished as floors are."""
+FURNISHER = 2
 """The same of what furnishes floors space by space."""
 ADDED = "added"
 """Provenance option: assets that the proposal lacked and the phases added, with their numbers."""
@@ -76,8 +77,8 @@ def generate(
 ) -> Layout:
     """Return a laboratory for one or more protocols: proposed, optimized, refined for navigation, and dressed.
 
-    The same arguments give a layout with the same hash in any process. One protocol in a room is furnished by the roles
-    of its four walls; a floor, a family, or several protocols are furnished space by space, along any wall.
+    The same arguments give a layout with the same hash in any process. Rooms and floors are furnished space by space,
+    along any wall.
 
     Args:
         protocol: a protocol, its id in the library, or its .json file; or up to five of them, which share equipment.
@@ -90,8 +91,7 @@ def generate(
             laboratory needs takes that role; the others are obstacles.
         floor: a floor of any shape or its .json file, in place of a room.
         family: name of a family of floors, of which the seed draws one, in place of a room.
-        holdings: what exists. It is used first, and what may be bought besides is limited. A room is then furnished
-            space by space, too.
+        holdings: what exists. It is used first, and what may be bought besides is limited.
         clutter: level of loose objects, which are added last: 0 (none), 1 (tidy), 2 (busy) or 3 (crowded). The other
             objects are the same at every level.
         optimise: whether to repair and adjust the proposal (without it, the refinement repairs nothing either).
@@ -109,7 +109,7 @@ def generate(
         UnknownNameError: no such protocol, room preset, family, profile, proposer or adjuster.
         OptionError: a seed or a level of clutter out of range, not a room, more than one of room, floor and family, or
             a fixed object that does not stand on the floor or a wall.
-        InfeasibleError: the room cannot hold the protocols; names the conflicts and the smallest preset that fits.
+        InfeasibleError: the room cannot hold the protocols; names the conflicts.
         SearchLimitError: the search ended at its effort limit without a layout; one may exist.
         UnrepairedError: the proposal could not be repaired, and `on_failure` is "raise".
 
@@ -147,7 +147,7 @@ def generate_assessed(
     Raises:
         InfeasibleError, SearchLimitError, UnrepairedError: as `generate`.
     """
-    proposer, adjuster, protocol = method.proposer_for(request), method.adjusts_with(), request.protocol
+    proposer, adjuster, protocol = method.proposes_with(), method.adjusts_with(), request.protocol
     layout = proposer.propose(request)
     if method.zones and not layout.zones:
         layout = zoned(layout, protocol)
@@ -185,14 +185,14 @@ def generate_assessed(
     options |= {ADDED: dict(sorted(added.items()))} if added else {}
     options |= {FAILURES: problems} if problems else {}
     options |= {"inventory": _accounts(tidy, request.holdings)} if request.holdings is not None else {}
-    version = {"generator": str(GENERATOR)} if request.style is None else {"furnisher": str(FURNISHER)}
     provenance = Provenance(
         generator=type(proposer).__name__,
         seed=request.seed,
         options=options,
         versions={
             "labgym": labgym.__version__,
-            **version,
+            "generator": str(GENERATOR),
+            "furnisher": str(FURNISHER),
             "ortools": _version("ortools"),
             **layout.provenance.versions,
         },
@@ -231,7 +231,7 @@ def reasons(
         UnknownNameError, OptionError, InfeasibleError: as `generate`.
     """
     request = resolve_request(protocol, seed, room, profile, catalog, fixed, floor, family, holdings)
-    return solver(request).plan(request).reasons()
+    return FloorProposer().plan(request).reasons()
 
 
 def resolve_request(
@@ -257,7 +257,7 @@ def resolve_request(
     several = [protocol] if isinstance(protocol, (Protocol, str, Path)) else list(protocol)
     resolved = tuple(resolve_protocol(one) for one in several)
     catalog = catalog if catalog is not None else Catalog.load()
-    site = resolve_site(seed, room, floor, family, always=len(resolved) > 1 or holdings is not None)
+    site = resolve_site(seed, room, floor, family)
     pinned = tuple(_pinned(placement) for placement in fixed)
     return Request(
         protocol=combination(resolved, catalog),

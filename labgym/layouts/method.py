@@ -11,7 +11,6 @@ from labgym.layouts.adjusters import RULES, check_adjuster, make_adjuster
 from labgym.layouts.interiors import FloorProposer
 from labgym.layouts.propose import ProceduralProposer, Proposer
 from labgym.layouts.proposers import SOLVER, check_proposer, make_proposer
-from labgym.layouts.request import Request
 
 Dressing = Literal["solver", "always", "never"]
 OnFailure = Literal["raise", "keep"]
@@ -58,9 +57,9 @@ class Method:
         _check("dress", self.dress, get_args(Dressing))
         _check("on_failure", self.on_failure, get_args(OnFailure))
 
-    def proposer_for(self, request: Request) -> Proposer:
-        """Return the object that proposes the layout of a request."""
-        return make_proposer(self.proposer, request) if isinstance(self.proposer, str) else self.proposer
+    def proposes_with(self) -> Proposer:
+        """Return the object that proposes layouts."""
+        return make_proposer(self.proposer) if isinstance(self.proposer, str) else self.proposer
 
     def adjusts_with(self) -> Adjuster:
         """Return the object that adjusts layouts."""

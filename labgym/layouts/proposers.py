@@ -7,8 +7,7 @@ from pkgutil import resolve_name
 
 from labgym.errors import UnknownNameError
 from labgym.layouts.interiors import FloorProposer
-from labgym.layouts.propose import ProceduralProposer, Proposer
-from labgym.layouts.request import Request
+from labgym.layouts.propose import Proposer
 
 SOLVER = "solver"
 """Name of the default: planning habits and a constraint solver."""
@@ -42,18 +41,15 @@ def check_proposer(name: str) -> None:
         raise UnknownNameError("proposer", name, proposer_names())
 
 
-def make_proposer(name: str, request: Request) -> Proposer:
-    """Return the proposer of a name, for a request.
+def make_proposer(name: str) -> Proposer:
+    """Return the proposer of a name.
 
     Raises:
         UnknownNameError: no proposer has that name; lists all.
     """
     check_proposer(name)
     if name == SOLVER:
-        return solver(request)
+        return FloorProposer()
     return typing.cast(Proposer, resolve_name(PROPOSERS[ALIASES.get(name, name)])())
 
 
-def solver(request: Request) -> ProceduralProposer | FloorProposer:
-    """Return the solver for a request: by the roles of a room's four walls, or space by space."""
-    return ProceduralProposer() if request.style is None else FloorProposer()

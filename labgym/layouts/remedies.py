@@ -13,7 +13,6 @@ from labgym.layouts.floor.closed_doors import closed_doors, walls_with
 from labgym.layouts.floor.stretching import Stretch, stretched
 from labgym.layouts.interiors import FloorProposer
 from labgym.layouts.interiors.needs import GROUPS, separations_on
-from labgym.layouts.propose import ProceduralProposer, Proposer
 from labgym.layouts.request import Request
 from labgym.layouts.rules.objective import evaluate_layout
 
@@ -61,8 +60,6 @@ def remedies(request: Request, trials: int = TRIALS) -> tuple[Remedy, ...]:
 
 def clashes(request: Request) -> tuple[str, ...]:
     """Return the groups of constraints without which an infeasible floor has a plan, with their figures."""
-    if request.style is None:
-        return ()
     found = []
     for group in GROUPS:
         try:
@@ -100,9 +97,8 @@ class _Search:
         if self.trials <= 0:
             return False
         self.trials -= 1
-        proposer: Proposer = ProceduralProposer() if request.style is None else FloorProposer(patience="short")
         try:
-            layout = proposer.propose(request)
+            layout = FloorProposer(patience="short").propose(request)
         except (InfeasibleError, OptionError):
             return False
         return evaluate_layout(layout, request.protocol, request.profile, navigation=True).cost == 0
@@ -229,8 +225,6 @@ def _size_text(before: Floor, after: Floor, space: str, axis: int, by: float) ->
 def _with_room(search: _Search) -> Iterator[Remedy]:
     """Add a laboratory at an exit; the smallest one that helps."""
     request = search.request
-    if request.style is None:
-        return
     for width, depth in ROOMS:
         for number, floor in extended(request.floor, width, depth):
             changed = replace(request, floor=floor)

@@ -33,10 +33,10 @@ class FloorFile(Document, Floor):
 
 @dataclass(frozen=True)
 class Site:
-    """A floor and how it is furnished; without a style it is one room whose walls have roles."""
+    """A floor and how it is furnished."""
 
     floor: Floor
-    style: Style | None
+    style: Style
 
 
 def resolve_site(
@@ -44,7 +44,6 @@ def resolve_site(
     room: Room | str | Path | None,
     floor: Floor | str | Path | None,
     family: str | None,
-    always: bool = False,
 ) -> Site:
     """Return the site that the arguments of `generate` describe.
 
@@ -53,7 +52,6 @@ def resolve_site(
         room: a room or what names one; a file may also hold a floor, or a layout, of which the floor counts.
         floor: a floor or its .json file.
         family: name of a family of floors.
-        always: whether a single room gets a style too.
 
     Raises:
         UnknownNameError: no such room preset or family.
@@ -72,13 +70,11 @@ def resolve_site(
     if floor is not None:
         resolved = floor if isinstance(floor, Floor) else (_floor_of(floor) or FloorFile.load(floor).floor())
         return Site(resolved, Style.draw(generator))
-    return Site(resolve_room(room).floor, Style.draw(generator) if always else None)
+    return Site(resolve_room(room).floor, Style.draw(generator))
 
 
 def at_seed(request: Request, seed: int) -> Request:
     """Return a request with another seed: it draws another floor of the family, and another style."""
-    if request.style is None:
-        return replace(request, seed=seed)
     floor = None if request.family else request.floor
     site = resolve_site(seed, None, floor, request.family or None)
     return replace(request, seed=seed, floor=site.floor, style=site.style)

@@ -34,10 +34,10 @@ PUBLISHED: tuple[PublishedSplit, ...] = get_args(PublishedSplit)
 """Names of the published splits."""
 ATTEMPTS = 32
 """Number of training layouts that are tried before a protocol counts as infeasible."""
-RELEASES = {1: "0.1.0", 2: "0.2.0"}
-"""First release of labgym-nav with each version of the generator."""
-FURNISHER_RELEASES = {1: "0.2.0"}
-"""First release of labgym-nav with each version of the furnisher."""
+RELEASES = {1: "0.1.0", 3: "0.2.0"}
+"""First release of labgym-nav with each version of the generator; no release has those that are left out."""
+FURNISHER_RELEASES = {2: "0.2.0"}
+"""The same of the furnisher."""
 
 
 class PublishedLayout(Record):
@@ -107,12 +107,14 @@ class Manifest(Document):
     def maker(self) -> str:
         """A sentence for messages: the version that made the layouts, and the release that has it."""
         if self.furnisher is None:
-            name, own, release = f"generator {self.generator}", GENERATOR, RELEASES[self.generator]
+            name, own, release = f"generator {self.generator}", GENERATOR, RELEASES.get(self.generator)
         else:
-            name, own, release = f"furnisher {self.furnisher}", FURNISHER, FURNISHER_RELEASES[self.furnisher]
+            name, own, release = f"furnisher {self.furnisher}", FURNISHER, FURNISHER_RELEASES.get(self.furnisher)
+        made = f"the layouts of {self.split} were made by {name}, but this version has {own}"
+        if release is None:
+            return f"{made}: no release makes them again, only their files are checked"
         return (
-            f"the layouts of {self.split} were made by {name}, but this version has {own}: to regenerate them, "
-            f"pip install labgym-nav=={release} and run labgym reproduce --split {self.split}"
+            f"{made}: to regenerate them, pip install labgym-nav=={release} and run labgym reproduce --split {self.split}"
         )
 
     def entry(self, layout_id: str) -> PublishedLayout:

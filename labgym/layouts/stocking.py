@@ -11,6 +11,7 @@ from labgym.errors import InfeasibleError
 from labgym.layouts.brief import Content, Unit
 from labgym.layouts.cabinets import Cabinet
 from labgym.layouts.request import Request
+from labgym.layouts.rules.safety.heights import REAGENT_HEIGHT_M
 from labgym.layouts.rules.thresholds import CORROSIVE_HEIGHT, Profile
 from labgym.layouts.tabletop import Arm, Item, Spot, pack
 
@@ -130,7 +131,8 @@ def _shelf_spot(
     corrosive = asset.hazards.corrosive
     for slot, surface in enumerate(cabinet.surfaces):
         taken = [content.spot for content in contents if content.slot == slot]
-        if len(taken) >= most or (corrosive and surface.z + asset.size.height > CORROSIVE_HEIGHT):
+        too_high = surface.z > REAGENT_HEIGHT_M or (corrosive and surface.z + asset.size.height > CORROSIVE_HEIGHT)
+        if len(taken) >= most or too_high:
             continue
         spots = pack([_item(asset, SHELF_MARGIN)], surface.width, surface.depth, surface.headroom, generator, taken)
         if spots:

@@ -11,9 +11,8 @@ from labgym.layouts.variants import Variety
 
 AISLE, NECK = (0.95, 1.5), (0.75, 1.2)
 """Ranges of the clear widths of a floor that is of no family, meters."""
-OBLIQUE = (0.17, 0.52)
-WALLS, ISLANDS, TIGHT = (0.4, 0.8), (0.04, 0.14), (0.2, 0.8)
-"""Ranges of the angle of oblique benches, and of what a floor varies in besides; assumptions."""
+WALLS, ISLANDS = (0.4, 0.8), (0.04, 0.14)
+"""Ranges of what a floor varies in further; assumptions."""
 KINDS = ("island", "island", "double_island", "peninsula", "oblique")
 
 
@@ -26,10 +25,9 @@ class Style:
         neck: clear width at their ends, meters.
         walls: share of the wall length that furniture takes.
         islands: share of the floor area that free-standing benches take.
-        kinds: kinds of free-standing benches that occur: island, double_island, peninsula, oblique.
-        oblique: angle of oblique benches to the axes of their space, radians.
+        kinds: kinds of free-standing benches that occur: island, double_island, peninsula, oblique (along oblique
+            walls).
         hood_walls: pairs of a space and the index of a wall that may carry hoods; empty for any wall.
-        tight: probability that a bench stands as near to its neighbors as aisle and neck allow.
         variety: which variants of furniture it has.
     """
 
@@ -38,8 +36,6 @@ class Style:
     walls: float = 0.65
     islands: float = 0.1
     kinds: tuple[str, ...] = ("island",)
-    oblique: float = 0.0
-    tight: float = 0.5
     hood_walls: tuple[tuple[str, int], ...] = ()
     variety: Variety = "plain"
 
@@ -50,7 +46,6 @@ class Style:
             aisle=round(float(generator.uniform(*AISLE)), 2),
             neck=round(float(generator.uniform(*NECK)), 2),
             kinds=KINDS,
-            oblique=round(float(generator.uniform(*OBLIQUE)), 3),
         ).varied(generator)
 
     @classmethod
@@ -60,16 +55,14 @@ class Style:
             aisle=style.aisle,
             neck=style.maintenance_aisle,
             kinds=style.islands,
-            oblique=style.oblique,
             hood_walls=tuple((each.space, each.wall) for each in style.hood_walls),
             variety="held_out" if style.held_out else "training",
         )
 
     def varied(self, generator: np.random.Generator) -> Style:
-        """Return the style with other shares of walls, floor and tight places."""
+        """Return the style with other shares of walls and floor."""
         return replace(
             self,
             walls=round(float(generator.uniform(*WALLS)), 2),
             islands=round(float(generator.uniform(*ISLANDS)), 3),
-            tight=round(float(generator.uniform(*TIGHT)), 2),
         )

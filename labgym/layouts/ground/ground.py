@@ -49,7 +49,7 @@ class Ground:
         solid: columns and walls. leaves: of interior doors as they stand.
         clear: areas without furniture, which people and robots may cross.
         ceiling: height, meters.
-        supplies: service points in the space and its walls.
+        supplies: service points in the space and its walls. water: all water points of the floor, as boxes without size.
     """
 
     space: str
@@ -66,6 +66,7 @@ class Ground:
     clear: tuple[OrientedBox, ...]
     ceiling: float
     supplies: Supplies
+    water: tuple[OrientedBox, ...]
 
     @classmethod
     def of(cls, floor: Floor, space: Space) -> Ground:
@@ -97,6 +98,7 @@ class Ground:
             clear=tuple(_within(bounds, [_moved(box, frame) for box in clear])),
             ceiling=space.ceiling,
             supplies=Supplies.of(floor, space).moved(frame),
+            water=tuple(_moved(OrientedBox(s.x, s.y, 0.0, 0.0), frame) for s in floor.services if s.kind == "water"),
         )
 
     def to_floor(self, pose: Pose) -> Pose:
@@ -115,7 +117,8 @@ def _local(wall: Wall, frame: Pose) -> LocalWall:
 
 
 def _gate(way: Doorway, space: str, frame: Pose) -> Gate:
-    return Gate(*relative(frame, way.side(space)), way.width, _moved(swing_area(way, space), frame))
+    area = _moved(swing_area(way, space), frame)
+    return Gate(*relative(frame, way.side(space)), way.width, area, way.opening.kind == "door", way.exit)
 
 
 def _straight(spans: Sequence[Span]) -> Iterator[Segment]:

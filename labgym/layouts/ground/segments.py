@@ -83,6 +83,7 @@ class Gate:
         x, y, yaw: middle of the opening on the face of the wall; the yaw's front is toward the space.
         width: clear width, meters.
         area: the floor inside it that stays free.
+        door: whether it is a door, not a passage. exit: whether it leads out.
     """
 
     x: float
@@ -90,6 +91,8 @@ class Gate:
     yaw: float
     width: float
     area: OrientedBox
+    door: bool = True
+    exit: bool = False
 
     @property
     def opening(self) -> OrientedBox:

@@ -6,16 +6,20 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from labgym.assets import Asset
 from labgym.geometry import OrientedBox, rotate
 from labgym.layouts.interiors.interior import Interior
+from labgym.layouts.interiors.lattice import CELL, EPSILON
 from labgym.layouts.interiors.standing import SIDE_GAP
 from labgym.layouts.style import Style
 from labgym.layouts.variants import Furniture
 
-TRIES = 120
-"""Random poses tried for an oblique block."""
+STEP = 0.2
+"""Spacing of the places that are tried along an oblique wall, meters."""
+
+Pose = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
@@ -74,42 +78,92 @@ def blocks_of(kind: str, furniture: Furniture, names: tuple[str, ...], benches: 
 
 
 def place_block(
-    room: Interior, block: Block, style: Style, oblique: bool, generator: np.random.Generator
-) -> list[OrientedBox] | None:
-    """Return footprints of a block's benches at a free place in the open; None if it fits nowhere."""
-    if oblique and style.oblique > 0.0:
-        return _oblique(room, block, style, generator)
-    for quarter in generator.permutation(2):
-        turned = bool(quarter)
-        width, depth = (block.depth, block.width) if turned else (block.width, block.depth)
-        gaps = (style.aisle, style.neck) if turned else (style.neck, style.aisle)
-        corners = room.lattice.corners(width, depth, gaps)
-        if not len(corners):
+    room: Interior, block: Block, style: Style, oblique: bool, wanted: int, generator: np.random.Generator
+) -> Pose | None:
+    """Return the pose (x, y, yaw) of a block at a free place in the open; None if it fits nowhere.
+
+    It is aligned with the blocks of the space, and the aisles on both of its sides are as wide as each other, or as they
+    will be when `wanted` blocks stand there.
+
+    Args:
+        oblique: whether it stands along an oblique wall, if the space has one.
+        wanted: number of blocks like it that the space may still get.
+    """
+    if oblique and not all(segment.straight for segment in room.ground.segments):
+        return _along_oblique(room, block, style, generator)
+    for quarter in _quarters(room, generator):
+        width, depth = (block.depth, block.width) if quarter else (block.width, block.depth)
+        gaps = (style.aisle, style.neck) if quarter else (style.neck, style.aisle)
+        corners, clear = room.lattice.clearances(width, depth, gaps)
+        aligned = _aligned(room, corners + (width / 2.0, depth / 2.0))
+        if not aligned.any():
             continue
-        if generator.random() < style.tight:
-            angle = generator.uniform(0.0, 2.0 * math.pi)
-            index = int(np.argmax(corners @ (math.cos(angle), math.sin(angle))))
-        else:
-            index = int(generator.integers(len(corners)))
-        yaw = (math.pi / 2.0 if turned else 0.0) + math.pi * int(generator.integers(2))
-        x, y = corners[index]
-        return block.feet(float(x) + width / 2.0, float(y) + depth / 2.0, yaw)
+        uneven = _unevenness(clear, np.array([width, depth]), np.array(gaps), wanted)
+        uneven += np.where(aligned, generator.uniform(0.0, CELL / 2.0, len(corners)), np.inf)
+        x, y = _snapped(room, corners[int(np.argmin(uneven))] + (width / 2.0, depth / 2.0))
+        return x, y, (math.pi / 2.0 if quarter else 0.0) + math.pi * int(generator.integers(2))
     return None
 
 
-def _oblique(room: Interior, block: Block, style: Style, generator: np.random.Generator) -> list[OrientedBox] | None:
-    ground = room.ground
-    xs, ys = generator.uniform(0.0, ground.width, TRIES), generator.uniform(0.0, ground.depth, TRIES)
-    turns = generator.choice((-1.0, 1.0), TRIES) * style.oblique + generator.integers(4, size=TRIES) * math.pi / 2.0
-    boxes = [
-        OrientedBox(float(x), float(y), block.width, block.depth, float(yaw))
-        for x, y, yaw in zip(xs, ys, turns, strict=True)
-    ]
+def _quarters(room: Interior, generator: np.random.Generator) -> list[int]:
+    """The quarter turns that are tried: that of the blocks of the space, or both in a random order."""
+    if room.blocks:
+        return [int(abs(math.sin(room.blocks[0].yaw)) > 0.5)]
+    return [int(quarter) for quarter in generator.permutation(2)]
+
+
+def _aligned(room: Interior, middles: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Which middles (n, 2) are in a row or a column with each block of the space, shape (n,); all without blocks."""
+    aligned = np.ones(len(middles), dtype=np.bool_)
+    for other in room.blocks:
+        aligned &= (np.abs(middles - (other.x, other.y)) <= CELL / 2.0 + EPSILON).any(axis=1)
+    return aligned
+
+
+def _snapped(room: Interior, middle: NDArray[np.float64]) -> tuple[float, float]:
+    """A middle, moved exactly into the rows and columns of the blocks of the space."""
+    x, y = float(middle[0]), float(middle[1])
+    for other in room.blocks:
+        x = other.x if abs(x - other.x) <= CELL / 2.0 + EPSILON else x
+        y = other.y if abs(y - other.y) <= CELL / 2.0 + EPSILON else y
+    return x, y
+
+
+def _unevenness(
+    clear: NDArray[np.float64], sides: NDArray[np.float64], gaps: NDArray[np.float64], wanted: int
+) -> NDArray[np.float64]:
+    """How far the clear widths around blocks are from those of equally spaced blocks, meters, shape (n,).
+
+    Args:
+        clear: widths (n, 4) before and behind the blocks along x, and along y. sides, gaps: of a block, along x and y.
+        wanted: number of blocks; they fill the axis along which more fit first.
+    """
+    before, behind = clear[:, 0::2], clear[:, 1::2]
+    spans = before + behind + sides
+    most = np.maximum(np.floor((spans - gaps) / (sides + gaps) + EPSILON), 1.0)
+    along = np.minimum(most.max(axis=1), wanted)
+    across = np.minimum(most.min(axis=1), np.ceil(wanted / along))
+    longer = most[:, 0] > most[:, 1]
+    counts = np.where(longer[:, None], np.stack([along, across], axis=1), np.stack([across, along], axis=1))
+    even = (spans - counts * sides) / (counts + 1.0)
+    uneven = np.minimum(np.abs(before - even), np.abs(behind - even))
+    return np.asarray(uneven.sum(axis=1), dtype=np.float64)
+
+
+def _along_oblique(room: Interior, block: Block, style: Style, generator: np.random.Generator) -> Pose | None:
+    """A pose parallel to an oblique wall, an aisle away from it."""
     gap = max(style.aisle, style.neck)
-    for box, free in zip(boxes, room.standing.fit(boxes, gap=gap, wall_gap=gap), strict=True):
-        if free:
-            return block.feet(box.x, box.y, box.yaw)
-    return None
+    boxes = [
+        segment.box(float(along), gap + SIDE_GAP, block.width, block.depth)
+        for segment in room.ground.segments
+        if not segment.straight
+        for along in np.arange(0.0, segment.length - block.width, STEP)
+    ]
+    free = np.flatnonzero(room.standing.fit(boxes, gap=gap, wall_gap=gap)) if boxes else []
+    if not len(free):
+        return None
+    box = boxes[int(free[int(generator.integers(len(free)))])]
+    return box.x, box.y, box.yaw
 
 
 def _by_size(blocks: list[Block]) -> list[Block]:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,7 +12,7 @@ from labgym.layouts.brief import Unit
 from labgym.layouts.briefing import nearness_of
 from labgym.layouts.habits import Habits, RoomHabit
 from labgym.layouts.interiors.emergency import add_emergency_equipment
-from labgym.layouts.interiors.filling import Names, add_piece, add_pieces, fill
+from labgym.layouts.interiors.filling import Names, add_piece, add_pieces, fill, is_equipped
 from labgym.layouts.interiors.interior import Interior
 from labgym.layouts.interiors.needs import Needs
 from labgym.layouts.request import Request
@@ -27,22 +29,37 @@ def complete(
     for near in nearness_of((*needs.required, *needs.further), habits):
         partners.setdefault(near.first, []).append(near.second)
         partners.setdefault(near.second, []).append(near.first)
+    names = Names({unit.id for unit in (*needs.required, *needs.further)}.union(*(room.units for room in rooms.values())))
+    _tell_apart(rooms)
+    if request.holdings is None or request.holdings.purchases == "any":
+        add_emergency_equipment(request, rooms, names, generator)
     left, kinds = [], {service.kind for service in request.floor.services}
     for unit in sorted(needs.further, key=lambda unit: kinds.isdisjoint(unit.supplies)):
-        able = _able(habits, rooms, unit.asset.role)
+        able = [room for room in _able(habits, rooms, unit.asset.role) if not unit.asset.fume_hood or is_equipped(room)]
         able.sort(key=lambda room: not any(other in room.feet for other in partners.get(unit.id, ())))
         if all(add_pieces(room, [unit], partners, generator) for room in able):
             left.append(unit)
-    names = Names({unit.id for unit in (*needs.required, *needs.further)})
     if request.holdings is not None:
         _add_existing(request, needs, rooms, style, names, generator)
         if request.holdings.purchases != "any":
             return left
-    add_emergency_equipment(request, rooms, names, generator)
     for room in rooms.values():
         habit = habits.rooms.get(room.ground.use, RoomHabit())
-        fill(room, request.furniture, habit, habits.peninsula, style, names, generator)
+        counts = Counter(unit.asset.role for other in rooms.values() for unit in other.units.values())
+        spare = {name: most - counts[name] for name, most in habits.most.items()}
+        fill(room, request.furniture, habit, habits.peninsula, style, names, generator, spare)
     return left
+
+
+def _tell_apart(rooms: Mapping[str, Interior]) -> None:
+    """Let each space know the units of others from which its water stays away."""
+    for room in rooms.values():
+        for other in rooms.values():
+            for unit_id, unit in other.units.items() if other is not room else ():
+                if "reactive" in unit.hazards:
+                    x, y, yaw = other.ground.to_floor((other.feet[unit_id].x, other.feet[unit_id].y, other.feet[unit_id].yaw))
+                    box = replace(other.feet[unit_id], x=x, y=y, yaw=yaw)
+                    room.beyond.append((unit, room.ground.to_ground(box)))
 
 
 def _able(habits: Habits, rooms: Mapping[str, Interior], name: str) -> list[Interior]:

@@ -1,68 +1,54 @@
-"""Eyewashes and showers for spaces that are too far from those which a floor requires."""
+"""Eyewashes, showers and sinks for laboratories that have none, and for hoods that are too far from them."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 
 import numpy as np
 
-from labgym.layouts.brief import Unit
+from labgym.geometry import distance
 from labgym.layouts.interiors.filling import Names, add_pieces
 from labgym.layouts.interiors.interior import Interior
+from labgym.layouts.interiors.safeguards import EQUIPMENT
 from labgym.layouts.interiors.supply import lacking
-from labgym.layouts.pieces import clear_around
+from labgym.layouts.interiors.units import unit_of
+from labgym.layouts.pieces import WallPiece
 from labgym.layouts.request import Request
 from labgym.layouts.rules.facility.showers import SHOWER_WALK
-from labgym.layouts.rules.supplies import supplies_of
 
-EYEWASH, SHOWER = "EyewashStation", "EmergencyShower"
+DETOUR = 1.4
+"""Greatest walk to emergency equipment relative to the straight line that is assumed (assumption: around islands)."""
 
 
 def add_emergency_equipment(
     request: Request, rooms: Mapping[str, Interior], names: Names, generator: np.random.Generator
 ) -> None:
-    """Add an eyewash to every laboratory space without one, and a shower where the nearest is too far.
+    """Add eyewashes, showers and a sink to every laboratory, so that any may get hoods.
 
-    A door on the way counts as an obstruction, and the way takes at most 10 s, about 16.8 m (ANSI/ISEA Z358.1). Nothing
-    is added where there is no place, or where the floor requires its water elsewhere.
+    The way from a hood takes at most 10 s, about 16.8 m, without a door between (ANSI/ISEA Z358.1). Nothing is added
+    where there is no place, or where the floor requires its water elsewhere.
     """
-    showers = [_middle(room, unit) for room in rooms.values() for unit in _of(room, SHOWER)]
     for room in rooms.values():
         if room.ground.use != "laboratory":
             continue
-        if not _of(room, EYEWASH):
-            _add(request, room, EYEWASH, names, generator)
-        ground = room.ground
-        center = ground.to_floor((ground.width / 2.0, ground.depth / 2.0, 0.0))[:2]
-        reach = math.hypot(ground.width, ground.depth) / 2.0
-        if all(math.dist(center, shower) + reach > SHOWER_WALK for shower in showers):
-            _add(request, room, SHOWER, names, generator)
+        for role, reason in EQUIPMENT.items():
+            if _is_far(room, role):
+                _add(request, room, role, reason, names, generator)
 
 
-def _of(room: Interior, role: str) -> list[str]:
-    return [unit_id for unit_id, unit in room.units.items() if unit.asset.role == role]
+def _is_far(room: Interior, role: str) -> bool:
+    """Whether a space lacks a piece, or some hazardous work is too far from it."""
+    pieces = [room.feet[unit_id] for unit_id, unit in room.units.items() if unit.asset.role == role]
+    work = [room.feet[unit_id] for unit_id, unit in room.units.items() if "work" in unit.hazards]
+    limit = SHOWER_WALK / DETOUR
+    return not pieces or any(min(distance(foot, piece) for piece in pieces) > limit for foot in work)
 
 
-def _middle(room: Interior, unit_id: str) -> tuple[float, float]:
-    foot = room.feet[unit_id]
-    x, y, _ = room.ground.to_floor((foot.x, foot.y, foot.yaw))
-    return x, y
-
-
-def _add(request: Request, room: Interior, name: str, names: Names, generator: np.random.Generator) -> None:
-    asset, habit = request.catalog.get(name), request.habits.of(name)
-    front = asset.clearance if habit.clear is None else habit.clear
-    reason = "within 10 s of every place of work, without a door between (ANSI/ISEA Z358.1)"
-    unit = Unit(
-        names.next(asset),
-        asset,
-        asset.size.width,
-        asset.size.depth,
-        front,
-        clear=clear_around(asset),
-        reason=reason,
-        supplies=supplies_of(asset, ()),
-    )
-    if lacking(unit, room.ground)[1] or add_pieces(room, [unit], {}, generator):
+def _add(
+    request: Request, room: Interior, name: str, reason: str, names: Names, generator: np.random.Generator
+) -> None:
+    asset = request.catalog.get(name)
+    unit = unit_of(request, WallPiece(names.next(asset), asset, reason))
+    far = [unit_id for unit_id, one in room.units.items() if "work" in one.hazards and one.asset.fume_hood]
+    if lacking(unit, room.ground)[1] or add_pieces(room, [unit], {unit.id: far[-1:]}, generator):
         names.taken.discard(unit.id)

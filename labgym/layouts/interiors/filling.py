@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -13,9 +14,9 @@ from labgym.geometry import OrientedBox, distance
 from labgym.layouts.brief import Unit
 from labgym.layouts.ground import Segment
 from labgym.layouts.habits import RoomHabit
-from labgym.layouts.interiors.blocks import blocks_of, island, place_block
+from labgym.layouts.interiors.blocks import Block, blocks_of, island, place_block
 from labgym.layouts.interiors.interior import Interior
-from labgym.layouts.interiors.standing import WALL_GAP
+from labgym.layouts.interiors.standing import ASIDE, WALL_GAP
 from labgym.layouts.interiors.supply import Options, preferred, supplied
 from labgym.layouts.rules.supplies import supplies_of
 from labgym.layouts.style import Style
@@ -27,6 +28,7 @@ HOOD_FRONT = 1.5
 """Free depth in front of a hood, meters."""
 SAME_WALL = 0.7
 """Probability that a piece joins a row instead of standing anywhere along a wall."""
+EQUIPPED = frozenset({"EyewashStation", "EmergencyShower", "HandWashSink"})
 NEAR_TRIES = 12
 """Random places of which the one nearest to a piece's neighbor is taken."""
 
@@ -58,7 +60,7 @@ def add_pieces(
     for unit in units:
         near = [room.feet[other] for other in partners.get(unit.id, ()) if other in room.feet]
         supplies = room.ground.supplies
-        options = preferred(_options(room, unit), unit, supplies)
+        options = preferred(room.options(unit), unit, supplies)
         if not any(room.add([(unit, foot)]) for foot in _wall_feet(room, unit, options, near, generator)):
             left.append(unit)
     return left
@@ -70,8 +72,7 @@ def add_piece(
     """Place one more piece of furniture along a wall, or in the open, and return whether it found a place."""
     unit = _unit(asset, names, "exists")
     if free_standing:
-        feet = place_block(room, island(asset), style, False, generator)
-        added = feet is not None and room.add([(replace(unit, stance="island"), feet[0])])
+        added = _add_at(room, island(asset), [replace(unit, stance="island")], style, False, 1, generator)
     else:
         added = not add_pieces(room, [unit], {}, generator)
     if not added:
@@ -87,16 +88,19 @@ def fill(
     style: Style,
     names: Names,
     generator: np.random.Generator,
+    spare: Mapping[str, int],
 ) -> None:
     """Add free-standing benches and rows of furniture along the walls, as much as the style asks for.
 
     Args:
         habits: what a space of this use is filled with. peninsula: the bench with one end at a wall.
+        spare: number of pieces that the laboratory may still get, by asset name; any number of others.
     """
     if habits.islands:
         _fill_open(room, furniture, habits, peninsula, style, names, generator)
     if habits.walls:
-        _fill_walls(room, [furniture.get(name) for name in habits.walls], style, names, generator)
+        usual = [name for name in habits.walls if furniture.catalog.get(name).fume_hood <= is_equipped(room)]
+        _fill_walls(room, furniture, usual, style, names, generator, Counter(spare))
 
 
 def _fill_open(
@@ -114,7 +118,7 @@ def _fill_open(
         added = (
             _add_peninsula(room, furniture.get(peninsula), style, names, generator)
             if kind == "peninsula"
-            else _add_block(room, furniture, habits, kind, style, names, generator)
+            else _add_block(room, furniture, habits, kind, style, wanted - taken, names, generator)
         )
         taken += added
         misses = 0 if added else misses + 1
@@ -126,22 +130,43 @@ def _add_block(
     habits: RoomHabit,
     kind: str,
     style: Style,
+    wanted: float,
     names: Names,
     generator: np.random.Generator,
 ) -> float:
-    """Add a block of a kind, a large one if it fits, and return its area, 0 if none fits; square meters."""
+    """Add a block of a kind, a large one if it fits, and return its area, 0 if none fits; square meters.
+
+    Args:
+        wanted: area that benches in the open may still take, square meters.
+    """
     blocks = blocks_of(kind, furniture, habits.islands, habits.backs)
     first = int(generator.integers(len(blocks)))
     for block in blocks[first:]:
-        feet = place_block(room, block, style, kind == "oblique", generator)
-        if feet is None:
-            continue
         units = [_unit(bench.asset, names, f"{kind.replace('_', ' ')} bench") for bench in block.benches]
         stances = [replace(unit, stance="island") for unit in units]
-        if room.add(list(zip(stances, feet, strict=True))):
+        count = math.ceil(wanted / (block.width * block.depth))
+        if _add_at(room, block, stances, style, kind == "oblique", count, generator):
             return block.width * block.depth
         names.taken -= {unit.id for unit in units}
     return 0.0
+
+
+def _add_at(
+    room: Interior,
+    block: Block,
+    units: Sequence[Unit],
+    style: Style,
+    oblique: bool,
+    wanted: int,
+    generator: np.random.Generator,
+) -> bool:
+    """Add the benches of a block where it fits, and return whether they were added."""
+    pose = place_block(room, block, style, oblique, wanted, generator)
+    if pose is None or not room.add(list(zip(units, block.feet(*pose), strict=True))):
+        return False
+    if abs(math.sin(2.0 * pose[2])) < ASIDE:
+        room.blocks.append(OrientedBox(pose[0], pose[1], block.width, block.depth, pose[2]))
+    return True
 
 
 def _add_peninsula(room: Interior, asset: Asset, style: Style, names: Names, generator: np.random.Generator) -> float:
@@ -149,7 +174,7 @@ def _add_peninsula(room: Interior, asset: Asset, style: Style, names: Names, gen
     length, depth, aisle = asset.size.width, asset.size.depth, style.aisle
     unit = replace(_unit(asset, names, "peninsula bench"), stance="peninsula")
     room_for = replace(unit, width=depth + 2.0 * aisle, depth=length + style.neck, front=0.0)
-    for segment, along in _draws(_options(room, room_for), generator):
+    for segment, along in _draws(room.options(room_for), generator):
         x, y = segment.point(along + aisle + depth / 2.0, WALL_GAP + length / 2.0)
         turn = math.pi / 2.0 if generator.random() < 0.5 else -math.pi / 2.0
         foot = OrientedBox(x, y, length, depth, segment.yaw + turn)
@@ -159,18 +184,34 @@ def _add_peninsula(room: Interior, asset: Asset, style: Style, names: Names, gen
     return 0.0
 
 
+def is_equipped(room: Interior) -> bool:
+    """Whether a space has what hazardous work needs: an eyewash, a shower and a sink for washing hands."""
+    return EQUIPPED <= {unit.asset.role for unit in room.units.values()}
+
+
 def _fill_walls(
-    room: Interior, assets: Sequence[Asset], style: Style, names: Names, generator: np.random.Generator
+    room: Interior,
+    furniture: Furniture,
+    usual: Sequence[str],
+    style: Style,
+    names: Names,
+    generator: np.random.Generator,
+    spare: Counter[str],
 ) -> None:
     length = sum(segment.length for segment in room.ground.segments)
     used = sum(unit.width for unit in room.units.values() if unit.stance == "wall")
     misses = 0
     while misses < MISSES and used < style.walls * length:
-        asset = assets[int(generator.integers(len(assets)))]
+        name = usual[int(generator.integers(len(usual)))]
+        if name in spare and spare[name] <= 0:
+            misses += 1
+            continue
+        asset = furniture.get(name)
         unit = _unit(asset, names, "fills free wall")
-        options = supplied(_options(room, unit), unit, room.ground.supplies)
+        options = supplied(room.options(unit), unit, room.ground.supplies)
         if any(room.add([(unit, foot)]) for foot in _wall_feet(room, unit, options, (), generator)):
             used += unit.width
+            spare[name] -= name in spare
             misses = 0
         else:
             names.taken.discard(unit.id)
@@ -199,20 +240,11 @@ def _wall_feet(
         if segment.straight:
             feet.append(segment.box(along, WALL_GAP, unit.width, unit.depth))
         else:
-            feet.append(room.standing.oblique_foot(segment, along, unit))
+            foot = room.standing.oblique_foot(segment, along, unit)
+            feet += [foot] if room.standing.along_its_wall(segment, foot) else []
     if near:
         feet.sort(key=lambda foot: min(distance(foot, other) for other in near))
     yield from feet[:3]
-
-
-def _options(room: Interior, unit: Unit) -> Options:
-    """The free places of a unit along the walls."""
-    options: Options = []
-    for segment in room.ground.segments:
-        intervals = room.standing.places(segment, unit)
-        if intervals:
-            options.append((segment, intervals))
-    return options
 
 
 def _draws(options: Options, generator: np.random.Generator) -> list[tuple[Segment, float]]:

@@ -15,6 +15,7 @@ from labgym.layouts.ground import Ground
 from labgym.layouts.interiors.interior import Interior
 from labgym.layouts.interiors.program import plan_walls
 from labgym.layouts.interiors.siting import (
+    Aloof,
     all_places,
     choose_segments,
     distances_from,
@@ -54,11 +55,13 @@ class _Attempt(NamedTuple):
     Attributes:
         near_supplies: whether furniture stands within reach of all services that it needs if it can.
         all_walls: whether the solver chooses the walls.
+        aloof: which units stand farther from doors than they must.
     """
 
     demands: Demands
     near_supplies: bool
     all_walls: bool
+    aloof: Aloof
 
 
 @dataclass
@@ -110,7 +113,7 @@ def furnish(
         room = Interior(ground)
         for unit, foot in standing:
             room.add_anyway(unit, foot)
-        places = all_places(room.standing, units, demands.apart, hood_walls, attempt.near_supplies)
+        places = all_places(room.standing, units, demands.apart, hood_walls, attempt.near_supplies, attempt.aloof)
         bound = {unit for rule in demands.proximities for unit in (rule.first, rule.second)}
         able = [] if attempt.all_walls else [unit for unit in units if unit.id not in bound]
         feet = stand_oblique(room.standing, able, places, demands.separations, generator)
@@ -118,7 +121,7 @@ def furnish(
         if feet:
             from_feet = distances_from(feet, [unit.id for unit in upright], demands.separations)
             apart = {unit.id: [*demands.apart.get(unit.id, ()), *from_feet.get(unit.id, ())] for unit in upright}
-            places = all_places(room.standing, upright, apart, hood_walls, attempt.near_supplies)
+            places = all_places(room.standing, upright, apart, hood_walls, attempt.near_supplies, attempt.aloof)
         if attempt.all_walls:
             stands = every_segment(upright, places, ground.supplies, generator)
         else:
@@ -131,7 +134,8 @@ def furnish(
         if plan.status != "solved":
             outcome.attempts[plan.status] += 1
             straight = all(segment.straight for segment in ground.segments)
-            outcome.proven = attempt.all_walls and demands is least and plan.status == "infeasible" and straight
+            lifted = demands is least and attempt.aloof == "none"
+            outcome.proven = attempt.all_walls and lifted and plan.status == "infeasible" and straight
             continue
         room = Interior(ground)
         for unit, foot in standing:
@@ -150,21 +154,21 @@ def _has_supplied_place(room: Interior, unit: Unit) -> bool:
     supplies = room.ground.supplies
     if not any(supplies.of_kind(kind) for kind in unit.supplies):
         return True
-    options = [(segment, room.standing.places(segment, unit)) for segment in room.ground.segments]
-    return bool(supplied([option for option in options if option[1]], unit, supplies))
+    return bool(supplied(room.options(unit), unit, supplies))
 
 
 def _attempts(wished: Demands, least: Demands, count: int, thorough: bool) -> Iterator[_Attempt]:
     """Yield the attempts in order: `count` with walls chosen beforehand, those with the least demands last.
 
     Before the wishes are given up, the solver looks for walls that meet them, and in the end, if the search is
-    thorough, for walls that meet the least demands.
+    thorough, for walls that meet the least demands. Hoods give their distance from doors up last.
     """
     for _ in range(count - FREE_ATTEMPTS):
-        yield _Attempt(wished, True, False)
+        yield _Attempt(wished, True, False, "all")
     if wished.proximities or wished.separations != least.separations:
-        yield _Attempt(wished, True, True)
+        yield _Attempt(wished, True, True, "all")
     for _ in range(min(count, FREE_ATTEMPTS)):
-        yield _Attempt(least, False, False)
+        yield _Attempt(least, False, False, "hoods")
     if thorough:
-        yield _Attempt(least, False, True)
+        yield _Attempt(least, False, True, "hoods")
+        yield _Attempt(least, False, True, "none")

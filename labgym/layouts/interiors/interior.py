@@ -9,8 +9,11 @@ from labgym.geometry import OrientedBox
 from labgym.layouts.brief import Unit
 from labgym.layouts.ground import Ground
 from labgym.layouts.ground.wide_ways import WideWays
+from labgym.layouts.interiors.dryness import dry_distances
 from labgym.layouts.interiors.lattice import Lattice
+from labgym.layouts.interiors.siting import DOOR_STEPS, aloof_options, options_on
 from labgym.layouts.interiors.standing import Standing, strips
+from labgym.layouts.interiors.supply import Options
 from labgym.layouts.rules.zones import front_zone
 
 
@@ -20,6 +23,8 @@ class Interior:
 
     Attributes:
         feet: footprints of the units placed so far, by id.
+        blocks: benches in the open: the outline of each group of them.
+        beyond: units of other spaces from which some keep a distance, with their footprints.
     """
 
     ground: Ground
@@ -28,12 +33,22 @@ class Interior:
     lattice: Lattice = field(init=False)
     units: dict[str, Unit] = field(default_factory=dict)
     feet: dict[str, OrientedBox] = field(default_factory=dict)
+    blocks: list[OrientedBox] = field(default_factory=list)
+    beyond: list[tuple[Unit, OrientedBox]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.standing = Standing(self.ground)
         self.ways = WideWays(self.ground, [*self.ground.outside, *self.ground.solid, *self.ground.leaves])
         self.lattice = Lattice(self.ground.width, self.ground.depth)
         self.lattice.add(self.standing.building_bounds, self.standing.free_bounds)
+
+    def options(self, unit: Unit) -> Options:
+        """Return the free places of a unit along the walls; those of a hood keep the full distance from doors."""
+        placed = [*((self.units[unit_id], foot) for unit_id, foot in self.feet.items()), *self.beyond]
+        apart = dry_distances(unit, placed)
+        if unit.asset.fume_hood:
+            return aloof_options(self.standing, unit, apart, near_supplies=False, least=DOOR_STEPS[0])
+        return options_on(self.standing, unit, apart)
 
     def add(self, placed: Sequence[tuple[Unit, OrientedBox]]) -> bool:
         """Add units that belong together, unless they cut a gate or a place of work off; return whether they were."""

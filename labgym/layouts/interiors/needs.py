@@ -12,8 +12,10 @@ from labgym.layouts.brief import Content, Proximity, Separation, Unit
 from labgym.layouts.briefing import separations_of
 from labgym.layouts.cabinets import Cabinet, plan_cabinets
 from labgym.layouts.interiors.distances import handling_distances, proximities_of
+from labgym.layouts.interiors.dryness import dry_separations
 from labgym.layouts.interiors.filling import Names
 from labgym.layouts.interiors.refusals import check_holdings
+from labgym.layouts.interiors.safeguards import marked
 from labgym.layouts.interiors.surfaces import stock_surfaces
 from labgym.layouts.interiors.units import supplied_with, unit_of
 from labgym.layouts.pieces import WallPiece, further_pieces, pieces, with_fixed
@@ -66,11 +68,13 @@ def needs_of(request: Request, generator: np.random.Generator, hoods: int = EXTR
     if request.holdings is not None:
         further = [unit for unit in further if request.holdings.adds(unit.asset.name, (u.asset.name for u in units))]
     handling = handling_distances(request, units, contents)
+    required = marked(request, [supplied_with(unit, contents.get(unit.id, ())) for unit in units], contents)
+    separations = (*separations_of(cabinets, contents, request.profile), *handling.least, *dry_separations(required))
     return Needs(
-        required=tuple(supplied_with(unit, contents.get(unit.id, ())) for unit in units),
+        required=required,
         further=tuple(unit for unit in further if unit.id not in present),
         contents=contents,
-        separations=(*separations_of(cabinets, contents, request.profile), *handling.least),
+        separations=separations,
         wished=handling.wished,
         proximities=proximities_of(request, units),
     )

@@ -14,6 +14,7 @@ from labgym.layouts.assembly import Plan
 from labgym.layouts.brief import Brief, Unit
 from labgym.layouts.floor_plan import Pose
 from labgym.layouts.interiors.completion import complete
+from labgym.layouts.interiors.equipping import equipped
 from labgym.layouts.interiors.interior import Interior
 from labgym.layouts.interiors.needs import EXTRA_HOODS, Needs, needs_of, relaxed
 from labgym.layouts.interiors.refusals import check_floor, check_places, failure
@@ -59,7 +60,8 @@ class FloorProposer:
         tied = {request.catalog.find(rule.subject).name for rule in constraints if rule.kind == "on"}
         holdings = request.holdings
         stands = None if holdings is None or holdings.purchases == "any" else holdings.counts
-        return assembled(self.plan(request).layout(), request.profile, generator, tied, stands)
+        layout = assembled(self.plan(request).layout(), request.profile, generator, tied, stands)
+        return equipped(layout, request)
 
     def plan(self, request: Request) -> Plan:
         """Return the first plan in which ways lead to everything, filled as the request's style asks for.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from labgym.layouts.brief import Nearness, Proximity, Separation, Unit
 from labgym.layouts.ground import Segment
 from labgym.layouts.interiors.program import Option, Stand
 from labgym.layouts.interiors.standing import WALL_GAP, Distances, Intervals, Standing
-from labgym.layouts.interiors.supply import preferred, required, supplied
+from labgym.layouts.interiors.supply import Options, preferred, required, supplied
 from labgym.layouts.rules.supplies import Supplies
 from labgym.navigation.plan import STAND_OFF
 
@@ -35,7 +36,12 @@ SPACING = 0.25
 OBLIQUE_UNITS = 2
 """Most units of the first pass on one oblique segment."""
 
-Places = dict[str, list[tuple[Segment, Intervals]]]
+DOOR_STEPS = (3.0, 2.5, 2.0, 1.5)
+"""Distances from doors that are tried for hoods, flammables and oxidizers, meters: NFPA 45 and ANSI/AIHA Z9.5 ask 3."""
+
+Places = dict[str, Options]
+Aloof = Literal["all", "hoods", "none"]
+"""Which units stand farther from doors than they must: hoods with flammables and oxidizers, hoods, or none."""
 
 
 def all_places(
@@ -44,6 +50,7 @@ def all_places(
     apart: Mapping[str, Distances],
     hood_walls: Collection[str],
     near_supplies: bool = True,
+    aloof: Aloof = "none",
 ) -> Places:
     """Return the segments on which each unit can stand, with the places along them, by unit id.
 
@@ -52,19 +59,68 @@ def all_places(
         hood_walls: ids of the segments for hoods; any segment if none of them has a place.
         near_supplies: whether a unit stands within reach of what it needs if it can; else only where the floor requires
             it.
+        aloof: which units stand farther from doors and ways than they must if they can.
     """
-    places: Places = {}
-    for unit in units:
-        options = []
-        for segment in standing.ground.segments:
-            intervals = standing.places(segment, unit, apart.get(unit.id, ()))
-            if intervals:
-                options.append((segment, intervals))
-        if unit.asset.fume_hood:
-            options = [option for option in options if option[0].id in hood_walls] or options
-        supplies = standing.ground.supplies
-        places[unit.id] = (preferred if near_supplies else required)(options, unit, supplies)
-    return places
+    return {
+        unit.id: aloof_options(standing, unit, apart.get(unit.id, ()), hood_walls, near_supplies)
+        if unit.asset.fume_hood and aloof != "none" or "burning" in unit.hazards and aloof == "all"
+        else _usual_options(standing, unit, apart.get(unit.id, ()), hood_walls, near_supplies)
+        for unit in units
+    }
+
+
+def aloof_options(
+    standing: Standing,
+    unit: Unit,
+    apart: Distances = (),
+    hood_walls: Collection[str] = (),
+    near_supplies: bool = True,
+    least: float = 0.0,
+) -> Options:
+    """Return the places of a hood, or of flammables and oxidizers, that are farthest from doors, in steps.
+
+    Of equal ones those of a hood whose front is off the ways between doors come first, then those on the walls for
+    hoods, and those with the services that the unit needs.
+
+    Args:
+        least: distance from doors under which there is no place, meters.
+    """
+    supplies = standing.ground.supplies
+    for gap in (gap for gap in DOOR_STEPS if gap >= least):
+        for off_traffic in (True, False) if unit.asset.fume_hood else (False,):
+            options = options_on(standing, unit, apart, gap, off_traffic)
+            for some in (_on_walls(options, hood_walls), options):
+                near = supplied(some, unit, supplies) if near_supplies else required(some, unit, supplies)
+                if near:
+                    return near
+            if near_supplies and required(options, unit, supplies):
+                return required(options, unit, supplies)
+    return [] if least else _usual_options(standing, unit, apart, hood_walls, near_supplies)
+
+
+def _usual_options(
+    standing: Standing, unit: Unit, apart: Distances, hood_walls: Collection[str], near_supplies: bool
+) -> Options:
+    options = options_on(standing, unit, apart)
+    if unit.asset.fume_hood:
+        options = _on_walls(options, hood_walls) or options
+    return (preferred if near_supplies else required)(options, unit, standing.ground.supplies)
+
+
+def _on_walls(options: Options, hood_walls: Collection[str]) -> Options:
+    return [option for option in options if option[0].id in hood_walls]
+
+
+def options_on(
+    standing: Standing, unit: Unit, apart: Distances, off_doors: float = 0.0, off_traffic: bool = False
+) -> Options:
+    """The places of a unit along all segments."""
+    apart, options = tuple(apart), []
+    for segment in standing.ground.segments:
+        intervals = standing.places(segment, unit, apart, off_doors, off_traffic)
+        if intervals:
+            options.append((segment, intervals))
+    return options
 
 
 def stand_oblique(
@@ -84,9 +140,11 @@ def stand_oblique(
             able_at = next(intervals for s, intervals in places[unit.id] if s is segment)
             apart = distances_from(feet, [unit.id], separations).get(unit.id, [])
             intervals = [place for place in standing.places(segment, unit, apart) if place in able_at]
-            if intervals:
-                along = intervals[int(generator.integers(len(intervals)))][0]
-                foot = standing.oblique_foot(segment, along, unit)
+            if not intervals:
+                continue
+            along = intervals[int(generator.integers(len(intervals)))][0]
+            foot = standing.oblique_foot(segment, along, unit)
+            if standing.along_its_wall(segment, foot):
                 standing.add(foot, unit.front, unit.clear)
                 feet[unit.id] = foot
     return feet

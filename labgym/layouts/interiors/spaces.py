@@ -12,10 +12,13 @@ from labgym.layouts.briefing import nearness_of
 from labgym.layouts.ground import Ground
 from labgym.layouts.interiors.distances import neighborhoods
 from labgym.layouts.interiors.distribution import distribute
+from labgym.layouts.interiors.dryness import dry_separations
+from labgym.layouts.interiors.filling import Names
 from labgym.layouts.interiors.fixed_pieces import fixed_pieces
 from labgym.layouts.interiors.furnisher import ATTEMPTS, Demands, Outcome, furnish
 from labgym.layouts.interiors.interior import Interior
 from labgym.layouts.interiors.needs import Needs
+from labgym.layouts.interiors.safeguards import with_safeguards
 from labgym.layouts.interiors.standing import Distances
 from labgym.layouts.request import Request
 from labgym.layouts.style import Style
@@ -30,19 +33,24 @@ def furnish_spaces(
     shares = distribute(free, grounds, request.habits, generator, neighborhoods(needs.proximities))
     nearness = tuple(nearness_of(needs.required, request.habits))
     standing = fixed_pieces(request, needs.required, grounds)
+    names = Names({unit.id for unit in (*needs.required, *needs.further)})
+    shares = with_safeguards(request, grounds, shares, standing, names)
+    units = [unit for share in shares.values() for unit in share]
+    dry = [rule for rule in dry_separations(units) if rule not in needs.separations] if needs.separations else []
+    least = (*needs.separations, *dry)
     boxes = {unit.id: _to_floor(ground, foot) for ground in grounds for unit, foot in standing[ground.space]}
     rooms: dict[str, Interior] = {}
     total = Outcome(None)
     for ground in sorted(grounds, key=lambda ground: -len(shares[ground.space])):
         here = {unit.id for unit in shares[ground.space]}
-        separations = *needs.separations, *needs.wished
-        apart, further = (_remote(ground, here, rules, boxes) for rules in (needs.separations, separations))
+        separations = *least, *needs.wished
+        apart, further = (_remote(ground, here, rules, boxes) for rules in (least, separations))
         outcome = furnish(
             ground,
             shares[ground.space],
             standing[ground.space],
             Demands(separations, nearness, needs.proximities, further),
-            Demands(needs.separations, nearness, (), apart),
+            Demands(least, nearness, (), apart),
             _hood_walls(ground, request.style),
             request.seed,
             generator,

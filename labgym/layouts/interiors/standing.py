@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from itertools import pairwise
+from itertools import combinations, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
+from labgym.geometry import BoxArray, OrientedBox, distance, pairwise_penetration
 from labgym.layouts.brief import Unit
-from labgym.layouts.ground import Ground, Segment, without
+from labgym.layouts.ground import Gate, Ground, Segment, without
 from labgym.layouts.rules.facility.hoods import HOOD_DOOR_LEAST
 from labgym.layouts.rules.zones import front_zone
 
@@ -26,6 +26,12 @@ STRIP = 0.1
 """Width of the strips into which an oblique box is cut, meters."""
 SAMPLE = 0.05
 """Spacing of the places tried along an oblique wall, meters."""
+DOOR_DISTANCE = 1.0 + SIDE_GAP
+"""Distance of what holds flammables or oxidizers from doors, meters: the rule's 1.0 m and a margin."""
+WATER_DISTANCE = 1.0 + SIDE_GAP
+"""Distance of stored water-reactives from water points, meters: the rule's 1.0 m and a margin."""
+TRAFFIC_WIDTH, SASH_TRAFFIC = 0.7, 1.0
+"""Width of the ways between doors, and their distance from the front of a hood, meters (BS 7258-2: sash to route)."""
 EPSILON = 1e-6
 ASIDE = 1e-3
 """Angle to the frame's axes above which a box counts as oblique, radians."""
@@ -40,7 +46,7 @@ class Standing:
 
     Attributes:
         building, furniture: solid boxes. free: areas that stay free.
-        openings: the gates' openings, from which hoods keep a distance.
+        traffic: the straight ways between gates, from which hoods keep a distance if they can.
         building_bounds, furniture_bounds, free_bounds: bounds of the boxes, (n, 4) each: x0, y0, x1, y1; oblique boxes
             are cut into strips.
     """
@@ -51,7 +57,7 @@ class Standing:
         self.furniture: list[OrientedBox] = []
         self.free: list[OrientedBox] = [*ground.clear]
         self.free += [gate.area for gate in ground.gates]
-        self.openings = [gate.opening for gate in ground.gates]
+        self.traffic = strips([_way(*pair) for pair in combinations(ground.gates, 2)])
         self.building_bounds = strips(self.building)
         self.furniture_bounds = strips(())
         self.free_bounds = strips(self.free)
@@ -71,7 +77,9 @@ class Standing:
         """Bounds of everything solid, (n, 4): x0, y0, x1, y1."""
         return np.concatenate([self.building_bounds, self.furniture_bounds])
 
-    def places(self, segment: Segment, unit: Unit, apart: Distances = ()) -> Intervals:
+    def places(
+        self, segment: Segment, unit: Unit, apart: Distances = (), off_doors: float = 0.0, off_traffic: bool = False
+    ) -> Intervals:
         """Return the intervals of places for a unit along a segment: meters from its start to the unit's left end.
 
         The unit's back is at the wall, its footprint and the depth in front of it are free, and it stands in no area
@@ -79,8 +87,11 @@ class Standing:
 
         Args:
             apart: boxes, and the distance in meters to keep from each.
+            off_doors: distance of hoods from doors, and of flammables and oxidizers from exits, if more than the least.
+            off_traffic: whether the front of a hood keeps its distance from the straight ways between gates.
         """
-        apart = [*apart, *((opening, HOOD_DOOR_LEAST) for opening in self.openings if unit.asset.fume_hood)]
+        apart = [*apart, *self._off_gates(unit, off_doors)]
+        apart += [(point, WATER_DISTANCE) for point in self.ground.water if "dry" in unit.hazards]
         stretches = [
             (low, high - unit.width) for low, high in segment.free(unit.asset.size.height) if high - low >= unit.width
         ]
@@ -99,6 +110,8 @@ class Standing:
         taken += _taken(_along(segment, self.free_bounds), unit.width, foot, 0.0)
         for box, distance in apart:
             taken += _taken(_along(segment, strips([grown(box, distance)])), unit.width, foot, 0.0)
+        if off_traffic and unit.asset.fume_hood:
+            taken += _taken(_along(segment, self.traffic), unit.width, (foot[0], foot[1] + SASH_TRAFFIC), 0.0)
         return [place for stretch in stretches for place in without(stretch, taken)]
 
     def fit(
@@ -117,6 +130,22 @@ class Standing:
             free &= ~_hit(fronts, self.furniture) & ~_hit(fronts, self.building)
         return free
 
+    def along_its_wall(self, segment: Segment, foot: OrientedBox) -> bool:
+        """Whether a footprint at an oblique segment is nearer to it than to all other walls, so that it looks square."""
+        others = [each.box(0.0, 0.0, each.length, EPSILON) for each in self.ground.segments if each is not segment]
+        return all(distance(foot, other) > OBLIQUE_GAP + SIDE_GAP for other in others)
+
+    def _off_gates(self, unit: Unit, off_doors: float) -> list[tuple[OrientedBox, float]]:
+        """The gates' openings, and the distance in meters that a unit keeps from each."""
+        apart = []
+        for gate in self.ground.gates:
+            gap = max(HOOD_DOOR_LEAST, off_doors) if unit.asset.fume_hood else 0.0
+            if "burning" in unit.hazards and (gate.door or gate.exit):
+                gap = max(gap, DOOR_DISTANCE, off_doors if gate.exit else 0.0)
+            if gap > 0.0:
+                apart.append((gate.opening, gap))
+        return apart
+
     def oblique_foot(self, segment: Segment, along: float, unit: Unit) -> OrientedBox:
         """Return the footprint of a unit at a place along an oblique segment."""
         return segment.box(along, OBLIQUE_GAP, unit.width, unit.depth)
@@ -130,6 +159,12 @@ class Standing:
         for box, distance in apart:
             free &= ~_hit(feet, [grown(box, distance)])
         return [(at, at) for at, is_free in zip(alongs, free, strict=True) if is_free]
+
+
+def _way(first: Gate, second: Gate) -> OrientedBox:
+    """The straight way between two gates."""
+    length, angle = math.hypot(second.x - first.x, second.y - first.y), math.atan2(second.y - first.y, second.x - first.x)
+    return OrientedBox((first.x + second.x) / 2.0, (first.y + second.y) / 2.0, length, TRAFFIC_WIDTH, angle)
 
 
 def grown(box: OrientedBox, gap: float) -> OrientedBox:

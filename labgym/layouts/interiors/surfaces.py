@@ -13,6 +13,7 @@ from labgym.layouts.brief import Content, Unit
 from labgym.layouts.cabinets import Cabinet
 from labgym.layouts.interiors.distances import first_of_role, flammables_at
 from labgym.layouts.request import Request
+from labgym.layouts.rules.safety.standing import forbidden
 from labgym.layouts.rules.separation import heat_band
 from labgym.layouts.rules.touchstone2.reach import ARM_REACH, SHOULDER_HEIGHT
 from labgym.layouts.stocking import Waiting, home, shelve, stand
@@ -101,6 +102,8 @@ class _Stocking:
         """Stand a group on its unit or, if that is a hood, on any hood: where the fewest pieces must be added."""
         options = []
         for order, unit_id in enumerate(self._surfaces(group.home)):
+            if not self._belong(unit_id, group.names):
+                continue
             present = {content.asset.name for content in self.contents.get(unit_id, ())}
             need = [k for k, name in enumerate(group.names) if name not in present]
             further = [group.names[k] for k in need if not self.pool[group.names[k]]]
@@ -125,15 +128,17 @@ class _Stocking:
         for name in sorted(self.pool.elements()):
             asset = self.request.catalog.get(name)
             unit_id, reason = home(self.request, asset, first)
-            if not any(self._stand(each, [(name, reason)]) for each in self._surfaces(unit_id)):
+            able = [each for each in self._surfaces(unit_id) if self._belong(each, [name])]
+            if not any(self._stand(each, [(name, reason)]) for each in able):
                 rest.append((asset, reason))
         benches = [unit for unit in units if unit.asset.subtype == "workbench" or unit.asset.fume_hood]
         for unit in sorted(benches, key=lambda unit: (unit.id in self.contents, unit.id)):
             present = self.contents.get(unit.id, ())
             hot = [entry for entry in rest if unit.id in handled and heat_band(entry[0], self.request.profile)]
-            added, left = self._fitting(unit.asset, [entry for entry in rest if entry not in hot], present)
+            out = [entry for entry in rest if entry in hot or not self._belong(unit.id, [entry[0].name])]
+            added, left = self._fitting(unit.asset, [entry for entry in rest if entry not in out], present)
             self.contents[unit.id] = (*present, *added)
-            rest = [*hot, *left]
+            rest = [*out, *left]
         self.homeless = rest
 
     def _surfaces(self, unit_id: str) -> list[str]:
@@ -141,6 +146,11 @@ class _Stocking:
         if not self.units[unit_id].asset.fume_hood:
             return [unit_id]
         return [unit_id, *(u.id for u in self.units.values() if u.asset.fume_hood and u.id != unit_id)]
+
+    def _belong(self, unit_id: str, names: Iterable[str]) -> bool:
+        """Whether instruments may stand on a unit."""
+        furniture = self.units[unit_id].asset
+        return all(forbidden(self.request.catalog.get(name), furniture) is None for name in names)
 
     def _stand(self, unit_id: str, pieces: Sequence[tuple[str, str]]) -> bool:
         """Stand instruments on a unit, all or none, and return whether they stand there."""

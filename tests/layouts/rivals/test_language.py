@@ -107,7 +107,7 @@ def test_the_request_decides_the_random_seed_and_a_wrong_form_goes_back(loopback
 
 
 def test_both_spellings_of_holodeck_plus_name_the_same_proposer(request_):
-    spellings = [make_proposer(name, request_) for name in ("holodeck+-llm", "holodeck-plus-llm")]
+    spellings = [make_proposer(name) for name in ("holodeck+-llm", "holodeck-plus-llm")]
     assert spellings[0] == spellings[1]
     assert isinstance(spellings[0], HolodeckPlusLanguageProposer)
     assert "holodeck-plus-llm" not in proposer_names()

@@ -1,0 +1,51 @@
+"""Hangs the extinguishers and gas detectors that the rooms of a layout need."""
+
+from __future__ import annotations
+
+from labgym.assets import Asset
+from labgym.layouts.fitting import Keepouts, on_wall
+from labgym.layouts.model import Layout
+from labgym.layouts.placement import WALL
+from labgym.layouts.request import Request
+from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.safety.heights import gases
+from labgym.layouts.rules.safety.rooms import Lacking, lacking_equipment
+from labgym.layouts.rules.safety.site import Site
+
+LOW = 0.3
+"""Height of the bottom of a detector for a gas heavier than air, meters."""
+
+
+def equipped(layout: Layout, request: Request) -> Layout:
+    """Return a layout with the wall equipment that its rooms lack, near what calls for it.
+
+    Nothing is added where the walls are full, or where nothing may be bought.
+    """
+    site = Site.of(Arrangement.of(layout), request.protocol)
+    for one in lacking_equipment(site):
+        asset = request.catalog.get(one.asset)
+        if asset.placing != WALL or not _may_add(layout, asset, request):
+            continue
+        densities = gases(site).get(int(site.rooms[one.spaces[0]]), {}) if asset.subtype == "sensor" else {}
+        heights = {LOW if density == "heavy" else asset.mount_height for density in densities} or {asset.mount_height}
+        for height in sorted(heights):
+            layout = _hung(layout, asset, one, height, request)
+    return layout
+
+
+def _may_add(layout: Layout, asset: Asset, request: Request) -> bool:
+    holdings = request.holdings
+    bought = holdings is None or holdings.purchases != "none"
+    return bought or holdings.adds(asset.name, (placement.asset for placement in layout.placements))
+
+
+def _hung(layout: Layout, asset: Asset, lacking: Lacking, height: float, request: Request) -> Layout:
+    """The layout with an asset on the wall nearest to what calls for it, in one of the spaces of the room."""
+    x, y, _ = layout.root(lacking.causes[0]).position
+    keepouts = Keepouts.of(layout, request.protocol)
+    for index in lacking.spaces:
+        space = layout.floor.spaces[index].id
+        placement = on_wall(layout, asset, keepouts, (x, y), height, space, front=asset.clearance)
+        if placement is not None:
+            return layout.replace(placements=(*layout.placements, placement))
+    return layout
