@@ -109,8 +109,8 @@ def generate(
         trace: A .json file for everything that was tried and every state of the layout; labgym trace draws it.
         facility: Let phase 2 follow facility rules (fronts, door areas, ways out) and repair what fails; --no-facility
             runs the paper's phases, in which only phase 3 considers navigation.
-        metrics: Version of the rules to satisfy: touchstone-v1, the default, or touchstone-v2, under which what a
-            proposal lacks in safety equipment is added, too.
+        metrics: Version of the rules to satisfy: touchstone-v2, under which the safety equipment that a proposal lacks
+            is added, too, or touchstone-v1. Default: touchstone-v2; touchstone-v1 for the profile paper.
         overwrite: Replace a layout and a trace that exist with other content. A batch (--count) resumes; see --fresh.
     """
     from labgym.layouts.rules import thresholds

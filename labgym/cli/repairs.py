@@ -36,8 +36,9 @@ def repair(
         out: The .json file of the repaired layout; with --overwrite it may be the same file. Default:
             NAME-repaired.json in the current folder.
         profile: Thresholds to satisfy: default, strict, paper or code.
-        metrics: Version of the rules: touchstone-v1, the default, or touchstone-v2, under which vessels also return to
-            their hood, the pieces of an apparatus to each other and wall units to walls, and safety equipment is added.
+        metrics: Version of the rules: touchstone-v2, under which vessels also return to their hood, the pieces of an
+            apparatus to each other and wall units to walls, and safety equipment is added, or touchstone-v1. Default:
+            touchstone-v2; touchstone-v1 for the profile paper.
         protocol: Id or .json file of the protocol to repair the layout for; by default all protocols of the layout.
         adjuster: What adjusts the layout where repair by geometry does not help: rules, or llm, the configured language
             model (docs/language-models.md).

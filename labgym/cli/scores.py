@@ -28,7 +28,7 @@ def score(
     layout: LayoutNames,
     protocol: OptionalText = None,
     profile: str = "default",
-    metrics: str = "touchstone-v1",
+    metrics: OptionalText = None,
     regulations: OptionalText = None,
     as_json: Annotated[bool, arg(name="json")] = False,
     check: bool = False,
@@ -46,7 +46,8 @@ def score(
         layout: A layout's .json file, or the id of a published layout; also several, or folders of layouts.
         protocol: Id or .json file of the protocol to score the layouts for; by default the layout's own.
         profile: Thresholds: default, strict, paper or code.
-        metrics: Version of the definitions: touchstone-v1, or touchstone-v2, which a spoilt layout cannot pass.
+        metrics: Version of the definitions: touchstone-v2, or touchstone-v1, the definitions of the paper's columns.
+            Default: touchstone-v2; touchstone-v1 for the profile paper.
         regulations: Print what each clause of a profile says about one layout: US, EN or CN.
         as_json: Print the whole report as JSON; of several layouts the means.
         check: Exit 1 if a layout has a violation or a facility error, or lacks a required asset.
@@ -108,7 +109,7 @@ def _score_many(
     names: Sequence[str],
     protocol: str | None,
     profile: str,
-    metrics: str,
+    metrics: str | None,
     as_json: bool,
     check: bool,
     out: Path | None,

@@ -23,6 +23,7 @@ from labgym.eval.scoring.score import score
 from labgym.layouts.generate import resolve_request
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.presence import missing_assets
+from labgym.layouts.rules.thresholds import VERSION
 from labgym.layouts.sampler import Rates, SamplerFile, SamplerProposer
 from labgym.layouts.sampler.rates import GROUPS, Figure
 from labgym.layouts.splits import manifest
@@ -122,7 +123,7 @@ def _proposal(rates: Rates, protocol: str, seed: int, room: str) -> Proposal:
     request = resolve_request(protocol, seed, room, "default", None, ())
     layout = SamplerProposer(rates).propose(request)
     absent = missing_assets(Arrangement.of(layout), request.protocol, frozenset())
-    return Proposal(score(layout, contacts=False), not absent)
+    return Proposal(score(layout, contacts=False, metrics=VERSION), not absent)
 
 
 def value(name: str, some: Iterable[Proposal]) -> float:

@@ -24,7 +24,7 @@ from labgym.layouts.generate import FURNISHER, GENERATOR, MAX_SEED, generate_ass
 from labgym.layouts.method import DEFAULT, Method
 from labgym.layouts.model import Layout
 from labgym.layouts.request import Request
-from labgym.layouts.rules.thresholds import VERSION, Profile
+from labgym.layouts.rules.thresholds import Profile
 from labgym.layouts.sites import at_seed
 from labgym.llm import LanguageModelConfig
 from labgym.protocols import Protocol
@@ -278,10 +278,10 @@ def _identity(requests: list[Request], count: int, shard: int, method: Method) -
         seed=first.seed,
         room=_place(first),
         profile=first.profile.name,
+        metrics=first.profile.metrics,
         catalog=first.catalog.digest,
         generator=GENERATOR,
         shard=shard,
-        **({"metrics": first.profile.metrics} if first.profile.metrics != VERSION else {}),
         **({"clutter": first.clutter} if first.clutter else {}),
         **({"method": method.options} if method.options else {}),
         **({"model": LanguageModelConfig.from_environment().model} if method.asks_model else {}),

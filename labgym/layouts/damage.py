@@ -15,7 +15,7 @@ from labgym.layouts.placement import FLOOR, WALL, Placement
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.presence import resolved
 from labgym.layouts.rules.storage import STORAGE_CLASSES
-from labgym.layouts.rules.thresholds import MOVABLE
+from labgym.layouts.rules.thresholds import MOVABLE, VERSION
 from labgym.navigation import goal_poses
 
 MAX_PIECES = 5
@@ -96,7 +96,7 @@ def damaged(layout: Layout, kind: str, pieces: int, generator: Generator) -> Dam
 
 
 def _faults(layout: Layout, kind: Kind) -> int:
-    return kind.figure(evaluate_layout(layout, layout.protocol, navigation=kind.navigation))
+    return kind.figure(evaluate_layout(layout, layout.protocol, navigation=kind.navigation, metrics=VERSION))
 
 
 def _furniture(layout: Layout) -> list[str]:

@@ -34,7 +34,7 @@ from labgym.layouts.proposers import SOLVER
 from labgym.layouts.provenance import Provenance
 from labgym.layouts.request import Request
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
-from labgym.layouts.rules.thresholds import VERSION, Profile
+from labgym.layouts.rules.thresholds import Profile
 from labgym.layouts.rules.thresholds import profile as resolve_profile
 from labgym.layouts.sites import resolve_site
 from labgym.layouts.trace import Recorder
@@ -178,7 +178,7 @@ def generate_assessed(
     if problems and method.on_failure == "raise":
         raise _unrepaired(assessment, request, problems)
     options: dict[str, Any] = {"room": request.floor.name, "profile": request.profile.name}
-    options |= {"metrics": request.profile.metrics} if request.profile.metrics != VERSION else {}
+    options["metrics"] = request.profile.metrics
     options |= {"family": request.family} if request.family else {}
     options |= layout.provenance.options
     options |= method.options

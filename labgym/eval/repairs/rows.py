@@ -8,6 +8,7 @@ from labgym.documents import Record
 from labgym.eval.repairs.cases import Case, patient
 from labgym.eval.repairs.verdict import verdict
 from labgym.layouts.repairs import repair_layout
+from labgym.layouts.rules.thresholds import Profile
 
 DIGITS = 2
 """Decimals of processor times."""
@@ -50,7 +51,7 @@ class RepairRow(Record):
         return self.moved / self.objects
 
 
-def repair_row(case: Case, seed: int, profile: str = "default") -> tuple[RepairRow, float]:
+def repair_row(case: Case, seed: int, profile: str | Profile = "default") -> tuple[RepairRow, float]:
     """Return the row of a case, and the processor time of the repair in seconds: damage, repair and judge a laboratory.
 
     Raises:

@@ -19,7 +19,8 @@ from labgym.eval.scoring.score import score
 from labgym.layouts.generate import generate_assessed, resolve_request
 from labgym.layouts.method import Method
 from labgym.layouts.model import Layout
-from labgym.layouts.rules.thresholds import VERSION_2
+from labgym.layouts.rules import thresholds
+from labgym.layouts.rules.thresholds import VERSION, VERSION_2
 from labgym.llm import LanguageModel
 from labgym.llm.errors import LanguageModelError
 from labgym.llm.rounds import UNUSABLE
@@ -130,7 +131,7 @@ def measure(
         return rows_output(
             name, [LayoutRow(variant=variant.key, protocol=protocol.id, seed=seed, failure=str(error)[:500])]
         )
-    report = score(layout, protocol, profile)
+    report = score(layout, protocol, profile, metrics=VERSION)
     if judge is not None:
         report = judged(report, layout, protocol, judge)
     second = score(layout, protocol, profile, contacts=False, metrics=VERSION_2)
@@ -175,7 +176,7 @@ def layout_of(variant: Variant, protocol: Protocol, seed: int, profile: str) -> 
     Raises:
         InfeasibleError: the room cannot hold what the variant must place.
     """
-    request = resolve_request(protocol, seed, ROOM, profile, None, ())
+    request = resolve_request(protocol, seed, ROOM, thresholds.profile(profile, VERSION), None, ())
     layout, _ = generate_assessed(blindfolded(request, variant.hidden), variant.method)
     if variant.hidden == "nothing":
         return layout

@@ -136,7 +136,8 @@ class RepairStudy(Study[RepairRow]):
 
 def repair_cases(name: str, group: Sequence[Case], seed: int, profile: str) -> ShardOutput:
     """Return the rows of some cases; their processor times, which differ from run to run, are in a separate file."""
-    results = [repair_row(case, seed, profile) for case in group]
+    limits = resolve_profile(profile, VERSION)
+    results = [repair_row(case, seed, limits) for case in group]
     seconds = json.dumps([time for _, time in results]).encode()
     return rows_output(name, (row for row, _ in results), {f"{SHARDS}/{name}-seconds.json": seconds})
 

@@ -15,7 +15,6 @@ from labgym.eval.scoring.score import score
 from labgym.layouts.batch import catalog_digest
 from labgym.layouts.model import Layout
 from labgym.layouts.rules import thresholds
-from labgym.layouts.rules.thresholds import VERSION
 from labgym.llm import LanguageModel, LanguageModelConfig
 from labgym.navigation import resolve_protocol
 from labgym.protocols import Protocol
@@ -37,7 +36,7 @@ def score_layouts(
     executor: ExecutorOptions | None = None,
     fresh: bool = False,
     progress: bool = True,
-    metrics: str = VERSION,
+    metrics: str | None = None,
     judge: JudgeOptions | None = None,
 ) -> Iterator[LayoutReport]:
     """Yield the scores of layouts in their order.
@@ -51,7 +50,7 @@ def score_layouts(
         executor: where layouts are scored; the scores do not depend on it.
         fresh: move the files of the folder aside and start anew.
         progress: whether to show a progress bar.
-        metrics: version of the definitions.
+        metrics: version of the definitions; by default the profile's.
         judge: how the model that the environment of each worker configures judges the layouts; None for no judge.
 
     Raises:
@@ -99,7 +98,7 @@ def read_scores(folder: str | Path) -> Iterator[LayoutReport]:
 
 
 def score_shard(
-    name: str, jobs: tuple[Job, ...], profile: str, metrics: str = VERSION, judge: JudgeOptions | None = None
+    name: str, jobs: tuple[Job, ...], profile: str, metrics: str | None = None, judge: JudgeOptions | None = None
 ) -> ShardOutput:
     """Return the file of a shard: a report per line."""
     reports = (report.to_json() for report in _reports(jobs, profile, metrics, judge))
@@ -107,7 +106,9 @@ def score_shard(
     return ShardOutput({_part(name): "".join(f"{line}\n" for line in lines).encode()})
 
 
-def _reports(jobs: tuple[Job, ...], profile: str, metrics: str, judge: JudgeOptions | None) -> Iterator[LayoutReport]:
+def _reports(
+    jobs: tuple[Job, ...], profile: str, metrics: str | None, judge: JudgeOptions | None
+) -> Iterator[LayoutReport]:
     limits = thresholds.profile(profile, metrics)
     if judge is None:
         yield from (score(layout, protocol, limits) for layout, protocol in jobs)
@@ -119,7 +120,7 @@ def _reports(jobs: tuple[Job, ...], profile: str, metrics: str, judge: JudgeOpti
             yield Judge(model, judge).completed(score(layout, protocol, limits), layout, protocol)
 
 
-def _shards(jobs: Iterator[Job], profile: str, metrics: str, judge: JudgeOptions | None) -> Iterator[Shard]:
+def _shards(jobs: Iterator[Job], profile: str, metrics: str | None, judge: JudgeOptions | None) -> Iterator[Shard]:
     index = 0
     while batch := tuple(islice(jobs, PER_SHARD)):
         inputs = [[layout.id, layout.hash] for layout, _ in batch]
@@ -132,7 +133,7 @@ def _identity(
     layouts: Iterable[Layout],
     protocol: Protocol | str | Path | None,
     profile: str,
-    metrics: str,
+    metrics: str | None,
     judge: JudgeOptions | None,
     model: str | None,
 ) -> tuple[RunIdentity, int]:
@@ -148,8 +149,8 @@ def _identity(
         count=len(names),
         protocol=target,
         profile=profile,
+        metrics=thresholds.profile(profile, metrics).metrics,
         catalog=catalog_digest(),
-        **({} if metrics == VERSION else {"metrics": metrics}),  # folders of version 1 keep their identity
         **({} if judge is None else {"judge": [model, judge.label, judge.samples]}),
     )
     return identity, len(names)

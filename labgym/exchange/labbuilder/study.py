@@ -34,6 +34,7 @@ from labgym.exchange.labbuilder.writing import SCENE_FILE, pairs_data, scene_dat
 from labgym.layouts import Layout
 from labgym.layouts.repairs import repair_layout
 from labgym.layouts.rules.objective import evaluate_layout
+from labgym.layouts.rules.thresholds import VERSION, profile
 from labgym.policies.kernels import kernel_mode
 from labgym.policies.process import PolicySource, close_shared_process, shared_process
 from labgym.protocols import Protocol
@@ -145,7 +146,7 @@ def _measured(path: Path) -> tuple[SceneRow, dict[str, bytes]]:
     places = visited(bare, read_goals(path.with_name(PAIRS_FILE), path.stem)) or usual_places(bare)
     protocol = route_protocol(bare, places)
     before = bare if protocol is None else bare.replace(protocols=(protocol,))
-    after = repair_layout(before, protocol).layout
+    after = repair_layout(before, protocol, profile("default", VERSION)).layout
     drives = _driven(after) if protocol is not None and protocol.moves else []
     written = {SCENE_FILE: scene_data(after), SIZES_FILE: sizes_data(after), PAIRS_FILE: pairs_data(after)}
     poses = {placement.id: (placement.position, placement.yaw) for placement in before.placements}
@@ -155,8 +156,8 @@ def _measured(path: Path) -> tuple[SceneRow, dict[str, bytes]]:
         objects=len(bare.placements),
         notes=tuple(note for note in imported.notes if not note.startswith("no protocol")),
         route=places,
-        before=report_metrics(score(before, protocol)),
-        after=report_metrics(score(after, protocol)),
+        before=report_metrics(score(before, protocol, metrics=VERSION)),
+        after=report_metrics(score(after, protocol, metrics=VERSION)),
         transitions=_transitions(before, protocol)[0],
         feasible_before=_transitions(before, protocol)[1],
         feasible_after=_transitions(after, protocol)[1],
@@ -180,7 +181,7 @@ def _driven(layout: Layout) -> list[EpisodeRow]:
 
 def _transitions(layout: Layout, protocol: Protocol | None) -> tuple[int, int]:
     """Return the number of transitions, and of those with a path."""
-    moves = evaluate_layout(layout, protocol, navigation=True).transitions or ()
+    moves = evaluate_layout(layout, protocol, navigation=True, metrics=VERSION).transitions or ()
     return len(moves), sum(move.feasible for move in moves)
 
 

@@ -59,7 +59,7 @@ def lab(*changed: Placement, without: tuple[str, ...] = (), room: Room | None = 
 
 
 def report(layout: Layout, profile: str = "default") -> LayoutReport:
-    return score(layout, PROTOCOL, profile, contacts=False)
+    return score(layout, PROTOCOL, profile, contacts=False, metrics="touchstone-v1")
 
 
 def test_the_clean_laboratory_is_perfect() -> None:
@@ -124,14 +124,14 @@ def test_a_planted_fault_shows_in_its_own_metric_only(fault: str) -> None:
 
 @pytest.mark.parametrize("fault", [None, *FAULTS])
 def test_mujoco_counts_the_same_collisions(fault: str | None) -> None:
-    found = score(lab(*([FAULTS[fault][0]] if fault else [])), PROTOCOL)
+    found = score(lab(*([FAULTS[fault][0]] if fault else [])), PROTOCOL, metrics="touchstone-v1")
     assert found.cn_mj == found.cn
 
 
 def test_mujocos_count_leaves_doors_windows_and_the_robot_out_as_well() -> None:
     inside = put("robot", "MobileManipulator", 7.0, 3.0)
     window = put("window", "LabWindow", 4.0, 7.95, 0.9, math.pi, on="wall")
-    assert score(lab(inside, window), PROTOCOL).cn_mj == 0
+    assert score(lab(inside, window), PROTOCOL, metrics="touchstone-v1").cn_mj == 0
 
 
 def test_a_missing_asset_shows_in_the_asset_bit_and_gates_the_chemistry() -> None:
@@ -167,7 +167,11 @@ def test_the_profile_is_named_and_changes_the_thresholds() -> None:
 
 
 def test_nulls_where_a_metric_does_not_apply() -> None:
-    empty = score(Layout(id="empty", floor=Room(width=5.0, depth=5.0).floor, placements=()), contacts=False)
+    empty = score(
+        Layout(id="empty", floor=Room(width=5.0, depth=5.0).floor, placements=()),
+        contacts=False,
+        metrics="touchstone-v1",
+    )
     unknown = (
         "asset", "step_nav", "prot_nav", "flam", "store", "incomp", "glass", "s_chem", "total", "cn_mj",
         "total_with_proxy", "real", "lay", "comp", "s_consist", "store_class", "incomp_contained",
@@ -203,7 +207,10 @@ def test_physical_points_are_shares_of_the_objects_concerned() -> None:
 def test_the_protocol_may_be_given_by_id_or_named_by_the_layout() -> None:
     name = next(iter(protocols()))
     layout = Layout(id="empty", protocols=(get(name),), floor=Room(width=5.0, depth=5.0).floor, placements=())
-    named, given = score(layout, contacts=False), score(layout.replace(protocols=()), name, contacts=False)
+    named, given = (
+        score(layout, contacts=False, metrics="touchstone-v1"),
+        score(layout.replace(protocols=()), name, contacts=False, metrics="touchstone-v1"),
+    )
     assert named.protocol == given.protocol == name
     assert named.asset == given.asset == 0
     assert len(named.missing) == len(protocols()[name].required_assets())
