@@ -10,7 +10,7 @@ from typing import Any
 
 from stable_baselines3.common.utils import LinearSchedule
 
-from labgym.envs.config import read_mapping
+from labgym.envs.mapping_files import read_mapping
 from labgym.errors import DocumentError, OptionError, UnknownNameError
 from labgym.policies.adapters.actor_file import ACTIVATIONS
 from labgym.training.limits import ARGUMENTS, LINEAR, NORMALIZATION, Limit
