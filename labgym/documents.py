@@ -13,7 +13,7 @@ from typing import Any, ClassVar, Self
 from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, ValidationError
 from pydantic_core import CoreSchema
 
-from labgym.errors import DocumentError, OptionError
+from labgym.errors import DocumentError, MissingDependencyError, OptionError
 from labgym.temporary import temporary_file
 
 MAX_BYTES = 32 * 1024 * 1024
@@ -166,6 +166,39 @@ def read_json(path: str | Path, max_bytes: int = MAX_BYTES, max_elements: int = 
     """
     raw = read_bytes(path, max_bytes)
     return parse_json(raw, path, max_elements)
+
+
+def read_yaml(path: str | Path, max_bytes: int, needed_for: str) -> Any:
+    """Read a YAML file of plain data within the bounds of `read_json`.
+
+    Aliases are refused: a few of them stand for billions of values.
+
+    Args:
+        path: the file. max_bytes: its largest size. needed_for: what PyYAML is needed for, in the error.
+
+    Raises:
+        DocumentError: as `read_json`, or the file has an alias.
+        MissingDependencyError: PyYAML is not installed.
+    """
+    try:
+        import yaml
+    except ImportError:
+        raise MissingDependencyError("pyyaml", needed_for, "cad") from None
+    raw = read_bytes(path, max_bytes)
+    try:
+        text = raw.decode("utf-8")
+        if any(isinstance(token, yaml.AliasToken) for token in yaml.scan(text, yaml.SafeLoader)):
+            raise DocumentError(path, "", "has an alias (*name), which is not read: write the value out")
+        data = yaml.safe_load(text)
+    except UnicodeDecodeError:
+        raise DocumentError(path, "", "not UTF-8 text") from None
+    except DocumentError:
+        raise
+    except (yaml.YAMLError, ValueError, RecursionError, TypeError, AttributeError, LookupError, OverflowError) as error:
+        reason = " ".join(str(error).split())[:120] or type(error).__name__
+        raise DocumentError(path, "", f"not valid YAML ({reason})") from None
+    _check_bounds(data, path)
+    return data
 
 
 def parse_json(raw: bytes, source: object, max_elements: int = MAX_ELEMENTS) -> Any:

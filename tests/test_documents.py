@@ -8,7 +8,7 @@ import tracemalloc
 import pytest
 from pydantic import Field
 
-from labgym.documents import MAX_ELEMENTS, Document, append_text, parse_json, read_json, write_bytes
+from labgym.documents import MAX_ELEMENTS, Document, append_text, parse_json, read_json, read_yaml, write_bytes
 from labgym.errors import DocumentError
 
 
@@ -123,3 +123,40 @@ def test_a_byte_order_mark_is_not_part_of_the_document(tmp_path):
     (tmp_path / "windows.json").write_bytes('{"a": 1}'.encode("utf-16"))
     with pytest.raises(DocumentError, match="save it as JSON in UTF-8"):
         read_json(tmp_path / "windows.json")
+
+
+def laughs(depth: int) -> str:
+    """A billion laughs: 10 ** depth values by aliases, or by none of them if they are refused."""
+    lines = ["a0: &a0 [x]"] + [f"a{k}: &a{k} [{', '.join([f'*a{k - 1}'] * 10)}]" for k in range(1, depth)]
+    return "\n".join(lines)
+
+
+BAD_YAML = {
+    "billion laughs": laughs(30),
+    "a merge": "a: &a {x: 1}\nb: {<<: *a}",
+    "a Python object": "a: !!python/object/apply:os.system [id]",
+    "deep": "[" * 5000 + "]" * 5000,
+    "deeper than documents": "[" * 40 + "]" * 40,
+    "infinite": "a: .inf",
+    "a huge integer": "a: " + "9" * 10_000,
+    "a tab": "a:\n\t- b",
+    "a date that is none": "a: 2026-99-99",
+}
+
+
+@pytest.mark.parametrize("name", BAD_YAML)
+def test_yaml_that_is_no_plain_data_is_refused_in_one_line(tmp_path, name):
+    pytest.importorskip("yaml")
+    path = tmp_path / "a.yaml"
+    path.write_text(BAD_YAML[name])
+    with pytest.raises(DocumentError, match=r"a\.yaml") as caught:
+        read_yaml(path, 2**20, "a test")
+    assert len(str(caught.value).splitlines()) == 1
+    assert len(str(caught.value)) < 400
+
+
+def test_yaml_is_read_as_pyyaml_reads_it(tmp_path):
+    yaml = pytest.importorskip("yaml")
+    text = "image: map.png\nresolution: 0.05\norigin: [-1.0, 2, 0.0]\nnegate: 0 # no\nmode: trinary\n"
+    (tmp_path / "a.yaml").write_text(text)
+    assert read_yaml(tmp_path / "a.yaml", 2**20, "a test") == yaml.safe_load(text)

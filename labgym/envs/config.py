@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
@@ -12,6 +11,7 @@ from typing import Any
 from labgym.counts import whole_number
 from labgym.envs.assembly import STATIC, Moving, is_standard
 from labgym.envs.effects import check_effects
+from labgym.envs.mapping_files import read_mapping
 from labgym.envs.parts.endings import TouchEnding
 from labgym.envs.parts.kinds import part_of, parts_of, positive, record_of
 from labgym.envs.parts.measures import STANDARD, NamedMeasure
@@ -44,13 +44,7 @@ from labgym.envs.stage import Senses
 from labgym.envs.state import Pose, State, Verdict
 from labgym.envs.tasks import TaskSource
 from labgym.envs.training import LayoutSource
-from labgym.errors import (
-    DocumentError,
-    MissingDependencyError,
-    OptionError,
-    UnknownArgumentError,
-    UnknownNameError,
-)
+from labgym.errors import OptionError, UnknownArgumentError, UnknownNameError
 from labgym.layouts import Layout
 from labgym.navigation import METHODS, Method
 from labgym.protocols import Protocol
@@ -194,7 +188,7 @@ class PointNavConfig:
         Raises:
             UnknownArgumentError: no field has that name.
             OptionError: a value is out of range or of the wrong type, or an argument has no effect.
-            DocumentError: the file is not a mapping.
+            DocumentError: the file is not a mapping, or names code ("module:Class"), which only a mapping may.
             MissingDependencyError: PyYAML is not installed.
         """
         if isinstance(config, str | Path):
@@ -331,37 +325,6 @@ def _check_observation(config: PointNavConfig | Mapping[str, Any] | None, option
             f"observation={options['observation']!r} has no effect, because this configuration lists its sensors: "
             "pass sensors instead, such as sensors=['goal', 'velocity', 'depth']"
         )
-
-
-def read_mapping(path: str | Path) -> Mapping[str, Any]:
-    """Return the mapping in a .json or .yaml file.
-
-    Raises:
-        DocumentError: the file cannot be read, or holds something else.
-        MissingDependencyError: PyYAML is not installed.
-    """
-    path = Path(path)
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise DocumentError(path, "", f"cannot be read ({error})") from None
-    if path.suffix in (".yaml", ".yml"):
-        try:
-            import yaml
-        except ImportError:
-            raise MissingDependencyError("pyyaml", f"reading {path.name}", "cad") from None
-        try:
-            data = yaml.safe_load(text)
-        except yaml.YAMLError as error:
-            raise DocumentError(path, "", f"is not YAML ({error})") from None
-    else:
-        try:
-            data = json.loads(text)
-        except ValueError as error:
-            raise DocumentError(path, "", f"is not JSON ({error})") from None
-    if not isinstance(data, Mapping):
-        raise DocumentError(path, "", f"holds a {type(data).__name__}, expected a mapping of arguments")
-    return data
 
 
 def _named(measures: Any) -> Any:

@@ -114,7 +114,8 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
     The parts of the environment can be replaced. A part is an object with the members of an interface of
     `labgym.envs.parts.protocols`, the name of a kind such as "lidar", or a mapping with "kind" and the arguments of its
     class, such as `{"kind": "lidar", "rays": 90, "noise": [{"kind": "gaussian", "sigma": 0.03}]}`; the kind
-    "module:Class" is a class of the user's own. The environment works on copies of its parts.
+    "module:Class" is a class of the user's own, which a configuration file may not name. The environment works on
+    copies of its parts.
 
     Kinds of sensors: "goal", "velocity", "lidar", "depth", "rgb", "odometry" (dead reckoning with drift),
     "announced_goal" and "odometry_velocity" (goal and velocity with the errors of that odometry), "bumper", "joint"

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.documents import read_bytes
-from labgym.errors import DocumentError, MissingDependencyError
+from labgym.documents import read_yaml
+from labgym.errors import DocumentError
 
 MAX_YAML = 64 * 1024
 MAX_IMAGE = 32 * 1024 * 1024
@@ -77,17 +77,7 @@ def open_ros_map(path: str | Path) -> RosMap:
 
 
 def _fields(path: Path) -> Mapping[str, Any]:
-    try:
-        import yaml
-    except ImportError:
-        raise MissingDependencyError("pyyaml", "a map of ROS", "cad") from None
-    raw = read_bytes(path, MAX_YAML)
-    try:
-        data = yaml.safe_load(raw.decode("utf-8"))
-    except UnicodeDecodeError:
-        raise DocumentError(path, "", "not UTF-8 text") from None
-    except (yaml.YAMLError, ValueError, RecursionError, TypeError, AttributeError, LookupError, OverflowError) as error:
-        raise DocumentError(path, "", f"not valid YAML ({type(error).__name__})") from None
+    data = read_yaml(path, MAX_YAML, "a map of ROS")
     if not isinstance(data, dict):
         raise DocumentError(path, "", f"expected fields such as image and resolution, got {type(data).__name__}")
     return data

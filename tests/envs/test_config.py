@@ -205,3 +205,23 @@ def test_an_observation_is_refused_where_sensors_of_the_configuration_would_over
             PointNavConfig.of(config, {"observation": "depth", "sensors": ["depth"]})
         assert PointNavConfig.of(config, {"sensors": ["depth"]}).observed[0].name == "depth"
         assert PointNavConfig.of(config, {"observation": "lidar"}).observed[-1].name != "depth"
+
+
+CODE = {
+    "a class of the standard library": {"sensors": [{"kind": "subprocess:Popen", "args": ["touch", "SPRUNG"]}]},
+    "a class in a list": {"sensors": ["goal", "os:makedirs"]},
+    "a reward's function": {"rewards": [{"kind": "function", "name": "a", "function": "os:system"}]},
+    "a robot": {"robot": {"kind": "pathlib:Path.touch", "self": "SPRUNG"}},
+    "a measure": {"measures": ["antigravity:fly"]},
+}
+
+
+@pytest.mark.parametrize("suffix", ["json", "yaml"])
+@pytest.mark.parametrize("name", CODE)
+def test_a_file_may_not_name_code(tmp_path: Path, layout: Layout, name: str, suffix: str) -> None:
+    sprung, path = tmp_path / "sprung", tmp_path / f"c.{suffix}"
+    path.write_text(json.dumps(CODE[name]).replace("SPRUNG", str(sprung)))
+    with pytest.raises(DocumentError, match="names the code") as caught:
+        LabPointNavEnv(config=path, layout=layout)
+    assert "\n" not in str(caught.value)
+    assert not sprung.exists()

@@ -180,7 +180,8 @@ def test_a_map_as_a_robot_records_it_is_read(tmp_path):
         ({"origin": "[0, 0]"}, "origin"),
         ({"mode": "raw"}, "mode"),
         ({"free_thresh": "0.9"}, "free_thresh"),
-        ({"image": "*a"}, "not valid YAML"),
+        ({"image": "*a"}, "has an alias"),
+        ({"image": "[a"}, "not valid YAML"),
     ],
 )
 def test_a_damaged_description_is_one_line(tmp_path, change, words):

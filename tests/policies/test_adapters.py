@@ -24,7 +24,7 @@ onnx = pytest.importorskip("onnx")
 pytest.importorskip("onnxruntime")
 stable_baselines3 = pytest.importorskip("stable_baselines3")
 
-pytestmark = pytest.mark.filterwarnings("ignore:.*torch.jit.*:DeprecationWarning", "ignore:.*unpickles parts")
+pytestmark = pytest.mark.filterwarnings("ignore:.*torch.jit.*:DeprecationWarning", "ignore:.*because trust is set")
 
 LAYOUT = load_published("test", published("test")[0])
 
@@ -106,14 +106,14 @@ def test_an_adapter_declares_no_latency_and_leaves_stopping_to_the_evaluator(pla
 
 
 def test_torchscript_gets_the_observations_that_its_arguments_name(tmp_path):
-    policy = make_policy(str(script(Steer(), tmp_path / "steer.pt")))
+    policy = make_policy(str(script(Steer(), tmp_path / "steer.pt")), trust=True)
     assert policy.observation == "lidar"
     policy.reset(start())
     assert policy.act(observation()) == pytest.approx(expected(), abs=1e-6)
 
 
 def test_torchscript_receives_images_channels_first_with_colors_in_0_to_1(tmp_path):
-    policy = make_policy(str(script(Look(), tmp_path / "look.torchscript")))
+    policy = make_policy(str(script(Look(), tmp_path / "look.torchscript")), trust=True)
     assert policy.observation == "rgbd"
     inputs = observation()
     left = inputs["depth"].reshape(72, 128)[:, :64].mean() / 10.0
@@ -160,17 +160,18 @@ class Wild(torch.nn.Module):
 
 def test_a_network_that_needs_lidar_and_camera_is_refused(tmp_path):
     with pytest.raises(OptionError, match="lidar and camera"):
-        make_policy(str(script(Greedy(), tmp_path / "greedy.pt")))
+        make_policy(str(script(Greedy(), tmp_path / "greedy.pt")), trust=True)
 
 
 @pytest.mark.parametrize("module", [Wordy, Lost])
 def test_an_output_that_is_not_an_action_is_reported(tmp_path, module):
     with pytest.raises(LabgymError, match="two finite numbers"):
-        make_policy(str(script(module(), tmp_path / "m.pt"))).act(observation())
+        make_policy(str(script(module(), tmp_path / "m.pt")), trust=True).act(observation())
 
 
 def test_an_action_beyond_the_limits_is_clipped(tmp_path):
-    assert make_policy(str(script(Wild(), tmp_path / "m.pt"))).act(observation()) == pytest.approx([1.0, 1.0])
+    policy = make_policy(str(script(Wild(), tmp_path / "m.pt")), trust=True)
+    assert policy.act(observation()) == pytest.approx([1.0, 1.0])
 
 
 class Trap:
@@ -204,6 +205,99 @@ def test_nothing_is_unpickled_silently(tmp_path, name):
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize("name", ["plain.pt", "checkpoint.pt", "legacy.pt"])
+def test_a_pickled_checkpoint_is_refused_even_if_it_is_trusted(tmp_path, name):
+    sprung, folder = tmp_path / "sprung", tmp_path / "files"
+    folder.mkdir()
+    with pytest.raises(LabgymError) as caught:
+        make_policy(str(traps(folder, sprung)[name]), trust=True)
+    assert not sprung.exists()
+    assert "\n" not in str(caught.value)
+
+
+class WritesWhenLoaded(torch.nn.Module):
+    """Creates a file by `torch.from_file` when the archive is loaded."""
+
+    def __init__(self, sprung: str) -> None:
+        super().__init__()
+        self.sprung = sprung
+
+    @torch.jit.export
+    def __getstate__(self):
+        return (self.sprung, self.training)
+
+    @torch.jit.export
+    def __setstate__(self, state: tuple[str, bool]):
+        self.sprung = state[0]
+        self.training = state[1]
+        self.training = bool(torch.from_file(self.sprung, True, 8).sum() > 1e30)
+
+    def forward(self, goal: torch.Tensor) -> torch.Tensor:
+        return goal[:, :2]
+
+
+class WritesWhenDriving(torch.nn.Module):
+    def __init__(self, sprung: str) -> None:
+        super().__init__()
+        self.sprung = sprung
+
+    def forward(self, goal: torch.Tensor) -> torch.Tensor:
+        return goal[:, :2] + torch.from_file(self.sprung, True, 8).sum()
+
+
+class SavesWhenDriving(torch.nn.Module):
+    def __init__(self, sprung: str) -> None:
+        super().__init__()
+        self.sprung = sprung
+
+    def forward(self, goal: torch.Tensor) -> torch.Tensor:
+        torch.save(goal, self.sprung)
+        return goal[:, :2]
+
+
+@pytest.mark.parametrize("kind", [WritesWhenLoaded, WritesWhenDriving, SavesWhenDriving])
+@pytest.mark.parametrize("suffix", [".pt", ".torchscript"])
+def test_a_torchscript_program_creates_no_file_at_load_or_act(tmp_path, kind, suffix):
+    """Oracle: torch itself creates the file from the same archive, when it loads or calls the module."""
+    sprung, path = tmp_path / "sprung", tmp_path / f"m{suffix}"
+    script(kind(str(sprung)), path)
+    sprung.unlink(missing_ok=True)
+    for options in ({}, {"trust": False}, {"trust": True}):
+        with pytest.raises(LabgymError, match="opens files" if options.get("trust") else "trust=true") as caught:
+            make_policy(str(path), **options).act(observation())
+        assert "\n" not in str(caught.value)
+        assert not sprung.exists()
+    torch.jit.load(str(path))(torch.zeros(1, 3))
+    assert sprung.exists()
+
+
+def test_both_kinds_of_files_that_act_are_refused_by_one_rule(tmp_path, trained):
+    lines = []
+    for path in (script(Steer(), tmp_path / "steer.pt"), trained):
+        with pytest.raises(LabgymError, match=r"trust=true.*ONNX or safetensors") as caught:
+            make_policy(str(path))
+        lines.append(str(caught.value).partition("; ")[2])
+    assert lines[0] == lines[1]
+
+
+def bomb(path: Path, inner: int = 0) -> Path:
+    """An archive of a megabyte that unpacks to a gigabyte, `inner` archives deep."""
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive, archive.open("code/x.py", "w") as member:
+        for _ in range(1024):
+            member.write(bytes(2**20))
+    for _ in range(inner):
+        content = path.read_bytes()
+        with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+            archive.writestr("policy.pth", content)
+    return path
+
+
+@pytest.mark.parametrize(("name", "inner"), [("a.pt", 0), ("a.zip", 0), ("a.zip", 1)])
+def test_an_archive_that_unpacks_to_too_much_is_refused_before_it_is_unpacked(tmp_path, name, inner):
+    with pytest.raises(LabgymError, match="unpacks to 1073741824 bytes"):
+        make_policy(str(bomb(tmp_path / name, inner)), trust=True)
+
+
 @pytest.mark.parametrize("name", ["no.pt", "no.onnx", "no.zip", "folder.zip"])
 def test_a_missing_file_is_named(tmp_path, name):
     (tmp_path / "folder.zip").mkdir()
@@ -215,7 +309,7 @@ def test_a_missing_file_is_named(tmp_path, name):
 def test_a_file_with_other_content_is_a_one_line_error(tmp_path, name):
     (tmp_path / name).write_bytes(b"nothing of the kind")
     with pytest.raises(LabgymError, match=name) as caught:
-        make_policy(str(tmp_path / name), **({"trust": True} if name.endswith("zip") else {}))
+        make_policy(str(tmp_path / name), **({} if name.endswith("onnx") else {"trust": True}))
     assert "\n" not in str(caught.value)
 
 
@@ -232,7 +326,7 @@ def trained(tmp_path_factory) -> Path:
 def test_a_foreign_model_is_refused_with_the_reason_until_it_is_trusted(trained):
     with pytest.raises(LabgymError, match=r"unpickles.*trust=true"):
         make_policy(str(trained))
-    with pytest.warns(UserWarning, match="unpickles parts of this foreign file"):
+    with pytest.warns(UserWarning, match="because trust is set"):
         make_policy(str(trained), trust=True)
 
 

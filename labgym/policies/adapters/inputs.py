@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -9,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from labgym.artefacts import artefacts
 from labgym.envs.sensors import IMAGE_SHAPE
 from labgym.errors import LabgymError, OptionError, UnknownNameError
 from labgym.policies.policy import Observation, Sensors
@@ -79,6 +81,26 @@ def checked_file(path: str | Path) -> Path:
     if not path.is_file():
         raise LabgymError(f"policy {str(path)!r}: no such file")
     return path
+
+
+def check_trust(path: Path, trust: bool, kind: str, danger: str) -> None:
+    """Refuse a file that can act, unless it is labgym's own or the user trusts its author; then warn.
+
+    Args:
+        path: the file. trust: the user's option. kind: of the file. danger: why it can act.
+
+    Raises:
+        LabgymError: the file is foreign and not trusted.
+    """
+    if path.resolve().is_relative_to(artefacts("policies").resolve()):
+        return
+    acts = f"a {kind} can run any code of its author with your rights, because {danger}"
+    if not trust:
+        raise LabgymError(
+            f"policy {str(path)!r}: {acts}; if you trust its author, pass the option trust=true; otherwise export the "
+            "network to ONNX or safetensors, which hold data"
+        )
+    warnings.warn(f"{path}: {acts}; it is loaded, because trust is set", stacklevel=3)
 
 
 def checked_action(output: object, source: str) -> NDArray[np.float64]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, ClassVar
@@ -11,10 +10,10 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from labgym.artefacts import artefacts
 from labgym.envs.sensors import IMAGE_SHAPE, LIDAR_RAYS
 from labgym.errors import LabgymError, MissingDependencyError, OptionError, UnknownNameError
-from labgym.policies.adapters.inputs import checked_action, checked_file, sensors_for
+from labgym.policies.adapters.archive import check_archive
+from labgym.policies.adapters.inputs import check_trust, checked_action, checked_file, sensors_for
 from labgym.policies.policy import EpisodeStart, Observation, Policy, Sensors
 
 ALGORITHMS = ("A2C", "DDPG", "PPO", "SAC", "TD3")
@@ -62,7 +61,8 @@ class StableBaselines3Policy(Policy):
         if algorithm not in ALGORITHMS:
             raise UnknownNameError("stable-baselines3 algorithm", algorithm, ALGORITHMS)
         self._path = checked_file(path)
-        _check_trust(self._path, trust)
+        check_trust(self._path, trust, "stable-baselines3 archive", "stable-baselines3 unpickles parts of it")
+        check_archive(self._path)
         self._algorithm, self._model = algorithm, _load(self._path, algorithm)
         if not isinstance(self._model.action_space, spaces.Box) or self._model.action_space.shape != (2,):
             raise OptionError(f"{path}: its action space is {self._model.action_space}, expected a Box of shape (2,)")
@@ -98,17 +98,6 @@ class StableBaselines3Policy(Policy):
     def files(self) -> tuple[Path, ...]:
         """Return the model's file."""
         return (self._path,)
-
-
-def _check_trust(path: Path, trust: bool) -> None:
-    if path.resolve().is_relative_to(artefacts("policies").resolve()):
-        return
-    if not trust:
-        raise LabgymError(
-            f"policy {str(path)!r}: stable-baselines3 unpickles parts of this file, which can run any code; if you "
-            "trust its author, pass the option trust=true; otherwise export the network to ONNX"
-        )
-    warnings.warn(f"{path}: stable-baselines3 unpickles parts of this foreign file, because trust is set", stacklevel=3)
 
 
 def _load(path: Path, algorithm: str) -> Any:

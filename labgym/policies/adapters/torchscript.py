@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, ClassVar
@@ -10,8 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.errors import LabgymError, MissingDependencyError
-from labgym.policies.adapters.inputs import Inputs, checked_action, checked_file
+from labgym.policies.adapters.archive import check_archive
+from labgym.policies.adapters.inputs import Inputs, check_trust, checked_action, checked_file
 from labgym.policies.policy import EpisodeStart, Observation, Policy
+
+ON_FILES = re.compile(rb"\b(?:from_file|load_tensor)\b|\.\s*save\s*\(")
+"""Operators of TorchScript that open a file, in the source of a program."""
 
 
 class TorchScriptPolicy(Policy):
@@ -21,24 +27,31 @@ class TorchScriptPolicy(Policy):
     returns the action, two numbers in [-1, 1]. It runs on the CPU; no state is kept between steps. Pickled checkpoints
     (`torch.save`) are refused, because loading one can run any code in it.
 
+    TorchScript is a program: its operators can write any file, at load and in `forward`. A file from outside labgym is
+    therefore refused unless `trust` is set. Programs that name operators on files (`torch.from_file`, `torch.save`) are
+    refused even then, because results could not record what they read.
+
     Args:
         path: path of the file.
         inputs: observation by argument, for arguments with other names.
+        trust: load the file although its program may do anything.
 
     Raises:
-        LabgymError: the file is not TorchScript.
+        LabgymError: the file is foreign and not trusted, is not TorchScript, or names operators on files.
         UnknownNameError: an argument is not an observation.
         MissingDependencyError: torch is not installed.
     """
 
     name: ClassVar[str] = "torchscript"
 
-    def __init__(self, path: str | Path, inputs: Mapping[str, str] | None = None) -> None:
+    def __init__(self, path: str | Path, inputs: Mapping[str, str] | None = None, trust: bool = False) -> None:
         try:
             import torch
         except ImportError:
             raise MissingDependencyError("torch", f"policy {str(path)!r}", "train") from None
         self._path, self._renamed = checked_file(path), dict(inputs or {})
+        check_trust(self._path, trust, "TorchScript file", "its program has operators that open files")
+        _check_operators(self._path)
         try:
             self._module = torch.jit.load(str(self._path), map_location="cpu").eval()  # type: ignore[no-untyped-call]
         except Exception as error:  # noqa: BLE001 - torch raises many types for a damaged file
@@ -72,3 +85,21 @@ class TorchScriptPolicy(Policy):
     def files(self) -> tuple[Path, ...]:
         """Return the module's file."""
         return (self._path,)
+
+
+def _check_operators(path: Path) -> None:
+    """Refuse a program that names an operator on files.
+
+    Raises:
+        LabgymError: it does, or the file is no archive of reasonable size.
+    """
+    for name in check_archive(path):
+        if not name.endswith(".py"):
+            continue
+        with zipfile.ZipFile(path) as archive:
+            operator = ON_FILES.search(archive.read(name))
+        if operator is not None:
+            raise LabgymError(
+                f"policy {str(path)!r}: its program opens files ({operator[0].decode()!r} in {name[:80]}), which "
+                "results cannot record; keep all data in the module's parameters and buffers"
+            )

@@ -209,7 +209,7 @@ def _file(name: str, folder: Path) -> None:
     """Load a policy's file and drive a step with it, as the process does that labgym starts for a policy."""
     from labgym.policies import make_policy
 
-    options = {"trust": True} if name.endswith(".zip") else {}
+    options = {} if name.endswith(".onnx") else {"trust": True}
     policy = make_policy(str(folder / name), **options)
     action = policy.act(ZEROS)
     if not (action.shape == (2,) and np.isfinite(action).all()):
