@@ -123,7 +123,7 @@ APPARATUS = MappingProxyType(
         "Purify": Apparatus(("ChromatographyColumn", "TLCPlate"), "PurificationBench", minutes=60.0, needs=(_COLUMN,)),
         "Quench": Apparatus(QUENCH, minutes=20.0, temperature=5.0),
         "Recrystallize": Apparatus(
-            ("{vessel}", "MagneticHotplateStirrer", "BuchnerFunnel", "FilterFlask"),
+            ("{vessel}", "MagneticHotplateStirrer", "IceBath", "BuchnerFunnel", "FilterFlask"),
             minutes=45.0,
             temperature=60.0,
             needs=(_any("ErlenmeyerFlask", "RoundBottomFlask", "Beaker", "LargeBeaker"), _FUNNEL),

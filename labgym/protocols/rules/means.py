@@ -26,7 +26,7 @@ ESTIMATED = ("drying_agent", "adsorbent")
 STIRRING = ("stirrer", "shaker", "mixer", "reactor", "rotavap")
 """Subtypes of devices that keep a mixture moving; so do an ultrasonic bath and, by hand, a glass rod."""
 BOILING = ("Reflux", "Heat", "Distill")
-GRADUAL = re.compile(r"\b(?:dropwise|drop\s+in|in\s+(?:small\s+)?portions|portionwise)\b", re.I)
+GRADUAL = re.compile(r"\b(?:dropwise|drop\s+(?:in|by\s+drop)|in\s+(?:small\s+)?portions|portionwise)\b", re.I)
 """An addition that must be mixed in while it goes on."""
 STIRRED = re.compile(r"\bstir(?:red|ring|s)?\b", re.I)
 BY_HAND = re.compile(r"\b(?:swirl|shak|agitat|invert|rotat)\w*|\bmix(?:ed)? well\b|\bby hand\b", re.I)

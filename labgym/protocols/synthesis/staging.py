@@ -208,7 +208,7 @@ class _Stager:
         funnel: tuple[str, ...] = ()
         if any(self.catalog.get(name).phase == "liquid" for name in names):
             dropwise = action.manner in ("dropwise", "slowly") and self.reacting
-            funnel = ("DroppingFunnel",) if dropwise else ("GraduatedCylinder",)
+            funnel = ("GraduatedCylinder", "DroppingFunnel") if dropwise else ("GraduatedCylinder",)
         heated = (action.temperature is not None and action.temperature > CONDENSER_FROM) or action.verb == "Reflux"
         condenser = ("RefluxCondenser",) if heated else ()
         trap = ("DeanStarkTrap",) if "Dean-Stark" in action.note else ()
