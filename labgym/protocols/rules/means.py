@@ -115,7 +115,7 @@ def warm_steps_are_heated(case: Case) -> Iterator[Finding]:
         step, temperature = situation.step, situation.step.temperature
         if step.action in STILL:
             continue
-        sources = any(asset.hazards.heat_source for asset in situation.devices)
+        sources = any(asset.hazards.heat_source or asset.subtype == "reactor" for asset in situation.devices)
         if temperature is not None and temperature > before and step.action not in HEATED_ACTIONS and not sources:
             if not BY_ITSELF.search(step.text):
                 message = f"step {step.index} ({step.action}) is at {temperature:g} C without a heat source"
