@@ -117,7 +117,7 @@ FAULTY = {
     "extracts in a beaker": one("Extract", "Extract with ethyl acetate.", "Beaker EthylAcetate", 22),
     "filters through nothing": one("Filter", "Collect the solid.", "FilterFlask", 22),
     "evaporates in a flask": one("Concentrate", "Evaporate.", "RoundBottomFlask", 40),
-    "reflux without a condenser": one("Reflux", "Reflux with stirring.", "RoundBottomFlask MagneticHotplateStirrer", 110),
+    "reflux without a condenser": one("Reflux", "Reflux, stirred.", "RoundBottomFlask MagneticHotplateStirrer", 110),
     "destroys with nothing": one("Add", "Destroy the excess peroxide.", "RoundBottomFlask", 22),
     "destroys an oxidant with base": one(
         "Quench", "Destroy the bromine with hydroxide.", "RoundBottomFlask SodiumHydroxide MagneticStirrer", 22

@@ -71,8 +71,8 @@ class ProtocolsStudy(Study[CountRow]):
         entries = [row for row in rows if row.of == "asset"]
         originals = [row for row in entries if not row.variant]
         summary = (
-            f"{len(published_protocols())} protocols, chosen so that the distribution of their counts is that of Table 1; they "
-            "are labgym's own, not the experiments of the paper.",
+            f"{len(published_protocols())} protocols, whose counts are distributed as in Table 1. "
+            "They are labgym's own, not the experiments of the paper.",
             _corrected(),
             f"The catalog has {len(entries)} entries: {len(originals)} and {len(entries) - len(originals)} variants in "
             f"other shapes. {sum(row.core for row in entries)} of them are core entries, as many as the paper's "

@@ -38,11 +38,12 @@ DESTROYS = re.compile(
     re.I,
 )
 AGENT = re.compile(
-    r"\b(?:water|ice|(?:iso)?propanol|(?:m|)ethanol|alcohol|acetone|ethyl acetate|bleach|hypochlorite|permanganate|urea|"
-    r"ammonium chloride|sulfamic acid|amine|ammonia|(?:\w+\s)?acid|(?:\w*hydrox|hydrogen perox)ide|(?:bi)?carbonate|"
-    r"alkali|base|hydroxide|brine)\b",
+    r"\b(?:with|by|into|onto|on|in|using|add|adding)\b[^.;]{0,60}?\b(?:water|ice|isopropanol|ethanol|methanol|alcohol|"
+    r"acetone|ethyl acetate|bleach|hypochlorite|permanganate|urea|ammonium chloride|ammonia|amine|acid|hydroxide|"
+    r"hydrogen peroxide|bicarbonate|carbonate|alkali|base|brine)\b",
     re.I,
 )
+"""What destroys, after the word that introduces it: what is destroyed is no agent."""
 REDUCTANT = re.compile(
     r"\b(?:(?:meta)?bi?sulfites?|sulfites?|metabisulfites?|thiosulfates?|dithionites?|ascorb\w+|iodide|"
     r"iron\(II\)\s*\w*|ferrous \w+|sulfur dioxide|dimethyl sulfide|borohydride|isopropanol|formic acid)\b",
@@ -53,13 +54,13 @@ REDUCING = frozenset({"sulfite", "weak_reducer", "strong_reducer", "metal_hydrid
 
 
 def weighed_reagents_have_a_balance(case: Case) -> Iterator[Finding]:
-    """A step that weighs uses a balance, or the glove box with its own; a protocol that takes solids by mass has one."""
-    balance = _in_box = False
+    """Check that steps which weigh use a balance, or the glove box with its own, and that solids by mass have one."""
+    balance = glove_box = False
     for situation in case.situations:
         step = situation.step
         held = any(weighs(asset) is not None for asset in situation.devices)
         boxed = situation.place is not None and situation.place.category == "containment"
-        balance, _in_box = balance or held, _in_box or boxed
+        balance, glove_box = balance or held, glove_box or boxed
         if step.action == "Weigh" and not held and not boxed:
             message = f"step {step.index} weighs without a balance"
             yield Finding("weighing-means", step.index, message, "add ElectronicScale to its uses")
@@ -67,7 +68,7 @@ def weighed_reagents_have_a_balance(case: Case) -> Iterator[Finding]:
         chemistry, amount = reagent.chemistry, _amount(case, reagent)
         by_mass = amount.volume is None and (amount.mass is not None or amount.moles is not None)
         solid = chemistry is not None and chemistry.state == "solid"
-        if solid and by_mass and not balance and not _in_box and not _is_estimated(reagent):
+        if solid and by_mass and not balance and not glove_box and not _is_estimated(reagent):
             message = f"step {situation.step.index} takes {reagent.name} by mass, but the protocol has no balance"
             yield Finding("weighing-means", situation.step.index, message, "weigh it first, with ElectronicScale")
             return
