@@ -28,8 +28,8 @@ STIRRING = ("stirrer", "shaker", "mixer", "reactor", "rotavap")
 BOILING = ("Reflux", "Heat", "Distill")
 GRADUAL = re.compile(r"\b(?:dropwise|drop\s+(?:in|by\s+drop)|in\s+(?:small\s+)?portions|portionwise)\b", re.I)
 """An addition that must be mixed in while it goes on."""
-STIRRED = re.compile(r"\bstir(?:red|ring|s)?\b", re.I)
-BY_HAND = re.compile(r"\b(?:swirl|shak|agitat|invert|rotat)\w*|\bmix(?:ed)? well\b|\bby hand\b", re.I)
+STIRRED = re.compile(r"(?<!without )(?<!not )\bstir(?:red|ring|s)?\b", re.I)
+BY_HAND = re.compile(r"\b(?:swirl|shak|invert)\w*|\bmix(?:ed)? well\b|\bby hand\b", re.I)
 STONES = re.compile(r"\bboiling\s+(?:stones?|chips?)\b|\banti-?bumping\b", re.I)
 BY_ITSELF = re.compile(r"\b(?:warms|exotherm\w*|heat of (?:the )?reaction|still (?:hot|warm)|hot mixture)\b", re.I)
 DESTROYS = re.compile(
@@ -45,7 +45,7 @@ AGENT = re.compile(
 )
 """What destroys, after the word that introduces it: what is destroyed is no agent."""
 REDUCTANT = re.compile(
-    r"\b(?:(?:meta)?bi?sulfites?|sulfites?|metabisulfites?|thiosulfates?|dithionites?|ascorb\w+|iodide|"
+    r"\b(?:(?:meta)?(?:bi)?sulfites?|thiosulfates?|dithionites?|ascorb\w+|iodide|"
     r"iron\(II\)\s*\w*|ferrous \w+|sulfur dioxide|dimethyl sulfide|borohydride|isopropanol|formic acid)\b",
     re.I,
 )
@@ -122,7 +122,7 @@ def warm_steps_are_heated(case: Case) -> Iterator[Finding]:
                 message = f"step {step.index} ({step.action}) is at {temperature:g} C without a heat source"
                 suggestion = "add MagneticHotplateStirrer or WaterBath to its uses"
                 yield Finding("heating-means", step.index, message, suggestion)
-        before = max(ROOM_RANGE[1], ROOM_RANGE[1] if temperature is None else temperature)
+        before = max(ROOM_RANGE[1], temperature or 0.0)
 
 
 def actions_have_their_devices(case: Case) -> Iterator[Finding]:
