@@ -263,8 +263,8 @@ class _Stager:
         verb = _ph_change(action) or action.verb
         if fits and self.in_flask and not acid:
             gas, bath = self._gas(action), _bath(at) if cold else ("MagneticStirrer",)
-            slots = {"vessel": (self.vessel,), "bath": bath, "paper": paper, "gas": gas, "funnel": cylinder}
-            self._do(action, names, at, verb, **slots)
+            vessel = (self.vessel,)
+            self._do(action, names, at, verb, vessel=vessel, bath=bath, paper=paper, gas=gas, funnel=cylinder)
             return
         beaker = vessel_for(total, self.catalog, BEAKERS, QUENCH_FILL)
         self.in_flask = False
