@@ -16,7 +16,7 @@ from labgym.units import BASE, SYMBOLS, UNITS_BY_SPELLING, Dimension, compact, c
 
 ROOM_TEMPERATURE = 22.0
 """Meaning of "room temperature" in a text, degrees Celsius."""
-ROOM_RANGE = (15.0, 30.0)
+ROOM_RANGE = (18.0, 30.0)
 """Temperatures, degrees Celsius, that need neither heating nor cooling."""
 OVERNIGHT = 960.0
 """Meaning of "overnight" in a text, minutes."""

@@ -353,7 +353,9 @@ def _size(asset: Asset) -> str:
 
 
 def _hazards(asset: Asset) -> list[str]:
-    return [name.replace("_", " ") for name, value in asset.hazards if value]
+    chemical = ("water_reactive", "pyrophoric", "peroxide_former")
+    others = [name for name in chemical if asset.chemistry is not None and getattr(asset.chemistry, name)]
+    return [_spaced(name) for name in (*(name for name, value in asset.hazards if value), *others)]
 
 
 def _chemistry(asset: Asset) -> list[tuple[str, str]]:

@@ -377,7 +377,7 @@ class Layout(Document, Growing):
                     self._boxes[name] = other._boxes[name]
 
     def upgraded(self) -> Layout:
-        """Return the layout as version 2, with the library's protocol embedded; version 2 layouts are unchanged.
+        """Return the layout as version 2, with its protocol embedded; version 2 layouts are unchanged.
 
         Raises:
             LabgymError: a version 1 file names a protocol that is not in the library.

@@ -81,7 +81,7 @@ def published_protocols() -> MappingProxyType[str, Protocol]:
     """Return the library's protocols by id, as they were when the published layouts were made.
 
     A version 1 document names its protocol by the id only, so that a correction of the library would change a published
-    room. They are stored beside the rooms, in `layouts/protocols`, and read once per process.
+    room. They are stored with the rooms, in `layouts/protocols`, and read once per process.
 
     Raises:
         DocumentError: a file is not a protocol.

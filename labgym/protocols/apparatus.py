@@ -107,7 +107,7 @@ APPARATUS = MappingProxyType(
         "DrySolution": Apparatus(("ErlenmeyerFlask", "GlassFunnel")),
         "DryVacuum": Apparatus(("RoundBottomFlask", "VacuumPump", "ColdTrap"), minutes=45.0),
         "Extract": Apparatus(FUNNEL, minutes=20.0, needs=_SEPARATION),
-        "Filter": Apparatus(SUCTION, needs=(_FUNNEL,)),
+        "Filter": Apparatus((*SUCTION, "{bath}"), needs=(_FUNNEL,)),
         "Heat": Apparatus(IN_FLASK),
         "Hydrogenate": Apparatus(
             ("{device}", "{vessel}", "{bath}"), needs=(_any("HydrogenationApparatus", "HydrogenBalloon"),)
@@ -123,7 +123,7 @@ APPARATUS = MappingProxyType(
         "Purify": Apparatus(("ChromatographyColumn", "TLCPlate"), "PurificationBench", minutes=60.0, needs=(_COLUMN,)),
         "Quench": Apparatus(QUENCH, minutes=20.0, temperature=5.0),
         "Recrystallize": Apparatus(
-            ("{vessel}", "MagneticHotplateStirrer", "BuchnerFunnel", "FilterFlask"),
+            ("{vessel}", "MagneticHotplateStirrer", "IceBath", "BuchnerFunnel", "FilterFlask"),
             minutes=45.0,
             temperature=60.0,
             needs=(_any("ErlenmeyerFlask", "RoundBottomFlask", "Beaker", "LargeBeaker"), _FUNNEL),
@@ -135,7 +135,7 @@ APPARATUS = MappingProxyType(
         "Sublime": Apparatus(IN_FLASK, needs=(_any("SublimationApparatus"),)),
         "Triturate": Apparatus(IN_FLASK),
         "Wait": Apparatus(IN_FLASK),
-        "Wash": Apparatus(FUNNEL),
+        "Wash": Apparatus((*FUNNEL, "{bath}")),
         "Weigh": Apparatus(("ElectronicScale",), "PreparationBench", minutes=10.0),
         "WeighDry": Apparatus(("SampleVial",), "GloveBox", minutes=15.0),
     }

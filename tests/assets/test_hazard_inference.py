@@ -134,3 +134,10 @@ def test_relatives_of_weapons_that_are_ordinary_reagents_are_classified(name: st
 def test_a_weapon_is_not_compared_with_other_reagents(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["assets", "compat", "CC(C)OP(C)(=O)F", "water"]) == 2
     assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_the_command_lists_pyrophoric_among_the_hazards(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["assets", "NButyllithium"]) == 0
+    line = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("hazards"))
+    assert "pyrophoric" in line
+    assert "water reactive" in line

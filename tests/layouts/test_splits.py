@@ -1,5 +1,6 @@
 """The published layouts are what their manifest says; training never uses them."""
 
+import hashlib
 import json
 
 import numpy as np
@@ -8,9 +9,10 @@ import pytest
 import labgym.layouts.splits as splits
 from labgym.cli import main
 from labgym.errors import DocumentError, UnknownNameError
-from labgym.layouts import GENERATOR, Layout, generate, load_published, published, train_layout
+from labgym.layouts import GENERATOR, Layout, generate, load_published, published, train_layout, version1
 from labgym.layouts.generate import FURNISHER
 from labgym.layouts.places import layout_at
+from labgym.navigation import goal_pairs
 from labgym.protocols import protocols
 
 
@@ -128,3 +130,22 @@ def test_the_manifest_of_floors_names_family_clutter_protocols_and_furnisher(tmp
     room = splits.publish("val", [load_published("val", published("val")[0])], tmp_path)
     assert "furnisher" not in room.to_json()
     assert set(splits.FURNISHER_RELEASES) == set(range(1, FURNISHER + 1))
+
+
+def test_published_rooms_keep_the_protocols_that_were_published_with_them():
+    """The hashes of version 2 cover the embedded protocol; theirs was recorded before the library was corrected."""
+    rooms = {name: load_published(split, name) for split in ("val", "test") for name in published(split)}
+    text = "\n".join(f"{name} {rooms[name].upgraded().hash}" for name in sorted(rooms))
+    assert hashlib.sha256(text.encode()).hexdigest() == (
+        "fab866c3ff93d95f49259948fa01f00462096fcd0b68cb41bab9d12048f7de90"
+    )
+    corrected = rooms["test-red_03"]
+    assert corrected.protocol == version1.published_protocols()["red_03"]
+    assert corrected.protocol != protocols()["red_03"]
+    assert "HeatingMantle" in corrected.protocol.instruments
+    pairs = goal_pairs(corrected)
+    assert pairs == goal_pairs(corrected, "red_03") == goal_pairs(corrected, protocols()["red_03"])
+
+
+def test_the_published_protocols_are_those_of_the_library_by_id():
+    assert version1.published_protocols().keys() == protocols().keys()

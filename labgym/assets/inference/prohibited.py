@@ -57,7 +57,7 @@ WEAPONS = (
         ),
     ),
     Weapon(
-        "a carbamate with a quaternary ammonium group beside a pyridine, as carbamate nerve agents are",
+        "a carbamate with a quaternary ammonium group next to a pyridine, as carbamate nerve agents are",
         ("[NX3]([CH3])([CH3])C(=O)Oc1cccnc1[CX4][NX4+]",),
     ),
     Weapon(

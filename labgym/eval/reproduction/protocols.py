@@ -19,6 +19,7 @@ from labgym.eval.reports.report import Picture
 from labgym.eval.reproduction.figures import Cell, Column, Figures, FigureTable, Line, paper_line, plain_cells
 from labgym.eval.reproduction.page import Plate, Section
 from labgym.eval.reproduction.study import Study, code_facts, rows_output
+from labgym.layouts.version1 import published_protocols
 from labgym.protocols import protocols
 from labgym.protocols.statistics import Summary, statistics
 from labgym.runs import Shard, ShardOutput
@@ -51,15 +52,15 @@ class CountRow(Record):
 
 @dataclass(frozen=True)
 class ProtocolsStudy(Study[CountRow]):
-    """Counts of the library's protocols and of the catalog."""
+    """Counts of the protocols that were published with the rooms, and of the catalog."""
 
     name: ClassVar[str] = "protocols"
     unit: ClassVar[str] = "part"
     row: ClassVar[type[Record]] = CountRow
 
     def inputs(self) -> dict[str, Any]:
-        """Return the hash of the library."""
-        return {"protocols": canonical_hash([protocol.to_json() for protocol in protocols().values()])}
+        """Return the hash of the protocols."""
+        return {"protocols": canonical_hash([protocol.to_json() for protocol in published_protocols().values()])}
 
     def shards(self) -> Sequence[Shard]:
         """Return a shard for the protocols and one for the catalog."""
@@ -70,8 +71,9 @@ class ProtocolsStudy(Study[CountRow]):
         entries = [row for row in rows if row.of == "asset"]
         originals = [row for row in entries if not row.variant]
         summary = (
-            f"{len(protocols())} protocols, chosen so that the distribution of their counts is that of Table 1; they "
-            "are labgym's own, not the experiments of the paper.",
+            f"{len(published_protocols())} protocols, whose counts are distributed as in Table 1. "
+            "They are labgym's own, not the experiments of the paper.",
+            _corrected(),
             f"The catalog has {len(entries)} entries: {len(originals)} and {len(entries) - len(originals)} variants in "
             f"other shapes. {sum(row.core for row in entries)} of them are core entries, as many as the paper's "
             "knowledge base has.",
@@ -82,7 +84,7 @@ class ProtocolsStudy(Study[CountRow]):
             title="Protocols and knowledge base",
             source="Table 1",
             summary=summary,
-            facts={"protocols": f"{len(protocols())} of the library", **code_facts()},
+            facts={"protocols": f"{len(published_protocols())} as published", **code_facts()},
             tables=tables,
         )
 
@@ -99,7 +101,7 @@ class ProtocolsStudy(Study[CountRow]):
 
 
 def count_protocols() -> ShardOutput:
-    """Return a row for each protocol of the library."""
+    """Return a row for each protocol."""
     return rows_output(
         "protocols",
         (
@@ -115,7 +117,7 @@ def count_protocols() -> ShardOutput:
                     )
                 ),
             )
-            for protocol in protocols().values()
+            for protocol in published_protocols().values()
         ),
     )
 
@@ -144,7 +146,7 @@ def _table_1() -> FigureTable:
         Column(key=key, heading=heading, digits=digits)
         for key, heading, digits in (("mean", "Mean", 2), ("min", "Min", 0), ("max", "Max", 0), ("std", "Std", 2))
     )
-    ours = statistics(protocols().values())
+    ours = statistics(published_protocols().values())
     printed = {row["count"]: row for row in paper().protocol_statistics.rows}
     lines = []
     for name in COUNTS:
@@ -159,6 +161,13 @@ def _table_1() -> FigureTable:
         lines=tuple(lines),
         notes=("Std: sample standard deviation. A move is a change of location between two steps.",),
     )
+
+
+def _corrected() -> str:
+    """Return a sentence with the means of the library, whose protocols were corrected since."""
+    ours = statistics(protocols().values())
+    means = ", ".join(f"{getattr(ours, name).mean:.2f} {name}" for name in COUNTS)
+    return f"Counted are the protocols as published with the rooms; since then the library was corrected: {means}."
 
 
 def _summary_cells(summary: Summary) -> dict[str, Cell]:

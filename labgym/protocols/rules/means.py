@@ -26,10 +26,10 @@ ESTIMATED = ("drying_agent", "adsorbent")
 STIRRING = ("stirrer", "shaker", "mixer", "reactor", "rotavap")
 """Subtypes of devices that keep a mixture moving; so do an ultrasonic bath and, by hand, a glass rod."""
 BOILING = ("Reflux", "Heat", "Distill")
-GRADUAL = re.compile(r"\b(?:dropwise|drop\s+in|in\s+(?:small\s+)?portions|portionwise)\b", re.I)
+GRADUAL = re.compile(r"\b(?:dropwise|drop\s+(?:in|by\s+drop)|in\s+(?:small\s+)?portions|portionwise)\b", re.I)
 """An addition that must be mixed in while it goes on."""
-STIRRED = re.compile(r"\bstir(?:red|ring|s)?\b", re.I)
-BY_HAND = re.compile(r"\b(?:swirl|shak|agitat|invert|rotat)\w*|\bmix(?:ed)? well\b|\bby hand\b", re.I)
+STIRRED = re.compile(r"(?<!without )(?<!not )\bstir(?:red|ring|s)?\b", re.I)
+BY_HAND = re.compile(r"\b(?:swirl|shak|invert)\w*|\bmix(?:ed)? well\b|\bby hand\b", re.I)
 STONES = re.compile(r"\bboiling\s+(?:stones?|chips?)\b|\banti-?bumping\b", re.I)
 BY_ITSELF = re.compile(r"\b(?:warms|exotherm\w*|heat of (?:the )?reaction|still (?:hot|warm)|hot mixture)\b", re.I)
 DESTROYS = re.compile(
@@ -38,13 +38,14 @@ DESTROYS = re.compile(
     re.I,
 )
 AGENT = re.compile(
-    r"\b(?:water|ice|(?:iso)?propanol|(?:m|)ethanol|alcohol|acetone|ethyl acetate|bleach|hypochlorite|permanganate|urea|"
-    r"ammonium chloride|sulfamic acid|amine|ammonia|(?:\w+\s)?acid|(?:\w*hydrox|hydrogen perox)ide|(?:bi)?carbonate|"
-    r"alkali|base|hydroxide|brine)\b",
+    r"\b(?:with|by|into|onto|on|in|using|add|adding)\b[^.;]{0,60}?\b(?:water|ice|isopropanol|ethanol|methanol|alcohol|"
+    r"acetone|ethyl acetate|bleach|hypochlorite|permanganate|urea|ammonium chloride|ammonia|amine|acid|hydroxide|"
+    r"hydrogen peroxide|bicarbonate|carbonate|alkali|base|brine)\b",
     re.I,
 )
+"""What destroys, after the word that introduces it: what is destroyed is no agent."""
 REDUCTANT = re.compile(
-    r"\b(?:(?:meta)?bi?sulfites?|sulfites?|metabisulfites?|thiosulfates?|dithionites?|ascorb\w+|iodide|"
+    r"\b(?:(?:meta)?(?:bi)?sulfites?|thiosulfates?|dithionites?|ascorb\w+|iodide|"
     r"iron\(II\)\s*\w*|ferrous \w+|sulfur dioxide|dimethyl sulfide|borohydride|isopropanol|formic acid)\b",
     re.I,
 )
@@ -53,13 +54,13 @@ REDUCING = frozenset({"sulfite", "weak_reducer", "strong_reducer", "metal_hydrid
 
 
 def weighed_reagents_have_a_balance(case: Case) -> Iterator[Finding]:
-    """A step that weighs uses a balance, or the glove box with its own; a protocol that takes solids by mass has one."""
-    balance = _in_box = False
+    """Check that steps which weigh use a balance, or the glove box with its own, and that solids by mass have one."""
+    balance = glove_box = False
     for situation in case.situations:
         step = situation.step
         held = any(weighs(asset) is not None for asset in situation.devices)
         boxed = situation.place is not None and situation.place.category == "containment"
-        balance, _in_box = balance or held, _in_box or boxed
+        balance, glove_box = balance or held, glove_box or boxed
         if step.action == "Weigh" and not held and not boxed:
             message = f"step {step.index} weighs without a balance"
             yield Finding("weighing-means", step.index, message, "add ElectronicScale to its uses")
@@ -67,7 +68,7 @@ def weighed_reagents_have_a_balance(case: Case) -> Iterator[Finding]:
         chemistry, amount = reagent.chemistry, _amount(case, reagent)
         by_mass = amount.volume is None and (amount.mass is not None or amount.moles is not None)
         solid = chemistry is not None and chemistry.state == "solid"
-        if solid and by_mass and not balance and not _in_box and not _is_estimated(reagent):
+        if solid and by_mass and not balance and not glove_box and not _is_estimated(reagent):
             message = f"step {situation.step.index} takes {reagent.name} by mass, but the protocol has no balance"
             yield Finding("weighing-means", situation.step.index, message, "weigh it first, with ElectronicScale")
             return
@@ -115,13 +116,13 @@ def warm_steps_are_heated(case: Case) -> Iterator[Finding]:
         step, temperature = situation.step, situation.step.temperature
         if step.action in STILL:
             continue
-        sources = any(asset.hazards.heat_source for asset in situation.devices)
+        sources = any(asset.hazards.heat_source or asset.subtype == "reactor" for asset in situation.devices)
         if temperature is not None and temperature > before and step.action not in HEATED_ACTIONS and not sources:
             if not BY_ITSELF.search(step.text):
                 message = f"step {step.index} ({step.action}) is at {temperature:g} C without a heat source"
                 suggestion = "add MagneticHotplateStirrer or WaterBath to its uses"
                 yield Finding("heating-means", step.index, message, suggestion)
-        before = max(ROOM_RANGE[1], ROOM_RANGE[1] if temperature is None else temperature)
+        before = max(ROOM_RANGE[1], temperature or 0.0)
 
 
 def actions_have_their_devices(case: Case) -> Iterator[Finding]:

@@ -9,11 +9,12 @@ from labgym.assets import Asset
 from labgym.protocols.capability import cools_to, stands_to, withstands
 from labgym.protocols.contents import STILL, VESSELS, Situation, is_vessel
 from labgym.protocols.rules.finding import Case, Finding
+from labgym.quantities import ROOM_RANGE
 
-BELOW_AMBIENT_C = 18.0
-"""Temperature below which a step needs a cooling device: no room is colder."""
 COLD_CARRIED = ("Filter", "Wash", "PhaseSeparation", "Transfer", "Extract", "Dilute")
 """Actions that a batch from a cold bath goes through before it has warmed up."""
+UNCOOLED = ("Concentrate", "DryVacuum", "Purge")
+"""Actions whose evaporation cools by itself, or that only pass a gas."""
 _ICE = re.compile(r"\b(?:ice|iced|chill(?:s|ed|ing)?)\b(?![\s-]*(?:free|bath\s+removed))", re.I)
 """Words for a step that uses ice, whether or not it states a temperature."""
 RETURNS = ("condenser", "adapter", "trap", "rotavap")
@@ -35,16 +36,16 @@ def cold_is_reached(case: Case) -> Iterator[Finding]:
 
     A batch that comes out of a cold bath stays cold while it is filtered or separated.
     """
-    carried = BELOW_AMBIENT_C
+    carried = ROOM_RANGE[0]
     for situation in case.situations:
         step = situation.step
-        temperature = BELOW_AMBIENT_C if step.temperature is None else step.temperature
+        temperature = ROOM_RANGE[0] if step.temperature is None else step.temperature
         limits = [lowest for asset in situation.devices if (lowest := cools_to(asset)) is not None]
         iced = step.action not in STILL and _ICE.search(step.text) is not None
-        still_cold = step.action in COLD_CARRIED and carried < BELOW_AMBIENT_C
+        still_cold = step.action in COLD_CARRIED and carried < ROOM_RANGE[0]
         if step.action not in STILL:
-            carried = min(limits) if limits else carried if still_cold else BELOW_AMBIENT_C
-        if still_cold or (temperature >= BELOW_AMBIENT_C and (limits or not iced)):
+            carried = min(limits) if limits else carried if still_cold else ROOM_RANGE[0]
+        if step.action in UNCOOLED or still_cold or (temperature >= ROOM_RANGE[0] and (limits or not iced)):
             continue
         if not limits or min(limits) > temperature:
             what = f"its devices reach {min(limits):g} C" if limits else "none of its devices can cool"
@@ -56,7 +57,7 @@ def cold_is_reached(case: Case) -> Iterator[Finding]:
             suggestion = (
                 f"use {options[-1][2]}" if options else "choose a higher temperature: the catalog has no such device"
             )
-            needs = f"needs {temperature:g} C" if temperature < BELOW_AMBIENT_C else "uses ice"
+            needs = f"needs {temperature:g} C" if temperature < ROOM_RANGE[0] else "uses ice"
             message = f"step {step.index} ({step.action}) {needs}, but {what}"
             yield Finding("cooling-reach", step.index, message, suggestion)
 

@@ -54,7 +54,7 @@ def quench(work: WorkUpWriter, step: WorkUpStep) -> None:
         stated if stated is not None and stated <= 25.0 else usual_temperature(step.action),
         vessel=(work.vessel,),
         beaker=(vessel_for(2.0 * work.volume + 60.0, work.catalog, BEAKERS, QUENCH_FILL),),
-        bath=("IceBath",),
+        bath=("IceBath", "MagneticStirrer"),
         paper=("PHPaper",) if step.action != "Quench" else (),
     )
 
@@ -91,7 +91,7 @@ def _quench_hydride(work: WorkUpWriter, names: tuple[str, ...], step: WorkUpStep
         (*names, *after),
         usual_temperature("Quench"),
         vessel=(work.vessel,),
-        bath=("IceBath",),
+        bath=("IceBath", "MagneticStirrer"),
         funnel=("DroppingFunnel",),
         gas=("SchlenkLine", *gas) if gas else (),
     )

@@ -31,6 +31,8 @@ FORMATION, COLD_ADDITION = 30.0, 5.0
 """Time in which a Grignard reagent forms, minutes; temperature at which its substrate is added, degrees Celsius."""
 ADDITION = 15.0
 """Usual duration of an addition, minutes."""
+OPEN_BELOW_C = 45.0
+"""Highest temperature at which a mixture is heated without a condenser, degrees Celsius."""
 
 
 class ReactionWriter:
@@ -195,7 +197,7 @@ class ReactionWriter:
                 vessel=(self.vessel,),
                 bath=bath_for(temperature),
                 gas=("SchlenkLine",) if self.inert else (),
-                funnel=("DroppingFunnel",) if liquid else (),
+                funnel=("GraduatedCylinder", "DroppingFunnel") if liquid else (),
                 extras=tuple(name for name in self.kind.extras if name != BALLOON),
             )
 
@@ -232,7 +234,8 @@ class ReactionWriter:
             "Reflux": f"Fit the condenser and reflux at {at}{bath} for {minutes}{shield}.",
             "Distill": f"Heat to {at} and distil the product off as it forms, {minutes}.",
         }
-        cooling = ("RefluxCondenser",) if period.action in ("Reflux", "Heat") and period.temperature > 45.0 else ()
+        hot = period.action == "Reflux" or (period.action == "Heat" and period.temperature > OPEN_BELOW_C)
+        cooling = ("RefluxCondenser",) if hot else ()
         still = ("VacuumAdapter", "PearShapedFlask") if period.action == "Distill" else ()
         pressed = (PRESSURE_VESSEL,) if self.gas is not None else None
         self.builder.do(

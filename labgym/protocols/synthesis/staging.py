@@ -208,7 +208,7 @@ class _Stager:
         funnel: tuple[str, ...] = ()
         if any(self.catalog.get(name).phase == "liquid" for name in names):
             dropwise = action.manner in ("dropwise", "slowly") and self.reacting
-            funnel = ("DroppingFunnel",) if dropwise else ("GraduatedCylinder",)
+            funnel = ("GraduatedCylinder", "DroppingFunnel") if dropwise else ("GraduatedCylinder",)
         heated = (action.temperature is not None and action.temperature > CONDENSER_FROM) or action.verb == "Reflux"
         condenser = ("RefluxCondenser",) if heated else ()
         trap = ("DeanStarkTrap",) if "Dean-Stark" in action.note else ()
@@ -259,20 +259,23 @@ class _Stager:
         at = _temperature(action)
         cold = at < ROOM_RANGE[0]
         paper = ("PHPaper",) if action.verb == "AdjustPH" else ()
+        cylinder = ("GraduatedCylinder",) if self._millilitres(action) else ()
         verb = _ph_change(action) or action.verb
         if fits and self.in_flask and not acid:
-            bath = _bath(at) if cold else ()
-            gas = self._gas(action)
-            self._do(action, names, at, verb, vessel=(self.vessel,), bath=bath, paper=paper, gas=gas)
+            gas, bath = self._gas(action), _bath(at) if cold else ("MagneticStirrer",)
+            vessel = (self.vessel,)
+            self._do(action, names, at, verb, vessel=vessel, bath=bath, paper=paper, gas=gas, funnel=cylinder)
             return
         beaker = vessel_for(total, self.catalog, BEAKERS, QUENCH_FILL)
         self.in_flask = False
         if action.verb == "Quench":
-            action = _with_note(action, "pour the mixture slowly onto the water or ice")
-        self._do(action, names, at, verb, beaker=(beaker,), bath=("IceBath",) if cold else (), paper=paper)
+            action = _with_note(action, "pour the mixture slowly onto the water")
+        bath = ("IceBath", "MagneticStirrer") if cold else ("MagneticStirrer",)
+        self._do(action, names, at, verb, beaker=(beaker,), bath=bath, paper=paper, funnel=cylinder)
 
     def _wash(self, action: Action, names: tuple[str, ...]) -> None:
-        self._do(action, names, verb="Filter" if self.solid else "Wash")
+        cold = action.temperature is not None and action.temperature < ROOM_RANGE[0]
+        self._do(action, names, verb="Filter" if self.solid else "Wash", bath=("IceBath",) if cold else ())
 
     def _concentrate(self, action: Action, names: tuple[str, ...]) -> None:
         self._do(action, names, _temperature(action))
