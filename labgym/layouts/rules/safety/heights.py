@@ -123,24 +123,21 @@ def _detector_heights(site: Site) -> Iterator[Finding]:
         named = tuple(site.arrangement.placements[row].id for row in detectors)
         bottoms, tops = site.arrangement.boxes.z[detectors].T.tolist()
         for density, holders in by_density.items():
+            gas = f"{holders[0]} holds a gas {'lighter' if density == 'light' else 'heavier'} than air, but"
             if density == "light" and max(bottoms) < LIGHT_GAS_BOTTOM_M - 1e-6:
-                message = f"{holders[0]} holds a gas lighter than air, but the highest gas detector is {max(bottoms):.2f} m high"
-                limit = f"under {LIGHT_GAS_BOTTOM_M:g} m"
-                yield Finding(
-                    (*named, *holders), max(bottoms), LIGHT_GAS_BOTTOM_M, f"{message}, {limit}", "hang it higher"
-                )
+                value, limit = max(bottoms), LIGHT_GAS_BOTTOM_M
+                message = f"{gas} the highest gas detector is {value:.2f} m high, under {limit:g} m"
+                yield Finding((*named, *holders), value, limit, message, "hang it higher")
             if density == "heavy" and min(tops) > HEAVY_GAS_TOP_M + 1e-6:
-                message = f"{holders[0]} holds a gas heavier than air, but the lowest gas detector ends {min(tops):.2f} m high"
-                limit = f"over {HEAVY_GAS_TOP_M:g} m"
-                yield Finding(
-                    (*named, *holders), min(tops), HEAVY_GAS_TOP_M, f"{message}, {limit}", "hang it lower, or add one"
-                )
+                value, limit = min(tops), HEAVY_GAS_TOP_M
+                message = f"{gas} the lowest gas detector ends {value:.2f} m high, over {limit:g} m"
+                yield Finding((*named, *holders), value, limit, message, "hang it lower, or add one")
 
 
 RULES = (
     SafetyRule(
         name="wall_height",
-        requires="What hangs on a wall is at the height for it: extinguishers between 0.10 and 1.53 m (1.07 m above 18 kg)",
+        requires="What hangs on a wall is at the height for it: extinguishers from 0.10 to 1.53 m (1.07 m above 18 kg)",
         limit="by kind (`MOUNTINGS`)",
         source="NFPA 10, 6.1.3.8; NFPA 101, 7.10; ADA 2010, 308",
         severity="error",

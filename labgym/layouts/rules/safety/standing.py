@@ -105,11 +105,11 @@ MISPLACEMENTS = (
     ),
     Misplacement(
         "waste containers", _waste, "furniture other than a waste station, a trolley, a hood or a waste cabinet",
-        _no_place_for_waste, "spills reach people at work", "the waste station or the floor", "40 CFR 262.15; Prudent Practices, 8.B",
+        _no_place_for_waste, "spills reach people at work", "the waste station or the floor", "40 CFR 262.15",
     ),
     Misplacement(
         "chemicals and laboratory ware", _labware, "desks", _subtype("desk"),
-        "people write, eat and drink there", "a bench, a hood or a cabinet", "Prudent Practices, 6.C.2; OSHA 29 CFR 1910.141(g)(4)",
+        "people write, eat and drink there", "a bench, a hood or a cabinet", "Prudent Practices, 6.C.2",
     ),
     Misplacement(
         "reagents", _reagent, "open shelves, racks and trolleys", _open_shelf,
@@ -168,7 +168,8 @@ def _check(site: Site) -> Iterator[Finding]:
 RULES = (
     SafetyRule(
         name="misplaced",
-        requires="Objects stand where they belong: no computers in hoods, no waste or chemicals on desks, no heat in cabinets",
+        requires="Objects stand where they belong: no computers in hoods, no waste or chemicals on desks, no heat in "
+        "cabinets",
         limit="by kind (`MISPLACEMENTS`)",
         source="Prudent Practices, 5.E, 6.C and 9.C; 40 CFR 262.15; NFPA 30, 9.5",
         severity="error",
