@@ -28,7 +28,7 @@ def put(
 def published_in_order() -> Layout:
     """Return a published layout without a violation under touchstone-v2.
 
-    Generator 1 hung its extinguisher behind the sink bench, which `extinguisher_front` forbids: here it hangs elsewhere.
+    Generator 1 hung its extinguisher behind the sink bench, which `extinguisher_front` forbids.
     """
     layout = load_published("test", "test-cyc_02")
     moved = put("FireExtinguisher_1", "FireExtinguisher", 6.9, 7.5, 0.6, yaw=math.pi / 2, on="wall")
