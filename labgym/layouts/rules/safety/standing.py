@@ -145,7 +145,8 @@ MISPLACEMENTS = (
         "nobody finds them there", "the floor or a wall near the exit", "NFPA 10, 6.1.3.3",
     ),
     Misplacement(
-        "cartons", _subtype("carton"), "hoods, glove boxes and cabinets", lambda asset: _vapors(asset) or _cabinet(asset),
+        "cartons", _subtype("carton"), "hoods, glove boxes and cabinets",
+        lambda asset: _vapors(asset) or _cabinet(asset),
         "they burn and block the air", "the floor or a rack", "Prudent Practices, 9.C.2",
     ),
     Misplacement(
