@@ -1,4 +1,4 @@
-"""Planning practice, as advice: exits open outward, hoods are off the traffic, islands stand in line, aisles are even."""
+"""Planning practice, as advice: exits open outward, hoods off the traffic, islands in line, even aisles."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ PARALLEL_RAD = math.radians(2.0)
 def _exits(site: Site) -> list[tuple[str, bool]]:
     """Return the label of each door that leads out, and whether it opens inward.
 
-    Doors of one rectangular room always open inward (`Room`), as is allowed for fewer than 50 people; they are left out.
+    Doors of one rectangular room always open inward (`Room`), allowed for fewer than 50 people: they are left out.
     """
     if site.arrangement.layout.floor.is_rectangle:
         return []
