@@ -1,4 +1,4 @@
-"""What stands where: a list of kinds of objects and of the places where they do not belong."""
+"""Lists of the places where objects do not belong, by kind, with the reason and the remedy."""
 
 from __future__ import annotations
 
