@@ -285,7 +285,8 @@ MISPLACED = (
     ("Acetone", "WritingDesk"), ("Beaker", "WritingDesk"), ("RoundBottomFlask", "WritingDesk"),
     ("Acetone", "EquipmentRack"), ("SodiumHydride", "WallShelf"), ("Ethanol", "SinkBench"),
     ("DryingOven", "FlammableCabinet"), ("OilBath", "FlammableSafeRefrigerator"), ("BunsenBurner", "EquipmentRack"),
-    ("SpillKit", "WritingDesk"), ("Carton", "FumeHood"), ("Microscope", "GeneralCabinet"), ("Monitor", "LabRefrigerator"),
+    ("SpillKit", "WritingDesk"), ("Carton", "FumeHood"), ("Microscope", "GeneralCabinet"),
+    ("Monitor", "LabRefrigerator"),
 )  # fmt: skip
 IN_PLACE = (
     ("Laptop", "WritingDesk"), ("Laptop", "LabBench1800"), ("ElectronicScale", "PreparationBench"),
