@@ -75,8 +75,8 @@ class UnknownArgumentError(UnknownNameError, TypeError):
     """A keyword argument that does not exist, with those that do; libraries that probe for one expect a `TypeError`.
 
     Args:
-        kind: what takes the arguments; without a name the whole message, because Gymnasium makes a `TypeError` anew with
-            a longer message. name: the unknown argument. available: the arguments that exist.
+        kind: what takes the arguments; without a name the whole message, because Gymnasium makes a `TypeError` anew
+            with a longer message. name: the unknown argument. available: the arguments that exist.
     """
 
     def __init__(self, kind: str, name: object = None, available: Iterable[str] = ()) -> None:

@@ -206,13 +206,13 @@ def test_layouts_count_for_the_training_split_of_an_id_and_for_one_that_is_passe
     ],
 )
 def test_layouts_without_effect_are_refused(name, options):
-    with pytest.raises(OptionError, match="^layouts=3 has no effect"):
+    with pytest.raises(OptionError, match=r"^layouts=3 has no effect"):
         make_environments(name, 2, "dummy", layouts=3, **options)
 
 
 @pytest.mark.parametrize("vectorization", ["auto", "kernel", "dummy", "subproc", "processes"])
 def test_more_environments_than_memory_holds_are_refused_before_any_is_made(vectorization):
     pytest.importorskip("numba")
-    with pytest.raises(OptionError, match="environments|num_envs") as problem:
+    with pytest.raises(OptionError, match=r"environments|num_envs") as problem:
         make_environments("LabPointNav-v0", 10**9, vectorization, split="val")
     assert "1000000000" in str(problem.value)
