@@ -242,7 +242,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             )
     except LabgymError as error:
         return _fail(str(error))
-    except (ImportError, MemoryError, RuntimeError, SystemError) as error:
+    except (ImportError, MemoryError, RuntimeError, SystemError, ValueError) as error:
         line = problem_line(error, f"labgym {words[0]}" if words else "labgym")
         if line is None:
             raise

@@ -34,6 +34,7 @@ EXTRAS = {
 """Distribution and extra of each optional package, by the name that is imported."""
 NO_MEMORY = (
     "cannot allocate memory",
+    "could not allocate memory",
     "failed to map segment",
     "cannot apply additional memory protection",
     "bad_alloc",

@@ -166,7 +166,8 @@ def _check_actions(model: BaseAlgorithm, actor: Perceptron, normalize: VecNormal
         if not np.abs(action - expected).max() <= TOLERANCE:
             raise OptionError(
                 f"the policy {type(model.policy).__name__} acts otherwise than its linear layers on a random "
-                f"observation ({expected} instead of {action}), so that the file would lack a part of it: export it to ONNX"
+                f"observation ({expected} instead of {action}), so that the file would lack a part of it: "
+                "export it to ONNX"
             )
 
 
