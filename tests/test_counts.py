@@ -14,7 +14,7 @@ from labgym.runs import ExecutorOptions
 
 @pytest.mark.parametrize("value", [0, -1, 10**9, True, 1.0, "3", None, np.float64(2.0), float("nan")])
 def test_other_values_are_refused_with_the_range(value):
-    with pytest.raises(OptionError, match="count is .*, expected a whole number from 1 to 100"):
+    with pytest.raises(OptionError, match=r"count is .*, expected a whole number from 1 to 100"):
         whole_number("count", value, most=100)
 
 
