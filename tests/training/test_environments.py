@@ -184,7 +184,7 @@ def test_the_start_frame_has_its_origin_and_its_axis_at_the_start():
 
 @pytest.mark.parametrize(("name", "split"), [("LabNavAisle-v0", "floors-train"), ("LabPointNav-v0", "train")])
 def test_layouts_count_for_the_training_split_of_an_id_and_for_one_that_is_passed(name, split):
-    """LabNav ids have a training split of their own, which nobody passes."""
+    """LabNav ids have a training split, which nobody passes."""
     options = {} if name.startswith("LabNav") else {"split": split}
     environments = make_environments(name, 2, "dummy", layouts=3, **options)
     tasks = inner(environments).envs[0].unwrapped.tasks
