@@ -72,3 +72,57 @@ def test_a_picture_beyond_the_buffer_is_refused(layout: Layout) -> None:
         LabPointNavEnv(layout=layout, render_mode="rgb_array", width=100_000)
 
 
+def test_gymnasiums_checker_accepts_every_render_mode(
+    env: LabPointNavEnv, layout: Layout, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("pygame")
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")  # the mode "human" needs a screen
+    picture(env)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        # v1 is registered, too; v0 is the environment that is checked here.
+        warnings.filterwarnings("ignore", message=".*LabPointNav-v0 is out of date")
+        wrapped = gym.make("LabPointNav-v0", layout=layout, render_mode="rgb_array", width=160, height=120)
+        check_env(wrapped.unwrapped)
+        wrapped.close()
+
+
+def test_without_a_render_mode_there_is_a_warning_and_no_picture(layout: Layout) -> None:
+    env = LabPointNavEnv(layout=layout)
+    env.reset(seed=0)
+    with pytest.warns(UserWarning, match="render mode"):
+        assert env.render() is None
+
+
+def drawn(env: LabPointNavEnv, layout: Layout, quality: Quality) -> tuple[np.ndarray, np.ndarray]:
+    """Camera image of the first observation, and the picture of the same moment."""
+    env = LabPointNavEnv(
+        layout=layout, observation="rgbd", render_mode="rgb_array", width=320, height=240, quality=quality
+    )
+    observation, _ = env.reset(seed=0, options={"pair": 0})
+    image = picture(env).astype(float).mean(axis=2)
+    env.close()
+    return observation["rgb"], image
+
+
+def test_a_fast_picture_shows_the_same_view_and_observations_do_not_depend_on_quality(
+    env: LabPointNavEnv, layout: Layout
+) -> None:
+    (image, fast), (image_fine, fine) = drawn(env, layout, "fast"), drawn(env, layout, "fine")
+    np.testing.assert_array_equal(image, image_fine)
+    assert np.corrcoef(fast.ravel(), fine.ravel())[0, 1] > 0.8
+    # Shadows darken the fine picture by tens of grey levels over a part of it.
+    assert np.mean(fast - fine > 20.0) > 0.02
+
+
+def test_an_unknown_quality_lists_those_that_exist(layout: Layout) -> None:
+    with pytest.raises(UnknownNameError, match=r"best.*fast, fine"):
+        LabPointNavEnv(layout=layout, quality="best")  # type: ignore[arg-type]
+
+
+def test_an_environment_that_has_rendered_can_be_copied(env: LabPointNavEnv) -> None:
+    env.reset(seed=0)
+    picture = env.render()
+    other = copy.deepcopy(env)
+    np.testing.assert_array_equal(other.render(), picture)
+    other.close()
