@@ -11,9 +11,8 @@ envs = gym.make_vec(
     "labgym:LabPointNav-v0",
     num_envs=64,
     vectorization_mode="vector_entry_point",
-    autoreset_mode="SameStep",  # TorchRL refuses the default, NextStep
+    autoreset_mode="Disabled",  # TorchRL resets the environments that ended; it refuses the default, NextStep
     split="val",
-    measures=["is_success"],  # TorchRL reads infos that are arrays of numbers
 )
 env = GymWrapper(envs)
 rollout = env.rollout(100, break_when_any_done=False)

@@ -75,8 +75,16 @@ class UnknownArgumentError(UnknownNameError, TypeError):
     """A keyword argument that does not exist, with those that do; libraries that probe for one expect a `TypeError`.
 
     Args:
-        kind: what takes the arguments. name: the unknown argument. available, near, remedy: as of `UnknownNameError`.
+        kind: what takes the arguments; without a name the whole message, because Gymnasium makes a `TypeError` anew
+            with a longer message. name: the unknown argument. available: the arguments that exist.
     """
+
+    def __init__(self, kind: str, name: object = None, available: Iterable[str] = ()) -> None:
+        if name is not None:
+            super().__init__(kind, name, available)
+        else:
+            LabgymError.__init__(self, kind)
+            self.message = str(self.args[0])
 
     def _fault(self, kind: str, name: str) -> str:
         # TorchRL and others recognize these words, which are Python's.

@@ -1,5 +1,24 @@
 """The `labgym` command: a thin layer with one module per group of commands."""
 
-from labgym.cli.app import main
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+
+from labgym.cli.outcome import BAD_INPUT
+from labgym.cli.problems import problem_line
 
 __all__ = ["main"]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line and return its exit code; an error is one line on standard error, also in its imports."""
+    try:
+        from labgym.cli import app
+    except (ImportError, MemoryError, SystemError) as error:
+        line = problem_line(error, "labgym")
+        if line is None:
+            raise
+        print(f"labgym: error: {line}", file=sys.stderr)
+        return BAD_INPUT
+    return app.main(arguments)

@@ -2,6 +2,6 @@
 
 import sys
 
-from labgym.cli.app import main
+from labgym.cli import main
 
 sys.exit(main())

@@ -33,6 +33,7 @@ from labgym.cli.imports import import_app
 from labgym.cli.layouts import generate
 from labgym.cli.leaderboard import leaderboard
 from labgym.cli.outcome import BAD_INPUT, DONE, FAILED, SIGNALED, complaints
+from labgym.cli.problems import problem_line
 from labgym.cli.protocols import protocols_app
 from labgym.cli.recording import record
 from labgym.cli.repairs import repair
@@ -241,6 +242,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
             )
     except LabgymError as error:
         return _fail(str(error))
+    except (ImportError, MemoryError, RuntimeError, SystemError, ValueError) as error:
+        line = problem_line(error, f"labgym {words[0]}" if words else "labgym")
+        if line is None:
+            raise
+        return _fail(line)
     except BrokenPipeError:
         # The reader of our output has closed the pipe; also silence the flush at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -67,7 +67,7 @@ class ChaseView:
     """A camera that follows the robot from a position where furniture does not hide it.
 
     The first picture of a layout compiles its scene and creates the renderer. Any thread may call it: the pictures of
-    a process are drawn one after the other on a thread of their own.
+    a process are drawn one after the other on a separate thread.
 
     Args:
         width, height: size of the pictures, pixels.

@@ -2,24 +2,43 @@
 
 from __future__ import annotations
 
+import copy
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import gymnasium as gym
 import numpy as np
 import torch
 from gymnasium import spaces
+from numpy.typing import NDArray
 from stable_baselines3.common.base_class import BaseAlgorithm
-from stable_baselines3.common.vec_env import VecNormalize
+from stable_baselines3.common.vec_env import VecEnvWrapper, VecExtractDictObs, VecFrameStack, VecNormalize
 from torch import Tensor, nn
 
+from labgym.envs.wrappers import ActionRepeat
 from labgym.errors import OptionError
-from labgym.policies.adapters.actor import SIZES
+from labgym.policies.adapters.actor import SIZES, check_actor
 from labgym.policies.adapters.actor_file import ACTIVATIONS, Activation, ActorHeader, Perceptron
 from labgym.training import robot_frame
 from labgym.training.robot_frame import RobotFrame
 
 FLAT = ("goal", "lidar", "velocity")
 """The order in which `gymnasium.wrappers.FlattenObservation` concatenates the observation of `LabPointNav-v0`."""
+WRAPPERS = (
+    gym.wrappers.DelayObservation,
+    gym.wrappers.FrameStackObservation,
+    gym.wrappers.NormalizeObservation,
+    gym.wrappers.RescaleAction,
+    gym.wrappers.RescaleObservation,
+    gym.wrappers.StickyAction,
+    ActionRepeat,
+)
+"""Wrappers of single environments that change what a model sees or does."""
+VECTOR_WRAPPERS = (VecExtractDictObs, VecFrameStack)
+"""The same of vector environments."""
+SAMPLES, TOLERANCE = 16, 1e-4
+"""Number of random observations on which the file is compared with its model, and largest difference of an action."""
 
 
 def save_policy(
@@ -51,11 +70,14 @@ def actor_of(model: BaseAlgorithm, normalize: VecNormalize | None = None, enviro
     """Return the actor of a model; the arguments are those of `save_policy`.
 
     Raises:
-        OptionError: the action is not (2,) in [-1, 1], or the network has other parts: export it to ONNX.
+        OptionError: the action is not (2,) in [-1, 1], the network has other parts or a state, or the environment is
+            wrapped in something that the file would lack: export the model to ONNX.
+        UnknownNameError: the model has an input that is not an observation.
     """
     space = model.action_space
     if not isinstance(space, spaces.Box) or space.shape != (2,) or not ((space.low == -1) & (space.high == 1)).all():
         raise OptionError(f"model with the action space {space}: expected Box(-1, 1, (2,))")
+    _check_wrappers(model)
     normalize = normalize or model.get_vec_normalize_env()
     policy: Any = model.policy
     if hasattr(policy, "mlp_extractor"):
@@ -79,7 +101,87 @@ def actor_of(model: BaseAlgorithm, normalize: VecNormalize | None = None, enviro
         normalized=tuple(statistics),
         **constants,
     )
-    return Perceptron(header, layers, statistics)
+    actor = Perceptron(header, layers, statistics)
+    check_actor(actor, "the model")
+    _check_state(model)
+    if not isinstance(features, RobotFrame):
+        _check_actions(model, actor, normalize)
+    return actor
+
+
+def _check_wrappers(model: BaseAlgorithm) -> None:
+    """Refuse wrappers of the environment that change what the model sees or does, and that the file would lack.
+
+    Raises:
+        OptionError: the environment has one.
+    """
+    env = model.get_env()
+    wrapped = [kind for kind in WRAPPERS if env is not None and any(env.env_is_wrapped(kind))]
+    normalizations = 0
+    while isinstance(env, VecEnvWrapper):
+        normalizations += isinstance(env, VecNormalize)
+        wrapped += [kind for kind in VECTOR_WRAPPERS if isinstance(env, kind)]
+        env = env.venv
+    if wrapped:
+        raise OptionError(
+            f"the model was trained in environments with {wrapped[0].__name__}, which the file would lack: train "
+            "without it, or export the model with it to ONNX"
+        )
+    if normalizations > 1:
+        raise OptionError(f"the model was trained with {normalizations} VecNormalize, of which the file holds one")
+
+
+def _check_state(model: BaseAlgorithm) -> None:
+    """Refuse a model that remembers earlier observations.
+
+    Raises:
+        OptionError: it does.
+    """
+    _, state = model.predict(_samples(model, 1)[0], deterministic=True)
+    recurrent = [
+        type(each).__name__ for each in model.policy.modules() if isinstance(each, nn.RNNBase | nn.RNNCellBase)
+    ]
+    if state is not None or recurrent:
+        what = recurrent[0] if recurrent else "a state"
+        raise OptionError(
+            f"the policy {type(model.policy).__name__} carries {what} from action to action, which the file would "
+            "lack: train a policy without memory, or write a Policy class (docs/policies.md)"
+        )
+
+
+def _check_actions(model: BaseAlgorithm, actor: Perceptron, normalize: VecNormalize | None) -> None:
+    """Compare the actions of the file with those of the model on random observations.
+
+    Raises:
+        OptionError: they differ.
+    """
+    network = actor.network()
+    for sample in _samples(model, SAMPLES):
+        seen = sample if normalize is None else normalize.normalize_obs(copy.deepcopy(sample))
+        expected, _ = model.predict(seen, deterministic=True)
+        inputs = sample if isinstance(sample, dict) else _split(sample, actor.header.inputs)
+        vector = np.concatenate([actor.normalized(name, np.ravel(inputs[name])) for name in actor.header.inputs])
+        with torch.inference_mode():
+            action = np.clip(network(torch.from_numpy(vector)[None])[0].numpy(), -1.0, 1.0)
+        if not np.abs(action - expected).max() <= TOLERANCE:
+            raise OptionError(
+                f"the policy {type(model.policy).__name__} acts otherwise than its linear layers on a random "
+                f"observation ({expected} instead of {action}), so that the file would lack a part of it: "
+                "export it to ONNX"
+            )
+
+
+def _samples(model: BaseAlgorithm, count: int) -> list[Any]:
+    """Return random observations of a model, always the same."""
+    space = copy.deepcopy(model.observation_space)
+    space.seed(0)
+    return [space.sample() for _ in range(count)]
+
+
+def _split(vector: NDArray[Any], names: Sequence[str]) -> dict[str, NDArray[Any]]:
+    """Return the parts of a flat observation by name."""
+    ends = np.cumsum([SIZES[name] for name in names])[:-1]
+    return dict(zip(names, np.split(vector, ends), strict=True))
 
 
 def _actor_modules(actor: Any) -> list[nn.Module]:
@@ -116,9 +218,8 @@ def _statistics(normalize: VecNormalize, inputs: tuple[str, ...]) -> dict[str, t
     """Return mean and variance of each normalized input, float64."""
     rms: Any = normalize.obs_rms
     if not isinstance(rms, dict):
-        ends = np.cumsum([SIZES[name] for name in inputs])[:-1]
-        parts = zip(inputs, np.split(rms.mean, ends), np.split(rms.var, ends), strict=True)
-        return {name: (torch.tensor(mean), torch.tensor(variance)) for name, mean, variance in parts}
+        means, variances = _split(rms.mean, inputs), _split(rms.var, inputs)
+        return {name: (torch.tensor(means[name]), torch.tensor(variances[name])) for name in inputs}
     return {
         name: (torch.as_tensor(rms[name].mean).clone(), torch.as_tensor(rms[name].var).clone())
         for name in inputs

@@ -127,7 +127,7 @@ def test_rays_read_what_embree_reads(worlds, starts):
         assert readings.std() > 0.5
 
 
-@pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
+@pytest.mark.parametrize("mode", ["NextStep", "SameStep", "Disabled"])
 def test_the_vector_environment_on_a_device_equals_that_on_threads(mode):
     options = {"num_envs": 6, "vectorization_mode": "vector_entry_point", "autoreset_mode": mode}
     options |= {"split": "val", "max_episode_steps": 25}
@@ -145,6 +145,10 @@ def test_the_vector_environment_on_a_device_equals_that_on_threads(mode):
         np.testing.assert_array_equal(actual[3], expected[3])
         assert actual[4].keys() == expected[4].keys()
         ends += int(actual[2].sum() + actual[3].sum())
+        done = actual[2] | actual[3]
+        if mode == "Disabled" and done.any():
+            options = {"reset_mask": done}
+            pairs.append((threads.reset(options=options)[0], device.reset(options=options)[0]))
         if "final_obs" in actual[4]:
             for row in np.flatnonzero(actual[4]["_final_obs"]):
                 last, other = actual[4]["final_obs"][row], expected[4]["final_obs"][row]

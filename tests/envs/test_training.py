@@ -71,7 +71,7 @@ def test_a_source_that_cannot_be_used_is_refused():
         source_of("roms", None, "default")
     with pytest.raises(OptionError, match="'rooms' or a function"):
         environment(training=7)
-    with pytest.raises(OptionError, match="split 'val' has no training layouts"):
+    with pytest.raises(OptionError, match="has no effect in split 'val'"):
         environment(split="val", training=training_floor)
     with pytest.raises(OptionError, match="only training='rooms' takes a protocol"):
         environment(protocol="alk_03")

@@ -84,6 +84,57 @@ def test_the_vector_equals_the_single_environments_to_the_bit(case, mode):
     many.close()
 
 
+def step_and_reset(one, many, action):
+    """Step both without autoreset, reset those that ended by a mask, and compare all that both return."""
+    expected = one.step(action)
+    assert_same(many.step(action), expected)
+    done = expected[2] | expected[3]
+    if done.any():
+        with pytest.raises(OptionError, match="reset_mask"):
+            many.step(action)
+        seeds = [100 + row for row in range(COUNT)]
+        masked = one.reset(seed=seeds, options={"reset_mask": done})
+        assert_same(many.reset(seed=seeds, options={"reset_mask": done}), masked)
+    return int(done.sum())
+
+
+@pytest.mark.parametrize("case", ["one layout", "version 1", "parts"])
+def test_without_autoreset_a_mask_resets_those_that_ended_as_in_gymnasium(case):
+    options = {**CASES[case], "autoreset_mode": AutoresetMode.DISABLED}
+    one, many = single(**dict(options)), vector(**dict(options))
+    assert many.metadata["autoreset_mode"] == AutoresetMode.DISABLED
+    assert_same(many.reset(seed=7), one.reset(seed=7))
+    rng = np.random.default_rng(12)
+    assert sum(step_and_reset(one, many, actions(rng, {})) for _ in range(130)) > COUNT
+
+
+@pytest.mark.parametrize("mode", AutoresetMode)
+def test_a_mask_resets_running_environments_in_every_mode(mode):
+    options = {"layout": island_laboratory(), "max_episode_steps": 9, "autoreset_mode": mode}
+    one, many = single(**dict(options)), vector(**dict(options))
+    with pytest.raises(OptionError, match="first reset"):
+        many.reset(options={"reset_mask": np.arange(COUNT) == 1})
+    assert_same(many.reset(seed=3), one.reset(seed=3))
+    rng = np.random.default_rng(13)
+    for _ in range(8):
+        action = actions(rng, {})
+        assert_same(many.step(action), one.step(action))
+        mask = rng.random(COUNT) < 0.4
+        if mask.any():
+            expected = one.reset(options={"reset_mask": mask.copy()})
+            assert_same(many.reset(options={"reset_mask": mask}), expected)
+
+
+@pytest.mark.parametrize(
+    "mask", [[True] * COUNT, np.ones(COUNT), np.ones(COUNT - 1, bool), np.zeros(COUNT, bool), np.ones((COUNT, 1), bool)]
+)
+def test_a_mask_of_another_shape_or_type_is_refused(mask):
+    many = vector(layout=island_laboratory())
+    many.reset(seed=0)
+    with pytest.raises(OptionError, match="reset_mask"):
+        many.reset(options={"reset_mask": mask})
+
+
 def test_episodes_that_succeed_end_in_both():
     """Every start is within reach of the goal: success, a new episode, and the reward of 10."""
     lab = island_laboratory()

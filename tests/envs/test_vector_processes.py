@@ -41,7 +41,13 @@ def same_as_single(name: str, steps: int, mode: AutoresetMode, seeds, **options)
         action = many.action_space.sample()
         expected = one.step(action)
         assert_same(many.step(action), expected)
-        ends += int((expected[2] | expected[3]).sum())
+        done = expected[2] | expected[3]
+        ends += int(done.sum())
+        if mode == AutoresetMode.DISABLED and done.any():
+            with pytest.raises(OptionError, match="reset_mask"):
+                many.step(action)
+            masks = ({"reset_mask": done.copy()} for _ in range(2))
+            assert_same(many.reset(options=next(masks)), one.reset(options=next(masks)))
     assert ends >= COUNT
     assert_same(many.reset(), one.reset())
     if options.get("render_mode"):
@@ -73,6 +79,13 @@ def test_depth_and_color_with_mujoco_equal_those_of_single_environments_to_the_b
     for child in children:
         with pytest.raises(ProcessLookupError):
             os.kill(child, 0)
+
+
+def test_without_autoreset_a_mask_resets_environments_of_both_processes() -> None:
+    same_as_single(
+        "LabPointNavDiscrete-v1", 14, AutoresetMode.DISABLED, 5,
+        physics="planar", max_episode_steps=4, endings=["contact", "stop"],
+    ).close()  # fmt: skip
 
 
 def test_parts_that_the_kernel_lacks_run_in_processes_on_the_planar_physics() -> None:

@@ -180,3 +180,39 @@ def test_the_start_frame_has_its_origin_and_its_axis_at_the_start():
         np.testing.assert_allclose(observation["observation"][2:4], [math.cos(turned), math.sin(turned)], atol=1e-5)
         np.testing.assert_array_equal(observation["observation"][:2], observation["achieved_goal"])
     env.close()
+
+
+@pytest.mark.parametrize(("name", "split"), [("LabNavAisle-v0", "floors-train"), ("LabPointNav-v0", "train")])
+def test_layouts_count_for_the_training_split_of_an_id_and_for_one_that_is_passed(name, split):
+    """LabNav ids have a training split, which nobody passes."""
+    options = {} if name.startswith("LabNav") else {"split": split}
+    environments = make_environments(name, 2, "dummy", layouts=3, **options)
+    tasks = inner(environments).envs[0].unwrapped.tasks
+    training = getattr(tasks, "_source", tasks)._training
+    environments.close()
+    assert training == FirstLayouts(3, split)
+
+
+@pytest.mark.parametrize(
+    ("name", "options"),
+    [
+        ("LabPointNav-v0", {}),
+        ("LabPointNav-v1", {}),
+        ("LabPointNav-v0", {"split": "val"}),
+        ("LabNavAisle-v0", {"split": "floors-val"}),
+        ("LabPointNav-v0", {"layout": LAYOUT}),
+        ("LabPointNav-v0", {"split": "train", "training": FirstLayouts(2)}),
+        ("LabPointNav-v0", {"split": "train", "episodes_per_layout": 4}),
+    ],
+)
+def test_layouts_without_effect_are_refused(name, options):
+    with pytest.raises(OptionError, match=r"^layouts=3 has no effect"):
+        make_environments(name, 2, "dummy", layouts=3, **options)
+
+
+@pytest.mark.parametrize("vectorization", ["auto", "kernel", "dummy", "subproc", "processes"])
+def test_more_environments_than_memory_holds_are_refused_before_any_is_made(vectorization):
+    pytest.importorskip("numba")
+    with pytest.raises(OptionError, match=r"environments|num_envs") as problem:
+        make_environments("LabPointNav-v0", 10**9, vectorization, split="val")
+    assert "1000000000" in str(problem.value)

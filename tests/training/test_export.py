@@ -10,8 +10,11 @@ import pytest
 
 pytest.importorskip("stable_baselines3")
 
-from stable_baselines3 import PPO, SAC, TD3
-from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
+from stable_baselines3 import A2C, DDPG, PPO, SAC, TD3
+from stable_baselines3.common.policies import MultiInputActorCriticPolicy
+from stable_baselines3.common.torch_layers import CombinedExtractor
+from stable_baselines3.common.vec_env import DummyVecEnv, VecFrameStack, VecNormalize
+from torch import nn
 
 from labgym.errors import DocumentError, LabgymError, OptionError
 from labgym.policies import EpisodeStart, make_policy
@@ -157,3 +160,132 @@ def test_a_file_without_layers_or_with_infinite_numbers_is_refused(tmp_path):
     path = Perceptron(header, wide, {}).save(tmp_path / "wide.safetensors")
     with pytest.raises(LabgymError, match="4 to 2 numbers"):
         make_policy(str(path))
+
+
+def recurrent_policy(shares: bool):
+    """Return a policy class with an LSTM, which hands its state out (as sb3-contrib does) or keeps it to itself."""
+
+    class LstmPolicy(MultiInputActorCriticPolicy):
+        def __init__(self, *arguments, **options):
+            super().__init__(*arguments, **options)
+            self.lstm = nn.LSTM(185, 185, batch_first=True)
+            self.kept = None
+
+        def predict(self, observation, state=None, episode_start=None, deterministic=False):
+            actions, _ = super().predict(observation, None, episode_start, deterministic)
+            return (actions, (np.ones((1, 4)),)) if shares else (actions, None)
+
+    return LstmPolicy
+
+
+class Halved(CombinedExtractor):
+    """The usual extractors by name, and another result."""
+
+    def forward(self, observations):
+        return 0.5 * super().forward(observations)
+
+
+class Stateful(MultiInputActorCriticPolicy):
+    """Without a recurrent module: the action depends on the number of calls."""
+
+    calls = 0
+
+    def _predict(self, observation, deterministic=False):
+        self.calls += 1
+        return super()._predict(observation, deterministic) + 0.01 * self.calls
+
+
+class Doubled(nn.Tanh):
+    def forward(self, values):
+        return 2.0 * super().forward(values)
+
+
+@pytest.mark.parametrize("policy", [recurrent_policy(True), recurrent_policy(False), Stateful])
+def test_a_policy_with_memory_is_refused_and_nothing_is_written(policy, blank, usual_space, tmp_path):
+    model = PPO(policy, environments(blank, usual_space), policy_kwargs=dict(SMALL), device="cpu")
+    with pytest.raises(OptionError, match="would lack"):
+        save_policy(model, tmp_path / "policy.safetensors")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"features_extractor_class": Halved},
+        {"activation_fn": Doubled},
+        {"activation_fn": nn.LeakyReLU},
+        {"activation_fn": nn.PReLU},
+    ],
+)
+def test_a_network_with_other_parts_is_refused(options, blank, usual_space, tmp_path):
+    model = PPO("MultiInputPolicy", environments(blank, usual_space), policy_kwargs={**SMALL, **options}, device="cpu")
+    with pytest.raises(OptionError):
+        save_policy(model, tmp_path / "policy.safetensors")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_stacked_frames_and_other_sizes_are_refused(blank, usual_space, tmp_path):
+    stacked = VecFrameStack(environments(blank, usual_space), 3)
+    flat = gym.spaces.Box(-1.0, 1.0, (370,), np.float32)
+    wide = gym.spaces.Dict({"lidar": gym.spaces.Box(0.0, 10.0, (360,), np.float32)})
+    other = gym.spaces.Dict({"sonar": gym.spaces.Box(0.0, 10.0, (8,), np.float32)})
+    models = [
+        PPO("MultiInputPolicy", stacked, policy_kwargs=dict(SMALL), device="cpu"),
+        PPO("MlpPolicy", environments(blank, flat), policy_kwargs=dict(SMALL), device="cpu"),
+        PPO("MultiInputPolicy", environments(blank, wide), policy_kwargs=dict(SMALL), device="cpu"),
+        PPO("MultiInputPolicy", environments(blank, other), policy_kwargs=dict(SMALL), device="cpu"),
+    ]
+    for model in models:
+        with pytest.raises(LabgymError):
+            save_policy(model, tmp_path / "policy.safetensors")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "wrapper",
+    [
+        gym.wrappers.NormalizeObservation,
+        lambda env: gym.wrappers.RescaleAction(env, np.float32(-0.5), np.float32(0.5)),
+        lambda env: gym.wrappers.StickyAction(env, 0.2),
+    ],
+)
+def test_a_wrapper_that_the_file_would_lack_is_refused(wrapper, blank, tmp_path):
+    space = gym.spaces.Box(-10.0, 10.0, (185,), np.float32)
+    made = DummyVecEnv([lambda: wrapper(blank(space))])
+    model = PPO("MlpPolicy", made, policy_kwargs=dict(SMALL), device="cpu")
+    with pytest.raises(OptionError):
+        save_policy(model, tmp_path / "policy.safetensors")
+
+
+def test_two_normalizations_are_refused(blank, usual_space, tmp_path):
+    made = VecNormalize(environments(blank, usual_space, norm_obs=True))
+    model = PPO("MultiInputPolicy", made, policy_kwargs=dict(SMALL), device="cpu")
+    with pytest.raises(OptionError, match="2 VecNormalize"):
+        save_policy(model, tmp_path / "policy.safetensors")
+
+
+@pytest.mark.parametrize(
+    ("algorithm", "options", "arguments"),
+    [
+        (PPO, {"net_arch": [], "activation_fn": nn.ReLU}, {}),
+        (PPO, {"net_arch": {"pi": [7], "vf": [9, 9]}, "activation_fn": nn.ELU}, {}),
+        (PPO, {"net_arch": [8], "activation_fn": nn.SiLU, "share_features_extractor": False}, {}),
+        (PPO, {"net_arch": [8], "squash_output": True}, {"use_sde": True}),
+        (PPO, {"net_arch": [8], "ortho_init": False}, {"use_sde": True}),
+        (SAC, {"net_arch": [8, 8, 8], "activation_fn": nn.Tanh}, {}),
+        (SAC, {"net_arch": [8]}, {"use_sde": True}),
+        (TD3, {"net_arch": []}, {}),
+        (DDPG, {"net_arch": {"pi": [6], "qf": [5]}}, {}),
+        (A2C, {"net_arch": [6, 5]}, {}),
+    ],
+)
+def test_whatever_is_accepted_acts_as_its_model(algorithm, options, arguments, blank, usual_space, tmp_path):
+    made = environments(blank, usual_space, clip_obs=2.0)
+    model = algorithm("MultiInputPolicy", made, policy_kwargs=options, seed=3, device="cpu", **arguments)
+    policy = make_policy(str(save_policy(model, tmp_path / "policy.safetensors")))
+    policy.reset(start())
+    usual_space.seed(8)
+    for _ in range(20):
+        each = usual_space.sample()
+        expected, _ = model.predict(made.normalize_obs(each), deterministic=True)
+        np.testing.assert_allclose(policy.act({**each, "odometry": np.zeros(3)}), expected, rtol=0.0, atol=5e-6)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from gymnasium import spaces
 from gymnasium.vector import AutoresetMode
+from numpy.typing import NDArray
 
 from labgym.counts import ENVIRONMENT_KB, MAX_STEPS, check_memory, whole_number
 from labgym.errors import OptionError
@@ -43,13 +44,48 @@ def mode_of(mode: AutoresetMode | str) -> AutoresetMode:
     """Return the autoreset mode that a value stands for.
 
     Raises:
-        OptionError: not NEXT_STEP or SAME_STEP.
+        OptionError: not a mode of Gymnasium.
     """
-    modes = {each.value: each for each in (AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP)}
-    autoreset = modes.get(mode.value if isinstance(mode, AutoresetMode) else mode)
-    if autoreset is None:
-        raise OptionError(f"autoreset_mode is {str(mode)[:40]!r}, expected NEXT_STEP or SAME_STEP")
-    return autoreset
+    try:
+        return AutoresetMode(mode)
+    except ValueError:
+        names = " or ".join(repr(each.value) for each in AutoresetMode)
+        raise OptionError(f"autoreset_mode is {str(mode)[:40]!r}, expected {names}") from None
+
+
+def split_mask(options: Mapping[str, Any] | None, count: int) -> tuple[NDArray[np.bool_], dict[str, Any]]:
+    """Return which environments a reset begins anew, and its other options.
+
+    Args:
+        options: of the reset; "reset_mask", one truth value for each environment, chooses some, as in Gymnasium.
+
+    Raises:
+        OptionError: the mask has another shape or type, or chooses no environment.
+    """
+    others = dict(options or {})
+    mask = others.pop("reset_mask", None)
+    if mask is None:
+        return np.ones(count, dtype=np.bool_), others
+    if not isinstance(mask, np.ndarray) or mask.dtype != np.bool_ or mask.shape != (count,) or not mask.any():
+        shown = " ".join(repr(mask).split())[:60]
+        raise OptionError(f"reset_mask is {shown}, expected a NumPy array of {count} truth values, at least one True")
+    return mask.copy(), others
+
+
+def check_running(ended: NDArray[np.bool_]) -> None:
+    """Refuse a step in which an environment has ended and was not reset, without autoreset.
+
+    Args:
+        ended: whether the episode of each environment has ended.
+
+    Raises:
+        OptionError: one has ended.
+    """
+    if ended.any():
+        raise OptionError(
+            f"environment {int(ended.argmax())} has ended, and autoreset_mode DISABLED resets none: call "
+            "reset(options={'reset_mask': terminated | truncated}) before step()"
+        )
 
 
 def seeds_of(seed: int | Sequence[int | None] | None, count: int) -> list[int | None]:

@@ -24,7 +24,7 @@ from labgym.envs.parts.robots import DifferentialDrive
 from labgym.envs.parts.vectors import GoalSensor, VelocitySensor
 from labgym.envs.planar.batch import Batch
 from labgym.envs.planar.routes import CompiledDistanceToGo, compiled_to_go
-from labgym.envs.vector.arguments import environment_count, mode_of, seeds_of
+from labgym.envs.vector.arguments import check_running, environment_count, mode_of, seeds_of, split_mask
 from labgym.envs.vector.columns import (
     ENDINGS,
     GOES_ON,
@@ -67,7 +67,7 @@ class VectorPointNavEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any
 
     Args:
         num_envs: number of environments.
-        autoreset_mode: NEXT_STEP (default) or SAME_STEP, as in Gymnasium.
+        autoreset_mode: NEXT_STEP (default), SAME_STEP or DISABLED, as in Gymnasium.
         max_episode_steps: number of steps after which an episode is truncated; None for no limit.
         threads: number of threads; None for one per processor that this process may use. It changes the speed alone.
         device: None (default) for threads of the processor. The name of a device of Warp (extra `warp`), "cuda",
@@ -129,15 +129,24 @@ class VectorPointNavEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any
 
         Args:
             seed: of the first environment, and those of the others follow; or one for each.
-            options: as of `LabPointNavEnv.reset`, for all.
+            options: as of `LabPointNavEnv.reset`, for all; and "reset_mask", a truth value for each environment, which
+                chooses those whose episodes begin anew.
+
+        Raises:
+            OptionError: before a first reset, the mask leaves out an environment.
         """
         seeds = seeds_of(seed, self.num_envs)
-        for row in range(self.num_envs):
-            self._begin(row, seeds[row], options or {})
-        self._ended = np.zeros(self.num_envs, dtype=np.bool_)
+        renewed, options = split_mask(options, self.num_envs)
+        if self._ended is None:
+            if not renewed.all():
+                raise OptionError("the first reset() begins the episodes of all environments: pass no reset_mask")
+            self._ended = np.zeros(self.num_envs, dtype=np.bool_)
+        for row in np.flatnonzero(renewed).tolist():
+            self._begin(row, seeds[row], options)
+        self._ended[renewed] = False
         self._columns.measure()
         self._judge()
-        return self._observations(), self._infos(np.ones(self.num_envs, dtype=np.bool_))
+        return self._observations(), self._infos(renewed)
 
     def step(
         self, actions: NDArray[np.float32]
@@ -145,6 +154,8 @@ class VectorPointNavEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any
         """Carry out one action in each environment; those that ended are reset by the rules of the autoreset mode."""
         if self._ended is None:
             raise OptionError("call reset() before step()")
+        if self.autoreset_mode == AutoresetMode.DISABLED:
+            check_running(self._ended)
         columns, robots = self._columns, self._batch.robots
         robots.targets[:] = self._targets(actions)
         self._batch.step()
@@ -168,10 +179,12 @@ class VectorPointNavEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any
             renewed = self._ended
             terminated, truncated, reward = terminated & ~renewed, truncated & ~renewed, np.where(renewed, 0.0, reward)
             self._ended = terminated | truncated
-        else:
+        elif self.autoreset_mode == AutoresetMode.SAME_STEP:
             renewed = terminated | truncated
             if renewed.any():
                 infos = self._final(renewed)
+        else:
+            renewed, self._ended = np.zeros_like(terminated), terminated | truncated
         if renewed.any():
             for row in np.flatnonzero(renewed).tolist():
                 self._begin(row, None, {})

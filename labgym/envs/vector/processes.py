@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from labgym.counts import MAX_PROCESSES, PROCESS_MB, check_memory, whole_number
 from labgym.envs.config import PointNavConfig
-from labgym.envs.vector.arguments import environment_count, mode_of, seeds_of
+from labgym.envs.vector.arguments import check_running, environment_count, mode_of, seeds_of, split_mask
 from labgym.envs.vector.board import shared_board
 from labgym.envs.vector.worker import begin, call
 from labgym.errors import LabgymError, OptionError
@@ -44,7 +44,7 @@ class ProcessPointNavEnv(VectorEnv[Any, Any, NDArray[Any]]):
 
     Args:
         num_envs: number of environments.
-        autoreset_mode: NEXT_STEP (default) or SAME_STEP, as in Gymnasium.
+        autoreset_mode: NEXT_STEP (default), SAME_STEP or DISABLED, as in Gymnasium.
         max_episode_steps: number of steps after which an episode is truncated; None for no limit.
         processes: number of processes; None for one per processor that this process may use. It changes the speed and
             the memory alone: each process keeps the layouts of its environments (`resident_mb`).
@@ -85,6 +85,7 @@ class ProcessPointNavEnv(VectorEnv[Any, Any, NDArray[Any]]):
         self._shares = list(pairwise(bounds))
         self._board = shared_board(self.single_observation_space, self.num_envs)
         self._ready = False
+        self._ended = np.zeros(self.num_envs, dtype=np.bool_)
         # A pool of one process for each share: a share stays in its process.
         self._pools = [LocalPool(1) for _ in self._shares]
         address = None if self._board is None else self._board.address
@@ -114,20 +115,32 @@ class ProcessPointNavEnv(VectorEnv[Any, Any, NDArray[Any]]):
 
         Args:
             seed: of the first environment, and those of the others follow; or one for each.
-            options: as of `LabPointNavEnv.reset`, for all.
+            options: as of `LabPointNavEnv.reset`, for all; and "reset_mask", a truth value for each environment, which
+                chooses those whose episodes begin anew.
+
+        Raises:
+            OptionError: before a first reset, the mask leaves out an environment.
         """
         seeds = seeds_of(seed, self.num_envs)
-        answers = self._each(call, [("reset", seeds[first:last], options) for first, last in self._shares])
+        mask, options = split_mask(options, self.num_envs)
+        if not self._ready and not mask.all():
+            raise OptionError("the first reset() begins the episodes of all environments: pass no reset_mask")
+        shares = [("reset", seeds[first:last], options, mask[first:last]) for first, last in self._shares]
+        answers = self._each(call, shares)
         self._ready = True
+        self._ended[mask] = False
         return self._observations(answers), self._infos(answers)
 
     def step(self, actions: Any) -> tuple[Any, NDArray[Any], NDArray[Any], NDArray[Any], dict[str, Any]]:
         """Carry out one action in each environment; those that ended are reset by the rules of the autoreset mode."""
         if not self._ready:
             raise OptionError("call reset() before step()")
+        if self.autoreset_mode == AutoresetMode.DISABLED:
+            check_running(self._ended)
         shares = [("step", _share(actions, first, last, self.num_envs)) for first, last in self._shares]
         answers = self._each(call, shares)
         rewards, terminated, truncated = (np.concatenate([answer[k] for answer in answers]) for k in (1, 2, 3))
+        self._ended = terminated | truncated
         return self._observations(answers), rewards, terminated, truncated, self._infos(answers)
 
     def render(self) -> tuple[Any, ...] | None:

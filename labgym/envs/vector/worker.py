@@ -6,6 +6,7 @@ from functools import partial
 from typing import Any
 
 import cloudpickle
+import numpy as np
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from gymnasium.wrappers import TimeLimit
 from numpy.typing import NDArray
@@ -38,21 +39,25 @@ class Rows:
     ) -> None:
         self._envs = SyncVectorEnv([partial(_single, config, limit)] * count, copy=False, autoreset_mode=mode)
         self._first = first
+        self._latest: Any = None
         self._board: Board | None = None
         if address is not None:
             self._board = address.open(self._envs.single_observation_space, total)
             self._board.close()
 
-    def reset(self, seeds: list[int | None], options: Infos | None) -> tuple[Any, Infos]:
-        """Begin all episodes."""
-        observations, infos = self._envs.reset(seed=seeds, options=options)
-        return self._sent(observations), infos
+    def reset(self, seeds: list[int | None], options: Infos, mask: NDArray[np.bool_]) -> tuple[Any, Infos]:
+        """Begin the episodes that a mask chooses."""
+        if not mask.any():
+            return self._sent(self._latest), {}
+        chosen = options if mask.all() else {**options, "reset_mask": mask}
+        self._latest, infos = self._envs.reset(seed=seeds, options=chosen)
+        return self._sent(self._latest), infos
 
     def step(self, actions: Any) -> tuple[Any, NDArray[Any], NDArray[Any], NDArray[Any], Infos]:
         """Carry out an action in each environment."""
-        observations, *rest, infos = self._envs.step(actions)
+        self._latest, *rest, infos = self._envs.step(actions)
         rewards, terminated, truncated = rest
-        return self._sent(observations), rewards, terminated, truncated, infos
+        return self._sent(self._latest), rewards, terminated, truncated, infos
 
     def render(self) -> tuple[Any, ...]:
         """Return the picture of each environment."""

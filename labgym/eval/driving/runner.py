@@ -111,6 +111,14 @@ def evaluate(
         LabgymError: two layouts have the same id, a layout has no protocol, or workers died.
     """
     whole_number("seed", seed, 0, MAX_SEED)
+    for name, ineffective, remedy in (
+        ("workers", executor is not None and workers != 1, "with an executor, which has its own workers"),
+        ("limits", limits is not None and not isolated, "with isolated=False: there is no process to limit"),
+        ("options", bool(options) and isinstance(policy, Policy), "on a policy object: pass them to its class"),
+        ("fresh", fresh and out is None, "without out, the folder to start anew"),
+    ):
+        if ineffective:
+            raise OptionError(f"{name} has no effect {remedy}")
     mode = kernel_mode(kernels)
     executor = executor or ExecutorOptions(workers=workers)
     # The policy is copied before the layouts are read, so that its code cannot put them into the copy.

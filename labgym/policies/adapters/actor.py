@@ -16,7 +16,7 @@ from labgym.errors import OptionError, UnknownNameError
 from labgym.policies.adapters.actor_file import Perceptron
 from labgym.policies.adapters.inputs import checked_action, sensors_for
 from labgym.policies.adapters.near_goal import near_goal
-from labgym.policies.policy import EpisodeStart, Observation, Policy
+from labgym.policies.policy import EpisodeStart, Observation, Policy, Sensors
 
 Values = NDArray[Any]
 
@@ -52,23 +52,9 @@ class ActorPolicy(Policy):
     name: ClassVar[str] = "actor"
 
     def __init__(self, path: str | Path) -> None:
-        actor = Perceptron.load(path)
-        self._path, self._header, self._network = Path(path), actor.header, actor.network()
-        for name in self._header.inputs:
-            if name not in SIZES:
-                raise UnknownNameError(f"{path}: input of the model", name, SIZES)
-            if name in actor.statistics and len(actor.statistics[name][0]) != SIZES[name]:
-                raise OptionError(f"{path}: statistics of {name} have length {len(actor.statistics[name][0])}")
-        ends = actor.layers[0][0].shape[1], actor.layers[-1][0].shape[0]
-        expected = sum(SIZES[name] for name in self._header.inputs), 2
-        if ends != expected:
-            raise OptionError(f"{path}: the layers lead from {ends[0]} to {ends[1]} numbers, expected {expected}")
-        self._statistics = {
-            name: (mean.double().numpy(), np.sqrt(variance.double().numpy() + self._header.epsilon))
-            for name, (mean, variance) in actor.statistics.items()
-        }
-        sensors = [_SENSORS.get(name, name) for name in self._header.inputs]
-        self.observation = sensors_for(sensors, str(path))  # type: ignore[misc] # the file decides, not the class
+        self._actor = Perceptron.load(path)
+        self._path, self._network = Path(path), self._actor.network()
+        self.observation = check_actor(self._actor, str(path))  # type: ignore[misc] # the file decides, not the class
         self._goal = (0.0, 0.0)
 
     def reset(self, episode: EpisodeStart) -> None:
@@ -77,7 +63,7 @@ class ActorPolicy(Policy):
 
     def act(self, observation: Observation) -> NDArray[np.floating[Any]]:
         """Return the network's mean action, clipped."""
-        vector = np.concatenate([self._input(name, observation) for name in self._header.inputs])
+        vector = np.concatenate([self._input(name, observation) for name in self._actor.header.inputs])
         with torch.inference_mode():
             output = self._network(torch.from_numpy(vector)[None])[0].numpy()
         return checked_action(output, str(self._path))
@@ -93,10 +79,27 @@ class ActorPolicy(Policy):
     def _input(self, name: str, observation: Observation) -> Values:
         """Return an input, normalized, float32 (SIZES[name],)."""
         value = _GOALS[name](observation, self._goal) if name in _GOALS else np.ravel(observation[name])
-        if name in self._statistics:
-            mean, deviation = self._statistics[name]
-            value = np.clip((value - mean) / deviation, -self._header.clip, self._header.clip)
-        return value.astype(np.float32)
+        return self._actor.normalized(name, value)
+
+
+def check_actor(actor: Perceptron, source: str) -> Sensors:
+    """Return the sensors that an actor requires, after a check that `ActorPolicy` can act with it.
+
+    Raises:
+        UnknownNameError: it has an input that is not an observation.
+        OptionError: the sizes of inputs and layers contradict each other, or the output is not an action.
+    """
+    inputs = actor.header.inputs
+    for name in inputs:
+        if name not in SIZES:
+            raise UnknownNameError(f"{source}: input of the model", name, SIZES)
+        if name in actor.statistics and len(actor.statistics[name][0]) != SIZES[name]:
+            raise OptionError(f"{source}: statistics of {name} have length {len(actor.statistics[name][0])}")
+    ends = actor.layers[0][0].shape[1], actor.layers[-1][0].shape[0]
+    expected = sum(SIZES[name] for name in inputs), 2
+    if ends != expected:
+        raise OptionError(f"{source}: the layers lead from {ends[0]} to {ends[1]} numbers, expected {expected}")
+    return sensors_for([_SENSORS.get(name, name) for name in inputs], source)
 
 
 def _joint(observation: Observation, goal: tuple[float, float]) -> Values:  # noqa: ARG001

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
+import numpy as np
 import torch
+from numpy.typing import NDArray
 from pydantic import Field
 from safetensors import SafetensorError, safe_open
 from safetensors.torch import save
@@ -71,6 +74,21 @@ class Perceptron:
             parts += [linear, ACTIVATIONS[self.header.activation]()]
         parts.pop()
         return nn.Sequential(*parts, *([nn.Tanh()] if self.header.squash else [])).eval()
+
+    @cached_property
+    def _scales(self) -> dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]]:
+        """Mean and deviation of each normalized input."""
+        return {
+            name: (mean.double().numpy(), np.sqrt(variance.double().numpy() + self.header.epsilon))
+            for name, (mean, variance) in self.statistics.items()
+        }
+
+    def normalized(self, name: str, value: NDArray[Any]) -> NDArray[np.float32]:
+        """Return an input as the first layer takes it, float32."""
+        if name in self._scales:
+            mean, deviation = self._scales[name]
+            value = np.clip((value - mean) / deviation, -self.header.clip, self.header.clip)
+        return value.astype(np.float32)
 
     def save(self, path: str | Path) -> Path:
         """Write the actor as a .safetensors file atomically and return its path."""

@@ -8,7 +8,7 @@ from pathlib import Path
 import labgym
 from labgym.errors import OptionError
 from labgym.layouts.batch import catalog_digest
-from labgym.policies.data.columns import map_schema, sample_schema
+from labgym.policies.data.columns import arrow, map_schema, sample_schema
 from labgym.policies.data.leader import Leader
 from labgym.policies.data.manifest import DataOptions, DatasetManifest, DatasetShard
 from labgym.policies.data.shard import make_shard
@@ -46,6 +46,7 @@ def make_dataset(
     options = options or DataOptions()
     if options.learner != (None if leader is None else leader.digest):
         raise OptionError("the options name another learner than the one that is passed")
+    arrow()  # Look for pyarrow before its version.
     identity = RunIdentity.of(
         "data", options=options.model_dump(mode="json"), catalog=catalog_digest(), versions=_versions()
     )

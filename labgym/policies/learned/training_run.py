@@ -11,6 +11,7 @@ from typing import Any
 import torch
 
 from labgym.documents import Document
+from labgym.errors import MissingDependencyError
 from labgym.policies.data import load_manifest
 from labgym.policies.learned.weights import CONFIG, WEIGHTS
 from labgym.runs import RunFolder, RunIdentity
@@ -62,9 +63,16 @@ def train_identity(policy: str, packages: Sequence[str] = (), **inputs: Any) -> 
         packages: packages besides numpy and torch whose versions decide the weights.
         inputs: everything else that decides them.
     """
-    versions = {name: metadata.version(name) for name in ("numpy", "torch", *packages)}
+    versions = {name: _version(name) for name in ("numpy", "torch", *packages)}
     kernels = torch.backends.cpu.get_cpu_capability()  # The last bits of sums depend on the instruction set.
     return RunIdentity.of("train", policy=policy, versions=versions, kernels=kernels, **inputs)
+
+
+def _version(package: str) -> str:
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
+        raise MissingDependencyError(package, "training", "train") from None
 
 
 def finish(run: RunFolder, names: Sequence[str]) -> None:

@@ -1,0 +1,67 @@
+"""Failed imports and exhausted memory as one line: they appear wherever a command first uses a package."""
+
+from __future__ import annotations
+
+from labgym.errors import MissingDependencyError
+
+EXTRAS = {
+    "coacd": ("coacd", "mesh"),
+    "diffusers": ("diffusers", "train"),
+    "distributed": ("distributed", "dask"),
+    "ezdxf": ("ezdxf", "cad"),
+    "google.protobuf": ("protobuf", "ord"),
+    "gymnasium_robotics": ("gymnasium-robotics", "dev"),
+    "h5py": ("h5py", "data"),
+    "imageio_ffmpeg": ("imageio-ffmpeg", "data"),
+    "minari": ("minari", "data"),
+    "moviepy": ("moviepy", "train"),
+    "numba": ("numba", "fast"),
+    "onnxruntime": ("onnxruntime", "onnx"),
+    "openai": ("openai", "llm"),
+    "pxr": ("usd-core", "usd"),
+    "pyarrow": ("pyarrow", "data"),
+    "pygame": ("pygame", "train"),
+    "rdkit": ("rdkit", "chem"),
+    "safetensors": ("safetensors", "train"),
+    "stable_baselines3": ("stable-baselines3", "train"),
+    "submitit": ("submitit", "slurm"),
+    "tensorboard": ("tensorboard", "train"),
+    "torch": ("torch", "train"),
+    "warp": ("warp-lang", "warp"),
+    "wordllama": ("wordllama", "embed"),
+    "yaml": ("pyyaml", "cad"),
+}
+"""Distribution and extra of each optional package, by the name that is imported."""
+NO_MEMORY = (
+    "cannot allocate memory",
+    "could not allocate memory",
+    "failed to map segment",
+    "cannot apply additional memory protection",
+    "bad_alloc",
+)
+"""What the system's loader says of a library for which memory is short."""
+
+
+def problem_line(error: BaseException, command: str) -> str | None:
+    """Return the one line of an error: the extra to install, or that memory is short; None for another cause.
+
+    Args:
+        command: what the user asked for, such as "labgym compile".
+    """
+    if out_of_memory(error):
+        return f"not enough memory for {command}: raise the limit (ulimit -v), end other programs, or ask for less"
+    if not isinstance(error, ImportError):
+        return None
+    name = str(error.name or "")
+    distributions = {distribution: (distribution, extra) for distribution, extra in EXTRAS.values()}
+    package = distributions.get(name) or EXTRAS.get(name) or EXTRAS.get(name.split(".")[0])
+    return None if package is None else str(MissingDependencyError(package[0], command, package[1]))
+
+
+def out_of_memory(error: BaseException | None) -> bool:
+    """Whether an error, or one that it came from, says that memory is short."""
+    while error is not None:
+        if isinstance(error, MemoryError) or any(words in str(error).lower() for words in NO_MEMORY):
+            return True
+        error = error.__cause__ or error.__context__
+    return False
