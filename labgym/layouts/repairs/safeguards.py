@@ -127,13 +127,13 @@ def rehung(
     here = layout.placement(item)
     asset = layout.asset(item)
     rest = layout.replace(placements=tuple(placement for placement in layout.placements if placement.id != item))
-    openings = BoxArray.of(
-        [box for _, box in opening_boxes(Site.of(Arrangement.of(layout), protocol))]
-        or [OrientedBox(0.0, 0.0, 0.0, 0.0)]
-    )
+    site = Site.of(Arrangement.of(layout), protocol)
+    openings = [box for _, box in opening_boxes(site)]
 
     def plain(box: OrientedBox) -> bool:
-        return bool((pairwise_penetration(BoxArray.of([box]), openings) <= WALL_TOLERANCE).all())
+        if not openings:
+            return True
+        return bool((pairwise_penetration(BoxArray.of([box]), BoxArray.of(openings)) <= WALL_TOLERANCE).all())
 
     keepouts, spaces = Keepouts.of(rest, protocol), [space.id for space in layout.floor.spaces]
     heights = (None, HEAVY_GAS_TOP_M - asset.size.height) if asset.subtype == "sensor" else (None,)
