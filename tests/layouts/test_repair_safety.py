@@ -108,8 +108,12 @@ SPOILT = {
 }
 
 
-@pytest.mark.parametrize("laboratory", LABORATORIES, ids=lambda one: one[0])
-@pytest.mark.parametrize("name", SPOILT)
+UNSPOILT = {("cyc_02", "reagents_high"), ("cyc_02", "no_detector")}
+"""Cases without a general cabinet, or without vapors that call for a detector."""
+CASES = [(one, name) for one in LABORATORIES for name in SPOILT if (one[0], name) not in UNSPOILT]
+
+
+@pytest.mark.parametrize(("laboratory", "name"), CASES, ids=lambda one: one if isinstance(one, str) else one[0])
 def test_a_spoilt_laboratory_is_safe_after_its_repair(laboratory, name):
     before = good(*laboratory)
     assert not kinds(before)

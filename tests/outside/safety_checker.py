@@ -313,7 +313,7 @@ def _wet(lab: Laboratory) -> Iterator[Fault]:
 def _at_exits(lab: Laboratory) -> Iterator[Fault]:
     doors = [opening.polygon for opening in lab.openings if opening.exit]
     kind = _flag("flammable", "oxidizer")
-    at_risk = [(item.id, item.footprint) for item in lab.stored(kind)]
+    at_risk = [(item.id, item.footprint) for item in lab.stored(kind) if item.entry["category"] != "waste"]
     at_risk += [(f"{name} in use on {item.id}", lab.working_area(item)) for name, item in lab.used(kind)]
     for name, area in at_risk:
         gap = min((area.distance(door) for door in doors), default=math.inf)

@@ -23,6 +23,7 @@ from labgym.layouts.repairs.reinsertion import reinserted
 from labgym.layouts.repairs.remaining import problems
 from labgym.layouts.repairs.resettling import lying, resettled
 from labgym.layouts.repairs.safeguards import broken_rules, safeguarded
+from labgym.layouts.repairs.softening import softened
 from labgym.layouts.repairs.ways import widened
 from labgym.layouts.rules.objective import Assessment
 from labgym.layouts.rules.thresholds import Profile
@@ -68,7 +69,7 @@ def repair_layout(
     Items return to surfaces and reagents to their cabinets, furniture is pushed apart, returned to walls or placed anew
     by the solver, what the protocol requires and is missing is added, and the optimization and the refinement for
     navigation run over the rest. A stage is kept if the layout has fewer faults after it; what need not have moved is
-    put back in the end. Fixed objects stay exactly where they are. A layout so large or so broken that its repair
+    put back in the end. Then a few objects move for soft terms alone, if that raises F (`softening`). Fixed objects stay exactly where they are. A layout so large or so broken that its repair
     reaches a limit of work is returned as it is then, with that as a problem. Deterministic.
 
     Args:
@@ -138,6 +139,8 @@ def _run(start: State, progress: Progress, adjuster: Adjuster | None) -> None:
         if other is not anew:
             other = _concluded(start, with_cabinets(with_missing(hung(resettled(other)))))
             state = progress.record("furniture", other if other.rank < state.rank else state)
+    if not state.seeded and not start.rank.sound:
+        progress.record("soft terms", softened(state))
 
 
 def _concluded(start: State, state: State) -> State:

@@ -88,16 +88,16 @@ def _layouts(state: State, issue: FacilityIssue) -> Iterator[Layout]:
     near = layout.placement(ids[0]).position[:2] if ids else (0.0, 0.0)
     if issue.rule in EQUIPMENT_WALKS:
         for item in ids[1:]:
-            yield from _elsewhere(state, item, near)
+            yield from elsewhere(state, item, near)
         return
     for item in ids:
-        yield from _elsewhere(state, item)
+        yield from elsewhere(state, item)
     for item in dict.fromkeys(layout.root(item).id for item in ids):
         if layout.placement(item).support == FLOOR and may_move(layout, item):
             yield from (apply(layout, command) for command in swaps(layout, item))
 
 
-def _elsewhere(state: State, item: str, near: tuple[float, float] | None = None) -> Iterator[Layout]:
+def elsewhere(state: State, item: str, near: tuple[float, float] | None = None) -> Iterator[Layout]:
     """Yield layouts with an object at other places, the nearest first: to where it is, or to a point."""
     layout, support = state.layout, state.layout.placement(item).support
     if not may_move(layout, item):
