@@ -68,9 +68,11 @@ def repair_layout(
 
     Items return to surfaces and reagents to their cabinets, furniture is pushed apart, returned to walls or placed anew
     by the solver, what the protocol requires and is missing is added, and the optimization and the refinement for
-    navigation run over the rest. A stage is kept if the layout has fewer faults after it; what need not have moved is
-    put back in the end. Then a few objects move for soft terms alone, if that raises F (`softening`). Fixed objects stay exactly where they are. A layout so large or so broken that its repair
-    reaches a limit of work is returned as it is then, with that as a problem. Deterministic.
+    navigation run over the rest. Under touchstone-v2 broken safety rules are cured one by one. A stage is kept if the
+    layout has fewer faults after it; what need not have moved is put back. Then, in a layout that had faults, a few
+    objects move for soft terms alone if that raises F (`softening`). Fixed objects stay exactly where they are. A
+    layout so large or so broken that its repair reaches a limit of work is returned as it is then, with that as a
+    problem. Deterministic.
 
     Args:
         layout: any layout.
