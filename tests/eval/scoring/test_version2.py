@@ -38,9 +38,11 @@ def test_the_version_is_chosen_by_name_or_by_the_profile(report: LayoutReport2) 
 def test_a_layout_in_order_is_full_in_every_headline_figure(report: LayoutReport2) -> None:
     best = {"ob": 0, "cn": 0, "v": 0, "s_phys": 35.0, "s_chem": 35.0}
     values = {name: getattr(report, name) for name in HEADLINE}
+    # Advice on planning may be left: two islands are 0.08 m out of line.
+    assert {issue.rule for issue in report.warnings} == {"islands_in_line"}
     assert {name: value for name, value in values.items() if value is not None} == {
         name: best.get(name, 1.0) for name, value in values.items() if value is not None
-    }
+    } | {"facility": report.facility}
     assert report.passed
     assert report.walk == pytest.approx((report.between_steps or 0.0) + (report.fetching or 0.0))
     assert set(report.regulations) == {"US", "EN", "CN"}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
+from pathlib import Path
 
 import pytest
 from laboratories import BY_HAND, orderly_laboratory, put
@@ -285,6 +286,7 @@ MISPLACED = (
     ("Acetone", "EquipmentRack"), ("SodiumHydride", "WallShelf"), ("Ethanol", "SinkBench"),
     ("DryingOven", "FlammableCabinet"), ("OilBath", "FlammableSafeRefrigerator"), ("BunsenBurner", "EquipmentRack"),
     ("SpillKit", "WritingDesk"), ("Carton", "FumeHood"), ("Microscope", "GeneralCabinet"),
+    ("Monitor", "LabRefrigerator"),
 )  # fmt: skip
 IN_PLACE = (
     ("Laptop", "WritingDesk"), ("Laptop", "LabBench1800"), ("ElectronicScale", "PreparationBench"),
@@ -335,3 +337,9 @@ def test_every_water_reactive_of_the_catalog_is_known_by_its_statements() -> Non
     dangerous = {"H250", "H260", "H261", "EUH014"}
     stated = {a.name for a in CATALOG.assets if a.chemistry and not dangerous.isdisjoint(a.chemistry.h_codes)}
     assert stated <= {asset.name for asset in CATALOG.assets if water_reactive(asset)}
+
+
+def test_the_documentation_lists_every_rule_with_severity_limit_and_source() -> None:
+    text = (Path(__file__).parents[3] / "docs" / "metrics.md").read_text()
+    for rule in RULES:
+        assert f"| `{rule.name}` | {rule.severity} | {rule.requires} | {rule.limit} | {rule.source} |" in text

@@ -82,7 +82,7 @@ def _near_ovens(limit: float) -> Callable[[Site], Iterator[Finding]]:
 
 
 def _oxidizers(site: Site) -> list[tuple[int, tuple[int, ...], frozenset[int]]]:
-    """Return the row, the rows that are measured and the heat of its own of each place of oxidizers."""
+    """Return the row, the rows that are measured and the rows of its heat, for each place of oxidizers."""
     assets = site.arrangement.assets
     stored = [(row, (row,), frozenset[int]()) for row in site.arrangement.reagents if assets[row].hazards.oxidizer]
     used = [

@@ -65,7 +65,7 @@ def mounting(asset: Asset) -> Mounting | None:
 
 
 def _hanging(site: Site) -> list[tuple[int, Mounting]]:
-    """Return the rows and the limits of what hangs on walls; detectors of light gases have a rule of their own."""
+    """Return the rows and the limits of what hangs on walls; `detector_height` judges those of light gases."""
     high = {room for room, own in gases(site).items() if "light" in own}
     pairs = []
     for row, (placement, asset) in enumerate(zip(site.arrangement.placements, site.arrangement.assets, strict=True)):

@@ -63,7 +63,7 @@ class Site:
 
     @cached_property
     def handled(self) -> tuple[Handling, ...]:
-        """What the protocols handle at their locations."""
+        """Reagents and vessels of the protocols at their locations."""
         return tuple(place for protocol in self.protocols for place in handlings(self.arrangement, protocol))
 
     def reagents_of(self, place: Handling) -> tuple[Asset, ...]:

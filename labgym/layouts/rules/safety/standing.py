@@ -1,4 +1,4 @@
-"""What stands where: a list of kinds of objects and of the places where they do not belong."""
+"""Lists of the places where objects do not belong, by kind, with the reason and the remedy."""
 
 from __future__ import annotations
 
@@ -81,8 +81,8 @@ def _cabinet(asset: Asset) -> bool:
     return asset.storage_class is not None and asset.storage_class != "Glassware"
 
 
-def _dry_cabinet(asset: Asset) -> bool:
-    return asset.storage_class is not None
+def _enclosed(asset: Asset) -> bool:
+    return asset.storage_class is not None or asset.category == "cold_storage"
 
 
 def _open_shelf(asset: Asset) -> bool:
@@ -115,7 +115,7 @@ MISPLACEMENTS = (
         "water damages them and electrocutes people", "a bench or a desk", "Prudent Practices, 7.C.1.2",
     ),
     Misplacement(
-        "computers and electric instruments", _instrument, "cabinets", _dry_cabinet,
+        "computers and electric instruments", _instrument, "cabinets", _enclosed,
         "they are ignition sources", "a bench or a desk", "NFPA 30, 9.5; OSHA 29 CFR 1910.106(d)",
     ),
     Misplacement(
@@ -137,7 +137,7 @@ MISPLACEMENTS = (
     ),
     Misplacement(
         "hot devices", _hot, "reagent cabinets, refrigerators and freezers",
-        lambda asset: _cabinet(asset) or asset.subtype in ("refrigerator", "freezer"),
+        lambda asset: _cabinet(asset) or asset.category == "cold_storage",
         "they ignite what is stored there", "a bench or a hood", "NFPA 30, 9.5; OSHA 29 CFR 1910.106(d)",
     ),
     Misplacement(

@@ -62,7 +62,7 @@ REQUIREMENTS = (
         "40 CFR 262.15: waste is collected at or near the point of generation",
     ),
 )
-"""What laboratories need, and the reagents and cylinders that call for it; rooms have rules of their own."""
+"""What laboratories need, and the reagents and cylinders that call for it; see `safety.rooms` for each room."""
 
 
 def required_equipment(arrangement: Arrangement, protocol: Protocol | None) -> tuple[Requirement, ...]:
