@@ -13,7 +13,7 @@ def test_a_laboratory_without_reagents_gets_them_and_its_file_stays(call, tmp_pa
     island_laboratory().save(path)
     written = path.read_bytes()
     code, out, err = call("repair", path)
-    assert (code, err) == (0, "")
+    assert (code, err.count("\n"), "add a shower" in err) == (1, 1, True)
     assert path.read_bytes() == written
     after = Layout.load(tmp_path / "lab-repaired.json")
     assessment = evaluate_layout(after, after.protocol, navigation=True)
@@ -22,6 +22,19 @@ def test_a_laboratory_without_reagents_gets_them_and_its_file_stays(call, tmp_pa
     assert added
     assert all(f"{item}: added " in out for item in added)
     assert f"{len(added)} added" in out
+
+
+def test_a_building_without_an_exit_fails_under_both_versions(call, tmp_path):
+    path = tmp_path / "lab.json"
+    layout = island_laboratory()
+    wall = next(k for k, wall in enumerate(layout.to_json()["floor"]["walls"]) if wall["openings"])
+    data = layout.to_json()
+    data["floor"]["walls"][wall]["openings"] = []
+    Layout.parse(data, "test").save(path)
+    for metrics in ("touchstone-v1", "touchstone-v2"):
+        code, _, err = call("repair", path, "--metrics", metrics, "--out", tmp_path / f"{metrics}.json")
+        assert code == 1
+        assert "no exit for" in err
 
 
 def test_what_is_fixed_stays_is_reported_and_fails(call, tmp_path):

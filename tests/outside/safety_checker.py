@@ -47,7 +47,7 @@ LIGHT_GAS_DETECTOR_M = 1.8
 """Lowest center of a detector for a gas lighter than air."""
 SQUARE_TURN = math.radians(2.0)
 """Furniture counts as square up to this turn."""
-CAPS = {"IceMachine": 1, "NoticeBoard": 1, "UltraLowFreezer": 1}
+CAPS = {"IceMachine": 1, "NoticeBoard": 2, "UltraLowFreezer": 2}
 """Optional pieces of a laboratory, however many rooms it has."""
 SLACK_M = 5e-3
 """Rounding of coordinates."""
@@ -156,6 +156,13 @@ class Laboratory:
                     if item is not None and entry is not None and entry["kind"] == "reagent" and where(entry):
                         places.append((name, self.plan.root(item)))
         return list({(name, item.id): (name, item) for name, item in places}.values())
+
+    def working_area(self, carrier: Item) -> Polygon:
+        """Return the area of the vessels and devices in use on a piece of furniture; its outline without any."""
+        used = {name for protocol in self.protocols for step in protocol["steps"] for name in step["uses"]}
+        items = [i for i in self.items if i.entry["name"] in used and i.entry["kind"] == "instrument"]
+        areas = [item.footprint for item in items if item.id != carrier.id and self.plan.root(item) is carrier]
+        return shapely.union_all(areas) if areas else carrier.footprint
 
     def stored(self, where: Callable[[dict[str, Any]], bool]) -> list[Item]:
         """Return the objects of a class: reagents, and cylinders."""
@@ -306,8 +313,8 @@ def _wet(lab: Laboratory) -> Iterator[Fault]:
 def _at_exits(lab: Laboratory) -> Iterator[Fault]:
     doors = [opening.polygon for opening in lab.openings if opening.exit]
     kind = _flag("flammable", "oxidizer")
-    at_risk = [(item.id, item.footprint) for item in lab.stored(kind)]
-    at_risk += [(f"{name} in use on {item.id}", item.footprint) for name, item in lab.used(kind)]
+    at_risk = [(item.id, item.footprint) for item in lab.stored(kind) if item.entry["category"] != "waste"]
+    at_risk += [(f"{name} in use on {item.id}", lab.working_area(item)) for name, item in lab.used(kind)]
     for name, area in at_risk:
         gap = min((area.distance(door) for door in doors), default=math.inf)
         if gap < EXIT_GAP_M - SLACK_M:

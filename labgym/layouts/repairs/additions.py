@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import islice
 
 from labgym.assets import Asset
 from labgym.layouts.habits import Habits
@@ -11,10 +12,13 @@ from labgym.layouts.moves import apply, may_move
 from labgym.layouts.placement import FLOOR, Placement
 from labgym.layouts.rearrange import rearrangements
 from labgym.layouts.relocation import free_places
+from labgym.layouts.repairs.berths import berths
 from labgym.layouts.repairs.furniture import middles
 from labgym.layouts.repairs.hanging import added_on_wall
 from labgym.layouts.repairs.rank import State
+from labgym.layouts.repairs.safeguards import faults_of
 from labgym.layouts.rules.presence import missing_assets
+from labgym.layouts.rules.safety.rooms import lacking_equipment
 from labgym.layouts.rules.storage import STORAGE_CLASSES
 from labgym.layouts.rules.touchstone2.assessment import Assessment2
 from labgym.layouts.rules.touchstone2.equipment import missing_equipment
@@ -23,6 +27,8 @@ from labgym.protocols import Protocol
 
 PLACES = 6
 """Maximum number of free places tried for a piece of furniture in a space."""
+PLACES_IN_ROOM = 60
+"""Maximum number of places tried for the safety equipment of a room."""
 SPOTS = 12
 """Maximum number of free spots tried for an object."""
 
@@ -44,6 +50,24 @@ def with_missing(state: State) -> State:
         if asset.kind == "reagent" and not _has_cabinet(state.layout, asset):
             state = _with_one(state, _cabinet_for(state.layout, asset)) or state
         state = _with_one(state, asset) or state
+    return state
+
+
+def with_equipment(state: State) -> State:
+    """Return the state with the safety equipment that rooms lack under touchstone-v2, as far as it finds a place."""
+    if not isinstance(state.assessment, Assessment2):
+        return state
+    for lacking in lacking_equipment(state.assessment.site):
+        spaces = frozenset(lacking.spaces)
+        present = faults_of(state)
+        best: State | None = None
+        for candidate in islice(_candidates(state, state.layout.catalog.get(lacking.asset), spaces), PLACES_IN_ROOM):
+            larger = state.with_layout(candidate)
+            if larger.rank.cost < state.rank.cost and (best is None or larger.rank < best.rank):
+                best = larger
+                if not faults_of(larger) - present:
+                    break
+        state = best or state
     return state
 
 
@@ -99,17 +123,25 @@ def _with_one(state: State, asset: Asset) -> State | None:
     return best
 
 
-def _candidates(state: State, asset: Asset) -> Iterator[Layout]:
+def _candidates(state: State, asset: Asset, spaces: frozenset[int] | None = None) -> Iterator[Layout]:
+    """Yield layouts with one more piece; if spaces are given, in these alone, at all berths."""
     if asset.placing == "wall":
-        return iter(added_on_wall(state.layout, asset, state.protocol))
+        return iter(added_on_wall(state.layout, asset, state.protocol, spaces))
     if asset.placing == "floor":
-        return _on_floor(state.layout, asset, state.protocol)
+        return _on_floor(state.layout, asset, state.protocol, spaces)
     return _on_surfaces(state, asset)
 
 
-def _on_floor(layout: Layout, asset: Asset, protocol: Protocol | None) -> Iterator[Layout]:
+def _on_floor(
+    layout: Layout, asset: Asset, protocol: Protocol | None, spaces: frozenset[int] | None = None
+) -> Iterator[Layout]:
     """Yield layouts with a piece of furniture at free places of each space, or where the solver makes room for it."""
-    trials = [_with(layout, asset, (x, y, 0.0), FLOOR, None) for _, (x, y) in middles(layout, asset)]
+    points = [point for space, point in middles(layout, asset) if spaces is None or space in spaces]
+    trials = [_with(layout, asset, (x, y, 0.0), FLOOR, None) for x, y in points]
+    if spaces is not None:
+        for trial in trials:
+            yield from (apply(trial, place) for place in berths(trial, trial.placements[-1].id))
+        return
     for trial in trials:
         for place in free_places(trial, trial.placements[-1].id, PLACES):
             yield apply(trial, place)

@@ -11,7 +11,7 @@ from labgym.layouts.moves import may_move
 from labgym.layouts.optimise import optimise_assessed
 from labgym.layouts.refinement import refine_assessed
 from labgym.layouts.repair import fast_repair
-from labgym.layouts.repairs.additions import with_cabinets, with_missing
+from labgym.layouts.repairs.additions import with_cabinets, with_equipment, with_missing
 from labgym.layouts.repairs.advice import advised, warned
 from labgym.layouts.repairs.apparatus import gathered
 from labgym.layouts.repairs.changes import Change, changes, moved_furniture, moved_ids
@@ -22,6 +22,8 @@ from labgym.layouts.repairs.rank import State
 from labgym.layouts.repairs.reinsertion import reinserted
 from labgym.layouts.repairs.remaining import problems
 from labgym.layouts.repairs.resettling import lying, resettled
+from labgym.layouts.repairs.safeguards import broken_rules, safeguarded
+from labgym.layouts.repairs.softening import softened
 from labgym.layouts.repairs.ways import widened
 from labgym.layouts.rules.objective import Assessment
 from labgym.layouts.rules.thresholds import Profile
@@ -66,9 +68,11 @@ def repair_layout(
 
     Items return to surfaces and reagents to their cabinets, furniture is pushed apart, returned to walls or placed anew
     by the solver, what the protocol requires and is missing is added, and the optimization and the refinement for
-    navigation run over the rest. A stage is kept if the layout has fewer faults after it; what need not have moved is
-    put back in the end. Fixed objects stay exactly where they are. A layout so large or so broken that its repair
-    reaches a limit of work is returned as it is then, with that as a problem. Deterministic.
+    navigation run over the rest. Under touchstone-v2 broken safety rules are cured one by one. A stage is kept if the
+    layout has fewer faults after it; what need not have moved is put back. Then, in a layout that had faults, a few
+    objects move for soft terms alone if that raises F (`softening`). Fixed objects stay exactly where they are. A
+    layout so large or so broken that its repair reaches a limit of work is returned as it is then, with that as a
+    problem. Deterministic.
 
     Args:
         layout: any layout.
@@ -137,6 +141,8 @@ def _run(start: State, progress: Progress, adjuster: Adjuster | None) -> None:
         if other is not anew:
             other = _concluded(start, with_cabinets(with_missing(hung(resettled(other)))))
             state = progress.record("furniture", other if other.rank < state.rank else state)
+    if not state.seeded and not start.rank.sound:
+        progress.record("soft terms", softened(state))
 
 
 def _concluded(start: State, state: State) -> State:
@@ -163,7 +169,8 @@ def _round(layout: Layout, state: State, adjuster: Adjuster | None, progress: Pr
     state = record("surfaces", hung(gathered(resettled(state))))
     pushed = _better(state, fast_repair(state.layout, state.profile))
     state = record("fast_repair", pushed if settled(pushed) else state)
-    state = record("additions", with_cabinets(with_missing(state)))
+    state = record("additions", with_cabinets(with_missing(with_equipment(state))))
+    state = record("safeguards", safeguarded(state))
     if curable(state) and not settled(state):
         state = record("furniture", reinserted(state))
     if curable(state):
@@ -172,6 +179,7 @@ def _round(layout: Layout, state: State, adjuster: Adjuster | None, progress: Pr
     if curable(state) and not settled(state):
         state = record("furniture", reinserted(state, moved_furniture(layout, state.layout)))
         state = record("surfaces", resettled(state))
+    state = record("safeguards", safeguarded(with_equipment(state)))
     if curable(state):
         state = record("ways", widened(state, moved_furniture(layout, state.layout)))
     if curable(state):
@@ -190,7 +198,10 @@ def curable(state: State) -> bool:
     faults: list[tuple[str, ...]] = [(fault.id,) for fault in assessment.bounds]
     faults += [collision.ids for collision in assessment.collisions]
     faults += [instance.ids for instance in assessment.instances if instance.hard]
-    items = {item for ids in faults for item in ids} | set(lying(layout)) | set(taken_down(layout))
+    faults += [issue.ids for issue in broken_rules(state)]
+    items = (
+        {item for ids in faults for item in ids if item in layout.by_id} | set(lying(layout)) | set(taken_down(layout))
+    )
     return any(may_move(layout, each) for item in items for each in (item, layout.root(item).id))
 
 

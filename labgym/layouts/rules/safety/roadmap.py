@@ -96,6 +96,8 @@ class Roadmap:
     def _entries(self) -> dict[int, Array]:
         """Free places inside the doors of each room, shape (k, 2)."""
         entrances = self.arrangement.building.entrances
+        if not entrances:
+            return {}
         poses = np.array([entrance.pose for entrance in entrances])
         points = poses[:, :2] + INSIDE_M * np.column_stack([-np.sin(poses[:, 2]), np.cos(poses[:, 2])])
         free, rooms = self._space.holds(points), self.rooms[[entrance.space for entrance in entrances]]

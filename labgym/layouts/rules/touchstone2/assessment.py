@@ -77,7 +77,7 @@ class Assessment2(Assessment):
         hard = sum(instance.hard for instance in (*self.instances, *self.fronts))
         blocked = sum(not drive.feasible for drive in self.drives)
         objects = len(self.out_of_bounds) + len(self.collisions) + len(self.lacking)
-        return objects + hard + blocked + len(self._hard_issues)
+        return objects + hard + blocked + len(self.hard_issues)
 
     @cached_property
     def fitness(self) -> float:
@@ -100,7 +100,7 @@ class Assessment2(Assessment):
                 *_front_violations(self.fronts),
                 *_missing_violations(self.lacking),
                 *navigation_violations(self.arrangement, self.drives),
-                *(_facility_violation(issue) for issue in self._hard_issues),
+                *(_facility_violation(issue) for issue in self.hard_issues),
             )
         )
 
@@ -127,7 +127,8 @@ class Assessment2(Assessment):
         return safety_issues(self.site, ways=False)
 
     @cached_property
-    def _hard_issues(self) -> tuple[FacilityIssue, ...]:
+    def hard_issues(self) -> tuple[FacilityIssue, ...]:
+        """Facility and safety rules that the layout breaks and that count in v(L); walks only with navigation."""
         ways = (*egress_issues(self.arrangement), *safety_issues(self.site, ways=True)) if self.navigation else ()
         exits = building_exit_issues(self.arrangement.building, self.profile)
         return tuple(issue for issue in (*exits, *ways, *self._placing, *self._standing_issues) if is_hard(issue))
