@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 from labgym.cards.results import CardResults
 from labgym.documents import json_bytes, write_bytes, write_text
+from labgym.envs.labnav.names import ALL
 from labgym.errors import OptionError
 from labgym.eval.drawing.pictures import save_picture
 from labgym.eval.labnav.figure import geometric
-from labgym.eval.labnav.suites import ALL
 from labgym.eval.leaderboard.labnav import LabNavResult, published_results
 from labgym.eval.reports.tables import interval
 from labgym.policies.learned.training_run import TIMES

@@ -15,6 +15,7 @@ from labgym.envs.labnav.episodes import (
     published_episodes,
     suite_file,
 )
+from labgym.envs.labnav.names import ALL
 from labgym.envs.labnav.tasks import HEADLINE, SECONDS, TASKS
 from labgym.errors import DocumentError, OptionError, UnknownNameError
 from labgym.layouts import Layout
@@ -25,8 +26,6 @@ FIRST = "labnav-60"
 """Suite of all tasks with the first episode of each floor only, for policies that cost much."""
 VAL = f"{PREFIX}-{DEVELOPMENT}"
 """Suite of all tasks on floors-val, for development."""
-ALL = ("aisle", "moved", "people", "odometry", "dock", "glass", "carry", "shift")
-"""The eight tasks of the figure."""
 MINI_EPISODES, MINI_SECONDS, MINI_GOALS = 3, 60.0, 3
 """Episodes of a task in the small suite, their time limit, seconds, and goals of a shift."""
 

@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 from pydantic import Field
 
 from labgym.documents import Document, Record
+from labgym.envs.labnav.names import TaskName
 from labgym.envs.labnav.necks import RADII
 from labgym.eval.driving.intervals import Estimate, bounded_mean
 from labgym.eval.labnav import scores
@@ -46,7 +47,7 @@ class TaskSummary(Record):
             distance, of the widest disc that reaches the goal, and of the number of people met.
     """
 
-    task: str
+    task: TaskName
     level: int
     suite: str
     draft: bool

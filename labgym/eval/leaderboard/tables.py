@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import combinations
 
+from labgym.envs.labnav.names import ALL
 from labgym.eval.driving.intervals import Estimate
 from labgym.eval.labnav.figure import paired_difference, significant, swaps
-from labgym.eval.labnav.suites import ALL, FIRST
+from labgym.eval.labnav.suites import FIRST
 from labgym.eval.leaderboard.labnav import LabNavResult
 from labgym.table import Table, number
 

@@ -8,9 +8,10 @@ from pathlib import Path
 
 from labgym import __version__
 from labgym.documents import write_text
+from labgym.envs.labnav.names import ALL
 from labgym.errors import DocumentError, OptionError
 from labgym.eval.labnav.evaluation import LabNavEvaluation
-from labgym.eval.labnav.suites import ALL, PREFIX
+from labgym.eval.labnav.suites import PREFIX
 from labgym.eval.leaderboard.drives import published_drives
 from labgym.eval.leaderboard.lab30 import published_lab30
 from labgym.eval.leaderboard.labnav import LabNavResult, published_results

@@ -8,13 +8,13 @@ from dataclasses import replace
 from itertools import combinations
 from typing import get_args
 
+from labgym.envs.labnav.names import ALL
 from labgym.eval.driving.intervals import Estimate, bounded_mean
 from labgym.eval.driving.paired import MetricDifference
 from labgym.eval.labnav.evaluation import LabNavEvaluation
 from labgym.eval.labnav.figure import paired_difference, significant, swaps
 from labgym.eval.labnav.row import Track
 from labgym.eval.labnav.rules import Ending
-from labgym.eval.labnav.suites import ALL
 from labgym.eval.labnav.summary import DIFFICULTIES, classes
 from labgym.eval.reports.comparison import signed
 from labgym.table import Table, number

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from labgym.envs.assembly import without
 from labgym.envs.conditions.change_list import Added, changes_of, masses
 from labgym.envs.labnav.episodes import LabNavEpisode, LabNavEpisodes, straight
-from labgym.envs.labnav.tasks import config_of, task_of
+from labgym.envs.labnav.tasks import condition_names, task_of
 from labgym.envs.labnav.worlds import prepared
 from labgym.envs.parts.endings import PERSON
 from labgym.envs.robot import ROBOT
@@ -188,7 +188,7 @@ def _leg_problems(row: LabNavRow, poses: NDArray[np.float64], task: Task, radius
 
 def _outcome_problems(row: LabNavRow, part: LabNavEpisodes, episode: LabNavEpisode) -> Iterator[str]:
     """Yield whether the outcomes are not those of the conditions, or the drives of a shift contradict themselves."""
-    names = {condition.name for condition in config_of(part.task, part.level).conditions} - {"contacts"}
+    names = set(condition_names(part.task, part.level))
     if set(row.outcomes) != names:
         yield f"outcomes are of {sorted(row.outcomes)[:9]}, expected {sorted(names)}"
     if "changes" in names:

@@ -88,7 +88,7 @@ def test_the_summary_counts_endings_and_has_no_figure_of_one_task(suite, report)
 
 
 def test_a_suite_of_all_tasks_has_the_figure(suite, report):
-    from labgym.eval.labnav.suites import ALL
+    from labgym.envs.labnav.names import ALL
 
     part = suite.parts[0]
     parts = tuple(part.model_copy(update={"task": task}) for task in ALL)

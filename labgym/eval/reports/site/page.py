@@ -14,11 +14,11 @@ from pathlib import Path
 from typing import Any
 
 from labgym.documents import write_text
+from labgym.envs.labnav.names import ALL
 from labgym.envs.labnav.tasks import task_of
 from labgym.eval.driving.intervals import Estimate
 from labgym.eval.labnav.figure import paired_difference, significant
 from labgym.eval.labnav.row import Track
-from labgym.eval.labnav.suites import ALL
 from labgym.eval.labnav.summary import TaskSummary, class_order
 from labgym.eval.reports.environment import PACKAGE, page_environment
 from labgym.eval.reports.labnav_tables import CLASSES, ENDINGS, TRACKS, interval
