@@ -119,9 +119,11 @@ class LabNavTime(Record):
 
     Attributes:
         planning_ms: mean wall-clock milliseconds of the policy per action; None without an action.
-        slow: whether that is longer than the declared latency, or than a control step if it declares less.
+        high_ms: their 90th percentile.
+        slow: whether that is longer than the latency of the drive, or than a control step if it is less.
     """
 
     key: str
     planning_ms: Length | None
+    high_ms: Length | None = None
     slow: bool

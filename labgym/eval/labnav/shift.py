@@ -75,7 +75,7 @@ def drive_shift(
         legs=tuple(legs),
         goals=count,
     )
-    return LabNavDrive.of(row, recorder, driver)
+    return LabNavDrive.of(row, recorder)
 
 
 def score_of_legs(legs: Sequence[LabNavLegRow], count: int) -> float:

@@ -17,6 +17,7 @@ from labgym.eval.labnav import scores
 from labgym.eval.labnav.figure import arithmetic, figure, mean_score, nines
 from labgym.eval.labnav.row import LabNavRow, Track
 from labgym.eval.labnav.suites import LabNavSuite, is_whole
+from labgym.layouts.floor.fields import Growing
 from labgym.policies.policy import Sensors
 from labgym.table import Table
 
@@ -69,17 +70,19 @@ class TaskSummary(Record):
     by_met: dict[str, tuple[float, int]] = Field(default_factory=dict)
 
 
-class LabNavSummary(Document):
+class LabNavSummary(Document, Growing):
     """The results of a policy on a suite.
 
     Attributes:
         suite: name. hash: of its episodes. policy: label. options: its arguments. track: what it knows.
-        sensors: its observation. seed: of the evaluation. latency: declared, seconds.
+        sensors: its observation. seed: of the evaluation.
+        latency: by which its actions came late, seconds. declared: latency that it declares, if that is another.
         tasks: in the order of the suite.
         labnav: the figure, 0 to 100; None unless the suite has all eight tasks. arithmetic: 100 times the mean score.
     """
 
     SCHEMA: ClassVar[str] = "labgym.labnav-summary/1"
+    ADDED: ClassVar[frozenset[str]] = frozenset({"declared"})
 
     suite: str
     hash: str
@@ -89,6 +92,7 @@ class LabNavSummary(Document):
     sensors: Sensors
     seed: int
     latency: float
+    declared: float | None = None
     tasks: tuple[TaskSummary, ...]
     labnav: Estimate | None
     arithmetic: float | None
@@ -106,7 +110,10 @@ class LabNavSummary(Document):
     def recomputed(self, rows: Sequence[LabNavRow]) -> LabNavSummary:
         """Return the summary with every figure computed from rows."""
         parts = [_Part(each.suite, each.task, each.level, each.draft, each.expected) for each in self.tasks]
-        fields = {name: getattr(self, name) for name in ("policy", "options", "track", "sensors", "seed", "latency")}
+        fields = {
+            name: getattr(self, name)
+            for name in ("policy", "options", "track", "sensors", "seed", "latency", "declared")
+        }
         whole = is_whole(self.suite, [part.task for part in parts])
         return _summary(self.suite, self.hash, parts, rows, whole, fields)
 

@@ -47,6 +47,7 @@ def published_table(results: Sequence[LabNavResult]) -> Table:
             "floors; Mean is 100 times their arithmetic mean.",
             "Touched: share of episodes with a contact.",
             *_costly(results),
+            *(f"{one.summary.policy} {one.mark}." for one in results if one.mark),
             *(["A dash stands for a task that is not driven yet."] if _unfinished(results) else []),
             *_pairs([result for result in results if result.summary.labnav is not None]),
         ),

@@ -50,7 +50,7 @@ class Entry:
         rows, routes: by the key; empty for a published result.
         drives: of a published result that are published, too, by the key.
         planning: median over episodes of the milliseconds per action; None if it was not measured.
-        slow: number of episodes in which it was slower than declared.
+        mark: of a policy that thinks longer than it declares, else "".
         commits: that drove each task, by its suite; "-dirty" follows a commit with changes.
         evaluation: the folder; None for a published result.
     """
@@ -64,7 +64,7 @@ class Entry:
     routes: Mapping[str, Route] = field(default_factory=dict)
     drives: Mapping[str, ShownDrive] = field(default_factory=dict)
     planning: float | None = None
-    slow: int = 0
+    mark: str = ""
     commits: Mapping[str, Sequence[str]] = field(default_factory=dict)
     evaluation: LabNavEvaluation | None = None
 
@@ -82,7 +82,7 @@ class Entry:
             rows={row.key: row for row in one.rows},
             routes=one.routes,
             planning=median(times) if times else None,
-            slow=sum(time.slow for time in one.times.values()),
+            mark="" if one.thinking is None else one.thinking.mark,
             commits={task.suite: commits for task in one.summary.tasks},
             evaluation=one,
         )
@@ -93,6 +93,7 @@ class Entry:
         return cls(
             name=result.summary.policy,
             kind=kind_of_policy(result.summary.policy),
+            mark=result.mark,
             published=True,
             summary=result.summary,
             outcomes=result.by_key,

@@ -340,13 +340,13 @@ def _facts(one: Entry) -> tuple[tuple[str, str], ...]:
         ("Track", TRACKS[summary.track]),
         ("Sensors", summary.sensors),
         ("Options", options or "defaults"),
-        ("Declared latency", f"{summary.latency:g} s"),
+        ("Latency of actions", f"{summary.latency:g} s"),
         *(("Measured time", words) for words in planning),
         ("Suite", f"{summary.suite}, random seed {summary.seed}"),
         ("Commit", one.commit_words or "not recorded"),
     ]
-    if one.slow:
-        facts.append(("Slower than declared", f"in {one.slow} episodes"))
+    if one.mark:
+        facts.append(("Thinking time", one.mark))
     parked = sum(task.parked for task in summary.tasks)
     if parked:
         facts.append(("Stopped by the evaluator", f"in {parked} episodes: the policy cannot stop"))
