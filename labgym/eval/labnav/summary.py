@@ -23,6 +23,12 @@ from labgym.table import Table
 
 NOT_BEGUN = "not begun"
 """Ending of the drives of a shift that come after the one that ended it."""
+ENDED = {"success": "no fault"}
+"""Words for endings of rows in tables that have a share of arrivals, too."""
+ARRIVED = (
+    "arrived: share of episodes in which the robot came to rest in the goal's disc, in shift docked at all goals; "
+    "no fault: it also neither spilt nor missed its dock."
+)
 LENGTHS = (10.0, 15.0)
 """Edges of the classes of L*, meters."""
 DETOURS = (1.1, 1.3)
@@ -267,24 +273,24 @@ def summary_table(summary: LabNavSummary) -> Table:
             _interval(task.score),
             _interval(task.success),
             _interval(task.contacts),
-            ", ".join(f"{name} {count}" for name, count in task.endings.items()),
+            ", ".join(f"{ENDED.get(name, name)} {count}" for name, count in task.endings.items()),
         )
         for task in summary.tasks
     ]
-    notes = []
+    notes = [ARRIVED]
     if any(task.draft for task in summary.tasks):
         notes.append("Draft episodes: they may change, and their figures are not those of LabNav.")
     for task in summary.tasks:
         if task.legs:
             count, perfect = sum(task.legs.values()), _interval(task.success)
-            drives = ", ".join(f"{name} {number}" for name, number in task.legs.items())
+            drives = ", ".join(f"{ENDED.get(name, name)} {number}" for name, number in task.legs.items())
             notes.append(f"{task.task} {task.level}: perfect shifts {perfect}; {count} drives: {drives}.")
     parked = sum(task.parked for task in summary.tasks)
     if parked:
         notes.append(f"The evaluator stopped the robot in {parked} episodes: the policy cannot stop.")
     if summary.labnav is not None:
         notes.append(f"LabNav {_interval(summary.labnav, 1)}, arithmetic mean {summary.arithmetic:.1f}")
-    head = ("task", "episodes", "score", "success", "touched", "how episodes ended")
+    head = ("task", "episodes", "score", "arrived", "touched", "how episodes ended")
     return Table(f"{summary.policy} ({summary.track}), suite {summary.suite}", head, tuple(rows), tuple(notes))
 
 

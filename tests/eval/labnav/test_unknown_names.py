@@ -1,4 +1,4 @@
-"""Unknown tasks, levels, endings, conditions, nuisances and observations raise everywhere, in one line with the names."""
+"""Unknown tasks, levels, endings, conditions, nuisances and observations raise everywhere, and list the names."""
 
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ def test_an_unknown_nuisance_raises():
 
 def test_an_unknown_observation_raises():
     for call in (lambda: sensors_of(task_of("dock").level(2), "sonar"), lambda: config_of("dock", 2, "sonar")):
-        with pytest.raises(UnknownNameError, match="observation 'sonar' not found; .*available: depth, lidar, rgbd"):
+        with pytest.raises(UnknownNameError, match=r"observation 'sonar' not found; .*available: depth, lidar, rgbd"):
             call()
 
 

@@ -16,7 +16,7 @@ from labgym.eval.labnav.evaluation import LabNavEvaluation
 from labgym.eval.labnav.row import LabNavRow
 from labgym.eval.labnav.rules import Ending
 from labgym.eval.labnav.shown_drive import ShownDrive
-from labgym.eval.labnav.suites import MINI
+from labgym.eval.labnav.suites import CHECK, MINI
 from labgym.eval.labnav.summary import LabNavSummary, TaskSummary
 from labgym.eval.leaderboard.drives import published_drives
 from labgym.eval.leaderboard.labnav import DIRTY, LabNavResult, Outcome, commits_of
@@ -197,13 +197,13 @@ def with_published(evaluations: Sequence[LabNavEvaluation], published: Sequence[
     """Return the entries of evaluations of one suite, and of the published results on the same tasks.
 
     A published result is left out if it shares no task with the evaluations, or if a folder holds the same outcomes.
-    The small suite has other limits of time, so that no published result belongs to it.
+    The small suites have other limits of time, so that no published result belongs to them.
     """
     entries = [Entry.driven(one) for one in evaluations]
     first = evaluations[0].summary
     labels = {task.suite for task in first.tasks}
     driven = {one.name: one for one in entries}
-    for result in published if first.suite != MINI else ():
+    for result in published if first.suite not in (MINI, CHECK) else ():
         entry = restricted(Entry.of_result(result, published_drives(result)), labels)
         same = driven.get(entry.name)
         if not entry.summary.tasks or (same is not None and same.outcomes == entry.outcomes):
