@@ -138,7 +138,7 @@ def _published(
         "A network drives along the path of the navigation stack `stack`, in place of its controller. The rules by "
         "which `stack` rests for people are a safety layer over it. It knows the old map.",
         _input_table(),
-        "" if evaluated is None else evaluated.markdown("lab30"),
+        "" if evaluated is None else evaluated.markdown(),
         f"## Training\n\n{training}",
         ablation,
         LIMITS,
