@@ -1,4 +1,4 @@
-"""Write generated documentation: JSON Schemas, the environment's page and the tables in the README.
+"""Write generated documentation: JSON Schemas, the environment's page, tables, and the heads of model cards.
 
 `python docs/generate.py` writes schemas and pages. With `--check` it writes nothing and exits 1 if a file is out of
 date. With `--run runs/default` it also writes layout metrics and pictures of that run into the README; with `--floors`
@@ -29,6 +29,7 @@ from labgym.assets.inference import Substructures
 from labgym.assets.lookalikes import Lookalikes
 from labgym.assets.reactivity import Reactivity
 from labgym.assets.shapes.joints import MECHANISMS
+from labgym.cards.labnav import board, headed
 from labgym.documents import Document, tagged, write_bytes, write_text
 from labgym.envs import LabPointNavEnv
 from labgym.envs.goal_env import LabPointNavGoalEnv
@@ -75,6 +76,7 @@ from labgym.table import Table
 
 DOCS = Path(__file__).resolve().parent
 README = DOCS.parent / "README.md"
+POLICIES = DOCS.parent / "policies"
 SHOWN = "test-alk_01"
 """The published layout shown in the README's pictures."""
 
@@ -165,6 +167,7 @@ def pages() -> dict[Path, str]:
     """Return the contents of all generated files in docs/ by path."""
     schemas = {DOCS / "schemas" / f"{d.SCHEMA.partition('.')[2].replace('/', '-')}.json": schema(d) for d in DOCUMENTS}
     floors, moving, labnav = DOCS / "floors.md", DOCS / "moving-parts.md", DOCS / "labnav.md"
+    classical = DOCS / "classical-policies.md"
     text = with_tables(labnav.read_text(encoding="utf-8"), correlations(), "correlation of tasks")
     readme = with_tables(README.read_text(encoding="utf-8"), results_tables(), "results of LabNav")
     return {
@@ -174,6 +177,8 @@ def pages() -> dict[Path, str]:
         labnav: with_tables(text, nuisance_table(), "nuisances"),
         floors: with_tables(floors.read_text(encoding="utf-8"), parameter_tables()),
         moving: with_tables(moving.read_text(encoding="utf-8"), moving_tables()),
+        classical: with_tables(classical.read_text(encoding="utf-8"), classical_table(), "LabNav"),
+        **{card: headed(card.read_text(encoding="utf-8")) for card in sorted(POLICIES.glob("*/CARD.md"))},
     }
 
 
@@ -251,6 +256,16 @@ def results_tables() -> str:
     """Return the table of the published results of LabNav."""
     results = published_results()
     return published_table(results).markdown() if results else "No results are published yet."
+
+
+def classical_table() -> str:
+    """Return the LabNav rows of the policies without learning, and how they fail."""
+    learned = {
+        card.read_text(encoding="utf-8").partition(":")[0].removeprefix("# ") for card in POLICIES.glob("*/CARD.md")
+    }
+    results = published_results()
+    names = [result.summary.policy for result in results if result.summary.policy not in learned]
+    return board(results, names) if names else "No results are published yet."
 
 
 def lab30_table() -> str:

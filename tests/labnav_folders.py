@@ -66,7 +66,7 @@ def write_folder(
     summary = summarise(suite, rows, policy=policy, track=track, **fields)
     folder.mkdir()
     routes = [{"key": row.key, "poses": route_of(one)} for row, (_, one) in zip(rows, drives, strict=True)]
-    times = [{"key": row.key, "planning_ms": 1.0, "slow": False} for row in rows]
+    times = [{"key": row.key, "planning_ms": 1.0, "high_ms": 1.5, "slow": False} for row in rows]
     (folder / "summary.json").write_text(json.dumps(summary.to_json()))
     for name, lines in (
         ("episodes.jsonl", [row.model_dump(mode="json") for row in rows]),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from labgym.cards.ablation import IPLANNER, RESULTS, RUNS, WHOLE
+from labgym.cards.labnav import headed
 from labgym.cards.planner_run import PlannerRun
 from labgym.cards.results import CardResults, ablation_table
 from labgym.documents import write_text
@@ -37,7 +38,7 @@ def write_iplanner_card(run: Path, data: Path, results: Path, out: Path, ablatio
         parts,
         differences_section(published.config),
     ]
-    return write_text(out / "CARD.md", "\n\n".join(section for section in sections if section) + "\n")
+    return write_text(out / "CARD.md", headed("\n\n".join(section for section in sections if section) + "\n"))
 
 
 LABELS = {

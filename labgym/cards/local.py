@@ -7,13 +7,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from labgym.cards.labnav import headed
 from labgym.cards.results import CardResults
 from labgym.documents import json_bytes, write_bytes, write_text
+from labgym.envs.labnav.names import ALL
 from labgym.errors import OptionError
 from labgym.eval.drawing.pictures import save_picture
 from labgym.eval.labnav.figure import geometric
-from labgym.eval.labnav.suites import ALL
-from labgym.eval.leaderboard.labnav import LabNavResult, published_results
 from labgym.eval.reports.tables import interval
 from labgym.policies.learned.training_run import TIMES
 from labgym.policies.local.inputs import SIZE, SIZES
@@ -133,19 +133,17 @@ def _published(
     write_bytes(out / HISTORIES, json_bytes(histories))
     if evaluated is not None:
         evaluated.draw(out)
-    driven = "" if evaluated is None else evaluated.markdown("lab30", 3)
-    results_of = "\n\n".join(each for each in (_labnav(name), driven) if each)
     sections = [
         f"# {title}",
         "A network drives along the path of the navigation stack `stack`, in place of its controller. The rules by "
         "which `stack` rests for people are a safety layer over it. It knows the old map.",
         _input_table(),
-        f"## Results\n\n{results_of}" if results_of else "",
+        "" if evaluated is None else evaluated.markdown(),
         f"## Training\n\n{training}",
         ablation,
         LIMITS,
     ]
-    return write_text(out / "CARD.md", "\n\n".join(section for section in sections if section) + "\n")
+    return write_text(out / "CARD.md", headed("\n\n".join(section for section in sections if section) + "\n"))
 
 
 def _input_table() -> str:
@@ -153,29 +151,6 @@ def _input_table() -> str:
     table = Table("", ("input", "numbers", "meaning"), rows).markdown()
     text = f"Two layers of 256 units lead from {SIZE} numbers to the velocities; memory is in the stack's costmap and "
     return f"{text}tracks of people.\n\n{table}"
-
-
-def _labnav(name: str) -> str:
-    """Return the section on the published results of LabNav, "" before they are."""
-    result = next((each for each in published_results() if each.summary.policy == name), None)
-    if result is None:
-        return ""
-    summary = result.summary
-    rows = tuple(
-        (task.task, interval(task.score, 2), interval(task.success, 2), interval(task.contacts, 2), _endings(result, k))
-        for k, task in enumerate(summary.tasks)
-    )
-    columns = ("task", "score ↑", "SR ↑", "touched ↓", "failures")
-    table = Table("", columns, rows, ("In brackets: 95% intervals over floors.",)).markdown()
-    figure = "" if summary.labnav is None else f"LabNav {interval(summary.labnav, 1)}.\n\n"
-    return f"### LabNav, level 2\n\n{figure}{table}"
-
-
-def _endings(result: LabNavResult, number: int) -> str:
-    """Return the numbers of failed drives by their kind, the most frequent first."""
-    endings = result.summary.tasks[number].endings
-    failed = sorted(((count, kind) for kind, count in endings.items() if kind != "success" and count), reverse=True)
-    return ", ".join(f"{kind} {count}" for count, kind in failed)
 
 
 def _choices(options: ImitationOptions | ReinforcementOptions) -> str:

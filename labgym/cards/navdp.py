@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from labgym.cards.ablation import NAVDP, RESULTS
+from labgym.cards.labnav import headed
 from labgym.cards.planner_run import PlannerRun
 from labgym.cards.results import CardResults, ablation_table
 from labgym.documents import write_text
@@ -68,7 +69,7 @@ def write_navdp_card(run: Path, data: Path, results: Path, out: Path, ablation: 
         parts,
         differences_section(trained.config),
     ]
-    return write_text(out / "CARD.md", "\n\n".join(section for section in sections if section) + "\n")
+    return write_text(out / "CARD.md", headed("\n\n".join(section for section in sections if section) + "\n"))
 
 
 def trajectories_figure(policy: NavDPPolicy, layouts: Sequence[Layout]) -> Figure:

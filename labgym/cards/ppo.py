@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from labgym.cards.labnav import headed
 from labgym.cards.results import CardResults
 from labgym.documents import write_bytes, write_text
 from labgym.errors import OptionError
@@ -56,7 +57,7 @@ def write_ppo_card(run: Path, results: Path, out: Path, without_warm_start: Path
         cold.save(out / "training-without-warm-start.json")
     save_picture(learning_curve(options, progress, cold), out / "learning.png")
     evaluated.draw(out)
-    return write_text(out / "CARD.md", _card(options, progress, cold, evaluated))
+    return write_text(out / "CARD.md", headed(_card(options, progress, cold, evaluated)))
 
 
 def learning_curve(options: PPOOptions, progress: Progress, cold: Progress | None = None) -> Figure:

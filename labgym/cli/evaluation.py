@@ -12,6 +12,7 @@ from labgym.cli.arguments import (
     THIS_PROCESS,
     Execution,
     Folders,
+    OptionalNumber,
     OptionalPath,
     OptionalText,
     OptionalWholeNumber,
@@ -38,6 +39,7 @@ def eval_(
     jitter: bool = False,
     limits: PolicyOptions = (),
     kernels: OptionalText = None,
+    latency: OptionalNumber = None,
 ) -> int:
     """Evaluate a policy: drive all episodes of a suite, or every goal pair of layouts.
 
@@ -61,6 +63,8 @@ def eval_(
             memory_gb=8. A policy that exceeds one fails its episode.
         kernels: pinned (the default where the processor has AVX2) gives equal results on every such processor, native
             is faster.
+        latency: LabNav: seconds by which actions come late; at least what the policy declares. By default a policy that
+            is not built in is measured first, and charged for what it thinks longer than it declares.
     """
     from labgym.envs.tasks import resolve_layouts
     from labgym.eval.driving.folders import default_folder
@@ -79,7 +83,9 @@ def eval_(
     if is_labnav(suite):
         if protocol or repeats is not None or jitter:
             raise OptionError(f"suite {suite!r} has fixed episodes: leave out protocol, repeats, jitter")
-        return _eval_labnav(policy, suite, layouts, seed, out, options, fresh, execution, limits, kernels)
+        return _eval_labnav(policy, suite, layouts, seed, out, options, fresh, execution, limits, kernels, latency)
+    if latency is not None:
+        raise OptionError(f"suite {suite!r} does not delay actions: leave out --latency")
     if protocol is not None and not layouts:
         raise OptionError("--protocol is for --layouts; the layouts of a suite embed their protocols")
     chosen = resolve_layouts(layouts, protocol)
@@ -119,6 +125,7 @@ def _eval_labnav(
     execution: Execution,
     limits: PolicyOptions,
     kernels: str | None,
+    latency: float | None,
 ) -> int:
     """Drive a suite of LabNav; the arguments are those of `eval_`."""
     from labgym.envs.tasks import resolve_layouts
@@ -142,10 +149,11 @@ def _eval_labnav(
         executor=execution.options(),
         limits=ProcessLimits.named(parse_options(limits)),
         kernels=kernels,
+        latency=latency,
     )
     print(f"\n{summary_table(result.summary).text()}\n")
-    if result.slow:
-        print(f"Slower than the declared {result.latency:g} s (or a control step) in {result.slow} episodes.\n")
+    if result.thinking is not None and result.thinking.mark:
+        print(f"{result.summary.policy} {result.thinking.mark}.\n")
     written(folder)
     return complaints(_failures({row.key: row.error for row in result.rows}))
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from labgym.documents import write_bytes
 from labgym.eval.driving.files import EPISODES
 from labgym.eval.labnav.row import LabNavRow
-from labgym.eval.labnav.suites import MINI, MINI_GOALS, MINI_SECONDS, load_labnav
+from labgym.eval.labnav.suites import CHECK, MINI_GOALS, MINI_SECONDS, load_labnav
 from labgym.eval.labnav.together import FOLDER, drive_together
 from labgym.eval.leaderboard.check import agreement
 from labgym.eval.leaderboard.lab30 import published_lab30
@@ -22,7 +22,7 @@ from labgym.table import Table, number
 
 def drive_mini(policies: Sequence[str], folder: RunFolder, executor: ExecutorOptions) -> None:
     """Drive the small suite by all policies, and write rows and routes into the run's folder."""
-    for policy, files in drive_together(policies, load_labnav(MINI), folder, executor).items():
+    for policy, files in drive_together(policies, load_labnav(CHECK), folder, executor).items():
         for name, content in files.items():
             write_bytes(folder.path / FOLDER / policy / name, content)
 
@@ -66,7 +66,7 @@ def published_tables(folder: Path) -> tuple[tuple[Table, ...], tuple[str, ...]]:
             for each in missing
         ),
     )
-    mini = Table(f"Check of LabNav, suite {MINI}", ("Policy", *tasks, "Equal"), tuple(lines), notes)
+    mini = Table(f"Check of LabNav, suite {CHECK}", ("Policy", *tasks, "Equal"), tuple(lines), notes)
     return (*tables, mini), tuple(problems)
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from labgym.envs.labnav.names import known_task
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.errors import LabgymError
 from labgym.policies.options import PolicyOptions
@@ -59,6 +60,9 @@ class EpisodeStart:
         world: the world as it is and will be; None unless the policy foresees it, in the privileged track of LabNav.
         goal_kind: kind of the goal. Instead of `goal`, observations have `goal_image`, uint8 (72, 128, 3), for "image",
             and nothing for "none". Only `labgym serve` has other goals than points.
+
+    Raises:
+        UnknownNameError: no LabNav task has that name.
     """
 
     goal: tuple[float, float]
@@ -70,6 +74,11 @@ class EpisodeStart:
     beaker: Beaker | None = None
     world: Foreknowledge | None = None
     goal_kind: GoalKind = "point"
+
+    def __post_init__(self) -> None:
+        """Check the name of the task."""
+        if self.task:
+            known_task(self.task)
 
 
 class Policy(ABC):

@@ -81,7 +81,9 @@ def test_the_published_card_is_what_the_template_writes_for_the_published_folder
     card = (run / "CARD.md").read_text(encoding="utf-8")
     published = PlannerRun.read(run, IPlannerConfig, run / "data.json")
     config = published.config
-    for section in (introduction(config), training_section(published), differences_section(config)):
+    title, _, text = introduction(config).partition("\n\n")
+    assert card.startswith(f"{title}\n")
+    for section in (text, training_section(published), differences_section(config)):
         assert section in card
 
 

@@ -76,8 +76,10 @@ def test_an_evaluation_of_another_policy_makes_no_card(data: Path, tmp_path: Pat
 def test_the_published_card_is_what_the_template_writes_for_the_published_folder() -> None:
     card = (PUBLISHED / "CARD.md").read_text(encoding="utf-8")
     trained = PlannerRun.read(PUBLISHED, NavDPConfig, PUBLISHED / "data.json")
+    title, _, text = navdp_card.introduction(trained.config).partition("\n\n")
+    assert card.startswith(f"{title}\n")
     sections = (
-        navdp_card.introduction(trained.config),
+        text,
         navdp_card.TRAJECTORIES,
         navdp_card.training_section(trained),
         navdp_card.differences_section(trained.config),

@@ -15,6 +15,8 @@ from pydantic import Field, PrivateAttr, model_validator
 from labgym.artefacts import artefacts
 from labgym.documents import Document, Record, canonical_hash, write_text
 from labgym.envs.conditions.leg_payload import MOST_LEGS
+from labgym.envs.labnav.names import TaskName
+from labgym.envs.labnav.tasks import condition_names
 from labgym.envs.tasks import Task
 from labgym.errors import DocumentError, OptionError, UnknownNameError
 from labgym.layouts import Layout, load_published
@@ -128,7 +130,7 @@ class LabNavEpisodes(Document):
 
     SCHEMA: ClassVar[str] = "labgym.labnav-episodes/1"
 
-    task: Annotated[str, Field(pattern=r"^[a-z]{1,20}$")]
+    task: Annotated[TaskName, Field(pattern=r"^[a-z]{1,20}$")]
     level: Annotated[int, Field(ge=1, le=3)]
     version: Annotated[int, Field(ge=0)] = 0
     draft: bool = True
@@ -144,6 +146,11 @@ class LabNavEpisodes(Document):
         keys = [each.key for each in self.episodes]
         if len(set(keys)) < len(keys):
             raise ValueError("two episodes have the same floor and number")
+        names = condition_names(self.task, self.level)
+        for episode in self.episodes:
+            for name in episode.conditions:
+                if name not in names:
+                    raise ValueError(str(UnknownNameError(f"condition of {self.task} {self.level}", name, names)))
         return self
 
     @property

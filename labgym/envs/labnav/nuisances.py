@@ -62,10 +62,9 @@ def properties_without(task: str, level: int, nuisances: Sequence[str]) -> Level
     Raises:
         UnknownNameError: there is no such task or level, or it has no such nuisance.
     """
-    names, properties = nuisances_of(task, level), task_of(task).level(level)
+    _check(task, level, nuisances)
+    properties = task_of(task).level(level)
     for name in nuisances:
-        if name not in names:
-            raise UnknownNameError(f"nuisance of {task} {level}", name, names)
         properties = _without_error(properties, name)
     if "payload" not in nuisances:
         return properties
@@ -81,11 +80,22 @@ def episode_without(
     Args:
         episode: of the task and level, on the layout. layout: as published.
         nuisances: of `nuisances_of(task, level)`.
+
+    Raises:
+        UnknownNameError: there is no such task or level, or it has no such nuisance.
     """
+    _check(task, level, nuisances)
     data = {name: value for name, value in episode.conditions.items() if name != "payload" or name not in nuisances}
     data |= {name: _nothing(name, data[name]) for name in nuisances if name in data}
     calm = episode.model_copy(update={"conditions": data})
     return _measured(calm, layout, task, level) if FLOOR & set(nuisances) else calm
+
+
+def _check(task: str, level: int, nuisances: Sequence[str]) -> None:
+    names = nuisances_of(task, level)
+    for name in nuisances:
+        if name not in names:
+            raise UnknownNameError(f"nuisance of {task} {level}", name, names)
 
 
 def _measured(episode: LabNavEpisode, layout: Layout, task: str, level: int) -> LabNavEpisode:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from labgym.envs.config import PointNavConfig
+from labgym.envs.labnav.names import known_task
 from labgym.envs.parts.actuation import LOCOBOT
 from labgym.envs.parts.announced import AnnouncedGoalSensor, OdometryVelocitySensor
 from labgym.envs.parts.depth_noise import RedwoodDepth
@@ -104,7 +105,7 @@ class LabNavTask:
         Raises:
             UnknownNameError: there is no such level.
         """
-        if number not in self.levels:
+        if isinstance(number, bool) or not isinstance(number, int) or number not in self.levels:
             raise UnknownNameError(f"level of task {self.name!r}", number, map(str, self.levels))
         return self.levels[number]
 
@@ -250,13 +251,15 @@ def task_of(name: str) -> LabNavTask:
     Raises:
         UnknownNameError: no task has that name.
     """
-    if name not in TASKS:
-        raise UnknownNameError("LabNav task", name, TASKS)
-    return TASKS[name]
+    return TASKS[known_task(name)]
 
 
 def sensors_of(level: Level, observation: str) -> tuple[Sensor, ...]:
-    """Return the sensors of a level for an observation: "lidar", "depth" or "rgbd"."""
+    """Return the sensors of a level for an observation: "lidar", "depth" or "rgbd".
+
+    Raises:
+        UnknownNameError: there is no such observation.
+    """
     lidar = (Gaussian(level.lidar),) if level.lidar else ()
     depth = (RedwoodDepth(),) if level.redwood else ()
     color = (Gaussian(level.color),) if level.color else ()
@@ -265,6 +268,8 @@ def sensors_of(level: Level, observation: str) -> tuple[Sensor, ...]:
         "depth": (DepthSensor(noise=depth),),
         "rgbd": (ColorSensor(noise=color), DepthSensor(noise=depth)),
     }
+    if observation not in by_observation:
+        raise UnknownNameError("observation", observation, by_observation)
     velocity = OdometryVelocitySensor() if level.odometry else VelocitySensor()
     return (OdometrySensor(**level.odometry), AnnouncedGoalSensor(), velocity, *by_observation[observation])
 
@@ -309,8 +314,6 @@ def config_of(
         UnknownNameError: there is no such task, level or observation.
     """
     task = task_of(name)
-    if observation not in ("lidar", "depth", "rgbd"):
-        raise UnknownNameError("observation", observation, ("lidar", "depth", "rgbd"))
     number = task.level(level) if properties is None else properties
     if not isinstance(stop, bool):
         raise OptionError(f"stop is {stop!r}, expected True or False")
@@ -327,3 +330,12 @@ def config_of(
         "measures": (*MEASURES, "leg", "legs") if task.chain else MEASURES,
     }
     return PointNavConfig(**(values | fields))
+
+
+def condition_names(name: str, level: int) -> tuple[str, ...]:
+    """Return the names of the conditions of a task at a level whose data an episode has.
+
+    Raises:
+        UnknownNameError: there is no such task or level.
+    """
+    return tuple(condition.name for condition in config_of(name, level).conditions if condition.name != "contacts")

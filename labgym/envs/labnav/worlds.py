@@ -11,9 +11,9 @@ from labgym.envs.conditions.cast import cast_of
 from labgym.envs.conditions.figures import figure
 from labgym.envs.labnav.drawing import draw_floor
 from labgym.envs.labnav.episodes import LabNavEpisode, Split
-from labgym.envs.labnav.tasks import config_of, task_of
+from labgym.envs.labnav.tasks import condition_names, config_of, task_of
 from labgym.envs.tasks import Task
-from labgym.errors import OptionError
+from labgym.errors import OptionError, UnknownNameError
 from labgym.layouts import Layout, load_published, published
 
 DRAWS = 100
@@ -29,8 +29,13 @@ def prepared(task: str, level: int, episode: LabNavEpisode, layout: Layout) -> T
         task, level: of LabNav. episode: on the layout. layout: as published.
 
     Raises:
+        UnknownNameError: there is no such task or level, or it has no condition of that name.
         OptionError: the data of a condition is not of this layout.
     """
+    names = condition_names(task, level)
+    for name in episode.conditions:
+        if name not in names:
+            raise UnknownNameError(f"condition of {task} {level}", name, names)
     now = episode.task(layout)
     for condition in config_of(task, level).conditions:
         name = condition.name

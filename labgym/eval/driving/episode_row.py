@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import Field
+from pydantic import Field, StrictBool
 
 from labgym.documents import Record
 
@@ -50,7 +50,7 @@ class EpisodeRow(Record):
     seed: int
     start: Pose
     goal: Pose
-    success: bool
+    success: StrictBool
     spl: Share | None
     soft_spl: Share | None
     path_length: Length

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from labgym.eval.labnav.suites import ALL, LabNavSuite
+from labgym.envs.labnav.names import ALL
+from labgym.eval.labnav.suites import LabNavSuite
 
 SECONDS = {
     "still": 0.5, "straight": 0.25, "blind": 0.4, "bug2": 0.7, "astar": 0.4, "ppo": 0.5, "dwa": 1.0, "online_map": 4.0,

@@ -55,6 +55,7 @@ def drive_floor(
     seconds: float = SECONDS,
     watch: Callable[[State], None] | None = None,
     properties: Level | None = None,
+    latency: float | None = None,
 ) -> tuple[LabNavDrive, ...]:
     """Drive episodes of a task on one floor.
 
@@ -67,7 +68,9 @@ def drive_floor(
         seconds: time limit of a drive; in `shift` of each of its drives.
         watch: receives the state at the start and after each control step.
         properties: of the drives, by default those of the level (`labgym.envs.labnav.nuisances`).
+        latency: by which actions come late, seconds; by default what the policy declares.
     """
+    latency = driver.latency if latency is None else latency
     tasks = EpisodeTasks(layout, tuple(episodes))
     evaluated = Evaluated(task_of(task), level, label, suite, seed, round(seconds / ROBOT.control_dt))
     chained = {"endings": shift_endings(evaluated.task)} if evaluated.task.chain else {}
@@ -76,7 +79,7 @@ def drive_floor(
         level,
         driver.observation,
         stop=False,
-        delay=delay_of(driver.latency),
+        delay=delay_of(latency),
         properties=properties,
         tasks=tasks,
         exact=True,
@@ -87,7 +90,7 @@ def drive_floor(
     drive = drive_shift if evaluated.task.chain else drive_once
     env = LabPointNavEnv(config=config)
     try:
-        return tuple(drive(evaluated, episode, env, driver, Recorder(watch)) for episode in episodes)
+        return tuple(drive(evaluated, episode, env, driver, Recorder(watch, latency)) for episode in episodes)
     finally:
         env.close()
 
@@ -110,7 +113,7 @@ def drive_once(
         error=finish.error,
     )
     row = row.model_copy(update={"score": score_of(row, env.state)})
-    return LabNavDrive.of(row, recorder, driver)
+    return LabNavDrive.of(row, recorder)
 
 
 def score_of(row: LabNavRow | Finished, state: State) -> float:

@@ -17,6 +17,7 @@ from labgym.eval.driving.files import EPISODES, ROUTES, SUMMARY, TIMES, read_lin
 from labgym.eval.driving.folders import short_name
 from labgym.eval.labnav.row import LabNavRoute, LabNavRow, LabNavTime
 from labgym.eval.labnav.summary import LabNavSummary, TaskSummary
+from labgym.eval.labnav.thinking import Thinking
 from labgym.runs import RunProvenance
 from labgym.runs.identity import IDENTITY_FILE, RunIdentity
 
@@ -85,6 +86,13 @@ class LabNavEvaluation:
     def named(self, name: str) -> LabNavEvaluation:
         """Return the evaluation under another name."""
         return replace(self, name=name)
+
+    @cached_property
+    def thinking(self) -> Thinking | None:
+        """The measured time of the policy; None if it was not measured."""
+        summary = self.summary
+        declared = summary.latency if summary.declared is None else summary.declared
+        return Thinking.of(self.times.values(), declared, summary.latency)
 
     @cached_property
     def tasks(self) -> dict[str, TaskSummary]:

@@ -46,16 +46,17 @@ class Recorder:
         watch: receives the state at the start and after each control step.
         poses: true poses at the start and after each control step. reckoned: pose by odometry in the start frame.
         touched: names of what the robot touched. waited: seconds at rest near people.
-        seconds: wall-clock time of the policy's actions. actions: their number.
+        times: wall-clock time of each of the policy's actions, seconds.
+        latency: by which actions come late, seconds.
     """
 
     watch: Callable[[State], None] | None = None
+    latency: float = 0.0
     poses: list[Pose] = field(default_factory=list)
     reckoned: Pose = ORIGIN
     touched: dict[str, None] = field(default_factory=dict)
     waited: float = 0.0
-    seconds: float = 0.0
-    actions: int = 0
+    times: list[float] = field(default_factory=list)
 
     def note(self, observation: Observation, state: State) -> None:
         """Record a state, and the pose by odometry."""
@@ -136,7 +137,7 @@ class LegDrive:
 
     def brake(self, observation: Observation) -> Observation:
         """Bring the robot to rest where a rule or the time ended the drive, and return the last observation."""
-        parking, state = Parking(None, delay_of(self._driver.latency)), self._env.state
+        parking, state = Parking(None, delay_of(self._recorder.latency)), self._env.state
         for _ in range(BRAKING):
             action = parking.action(self._here, state.velocity)
             if action is None or state.verdict is not None:
@@ -178,7 +179,7 @@ class LegDrive:
 
     def _action(self, observation: Observation, state: State) -> NDArray[np.floating] | None:
         """Return the next action, None once the robot has been parked."""
-        stay = stay_of(self._task, delay_of(self._driver.latency))
+        stay = stay_of(self._task, delay_of(self._recorder.latency))
         here = self._here
         if self._parking is None and not self._driver.stops:
             if math.dist(here[:2], self.goal[:2]) <= braking_distance(self._task):
@@ -193,7 +194,7 @@ class LegDrive:
         return self._parking.action(here, state.velocity)
 
     def _decide(self, observation: dict[str, Any]) -> NDArray[np.float32] | None:
-        self._recorder.actions += 1
+        self._recorder.times.append(0.0)
         if isinstance(self._driver, PolicyProcess):
             return self._driver.decide(observation)
         return decision(self._driver, observation)
@@ -205,8 +206,8 @@ class LegDrive:
             with policy_errors():
                 return call(argument)
         finally:
-            if self._recorder.actions:
-                self._recorder.seconds += time.perf_counter() - begin
+            if self._recorder.times:
+                self._recorder.times[-1] += time.perf_counter() - begin
 
     def _start(self, state: State) -> EpisodeStart:
         goal = (self.goal[0], self.goal[1])

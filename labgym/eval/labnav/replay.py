@@ -95,6 +95,7 @@ def replay(
         label=row.policy,
         seconds=suite.seconds,
         kernels=str(kernels).partition("/")[0] if kernels else None,
+        latency=evaluation.summary.latency,
     )
     difference = _difference(evaluation, row, shown)
     if difference:
@@ -115,6 +116,7 @@ def drive_again(
     label: str = "",
     seconds: float = 120.0,
     kernels: str | None = None,
+    latency: float | None = None,
 ) -> Replay:
     """Drive an episode and keep the world at every control step.
 
@@ -122,7 +124,7 @@ def drive_again(
         policy: a name for `make_policy`. options: its arguments. seed: random seed of the evaluation.
         part: the episodes of the task. episode: one of them.
         label: name of the policy in the row; by default its name. seconds: time limit.
-        kernels: as for `labgym.eval.driving.runner.evaluate`.
+        kernels: as for `labgym.eval.driving.runner.evaluate`. latency: as for `drive_floor`.
 
     Raises:
         LabgymError: the policy cannot be loaded.
@@ -150,6 +152,7 @@ def drive_again(
             seed,
             seconds,
             watch,
+            latency=latency,
         )
     return _shown(episode, first[0], drive, shots)
 

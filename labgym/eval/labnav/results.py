@@ -33,22 +33,25 @@ class LabNavDrive:
 
     Attributes:
         row: the results. route: poses at the start and after each control step, rounded to 0.001.
-        planning_ms: mean wall-clock milliseconds of the policy per action; None without an action.
-        slow: whether that is longer than it declares.
+        planning_ms: mean wall-clock milliseconds of the policy per action; None without an action. high_ms: their 90th
+            percentile. slow: whether that is longer than the latency of the drive.
     """
 
     row: LabNavRow
     route: Route
     planning_ms: float | None
+    high_ms: float | None
     slow: bool
 
     @classmethod
-    def of(cls, row: LabNavRow, recorder: Recorder, driver: LabNavDriver) -> LabNavDrive:
+    def of(cls, row: LabNavRow, recorder: Recorder) -> LabNavDrive:
         """Return the results with what was recorded."""
-        mean = recorder.seconds / recorder.actions if recorder.actions else None
         route = tuple((round(x, 3), round(y, 3), round(yaw, 3)) for x, y, yaw in recorder.poses)
-        slow = mean is not None and is_slow(mean, driver.latency)
-        return cls(row, route, None if mean is None else 1e3 * mean, slow)
+        if not recorder.times:
+            return cls(row, route, None, None, False)
+        high = float(np.percentile(recorder.times, 90.0, method="inverted_cdf"))
+        mean = math.fsum(recorder.times) / len(recorder.times)
+        return cls(row, route, 1e3 * mean, 1e3 * high, is_slow(high, recorder.latency))
 
 
 @dataclass(frozen=True)
@@ -99,7 +102,7 @@ def fields_of(
         "steps": state.steps,
         "contacts": state.contacts,
         "waited": round(recorder.waited, 6),
-        "delay": delay_of(driver.latency),
+        "delay": delay_of(recorder.latency),
         "outcomes": plain(outcomes),
     }
 

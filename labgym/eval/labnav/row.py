@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, StrictBool
 
 from labgym.documents import Record
 from labgym.envs.conditions.leg_payload import MOST_LEGS
+from labgym.envs.labnav.names import TaskName
 from labgym.eval.driving.episode_row import Count, Length, Pose, Share
 from labgym.eval.labnav.rules import Ending
 
@@ -29,8 +30,8 @@ class LabNavLegRow(Record):
         beaker: whether the robot carried the beaker. rise: greatest rise of its liquid, meters.
     """
 
-    success: bool
-    docked: bool
+    success: StrictBool
+    docked: StrictBool
     ending: Ending
     stopped: Stopped = ""
     shortest: Length
@@ -69,8 +70,8 @@ class LabNavRow(Record):
     """
 
     suite: str
-    task: str
-    level: int
+    task: TaskName
+    level: Annotated[int, Field(ge=1, le=3)]
     floor: str
     floor_hash: str
     number: Count
@@ -78,7 +79,7 @@ class LabNavRow(Record):
     track: Track
     seed: int
     score: Share
-    success: bool
+    success: StrictBool
     ending: Ending
     contact: str = ""
     touched: tuple[Annotated[str, Field(max_length=100)], ...] = ()
@@ -118,9 +119,11 @@ class LabNavTime(Record):
 
     Attributes:
         planning_ms: mean wall-clock milliseconds of the policy per action; None without an action.
-        slow: whether that is longer than the declared latency, or than a control step if it declares less.
+        high_ms: their 90th percentile.
+        slow: whether that is longer than the latency of the drive, or than a control step if it is less.
     """
 
     key: str
     planning_ms: Length | None
+    high_ms: Length | None = None
     slow: bool

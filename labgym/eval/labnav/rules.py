@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from labgym.envs.labnav.tasks import LabNavTask
 from labgym.envs.robot import ROBOT
 from labgym.envs.state import Pose
+from labgym.errors import UnknownNameError
 from labgym.geometry import wrap_angle
 from labgym.policies.tracking import turn_towards
 
@@ -116,8 +117,18 @@ class Finish:
     error: str | None = None
 
 
+RULES = ("", "contact", "stuck", "spill", "stop", "time")
+"""Names of the endings that may end a drive; "" if the robot was parked or the time was over."""
+
+
 def ending_of(finish: Finish) -> Ending:
-    """Return how an episode ended: "success", or why it failed."""
+    """Return how an episode ended: "success", or why it failed.
+
+    Raises:
+        UnknownNameError: no ending has the name of the rule.
+    """
+    if finish.rule not in RULES:
+        raise UnknownNameError("ending of a drive", finish.rule, RULES)
     if finish.error is not None:
         return "error"
     if finish.rule == "contact":

@@ -10,7 +10,7 @@ from typing import Any
 from labgym.counts import whole_number
 from labgym.documents import files_digest, json_bytes
 from labgym.envs.labnav.episodes import LabNavEpisode
-from labgym.errors import OptionError
+from labgym.errors import DocumentError, OptionError
 from labgym.eval.driving.files import EPISODES, ROUTES, SUMMARY, TIMES, parse_lines, record_line
 from labgym.eval.driving.folders import short_name
 from labgym.eval.driving.runner import (
@@ -26,14 +26,16 @@ from labgym.eval.labnav.foresight import check_foresight, executor_for, in_place
 from labgym.eval.labnav.row import LabNavRoute, LabNavRow, LabNavTime
 from labgym.eval.labnav.suites import LabNavSuite, load_labnav
 from labgym.eval.labnav.summary import LabNavSummary, summarise
+from labgym.eval.labnav.thinking import Thinking, charged_latency, checked_latency
 from labgym.layouts import Layout
 from labgym.layouts.generate import MAX_SEED
 from labgym.policies import Policy
 from labgym.policies.kernels import kernel_mode
 from labgym.policies.process import PolicyProcess, PolicySource, ProcessLimits, close_shared_process
-from labgym.policies.registry import is_class_place
+from labgym.policies.registry import BUILT_IN, is_class_place
 from labgym.runs import ExecutorOptions, RunFolder, RunIdentity, Shard, ShardOutput, run_shards
 from labgym.runs.folder import SHARDS
+from labgym.runs.identity import IDENTITY_FILE
 
 FILES = (EPISODES, ROUTES, TIMES)
 
@@ -44,18 +46,13 @@ class LabNavReport:
 
     Attributes:
         summary: `summary.json`. rows: `episodes.jsonl`, in the suite's order.
-        times: of each episode, measured. latency: declared by the policy, seconds.
+        times: of each episode, measured. thinking: of all; None if nothing was measured.
     """
 
     summary: LabNavSummary
     rows: tuple[LabNavRow, ...]
     times: tuple[LabNavTime, ...]
-    latency: float
-
-    @property
-    def slow(self) -> int:
-        """Number of episodes in which the policy was slower than it declares."""
-        return sum(one.slow for one in self.times)
+    thinking: Thinking | None
 
 
 def evaluate_labnav(
@@ -69,6 +66,7 @@ def evaluate_labnav(
     executor: ExecutorOptions | None = None,
     limits: ProcessLimits | None = None,
     kernels: str | None = None,
+    latency: float | None = None,
 ) -> LabNavReport:
     """Drive a policy through the episodes of a LabNav suite and return the results.
 
@@ -88,6 +86,9 @@ def evaluate_labnav(
         executor: where floors are driven; by default in this process, or in one worker for a policy that foresees.
         limits: limits of time and memory of the policy's process.
         kernels: as for `labgym.eval.driving.runner.evaluate`.
+        latency: by which actions come late, seconds; at least what the policy declares. By default that is what a
+            built-in policy declares; another one is measured first (`charged_latency`), and the folder keeps the
+            result.
 
     Raises:
         UnknownNameError: the suite, the policy or the kernel mode does not exist.
@@ -110,7 +111,14 @@ def evaluate_labnav(
         here = executor == ExecutorOptions()
         if executor.kind == "dask":
             source = source.portable(driver.files())
-        run = _Run(source, driver, label, suite, seed, limits, mode.kind)
+        if latency is not None:
+            latency = checked_latency(latency, driver.latency)
+        elif source.pickled is None and source.name in BUILT_IN:
+            latency = driver.latency
+        else:
+            kept = None if out is None or fresh else kept_latency(Path(out))
+            latency = charged_latency(driver, suite, seed) if kept is None else kept
+        run = _Run(source, driver, label, suite, seed, limits, mode.kind, latency)
         fingerprint = None if out is None else policy_fingerprint(policy, source, label, driver.files())
         if not here:
             close_shared_process()
@@ -122,6 +130,7 @@ def evaluate_labnav(
             episodes=suite.hash,
             policy=fingerprint.model_dump(),
             seed=seed,
+            latency=latency,
             kernels=mode.name,
             limits=None if limits is None else asdict(limits),
             catalog=catalog_digest(run.layouts.values()),
@@ -149,8 +158,9 @@ class _Run:
         seed: int,
         limits: ProcessLimits | None,
         kernels: str,
+        latency: float,
     ) -> None:
-        self._suite, self._label, self._latency = suite, label, driver.latency
+        self._suite, self._label, self._latency, self._declared = suite, label, latency, driver.latency
         self.layouts = {(part.split, floor): part.layout(floor) for part in suite.parts for floor in part.floors}
         policy = source, files_digest(driver.files()), limits, kernels, label
         self._shards = [
@@ -166,6 +176,7 @@ class _Run:
                     part.label,
                     seed,
                     suite.seconds,
+                    latency,
                 ),
                 size=len(episodes),
             )
@@ -178,7 +189,8 @@ class _Run:
             "track": track_of(driver),
             "sensors": driver.observation,
             "seed": seed,
-            "latency": driver.latency,
+            "latency": latency,
+            "declared": driver.latency if latency != driver.latency else None,
         }
 
     def drive(self, folder: RunFolder | None, executor: ExecutorOptions, progress: bool) -> dict[str, bytes]:
@@ -197,7 +209,19 @@ class _Run:
         """Return the report on the content of the files."""
         rows = tuple(parse_lines(EPISODES, content[EPISODES], LabNavRow).values())
         times = tuple(parse_lines(TIMES, content[TIMES], LabNavTime).values())
-        return LabNavReport(summarise(self._suite, rows, **self._fields), rows, times, self._latency)
+        thinking = Thinking.of(times, self._declared, self._latency)
+        return LabNavReport(summarise(self._suite, rows, **self._fields), rows, times, thinking)
+
+
+def kept_latency(folder: Path) -> float | None:
+    """Return the latency with which the run in a folder drives, seconds; None without such a run."""
+    if not (folder / IDENTITY_FILE).is_file():
+        return None
+    try:
+        latency = RunIdentity.load(folder / IDENTITY_FILE).inputs.get("latency")
+    except DocumentError:
+        return None
+    return latency if isinstance(latency, float) else None
 
 
 def drive_shard(
@@ -213,15 +237,16 @@ def drive_shard(
     suite: str,
     seed: int,
     seconds: float,
+    latency: float,
 ) -> ShardOutput:
     """Drive the episodes of one floor and return rows, routes and times.
 
     Args:
         policy, files, limits, kernels, label: as for `labgym.eval.driving.shard.drive_shard`.
-        layout, episodes, task, level, suite, seed, seconds: as for `drive_floor`.
+        layout, episodes, task, level, suite, seed, seconds, latency: as for `drive_floor`.
     """
     driver = in_place(policy_process(policy, files, limits, kernels), policy)
-    drives = drive_floor(driver, layout, episodes, task, level, label, suite, seed, seconds)
+    drives = drive_floor(driver, layout, episodes, task, level, label, suite, seed, seconds, latency=latency)
     folder = f"{SHARDS}/{suite.partition('/')[0]}/{layout.id}"
     return ShardOutput({f"{folder}/{name}": content for name, content in drive_files(drives).items()})
 
@@ -230,7 +255,9 @@ def drive_files(drives: Iterable[LabNavDrive]) -> dict[str, bytes]:
     """Return the content of rows, routes and times of episodes, by the file's name."""
     drives = tuple(drives)
     routes = (LabNavRoute(key=one.row.key, poses=one.route) for one in drives)
-    times = (LabNavTime(key=one.row.key, planning_ms=one.planning_ms, slow=one.slow) for one in drives)
+    times = (
+        LabNavTime(key=one.row.key, planning_ms=one.planning_ms, high_ms=one.high_ms, slow=one.slow) for one in drives
+    )
     return {
         EPISODES: b"".join(record_line(one.row) for one in drives),
         ROUTES: b"".join(map(record_line, routes)),

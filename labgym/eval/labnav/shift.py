@@ -13,6 +13,7 @@ from labgym.envs.parts.endings import LimitEnding, TouchedEnding
 from labgym.envs.parts.protocols import Ending
 from labgym.envs.point_nav import LabPointNavEnv
 from labgym.envs.state import State
+from labgym.envs.world import World
 from labgym.eval.labnav import scores
 from labgym.eval.labnav.leg import LabNavDriver, LegDrive, Observation, Recorder
 from labgym.eval.labnav.results import Evaluated, LabNavDrive, fields_of
@@ -20,6 +21,7 @@ from labgym.eval.labnav.row import LabNavLegRow, LabNavRow
 from labgym.eval.labnav.rules import Ending as Outcome
 from labgym.eval.labnav.rules import ending_of
 from labgym.geometry import wrap_angle
+from labgym.navigation import GoalPair
 
 ASIDE, FARTHEST, DIRECTIONS = 0.01, 1.0, 32
 """Spacing of the rings around the robot on which a place for the disc of 0.30 m is sought, their greatest radius,
@@ -75,7 +77,7 @@ def drive_shift(
         legs=tuple(legs),
         goals=count,
     )
-    return LabNavDrive.of(row, recorder, driver)
+    return LabNavDrive.of(row, recorder)
 
 
 def score_of_legs(legs: Sequence[LabNavLegRow], count: int) -> float:
@@ -87,21 +89,32 @@ def score_of_legs(legs: Sequence[LabNavLegRow], count: int) -> float:
 def shortest_from(state: State, otherwise: float) -> float:
     """Return L* of the drive in progress from where the robot stands, meters.
 
+    Args:
+        state: at the begin of the drive. otherwise: L* if the disc of 0.30 m fits nowhere near.
+    """
+    pair = replace(state.pair, start=state.pose)
+    return shortest_at(state.world, pair, state.disc, otherwise, state.shortest_path_length)
+
+
+def shortest_at(world: World, pair: GoalPair, disc: float, otherwise: float, length: float = math.inf) -> float:
+    """Return L* of a drive, meters.
+
     Where the disc of 0.30 m does not fit, the way to the nearest place where it fits is added.
 
     Args:
-        state: at the begin of the drive. otherwise: L* if there is no such place.
+        world: the true floor. pair: the drive. disc: radius of the success disc, meters.
+        otherwise: L* if there is no such place. length: L* from the start, if it is finite and known.
     """
-    length = state.shortest_path_length
+    length = world.length_to_disc(pair, disc) if math.isinf(length) else length
     for ring in range(1, round(FARTHEST / ASIDE) + 1):
         if math.isfinite(length):
             return length
-        x, y, yaw = state.pose
+        x, y, yaw = pair.start
         radius = ring * ASIDE
         angles = (2.0 * math.pi * k / DIRECTIONS for k in range(DIRECTIONS))
         places = [(x + radius * math.cos(angle), y + radius * math.sin(angle), yaw) for angle in angles]
-        free = [place for place in places if state.world.paths.free(*place[:2])]
-        to_disc = (state.world.length_to_disc(replace(state.pair, start=place), state.disc) for place in free)
+        free = [place for place in places if world.paths.free(*place[:2])]
+        to_disc = (world.length_to_disc(replace(pair, start=place), disc) for place in free)
         length = radius + min(to_disc, default=math.inf)
     return length if math.isfinite(length) else otherwise
 

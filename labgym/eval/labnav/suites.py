@@ -15,18 +15,20 @@ from labgym.envs.labnav.episodes import (
     published_episodes,
     suite_file,
 )
+from labgym.envs.labnav.names import ALL
 from labgym.envs.labnav.tasks import HEADLINE, SECONDS, TASKS
 from labgym.errors import DocumentError, OptionError, UnknownNameError
 from labgym.layouts import Layout
 
 PREFIX = "labnav"
 MINI = "labnav-mini"
+"""Small suite on floors-val, to try a policy out."""
+CHECK = "labnav-check"
+"""The same of the published suites on floors-test: `labgym run` compares its rows with published ones."""
 FIRST = "labnav-60"
 """Suite of all tasks with the first episode of each floor only, for policies that cost much."""
 VAL = f"{PREFIX}-{DEVELOPMENT}"
 """Suite of all tasks on floors-val, for development."""
-ALL = ("aisle", "moved", "people", "odometry", "dock", "glass", "carry", "shift")
-"""The eight tasks of the figure."""
 MINI_EPISODES, MINI_SECONDS, MINI_GOALS = 3, 60.0, 3
 """Episodes of a task in the small suite, their time limit, seconds, and goals of a shift."""
 
@@ -77,7 +79,7 @@ class LabNavSuite:
 
 def is_whole(name: str, tasks: Iterable[str]) -> bool:
     """Whether a suite of some tasks gives the figure LabNav: all tasks, and their whole drives."""
-    return name != MINI and set(tasks) == set(ALL)
+    return name not in (MINI, CHECK) and set(tasks) == set(ALL)
 
 
 def is_labnav(suite: str) -> bool:
@@ -98,7 +100,7 @@ def suite_names() -> tuple[str, ...]:
     tasks, development = [f"{PREFIX}-{task}" for task in TASKS], [f"{VAL}-{task}" for task in TASKS]
     levels = [f"{task}-{level}" for task in (*tasks, *development) for level in (1, 2, 3)]
     unfiltered = [f"{task}-{HEADLINE}-{UNFILTERED}" for task in tasks]
-    return (*tasks, *development, *levels, *unfiltered, MINI, VAL, FIRST, PREFIX)
+    return (*tasks, *development, *levels, *unfiltered, MINI, CHECK, VAL, FIRST, PREFIX)
 
 
 def load_labnav(name: str) -> LabNavSuite:
@@ -110,12 +112,12 @@ def load_labnav(name: str) -> LabNavSuite:
     """
     if name not in suite_names():
         raise UnknownNameError("suite", name, suite_names())
-    development = name.startswith(VAL)
-    if name in (PREFIX, FIRST, MINI, VAL):
+    development = name.startswith(VAL) or name == MINI
+    if name in (PREFIX, FIRST, MINI, CHECK, VAL):
         prefix = VAL if development else PREFIX
         tasks = [task for task in TASKS if suite_file(f"{prefix}-{task}-{HEADLINE}").is_file()]
         parts = tuple(published_episodes(task, HEADLINE, development=development) for task in tasks)
-        if name == MINI:
+        if name in (MINI, CHECK):
             return LabNavSuite(name, tuple(part.first(MINI_EPISODES, 1, MINI_GOALS) for part in parts), MINI_SECONDS)
         return LabNavSuite(name, tuple(part.first(None, 1) for part in parts) if name == FIRST else parts)
     task, *rest = name.removeprefix(VAL if development else PREFIX).removeprefix("-").split("-")

@@ -10,17 +10,25 @@ from typing import Any, ClassVar
 from pydantic import Field
 
 from labgym.documents import Document, Record
+from labgym.envs.labnav.names import TaskName
 from labgym.envs.labnav.necks import RADII
 from labgym.eval.driving.intervals import Estimate, bounded_mean
 from labgym.eval.labnav import scores
 from labgym.eval.labnav.figure import arithmetic, figure, mean_score, nines
 from labgym.eval.labnav.row import LabNavRow, Track
 from labgym.eval.labnav.suites import LabNavSuite, is_whole
+from labgym.layouts.floor.fields import Growing
 from labgym.policies.policy import Sensors
 from labgym.table import Table
 
 NOT_BEGUN = "not begun"
 """Ending of the drives of a shift that come after the one that ended it."""
+ENDED = {"success": "no fault"}
+"""Words for endings of rows in tables that have a share of arrivals, too."""
+ARRIVED = (
+    "arrived: share of episodes in which the robot came to rest in the goal's disc, in shift docked at all goals; "
+    "no fault: it also neither spilt nor missed its dock."
+)
 LENGTHS = (10.0, 15.0)
 """Edges of the classes of L*, meters."""
 DETOURS = (1.1, 1.3)
@@ -46,7 +54,7 @@ class TaskSummary(Record):
             distance, of the widest disc that reaches the goal, and of the number of people met.
     """
 
-    task: str
+    task: TaskName
     level: int
     suite: str
     draft: bool
@@ -68,17 +76,19 @@ class TaskSummary(Record):
     by_met: dict[str, tuple[float, int]] = Field(default_factory=dict)
 
 
-class LabNavSummary(Document):
+class LabNavSummary(Document, Growing):
     """The results of a policy on a suite.
 
     Attributes:
         suite: name. hash: of its episodes. policy: label. options: its arguments. track: what it knows.
-        sensors: its observation. seed: of the evaluation. latency: declared, seconds.
+        sensors: its observation. seed: of the evaluation.
+        latency: by which its actions came late, seconds. declared: latency that it declares, if that is another.
         tasks: in the order of the suite.
         labnav: the figure, 0 to 100; None unless the suite has all eight tasks. arithmetic: 100 times the mean score.
     """
 
     SCHEMA: ClassVar[str] = "labgym.labnav-summary/1"
+    ADDED: ClassVar[frozenset[str]] = frozenset({"declared"})
 
     suite: str
     hash: str
@@ -88,6 +98,7 @@ class LabNavSummary(Document):
     sensors: Sensors
     seed: int
     latency: float
+    declared: float | None = None
     tasks: tuple[TaskSummary, ...]
     labnav: Estimate | None
     arithmetic: float | None
@@ -105,7 +116,10 @@ class LabNavSummary(Document):
     def recomputed(self, rows: Sequence[LabNavRow]) -> LabNavSummary:
         """Return the summary with every figure computed from rows."""
         parts = [_Part(each.suite, each.task, each.level, each.draft, each.expected) for each in self.tasks]
-        fields = {name: getattr(self, name) for name in ("policy", "options", "track", "sensors", "seed", "latency")}
+        fields = {
+            name: getattr(self, name)
+            for name in ("policy", "options", "track", "sensors", "seed", "latency", "declared")
+        }
         whole = is_whole(self.suite, [part.task for part in parts])
         return _summary(self.suite, self.hash, parts, rows, whole, fields)
 
@@ -259,24 +273,24 @@ def summary_table(summary: LabNavSummary) -> Table:
             _interval(task.score),
             _interval(task.success),
             _interval(task.contacts),
-            ", ".join(f"{name} {count}" for name, count in task.endings.items()),
+            ", ".join(f"{ENDED.get(name, name)} {count}" for name, count in task.endings.items()),
         )
         for task in summary.tasks
     ]
-    notes = []
+    notes = [ARRIVED]
     if any(task.draft for task in summary.tasks):
         notes.append("Draft episodes: they may change, and their figures are not those of LabNav.")
     for task in summary.tasks:
         if task.legs:
             count, perfect = sum(task.legs.values()), _interval(task.success)
-            drives = ", ".join(f"{name} {number}" for name, number in task.legs.items())
+            drives = ", ".join(f"{ENDED.get(name, name)} {number}" for name, number in task.legs.items())
             notes.append(f"{task.task} {task.level}: perfect shifts {perfect}; {count} drives: {drives}.")
     parked = sum(task.parked for task in summary.tasks)
     if parked:
         notes.append(f"The evaluator stopped the robot in {parked} episodes: the policy cannot stop.")
     if summary.labnav is not None:
         notes.append(f"LabNav {_interval(summary.labnav, 1)}, arithmetic mean {summary.arithmetic:.1f}")
-    head = ("task", "episodes", "score", "success", "touched", "how episodes ended")
+    head = ("task", "episodes", "score", "arrived", "touched", "how episodes ended")
     return Table(f"{summary.policy} ({summary.track}), suite {summary.suite}", head, tuple(rows), tuple(notes))
 
 

@@ -9,7 +9,7 @@ from itertools import combinations
 import numpy as np
 from scipy.stats import rankdata, t
 
-from labgym.eval.labnav.suites import ALL
+from labgym.envs.labnav.names import ALL
 from labgym.eval.leaderboard.labnav import LabNavResult
 from labgym.table import Table, number
 

@@ -54,7 +54,9 @@ def publish_drives(
     summary, outcomes = result.summary, result.by_key
     suite = suite_of_keys(frozenset(keys) & outcomes.keys())
     folder = runs / suite.hash[:12] / summary.policy
-    evaluate_labnav(summary.policy, suite, folder, summary.seed, options=summary.options, executor=executor)
+    evaluate_labnav(
+        summary.policy, suite, folder, summary.seed, options=summary.options, executor=executor, latency=summary.latency
+    )
     evaluation = LabNavEvaluation.read(folder)
     episodes, shown, others = suite.by_key, [], []
     for row in evaluation.rows:

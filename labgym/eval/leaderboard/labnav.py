@@ -14,18 +14,19 @@ from labgym.envs.conditions.leg_payload import MOST_LEGS
 from labgym.errors import DocumentError, OptionError
 from labgym.eval.driving.episode_row import Length, Share
 from labgym.eval.driving.evaluation import sessions_of
-from labgym.eval.driving.files import EPISODES, SUMMARY, read_lines
+from labgym.eval.driving.files import EPISODES, SUMMARY, TIMES, read_lines
 from labgym.eval.labnav.figure import arithmetic, figure
-from labgym.eval.labnav.row import LabNavLegRow, LabNavRow
+from labgym.eval.labnav.row import LabNavLegRow, LabNavRow, LabNavTime
 from labgym.eval.labnav.rules import Ending
 from labgym.eval.labnav.shift import score_of_legs
 from labgym.eval.labnav.suites import FIRST, PREFIX, LabNavSuite, load_labnav
 from labgym.eval.labnav.summary import LabNavSummary, TaskSummary
+from labgym.eval.labnav.thinking import Thinking, time_problems
 from labgym.layouts.floor.fields import Growing
 from labgym.runs.provenance import RunProvenance
 
 FOLDER = "leaderboard/labnav"
-SAME = ("policy", "options", "track", "sensors", "seed", "latency")
+SAME = ("policy", "options", "track", "sensors", "seed", "latency", "declared")
 """Fields in which results of one policy agree."""
 DIRTY = "-dirty"
 """End of a commit whose checkout had changes."""
@@ -84,26 +85,29 @@ def commits_of(sessions: Iterable[RunProvenance]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(f"{each.commit}{DIRTY if each.dirty else ''}" for each in known))
 
 
-class LabNavResult(Document):
+class LabNavResult(Document, Growing):
     """The published result of a policy.
 
     Attributes:
         summary: of its evaluation. outcomes: of all episodes, in the suite's order.
         commits: of the checkouts in which each task was driven, by its suite; "-dirty" follows a commit with changes.
+        thinking: the measured time of the policy, by suite of the task; empty for results from before it was kept.
     """
 
     SCHEMA: ClassVar[str] = "labgym.labnav-result/1"
+    ADDED: ClassVar[frozenset[str]] = frozenset({"thinking"})
 
     summary: LabNavSummary
     outcomes: Annotated[tuple[Outcome, ...], Field(max_length=100_000)]
     commits: dict[str, tuple[str, ...]] = Field(default_factory=dict)
+    thinking: dict[str, Thinking] = Field(default_factory=dict)
 
     @classmethod
     def of(cls, folder: str | Path) -> LabNavResult:
         """Return the result of an evaluation's folder.
 
         Raises:
-            DocumentError: the folder holds no complete LabNav evaluation.
+            DocumentError: the folder holds no complete LabNav evaluation, or not the measured times of all episodes.
         """
         folder = Path(folder)
         summary = LabNavSummary.load(folder / SUMMARY)
@@ -111,10 +115,24 @@ class LabNavResult(Document):
         if missing:
             problem = f"holds {missing[0].episodes} of {missing[0].expected} episodes of {missing[0].task}"
             raise DocumentError(folder, "", f"{problem}; run the same labgym eval command again")
+        rows = read_rows(folder / EPISODES)
+        times = read_lines(folder / TIMES, LabNavTime).checked(folder / TIMES, TIMES)
+        for problem in time_problems(rows, times, summary.latency):
+            raise DocumentError(folder, "", f"{problem}: without it the result is not published; drive it again")
+        declared = summary.latency if summary.declared is None else summary.declared
+        thinking = {
+            part.suite: Thinking.of(
+                (times[row.key] for row in rows if (row.task, row.level) == (part.task, part.level)),
+                declared,
+                summary.latency,
+            )
+            for part in summary.tasks
+        }
         commits = commits_of(sessions_of(folder))
         return cls(
             summary=summary,
-            outcomes=tuple(map(Outcome.of, read_rows(folder / EPISODES))),
+            thinking={suite: one for suite, one in thinking.items() if one is not None},
+            outcomes=tuple(map(Outcome.of, rows)),
             commits={task.suite: commits for task in summary.tasks} if commits else {},
         )
 
@@ -152,12 +170,19 @@ class LabNavResult(Document):
                 "arithmetic": arithmetic([part.score.value or 0.0 for part in parts]) if whole else None,
             }
         )
-        commits = {**self.commits, **other.commits}
+        commits, thinking = {**self.commits, **other.commits}, {**self.thinking, **other.thinking}
         return LabNavResult(
             summary=summary,
             outcomes=tuple(outcomes[key] for key in keys if key in outcomes),
             commits={label: commits[label] for label in order if label in commits},
+            thinking={label: thinking[label] for label in order if label in thinking},
         )
+
+    @property
+    def mark(self) -> str:
+        """The mark of a policy that thinks longer than it declares, in the task in which it took longest; else ""."""
+        marked = [one for one in self.thinking.values() if one.mark]
+        return max(marked, key=lambda one: one.seconds).mark if marked else ""
 
     @property
     def by_key(self) -> dict[str, Outcome]:

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import combinations
 
+from labgym.envs.labnav.names import ALL
 from labgym.eval.driving.intervals import Estimate
 from labgym.eval.labnav.figure import paired_difference, significant, swaps
-from labgym.eval.labnav.suites import ALL, FIRST
+from labgym.eval.labnav.suites import FIRST
 from labgym.eval.leaderboard.labnav import LabNavResult
 from labgym.table import Table, number
 
@@ -46,6 +47,7 @@ def published_table(results: Sequence[LabNavResult]) -> Table:
             "floors; Mean is 100 times their arithmetic mean.",
             "Touched: share of episodes with a contact.",
             *_costly(results),
+            *(f"{one.summary.policy} {one.mark}." for one in results if one.mark),
             *(["A dash stands for a task that is not driven yet."] if _unfinished(results) else []),
             *_pairs([result for result in results if result.summary.labnav is not None]),
         ),

@@ -51,6 +51,7 @@ class ComparedEvaluation(Record):
         name: name in tables. policy: label of the policy. folder: where its rows are. seed: random seed of the
             evaluation.
         episodes: number of its rows. shared: number of those that the other side drove too.
+        mark: in LabNav, of a policy that thinks longer than it declares; else "".
     """
 
     name: str
@@ -59,6 +60,7 @@ class ComparedEvaluation(Record):
     seed: int
     episodes: int
     shared: int
+    mark: str = ""
 
 
 class GroupDifference(Record):

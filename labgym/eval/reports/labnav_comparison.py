@@ -109,7 +109,10 @@ def _table(comparison: LabNavComparison, groups: Sequence[LabNavDifference], tit
         for one in groups
     )
     heads = ("", "episodes", a, b, "score", "apart", "success", "touched")
-    notes = ("Differences of the first minus the second, with 95% intervals over floors; apart: 0 is outside.",)
+    notes = (
+        "Differences of the first minus the second, with 95% intervals over floors; apart: 0 is outside.",
+        *(f"{side.name} {side.mark}." for side in (comparison.a, comparison.b) if side.mark),
+    )
     return Table(f"{a} - {b}: {title.lower() if title == 'By task' else title}", heads, rows, notes)
 
 
@@ -141,4 +144,5 @@ def _side(evaluation: LabNavEvaluation, shared: int) -> ComparedEvaluation:
         seed=evaluation.summary.seed,
         episodes=len(evaluation.rows),
         shared=shared,
+        mark="" if evaluation.thinking is None else evaluation.thinking.mark,
     )

@@ -8,13 +8,13 @@ from dataclasses import replace
 from itertools import combinations
 from typing import get_args
 
+from labgym.envs.labnav.names import ALL
 from labgym.eval.driving.intervals import Estimate, bounded_mean
 from labgym.eval.driving.paired import MetricDifference
 from labgym.eval.labnav.evaluation import LabNavEvaluation
 from labgym.eval.labnav.figure import paired_difference, significant, swaps
 from labgym.eval.labnav.row import Track
 from labgym.eval.labnav.rules import Ending
-from labgym.eval.labnav.suites import ALL
 from labgym.eval.labnav.summary import DIFFICULTIES, classes
 from labgym.eval.reports.comparison import signed
 from labgym.table import Table, number
@@ -112,11 +112,7 @@ def score_notes(evaluations: Sequence[LabNavEvaluation]) -> tuple[str, ...]:
     parked = [one.name for one in evaluations if any(task.parked for task in one.summary.tasks)]
     if parked:
         notes.append(f"The evaluator stops the robot for {', '.join(parked)}, which cannot stop.")
-    slow = {one.name: sum(time.slow for time in one.times.values()) for one in evaluations}
-    slow = {name: count for name, count in slow.items() if count}
-    if slow:
-        words = ", ".join(f"{name} ({count} episodes)" for name, count in slow.items())
-        notes.append(f"Slower than declared: {words}.")
+    notes += [f"{one.name} {one.thinking.mark}." for one in evaluations if one.thinking and one.thinking.mark]
     if any(one.summary.draft for one in evaluations):
         notes.append("Draft episodes: they may change, and their figures are not those of LabNav.")
     return tuple(notes)

@@ -9,6 +9,7 @@ from typing import ClassVar, Literal
 
 from labgym.documents import Document, Record
 from labgym.eval.driving.intervals import Estimate, bounded_mean, positive_mean
+from labgym.layouts.floor.fields import Growing
 from labgym.table import Table, number
 
 Scale = Literal["share", "points", "amount"]
@@ -18,26 +19,32 @@ DECIMALS = 6
 """Decimals to which figures are rounded, so that they do not depend on the last bit of a mathematics library."""
 FEWEST_PROTOCOLS = 5
 """Number of protocols below which a figure has no interval: it would span almost all values."""
-CSV_COLUMNS = ("table", "row", "origin", "detail", "metric", "value", "low", "high", "cases")
+FITTED = "(fitted)"
+"""Mark of a figure that was fitted to the paper's."""
+CSV_COLUMNS = ("table", "row", "origin", "detail", "metric", "value", "low", "high", "cases", "fitted")
 
 
-class Cell(Record):
+class Cell(Growing):
     """A figure.
 
     Attributes:
         value: None if the metric does not apply.
         low, high: ends of its 95% interval, if it has one.
         cases: number of cases behind it; None for values printed in the paper and for plain counts.
+        fitted: whether what made it was fitted to the paper's figure, so that their agreement shows nothing.
     """
+
+    ADDED: ClassVar[frozenset[str]] = frozenset({"fitted"})
 
     value: float | None
     low: float | None = None
     high: float | None = None
     cases: int | None = None
+    fitted: bool = False
 
     def text(self, digits: int) -> str:
-        """Return the value, with its interval in brackets if it has one; a dash for None."""
-        return self.number(digits) + self.interval(digits)
+        """Return the value, with its interval in brackets if it has one, and its mark; a dash for None."""
+        return self.number(digits) + self.interval(digits) + (f" {FITTED}" if self.fitted else "")
 
     def number(self, digits: int) -> str:
         """Return the value, a dash for None."""
@@ -143,7 +150,7 @@ class Figures(Document):
             for line in table.lines:
                 for column in table.columns:
                     cell = table.cell(line, column)
-                    values = (cell.value, cell.low, cell.high, cell.cases)
+                    values = (cell.value, cell.low, cell.high, cell.cases, "fitted" if cell.fitted else None)
                     cells = ("" if value is None else value for value in values)
                     writer.writerow((table.key, line.name, line.origin, line.detail, column.key, *cells))
         return stream.getvalue()

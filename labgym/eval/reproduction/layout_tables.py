@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from labgym.eval.reports.paper import PaperTable
 from labgym.eval.reproduction.cases import LayoutRow, Variant
 from labgym.eval.reproduction.figures import Cell, Column, FigureTable, Line, Scale, mean_cell, paper_line
+from labgym.layouts.method import Method
+from labgym.layouts.sampler.rates import calibration
 
 
 @dataclass(frozen=True)
@@ -55,7 +57,7 @@ PROXY = (
     Metric("proxy_layout", "Layout (proxy) ↑", 2, "points"),
     Metric("proxy_completeness", "Completeness (proxy) ↑", 2, "points"),
 )
-PAPER_COLUMNS = (*GEOMETRY, *FEASIBILITY, *GATED, *SEMANTIC)
+PAPER_COLUMNS = (*GEOMETRY, *FEASIBILITY, *GATED)
 OWN_COLUMNS = (
     Metric("valid", "Valid ↑", 3, "share"),
     Metric("v", "v ↓", 2, "amount"),
@@ -84,17 +86,30 @@ SECOND_COLUMNS = (
 )
 POOLED = {"step_nav": "transitions", "door_nav": "entries"}
 """Metrics of touchstone-v2 that are shares of drives, by the number of drives: the drives of all layouts are pooled."""
+SAMPLER = "sampler"
+"""Name of the proposer whose rates were fitted to the paper."""
+NAVIGATION = frozenset({"step_nav"})
+"""Figures that the ways on a floor decide."""
 GATE_NOTE = (
     "Flam, Store, Incomp and Glass are weighted by asset availability, as in the paper: a layout that lacks a required "
     "asset scores 0."
+)
+FITTED_NOTE = (
+    "Fitted: the rates of the sampler's errors were fitted to this figure of the paper, so that its agreement shows "
+    "nothing (docs/layouts.md, calibration)."
 )
 THRESHOLD_NOTE = "The paper does not print the thresholds of its chemistry metrics, so its lines are not comparable."
 
 
 def paper_table(rows: Sequence[LayoutRow], variants: Sequence[Variant], printed: PaperTable, title: str) -> FigureTable:
-    """Return the table with the columns of the paper: our lines, then the printed ones."""
-    columns = tuple(metric.column for metric in PAPER_COLUMNS)
-    lines = variant_lines(rows, variants, PAPER_COLUMNS)
+    """Return the table with the columns of the paper: our lines, then the printed ones.
+
+    Real, Lay and Comp are among them once a judge has scored a layout.
+    """
+    judged = any(row.metrics.get(metric.field) is not None for row in rows for metric in SEMANTIC)
+    metrics = (*PAPER_COLUMNS, *(SEMANTIC if judged else ()))
+    columns = tuple(metric.column for metric in metrics)
+    lines = variant_lines(rows, variants, metrics)
     return FigureTable(
         key="paper",
         title=title,
@@ -104,6 +119,7 @@ def paper_table(rows: Sequence[LayoutRow], variants: Sequence[Variant], printed:
             "touchstone-v1. Brackets: 95% intervals clustered by protocol; the paper gives none.",
             GATE_NOTE,
             THRESHOLD_NOTE,
+            *([FITTED_NOTE] if any(cell.fitted for line in lines for cell in line.cells.values()) else []),
             *_absent(rows, variants),
         ),
     )
@@ -152,8 +168,25 @@ def variant_lines(
     for variant in variants:
         own = [row for row in rows if row.variant == variant.key]
         cells = {metric.column.key: (_cell_2 if second else _cell)(own, metric) for metric in metrics}
+        if not second:
+            for name in fitted_figures(variant.method) & cells.keys():
+                cells[name] = cells[name].model_copy(update={"fitted": True})
         lines.append(Line(name=variant.title, detail=made_by(own), cells=cells))
     return tuple(lines)
+
+
+def fitted_figures(method: Method) -> frozenset[str]:
+    """Return the figures of a method to which the rates of the sampler were fitted, under touchstone-v1.
+
+    They are those of its proposals: objects out of bounds and collisions until they are optimized, step navigation
+    until facility rules or the refinement clear the ways.
+    """
+    if method.proposer != SAMPLER:
+        return frozenset()
+    fitted = {figure.name for figure in calibration().figures if figure.fitted}
+    blocked = not method.refine and not (method.optimise and method.facility)
+    kept = (NAVIGATION if blocked else frozenset()) | (frozenset() if method.optimise else fitted - NAVIGATION)
+    return frozenset(fitted & kept)
 
 
 def _cell(rows: Sequence[LayoutRow], metric: Metric) -> Cell:

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 from labgym.documents import Record
 from labgym.envs.labnav.episodes import LabNavEpisode, LabNavEpisodes
+from labgym.envs.labnav.names import ALL
 from labgym.envs.labnav.nuisances import NUISANCES, episode_without, nuisances_of, properties_without
 from labgym.envs.labnav.tasks import HEADLINE
 from labgym.eval.driving.episode_row import Count, Length, Share
@@ -17,7 +18,7 @@ from labgym.eval.labnav.figure import paired_difference, significant
 from labgym.eval.labnav.foresight import in_place
 from labgym.eval.labnav.row import LabNavRow
 from labgym.eval.labnav.rules import Ending
-from labgym.eval.labnav.suites import ALL, VAL, load_labnav
+from labgym.eval.labnav.suites import VAL, load_labnav
 from labgym.eval.labnav.together import Entrant
 from labgym.eval.reproduction.figures import Column, Figures, FigureTable, Line, estimate_cell, plain_cells
 from labgym.eval.reproduction.study import Study, code_facts, rows_output

@@ -14,14 +14,15 @@ from labgym.envs.labnav.episodes import LabNavEpisode, LabNavEpisodes
 from labgym.errors import DocumentError, UnknownNameError
 from labgym.eval.driving.drive import Route
 from labgym.eval.driving.evaluation import in_one_line
-from labgym.eval.driving.files import EPISODES, ROUTES, SUMMARY, read_lines
+from labgym.eval.driving.files import EPISODES, ROUTES, SUMMARY, TIMES, read_lines
 from labgym.eval.driving.runner import catalog_digest
 from labgym.eval.labnav.drive import LabNavDrive, drive_floor
 from labgym.eval.labnav.evaluation import KIND, summary_differences
 from labgym.eval.labnav.foresight import in_place, track_of
-from labgym.eval.labnav.row import LabNavRoute, LabNavRow
+from labgym.eval.labnav.row import LabNavRoute, LabNavRow, LabNavTime
 from labgym.eval.labnav.suites import LabNavSuite, load_labnav
 from labgym.eval.labnav.summary import LabNavSummary
+from labgym.eval.labnav.thinking import Thinking, time_problems
 from labgym.eval.submission.labnav_rows import LabNavTerms, labnav_route_problems, labnav_row_problems
 from labgym.eval.submission.record_checks import RunRecord, catalog_problems, run_problems, stated_problems
 from labgym.eval.submission.second_drive import drawn_again, driven_again
@@ -42,6 +43,7 @@ class LabNavSubmission:
     Attributes:
         summary, rows, routes: of the folder; rows and routes by key. suite: of this installation.
         episodes: of the suite, with their tasks, by key. layouts: floors by split and id.
+        times: measured times of the policy, by key.
     """
 
     summary: LabNavSummary
@@ -50,6 +52,7 @@ class LabNavSubmission:
     suite: LabNavSuite
     episodes: dict[str, tuple[LabNavEpisodes, LabNavEpisode]]
     layouts: dict[tuple[str, str], Layout]
+    times: dict[str, LabNavTime]
 
     def layout(self, key: str) -> Layout:
         """Return the floor of an episode."""
@@ -83,17 +86,19 @@ def check_labnav(
     choice = PolicyChoice.of(summary, policy, options) if drive else None
     record = RunRecord.read(folder)
     rows, routes = read_lines(folder / EPISODES, LabNavRow), read_lines(folder / ROUTES, LabNavRoute)
+    times = read_lines(folder / TIMES, LabNavTime)
     submission = LabNavSubmission(
         summary=summary,
         rows=rows.records,
         routes={key: route.poses for key, route in routes.records.items()},
         suite=published,
         episodes=published.by_key,
+        times=times.records,
         layouts={(part.split, floor): part.layout(floor) for part in published.parts for floor in part.floors},
     )
     problems = [
         *run_problems(record, _identity_problems(record, submission), other_code),
-        *listed((*rows.problems, *routes.problems), "problems of files"),
+        *listed((*rows.problems, *routes.problems, *times.problems), "problems of files"),
         *_suite_problems(submission),
         *listed(
             completeness_problems(
@@ -102,9 +107,14 @@ def check_labnav(
             "episodes",
         ),
         *listed(_episode_problems(submission), "problems of episodes"),
+        *listed(time_problems(submission.rows.values(), submission.times, summary.latency), "problems of times"),
         *_summary_problems(submission),
     ]
     facts = [f"{len(submission.rows)} of {published.count} episodes of suite {published.name} checked"]
+    declared = summary.latency if summary.declared is None else summary.declared
+    thinking = Thinking.of(submission.times.values(), declared, summary.latency)
+    if thinking is not None and thinking.mark:
+        facts.append(f"{summary.policy[:80]} {thinking.mark}")
     if choice is None:
         facts.append("no episode was driven again (--no-drive): the policy itself is not verified")
         return Verdict(tuple(problems), tuple(facts))
@@ -112,7 +122,11 @@ def check_labnav(
     keys = drawn_again(list(submission.episodes), seed)
     driver = PolicyProcess(choice.source, environment=kernel_mode("pinned").environment)
     try:
-        stated = {"track": (track_of(driver), summary.track), "sensors": (driver.observation, summary.sensors)}
+        stated = {
+            "track": (track_of(driver), summary.track),
+            "sensors": (driver.observation, summary.sensors),
+            "latency": (driver.latency, declared),
+        }
         problems += choice.problems(driver, stated, summary.policy, record)
         problems += listed(_drive_problems(driver, choice, submission, keys, progress), "episodes")
     finally:
@@ -137,6 +151,7 @@ def _identity_problems(record: RunRecord, submission: LabNavSubmission) -> Itera
         "episodes": submission.suite.hash,
         "seed": summary.seed,
         "policy": summary.policy,
+        "latency": summary.latency,
     }
     yield from stated_problems(record.identity, KIND, expected)
     yield from catalog_problems(record.identity, catalog_digest(submission.layouts.values()))
@@ -196,6 +211,7 @@ def _drive_problems(
                 part.label,
                 summary.seed,
                 suite.seconds,
+                latency=summary.latency,
             ):
                 bar.update()
                 yield from _differences(drive, submission)

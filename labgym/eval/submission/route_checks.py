@@ -196,7 +196,7 @@ def swept_depths(poses: Array, clearances: Array, fixed: World) -> Array:
 
 
 def _bulges(poses: Array) -> Array:
-    """Return how far the arc of the step to each pose may lie beside its chord, (n,) meters; 0 for the first."""
+    """Return how far the arc of the step to each pose may lie off its chord, (n,) meters; 0 for the first."""
     moved = np.diff(poses, axis=0)
     turned = np.abs((moved[:, 2] + math.pi) % (2.0 * math.pi) - math.pi)
     return np.append(0.0, np.linalg.norm(moved[:, :2], axis=1) * turned / 4.0)

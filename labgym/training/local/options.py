@@ -8,12 +8,13 @@ from pydantic import Field
 
 from labgym.counts import MAX_COUNT
 from labgym.documents import Document
+from labgym.envs.labnav.names import TaskName
 from labgym.envs.labnav.tasks import TASKS
 
 Count = Annotated[int, Field(ge=1, le=MAX_COUNT)]
 Positive = Annotated[float, Field(gt=0.0)]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
-Tasks = Annotated[tuple[str, ...], Field(min_length=1)]
+Tasks = Annotated[tuple[TaskName, ...], Field(min_length=1)]
 Validation = Annotated[int, Field(ge=1, le=3)]
 
 

@@ -21,6 +21,7 @@ from labgym.eval.labnav.cost import cost
 from labgym.eval.labnav.row import LabNavRow
 from labgym.eval.labnav.runner import evaluate_labnav
 from labgym.eval.labnav.suites import (
+    CHECK,
     MINI,
     LabNavSuite,
     is_labnav,
@@ -88,7 +89,7 @@ def test_the_summary_counts_endings_and_has_no_figure_of_one_task(suite, report)
 
 
 def test_a_suite_of_all_tasks_has_the_figure(suite, report):
-    from labgym.eval.labnav.suites import ALL
+    from labgym.envs.labnav.names import ALL
 
     part = suite.parts[0]
     parts = tuple(part.model_copy(update={"task": task}) for task in ALL)
@@ -104,6 +105,24 @@ def test_a_suite_of_all_tasks_has_the_figure(suite, report):
     assert summary.arithmetic == pytest.approx(30.0)
     assert "LabNav 30.0" in summary_table(summary).text()
     assert summarise(LabNavSuite(MINI, parts), rows, latency=0.0, **fields).labnav is None
+
+
+def test_the_printed_line_has_one_meaning_of_success(suite, report):
+    """9 of 10 robots arrived, of which 6 spilt."""
+    part = suite.parts[0].model_copy(update={"task": "carry"})
+    endings = ["spilt"] * 6 + ["success"] * 3 + ["contact"]
+    rows = [
+        report[1]
+        .rows[0]
+        .model_copy(update={"task": "carry", "floor": f"f{k}", "success": ending != "contact", "ending": ending})
+        for k, ending in enumerate(endings)
+    ]
+    fields = {name: getattr(report[1].summary, name) for name in ("policy", "options", "track", "sensors", "seed")}
+    table = summary_table(summarise(LabNavSuite("labnav-carry", (part,)), rows, latency=0.0, **fields))
+    assert table.columns[3] == "arrived"
+    assert table.rows[0][3].startswith("0.900")
+    assert table.rows[0][5] == "contact 1, spilt 6, no fault 3"
+    assert "success" not in table.text()
 
 
 @pytest.mark.parametrize("name", PUBLISHED)
@@ -122,6 +141,11 @@ def test_a_task_without_a_level_has_the_headlines():
     assert load_labnav("labnav-odometry").name == "labnav-odometry-2"
     mini = load_labnav(MINI)
     assert mini.seconds == 60.0
+    assert {part.split for part in mini.parts} == {"floors-val"}, "nobody tunes on test floors by the quick start"
+    check = load_labnav(CHECK)
+    assert {part.split for part in check.parts} == {"floors-test"}
+    assert set(check.by_key) <= set(load_labnav("labnav").by_key)
+    assert not check.figure
     assert {len(part.episodes) for part in mini.parts} == {3}
     assert {part.task: {len(one.lengths) for one in part.episodes} for part in mini.parts if part.task == "shift"} == {
         "shift": {3}
@@ -140,7 +164,7 @@ def test_the_selection_for_costly_policies_has_the_first_episode_of_each_floor()
 @pytest.mark.parametrize("name", ["labnav-fly", "labnav-aisle-4", "labnav-", "labnav-aisle-2-1"])
 def test_a_suite_that_does_not_exist_is_refused_with_the_names(name):
     assert is_labnav(name)
-    with pytest.raises(UnknownNameError, match=r"nearest: labnav.* 76 in all"):
+    with pytest.raises(UnknownNameError, match=r"nearest: labnav.* 77 in all"):
         load_labnav(name)
 
 

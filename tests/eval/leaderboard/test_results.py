@@ -13,13 +13,14 @@ from labnav_folders import write_folder
 
 from labgym.cli import main
 from labgym.envs.labnav.drawing import draw_suite
+from labgym.envs.labnav.names import ALL
 from labgym.errors import DocumentError, OptionError
 from labgym.eval.driving.files import EPISODES, ROUTES, parse_lines
 from labgym.eval.driving.runner import evaluate
 from labgym.eval.labnav import together
 from labgym.eval.labnav.row import LabNavRoute, LabNavRow
 from labgym.eval.labnav.runner import evaluate_labnav
-from labgym.eval.labnav.suites import ALL, LabNavSuite, load_labnav
+from labgym.eval.labnav.suites import LabNavSuite, load_labnav
 from labgym.eval.labnav.summary import summarise
 from labgym.eval.labnav.together import drive_together
 from labgym.eval.leaderboard import lab30, labnav

@@ -429,7 +429,7 @@ def test_a_folder_of_an_unknown_task_is_refused_in_one_line(evaluations, tmp_pat
     (folder / "summary.json").write_text(json.dumps(summary))
     assert main(["report", str(folder)]) == 2
     error = capsys.readouterr().err
-    assert "'cooking'; the tasks of LabNav are aisle" in error
+    assert "LabNav task 'cooking' not found; available: aisle" in error
     assert error.count("\n") == 1
 
 

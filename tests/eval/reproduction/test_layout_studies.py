@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from contextlib import nullcontext
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,7 +19,7 @@ from labgym.eval.reproduction.blindfold import bare_catalog, blindfolded, descri
 from labgym.eval.reproduction.cases import LayoutRow, Variant, measure
 from labgym.eval.reproduction.comparison import ComparisonStudy, comparison_variants
 from labgym.eval.reproduction.figures import Figures
-from labgym.eval.reproduction.layout_tables import paper_table, second_table
+from labgym.eval.reproduction.layout_tables import fitted_figures, paper_table, second_table
 from labgym.eval.reproduction.measures import report_metrics
 from labgym.eval.reproduction.plates import failure_section
 from labgym.eval.reproduction.study import parse_rows, reproduce
@@ -76,8 +77,56 @@ def test_the_tables_have_our_lines_and_the_paper_s_with_every_column(folder):
     printed = {line.name: line.cells for line in table.lines if line.origin == "paper"}
     assert [line.name for line in table.lines] == ["sampler", "solver", *printed]
     for row in paper().layouts.rows:
-        numbers = {key: value for key, value in row.items() if key != "method" and value is not None}
+        points = ("method", "real", "lay", "comp")  # columns of a judge, which has not run
+        numbers = {key: value for key, value in row.items() if key not in points and value is not None}
         assert {key: cell.value for key, cell in printed[row["method"]].items()} == numbers
+
+
+def test_the_columns_of_a_judge_appear_once_it_has_scored_a_layout(folder, rows):
+    for table in Figures.load(folder / "figures.json").tables:
+        assert not {"real", "lay", "comp"} & {column.key for column in table.columns}
+    assert not any(word in (folder / "figures.csv").read_text() for word in (",real,", ",lay,", ",comp,"))
+    judged = rows[0].model_copy(update={"metrics": {**rows[0].metrics, "real": 7.0, "lay": 6.0, "comp": 5.0}})
+    table = paper_table([judged, rows[1]], VARIANTS, paper().layouts, "T")
+    assert [column.key for column in table.columns][-3:] == ["real", "lay", "comp"]
+    assert table.lines[0].cells["real"].value == 7.0
+    printed = {line.name: line.cells for line in table.lines if line.origin == "paper"}
+    assert printed["LabBuilder"]["real"].value == 8.23
+
+
+def test_figures_that_the_sampler_was_fitted_to_are_marked_in_every_form(folder):
+    figures = Figures.load(folder / "figures.json")
+    sampler, solver = figures.tables[0].lines[:2]
+    assert {name for name, cell in sampler.cells.items() if cell.fitted} == {"ob", "cn", "step_nav"}
+    assert not any(cell.fitted for cell in solver.cells.values())
+    text = figures.tables[0].table().text()
+    assert text.count("(fitted)") == 3
+    assert "were fitted to this figure of the paper" in text
+    assert (folder / "index.html").read_text().count("<small>(fitted)</small>") == 3
+    marked = [line for line in (folder / "figures.csv").read_text().splitlines() if line.endswith(",fitted")]
+    assert len(marked) == 4  # the head has the name of the column
+
+
+def test_the_ablation_marks_what_the_calibration_fitted():
+    """By assets/layouts/sampler.json: OB, CN without optimization, step navigation without refinement and rules."""
+    expected = {"optimization": {"ob", "cn"}, "refinement": {"step_nav"}}
+    for variant in ablation_variants("sampler"):
+        assert fitted_figures(variant.method) == expected.get(variant.key.removeprefix("sampler-"), set())
+    assert not any(fitted_figures(variant.method) for variant in ablation_variants("llm"))
+    fitted = {one.title: fitted_figures(one.method) for one in comparison_variants(model=False)}
+    assert {title for title, names in fitted.items() if names} == {"sampler, proposal alone"}
+
+
+def test_the_documents_mark_every_fitted_cell():
+    """docs/reproduction.md says so where it shows a figure of the sampler with the paper's to which it was fitted."""
+    text = (Path(__file__).parents[3] / "docs" / "reproduction.md").read_text()
+    rows = [line for line in text.splitlines() if line.startswith("|")]
+    (alone,) = [row for row in rows if "`sampler, proposal alone`" in row and "8.92" in row]
+    assert alone.count("(fitted)") == 3
+    (optimization,) = [row for row in rows if row.startswith("| optimization |") and "2.99" in row]
+    assert [word in optimization for word in ("(fitted to 2.73)", "(fitted to 1.43)")] == [True, True]
+    (refinement,) = [row for row in rows if row.startswith("| refinement for navigation |") and "0.711" in row]
+    assert "(fitted to 0.870)" in refinement
 
 
 def test_the_page_shows_both_layouts_and_the_failures(folder):

@@ -5,17 +5,25 @@ from __future__ import annotations
 import math
 from functools import cache
 
+import numpy as np
 import pytest
 from labnav_forgeries import forged_row, legal_route
+from shapely import LineString
 
 from labgym.envs.labnav.worlds import prepared
+from labgym.envs.world import world_of
+from labgym.eval.labnav.drive import drive_floor
+from labgym.eval.labnav.shift import score_of_legs
 from labgym.eval.labnav.suites import load_labnav
 from labgym.eval.submission.labnav_rows import LabNavTerms, labnav_route_problems, labnav_row_problems
+from labgym.eval.submission.route_checks import RouteClaims, route_problems
 from labgym.eval.submission.second_drive import drawn_again, driven_again, unseen
 from labgym.layouts import Layout
 from labgym.navigation import ShortestPaths
+from labgym.policies import make_policy
 
 TERMS = LabNavTerms("mine", 0, "mapless", 120.0, 0.0)
+SHIFT = LabNavTerms("mine", 0, "mapless", 6.0, 0.0)
 TASKS = ("aisle", "moved", "people", "odometry", "dock", "glass", "carry")
 
 
@@ -196,3 +204,67 @@ def test_the_probability_that_forged_rows_go_unseen_is_that_of_drawing_without_r
     assert unseen(2, 1) == 0.0
     assert "go unseen with a probability of 15%" in driven_again(60, 129, "straight", 4)
     assert driven_again(24, 24, "straight", 4) == "all 24 episodes driven again with 'straight'"
+
+
+def test_a_kick_across_a_wall_between_two_poses_is_named():
+    """Contacts may throw the robot by up to 1 m in a step; both poses are clear of a wall that lies between them."""
+    layout = episodes("odometry")[0][2]
+    fixed = world_of(layout)
+    for wall in layout.floor.walls:
+        (ax, ay), (bx, by) = wall.start, wall.end
+        along = np.array([bx - ax, by - ay]) / math.dist(wall.start, wall.end)
+        normal = np.array([-along[1], along[0]])
+        for share in np.linspace(0.1, 0.9, 17):
+            middle = np.array(wall.start) + share * math.dist(wall.start, wall.end) * along
+            away = 0.275 + wall.thickness / 2.0
+            sides = np.array([middle + away * normal, middle - away * normal])
+            crossing = LineString(sides).intersection(LineString([wall.start, wall.end]))
+            if crossing.is_empty or (fixed.clearances(sides) <= 0.0).any() or not fixed.clearances(sides).max() < 0.02:
+                continue
+            yaw = math.atan2(*(sides[1] - sides[0])[::-1])
+            poses = np.column_stack([sides[[0, 0, 1, 1]], np.full(4, yaw)])
+            start, goal = tuple(poses[0].tolist()), tuple(poses[-1].tolist())
+            claims = RouteClaims(start, goal, steps=3, path_length=2.0 * away, final_distance=0.0, contacts=1)
+            found = list(route_problems(claims, poses, fixed))
+            assert any("m inside an obstacle at step 2" in problem for problem in found), found
+            assert not any("jumps" in problem for problem in found)
+            return
+    pytest.fail("no wall has free places on both sides")
+
+
+@pytest.fixture(scope="module")
+def shift():
+    """A shift of three goals by `straight`, 6 s a drive."""
+    part = load_labnav("labnav-val-shift").parts[0].first(1, 1, 3)
+    (episode,) = part.episodes
+    layout = part.layout(episode.floor)
+    (drive,) = drive_floor(make_policy("straight"), layout, [episode], "shift", 2, "mine", part.label, 0, seconds=6.0)
+    return part, episode, layout, drive
+
+
+def test_an_honest_shift_raises_no_alarm(shift):
+    part, episode, layout, drive = shift
+    assert len(drive.row.legs) >= 2
+    assert problems(drive.row, drive.route, part, episode, layout, SHIFT) == []
+
+
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({"success": True, "ending": "undocked"}, "does not come to rest at its goal"),
+        ({"success": True, "docked": True, "ending": "success"}, "is docked,"),
+        ({"success": True}, "but success is True and docked is False"),
+        ({"shortest": 1.0}, "shortest of drive 1 is 1.000 m, recomputed"),
+        ({"final_distance": 0.02}, "drive 1 ends 0.020 m from its goal"),
+        ({"path_length": 0.0}, "path_length"),
+        ({"time": 0.1}, "its drives take"),
+        ({"time": 500.0}, "drive 1 takes 500 s, which is no part"),
+    ],
+)
+def test_a_drive_of_a_shift_that_the_route_contradicts_is_named(shift, fields, message):
+    part, episode, layout, drive = shift
+    legs = list(drive.row.legs)
+    legs[1] = legs[1].model_copy(update=fields)
+    row = drive.row.model_copy(update={"legs": tuple(legs), "score": score_of_legs(legs, drive.row.goals)})
+    found = problems(row, drive.route, part, episode, layout, SHIFT)
+    assert any(message in problem for problem in found), found

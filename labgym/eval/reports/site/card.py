@@ -13,8 +13,8 @@ _RULE = re.compile(r"\|?[ :|-]+\|?$")
 
 
 def card_html(text: str) -> str:
-    """Return a Markdown text as HTML; all text is escaped, and links and pictures keep their words only."""
-    lines = text.splitlines()
+    """Return a Markdown text without comments as HTML; text is escaped, links and pictures keep their words only."""
+    lines = [line for line in text.splitlines() if not line.startswith("<!--")]
     return "\n".join(_blocks(lines))
 
 

@@ -16,7 +16,7 @@ from labgym.eval.labnav.evaluation import LabNavEvaluation
 from labgym.eval.labnav.row import LabNavRow
 from labgym.eval.labnav.rules import Ending
 from labgym.eval.labnav.shown_drive import ShownDrive
-from labgym.eval.labnav.suites import MINI
+from labgym.eval.labnav.suites import CHECK, MINI
 from labgym.eval.labnav.summary import LabNavSummary, TaskSummary
 from labgym.eval.leaderboard.drives import published_drives
 from labgym.eval.leaderboard.labnav import DIRTY, LabNavResult, Outcome, commits_of
@@ -50,7 +50,7 @@ class Entry:
         rows, routes: by the key; empty for a published result.
         drives: of a published result that are published, too, by the key.
         planning: median over episodes of the milliseconds per action; None if it was not measured.
-        slow: number of episodes in which it was slower than declared.
+        mark: of a policy that thinks longer than it declares, else "".
         commits: that drove each task, by its suite; "-dirty" follows a commit with changes.
         evaluation: the folder; None for a published result.
     """
@@ -64,7 +64,7 @@ class Entry:
     routes: Mapping[str, Route] = field(default_factory=dict)
     drives: Mapping[str, ShownDrive] = field(default_factory=dict)
     planning: float | None = None
-    slow: int = 0
+    mark: str = ""
     commits: Mapping[str, Sequence[str]] = field(default_factory=dict)
     evaluation: LabNavEvaluation | None = None
 
@@ -82,7 +82,7 @@ class Entry:
             rows={row.key: row for row in one.rows},
             routes=one.routes,
             planning=median(times) if times else None,
-            slow=sum(time.slow for time in one.times.values()),
+            mark="" if one.thinking is None else one.thinking.mark,
             commits={task.suite: commits for task in one.summary.tasks},
             evaluation=one,
         )
@@ -93,6 +93,7 @@ class Entry:
         return cls(
             name=result.summary.policy,
             kind=kind_of_policy(result.summary.policy),
+            mark=result.mark,
             published=True,
             summary=result.summary,
             outcomes=result.by_key,
@@ -196,13 +197,13 @@ def with_published(evaluations: Sequence[LabNavEvaluation], published: Sequence[
     """Return the entries of evaluations of one suite, and of the published results on the same tasks.
 
     A published result is left out if it shares no task with the evaluations, or if a folder holds the same outcomes.
-    The small suite has other limits of time, so that no published result belongs to it.
+    The small suites have other limits of time, so that no published result belongs to them.
     """
     entries = [Entry.driven(one) for one in evaluations]
     first = evaluations[0].summary
     labels = {task.suite for task in first.tasks}
     driven = {one.name: one for one in entries}
-    for result in published if first.suite != MINI else ():
+    for result in published if first.suite not in (MINI, CHECK) else ():
         entry = restricted(Entry.of_result(result, published_drives(result)), labels)
         same = driven.get(entry.name)
         if not entry.summary.tasks or (same is not None and same.outcomes == entry.outcomes):

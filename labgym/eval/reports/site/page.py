@@ -14,11 +14,11 @@ from pathlib import Path
 from typing import Any
 
 from labgym.documents import write_text
+from labgym.envs.labnav.names import ALL
 from labgym.envs.labnav.tasks import task_of
 from labgym.eval.driving.intervals import Estimate
 from labgym.eval.labnav.figure import paired_difference, significant
 from labgym.eval.labnav.row import Track
-from labgym.eval.labnav.suites import ALL
 from labgym.eval.labnav.summary import TaskSummary, class_order
 from labgym.eval.reports.environment import PACKAGE, page_environment
 from labgym.eval.reports.labnav_tables import CLASSES, ENDINGS, TRACKS, interval
@@ -340,13 +340,13 @@ def _facts(one: Entry) -> tuple[tuple[str, str], ...]:
         ("Track", TRACKS[summary.track]),
         ("Sensors", summary.sensors),
         ("Options", options or "defaults"),
-        ("Declared latency", f"{summary.latency:g} s"),
+        ("Latency of actions", f"{summary.latency:g} s"),
         *(("Measured time", words) for words in planning),
         ("Suite", f"{summary.suite}, random seed {summary.seed}"),
         ("Commit", one.commit_words or "not recorded"),
     ]
-    if one.slow:
-        facts.append(("Slower than declared", f"in {one.slow} episodes"))
+    if one.mark:
+        facts.append(("Thinking time", one.mark))
     parked = sum(task.parked for task in summary.tasks)
     if parked:
         facts.append(("Stopped by the evaluator", f"in {parked} episodes: the policy cannot stop"))

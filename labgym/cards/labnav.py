@@ -1,0 +1,127 @@
+"""The head of model cards: the published LabNav row of a policy, and how it fails."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+
+from labgym.eval.labnav.rules import Ending
+from labgym.eval.labnav.suites import FIRST
+from labgym.eval.leaderboard.labnav import LabNavResult, published_results
+from labgym.eval.reports.labnav_tables import TRACKS
+from labgym.eval.reports.tables import interval
+from labgym.table import Table
+
+BEGIN, END = "<!-- LabNav: begin -->", "<!-- LabNav: end -->"
+"""Marks around the head, which `docs/generate.py` keeps up to date."""
+FAILURES: dict[str, tuple[Ending, ...]] = {
+    "touches something": ("contact",),
+    "runs out of time": ("time",),
+    "gets stuck": ("stuck",),
+    "waits for people until the end": ("frozen",),
+    "stops away from the goal": ("lost", "wrong place"),
+    "stops out of its dock": ("undocked",),
+    "spills": ("spilt",),
+    "has an error": ("error",),
+}
+"""Failures in words, and the endings of rows that they stand for."""
+MOST_KINDS = 5
+"""Greatest number of kinds of things that a card names."""
+
+
+def headed(card: str, results: Sequence[LabNavResult] | None = None) -> str:
+    """Return a card with the policy's LabNav row after its title, in place of an earlier one.
+
+    Args:
+        card: Markdown that begins with `# name: ...`. results: published ones; by default those of this installation.
+    """
+    title, _, rest = card.partition("\n")
+    name = title.removeprefix("# ").partition(":")[0]
+    if BEGIN in rest:
+        rest = rest.partition(END)[2]
+    results = published_results() if results is None else results
+    result = next((each for each in results if each.summary.policy == name), None)
+    text = "Not driven in LabNav yet." if result is None else head(result)
+    return f"{title}\n\n{BEGIN}\n\n{text}\n\n{END}\n\n{rest.lstrip()}"
+
+
+def head(result: LabNavResult) -> str:
+    """Return the LabNav row of a policy in Markdown: figure, how it fails, and a table of its tasks."""
+    summary = result.summary
+    rows = tuple(
+        (
+            f"{task.task} {task.level}",
+            interval(task.score, 2),
+            interval(task.success, 2),
+            interval(task.contacts, 2),
+            failures(task.endings) or "never",
+        )
+        for task in summary.tasks
+    )
+    endings = total(result)
+    count = sum(endings.values())
+    first = f", the first episode of each floor only (`{FIRST}`)" if summary.suite == FIRST else ""
+    lines = [
+        f"**LabNav {figure(result)}** of 100, version {summary.tasks[0].suite.rpartition('/')[2]}, level "
+        f"{summary.tasks[0].level}. {TRACKS[summary.track]}; {count} episodes{first}.",
+        f"**How it fails**: of all episodes it {failures(endings)}." if failures(endings) else "It never fails.",
+    ]
+    touched = Counter[str]()
+    for task in summary.tasks:
+        touched.update(task.contact)
+    if touched:
+        kinds = [f"{kind} {number}" for kind, number in touched.most_common(MOST_KINDS)]
+        rest = touched.total() - sum(number for _, number in touched.most_common(MOST_KINDS))
+        words = ", ".join([*kinds, *([f"others {rest}"] if rest else [])])
+        lines.append(f"Episodes that ended by touching: {words}.")
+    if result.mark:
+        lines.append(f"It {result.mark}.")
+    note = "Brackets: 95% intervals over floors. Shares of the episodes of a task by how they ended."
+    table = Table("", ("task", "score ↑", "SR ↑", "touched ↓", "how it fails"), rows, (note,)).markdown()
+    return "\n".join(lines) + f"\n\n{table}"
+
+
+def board(results: Sequence[LabNavResult], policies: Sequence[str]) -> str:
+    """Return the LabNav rows of some policies in one Markdown table, the best first.
+
+    Args:
+        results: the best first. policies: names; those without a result are left out.
+    """
+    chosen = [result for result in results if result.summary.policy in policies]
+    names = [task.task for task in chosen[0].summary.tasks]
+    rows = tuple(
+        (
+            f"`{result.summary.policy}`",
+            figure(result),
+            *(f"{task.score.value or 0.0:.2f} / {task.success.value or 0.0:.2f}" for task in result.summary.tasks),
+            failures(total(result)) or "never",
+        )
+        for result in chosen
+    )
+    note = "A task has its mean score / success rate. Shares of all episodes by how they ended; level 2, floors-test."
+    return Table("", ("policy", "LabNav ↑", *names, "how it fails"), rows, (note,)).markdown()
+
+
+def figure(result: LabNavResult) -> str:
+    """Return the figure of a result with its interval, a dash if tasks are missing."""
+    return "-" if result.summary.labnav is None else interval(result.summary.labnav, 1)
+
+
+def total(result: LabNavResult) -> Counter[str]:
+    """Return the numbers of episodes of a result by how they ended."""
+    endings = Counter[str]()
+    for task in result.summary.tasks:
+        endings.update(task.endings)
+    return endings
+
+
+def failures(endings: Mapping[str, int]) -> str:
+    """Return the shares of failed episodes in words, the most frequent first; "" without any.
+
+    Args:
+        endings: number of episodes by how they ended.
+    """
+    count = sum(endings.values())
+    shares = {words: sum(endings.get(name, 0) for name in names) / count for words, names in FAILURES.items()}
+    chosen = sorted((item for item in shares.items() if item[1]), key=lambda item: -item[1])
+    return ", ".join(f"{words} {'under 1' if share < 0.005 else f'{100.0 * share:.0f}'}%" for words, share in chosen)
