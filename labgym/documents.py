@@ -306,7 +306,11 @@ def files_digest(paths: Iterable[Path]) -> str:
     """Return the SHA-256 of the names and contents of files, in their order."""
     digest = hashlib.sha256()
     for path in paths:
-        digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
+        digest.update(path.name.encode() + b"\0")
+        with path.open("rb") as stream:
+            while chunk := stream.read(2**20):
+                digest.update(chunk)
+        digest.update(b"\0")
     return digest.hexdigest()
 
 
