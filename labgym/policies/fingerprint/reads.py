@@ -10,7 +10,7 @@ import os
 import site
 import sys
 import sysconfig
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from typing import Any
 import labgym
 from labgym.artefacts import FOLDERS, artefacts
 from labgym.errors import OptionError
+from labgym.policies.fingerprint.sources import loaded_file, source_files
 from labgym.policies.policy import Policy
 
 MAX_FILES = 1_000
@@ -55,7 +56,7 @@ class Reads:
         stated = [Path(path).absolute() for path in policy.files()]
         named = [Path(text).absolute() for text in options if isinstance(text, str) and _is_file(text)]
         others = {*self._taken(), *_modules(), *(path for path in named if _counts(path))}
-        own = {path.resolve() for path in stated}
+        own = {path.resolve() for path in (*stated, *_sources(type(policy)))}
         others = {path for path in others if path.resolve() not in own}
         if len(stated) + len(others) > MAX_FILES:
             raise OptionError(
@@ -63,7 +64,7 @@ class Reads:
                 "can be in its identity: pack them into fewer"
             )
         files = (*stated, *sorted(others, key=lambda path: (path.name, path)))
-        self._known = frozenset(path.resolve() for path in files)
+        self._known = frozenset({*own, *(path.resolve() for path in files)})
         return files
 
     def unknown(self) -> Path | None:
@@ -96,6 +97,14 @@ class Reads:
             self._written.add(path)
         elif flags & os.O_ACCMODE != os.O_WRONLY:
             self._opened[path] = None
+
+
+def _sources(kind: type) -> Iterator[Path]:
+    """Yield the files that count as the source of a class: its modules, and the files that they name."""
+    for base in kind.__mro__[:-1]:
+        file = loaded_file(base.__module__)
+        if file is not None and _counts(file):
+            yield from source_files(file, base.__module__).values()
 
 
 def _modules() -> set[Path]:
