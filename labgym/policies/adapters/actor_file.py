@@ -16,6 +16,7 @@ from torch import Tensor, nn
 from labgym.documents import Document, write_bytes
 from labgym.errors import DocumentError
 from labgym.policies.adapters.inputs import checked_file
+from labgym.policies.learned.weights import check_header
 
 Activation = Literal["elu", "relu", "silu", "tanh"]
 
@@ -93,6 +94,7 @@ class Perceptron:
         path = checked_file(path)
         if path.stat().st_size > MAX_BYTES:
             raise DocumentError(path, "", f"larger than {MAX_BYTES} bytes")
+        check_header(path)
         try:
             with safe_open(path, framework="pt") as file:
                 metadata = file.metadata() or {}

@@ -17,9 +17,11 @@ from labgym.protocols.importers.records import UnreadableError, one_line, read_b
 
 MAX_BYTES = 512 * 1024**2
 MAX_UNPACKED = 512 * 1024**2
+MAX_BATCH = 256 * 1024**2
 MAX_REACTION = 4 * 1024**2
 MAX_TEXT = 64 * 1024**2
-"""Largest sizes in bytes: of a file, of what a gzipped file unpacks to, of one reaction in Parquet, and of JSON or
+"""Largest sizes in bytes: of a file, of what a gzipped file or a row group of Parquet unpacks to,
+of the rows that are read at one time, of one reaction in Parquet, and of JSON or
 text, which need many times their size in memory."""
 MAX_REACTIONS = 1_000_000
 """Largest number of reactions of a binary file; the Open Reaction Database has 2 million in all its files."""
@@ -238,7 +240,15 @@ def _parquet(path: Path) -> Iterator[Parse]:
         raise MissingDependencyError("pyarrow", "reading Parquet datasets", "ord") from None
     try:
         table = pyarrow.parquet.ParquetFile(path)
-        for batch in table.iter_batches(batch_size=100, columns=["reaction"]):
+        groups = [table.metadata.row_group(index) for index in range(table.metadata.num_row_groups)]
+        size = max((group.total_byte_size for group in groups), default=0)
+        if size > MAX_UNPACKED:
+            raise DocumentError(
+                path, "", f"has a row group that unpacks to {size} bytes; at most {MAX_UNPACKED} are read"
+            )
+        # A value that is stored once may stand in every row of a batch.
+        rows = min(max(MAX_BATCH // max(size, 1), 1), 100)
+        for batch in table.iter_batches(batch_size=rows, columns=["reaction"]):
             for value in batch.column(0):
                 yield partial(_serialized, value.as_py())
     except (pyarrow.ArrowException, OSError, KeyError, IndexError) as error:
