@@ -74,9 +74,12 @@ def pixels(path: Path, element: ET.Element, size: tuple[int, int] | None = None)
         DocumentError: it is too wide or too high.
     """
     if size is None:
-        for name in ("width", "height"):
+        sides = [_numbers(element, name) or [0.0] for name in ("width", "height")]
+        for name, numbers in zip(("width", "height"), sides, strict=True):
+            if len(numbers) > 1:
+                raise DocumentError(path, f"texture/{name}", f"has {len(numbers)} numbers, expected one")
             _check_numbers(path, element, name, MAX_PIXELS_PER_SIDE)
-        width, height = (int(float(element.get(name, "0"))) for name in ("width", "height"))
+        width, height = (int(abs(numbers[0])) for numbers in sides)
     else:
         width, height = size
         if max(size) > MAX_PIXELS_PER_SIDE:

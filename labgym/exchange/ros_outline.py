@@ -230,7 +230,11 @@ def _walled(grid: RosMap, boundary: Polygon) -> float:
     ring = boundary.exterior
     along = np.arange(0.0, ring.length, grid.resolution)
     for cells in (0.5, 1.5):
-        inside = boundary.buffer(-cells * grid.resolution, join_style="mitre").exterior
+        narrower = boundary.buffer(-cells * grid.resolution, join_style="mitre")
+        if narrower.is_empty:
+            return 0.0
+        # A floor with a neck of three cells falls apart.
+        inside = max(getattr(narrower, "geoms", (narrower,)), key=lambda part: part.area).exterior
         points = np.array([inside.interpolate(inside.project(ring.interpolate(each))).coords[0] for each in along])
         hits.append(grid.sampled(grid.occupied, points))
     return float((hits[0] | hits[1]).mean())

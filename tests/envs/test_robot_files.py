@@ -212,6 +212,8 @@ HEAVY = {
     "textures of six sides": assets(each(2, '<texture name="t#" builtin="flat" width="1500" height="1"/>')),
     "a texture too wide": assets('<texture name="t" builtin="flat" type="2d" width="9999" height="1"/>'),
     "a texture in exponents": assets('<texture name="t" builtin="flat" type="2d" width="9e9" height="9"/>'),
+    "a texture of two widths": assets('<texture name="t" builtin="flat" type="2d" width="8 8" height="8"/>'),
+    "a texture of no width": assets('<texture name="t" builtin="flat" type="2d" width="" height="8"/>'),
     "a cone": assets('<mesh name="m" builtin="cone" params="200000000 1"/>'),
     "a supersphere": assets('<mesh name="m" builtin="supersphere" params="30000 1 1"/>'),
     "a wedge": assets('<mesh name="m" builtin="wedge" params="30000 30000 90 90 0"/>'),
