@@ -11,7 +11,7 @@ from safetensors import SafetensorError
 from safetensors.torch import load, save
 from torch import nn
 
-from labgym.documents import write_bytes
+from labgym.documents import check_safetensors_header, write_bytes
 from labgym.errors import DocumentError
 
 CONFIG = "config.json"
@@ -21,7 +21,6 @@ WEIGHTS = "weights.safetensors"
 """File of a trained policy's folder that holds the network's weights."""
 
 MAX_BYTES = 64 * 1024 * 1024
-MAX_HEADER_BYTES = 1024 * 1024
 
 Network = TypeVar("Network", bound=nn.Module)
 
@@ -48,18 +47,6 @@ def check_size(make: Callable[[], nn.Module], config: Path) -> None:
         raise DocumentError(config, "network", f"its weights take {size} bytes, at most {MAX_BYTES} are read")
 
 
-def check_header(path: Path) -> None:
-    """Check the size of the header of a safetensors file, before a library reads it.
-
-    Raises:
-        DocumentError: it is too long, which a million empty tensors make it.
-    """
-    with path.open("rb") as stream:
-        size = int.from_bytes(stream.read(8), "little")
-    if size > MAX_HEADER_BYTES:
-        raise DocumentError(path, "", f"has a header of {size} bytes, at most {MAX_HEADER_BYTES} are read")
-
-
 def load_weights(network: Network, folder: str | Path) -> Network:
     """Load the weights in a folder into a network and return it in evaluation mode.
 
@@ -73,7 +60,7 @@ def load_weights(network: Network, folder: str | Path) -> Network:
     if path.stat().st_size > MAX_BYTES:
         raise DocumentError(path, "", f"larger than {MAX_BYTES} bytes")
     try:
-        check_header(path)
+        check_safetensors_header(path)
         tensors = load(path.read_bytes())
         broken = [name for name, tensor in tensors.items() if not bool(torch.isfinite(tensor).all())]
         if broken:
