@@ -12,7 +12,7 @@ from labgym.protobuf import sized_fields
 MAX_GRAPH_BYTES = 256 * 2**20
 """Largest size of a graph."""
 MAX_WEIGHTS_BYTES = 256 * 2**20
-"""Largest sum of the files beside a graph."""
+"""Largest sum of the other files of a graph."""
 MAX_NODES = 10_000
 MAX_FIELDS = 1_000_000
 """Largest number of fields of the parts of a graph that are searched; weights in a graph count as one each."""
@@ -43,7 +43,7 @@ def graph_files(path: Path) -> tuple[Path, ...]:
         locations = sorted(set(_locations(path, content)))
     except ValueError:
         raise DocumentError(path, "", "is not an ONNX graph (no protocol buffer, or cut off)") from None
-    files = [_beside(path, location) for location in locations]
+    files = [_weights_file(path, location) for location in locations]
     size = sum(file.stat().st_size for file in files)
     if size > MAX_WEIGHTS_BYTES:
         raise DocumentError(path, "external_data", f"weights take {size} bytes; at most {MAX_WEIGHTS_BYTES} are loaded")
@@ -75,7 +75,7 @@ def _locations(path: Path, content: bytes) -> Iterator[str]:
             yield from (value.decode("utf-8", "replace") for value in values)
 
 
-def _beside(path: Path, location: str) -> Path:
+def _weights_file(path: Path, location: str) -> Path:
     """Return the file of some weights, which must lie in the folder of the graph or below it."""
     home = path.resolve().parent
     try:

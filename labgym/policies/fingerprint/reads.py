@@ -68,7 +68,7 @@ class Reads:
         return files
 
     def unknown(self) -> Path | None:
-        """Return a file that was opened since the last call and is not in the identity; None if there is none."""
+        """Return a file that was opened since the last call and is not in the identity, or None."""
         if not self._opened:
             return None
         return next((path for path in sorted(self._taken()) if path.resolve() not in self._known), None)

@@ -42,7 +42,7 @@ def targets() -> Iterator[Target]:
     yield Target("checkpoint content", partial(_checkpoint, True), _resume, TORCH, share=0.5)
     yield Target("onnx container", partial(_onnx, False), partial(_file, "a.onnx"), ("onnxruntime",), True, 0.5)
     yield Target("onnx graph", partial(_onnx, True), partial(_file, "a.onnx"), ("onnxruntime",), True, 0.5)
-    yield Target("onnx with weights beside it", _onnx_beside, partial(_file, "a.onnx"), ("onnxruntime",), True, 0.5)
+    yield Target("onnx with weights in other files", _onnx_apart, partial(_file, "a.onnx"), ("onnxruntime",), True, 0.5)
     yield Target("torchscript container", partial(_torchscript, False), partial(_file, "a.pt"), TORCH, True, 0.5)
     yield Target("torchscript members", partial(_torchscript, True), partial(_file, "a.pt"), TORCH, True, 0.5)
     yield Target("sb3 container", partial(_sb3, False), partial(_file, "a.zip"), SB3, True, 0.5)
@@ -208,11 +208,11 @@ def _onnx(inside: bool) -> Callable[[Random | None], Case]:
     return one_file("a.onnx", model.SerializeToString(), mutated_message if inside else mutated_bytes)
 
 
-def _onnx_beside() -> Callable[[Random | None], Case]:
+def _onnx_apart() -> Callable[[Random | None], Case]:
     """Return a maker of graphs whose weights are in two other files, one of which or the reference to it is changed."""
     import onnx
 
-    path = Path("beside.onnx").absolute()
+    path = Path("apart.onnx").absolute()
     model = onnx.load_model_from_string(_onnx(True)(None)["a.onnx"])
     onnx.save(model, path, save_as_external_data=True, all_tensors_to_one_file=False, size_threshold=0)
     graph = onnx.load(path, load_external_data=False)

@@ -1,4 +1,4 @@
-"""Robots from MJCF files, with meshes and textures beside them."""
+"""Robots from MJCF files, with their meshes and textures."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ EXTRA = (
 
 
 def targets() -> Iterator[Target]:
-    """Yield a target for the text and one for the files beside it."""
+    """Yield a target for the text and one for its files."""
     yield Target("robot mjcf", lambda: partial(_robot, True), _load)
     yield Target("robot files", lambda: partial(_robot, False), _load)
 

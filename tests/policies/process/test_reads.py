@@ -150,7 +150,7 @@ def test_a_file_of_the_identity_may_be_read_while_driving(tmp_path: Path, module
     assert identity(name, {}) == identity(name, {})
 
 
-def test_a_policy_that_reads_too_many_files_is_told_to_pack_them(tmp_path: Path, module: Callable[..., str]) -> None:
+def test_a_policy_that_reads_too_many_files_is_refused(tmp_path: Path, module: Callable[..., str]) -> None:
     for k in range(1100):
         (tmp_path / f"t{k}.txt").touch()
     name = module("many", "[open(HERE / f't{k}.txt').read() for k in range(1100)]")
@@ -159,7 +159,7 @@ def test_a_policy_that_reads_too_many_files_is_told_to_pack_them(tmp_path: Path,
 
 
 def graph(path: Path, weight: float) -> None:
-    """A graph whose weights are in w.bin beside it, as torch.onnx.export writes them."""
+    """A graph whose weights are in w.bin, as torch.onnx.export writes them."""
     onnx = pytest.importorskip("onnx")
     helper, kind = onnx.helper, onnx.TensorProto
     weights = onnx.numpy_helper.from_array(np.full((3, 2), weight, np.float32), "weight")
@@ -209,3 +209,13 @@ def test_weights_outside_of_the_folder_are_refused(tmp_path: Path, location: str
     with pytest.raises(DocumentError, match="external_data") as caught:
         make_policy(str(folder / "m.onnx"))
     assert "\n" not in str(caught.value)
+
+
+def test_workers_load_the_same_files(tmp_path: Path, module: Callable[..., str]) -> None:
+    """Each worker compares the digest of the files that it loads with that of the evaluation."""
+    filled(tmp_path / "table.npy", 1)
+    name = module("shared", "self.table = np.load(HERE / ('ta' + 'ble.npy'))")
+    layouts = tuple(load_published("test", layout).id for layout in published("test")[:2])
+    suite = Suite(name="brief", split="test", layouts=layouts, max_steps=2)
+    report = evaluate(name, suite, workers=2, out=tmp_path / "out", progress=False)
+    assert report.summary.errors == 0
