@@ -129,7 +129,7 @@ def _roots() -> tuple[Path, ...]:
     roots = [*SYSTEM, *(paths[key] for key in ("stdlib", "platstdlib", "purelib", "platlib"))]
     roots += [sys.prefix, sys.base_prefix, *site.getsitepackages(), site.getusersitepackages()]
     own = [Path(labgym.__file__).parent, *map(artefacts, FOLDERS)]
-    return tuple(Path(root).resolve() for root in (*roots, *own))
+    return tuple(root.resolve() for root in (*map(Path, roots), *own))
 
 
 def _absolute(path: str | bytes | os.PathLike[str]) -> str:
