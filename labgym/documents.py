@@ -17,6 +17,8 @@ from labgym.errors import DocumentError, MissingDependencyError, OptionError
 from labgym.temporary import temporary_file
 
 MAX_BYTES = 32 * 1024 * 1024
+MAX_HEADER_BYTES = 1024 * 1024
+"""Largest header of a safetensors file; that of a network of 200 tensors has 20 kB."""
 MAX_DEPTH = 32
 MAX_MAGNITUDE = 1e9
 MAX_INTEGER = 2**53
@@ -201,6 +203,18 @@ def read_yaml(path: str | Path, max_bytes: int, needed_for: str) -> Any:
     return data
 
 
+def check_safetensors_header(path: Path) -> None:
+    """Check the size of the JSON header of a safetensors file, before a library reads it.
+
+    Raises:
+        DocumentError: it is too long, which a million empty tensors make it.
+    """
+    with path.open("rb") as stream:
+        size = int.from_bytes(stream.read(8), "little")
+    if MAX_HEADER_BYTES < size <= path.stat().st_size:  # the library refuses a header beyond the end
+        raise DocumentError(path, "", f"has a header of {size} bytes; at most {MAX_HEADER_BYTES} are read")
+
+
 def parse_json(raw: bytes, source: object, max_elements: int = MAX_ELEMENTS) -> Any:
     """Return the data in JSON bytes from `source`, within bounds of depth, magnitude and number of values.
 
@@ -306,7 +320,11 @@ def files_digest(paths: Iterable[Path]) -> str:
     """Return the SHA-256 of the names and contents of files, in their order."""
     digest = hashlib.sha256()
     for path in paths:
-        digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
+        digest.update(path.name.encode() + b"\0")
+        with path.open("rb") as stream:
+            while chunk := stream.read(2**20):
+                digest.update(chunk)
+        digest.update(b"\0")
     return digest.hexdigest()
 
 

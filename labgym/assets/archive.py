@@ -22,7 +22,8 @@ Faces = NDArray[np.int64]
 SHAPE = "mesh"
 """Name of the shape of assets whose geometry is imported; its parameters are `file` and `sha256`."""
 SAFE_NAME = re.compile(r"meshes/[A-Za-z0-9]{2,64}-[0-9a-f]{12}\.npz")
-MAX_BYTES = 512 * 1024**2
+MAX_BYTES = 128 * 1024**2
+"""Largest size of geometry, also when unpacked; two million vertices and faces take 48 MB."""
 SAME_SIZE = 1e-3
 """Largest difference, in meters, between the extents of geometry and a size that it agrees with."""
 

@@ -10,7 +10,8 @@ from typing import Any
 from labgym.documents import read_json, read_yaml
 from labgym.errors import DocumentError
 
-MAX_FILE_BYTES = 2**20
+MAX_FILE_BYTES = 2**18
+"""Largest size of a file; PyYAML takes 20 s for a megabyte."""
 _PLACE = re.compile(r"[^\W\d][\w.]*:[^\W\d][\w.]*")
 """A class or a function as "module:name", which is imported and called."""
 

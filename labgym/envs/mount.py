@@ -31,6 +31,8 @@ FREE, BALL, SLIDE, HINGE = (
 """Types of joints."""
 WIDTHS = {FREE: 7, BALL: 4, SLIDE: 1, HINGE: 1}
 """Number of coordinates of a joint of each type."""
+MAX_CONSTRAINTS = 1_000
+"""Largest number of scalar constraints of a robot that comes to rest."""
 DRIFT, TILT, SINK = 0.01, math.radians(3.0), 0.03
 """A robot at rest moves less (meters), is tilted less (radians), and is lower or higher by less (meters)."""
 
@@ -104,8 +106,9 @@ def on_floor(robot: Robot) -> mujoco.MjModel:
     attach(scene, robot)
     try:
         return scene.compile()
-    except ValueError as error:
-        raise OptionError(f"robot {type(robot).__name__}: MuJoCo cannot compile it: {error}") from None
+    except (ValueError, RuntimeError, MemoryError) as error:
+        reason = " ".join(str(error).split())[:300]
+        raise OptionError(f"robot {type(robot).__name__}: MuJoCo cannot compile it ({reason})") from None
 
 
 def at_rest(robot: Robot) -> NDArray[np.float64]:
@@ -128,7 +131,13 @@ def _settled(robot: Robot) -> NDArray[np.float64]:
         raise OptionError(f"robot {type(robot).__name__}: its specification has no actuator {missing[0]!r}")
     if mount.planar:
         return np.array(data.qpos[mount.coordinates])
-    mujoco.mj_step(model, data, round(SETTLING / model.opt.timestep))
+    for _ in range(round(SETTLING / model.opt.timestep)):
+        mujoco.mj_step(model, data)
+        if data.nefc > MAX_CONSTRAINTS:
+            raise OptionError(
+                f"robot {type(robot).__name__}: {data.nefc} constraints act on it at rest; at most {MAX_CONSTRAINTS} "
+                "are simulated: let parts that touch be excluded from contact"
+            )
     x, y, z, w, i, j, k = data.qpos[mount.coordinates][:7].tolist()
     upright = 1.0 - 2.0 * (i * i + j * j)
     still = math.isfinite(x + y + z + w) and math.hypot(x, y) < DRIFT and abs(z) < SINK and upright > math.cos(TILT)

@@ -1,4 +1,4 @@
-"""Robots from MJCF files: bounded, checked against a list of elements, and compiled without reading any other file.
+"""Robots from MJCF files: bounded in all sums, checked against a list of elements, compiled without other files.
 
 A file from outside is data. It may name meshes and textures in its own folder; it may not include other files, load
 plugins or refer to anything outside of that folder.
@@ -6,27 +6,26 @@ plugins or refer to anything outside of that folder.
 
 from __future__ import annotations
 
+import os
+import sys
 import xml.etree.ElementTree as ET
 from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 import mujoco
 
+from labgym.envs.robot_limits import MAX_PIXELS, MAX_VERTICES, check_counts, pixels, plain_png, vertices
 from labgym.errors import DocumentError
 
 MAX_BYTES = 2 * 2**20
 """Largest size of the MJCF file, bytes."""
 MAX_ASSET_BYTES, MAX_ASSETS_BYTES = 16 * 2**20, 64 * 2**20
 """Largest size of one mesh or texture, and of all, bytes."""
-MAX_PIXELS = 9999
-"""Largest width and height of a texture, pixels."""
 MAX_DEPTH = 64
 """Deepest nesting of elements."""
-LIMITS = {"body": 200, "geom": 1000, "joint": 200, "site": 500, "camera": 50, "mesh": 200, "texture": 100, "light": 50}
-"""Largest number of elements of a kind."""
-MAX_ELEMENTS = 10_000
-"""Largest number of all elements."""
 SUFFIXES = {"mesh": (".stl", ".obj", ".msh"), "texture": (".png",)}
 """Kinds of files that an element may name."""
 
@@ -57,8 +56,12 @@ CHILDREN: dict[str, set[str]] = {
     "keyframe": {"key"},
 }  # fmt: skip
 """Elements that may stand in an element; all others have none."""
-DROPPED = ("size", "visual", "statistic", "sensor", "keyframe", "custom")
-"""Sections that say nothing about the robot, and are left out."""
+DROPPED = ("option", "size", "visual", "statistic", "sensor", "keyframe", "custom")
+"""Sections that say nothing about the robot, or that a scene does not take from it, and are left out."""
+SUMS = {"mesh": ("vertices", MAX_VERTICES), "texture": ("pixels", MAX_PIXELS)}
+"""Unit and limit of the sum over all elements of a kind."""
+FAULTS = (ValueError, RuntimeError, MemoryError, mujoco.FatalError)
+"""Errors of MuJoCo's reader and compiler."""
 FOLDERS = ("meshdir", "texturedir", "assetdir")
 
 
@@ -81,10 +84,24 @@ class RobotFile:
         Raises:
             DocumentError: MuJoCo refuses it.
         """
-        try:
-            return mujoco.MjSpec.from_string(self.xml, assets=dict(self.assets))
-        except (ValueError, mujoco.FatalError) as error:
-            raise DocumentError(self.path, "", f"MuJoCo refuses it: {error}") from None
+        with quiet():
+            try:
+                return mujoco.MjSpec.from_string(self.xml, assets=dict(self.assets))
+            except FAULTS as error:
+                raise DocumentError(self.path, "", f"MuJoCo refuses it ({_reason(error)})") from None
+
+    def compile(self) -> mujoco.MjModel:
+        """Return the compiled robot without a scene.
+
+        Raises:
+            DocumentError: MuJoCo refuses it.
+        """
+        spec = self.spec()
+        with quiet():
+            try:
+                return spec.compile()
+            except FAULTS as error:
+                raise DocumentError(self.path, "", f"MuJoCo cannot compile it ({_reason(error)})") from None
 
 
 def read_robot(path: str | Path) -> RobotFile:
@@ -99,9 +116,34 @@ def read_robot(path: str | Path) -> RobotFile:
     for name in DROPPED:
         for section in root.findall(name):
             root.remove(section)
+    for compiler in root.findall("compiler"):
+        for section in compiler.findall("lengthrange"):
+            compiler.remove(section)
+    check_counts(path, root)
     _check_world(path, root)
     assets = _take_assets(path, root)
     return RobotFile(path, ET.tostring(root, encoding="unicode"), tuple(sorted(assets.items())))
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Discard the messages that MuJoCo writes to the standard error and to MUJOCO_LOG.TXT; errors are raised."""
+    sys.stderr.flush()
+    with open(os.devnull, "w") as nothing:  # noqa: PTH123 - a device
+        stderr = os.dup(2)
+        os.dup2(nothing.fileno(), 2)
+        handler = mujoco.get_mju_user_warning()
+        mujoco.set_mju_user_warning(lambda _: None)
+        try:
+            yield
+        finally:
+            mujoco.set_mju_user_warning(handler)
+            os.dup2(stderr, 2)
+            os.close(stderr)
+
+
+def _reason(error: Exception) -> str:
+    return " ".join(str(error).split())[:300]
 
 
 def _read(document: Path, path: Path, limit: int, field: str) -> bytes:
@@ -137,8 +179,7 @@ def _parsed(path: Path, data: bytes) -> ET.Element:
 
 
 def _check_elements(path: Path, root: ET.Element) -> None:
-    """Check the names, the number and the nesting of all elements, without recursion."""
-    counts: Counter[str] = Counter()
+    """Check the names and the nesting of all elements, without recursion."""
     waiting = [(root, 1)]
     while waiting:
         element, depth = waiting.pop()
@@ -151,20 +192,9 @@ def _check_elements(path: Path, root: ET.Element) -> None:
             name = str(child.tag)[:40]
             if name not in allowed:
                 raise DocumentError(path, f"{element.tag}/{name}", f"<{name}> is not allowed in a robot")
-            counts[name] += 1
             waiting.append((child, depth + 1))
         if "plugin" in element.attrib:
             raise DocumentError(path, element.tag, "plugins are not allowed in a robot")
-        for name in ("width", "height") if element.tag == "texture" else ():
-            if len(element.get(name, "0")) > 4:
-                raise DocumentError(
-                    path, f"texture/{name}", f"is {element.get(name)!r:.40}, at most {MAX_PIXELS} allowed"
-                )
-    if counts.total() > MAX_ELEMENTS:
-        raise DocumentError(path, "", f"has {counts.total()} elements, at most {MAX_ELEMENTS} are allowed")
-    for name, limit in LIMITS.items():
-        if counts[name] > limit:
-            raise DocumentError(path, name, f"there are {counts[name]}, at most {limit} are allowed")
 
 
 def _check_world(path: Path, root: ET.Element) -> None:
@@ -190,22 +220,23 @@ def _take_assets(path: Path, root: ET.Element) -> dict[str, bytes]:
             folders[name] = compiler.attrib.pop(name, folders.get(name, ""))
         compiler.attrib.pop("strippath", None)
     assets: dict[str, bytes] = {}
-    used = 0
+    sums: Counter[str] = Counter()
     for element in root.iter():
         for name in element.attrib:
             if name.startswith("file") and (element.tag not in SUFFIXES or name != "file"):
                 raise DocumentError(path, f"{element.tag}/{name}", "only <mesh> and <texture> may name a file")
         file = element.get("file")
         if file is None:
+            if element.tag in SUMS:
+                _add(path, sums, element, "", b"")
             continue
         folder = folders.get(f"{element.tag}dir", "") or folders.get("assetdir", "")
         source = _inside(path, element.tag, folder, file)
         data = _read(path, source, MAX_ASSET_BYTES, f"{element.tag}/file")
-        if source.suffix.lower() == ".png":
-            _check_png(path, data)
-        used += len(data)
-        if used > MAX_ASSETS_BYTES:
+        sums["bytes"] += len(data)
+        if sums["bytes"] > MAX_ASSETS_BYTES:
             raise DocumentError(path, element.tag, f"files take more than {MAX_ASSETS_BYTES / 2**20:.0f} MB")
+        data = _add(path, sums, element, source.suffix.lower(), data)
         if "name" not in element.attrib:
             element.set("name", source.stem)
         own = f"{element.tag}_{len(assets)}{source.suffix.lower()}"
@@ -214,11 +245,19 @@ def _take_assets(path: Path, root: ET.Element) -> dict[str, bytes]:
     return assets
 
 
-def _check_png(path: Path, data: bytes) -> None:
-    """Check the size of a picture before it is decompressed."""
-    width, height = int.from_bytes(data[16:20], "big"), int.from_bytes(data[20:24], "big")
-    if data[:8] != b"\x89PNG\r\n\x1a\n" or max(width, height) > MAX_PIXELS:
-        raise DocumentError(path, "texture/file", f"is no PNG of at most {MAX_PIXELS} x {MAX_PIXELS} pixels")
+def _add(path: Path, sums: Counter[str], element: ET.Element, suffix: str, data: bytes) -> bytes:
+    """Add what a mesh or a texture takes to the sums, check them, and return its file as it is passed to MuJoCo."""
+    unit, limit = SUMS[element.tag]
+    if element.tag == "mesh":
+        sums[unit] += vertices(path, element, suffix, data)
+    elif suffix:
+        data, size = plain_png(path, data)
+        sums[unit] += pixels(path, element, size)
+    else:
+        sums[unit] += pixels(path, element)
+    if sums[unit] > limit:
+        raise DocumentError(path, element.tag, f"all together have more than {limit} {unit}")
+    return data
 
 
 def _inside(path: Path, tag: str, folder: str, file: str) -> Path:

@@ -153,7 +153,11 @@ class Policy(ABC):
         return None
 
     def files(self) -> tuple[Path, ...]:
-        """Return the files that the actions depend on, such as weights; results record their hash."""
+        """Return the files that the actions depend on, such as weights; results record their hash.
+
+        Files that Python code opens while the policy loads are recorded without it. Those that a compiled library or a
+        child process opens, and those that are opened while driving, must be returned here.
+        """
         return ()
 
     def parameters(self) -> Mapping[str, Any] | None:

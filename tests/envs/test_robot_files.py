@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import math
+import os
+import resource
+import struct
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -167,6 +172,156 @@ def test_links_out_of_the_folder_large_files_and_folders_are_refused(tmp_path: P
         MjcfRobot(large)
     with pytest.raises(DocumentError, match="is no file"):
         MjcfRobot(tmp_path)
+
+
+def png(width: int, height: int, raw: bytes, more: bytes = b"") -> bytes:
+    """A picture of 8-bit RGB with compressed rows, and chunks before them."""
+    header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + more + chunk(b"IDAT", raw) + chunk(b"IEND", b"")
+
+
+def chunk(name: bytes, content: bytes) -> bytes:
+    return struct.pack(">I", len(content)) + name + content + struct.pack(">I", zlib.crc32(name + content))
+
+
+def rows(width: int, height: int) -> bytes:
+    return zlib.compress((b"\0" + b"\x80" * 3 * width) * height)
+
+
+def assets(text: str) -> str:
+    return changed("<worldbody>", f"<asset>{text}</asset><worldbody>")
+
+
+def inside(text: str, robot: str = WHEELED) -> str:
+    return changed("<freejoint/>", "<freejoint/>" + text, robot)
+
+
+def after(section: str, text: str) -> str:
+    return changed("<actuator>", f"<{section}>{text}</{section}><actuator>")
+
+
+def each(count: int, text: str) -> str:
+    return "".join(text.replace("#", str(k)) for k in range(count))
+
+
+BUILTIN = '<texture name="t#" builtin="checker" type="2d" width="WIDE" height="WIDE"/>'
+LINK = '<body pos="0 0 0.1"><joint axis="0 0 1"/>SHAPES</body>'
+BALL = '<geom type="sphere" size="0.05" mass="0.01"/>'
+HEAVY = {
+    "textures in sum": assets(each(100, BUILTIN.replace("WIDE", "2000"))),
+    "textures of six sides": assets(each(2, '<texture name="t#" builtin="flat" width="1500" height="1"/>')),
+    "a texture too wide": assets('<texture name="t" builtin="flat" type="2d" width="9999" height="1"/>'),
+    "a texture in exponents": assets('<texture name="t" builtin="flat" type="2d" width="9e9" height="9"/>'),
+    "a texture of two widths": assets('<texture name="t" builtin="flat" type="2d" width="8 8" height="8"/>'),
+    "a texture of no width": assets('<texture name="t" builtin="flat" type="2d" width="" height="8"/>'),
+    "a cone": assets('<mesh name="m" builtin="cone" params="200000000 1"/>'),
+    "a supersphere": assets('<mesh name="m" builtin="supersphere" params="30000 1 1"/>'),
+    "a wedge": assets('<mesh name="m" builtin="wedge" params="30000 30000 90 90 0"/>'),
+    "a plate": assets('<mesh name="m" builtin="plate" params="30000 30000"/>'),
+    "a torus": assets('<mesh name="m" builtin="supertorus" params="3000 0.5 1 1"/>'),
+    "meshes in sum": assets(each(150, '<mesh name="m#" builtin="supersphere" params="100 1 1"/>')),
+    "parameters that are no numbers": assets('<mesh name="m" builtin="plate" params="1e400 nan"/>'),
+    "vertices in the text": assets(f'<mesh name="m" vertex="{"0 0 0 " * 330_000}"/>') + " " * 10,
+    "an octree": assets('<mesh name="m" builtin="sphere" params="3" octree_maxdepth="30"/>'),
+    "attributes": inside("<geom " + each(100_000, 'a#="1" ') + "/>"),
+    "materials": assets(each(9000, '<material name="m#"/>')),
+    "default classes": changed(
+        "<worldbody>", "<default>" + each(300, "<default class='c#'/>") + "</default><worldbody>"
+    ),
+    "frames": inside(each(3000, "<frame/>")),
+    "exclusions": after("contact", each(4000, '<exclude name="e#" body1="left" body2="right"/>')),
+    "equalities": after("equality", each(4000, '<connect name="e#" body1="left" body2="right" anchor="0 0 0"/>')),
+    "tendons": after("tendon", each(150, '<fixed name="e#"><joint joint="left_wheel" coef="1"/></fixed>')),
+    "actuators": changed("</actuator>", each(4000, '<motor name="m#" joint="left_wheel"/>') + "</actuator>"),
+    "a history": changed('kv="2"', 'kv="2" delay="1" nsample="1000000000"'),
+    "states of an actuator": changed("</actuator>", '<general joint="left_wheel" actdim="2000000000"/></actuator>'),
+    "parts that overlap": inside(each(150, LINK.replace("SHAPES", BALL))),
+    "many parts that overlap": inside(each(190, LINK.replace("SHAPES", BALL * 5))),
+    "margins without end": inside('<geom type="sphere" size="0.01" margin="1e300" gap="1e300"/>'),
+    "parts that collapse": inside(
+        each(150, '<body pos="0 0 0.1#"><joint type="slide" axis="0 0 1"/><geom size="0.0004" mass="0.01"/></body>')
+    ),
+}
+FILES = {
+    "a picture that unpacks without end": ("a.png", png(8, 8, zlib.compress(bytes(2**28)))),
+    "a text that unpacks without end": (
+        "a.png",
+        png(8, 8, rows(8, 8), chunk(b"zTXt", b"a\0\0" + zlib.compress(bytes(2**28)))),
+    ),
+    "a picture of too many pixels": ("a.png", png(60_000, 60_000, rows(8, 8))),
+    "a picture that is cut off": ("a.png", png(8, 8, rows(8, 8))[:-20]),
+    "a face with many corners": ("a.obj", CUBE.encode() + b"\nf" + b" 1" * 200_000),
+    "many faces": ("a.obj", CUBE.encode() + b"\nf 1 2 4" * 900_000),
+}
+
+
+@pytest.mark.parametrize("name", [*HEAVY, *FILES])
+def test_robots_that_take_memory_or_time_in_sum_are_refused_in_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str], name: str
+) -> None:
+    """Oracle: the kernel's counters of a separate process; MuJoCo took 0.6 to 7 GB or 6 to 40 s before the limits."""
+    monkeypatch.chdir(tmp_path)
+    if name in FILES:
+        file, content = FILES[name]
+        (tmp_path / file).write_bytes(content)
+        element = "texture type='2d'" if file.endswith("png") else "mesh"
+        text = assets(f"<{element} name='m' file='{file}'/>")
+    else:
+        text = HEAVY[name]
+    message, megabytes, seconds = measured(written(tmp_path, text))
+    if name == "a text that unpacks without end":
+        assert message == ""  # such chunks are left out
+    else:
+        assert message.startswith(("DocumentError", "OptionError"))
+    assert len(message.splitlines()) <= 1
+    assert len(message) < 700
+    assert megabytes < 700
+    assert seconds < 20
+    assert capfd.readouterr().err == ""
+    assert not (tmp_path / "MUJOCO_LOG.TXT").exists()
+
+
+def measured(path: Path) -> tuple[str, float, float]:
+    """Load a robot in a fork; return its error, and the memory in MB and processor time that it took."""
+    reading, writing = os.pipe()
+    child = os.fork()
+    if child == 0:
+        resource.setrlimit(resource.RLIMIT_AS, (4 << 30, 4 << 30))
+        resource.setrlimit(resource.RLIMIT_CPU, (60, 60))
+        before, message = peak(), ""
+        try:
+            MjcfRobot(path)
+        except BaseException as error:  # noqa: BLE001 - it is compared
+            message = f"{type(error).__name__}: {error}"
+        os.write(writing, json.dumps([message, peak() - before]).encode())
+        os._exit(0)
+    os.close(writing)
+    with os.fdopen(reading) as stream:
+        answer = stream.read()
+    _, status, usage = os.wait4(child, 0)
+    assert status == 0
+    message, megabytes = json.loads(answer)
+    return message, megabytes, usage.ru_utime + usage.ru_stime
+
+
+def peak() -> float:
+    """Peak of the resident memory of this process, MB."""
+    lines = Path("/proc/self/status").read_text().splitlines()
+    return next(int(line.split()[1]) / 1024 for line in lines if line.startswith("VmHWM"))
+
+
+def test_pictures_and_built_in_shapes_of_usual_size_are_kept(tmp_path: Path) -> None:
+    (tmp_path / "a.png").write_bytes(png(300, 200, rows(300, 200), chunk(b"tEXt", b"a\0b")))
+    text = assets(
+        '<texture name="p" type="2d" file="a.png"/>'
+        '<texture name="c" builtin="checker" type="2d" width="512" height="64"/>'
+        '<mesh name="m" builtin="supersphere" params="30 1 1" scale="0.05 0.05 0.05"/>'
+    )
+    model = MjcfRobot(written(tmp_path, text)).spec().compile()
+    assert model.tex_width.tolist() == [300, 512]
+    assert model.tex_height.tolist() == [200, 64]
+    assert model.tex_data[: 300 * 200 * 3].tolist() == [0x80] * (300 * 200 * 3)
+    assert model.nmesh == 1
 
 
 def test_unknown_limits_are_refused(tmp_path: Path) -> None:

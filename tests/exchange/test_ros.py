@@ -15,8 +15,9 @@ from shapely.affinity import translate
 from exchange.floors import FLOORS, chamfered, ell, rectangle, region, turned
 from labgym.errors import DocumentError, LabgymError, OptionError
 from labgym.exchange.outlines import empty_layout
+from labgym.exchange.ros_files import RosMap
 from labgym.exchange.ros_map import write_ros_map
-from labgym.exchange.ros_outline import read_ros_map
+from labgym.exchange.ros_outline import _walled, read_ros_map
 from labgym.layouts import load_published, published
 from labgym.layouts.floors import draw_floor
 
@@ -205,3 +206,14 @@ def test_maps_without_floor_or_door_are_refused(tmp_path):
 def test_a_resolution_that_fills_the_memory_is_refused(tmp_path):
     with pytest.raises(OptionError, match="cells"):
         write_ros_map(empty_layout(rectangle()), tmp_path / "ros", resolution=1e-4)
+
+
+def test_the_share_of_walls_of_rooms_that_hang_together_by_two_cells_is_counted():
+    """The boundary falls into two parts where walls are looked for. Oracle: all cells are occupied, or none is."""
+    from shapely import box
+
+    neck = box(0.0, 0.0, 2.0, 2.0) | box(2.0, 0.95, 3.0, 1.05) | box(3.0, 0.0, 5.0, 2.0)
+    for value in (True, False):
+        cells = np.full((40, 100), value)
+        assert _walled(RosMap(cells, ~cells, 0.05, (0.0, 0.0, 0.0)), neck) == value
+    assert _walled(RosMap(cells, ~cells, 0.05, (0.0, 0.0, 0.0)), box(0.0, 0.0, 2.0, 0.04)) == 0.0

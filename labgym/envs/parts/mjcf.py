@@ -15,14 +15,16 @@ from labgym.envs.mount import Mount, on_floor
 from labgym.envs.parts.protocols import Command, Robot
 from labgym.envs.parts.robots import check_size, velocities
 from labgym.envs.robot import ROBOT, RobotSpec
-from labgym.envs.robot_files import RobotFile, read_robot
+from labgym.envs.robot_files import FAULTS, RobotFile, quiet, read_robot
 from labgym.envs.scene_simulation import SceneSimulation
-from labgym.errors import DocumentError, OptionError, UnknownNameError
+from labgym.errors import DocumentError, LabgymError, OptionError, UnknownNameError
 
 AXES = ("forward", "sideways", "turn")
 WHEELS = ("left_wheel", "right_wheel")
 LIMITS = ("v_min", "v_max", "v_side", "w_max", "timestep", "control_dt")
 """What the argument `size` may set; everything else is measured."""
+MAX_CONTACTS = 200
+"""Largest number of contacts of a robot with itself and the floor where it is put."""
 OBEYS = 0.2
 """A robot that obeys reaches this share of a velocity within a second."""
 
@@ -56,10 +58,7 @@ class MjcfRobot(Robot):
     def __post_init__(self) -> None:
         limits = _limits(self.size)
         object.__setattr__(self, "_file", read_robot(self.path))
-        try:
-            model = self._file.spec().compile()
-        except ValueError as error:
-            raise DocumentError(self.path, "", f"MuJoCo cannot compile it: {error}") from None
+        model = self._file.compile()
         names = [model.actuator(index).name for index in range(model.nu)]
         wheels = all(name in names for name in WHEELS)
         axes = AXES if "sideways" in names else ("forward", "turn")
@@ -70,7 +69,14 @@ class MjcfRobot(Robot):
         object.__setattr__(self, "_axes", ("forward", "turn") if wheels else axes)
         object.__setattr__(self, "_wheels", _wheels(self.path, model) if wheels else None)
         object.__setattr__(self, "size", _measured(self.path, model, self._axes, wheels, limits))
-        self._check()
+        with quiet():
+            try:
+                self._check()
+            except LabgymError:
+                raise
+            except FAULTS as error:
+                reason = " ".join(str(error).split())[:200]
+                raise DocumentError(self.path, "", f"MuJoCo cannot simulate it ({reason})") from None
 
     @property
     def axes(self) -> tuple[str, ...]:
@@ -101,6 +107,7 @@ class MjcfRobot(Robot):
         """Check that the robot stands still and obeys each of its axes."""
         model = on_floor(self)
         Mount.of(model)
+        _check_contacts(self.path, model)
         simulation = SceneSimulation(model, self, 0.1)
         for index, name in enumerate(self._axes):
             simulation.place((0.0, 0.0, 0.0))
@@ -117,6 +124,18 @@ class MjcfRobot(Robot):
                     f"after 1 s of {name} at {command[index]:.2f} {unit} the robot does {reached:.2f} {unit}: "
                     "controls are target velocities, forward is +x, and turns are counter-clockwise",
                 )
+
+
+def _check_contacts(path: str | Path, model: mujoco.MjModel) -> None:
+    """Check that few parts of a robot touch before it is simulated; each contact takes time at each step."""
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    mujoco.mj_collision(model, data)
+    if data.ncon > MAX_CONTACTS:
+        raise DocumentError(
+            path, "geom", f"{data.ncon} contacts as it is placed, at most {MAX_CONTACTS} are simulated: exclude some"
+        )
 
 
 def _limits(value: Any) -> dict[str, float]:

@@ -276,10 +276,10 @@ def policy_fingerprint(
         policy: the name or the object.
         source: the same with its options.
         label: name of the policy in the rows.
-        files: its files, such as weights.
+        files: its files, such as weights, as its process states them.
     """
     if isinstance(policy, Policy):
-        return object_fingerprint(policy)
+        return object_fingerprint(policy, files)
     place = policy_place(policy)
     server = {"url": policy} if place == SERVER else {}
     return named_fingerprint(label, place, {**server, **source.options}, files)

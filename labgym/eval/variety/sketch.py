@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import io
+import zipfile
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from labgym.errors import DocumentError
 from labgym.geometry import OrientedBox
 from labgym.layouts import Layout
 from labgym.layouts.rules.building import Entrance, building_of
@@ -16,6 +18,8 @@ from labgym.navigation.barriers import Barriers
 
 STEP = 0.1
 """Spacing of the points at which the clearance from walls is stored, meters."""
+MAX_BYTES = 64 * 1024**2
+"""Largest size of a sketch when unpacked."""
 
 Array = NDArray[np.float64]
 
@@ -59,9 +63,21 @@ class FloorSketch:
 
     @classmethod
     def from_bytes(cls, data: bytes) -> FloorSketch:
-        """Return the sketch in a .npz file."""
-        with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
-            return cls(**{name: arrays[name] for name in arrays.files})
+        """Return the sketch in a .npz file.
+
+        Raises:
+            DocumentError: not such a file, or too large.
+        """
+        try:
+            with zipfile.ZipFile(io.BytesIO(data)) as package:
+                if sum(member.file_size for member in package.infolist()) > MAX_BYTES:
+                    raise DocumentError("sketch", "", f"unpacks to more than {MAX_BYTES} bytes")
+            with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
+                return cls(**{name: arrays[name] for name in arrays.files})
+        except DocumentError:
+            raise
+        except Exception as error:  # noqa: BLE001 - zipfile, zlib and numpy raise many types for a damaged file
+            raise DocumentError("sketch", "", f"not the sketch of a floor ({type(error).__name__})") from None
 
 
 def sketch_of(tidy: Layout, cluttered: Layout) -> FloorSketch:

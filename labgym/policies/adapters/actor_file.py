@@ -16,7 +16,7 @@ from safetensors import SafetensorError, safe_open
 from safetensors.torch import save
 from torch import Tensor, nn
 
-from labgym.documents import Document, write_bytes
+from labgym.documents import Document, check_safetensors_header, write_bytes
 from labgym.errors import DocumentError
 from labgym.policies.adapters.inputs import checked_file
 
@@ -111,6 +111,7 @@ class Perceptron:
         path = checked_file(path)
         if path.stat().st_size > MAX_BYTES:
             raise DocumentError(path, "", f"larger than {MAX_BYTES} bytes")
+        check_safetensors_header(path)
         try:
             with safe_open(path, framework="pt") as file:
                 metadata = file.metadata() or {}

@@ -55,11 +55,14 @@ def named_fingerprint(
     )
 
 
-def object_fingerprint(policy: Policy) -> PolicyFingerprint:
+def object_fingerprint(policy: Policy, files: Iterable[Path] | None = None) -> PolicyFingerprint:
     """Return the fingerprint of a policy object as it is now.
 
     Its parameters are `policy.parameters()`, by default its attributes. A class of a notebook counts by its source and
     by what it uses from the notebook.
+
+    Args:
+        policy: the object. files: that it reads; None stands for `policy.files()`.
 
     Raises:
         OptionError: an attribute has no digest, or the source of the class is not known.
@@ -75,7 +78,7 @@ def object_fingerprint(policy: Policy) -> PolicyFingerprint:
         parameters=canonical_hash(
             {key: definitions.value(item, f"{label}: attribute {key!r}") for key, item in sorted(state.items())}
         ),
-        files=_files_digest(policy.name, policy.files()),
+        files=_files_digest(policy.name, policy.files() if files is None else files),
     )
 
 

@@ -1,4 +1,7 @@
-"""The source files of a class: its module and the modules that it imports from the same folder, without importing."""
+"""The source files of a class: its module, the modules that it imports from the same folder, and files that they name.
+
+Nothing is imported. A file is named by a text in the source that is its path, relative to the module or to the folder.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +14,9 @@ from pathlib import Path
 
 import labgym
 from labgym.documents import canonical_hash, files_digest
+
+LONGEST = 255
+"""Longest text that is tried as a path, characters."""
 
 
 def module_file(name: str) -> Path | None:
@@ -59,9 +65,12 @@ def source_files(file: Path, module: str) -> dict[str, Path]:
         if place in sources:
             continue
         sources[place] = path
-        for name in _imports(path, parent):
+        tree = _parsed(path)
+        for name in _imports(tree, parent):
             if not within or name.partition(".")[0] == within:
                 remaining += _resolved(root, name)
+        for named in _named_files(tree, path.parent, root):
+            sources.setdefault(named.relative_to(root).as_posix(), named)
     return sources
 
 
@@ -72,12 +81,30 @@ def is_installed_file(file: Path) -> bool:
     return any(file.resolve().is_relative_to(root) for root in (*roots, Path(labgym.__file__).resolve().parent))
 
 
-def _imports(path: Path, package: str) -> Iterator[str]:
-    """Yield the absolute names of the modules that a file may import, wherever in it."""
+def _parsed(path: Path) -> ast.Module:
     try:
-        tree = ast.parse(path.read_bytes())
+        return ast.parse(path.read_bytes())
     except (SyntaxError, ValueError):
-        return
+        return ast.Module([], [])
+
+
+def _named_files(tree: ast.Module, *folders: Path) -> Iterator[Path]:
+    """Yield the files in the last of some folders that a text of a source names, relative to one of them."""
+    for node in ast.walk(tree):
+        if not isinstance(node, ast.Constant) or not isinstance(node.value, str) or not 0 < len(node.value) <= LONGEST:
+            continue
+        for folder in folders:
+            try:
+                file = (folder / node.value).resolve()
+                named = file.is_relative_to(folders[-1]) and file.suffix != ".py" and file.is_file()
+            except (OSError, ValueError, RuntimeError):
+                continue
+            if named:
+                yield file
+
+
+def _imports(tree: ast.Module, package: str) -> Iterator[str]:
+    """Yield the absolute names of the modules that a file may import, wherever in it."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)

@@ -28,6 +28,9 @@ from labgym.policies.tracking import PathTracker, velocities_to_action
 
 WIDTH, HEIGHT = 640, 360
 """Size of the images that are sent, as in that benchmark."""
+PICTURES = ("PNG", "JPEG", "BMP", "PPM", "TIFF", "WEBP")
+"""Formats of a goal's picture; others, such as EPS, would run another program."""
+MAX_PIXELS = 16_000_000
 MAX_POINTS = 2048
 FARTHEST = 50.0
 """Largest coordinate of a trajectory, meters."""
@@ -232,7 +235,9 @@ def read_picture(path: Path) -> NDArray[np.uint8]:
         OptionError: the file cannot be read as a picture.
     """
     try:
-        with Image.open(path) as picture:
+        with Image.open(path, formats=PICTURES) as picture:
+            if picture.width * picture.height > MAX_PIXELS:
+                raise ValueError(f"{picture.width} x {picture.height} pixels, at most {MAX_PIXELS} are read")
             return np.asarray(picture.convert("RGB"), dtype=np.uint8)
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
         raise OptionError(f"goal_image {str(path)!r} is not a readable picture ({error})") from None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import zipfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Protocol
@@ -12,7 +13,8 @@ import torch
 from labgym.documents import write_bytes
 from labgym.errors import DocumentError
 
-MAX_BYTES = 1024**3
+MAX_BYTES = 512 * 1024**2
+"""Largest size of a checkpoint, also when unpacked."""
 
 
 class Stateful(Protocol):
@@ -56,6 +58,10 @@ def load_checkpoint(path: Path, parts: Mapping[str, Stateful], is_record: Callab
     try:
         if path.stat().st_size > MAX_BYTES:
             raise ValueError(f"larger than {MAX_BYTES} bytes")
+        if zipfile.is_zipfile(path):
+            with zipfile.ZipFile(path) as archive:
+                if sum(member.file_size for member in archive.infolist()) > MAX_BYTES:
+                    raise ValueError(f"unpacks to more than {MAX_BYTES} bytes")
         state = torch.load(io.BytesIO(path.read_bytes()), weights_only=True)
         if not is_record(state["record"]):
             raise ValueError("its record is not one of this training")

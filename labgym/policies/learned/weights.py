@@ -11,7 +11,7 @@ from safetensors import SafetensorError
 from safetensors.torch import load, save
 from torch import nn
 
-from labgym.documents import write_bytes
+from labgym.documents import check_safetensors_header, write_bytes
 from labgym.errors import DocumentError
 
 CONFIG = "config.json"
@@ -60,6 +60,7 @@ def load_weights(network: Network, folder: str | Path) -> Network:
     if path.stat().st_size > MAX_BYTES:
         raise DocumentError(path, "", f"larger than {MAX_BYTES} bytes")
     try:
+        check_safetensors_header(path)
         tensors = load(path.read_bytes())
         broken = [name for name, tensor in tensors.items() if not bool(torch.isfinite(tensor).all())]
         if broken:

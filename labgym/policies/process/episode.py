@@ -10,12 +10,14 @@ import random
 import socket
 import sys
 import traceback
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from labgym.errors import LabgymError
+from labgym.policies.fingerprint.reads import Reads
 from labgym.policies.kernels import pin_torch
 from labgym.policies.policy import EpisodeStart, Observation, Policy
 from labgym.policies.process.facts import encode_text, error_text
@@ -37,20 +39,30 @@ FRAMES, MAX_TRACEBACK = 10, 4_000
 """Longest traceback that is printed: frames, the innermost ones, and characters."""
 
 
-def serve_episode(policy: Policy, link: socket.socket, printed: mmap.mmap) -> None:
+def serve_episode(policy: Policy, reads: Reads, link: socket.socket, printed: mmap.mmap) -> None:
     """Answer the evaluator's requests until it closes the link.
 
     Args:
-        policy: drives the episode.
+        policy: drives the episode. reads: the files that it opens.
         link: to the evaluator.
         printed: 1 byte that the episodes of a policy share: whether the traceback of an error has been printed.
     """
     try:
         while True:
             kind, content, _ = receive_request(link)
-            send_answer(link, _answer(policy, kind, content, printed))
+            answer = _answer(policy, kind, content, printed)
+            unknown = reads.unknown()
+            send_answer(link, answer if unknown is None else Answer(FAILED, encode_text(_unknown(unknown))))
     except (ClosedError, OSError):
         return
+
+
+def _unknown(file: Path) -> str:
+    """Return the reason to fail a policy that read a file that its identity does not cover."""
+    return (
+        f"the policy read {str(file)[:200]} while driving, which is not in its identity: open it in __init__, or "
+        "return it from files()"
+    )
 
 
 def _answer(policy: Policy, kind: bytes, content: bytes, printed: mmap.mmap) -> Answer:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, get_args
 
@@ -11,6 +12,7 @@ from pydantic import Field, ValidationError
 from labgym import errors
 from labgym.documents import Record
 from labgym.errors import LabgymError
+from labgym.policies.fingerprint.reads import MAX_FILES
 from labgym.policies.kernels import kernel_facts
 from labgym.policies.policy import Policy, Sensors
 from labgym.policies.process.wire import GarbageError
@@ -34,7 +36,7 @@ class PolicyFacts(Record):
 
     Attributes:
         name, observation, privileged, foresees, exclusive, stops, latency: the attributes of `Policy`.
-        files: absolute paths of `Policy.files()`.
+        files: absolute paths of the files that belong to its identity (`Reads.files_of`).
         single_use: whether its process cannot be forked, because it has several threads or children, so that each
             episode loads the policy anew.
         kernels: `kernel_facts()` of its process.
@@ -47,12 +49,12 @@ class PolicyFacts(Record):
     exclusive: bool
     stops: bool = False
     latency: Annotated[float, Field(ge=0.0, le=MAX_LATENCY)] = 0.0
-    files: Annotated[tuple[Annotated[str, Field(max_length=4096)], ...], Field(max_length=256)]
+    files: Annotated[tuple[Annotated[str, Field(max_length=4096)], ...], Field(max_length=MAX_FILES)]
     single_use: bool
     kernels: Annotated[dict[ShortText, ShortText | int], Field(max_length=16)]
 
 
-def facts_of(policy: Policy, single_use: bool) -> PolicyFacts:
+def facts_of(policy: Policy, files: Sequence[Path], single_use: bool) -> PolicyFacts:
     """Return the facts of a policy.
 
     Raises:
@@ -69,7 +71,7 @@ def facts_of(policy: Policy, single_use: bool) -> PolicyFacts:
         exclusive=bool(policy.exclusive),
         stops=bool(policy.stops),
         latency=declared_latency(policy),
-        files=tuple(str(Path(path).absolute()) for path in policy.files()),
+        files=tuple(map(str, files)),
         single_use=single_use,
         kernels=kernel_facts(),
     )

@@ -13,6 +13,7 @@ import sys
 import time
 from dataclasses import dataclass
 
+from labgym.policies.fingerprint.reads import Reads
 from labgym.policies.kernels import pin_torch
 from labgym.policies.policy import Policy
 from labgym.policies.process import linux
@@ -56,28 +57,32 @@ def serve_loader(link: socket.socket, host: int) -> None:
     with contextlib.suppress(ClosedError, OSError):
         _, content, _ = receive_request(link)
         try:
-            policy = _loaded(pickle.loads(content))  # noqa: S301 - from the evaluator
+            reads = Reads()
+            policy, options = _loaded(pickle.loads(content), reads)  # noqa: S301 - from the evaluator
             single_use = linux.thread_count() > 1 or bool(descendants(os.getpid(), processes()))
-            answer = Answer(FACTS, facts_of(policy, single_use).model_dump_json().encode())
+            files = reads.files_of(policy, options)
+            answer = Answer(FACTS, facts_of(policy, files, single_use).model_dump_json().encode())
         except BaseException as error:  # noqa: BLE001 - whatever the policy raises is reported
             send_answer(link, Answer(FAILED, encode_error(error)))
             return
         send_answer(link, answer)
-        _serve_episodes(link, policy, single_use)
+        _serve_episodes(link, policy, reads, single_use)
 
 
-def _loaded(request: LoadRequest) -> Policy:
+def _loaded(request: LoadRequest, reads: Reads) -> tuple[Policy, list[object]]:
+    """Return a policy, whose files are recorded while it loads, and its options."""
     sys.path[:] = request.path
     with contextlib.suppress(OSError):
         os.chdir(request.folder)
     source: PolicySource = pickle.loads(request.source)  # noqa: S301 - from the evaluator
+    reads.begin()
     policy = source.make()
     pin_torch()
     if policy.privileged:
         _prepare_for_maps()
     gc.collect()
     gc.freeze()
-    return policy
+    return policy, list(source.options.values())
 
 
 def _prepare_for_maps() -> None:
@@ -88,7 +93,7 @@ def _prepare_for_maps() -> None:
     Catalog.load()
 
 
-def _serve_episodes(link: socket.socket, policy: Policy, single_use: bool) -> None:
+def _serve_episodes(link: socket.socket, policy: Policy, reads: Reads, single_use: bool) -> None:
     episode, printed = 0, mmap.mmap(-1, 1)
     while True:
         kind, _, descriptor = receive_request(link)
@@ -99,12 +104,12 @@ def _serve_episodes(link: socket.socket, policy: Policy, single_use: bool) -> No
             with socket.socket(fileno=descriptor) as conversation:
                 if single_use:
                     link.close()
-                    serve_episode(policy, conversation, printed)
+                    serve_episode(policy, reads, conversation, printed)
                     return
-                episode = _forked(link, policy, conversation, printed)
+                episode = _forked(link, policy, reads, conversation, printed)
 
 
-def _forked(link: socket.socket, policy: Policy, conversation: socket.socket, printed: mmap.mmap) -> int:
+def _forked(link: socket.socket, policy: Policy, reads: Reads, conversation: socket.socket, printed: mmap.mmap) -> int:
     """Return the id of a new process that drives one episode."""
     loader = os.getpid()
     child = os.fork()
@@ -113,7 +118,7 @@ def _forked(link: socket.socket, policy: Policy, conversation: socket.socket, pr
     try:
         link.close()
         linux.die_with_parent(loader)
-        serve_episode(policy, conversation, printed)
+        serve_episode(policy, reads, conversation, printed)
         sys.stdout.flush()
         sys.stderr.flush()
     finally:

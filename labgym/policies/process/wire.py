@@ -24,7 +24,7 @@ DECISION = struct.Struct("<?2f")
 OK, FACTS, ACTING, DECIDED, FAILED = b"K", b"F", b"A", b"D", b"E"
 SIZES = {OK: 0, ACTING: ACTION.size, DECIDED: DECISION.size}
 """Sizes of the answers of an episode by status, bytes."""
-MAX_BYTES = {**SIZES, FACTS: 65_536, FAILED: 16_384}
+MAX_BYTES = {**SIZES, FACTS: 2**20, FAILED: 16_384}
 """Largest answer by status, bytes."""
 
 

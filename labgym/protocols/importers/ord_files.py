@@ -11,14 +11,17 @@ from typing import Any
 
 from labgym.documents import load_json
 from labgym.errors import DocumentError, MissingDependencyError
+from labgym.protobuf import sized_fields
 from labgym.protocols.importers.ord_messages import messages
 from labgym.protocols.importers.records import UnreadableError, one_line, read_bytes
 
 MAX_BYTES = 512 * 1024**2
 MAX_UNPACKED = 512 * 1024**2
+MAX_BATCH = 256 * 1024**2
 MAX_REACTION = 4 * 1024**2
 MAX_TEXT = 64 * 1024**2
-"""Largest sizes in bytes: of a file, of what a gzipped file unpacks to, of one reaction in Parquet, and of JSON or
+"""Largest sizes in bytes: of a file, of what a gzipped file or a row group of Parquet unpacks to,
+of the rows that are read at one time, of one reaction in Parquet, and of JSON or
 text, which need many times their size in memory."""
 MAX_REACTIONS = 1_000_000
 """Largest number of reactions of a binary file; the Open Reaction Database has 2 million in all its files."""
@@ -26,8 +29,6 @@ MAX_VALUES = 3_000_000
 """Largest number of values of a JSON dataset; they take up to 600 MB."""
 MAX_DEPTH = 50
 BINARY, TEXT, JSON, PARQUET = (".pb", ".binpb"), (".pbtxt", ".txtpb"), (".json",), (".parquet",)
-_VARINT, _FIXED_64, _LENGTH, _FIXED_32 = 0, 1, 2, 5
-"""Wire types of protocol buffers."""
 _REACTION = re.compile(rb"\s*reactions\s*:?\s*(?=[{<])")
 _BRACKETS = re.compile(rb"[{}<>\"'#]")
 
@@ -97,32 +98,10 @@ def _top_fields(path: Path, content: bytes) -> Iterator[tuple[int, int, int]]:
     Raises:
         DocumentError: the bytes are not a protocol buffer.
     """
-    at = 0
-    while at < len(content):
-        key, at = _varint(content, at)
-        number, kind = key >> 3, key & 7
-        if kind == _LENGTH:
-            size, at = _varint(content, at)
-            yield number, at, at + size
-            at += size
-        elif kind == _VARINT:
-            _, at = _varint(content, at)
-        else:
-            at += {_FIXED_64: 8, _FIXED_32: 4}.get(kind, len(content) + 1)
-        if number == 0 or at > len(content):
-            raise DocumentError(path, "", "not an ORD dataset (its bytes are no protocol buffer, or are cut off)")
-
-
-def _varint(content: bytes, at: int) -> tuple[int, int]:
-    """Return the number at a position and the position after it, which is beyond the end if the number is broken."""
-    value = shift = 0
-    while at < len(content) and shift < 64:
-        byte = content[at]
-        value |= (byte & 0x7F) << shift
-        at, shift = at + 1, shift + 7
-        if byte < 0x80:
-            return value, at
-    return 0, len(content) + 1
+    try:
+        yield from sized_fields(content)
+    except ValueError:
+        raise DocumentError(path, "", "not an ORD dataset (its bytes are no protocol buffer, or are cut off)") from None
 
 
 def _json(path: Path, content: bytes) -> Iterator[Parse]:
@@ -261,7 +240,15 @@ def _parquet(path: Path) -> Iterator[Parse]:
         raise MissingDependencyError("pyarrow", "reading Parquet datasets", "ord") from None
     try:
         table = pyarrow.parquet.ParquetFile(path)
-        for batch in table.iter_batches(batch_size=100, columns=["reaction"]):
+        groups = [table.metadata.row_group(index) for index in range(table.metadata.num_row_groups)]
+        size = max((group.total_byte_size for group in groups), default=0)
+        if size > MAX_UNPACKED:
+            raise DocumentError(
+                path, "", f"has a row group that unpacks to {size} bytes; at most {MAX_UNPACKED} are read"
+            )
+        # A value that is stored once may stand in every row of a batch.
+        rows = min(max(MAX_BATCH // max(size, 1), 1), 100)
+        for batch in table.iter_batches(batch_size=rows, columns=["reaction"]):
             for value in batch.column(0):
                 yield partial(_serialized, value.as_py())
     except (pyarrow.ArrowException, OSError, KeyError, IndexError) as error:

@@ -21,6 +21,8 @@ from labgym.errors import LabgymError
 
 TORCH = ("torch", "labgym.policies.navdp.network", "labgym.policies.iplanner.network", "labgym.policies.ppo.policy")
 SB3 = ("torch", "stable_baselines3")
+PLACES = ("bias", "weight", "../weight", "/etc/passwd", "/dev/zero", "", ".", "a\0b", "*/_ORT_MEM_ADDR_/*", "x" * 5000)
+"""Locations of weights."""
 ZEROS = {
     "goal": np.zeros(3, np.float32),
     "velocity": np.zeros(2, np.float32),
@@ -40,6 +42,7 @@ def targets() -> Iterator[Target]:
     yield Target("checkpoint content", partial(_checkpoint, True), _resume, TORCH, share=0.5)
     yield Target("onnx container", partial(_onnx, False), partial(_file, "a.onnx"), ("onnxruntime",), True, 0.5)
     yield Target("onnx graph", partial(_onnx, True), partial(_file, "a.onnx"), ("onnxruntime",), True, 0.5)
+    yield Target("onnx with weights in other files", _onnx_apart, partial(_file, "a.onnx"), ("onnxruntime",), True, 0.5)
     yield Target("torchscript container", partial(_torchscript, False), partial(_file, "a.pt"), TORCH, True, 0.5)
     yield Target("torchscript members", partial(_torchscript, True), partial(_file, "a.pt"), TORCH, True, 0.5)
     yield Target("sb3 container", partial(_sb3, False), partial(_file, "a.zip"), SB3, True, 0.5)
@@ -203,6 +206,41 @@ def _onnx(inside: bool) -> Callable[[Random | None], Case]:
     model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=8)
     onnx.checker.check_model(model)
     return one_file("a.onnx", model.SerializeToString(), mutated_message if inside else mutated_bytes)
+
+
+def _onnx_apart() -> Callable[[Random | None], Case]:
+    """Return a maker of graphs whose weights are in two other files, one of which or the reference to it is changed."""
+    import onnx
+
+    path = Path("apart.onnx").absolute()
+    model = onnx.load_model_from_string(_onnx(True)(None)["a.onnx"])
+    onnx.save(model, path, save_as_external_data=True, all_tensors_to_one_file=False, size_threshold=0)
+    graph = onnx.load(path, load_external_data=False)
+    weights = {name: path.with_name(name).read_bytes() for name in ("weight", "bias")}
+
+    def make(rng: Random | None) -> Case:
+        content, files = graph.SerializeToString(), dict(weights)
+        if rng is None:
+            return {"a.onnx": content, **files}
+        name = rng.choice(sorted(files))
+        match rng.randrange(4):
+            case 0:
+                files[name] = mutated_bytes(rng, files[name])
+            case 1:
+                del files[name]
+            case 2:
+                changed = onnx.load_model_from_string(content)
+                entries = rng.choice(changed.graph.initializer).external_data
+                entry = rng.choice(entries)
+                entry.value = rng.choice((*PLACES, "-1", str(2**40), str(2**63), "1e9", "x"))
+                if rng.random() < 0.3:
+                    entries.add(key=rng.choice(("location", "offset", "length", "checksum")), value=rng.choice(PLACES))
+                content = changed.SerializeToString()
+            case _:
+                content = mutated_message(rng, content)
+        return {"a.onnx": content, **files}
+
+    return make
 
 
 def _file(name: str, folder: Path) -> None:
