@@ -32,7 +32,7 @@ _WORD = re.compile(r"^(?!.*\b[A-Z]{2,}\b).*[a-z]{3}")
 _ENDING = re.compile(r"[a-z]{3}(?:amine|amide|ide|ane|ene|ole|idine)$")
 _FAMILY = re.compile(r"^Large|\d+$")
 """The part of an asset's name that distinguishes it from those of other sizes."""
-_BRACKETS = re.compile(r"^([^()\uff08\uff09]+?)\s*[(\uff08]([^()\uff08\uff09]+)[)\uff09]\s*$")
+_BRACKETS = re.compile(r"^([^()\uff08\uff09]*[^()\uff08\uff09\s])\s*[(\uff08]([^()\uff08\uff09]+)[)\uff09]\s*$")
 
 
 def normalise(text: str) -> str:

@@ -13,10 +13,16 @@ from labgym.protocols.errors import RefusalError
 
 
 class Wish(Record):
-    """A kind of product that is refused, with the words that name it."""
+    """A kind of product that is refused, with the words that name it.
+
+    Attributes:
+        english: pattern of the words.
+        followed_by: pattern of words of which one must come later in the text for those of `english` to count.
+    """
 
     what: str
     english: str
+    followed_by: str = ""
     chinese: tuple[str, ...]
 
 
@@ -59,8 +65,16 @@ def refusals() -> Refusals:
 
 
 @lru_cache(maxsize=1)
-def _patterns() -> tuple[tuple[Wish, re.Pattern[str]], ...]:
-    return tuple((wish, re.compile(rf"\b(?:{wish.english})(?![a-z])", re.IGNORECASE)) for wish in refusals().wishes)
+def _patterns() -> tuple[tuple[Wish, re.Pattern[str], re.Pattern[str]], ...]:
+    """Return each kind of product with the patterns of its words and of those that must follow."""
+    return tuple(
+        (
+            wish,
+            re.compile(rf"\b(?:{wish.english})(?![a-z])", re.IGNORECASE),
+            re.compile(wish.followed_by, re.IGNORECASE),
+        )
+        for wish in refusals().wishes
+    )
 
 
 def refuse_wish(text: str) -> None:
@@ -69,8 +83,10 @@ def refuse_wish(text: str) -> None:
     Raises:
         RefusalError: the text names an explosive, a chemical weapon, a controlled drug or a nitration.
     """
-    for wish, pattern in _patterns():
+    for wish, pattern, following in _patterns():
         match = pattern.search(text)
+        if match is not None and following.search(text, match.end()) is None:
+            match = None
         phrase = match[0] if match else next((word for word in wish.chinese if _asks_for(text.lower(), word)), None)
         if phrase is not None:
             raise RefusalError("unsafe", f"no protocol is written for {wish.what} ({phrase[:60]!r})")

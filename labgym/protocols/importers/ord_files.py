@@ -28,7 +28,7 @@ MAX_DEPTH = 50
 BINARY, TEXT, JSON, PARQUET = (".pb", ".binpb"), (".pbtxt", ".txtpb"), (".json",), (".parquet",)
 _VARINT, _FIXED_64, _LENGTH, _FIXED_32 = 0, 1, 2, 5
 """Wire types of protocol buffers."""
-_REACTION = re.compile(rb"\s*reactions\s*:?\s*(?=[{<])")
+_REACTION = re.compile(rb"\s*reactions\s*+:?\s*+(?=[{<])")
 _BRACKETS = re.compile(rb"[{}<>\"'#]")
 
 Parse = Callable[[], Any]

@@ -6,6 +6,7 @@ from labgym.protocols.rules import (
     grounding,
     hazards,
     machines,
+    mixing,
     safety,
     sequence,
     temperatures,
@@ -15,7 +16,7 @@ from labgym.protocols.rules.finding import Case, Finding, Severity
 
 ALL = (*grounding.RULES, *sequence.RULES, *safety.RULES, *constraints.RULES)
 """The paper's suite."""
-EQUIPMENT = (*vessels.RULES, *temperatures.RULES, *hazards.RULES, *machines.RULES, *conditions.RULES)
+EQUIPMENT = (*vessels.RULES, *temperatures.RULES, *hazards.RULES, *mixing.RULES, *machines.RULES, *conditions.RULES)
 """Rules about equipment, hazards and conditions."""
 
 __all__ = ["ALL", "EQUIPMENT", "Case", "Finding", "Severity"]

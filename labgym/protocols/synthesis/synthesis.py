@@ -9,7 +9,7 @@ from difflib import get_close_matches
 
 from labgym.assets import Catalog
 from labgym.protocols.errors import RefusalError
-from labgym.protocols.language import language_of
+from labgym.protocols.language import language_of, unified
 from labgym.protocols.language.vocabulary import unmeasured
 from labgym.protocols.model import Protocol
 from labgym.protocols.refusals import refusals, refuse_mixture, refuse_solvent, refuse_wish
@@ -31,7 +31,7 @@ _FLAME = re.compile(
     re.IGNORECASE,
 )
 _GRIGNARD = re.compile(r"grignard|magnesium (?:bromide|chloride|iodide)|格氏|格利雅", re.IGNORECASE)
-INCOMPATIBLE = ("peracid-in-ketone", "hydride-in-protic", "borohydride-in-acid", "grignard-in-protic", "quench-order")
+INCOMPATIBLE = ("violent-mixture", "peracid-in-ketone", "hydride-in-protic", "borohydride-in-acid", "grignard-in-protic", "quench-order")
 """Rules whose findings explain a refusal best."""
 ALKALI_METALS = ("Sodium", "Potassium", "Lithium")
 TYPING_ERROR = 0.88
@@ -39,7 +39,7 @@ TYPING_ERROR = 0.88
 PARENT = 6
 """Characters of a reagent's name that another name must end with to count as its derivative."""
 _NO_AMOUNT = re.compile(
-    r"(?<![\w.,-])(?:[-−]\s?\d+(?:\.\d+)?|0+(?:\.0+)?)\s?(?:[mkµu]?g|m?mol|[mµu]?l|equiv)\b", re.IGNORECASE
+    r"(?<![\w.,-])(?:[-−]\s?\d+(?:\.\d+)?|0+(?:\.0+)?)\s?(?:[mkμµu]?g|m?mol|[mμµu]?l|equiv)\b", re.IGNORECASE
 )
 
 
@@ -77,6 +77,7 @@ def synthesize(
         LabgymError: other errors of the writer.
     """
     assets = catalog if catalog is not None else Catalog.load()
+    text = unified(text)
     description = _parse(text, assets)
     context = context_of(text, keyword_only, assets)
     commission = Commission(text, description, context, assets)
