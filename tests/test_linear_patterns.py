@@ -226,12 +226,12 @@ def _fragments(text: str) -> list[tuple[str, str, str]]:
     """Return beginnings, repeated parts and ends of adversarial texts for a pattern."""
     rng, parsed = random.Random(0), sre.parse(text)
     literals = sorted(set(_literals(parsed)), key=lambda word: (len(word), word))
-    words = rng.sample(literals, min(len(literals), 24))
+    words = rng.sample(literals, min(len(literals), 10))
     rows = [("", part, "~") for part in (*FRAGMENTS, *words)]
-    for example in sorted({_example(parsed, rng) for _ in range(6)} - {""}):
+    for example in sorted({_example(parsed, rng) for _ in range(3)} - {""}):
         short, half = example[:-1], example[: len(example) // 2]
         rows += [("", part, "~") for part in (example, short, half, f"{example} ") if part]
-        rows += [(head, part, "~") for head in (example, short, half) for part in (" ", "1", "a", "a ", "- ")]
+        rows += [(head, part, "~") for head in (example, short, half) for part in (" ", "1", "a ")]
     return rows
 
 

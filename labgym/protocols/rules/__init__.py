@@ -16,7 +16,7 @@ from labgym.protocols.rules.finding import Case, Finding, Severity
 
 ALL = (*grounding.RULES, *sequence.RULES, *safety.RULES, *constraints.RULES)
 """The paper's suite."""
-EQUIPMENT = (*vessels.RULES, *temperatures.RULES, *hazards.RULES, *mixing.RULES, *machines.RULES, *conditions.RULES)
+EQUIPMENT = (*vessels.RULES, *temperatures.RULES, *hazards.RULES, *machines.RULES, *conditions.RULES, *mixing.RULES)
 """Rules about equipment, hazards and conditions."""
 
 __all__ = ["ALL", "EQUIPMENT", "Case", "Finding", "Severity"]

@@ -64,7 +64,7 @@ def _limits(case: Case, situation: Situation) -> Iterator[tuple[tuple[str, str],
 def _finding(situation: Situation, pair: tuple[str, str], limit: Limit, celsius: float, highest: float) -> Finding:
     together = f"step {situation.step.index} has {pair[0]} and {pair[1]} together at {celsius:g} C"
     if limit.is_never:
-        suggestion = f"use another reagent or solvent instead of one of them ({limit.source})"
+        suggestion = f"use another solvent or reagent instead of one of them ({limit.source})"
     else:
         suggestion = f"stay at or below {highest:g} C, or use another solvent ({limit.source})"
     return Finding("violent-mixture", situation.step.index, f"{together}: {limit.hazard}", suggestion)

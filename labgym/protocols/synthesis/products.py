@@ -76,7 +76,7 @@ def products(
         foreign: spans of substances that the catalog lacks.
         auxiliary: names of reagents that are removed rather than made, such as solvents and drying agents.
     """
-    spans = [*_announced(text, named, foreign)]
+    spans = [*announced(text, named, foreign)]
     for start, end in foreign:
         if not within(start, spans) and (_stands_for_product(text, start, end) or _isolated(text, start, end, named)):
             spans.append((start, end))
@@ -93,7 +93,8 @@ def within(place: int, spans: Sequence[Span]) -> bool:
     return any(start <= place < end for start, end in spans)
 
 
-def _announced(text: str, named: Sequence[Mention], foreign: Sequence[Span]) -> Iterator[Span]:
+def announced(text: str, named: Sequence[Mention], foreign: Sequence[Span]) -> Iterator[Span]:
+    """Yield the spans that the wording announces as products: "to give X", "preparation of X"."""
     for pattern in (_GIVEN, _INTO, _CHINESE):
         for match in pattern.finditer(text):
             start, end = match.span(1)

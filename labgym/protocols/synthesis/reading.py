@@ -12,7 +12,7 @@ from labgym.protocols.language.scripts import Language
 from labgym.protocols.synthesis.batch import figure
 from labgym.protocols.synthesis.mixtures import mixtures, solutions, without_ratio
 from labgym.protocols.synthesis.operations import Operation, Phase, main_operation, operations
-from labgym.protocols.synthesis.products import AUXILIARY, products, within
+from labgym.protocols.synthesis.products import AUXILIARY, announced, products, within
 from labgym.protocols.synthesis.unlisted import unlisted
 from labgym.quantities import Condition, Quantity, amounts, duration, pressures, strength, temperature
 
@@ -113,6 +113,7 @@ class ParsedDescription:
         language: its language.
         clauses: its clauses in order.
         product: name of the product as written, or "".
+        requested: whether the wording announces that product, as "to give X" does.
         unlisted: substances that it names and the catalog lacks, as written.
         spoken_of: assets, classes of substances and concepts that it mentions.
         products: the spans that name products.
@@ -126,6 +127,7 @@ class ParsedDescription:
     unlisted: tuple[str, ...]
     spoken_of: frozenset[str]
     products: tuple[tuple[int, int], ...] = ()
+    requested: bool = False
     unassigned: tuple[str, ...] = ()
 
     @property
@@ -169,6 +171,7 @@ def read(text: str, catalog: Catalog | None = None) -> ParsedDescription:
         unlisted=tuple(dict.fromkeys(strange)),
         spoken_of=frozenset(topics),
         products=spans,
+        requested=bool(spans) and spans[0] in announced(text, named, foreign),
         unassigned=unassigned,
     )
 

@@ -12,7 +12,7 @@ from labgym.protocols.errors import RefusalError
 from labgym.protocols.language import language_of, unified
 from labgym.protocols.language.vocabulary import unmeasured
 from labgym.protocols.model import Protocol
-from labgym.protocols.refusals import refusals, refuse_mixture, refuse_solvent, refuse_wish
+from labgym.protocols.refusals import refusals, refuse_mixture, refuse_product, refuse_solvent, refuse_wish
 from labgym.protocols.retrieval import SearchResults
 from labgym.protocols.synthesis.fidelity import refuse_unfaithful
 from labgym.protocols.synthesis.precedents import context_of
@@ -84,6 +84,7 @@ def synthesize(
     result = (writer if writer is not None else TemplateWriter()).write(commission)
     protocol = result.protocol
     refuse_wish(f"{protocol.name}. {protocol.product}.")
+    refuse_product(protocol.product)
     refuse_mixture(use.name for use in protocol.reagents)
     refuse_unfaithful(description, protocol, assets)
     findings = examine(protocol, assets)
@@ -112,6 +113,7 @@ def _parse(text: str, catalog: Catalog) -> ParsedDescription:
     if nothing:
         raise RefusalError("no-chemistry", f"{nothing[0].strip()!r} is not an amount: give one above 0")
     description = read(text, catalog)
+    _refuse_products(description, catalog)
     substances = [m for clause in description.clauses for m in clause.mentions if m.kind in ("reagent", "class")]
     named = any(not name.isascii() or _CHEMICAL_ENDING.search(name) for name in description.unlisted)
     if not substances and not named and not chemical_names(text):
@@ -129,6 +131,25 @@ def _parse(text: str, catalog: Catalog) -> ParsedDescription:
     _refuse_water(description)
     refuse_mixture(mention.name for clause in description.clauses for mention in clause.mentions)
     return description
+
+
+def _refuse_products(description: ParsedDescription, catalog: Catalog) -> None:
+    """Raise an error if a description asks for a dangerous product, by the grammar of its name or as a reagent.
+
+    Raises:
+        RefusalError: names the product and the reason.
+    """
+    used = [m for clause in description.clauses for m in clause.mentions if m.kind == "reagent"]
+    refuse_product(description.text, [(mention.start, mention.end) for mention in used])
+    for start, end in description.products:
+        name = description.text[start:end]
+        match = catalog.match(name)
+        asset = catalog.get(match.name) if match is not None else None
+        if asset is not None and asset.kind == "reagent" and asset.hazards.explosive:
+            raise RefusalError("unsafe", f"no protocol makes {asset.name} ({name[:60]!r}): it is explosive")
+        distills = any(clause.operation and clause.operation.action == "Distill" for clause in description.clauses)
+        if "azide" in name.lower() and distills:
+            raise RefusalError("unsafe", f"{name[:60]!r} must not be distilled: azides explode when hot")
 
 
 def _refuse_flame(description: ParsedDescription, catalog: Catalog) -> None:
