@@ -41,7 +41,7 @@ _REMOVED_AFTER = re.compile(
     r"\s*(?:was|is|were|are)\s+(?:then\s+)?(?:evaporated|removed|stripped|distilled off)", re.IGNORECASE
 )
 _CATALYTIC = re.compile(
-    r"(?:\bcat\.?|\bcatalytic(?: amount of| quantity of)?|催化量的?)\s*$|^\s*[(（,]?\s*(?:cat\.|catalytic|催化量)",
+    r"(?:\bcat\.?|\bcatalytic(?: amount of| quantity of)?|催化量的?)\s*$|^\s*+(?:[(（,]\s*+)?(?:cat\.|catalytic|催化量)",
     re.IGNORECASE,
 )
 _WEAK = re.compile(r"and ")
@@ -399,6 +399,6 @@ _OF_VESSEL = re.compile(
     re.IGNORECASE,
 )
 """A vessel's size is not an amount of a substance."""
-_PERCENT_YIELD = re.compile(r"\s*[,;]\s*\d{1,3}(?:\.\d+)?\s*%\s*(?:yield)?\s*[)）]", re.IGNORECASE)
+_PERCENT_YIELD = re.compile(r"\s*[,;]\s*\d{1,3}(?:\.\d+)?\s*%\s*+(?:yield\s*+)?[)）]", re.IGNORECASE)
 """A percentage after an amount without a substance: "a colorless oil (1.1 g, 90 %)"."""
 _YIELD = re.compile(r"(?:yield|gave|afford|obtain|收率|得|产量)[^;.。；]{0,40}$", re.IGNORECASE)

@@ -39,6 +39,12 @@ _ENDING = re.compile(
     r"(?:ane|ene|yne|ol|one|al|amine|aniline|amide|imide|ate|ide|ite|ine|azole|ophene|furan|aldehyde|nitrile|yl|oxide|"
     r"indole|silane|borane|lactone|lactam|acid|phthalein|lithium|oate|azine|urea|hydride)s?$"
 )
+_TRIVIAL_ENDING = re.compile(
+    r"(?:[a-z]{3}(?:(?<!p)(?<!l)(?<!o)(?<!n)ose|(?:r|v|th|n|z|d|x|tral|dan)one|(?:n|s|e|d|a|th)ine|"
+    r"(?:b|ant|orn|al|ost|ol)ane|(?:pt|os|char|ot|ar)ide|(?:ll|dr|ar|ir|at|ot|on|er|al|th)in|[st]id)|"
+    r"[a-z]{2}(?:[^vi\W]ene|zil|[znsr]oin)|[a-z]{2}(?:i|er|an|en|in|th|e|ym|ac|acr|ech|it|yt|es|alo|phen)ol)s?$"
+)
+"""Endings of trivial names that hardly any word of another kind has: limonene, estrone, quinine, geraniol, vanillin."""
 _MORPHEME = re.compile(
     r"meth|eth|prop|but|pent|hex|hept|oct|phen|benz|naphth|tolu|anis|chlor|brom|iod|fluor|nitr|cyan|amin|hydrox|oxy|"
     r"carb|sulf|phosph|acet|malon|succin|phthal|cinnam|salicyl|furan|thio|pyr|imid|indol|quinol|morphol|piper|azol|"
@@ -118,6 +124,22 @@ def _looks_chemical(word: str) -> bool:
     return len(_MORPHEME.findall(word)) >= (1 if word[0].isdigit() else 2)
 
 
+def _has_name_of_substance(word: str) -> bool:
+    """Return whether a word where a substance may be is built like the name of one.
+
+    It has a chemical ending together with a chemical stem, or an ending that hardly any other word has, or it is a
+    trivial name of the table.
+    """
+    parts = [part for part in re.split(r"[^a-z]+", word) if part]
+    common = table().unlisted_words
+    if any(part in common or part.removesuffix("s") in common for part in parts):
+        return True
+    if not _ENDING.search(word) and not _TRIVIAL_ENDING.search(word):
+        return False
+    stems = _MORPHEME.search(word) is not None and not _PROCESS.search(word)
+    return (stems and _ENDING.search(word) is not None) or _TRIVIAL_ENDING.search(word) is not None
+
+
 def _formulas(text: str) -> Iterator[tuple[int, int]]:
     for match in _formula().finditer(text):
         token = match[0]
@@ -152,7 +174,7 @@ def _unknown(text: str, mentioned: Sequence[Mention]) -> Iterator[tuple[int, int
         weighed = _AMOUNT_AFTER.match(tail) or _AMOUNT_BEFORE.search(head)
         expected = _POSITION.search(head) or _is_ordered(head, mentioned)
         ester = _RADICAL_WORDS.search(head) is not None and _ENDING.search(token) is not None
-        if weighed or ester or _NAME_LIKE.search(token) or (expected and not _PROCESS.search(token)):
+        if weighed or ester or _NAME_LIKE.search(token) or (expected and _has_name_of_substance(token.lower())):
             if not _NOUN_AFTER.match(tail) and not _EXCLUDED.search(head):
                 yield _with_radicals(text, start), end
 
@@ -235,9 +257,9 @@ _MODIFIER = (
 )
 _POSITION = re.compile(
     rf"(?:^|[,;:(+/.]|\b(?:with|of|from|using|in|into|to|and|or|plus|between|by|via|over|on|onto|through|as|catalytic|"
-    rf"cat\.|reduc\w*|oxidi\w*|coupl\w*|treat\w*|add\w*|dissolv\w*|protect\w*|deprotect\w*|bromin\w*|chlorin\w*|"
-    rf"acet?yl\w*|alkyl\w*|acyl\w*|hydro\w*|esteri\w*|conver\w*|react\w*|condens\w*|epoxidi\w*|heat\w*|stir\w*|"
-    rf"recrystalli\w*|distil\w*|purif\w*|nitrat\w*|tosyl\w*|silyl\w*|dehydr\w*|methyl\w*|benzyl\w*|mix\w*|take\w*))"
+    rf"cat\.|reduc\w*+|oxidi\w*+|coupl\w*+|treat\w*+|add\w*+|dissolv\w*+|protect\w*+|deprotect\w*+|bromin\w*+|chlorin\w*+|"
+    rf"acet?yl\w*+|alkyl\w*+|acyl\w*+|hydro\w*+|esteri\w*+|conver\w*+|react\w*+|condens\w*+|epoxidi\w*+|heat\w*+|stir\w*+|"
+    rf"recrystalli\w*+|distil\w*+|purif\w*+|nitrat\w*+|tosyl\w*+|silyl\w*+|dehydr\w*+|methyl\w*+|benzyl\w*+|mix\w*+|take\w*+))"
     rf"\s*{_MODIFIER}$",
     re.IGNORECASE,
 )
