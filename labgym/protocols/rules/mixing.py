@@ -13,8 +13,8 @@ from labgym.protocols.rules.finding import Case, Finding
 from labgym.quantities import ROOM_TEMPERATURE
 
 OXIDIZERS = frozenset({"strong_oxidizer", "hypochlorite", "organic_peroxide"})
-REDUCTANTS = frozenset({"sulfite", "weak_reducer"})
-"""Groups of what is destroyed in a quench, and of what destroys it."""
+REDUCTANTS = frozenset({"sulfite", "weak_reducer", "alcohol"})
+"""Groups of what a quench destroys, and of what destroys it."""
 COLD_END_C = 30.0
 """Highest temperature at which a step that ends a reaction may bring together what reacts violently."""
 
