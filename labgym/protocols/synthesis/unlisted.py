@@ -40,9 +40,9 @@ _ENDING = re.compile(
     r"indole|silane|borane|lactone|lactam|acid|phthalein|lithium|oate|azine|urea|hydride)s?$"
 )
 _TRIVIAL_ENDING = re.compile(
-    r"(?:[a-z]{3}(?:(?<!p)(?<!l)(?<!o)(?<!n)ose|(?:r|v|th|n|z|d|x|tral|dan)one|(?:n|s|e|d|a|th)ine|"
+    r"(?:[a-z]{3}(?:(?<!p)(?<!l)(?<!o)(?<!n)ose|(?:r|v|th|n|z|d|x|s|eg|tral|dan)one|(?:n|s|e|d|a|th)ine|"
     r"(?:b|ant|orn|al|ost|ol)ane|(?:pt|os|char|ot|ar)ide|(?:ll|dr|ar|ir|at|ot|on|er|al|th)in|[st]id)|"
-    r"[a-z]{2}(?:[^vi\W]ene|zil|[znsr]oin)|[a-z]{2}(?:i|er|an|en|in|th|e|ym|ac|acr|ech|it|yt|es|alo|phen)ol)s?$"
+    r"[a-z]{2}(?:[^vi\W]ene|adiene|zil|[znsr]oin)|[a-z]{2}(?:i|er|an|en|in|th|e|ym|ac|acr|ech|it|yt|es|alo|phen)ol)s?$"
 )
 """Endings of trivial names that hardly any word of another kind has: limonene, estrone, quinine, geraniol, vanillin."""
 _MORPHEME = re.compile(
@@ -127,17 +127,17 @@ def _looks_chemical(word: str) -> bool:
 def _has_name_of_substance(word: str) -> bool:
     """Return whether a word where a substance may be is built like the name of one.
 
-    It has a chemical ending together with a chemical stem, or an ending that hardly any other word has, or it is a
-    trivial name of the table.
+    It has two chemical stems, one and a chemical ending, or an ending that hardly any other word has, or it is a
+    trivial name or brand of the table.
     """
     parts = [part for part in re.split(r"[^a-z]+", word) if part]
     common = table().unlisted_words
     if any(part in common or part.removesuffix("s") in common for part in parts):
         return True
-    if not _ENDING.search(word) and not _TRIVIAL_ENDING.search(word):
-        return False
-    stems = _MORPHEME.search(word) is not None and not _PROCESS.search(word)
-    return (stems and _ENDING.search(word) is not None) or _TRIVIAL_ENDING.search(word) is not None
+    if _TRIVIAL_ENDING.search(word):
+        return True
+    stems = len(_MORPHEME.findall(word))
+    return not _PROCESS.search(word) and (stems > 1 or (stems == 1 and _ENDING.search(word) is not None))
 
 
 def _formulas(text: str) -> Iterator[tuple[int, int]]:
