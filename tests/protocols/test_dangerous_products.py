@@ -62,7 +62,7 @@ def test_a_dangerous_request_is_refused_with_its_reason(text: str, reason: str) 
 
 
 def test_benzyl_azide_is_written_cold_and_without_chlorinated_solvents() -> None:
-    text = "Convert benzyl bromide (1.71 g) to benzyl azide with sodium azide (0.98 g) in DMSO (20 mL) at 22 C overnight"
+    text = "Convert benzyl bromide (1.71 g) to benzyl azide with sodium azide (0.98 g) in DMSO (20 mL) at 22 C"
     assert synthesize(text, keyword_only=True).protocol.product == "benzyl azide"
     for spoilt in (text.replace("22 C", "90 C"), text.replace("DMSO", "dichloromethane")):
         with pytest.raises(ValueError, match=r"azide|explo"):

@@ -16,14 +16,15 @@ from labgym.protocols.synthesis.staging import stage
 CATALOG = Catalog.load()
 
 
-def heated(reagents: dict[str, str], *temperatures: float | None, place: str = "FumeHood", end: str = "Stir") -> Protocol:
+def heated(reagents: dict[str, str], *temperatures: float, place: str = "FumeHood") -> Protocol:
     """Return a protocol that charges a flask at the first temperature and goes through the others."""
     names = tuple(reagents)
     steps = [
         Step(index=1, action="Add", text="Charge the flask.", uses=("RoundBottomFlask", *names), location=place,
              temperature=temperatures[0]),
         *(
-            Step(index=number, action=end, text="Go on.", uses=("RoundBottomFlask",), location=place, temperature=celsius)
+            Step(index=number, action="Stir", text="Go on.", uses=("RoundBottomFlask",), location=place,
+                 temperature=celsius)
             for number, celsius in enumerate(temperatures[1:], 2)
         ),
     ]  # fmt: skip
@@ -88,7 +89,7 @@ ORDINARY = {
     "Swern": ({"OxalylChloride": "2 mL", "DimethylSulfoxide": "4 mL", "Dichloromethane": "40 mL"}, (-78.0, 20.0)),
     "Fischer": ({"SulfuricAcid": "2 mL", "Methanol": "30 mL", "BenzoicAcid": "10 g"}, (22.0, 65.0)),
     "azide in DMF": ({"SodiumAzide": "1 g", "NNDimethylformamide": "20 mL", "BenzylBromide": "2 g"}, (22.0, 50.0)),
-    "Grignard": ({"Magnesium": "1 g", "Bromobenzene": "5 mL", "DiethylEther": "50 mL", "Iodine": "10 mg"}, (22.0, 35.0)),
+    "Grignard": ({"Magnesium": "1 g", "Bromobenzene": "5 mL", "DiethylEther": "50 mL", "Iodine": "9 mg"}, (22.0, 35)),
     "MnO2": ({"ManganeseDioxide": "10 g", "BenzylAlcohol": "1 g", "Dichloromethane": "50 mL"}, (22.0, 40.0)),
     "acid and carbonate": ({"AceticAcid": "2 mL", "SodiumBicarbonate": "2 g", "DeionizedWater": "20 mL"}, (22.0,)),
     "iron in acetic acid": ({"IronPowder": "5 g", "AceticAcid": "40 mL", "Nitrobenzene": "5 g"}, (60.0, 100.0)),

@@ -9,7 +9,7 @@ from labgym.protocols.language import mentions
 from labgym.protocols.synthesis.unlisted import unlisted
 
 CATALOG = Catalog.load()
-ORDINARY = """
+ORDINARY_TEXT = """
     system medium internal residual thermocouple thoroughly title remainder periphery outlet inlet baseline septum
     plunger meniscus headspace additional vertical horizontal manual routine triplicate duplicate aliquot supernatant
     filtrate retentate distillate condensate effluent exotherm endpoint turnover throughput yellowish bluish brownish
@@ -35,8 +35,8 @@ ORDINARY = """
     overhead mechanical electrical digital analog calibrated tared preweighed predried flame-dried oven-dried freshly
     recently newly initially finally eventually meanwhile thereafter whereupon therefore however otherwise accordingly
     essentially virtually completely partially approximately roughly
-""".split()
-TRIVIAL = """
+"""
+TRIVIAL_TEXT = """
     camphor estrone geraniol limonene carvone menthone squalene citral pinene vanillin ninhydrin saccharin glucose
     fructose sucrose isatin tetralin decalin lutidine collidine picoline mesitylene durene sulfolane diglyme glyoxal
     chloral acrolein isoprene indene fluorene phenanthrene pyrene anthraquinone benzoquinone hydroquinone catechol
@@ -52,8 +52,8 @@ TRIVIAL = """
     valeraldehyde phorone isophorone cyclopentanone cycloheptanone tetralone indanone propiophenone butyrophenone
     stilbene tolane diphenylacetylene phenylacetylene azulene norbornene norbornadiene dicyclopentadiene
     cyclooctadiene cyclododecatriene adamantane cubane
-""".split()
-SYSTEMATIC = """
+"""
+SYSTEMATIC_TEXT = """
     2-bromothiophene 4-methoxyacetophenone cyclooctanone 3-nitrobenzaldehyde methylcyclohexane 1,2-dibromoethane
     ethyl-4-oxobutanoate dimethylaminobenzaldehyde phenylglyoxal triphenylphosphine-oxide benzyltrimethylsilane
     2-chloropyridine isobutyronitrile tetramethylethylenediamine diphenylmethanol bromocyclohexane hexachloroethane
@@ -61,7 +61,8 @@ SYSTEMATIC = """
     methylthiazole benzofuran dibenzothiophene octanoyl-chloride dodecanethiol hexafluoroisopropanol phenylhydrazine
     4-chlorobenzophenone nitrosobenzene diiodomethane tributyltin-hydride bromoacetonitrile methacrolein
     chlorosulfonylisocyanate
-""".split()
+"""
+ORDINARY, TRIVIAL, SYSTEMATIC = (text.split() for text in (ORDINARY_TEXT, TRIVIAL_TEXT, SYSTEMATIC_TEXT))
 SENTENCES = (
     "Stir the mixture with {} at 25 C for 1 h.",
     "Pour into the {}, then filter.",

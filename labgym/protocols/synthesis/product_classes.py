@@ -14,7 +14,10 @@ from labgym.protocols.errors import RefusalError
 from labgym.protocols.synthesis.transformations import Transformation
 from labgym.protocols.synthesis.unlisted import is_named_like_a_substance
 
-_LEADING = re.compile(r"^(?:(?:to|give[sn]?|afford(?:s|ed)?|yields?|crude|pure|the|an?|its|this|some|title|white|solid)\s+)+")
+_LEADING = re.compile(
+    r"^(?:(?:to|give[sn]?|afford(?:s|ed)?|yields?|crude|pure|the|an?|its|this|some|title|white|solid)\s+)+",
+    re.IGNORECASE,
+)
 
 
 class ProductClass(Record):

@@ -41,7 +41,8 @@ _REMOVED_AFTER = re.compile(
     r"\s*(?:was|is|were|are)\s+(?:then\s+)?(?:evaporated|removed|stripped|distilled off)", re.IGNORECASE
 )
 _CATALYTIC = re.compile(
-    r"(?:\bcat\.?|\bcatalytic(?: amount of| quantity of)?|催化量的?)\s*$|^\s*+(?:[(（,]\s*+)?(?:cat\.|catalytic|催化量)",
+    r"(?:\bcat\.?|\bcatalytic(?: amount of| quantity of)?|催化量的?)\s*$|"
+    r"^\s*+(?:[(（,]\s*+)?(?:cat\.|catalytic|催化量)",
     re.IGNORECASE,
 )
 _WEAK = re.compile(r"and ")

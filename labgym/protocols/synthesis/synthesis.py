@@ -31,7 +31,10 @@ _FLAME = re.compile(
     re.IGNORECASE,
 )
 _GRIGNARD = re.compile(r"grignard|magnesium (?:bromide|chloride|iodide)|格氏|格利雅", re.IGNORECASE)
-INCOMPATIBLE = ("violent-mixture", "peracid-in-ketone", "hydride-in-protic", "borohydride-in-acid", "grignard-in-protic", "quench-order")
+INCOMPATIBLE = (
+    *("violent-mixture", "peracid-in-ketone", "hydride-in-protic", "borohydride-in-acid", "grignard-in-protic"),
+    "quench-order",
+)
 """Rules whose findings explain a refusal best."""
 ALKALI_METALS = ("Sodium", "Potassium", "Lithium")
 TYPING_ERROR = 0.88
