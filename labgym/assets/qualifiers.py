@@ -186,7 +186,7 @@ def _patterns() -> Patterns:
     zh = _either([*words.qualities_zh, *zh_suppliers])
     forms, solvents = _either(words.forms), _either(words.solvents)
     maker = rf"{start}(?i:{_either(words.makers)}){end}(?:[ -][A-Z0-9](?=[\w./+-]*\d)[\w./+-]++|[ -]\d++)*+"
-    amount = r"(?<!\d)\d++(?:[.,]\d+)?\s*(?:mg|g|kg|ug|w|kw|v|hz|khz|rpm|bar|mbar|°?c|gal|gallons?|oz|l|ml|mm|cm|ft|in|inch(?:es)?)"
+    amount = rf"(?<!\d)\d++(?:[.,]\d+)?\s*(?:{_UNITS})"
     designation = r"[A-Z]{0,3}-?\d{2,4}[A-Z]{0,2}"
     neutral = _either([*words.materials, *words.descriptors])
     any_neutral = rf"(?>(?:{amount}|\d{{1,2}}/\d{{1,2}}|{designation}|{neutral})(?=[ ,]|$))"

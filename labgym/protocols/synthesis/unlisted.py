@@ -272,8 +272,8 @@ _NOUN_AFTER = re.compile(
     re.IGNORECASE,
 )
 _EXCLUDED = re.compile(
-    r"(?<![a-z])(?:exclu\w+|absence|free|protect\w* from|without|avoid\w*|away from|removal|loss|evolution|called|named|"
-    r"like|"
+    r"(?<![a-z])(?:exclu\w+|absence|free|protect\w* from|without|avoid\w*|away from|removal|loss|evolution|called|"
+    r"named|like|"
     r"excess|residual|remaining|leftover|destroy\w*|decompos\w*|test\w* for|check\w* for|"
     r"dr\.|prof\.|mr\.|ms\.|mrs\.)\s+(?:of\s+|the\s+|any\s+|all\s+)*$",
     re.IGNORECASE,
