@@ -12,7 +12,7 @@ DANGEROUS = (
     "cumene hydroperoxide", "di-tert-butyl peroxide", "dicumyl peroxide", "tert-butyl peroxybenzoate", "peracetic acid",
     "dimethyldioxirane", "ethyl nitrate", "isosorbide dinitrate", "ethylene glycol dinitrate", "amyl nitrate",
     "allyl azide", "benzoyl azide", "phenyl azide", "tosyl azide", "azidoacetonitrile", "cyanuric triazide",
-    "2,4,6-trinitrotoluene", "1,3-dinitrobenzene", "ethyl diazoacetate", "phenyldiazomethane",
+    "2,4,6-trinitrotoluene", "1,3-dinitrobenzene", "2,4-dinitrotoluene", "ethyl diazoacetate", "phenyldiazomethane",
     "benzenediazonium tetrafluoroborate", "methyl perchlorate", "ammonium perchlorate", "silver fulminate",
     "silver acetylide", "copper(I) phenylacetylide", "chloroacetylene", "nitrogen trichloride",
     "isopropyl methylphosphonofluoridate", "diisopropyl fluorophosphonate", "bis(2-chloroethyl) sulfide",

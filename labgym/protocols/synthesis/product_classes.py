@@ -85,7 +85,7 @@ def stated_product(kind: Transformation, name: str, requested: bool, reagents: I
         return _LEADING.sub("", name.strip())
     unknown = not classes and not rings
     if requested and not (unknown and (re.search(rf"\b(?:{table.generic})\b", plain) or not _is_chemical(plain))):
-        what = f"{name.strip()[:60]!r}" + (f" ({classes[0]})" if classes and not foreign else "")
+        what = f"{_LEADING.sub('', name.strip())[:60]!r}" + (f" ({classes[0]})" if classes and not foreign else "")
         message = f"the text asks for {what}, but {kind.name} gives {kind.product}: name the reaction that makes it"
         raise RefusalError("no-reaction", message)
     return kind.product
