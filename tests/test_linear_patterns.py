@@ -21,8 +21,8 @@ import labgym
 
 PACKAGES = ("protocols", "assets", "exchange", "llm", "quantities", "units", "errors", "documents", "table")
 LENGTH = 10_000
-SUSPECT_S = 0.05
-"""CPU seconds from which the growth is measured; a linear pattern takes some milliseconds for `LENGTH` characters."""
+SUSPECT_S = 0.2
+"""CPU seconds from which the growth is measured; a linear pattern takes milliseconds, a quadratic one half a second or more."""
 LIMIT_S = 2.0
 """CPU seconds after which a search is ended."""
 MAX_RATIO = 3.0
