@@ -22,7 +22,7 @@ import labgym
 PACKAGES = ("protocols", "assets", "exchange", "llm", "quantities", "units", "errors", "documents", "table")
 LENGTH = 10_000
 SUSPECT_S = 0.2
-"""CPU seconds from which the growth is measured; a linear pattern takes milliseconds, a quadratic one half a second or more."""
+"""CPU seconds from which the growth is measured; a linear pattern takes milliseconds, a quadratic one seconds."""
 LIMIT_S = 2.0
 """CPU seconds after which a search is ended."""
 MAX_RATIO = 3.0
