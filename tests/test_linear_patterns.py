@@ -115,7 +115,8 @@ def _inline() -> Iterator[tuple[str, str, str]]:
                 named = isinstance(node.func.value, ast.Name) and node.func.value.id == "re"
                 method = ALIASES.get(node.func.attr, node.func.attr)
                 if named and method in METHODS and isinstance(node.args[0], ast.Constant):
-                    yield f"{path.stem}:{node.lineno}", node.args[0].value, method
+                    text: Any = node.args[0].value
+                    yield f"{path.stem}:{node.lineno}", text, method
 
 
 def _compiled_while_reading() -> Iterator[re.Pattern[Any]]:
@@ -277,7 +278,9 @@ def test_a_pattern_takes_linear_time_on_adversarial_text(
     def end(*_: Any) -> None:
         raise _TooSlowError
 
-    encode = (lambda string: string.encode()) if isinstance(text, bytes) else (lambda string: string)
+    def encode(string: str) -> str | bytes:
+        return string.encode() if isinstance(text, bytes) else string
+
     rows = _fragments(text.decode("latin-1") if isinstance(text, bytes) else text)
     previous = signal.signal(signal.SIGPROF, end)
     try:
