@@ -32,22 +32,22 @@ _NUMBER = rf"(?<![A-Za-z0-9.,-])(?:(\d{{1,2}})\s*/\s*(\d{{1,2}})(?=\s*[^\W\d])|(
 _PORTIONS = r"(?:(?<![A-Za-z0-9.,])(\d{1,3})\s*(?:[x×*]|times)\s*)?"
 _AFTER_PORTIONS = r"(?:\s*[x×]\s*(\d{1,2})(?![\d.,]|\s*[A-Za-z%]))?"
 _RANGE = r"(?:\s*(?:-|–|—|~|～|to|到|至)\s*(-?\d{1,4}(?:\.\d+)?))?"
-_NOT_A_RATE = r"(?!\s*/\s*(?:µ?l|ml|l|min|h|s|g|kg|mol|mmol)\b)"
+_NOT_A_RATE = r"(?!\s*/\s*(?:[µμ]?l|ml|l|min|h|s|g|kg|mol|mmol)\b)"
 _DROPS = re.compile(
     r"\b(a few|few|several|an?|one|two|three|four|five|six|eight|ten)\s+drops?\b"
     r"|([几数一两二三四五六七八九十])\s*滴(?!加)",
     re.IGNORECASE,
 )
-_STRENGTH = r"(\d{1,3}(?:\.\d+)?)\s*(%|wt\s?%|[mµu]?M|N|m?mol/L)"
-_SMALLER = {"mM": 1e-3, "µM": 1e-6, "uM": 1e-6}
+_STRENGTH = r"(\d{1,3}(?:\.\d+)?)\s*(%|wt\s?%|[mµμu]?M|N|m?mol/L)"
+_SMALLER = {"mM": 1e-3, "µM": 1e-6, "μM": 1e-6, "uM": 1e-6}
 """Molarities in mol/L."""
 _STRENGTH_BEFORE = re.compile(
     rf"(?<![A-Za-z0-9.]){_STRENGTH}\s*(?:\(?(?:aq\.?|aqueous|w/w|w/v|v/v)\)?\s*|的)?(?:dilute |cold |ice-cold )?$"
 )
-_STRENGTH_AFTER = re.compile(rf"\s*(?:solution|溶液)?\s*[(（]\s*(?:[^()（）]*?,\s*)?{_STRENGTH}(?![a-z])")
-_SINGLE = re.compile(
-    r"^\s*(?:~|ca\.?\s*)?([-−–+]?\d{1,9}(?:\.\d{1,9})?(?:e[-+]?\d{1,2})?)\s*(.*?)\s*\.?\s*$", re.IGNORECASE
+_STRENGTH_AFTER = re.compile(
+    rf"\s*+(?:(?:solution|溶液)\s*+)?[(（]\s*+(?:[^()（）]{{0,80}}?,\s*+)?{_STRENGTH}(?![a-z])"
 )
+_SINGLE = re.compile(r"^\s*+(?:~|ca\.?\s*+)?([-−–+]?\d{1,9}(?:\.\d{1,9})?(?:e[-+]?\d{1,2})?)(.*)$", re.IGNORECASE)
 _PLAIN = re.compile(r"\d+(?:\.\d+|,(?!\d{3}$)\d+)?|0,\d+")
 _FRACTIONS = {"½": 0.5, "¼": 0.25, "¾": 0.75}
 _WORDS = {
@@ -166,7 +166,7 @@ def value_of(text: str, dimension: Dimension, default: str = "") -> float | None
     match = _SINGLE.match(text)
     if match is None:
         return None
-    spelling = compact(match[2])
+    spelling = compact(match[2]).removesuffix(".")
     unit: str | None = default
     if spelling:
         unit = UNITS_BY_SPELLING[dimension].get(spelling) or _SINGLE_SPELLINGS.get((dimension, spelling))
@@ -302,7 +302,7 @@ _SINGLE_SPELLINGS: Mapping[tuple[Dimension, str], str] = {
 
 @lru_cache(maxsize=32)
 def _amount_pattern(kinds: tuple[Dimension, ...]) -> re.Pattern[str]:
-    unit = rf"{_RANGE}\s*-?\s*({spellings(*kinds)})(?![A-Za-z]){_NOT_A_RATE}"
+    unit = rf"{_RANGE}\s*+(?:-\s*+)?({spellings(*kinds)})(?![A-Za-z]){_NOT_A_RATE}"
     return re.compile(rf"{_PORTIONS}{_NUMBER}{unit}{_AFTER_PORTIONS}", re.IGNORECASE)
 
 

@@ -80,22 +80,22 @@ class Patterns:
 
 
 _STRENGTH = re.compile(
-    rf"(?:[≥>~]\s*)?{BEFORE}{NUMBER}(?:\s*-\s*{NUMBER})?\+?\s*(?:(?:wt|vol|w/w|w/v|v/v)?\.?\s*%"
+    rf"(?:[≥>~]\s*)?{BEFORE}{NUMBER}(?:\s*-\s*{NUMBER})?\+?\s*+(?:(?:wt|vol|w/w|w/v|v/v)?\.?\s*+%"
     r"(?:\s*(?:w/w|w/v|v/v|wt|vol))?|proof"
     r"|(?:m?mol/l|mm|m|n|kg|mg|ug|g|m?mol|equiv\.?|eq\.?|Å|克|毫克|千克)(?![A-Za-z0-9-]))",
     re.IGNORECASE,
 )
 _MESH = r"\(?\d{2,4}(?:\s*[-\u2013]\s*\d{2,4})?\s*(?:mesh|目)\)?"
-_BOILING_RANGE = re.compile(r"[(\uff08]?(?<!\d)\d{2,3}\s*[-\u2013~]\s*\d{2,3}\s*(?:°\s*C|℃)?[)\uff09]?\s*$")
+_BOILING_RANGE = re.compile(r"[(\uff08]?(?<!\d)\d{2,3}\s*[-\u2013~]\s*\d{2,3}\s*+(?:°\s*C|℃)?[)\uff09]?\s*+$")
 _CAS = re.compile(r"^\s*cas(?:[ -]?(?:no|nr|rn|number))?[.:#\s]*(?=\d{2,7}-\d{2}-\d\s*$)", re.IGNORECASE)
 _CLAUSE = re.compile(
-    r"[\s,]+(?:stabili[sz]ed|inhibited|preserved)\s+with\s+.*$"
-    r"|[\s,]+(?:(?:extra|super|freshly)\s+)?(?:dried|dry|stored|kept|distilled|redistilled)\s+(?:over|from|under)\s.*$"
-    r"|[\s,]+(?:over|from)\s+(?:activated\s+)?(?:molecular\s+)?(?:sieves|sodium|cah2|calcium hydride|p2o5)\b.*$",
-    re.IGNORECASE,
+    r"(?<![\s,])[\s,]+(?:(?:stabili[sz]ed|inhibited|preserved)\s+with\s+.*$"
+    r"|(?:(?:extra|super|freshly)\s+)?(?:dried|dry|stored|kept|distilled|redistilled)\s+(?:over|from|under)\s.*$"
+    r"|(?:over|from)\s+(?:activated\s+)?(?:molecular\s+)?(?:sieves|sodium|cah2|calcium hydride|p2o5)\b.*$)",
+    re.IGNORECASE | re.DOTALL,
 )
-_WITH = re.compile(r"[\s,]+(?:with|w/|incl\.?|including)\s.*$", re.IGNORECASE)
-_ENDS = re.compile(r"^[\s,;]+|[\s,;(\uff08]+$")
+_WITH = re.compile(r"(?<![\s,])[\s,]+(?:with|w/|incl\.?|including)\s.*$", re.IGNORECASE | re.DOTALL)
+_ENDS = re.compile(r"^[\s,;]+|(?<![\s,;(\uff08])[\s,;(\uff08]+$")
 _DRY = r"(?:oven|flame|freshly|extra|super|ultra)?[ -]?(?:anhydrous|anhyd|anh|dry|dried)"
 
 
@@ -168,7 +168,7 @@ def is_hydrate(asset: Asset) -> bool:
 
 
 _UNITS = "mg|g|kg|ug|w|kw|v|hz|khz|rpm|bar|mbar|°?c|gal|gallons?|oz|l|ml|mm|cm|ft|in|inch(?:es)?"
-_PERCENT = re.compile(r"(\d+(?:\.\d+)?)\s*%")
+_PERCENT = re.compile(r"(?<!\d)(\d+(?:\.\d+)?)\s*%")
 
 
 def _either(words: Iterable[str]) -> str:
@@ -185,13 +185,11 @@ def _patterns() -> Patterns:
     zh_suppliers = [word for word in words.suppliers if not word.isascii()]
     zh = _either([*words.qualities_zh, *zh_suppliers])
     forms, solvents = _either(words.forms), _either(words.solvents)
-    maker = rf"{start}(?i:{_either(words.makers)}){end}(?:[ -][A-Z0-9][\w./+-]*\d[\w./+-]*|[ -]\d+)*"
-    amount = (
-        r"\d+(?:[.,]\d+)?\s*(?:mg|g|kg|ug|w|kw|v|hz|khz|rpm|bar|mbar|°?c|gal|gallons?|oz|l|ml|mm|cm|ft|in|inch(?:es)?)"
-    )
+    maker = rf"{start}(?i:{_either(words.makers)}){end}(?:[ -][A-Z0-9](?=[\w./+-]*\d)[\w./+-]++|[ -]\d++)*+"
+    amount = rf"(?<!\d)\d++(?:[.,]\d+)?\s*(?:{_UNITS})"
     designation = r"[A-Z]{0,3}-?\d{2,4}[A-Z]{0,2}"
     neutral = _either([*words.materials, *words.descriptors])
-    any_neutral = rf"(?:{amount}|\d{{1,2}}/\d{{1,2}}|{designation}|{neutral})"
+    any_neutral = rf"(?>(?:{amount}|\d{{1,2}}/\d{{1,2}}|{designation}|{neutral})(?=[ ,]|$))"
     return Patterns(
         supplier=re.compile(rf"{start}(?:from[ ])?(?:{_either(ascii_suppliers)}){end}", re.IGNORECASE),
         makers=tuple(re.compile(rf"{maker}(?: [A-Z]\w+){{{count}}}") for count in range(3)),
@@ -200,10 +198,12 @@ def _patterns() -> Patterns:
             rf"|{start}(?:{forms}){end}|\((?:aq|s|l|g)\)|{_MESH}",
             re.IGNORECASE,
         ),
-        quality_zh=re.compile(rf"^(?:[(\uff08]?(?:{zh})[)\uff09]?)+|(?:[(\uff08,\uff0c]?\s*(?:{zh})\s*[)\uff09]?)+$"),
-        solvent=re.compile(rf"\s+in\s+(?:{solvents})\)?\s*$", re.IGNORECASE),
-        trailing_solvent=re.compile(rf"(?:^|[\s,(/]+)(?:{solvents})\)?\s*$", re.IGNORECASE),
-        neutral=re.compile(rf"{any_neutral}(?:[ ,]+{any_neutral})*", re.IGNORECASE),
+        quality_zh=re.compile(
+            rf"^(?:[(\uff08]?(?:{zh})[)\uff09]?)+|(?<!\s)(?:[(\uff08,\uff0c]?\s*+(?:{zh})\s*+[)\uff09]?){{1,8}}$"
+        ),
+        solvent=re.compile(rf"(?<!\s)\s+in\s+(?:{solvents})\)?\s*$", re.IGNORECASE),
+        trailing_solvent=re.compile(rf"(?:^|(?<![\s,(/])[\s,(/]+)(?:{solvents})\)?\s*$", re.IGNORECASE),
+        neutral=re.compile(rf"{any_neutral}(?:[ ,]++{any_neutral})*+", re.IGNORECASE),
         excludes_water=re.compile(
             rf"^{_DRY}\b|^(?:{forms})\b|^\([sg]\)|无水|干燥|^in (?!water)|^(?!water|oil)(?:{solvents})\)?$",
             re.IGNORECASE,

@@ -30,9 +30,9 @@ _SEPARATORS = re.compile(r"[\W_]+")
 _WORD = re.compile(r"^(?!.*\b[A-Z]{2,}\b).*[a-z]{3}")
 """A name without abbreviations or formulas: TBDPSCl does not misspell TBDMSCl, nor TMA chloride TMS chloride."""
 _ENDING = re.compile(r"[a-z]{3}(?:amine|amide|ide|ane|ene|ole|idine)$")
-_FAMILY = re.compile(r"^Large|\d+$")
+_FAMILY = re.compile(r"^Large|(?<!\d)\d+$")
 """The part of an asset's name that distinguishes it from those of other sizes."""
-_BRACKETS = re.compile(r"^([^()\uff08\uff09]+?)\s*[(\uff08]([^()\uff08\uff09]+)[)\uff09]\s*$")
+_BRACKETS = re.compile(r"^([^()\uff08\uff09]*[^()\uff08\uff09\s])\s*[(\uff08]([^()\uff08\uff09]+)[)\uff09]\s*$")
 
 
 def normalise(text: str) -> str:

@@ -14,7 +14,8 @@ from labgym.llm.messages import Message
 MAX_DATUM = 60_000
 SLOT = re.compile(r"\{\{([a-z_]+)\}\}")
 _FILE = re.compile(
-    r"\A---\nversion: (?P<version>[1-9]\d{0,3})\n---\n+# Role\n+(?P<role>.+?)\n+# Question\n+(?P<question>.+?)\s*\Z",
+    r"\A---\nversion: (?P<version>[1-9]\d{0,3})\n---\n+# Role\n++(?P<role>.+?)(?<!\n)\n+"
+    r"# Question\n++(?P<question>.*\S)\s*\Z",
     re.S,
 )
 

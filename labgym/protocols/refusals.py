@@ -13,11 +13,31 @@ from labgym.protocols.errors import RefusalError
 
 
 class Wish(Record):
-    """A kind of product that is refused, with the words that name it."""
+    """A kind of product that is refused, with the words that name it.
+
+    Attributes:
+        english: pattern of the words.
+        followed_by: pattern of words of which one must come later in the text for those of `english` to count.
+    """
+
+    what: str
+    english: str
+    followed_by: str = ""
+    chinese: tuple[str, ...]
+
+
+class HazardousProduct(Record):
+    """A kind of substance that no protocol makes, with the grammar of its names.
+
+    Attributes:
+        english: pattern of names in lower case. chinese: parts of names.
+        why: what it does.
+    """
 
     what: str
     english: str
     chinese: tuple[str, ...]
+    why: str
 
 
 class HazardousMixture(Record):
@@ -40,6 +60,9 @@ class Refusals(Document):
     """The table.
 
     Attributes:
+        products: kinds of substance that are refused as products by the grammar of their names. Azides of alkyl and
+            benzyl groups with at least four carbon atoms are not among them: the library makes two, cold, undistilled
+            and without chlorinated solvents, which rules of the validation suite enforce.
         protic: protic solvents.
         destroyed_by_protic: reagents that react violently with a protic solvent.
     """
@@ -47,6 +70,7 @@ class Refusals(Document):
     SCHEMA: ClassVar[str] = "labgym.refusals/1"
 
     wishes: tuple[Wish, ...]
+    products: tuple[HazardousProduct, ...]
     mixtures: tuple[HazardousMixture, ...]
     protic: frozenset[str]
     destroyed_by_protic: frozenset[str]
@@ -59,8 +83,16 @@ def refusals() -> Refusals:
 
 
 @lru_cache(maxsize=1)
-def _patterns() -> tuple[tuple[Wish, re.Pattern[str]], ...]:
-    return tuple((wish, re.compile(rf"\b(?:{wish.english})(?![a-z])", re.IGNORECASE)) for wish in refusals().wishes)
+def _patterns() -> tuple[tuple[Wish, re.Pattern[str], re.Pattern[str]], ...]:
+    """Return each kind of product with the patterns of its words and of those that must follow."""
+    return tuple(
+        (
+            wish,
+            re.compile(rf"\b(?:{wish.english})(?![a-z])", re.IGNORECASE),
+            re.compile(wish.followed_by, re.IGNORECASE),
+        )
+        for wish in refusals().wishes
+    )
 
 
 def refuse_wish(text: str) -> None:
@@ -69,8 +101,10 @@ def refuse_wish(text: str) -> None:
     Raises:
         RefusalError: the text names an explosive, a chemical weapon, a controlled drug or a nitration.
     """
-    for wish, pattern in _patterns():
+    for wish, pattern, following in _patterns():
         match = pattern.search(text)
+        if match is not None and following.search(text, match.end()) is None:
+            match = None
         phrase = match[0] if match else next((word for word in wish.chinese if _asks_for(text.lower(), word)), None)
         if phrase is not None:
             raise RefusalError("unsafe", f"no protocol is written for {wish.what} ({phrase[:60]!r})")
@@ -79,6 +113,39 @@ def refuse_wish(text: str) -> None:
 def _asks_for(text: str, word: str) -> bool:
     """Return whether a text has a Chinese word that is neither denied nor the end of another: 无毒品, 剧毒品."""
     return re.search(rf"(?<![剧无非不]){re.escape(word)}", text) is not None
+
+
+@lru_cache(maxsize=1)
+def _product_patterns() -> tuple[tuple[HazardousProduct, re.Pattern[str]], ...]:
+    return tuple(
+        (product, re.compile(rf"(?<![a-z])(?:{product.english})(?![a-z])", re.IGNORECASE))
+        for product in refusals().products
+    )
+
+
+def refuse_product(text: str, reagents: Iterable[tuple[int, int]] = ()) -> None:
+    """Raise an error if a text names a substance that must not be made.
+
+    Args:
+        text: a description, or the name of a product.
+        reagents: spans of the text that name reagents of the catalog, which are not made.
+
+    Raises:
+        RefusalError: names the substance, its kind and the reason.
+    """
+    spans = tuple(reagents)
+    for product, pattern in _product_patterns():
+        for match in pattern.finditer(text):
+            if not any(start < match.end() and match.start() < end for start, end in spans):
+                _refuse(product, match[0])
+        for word in product.chinese:
+            place = text.find(word)
+            if place >= 0 and not any(start <= place < end for start, end in spans):
+                _refuse(product, word)
+
+
+def _refuse(product: HazardousProduct, name: str) -> None:
+    raise RefusalError("unsafe", f"no protocol makes {product.what} ({name.strip()[:60]!r}): {product.why}")
 
 
 def refuse_mixture(reagents: Iterable[str]) -> None:

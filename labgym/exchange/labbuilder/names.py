@@ -20,7 +20,7 @@ EQUIVALENTS: Mapping[str, tuple[str, str]] = {
     "ChloroperbenzoicAcid": ("MetaChloroperbenzoicAcid", "the isomer that is sold as a reagent"),
 }
 """Asset and reason by the name in LabBuilder, where the search of the catalog finds nothing or something else."""
-_NUMBER = re.compile(r"_?\d+$")
+_NUMBER = re.compile(r"_?(?<!\d)\d+$")
 
 
 @dataclass(frozen=True)

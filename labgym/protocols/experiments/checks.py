@@ -12,8 +12,8 @@ from labgym.protocols.experiments.model import Experiment
 TOLERANCE = 0.03
 """Tolerated relative disagreement between mass, volume and moles of one amount, beyond their rounding."""
 _DILUTED = re.compile(r"%|\baq\b|sat|solution|in (?:water|hexanes?|thf|ethanol|methanol|toluene)|wet|conc", re.I)
-_MOLAR = re.compile(r"(\d+(?:\.\d+)?)\s*M\b")
-_DECIMALS = re.compile(r"\d+(?:\.(\d+))?\s*(mg|g|mL|mmol|mol|µL|L)\b")
+_MOLAR = re.compile(r"(?<!\d)(\d+(?:\.\d+)?)\s*M\b")
+_DECIMALS = re.compile(r"(?<!\d)\d+(?:\.(\d+))?\s*(mg|g|mL|mmol|mol|[µμ]L|L)\b")
 _CHINESE = re.compile(r"[\u4e00-\u9fff]")
 
 

@@ -16,11 +16,11 @@ MAX_STRUCTURE = 300
 SOLVENTS = ("organic_solvent", "solvent")
 """Categories of solvents."""
 WATER = "DeionizedWater"
-_REMARK = re.compile(r"^(.*[^\s(])\s*\(([^()]*)\)(.*)$")
+_REMARK = re.compile(r"^(.*[^\s(])\s*\(([^()]*)\)(.*)$", re.DOTALL)
 _NUMBERED = re.compile(r"^([a-z][a-z -]{3,}?)[ _-]?\d{1,2}$")
-_SOLUTION = re.compile(r"^(.+?)[ _-]+solution$", re.IGNORECASE)
-_SOLUTION_OF = re.compile(r"^(?:(.+?)[ _-]+)?solution of (.+)$", re.IGNORECASE)
-_IN = re.compile(r"^(.+?) in (?:an? |the )?(.+)$", re.IGNORECASE)
+_SOLUTION = re.compile(r"^(.*[^ _-])[ _-]+solution$", re.IGNORECASE)
+_SOLUTION_OF = re.compile(r"^(?:(.*?[^ _-])[ _-]+)?solution of (.+)$", re.IGNORECASE | re.DOTALL)
+_IN = re.compile(r"^(.+?) in (?:an? |the )?(.+)$", re.IGNORECASE | re.DOTALL)
 _HALF = re.compile(r"^half[ -](?=saturated)", re.IGNORECASE)
 
 

@@ -60,7 +60,7 @@ _WORKING_UP: frozenset[Verb] = frozenset(
 _CLOSED = re.compile(r"&\s*\)|&\s*(?=reagent:)")
 """The end of a reagent's fields; its closing bracket may be missing."""
 _AMOUNTS = ("mass", "volume", "mole", "concentration")
-_COUNT = re.compile(r"(?:^|\D)(\d{1,2})\s*(?:x|×|times)?\s*$")
+_COUNT = re.compile(r"(?:^|\D)(\d{1,2})\s*+(?:(?:x|×|times)\s*+)?$")
 
 
 def files(folder: Path) -> list[Path]:

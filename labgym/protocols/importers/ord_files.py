@@ -29,7 +29,7 @@ MAX_VALUES = 3_000_000
 """Largest number of values of a JSON dataset; they take up to 600 MB."""
 MAX_DEPTH = 50
 BINARY, TEXT, JSON, PARQUET = (".pb", ".binpb"), (".pbtxt", ".txtpb"), (".json",), (".parquet",)
-_REACTION = re.compile(rb"\s*reactions\s*:?\s*(?=[{<])")
+_REACTION = re.compile(rb"\s*reactions\s*+:?\s*+(?=[{<])")
 _BRACKETS = re.compile(rb"[{}<>\"'#]")
 
 Parse = Callable[[], Any]

@@ -27,7 +27,7 @@ MAX_ACTIONS = 300
 MAX_VISITS = 20_000
 """Largest numbers of actions of an experiment and of steps including repeats."""
 _NUMBER = re.compile(r"[0-9]{1,4}")
-_TITLE = re.compile(r"^\s*(?:the\s+)?(?:synthesis|preparation) of\s+([^.;]{3,120}?)\s*\.?\s*$", re.IGNORECASE)
+_TITLE = re.compile(r"^\s*(?:the\s+)?(?:synthesis|preparation) of\s++([^.;]{3,120}?)\s*+\.?\s*$", re.IGNORECASE)
 
 MACHINE = frozenset(
     (

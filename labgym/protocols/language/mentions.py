@@ -17,7 +17,7 @@ MAX_FORM = 60
 PREFIX = 2
 """Number of leading characters by which forms are looked up."""
 _NAMES_REACTION = re.compile(r"[ -](?:synthesis|formation|cleavage)\b", re.IGNORECASE)
-_RADICAL_BEFORE = re.compile(r"(?:(?<![A-Za-z])(?:\d[\d,']*|[NOopm])|[a-z](?:o|yl|oxy))-$|(?<![a-z])[a-z]{2,}yl $")
+_RADICAL_BEFORE = re.compile(r"(?:(?<![A-Za-z])(?:\d[\d,']{0,20}|[NOopm])|[a-z](?:o|yl|oxy))-$|(?<![a-z])[a-z]{2,}yl $")
 """Text before a name that makes it part of a longer name: a locant or a radical, as "4-bromo-" or "allyl "."""
 _HAN_BEFORE = frozenset("甲乙丙丁戊己庚辛苯氯溴碘氟硝羟氨间邻叔异仲环酰基代酸三四并")
 _HAN_AFTER = re.compile(

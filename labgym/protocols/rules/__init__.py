@@ -7,6 +7,7 @@ from labgym.protocols.rules import (
     hazards,
     machines,
     means,
+    mixing,
     safety,
     sequence,
     temperatures,
@@ -23,6 +24,7 @@ EQUIPMENT = (
     *machines.RULES,
     *conditions.RULES,
     *means.RULES,
+    *mixing.RULES,
 )
 """Rules about equipment, hazards and conditions."""
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from itertools import permutations
 
 from labgym.assets import Asset, pairs
 from labgym.assets.plausibility import FACE
@@ -38,13 +37,6 @@ WATER_ADDED = re.compile(r"\b(?:add|adding|dilute|diluting|dilution)\b[^.;]{0,60
 CONCENTRATED = frozenset({"oxidizing_acid"})
 TOXIC_GAS = ("acid_with_toxic_gas_former", "acid_with_hypochlorite", "hypochlorite_with_ammonia_or_amine")
 """Pairs of the segregation rules that give off a toxic gas when they meet."""
-VIOLENT_PAIRS = (
-    (frozenset({"alkali_metal"}), frozenset({"halogenated_solvent"}), "can detonate"),
-    (frozenset({"azide"}), frozenset({"halogenated_solvent"}), "form explosive polyazides"),
-)
-"""Groups that must never be combined (Bretherick's Handbook, entries on sodium and on sodium azide)."""
-NITRIC, FUEL = {"oxidizing_acid", "strong_oxidizer"}, {"alcohol", "aldehyde", "ketone", "ether"}
-"""Groups that form explosives with nitric or perchloric acid (Bretherick's Handbook, on nitric acid)."""
 SCRUBBERS = ("GasWashBottle", "ColdTrap")
 
 
@@ -159,31 +151,6 @@ def toxic_gases_are_caught(case: Case) -> Iterator[Finding]:
                 yield Finding("toxic-gas", situation.step.index, message, suggestion, "advice")
 
 
-def violent_mixtures_are_not_made(case: Case) -> Iterator[Finding]:
-    """Reagents that detonate together are never in one vessel."""
-    reported: set[tuple[str, str]] = set()
-    for situation in case.situations:
-        if situation.step.action in STILL:
-            continue
-        together = [case.catalog.get(name) for name in situation.contents]
-        for first, second in permutations(together, 2):
-            how = _violence(first, second)
-            if how is not None and (first.name, second.name) not in reported:
-                reported.add((first.name, second.name))
-                message = f"step {situation.step.index} brings {first.name} and {second.name} together, which {how}"
-                yield Finding(
-                    "violent-mixture", situation.step.index, message, f"use another solvent instead of {second.name}"
-                )
-
-
-def _violence(first: Asset, second: Asset) -> str | None:
-    a, b = (set() if asset.chemistry is None else set(asset.chemistry.groups) for asset in (first, second))
-    for one, other, how in VIOLENT_PAIRS:
-        if a & one and b & other:
-            return how
-    return "can explode" if a >= NITRIC and b & FUEL else None
-
-
 def _flame_in_the_room(case: Case, situation: Situation, flame: Asset) -> Iterator[Finding]:
     step = situation.step
     for other in case.situations:
@@ -229,5 +196,4 @@ RULES = (
     peroxides_are_tested_for,
     pyrophorics_see_no_air,
     toxic_gases_are_caught,
-    violent_mixtures_are_not_made,
 )

@@ -15,8 +15,8 @@ AIDS = {"adsorbent": "5 g", "drying_agent": "5 g"}
 """Amounts of aids that take no part in the reaction, by category."""
 _MOLAR, _SHARE = re.compile(r"\((\d+(?:\.\d+)?) M\b"), re.compile(r"\((?:[<=]*\d+-)?(\d+)\s?%")
 _MOLARITY = re.compile(r"\bof (\d+(?:\.\d+)?) [MN]\b")
-_ROUNDED = re.compile(r"(\d+(?:\.\d+)?)(\s*mL\b)")
-_SCALABLE = re.compile(r"(\d+(?:\.\d+)?)(\s*(?:kg|mg|g|mmol|mol|mL|L)\b)")
+_ROUNDED = re.compile(r"(?<!\d)(\d+(?:\.\d+)?)(\s*mL\b)")
+_SCALABLE = re.compile(r"(?<!\d)(\d+(?:\.\d+)?)(\s*(?:kg|mg|g|mmol|mol|mL|L)\b)")
 
 
 def scaled(amount: str, factor: float) -> str:
@@ -55,7 +55,7 @@ def of_strength(amount: str, strength: str) -> str:
     number, unit = strength.split()[:2]
     if unit == "M" and stated.moles is not None:
         return f"{figure(1000.0 * stated.moles / float(number))} mL of {strength}, {figure(1000.0 * stated.moles)} mmol"
-    volume = re.search(r"\d+(?:\.\d+)?\s*mL", amount)
+    volume = re.search(r"(?<!\d)\d+(?:\.\d+)?\s*mL", amount)
     return f"{volume[0]} of {strength}" if volume is not None else f"{amount} of {strength}"
 
 

@@ -9,7 +9,7 @@ from labgym.protocols.language import Mention
 from labgym.protocols.language.vocabulary import is_ordinary
 
 _GROUPS = r"Boc|Cbz|Fmoc|Alloc|Troc|TBS|TBDMS|TBDPS|TIPS|TMS|PMB|Trt|MOM|MEM|THP|SEM|Teoc|Dmb|Pbf|Mtr|Bn"
-_PREFIX_RUN = re.compile(r"[A-Za-z0-9\[\]()'′,.%·•–-]*(?:[-–·•]|\])$")
+_PREFIX_RUN = re.compile(r"[A-Za-z0-9\[\]()'′,.%·•–-]{0,40}(?:[-–·•]|\])$")
 _SUFFIX_RUN = re.compile(r"[-–·•][A-Za-z0-9\[\]()'′,·•–-]*[A-Za-z0-9\])]")
 _MARKER = re.compile(
     rf"\d[\d,'′]*|[A-Za-z]|(?:[A-Za-z],?\d*')+|[dDtT]\d+|\d+[A-Z][a-z]?\d*|{_GROUPS}|Ac|Bz|Ts|Ms|Tf|Me|Et|Pr|Bu|Ph|"
@@ -21,7 +21,7 @@ _CONCENTRATION = re.compile(r"\d+(?:\.\d+)?(?:%|M|N|mL|g|mmol|equiv|eq)|conc|dil
 _QUALIFIED = re.compile(
     rf"(?:(?<![A-Za-z0-9-])(?:[NOS]-)?(?:{_GROUPS})(?:[- ]protected)?|"
     r"\b(?:per|poly|mono)?(?:deuter|triti|isotop)\w*|"
-    r"[\w-]+-(?:bound|supported|protected|substituted|label+ed|enriched|functionali[sz]ed|tethered))[ -]$"
+    r"[\w-]{1,40}-(?:bound|supported|protected|substituted|label+ed|enriched|functionali[sz]ed|tethered))[ -]$"
 )
 """Words before a name that make it another substance: "Boc piperidine", "deuterated toluene", "silica-supported"."""
 _SALT = re.compile(r"(?:x|\d+(?:\.\d+)?)?\(?(?:HCl|HBr|HI|HF|TFA|TsOH|AcOH|HOAc|H2SO4|BH3|SO3)\)?\d?")

@@ -28,7 +28,7 @@ _BOILING = re.compile(r"(?:\bb\.?\s?p\.?|boil|沸点)[^.;。；]{0,25}$", re.IGN
 """Text before the pressure that belongs to a boiling point."""
 _PHYSICAL = re.compile(
     r"(?:\bm\.?\s?p\.?|\bb\.?\s?p\.?|melting (?:point|range)|boiling (?:point|range)|melts?|boils?|below|above|under|"
-    r"exceed\w*|熔点|沸点|熔程|低于|高于|不超过)\W{0,4}(?:of|at|is|:|=)?\s*$",
+    r"exceed(?:s|ed|ing)?|熔点|沸点|熔程|低于|高于|不超过)\W{0,4}(?:of|at|is|:|=)?\s*$",
     re.IGNORECASE,
 )
 """Text before a temperature that is a property of the product, or a limit."""

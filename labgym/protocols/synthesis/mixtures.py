@@ -14,13 +14,13 @@ from labgym.quantities import Quantity, strength
 _JOINT = re.compile(r"\s*(?:[/:+–-]|and|与|和|-)\s*")
 _SLASH, _OPENING = re.compile(r"\s*[/–-]\s*"), re.compile(r"\s*(?:mixture\s*)?[(（,]\s*")
 _SEVERAL = re.compile(r"\s*[/+:]\s*\d")
-_RATIO = r"(\d+(?:\.\d+)?(?:\s*[:：/]\s*\d+(?:\.\d+)?)+)"
+_RATIO = r"(\d{1,5}(?:\.\d{1,5})?(?:\s*[:：/]\s*\d{1,5}(?:\.\d{1,5})?){1,5})"
 _RATIO_AFTER = re.compile(
-    rf"\s*(?:mixture\s*|混合\S{{0,3}})?[(（,]?\s*(?:[^()（）]{{0,16}}[,;，]\s*)?{_RATIO}(?![\d.%])"
+    rf"\s*+(?:mixture\s*+|混合\S{{0,3}})?(?:[(（,]\s*+)?(?:[^()（）]{{0,16}}[,;，]\s*)?{_RATIO}(?![\d.%])"
 )
 _RATIO_BEFORE = re.compile(rf"(?<![\d.]){_RATIO}\s*(?:\(?v/v\)?\s*)?(?:mixture\s+(?:of|in)\s+|solution\s+of\s+)?$")
 _FILLER = re.compile(
-    r"(?:[\s(（,;，:：/]|\d+(?:\.\d+)?(?=\s*[:：/])|(?<=[:：/])\s*\d+(?:\.\d+)?|v/v|an?\b|of\b|mixture\b|的|混合溶?剂?)*"
+    r"(?:[\s(（,;，]|[:：/]\s*+(?:\d++(?:\.\d++)?)?|\d++(?:\.\d++)?(?=\s*[:：/])|v/v|an?\b|of\b|mixture\b|的|混合溶?剂?)*+"
 )
 _SOLD = re.compile(
     r"\s*(?:solution\s*)?(?:[(（,]\s*)(?:\d+(?:\.\d+)?\s*(?:M|N|mol/L|wt\s?%|%)\s*)?(?:solution\s+)?in\s+(?:dry\s+)?"

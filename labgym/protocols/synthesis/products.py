@@ -11,7 +11,8 @@ from labgym.protocols.synthesis.unlisted import is_named_like_a_substance
 Span = tuple[int, int]
 
 _END = (
-    r"(?=\s+(?:from|by|via|using|with|in|at|and|under|over|through|as|which|that|was|were|is|are)\b|[,;:()]|\.(?!\d)|$)"
+    r"(?=(?<!\s)\s+(?:from|by|via|using|with|in|at|and|under|over|through|as|which|that|was|were|is|are)\b|[,;:()\n]|"
+    r"\.(?!\d)|$)"
 )
 _OF = re.compile(r" of (?=[a-z0-9])", re.IGNORECASE)
 _KIND_OF_SYNTHESIS = re.compile(
@@ -23,7 +24,7 @@ _NO_VESSEL = r"(?!(?:a |an |the )?(?:[a-z]+ )?(?:solution|mixture|slurry|suspens
 _GIVEN = re.compile(
     r"\b(?:(?:to )?(?:gives?|affords?|yields?|furnish|delivers?|forms?|obtains?|produces?|makes?|gets?)|gave|afforded|"
     r"yielded|furnished|giving|affording|yielding|furnishing|producing|make|makes|prepare|preparing|synthesi[sz]e|synthesi[sz]ing|"
-    r"preparation of|synthesis of|formation of|as(?: its| an?| the)?)\s+"
+    r"preparation of|synthesis of|formation of|as(?: its| an?| the)?)\s++"
     rf"{_NO_VESSEL}(.+?){_END}",
     re.IGNORECASE,
 )
@@ -33,20 +34,20 @@ _CONVERSION = (
     r"tosylat|mesylat|deprotect|react|saponif|coupl)\w*"
 )
 _INTO = re.compile(
-    rf"\b{_CONVERSION}\s+(?:(?:[^,;.]|\.(?=\d))+?\s+)?(?:in)?to\s+{_NO_VESSEL}(.+?){_END}", re.IGNORECASE
+    rf"\b{_CONVERSION}\s++(?:(?:[^,;.\s]|\.(?=\d))++\s++){{0,20}}?(?:in)?to\s++{_NO_VESSEL}(.+?){_END}", re.IGNORECASE
 )
 _CHINESE = re.compile(
     r"(?:得到?|生成|制得|制成|制备|合成|获得|蒸出|析出|收集|"
     r"(?:氧化|还原|转化|水解|脱水|缩合|环化|转变|变|酰化)(?:成|为))"
     r"([^，。；、,;（(]+?)(?=[，。；、,;（(]|并|$)"
 )
-_SOURCE_ZH = re.compile(r"[由从用以将](.+)$")
-_NAMED_BY = re.compile(r"\s*(?:\([^)]*\))?\s*(?:from\b|by\b|via\b|[:：])", re.IGNORECASE)
+_SOURCE_ZH = re.compile(r"[由从用以将](.+)$", re.DOTALL)
+_NAMED_BY = re.compile(r"\s*+(?:\([^)]*\)\s*+)?(?:from\b|by\b|via\b|[:：])", re.IGNORECASE)
 _NAMED_PROCESS = re.compile(r"\s+(?:synthesis|preparation|formation)\b", re.IGNORECASE)
-_CLAUSE = re.compile(r"(?:[^;.。；]|\.(?=\d))*$")
+_CLAUSE_END = re.compile(r"[;。；]|\.(?!\d)")
 _TO = re.compile(r"\bto (?:the |an? )?$", re.IGNORECASE)
 _CONVERTS = re.compile(rf"\b{_CONVERSION}\b", re.IGNORECASE)
-_BARE_TO = re.compile(r"^\W*\S+(?: \S+)? to (?:the |an? )?$", re.IGNORECASE)
+_BARE_TO = re.compile(r"^\W*+\S+(?: \S+)? to (?:the |an? )?$", re.IGNORECASE)
 _ADDING = re.compile(r"\b(?:add|pour|transfer|charg|introduc|treat|drop)", re.IGNORECASE)
 _ISOLATING = re.compile(
     r"\b(?:filter|collect|isolat|obtain|recover|re-?distil|distil|re-?crystalli[sz]|crystalli[sz]|precipitat|dry|purif|"
@@ -55,12 +56,12 @@ _ISOLATING = re.compile(
     re.IGNORECASE,
 )
 _ISOLATED = re.compile(
-    r"\s*(?:,?\s*(?:which|that))?\s*(?:(?:was|were|is|are)\s+)?(?:then\s+)?(?:filtered|collected|isolated|obtained|"
+    r"\s*+(?:,?\s*+(?:which|that)\s*+)?(?:(?:was|were|is|are)\s+)?(?:then\s+)?(?:filtered|collected|isolated|obtained|"
     r"recrystalli[sz]e[ds]?|distil(?:led|s)|dried|washed|precipitate[ds]?|crystalli[sz]e[ds]?|separate[ds]?|purified|"
     r"formed|forms|comes|came|melt(?:s|ed))\b",
     re.IGNORECASE,
 )
-_AMOUNT_BEFORE = re.compile(r"\d\s*(?:[mk]?g|m?l|m?mol)\s+(?:of\s+)?(?:crude\s+)?$", re.IGNORECASE)
+_AMOUNT_BEFORE = re.compile(r"\d\s*+(?:[mk]?g|m?l|m?mol)\s+(?:of\s+)?(?:crude\s+)?$", re.IGNORECASE)
 AUXILIARY = ("organic_solvent", "solvent", "drying_agent", "adsorbent", "inorganic_salt", "gas")
 """Categories of reagents that are filtered or distilled off, never made here."""
 
@@ -75,7 +76,7 @@ def products(
         foreign: spans of substances that the catalog lacks.
         auxiliary: names of reagents that are removed rather than made, such as solvents and drying agents.
     """
-    spans = [*_announced(text, named, foreign)]
+    spans = [*announced(text, named, foreign)]
     for start, end in foreign:
         if not within(start, spans) and (_stands_for_product(text, start, end) or _isolated(text, start, end, named)):
             spans.append((start, end))
@@ -92,7 +93,8 @@ def within(place: int, spans: Sequence[Span]) -> bool:
     return any(start <= place < end for start, end in spans)
 
 
-def _announced(text: str, named: Sequence[Mention], foreign: Sequence[Span]) -> Iterator[Span]:
+def announced(text: str, named: Sequence[Mention], foreign: Sequence[Span]) -> Iterator[Span]:
+    """Yield the spans that the wording announces as products: "to give X", "preparation of X"."""
     for pattern in (_GIVEN, _INTO, _CHINESE):
         for match in pattern.finditer(text):
             start, end = match.span(1)
@@ -112,8 +114,8 @@ def _stands_for_product(text: str, start: int, end: int) -> bool:
         return True
     if not text[:start].strip():
         return _NAMED_BY.match(text, end) is not None
-    clause = _CLAUSE.search(text, 0, start)
-    head = text[clause.start() : start] if clause is not None else ""
+    ends = [match.end() for match in _CLAUSE_END.finditer(text, 0, start)]
+    head = text[ends[-1] if ends else 0 : start]
     converts = _CONVERTS.search(head) or _BARE_TO.match(head)
     return bool(_TO.search(head) and converts and not _ADDING.search(head))
 

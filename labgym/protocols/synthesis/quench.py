@@ -18,7 +18,9 @@ ALUMINIUM_HYDRIDES = ("LithiumAluminumHydride", "DIBALH")
 QUENCH_FILL = 0.95
 """Largest share of a beaker that a quench may fill."""
 _NEUTRALIZING = re.compile(r"neutrali|中和", re.IGNORECASE)
-_ICE = re.compile(r"(\d+(?:\.\d+)?\s*(?:g|kg|mL))\s*(?:of\s+)?(?:crushed\s+|cracked\s+)?(?:ice|碎?冰)", re.IGNORECASE)
+_ICE = re.compile(
+    r"(?<!\d)(\d+(?:\.\d+)?\s*(?:g|kg|mL))\s*(?:of\s+)?(?:crushed\s+|cracked\s+)?(?:ice|碎?冰)", re.IGNORECASE
+)
 
 
 def quench(work: WorkUpWriter, step: WorkUpStep) -> None:

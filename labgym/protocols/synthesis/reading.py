@@ -7,12 +7,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from labgym.assets import Catalog
-from labgym.protocols.language import Mention, concepts, language_of, mentions, without_chinese_names
+from labgym.protocols.language import Mention, concepts, language_of, mentions, unified, without_chinese_names
 from labgym.protocols.language.scripts import Language
 from labgym.protocols.synthesis.batch import figure
 from labgym.protocols.synthesis.mixtures import mixtures, solutions, without_ratio
 from labgym.protocols.synthesis.operations import Operation, Phase, main_operation, operations
-from labgym.protocols.synthesis.products import AUXILIARY, products, within
+from labgym.protocols.synthesis.products import AUXILIARY, announced, products, within
 from labgym.protocols.synthesis.unlisted import unlisted
 from labgym.quantities import Condition, Quantity, amounts, duration, pressures, strength, temperature
 
@@ -41,13 +41,15 @@ _REMOVED_AFTER = re.compile(
     r"\s*(?:was|is|were|are)\s+(?:then\s+)?(?:evaporated|removed|stripped|distilled off)", re.IGNORECASE
 )
 _CATALYTIC = re.compile(
-    r"(?:\bcat\.?|\bcatalytic(?: amount of| quantity of)?|催化量的?)\s*$|^\s*[(（,]?\s*(?:cat\.|catalytic|催化量)",
+    r"(?:\bcat\.?|\bcatalytic(?: amount of| quantity of)?|催化量的?)\s*$|"
+    r"^\s*+(?:[(（,]\s*+)?(?:cat\.|catalytic|催化量)",
     re.IGNORECASE,
 )
 _WEAK = re.compile(r"and ")
 _AFTER = re.compile(r"\s*(?:and\s+)?(?:after|following)\b", re.IGNORECASE)
 _AFTER_ZH = re.compile(r"[^，。；,;]*?(?:小时|分钟|min|h|天)(?:之后|以后|后)", re.IGNORECASE)
 """A piece that begins with the period before its operation."""
+_SUBJECT = re.compile(r"\b(?:the|it|this|all)\b")
 _AWAY = re.compile(
     r"\b(?:removal|loss|exclusion|absence|evolution) of (?:the )?$|\bremov(?:e|ing) (?:the )?$", re.IGNORECASE
 )
@@ -108,10 +110,11 @@ class ParsedDescription:
     """A description, parsed.
 
     Attributes:
-        text: the description as written.
+        text: the description with unified characters.
         language: its language.
         clauses: its clauses in order.
         product: name of the product as written, or "".
+        requested: whether the wording announces that product, as "to give X" does.
         unlisted: substances that it names and the catalog lacks, as written.
         spoken_of: assets, classes of substances and concepts that it mentions.
         products: the spans that name products.
@@ -125,6 +128,7 @@ class ParsedDescription:
     unlisted: tuple[str, ...]
     spoken_of: frozenset[str]
     products: tuple[tuple[int, int], ...] = ()
+    requested: bool = False
     unassigned: tuple[str, ...] = ()
 
     @property
@@ -136,11 +140,14 @@ class ParsedDescription:
 def read(text: str, catalog: Catalog | None = None) -> ParsedDescription:
     """Parse a description; the result depends on the text and the catalog only.
 
+    Its characters are unified first; positions are those in the unified text, which the result holds.
+
     Args:
         text: English or Chinese.
         catalog: the assets that the text may name; the default catalog if None.
     """
     assets = catalog if catalog is not None else Catalog.load()
+    text = unified(text)
     named = mentions(text, assets)
     foreign = unlisted(text, named)
     named = tuple(m for m in named if not any(a <= m.start and m.end <= b for a, b in foreign))
@@ -165,6 +172,7 @@ def read(text: str, catalog: Catalog | None = None) -> ParsedDescription:
         unlisted=tuple(dict.fromkeys(strange)),
         spoken_of=frozenset(topics),
         products=spans,
+        requested=bool(spans) and spans[0] in announced(text, named, foreign),
         unassigned=unassigned,
     )
 
@@ -278,7 +286,8 @@ def _parted_after(text: str, start: int, end: int) -> Iterator[tuple[int, int]]:
 
 def _verb(head: str) -> int:
     """Return where the words about the period end in a text before the verb: the verb itself, or its subject."""
-    subject = re.search(r"\b(?:the|it|this|all)\b[^,]*$", head)
+    clause = head.rfind(",") + 1
+    subject = _SUBJECT.search(head, clause)
     return subject.start() if subject is not None else len(head)
 
 
@@ -383,19 +392,14 @@ def _solute(text: str, solvent: Mention, substances: Sequence[Mention]) -> Menti
 _ICE = re.compile(
     r"\s*(?:of\s+)?(?:crushed\s+|cracked\s+)?(?:ice\b(?![- ]*(?:cold|water|cooled))|碎?冰(?!水|醋|乙))", re.IGNORECASE
 )
-_BEHIND = re.compile(r"[\s(（:：]*(?:[^()（）;；。]*?[,，/;]\s*)?(?:约|ca\.?|about)?\s*")
-_AHEAD = re.compile(
-    r"\s*(?:of |的|\(?(?:each|aq\.?)\)? )?(?:(?:an?|the|ice-cold|cold|hot|warm|dry|conc\.?|concentrated|dilute|"
-    r"saturated|"
-    r"sat\.?|aqueous|aq\.?|half-saturated|fresh|distilled|crude|solid|more|each|pure|boiling|iced?|glacial)\s+|"
-    r"[\w.%\s-]{0,18}?)*?"
-)
+_BEHIND = re.compile(r"[\s(（:：]*+(?:[^()（）;；。]*[,，/;])?\s*+(?:约|ca\.?|about)?\s*")
+_AHEAD = re.compile(r"\s*+(?:\(?(?:each|aq\.?)\)? )?[\w.%\s-]*")
 _OF_VESSEL = re.compile(
     r"\s*(?:three-necked? |two-necked? |round-?bottom(?:ed)? |single-neck |conical |Erlenmeyer |separat(?:ing|ory) )*"
     r"(?:flask|beaker|vial|funnel|tube|cylinder|RBF|column|syringe|balloon|reactor)|(?:三口|圆底|单口)?(?:烧瓶|烧杯|分液漏斗|试管)",
     re.IGNORECASE,
 )
 """A vessel's size is not an amount of a substance."""
-_PERCENT_YIELD = re.compile(r"\s*[,;]\s*\d{1,3}(?:\.\d+)?\s*%\s*(?:yield)?\s*[)）]", re.IGNORECASE)
+_PERCENT_YIELD = re.compile(r"\s*[,;]\s*\d{1,3}(?:\.\d+)?\s*%\s*+(?:yield\s*+)?[)）]", re.IGNORECASE)
 """A percentage after an amount without a substance: "a colorless oil (1.1 g, 90 %)"."""
-_YIELD = re.compile(r"(?:yield\w*|gave|afford\w*|obtain\w*|收率|得|产量)[^;.。；]{0,30}$", re.IGNORECASE)
+_YIELD = re.compile(r"(?:yield|gave|afford|obtain|收率|得|产量)[^;.。；]{0,40}$", re.IGNORECASE)

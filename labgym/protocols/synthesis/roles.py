@@ -48,8 +48,8 @@ SUBSTRATES = ("carbonyl compound", "halide")
 """Roles of substrates whose names do not say so."""
 CATALYTIC = 0.05
 """Equivalents of a reagent that the text calls catalytic."""
-_RELATIVE = re.compile(r"(\d+(?:\.\d+)?) (equiv|mol%|wt%)")
-_MOLES = re.compile(r"(\d+(?:\.\d+)?)( mmol\b)")
+_RELATIVE = re.compile(r"(?<!\d)(\d+(?:\.\d+)?) (equiv|mol%|wt%)")
+_MOLES = re.compile(r"(?<!\d)(\d+(?:\.\d+)?)( mmol\b)")
 _VOLUME = re.compile(r"(?<![\d.x] )(?<![\d.])(\d+(?:\.\d+)?)( mL\b)")
 
 

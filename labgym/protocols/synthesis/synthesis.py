@@ -9,10 +9,10 @@ from difflib import get_close_matches
 
 from labgym.assets import Catalog
 from labgym.protocols.errors import RefusalError
-from labgym.protocols.language import language_of
+from labgym.protocols.language import language_of, unified
 from labgym.protocols.language.vocabulary import unmeasured
 from labgym.protocols.model import Protocol
-from labgym.protocols.refusals import refusals, refuse_mixture, refuse_solvent, refuse_wish
+from labgym.protocols.refusals import refusals, refuse_mixture, refuse_product, refuse_solvent, refuse_wish
 from labgym.protocols.retrieval import SearchResults
 from labgym.protocols.synthesis.fidelity import refuse_unfaithful
 from labgym.protocols.synthesis.precedents import context_of
@@ -31,7 +31,10 @@ _FLAME = re.compile(
     re.IGNORECASE,
 )
 _GRIGNARD = re.compile(r"grignard|magnesium (?:bromide|chloride|iodide)|格氏|格利雅", re.IGNORECASE)
-INCOMPATIBLE = ("peracid-in-ketone", "hydride-in-protic", "borohydride-in-acid", "grignard-in-protic", "quench-order")
+INCOMPATIBLE = (
+    *("violent-mixture", "peracid-in-ketone", "hydride-in-protic", "borohydride-in-acid", "grignard-in-protic"),
+    "quench-order",
+)
 """Rules whose findings explain a refusal best."""
 ALKALI_METALS = ("Sodium", "Potassium", "Lithium")
 TYPING_ERROR = 0.88
@@ -39,7 +42,7 @@ TYPING_ERROR = 0.88
 PARENT = 6
 """Characters of a reagent's name that another name must end with to count as its derivative."""
 _NO_AMOUNT = re.compile(
-    r"(?<![\w.,-])(?:[-−]\s?\d+(?:\.\d+)?|0+(?:\.0+)?)\s?(?:[mkµu]?g|m?mol|[mµu]?l|equiv)\b", re.IGNORECASE
+    r"(?<![\w.,-])(?:[-−]\s?\d+(?:\.\d+)?|0+(?:\.0+)?)\s?(?:[mkμµu]?g|m?mol|[mμµu]?l|equiv)\b", re.IGNORECASE
 )
 
 
@@ -77,12 +80,14 @@ def synthesize(
         LabgymError: other errors of the writer.
     """
     assets = catalog if catalog is not None else Catalog.load()
+    text = unified(text)
     description = _parse(text, assets)
     context = context_of(text, keyword_only, assets)
     commission = Commission(text, description, context, assets)
     result = (writer if writer is not None else TemplateWriter()).write(commission)
     protocol = result.protocol
     refuse_wish(f"{protocol.name}. {protocol.product}.")
+    refuse_product(protocol.product)
     refuse_mixture(use.name for use in protocol.reagents)
     refuse_unfaithful(description, protocol, assets)
     findings = examine(protocol, assets)
@@ -111,6 +116,7 @@ def _parse(text: str, catalog: Catalog) -> ParsedDescription:
     if nothing:
         raise RefusalError("no-chemistry", f"{nothing[0].strip()!r} is not an amount: give one above 0")
     description = read(text, catalog)
+    _refuse_products(description, catalog)
     substances = [m for clause in description.clauses for m in clause.mentions if m.kind in ("reagent", "class")]
     named = any(not name.isascii() or _CHEMICAL_ENDING.search(name) for name in description.unlisted)
     if not substances and not named and not chemical_names(text):
@@ -128,6 +134,25 @@ def _parse(text: str, catalog: Catalog) -> ParsedDescription:
     _refuse_water(description)
     refuse_mixture(mention.name for clause in description.clauses for mention in clause.mentions)
     return description
+
+
+def _refuse_products(description: ParsedDescription, catalog: Catalog) -> None:
+    """Raise an error if a description asks for a dangerous product, by the grammar of its name or as a reagent.
+
+    Raises:
+        RefusalError: names the product and the reason.
+    """
+    used = [m for clause in description.clauses for m in clause.mentions if m.kind == "reagent"]
+    refuse_product(description.text, [(mention.start, mention.end) for mention in used])
+    for start, end in description.products:
+        name = description.text[start:end]
+        match = catalog.match(name)
+        asset = catalog.get(match.name) if match is not None else None
+        if asset is not None and asset.kind == "reagent" and asset.hazards.explosive:
+            raise RefusalError("unsafe", f"no protocol makes {asset.name} ({name[:60]!r}): it is explosive")
+        distills = any(clause.operation and clause.operation.action == "Distill" for clause in description.clauses)
+        if "azide" in name.lower() and distills:
+            raise RefusalError("unsafe", f"{name[:60]!r} must not be distilled: azides explode when hot")
 
 
 def _refuse_flame(description: ParsedDescription, catalog: Catalog) -> None:

@@ -22,6 +22,7 @@ from labgym.protocols.synthesis.library_experiments import from_library
 from labgym.protocols.synthesis.own_reagents import classes_of, own_reagents, with_own_reagents
 from labgym.protocols.synthesis.parting import parted
 from labgym.protocols.synthesis.phases import ReactionMixture
+from labgym.protocols.synthesis.product_classes import stated_product
 from labgym.protocols.synthesis.reaction import ReactionWriter
 from labgym.protocols.synthesis.reading import Clause, ParsedDescription
 from labgym.protocols.synthesis.roles import Participant, cast
@@ -196,7 +197,8 @@ def _protocol(
     description: ParsedDescription, kind: Transformation, builder: ProtocolBuilder, parts: Sequence[Participant]
 ) -> Protocol:
     digest = hashlib.sha256(description.text.encode()).hexdigest()[:10]
-    product = description.product or kind.product
+    participants = [part.asset for part in parts]
+    product = stated_product(kind, description.product, description.requested, participants)
     stand_ins = "".join(f" {p.asset.name} stands in for the {p.stands_for}." for p in parts if p.stands_for)
     return derive(
         Protocol(

@@ -22,8 +22,11 @@ _METALS = (
 _SALT = re.compile(
     rf"\b(?:{_METALS})(?:\s?\([iv]+\))?\s(?:(?:tri|di|per|bi|hydrogen\s)?[a-z-]*(?:ide|ate|ite)s?)\b", re.IGNORECASE
 )
-_ACID = re.compile(r"\b(?:\d[\d,']*-|[opm]-)?[a-z][a-z0-9,()\[\]'-]*(?:ic|ous)\sacid\b", re.IGNORECASE)
-_RADICALS = r"[a-z]{4,}onium\s|[a-z]{4,}(?:magnesium|zinc)\s|(?:(?:[a-z0-9,()\[\]'-]*[a-z]yl)[ -])+"
+_ACID = re.compile(r"\b(?:\d[\d,']{0,20}-|[opm]-)?[a-z][a-z0-9,()\[\]'-]{0,80}(?:ic|ous)\sacid\b", re.IGNORECASE)
+_RADICALS = (
+    r"[a-z]{4,}onium\s|[a-z]{4,}(?:magnesium|zinc)\s|"
+    r"(?:[a-z0-9,()\[\]'-]{1,60}+(?<=[a-z]yl) ){0,4}[a-z0-9,()\[\]'-]{0,60}[a-z]yl[ -]"
+)
 _TWO_WORDS = re.compile(
     rf"(?<![\w-])(?:{_RADICALS})(?:(?:magnesium|lithium|zinc)\s?)?"
     r"(?:chloride|bromide|iodide|fluoride|alcohol|amine|ether|ketone|azide|cyanide|isocyanate|acetate|formate|benzoate|"
@@ -31,11 +34,17 @@ _TWO_WORDS = re.compile(
     r"chloroformate|acetoacetate|malonate)s?\b",
     re.IGNORECASE,
 )
-_WORD = re.compile(r"(?<![A-Za-z0-9])(?:\d[\d,']*-|[NOopm]-)?[A-Za-z][A-Za-z0-9,()\[\]'-]*[A-Za-z)]")
+_WORD = re.compile(r"(?<![A-Za-z0-9])(?:\d[\d,']{0,20}-|[NOopm]-)?[A-Za-z][A-Za-z0-9,()\[\]'-]*[A-Za-z)]")
 _ENDING = re.compile(
     r"(?:ane|ene|yne|ol|one|al|amine|aniline|amide|imide|ate|ide|ite|ine|azole|ophene|furan|aldehyde|nitrile|yl|oxide|"
     r"indole|silane|borane|lactone|lactam|acid|phthalein|lithium|oate|azine|urea|hydride)s?$"
 )
+_TRIVIAL_ENDING = re.compile(
+    r"(?:[a-z]{3}(?:(?<!p)(?<!l)(?<!o)(?<!n)ose|(?:r|v|th|n|z|d|x|s|eg|tral|dan)one|(?:n|s|e|d|a|th)ine|"
+    r"(?:b|ant|orn|al|ost|ol)ane|(?:pt|os|char|ot|ar)ide|(?:ll|dr|ar|ir|at|ot|on|er|al|th)in|[st]id)|"
+    r"[a-z]{2}(?:[^vi\W]ene|adiene|zil|[znsr]oin)|[a-z]{2}(?:i|er|an|en|in|th|e|ym|ac|acr|ech|it|yt|es|alo|phen)ol)s?$"
+)
+"""Endings of trivial names that hardly any word of another kind has: limonene, estrone, quinine, geraniol, vanillin."""
 _MORPHEME = re.compile(
     r"meth|eth|prop|but|pent|hex|hept|oct|phen|benz|naphth|tolu|anis|chlor|brom|iod|fluor|nitr|cyan|amin|hydrox|oxy|"
     r"carb|sulf|phosph|acet|malon|succin|phthal|cinnam|salicyl|furan|thio|pyr|imid|indol|quinol|morphol|piper|azol|"
@@ -115,6 +124,22 @@ def _looks_chemical(word: str) -> bool:
     return len(_MORPHEME.findall(word)) >= (1 if word[0].isdigit() else 2)
 
 
+def _has_name_of_substance(word: str) -> bool:
+    """Return whether a word where a substance may be is built like the name of one.
+
+    It has two chemical stems, one and a chemical ending, or an ending that hardly any other word has, or it is a
+    trivial name or brand of the table.
+    """
+    parts = [part for part in re.split(r"[^a-z]+", word) if part]
+    common = table().unlisted_words
+    if any(part in common or part.removesuffix("s") in common for part in parts):
+        return True
+    if _TRIVIAL_ENDING.search(word):
+        return True
+    stems = len(_MORPHEME.findall(word))
+    return not _PROCESS.search(word) and (stems > 1 or (stems == 1 and _ENDING.search(word) is not None))
+
+
 def _formulas(text: str) -> Iterator[tuple[int, int]]:
     for match in _formula().finditer(text):
         token = match[0]
@@ -149,7 +174,7 @@ def _unknown(text: str, mentioned: Sequence[Mention]) -> Iterator[tuple[int, int
         weighed = _AMOUNT_AFTER.match(tail) or _AMOUNT_BEFORE.search(head)
         expected = _POSITION.search(head) or _is_ordered(head, mentioned)
         ester = _RADICAL_WORDS.search(head) is not None and _ENDING.search(token) is not None
-        if weighed or ester or _NAME_LIKE.search(token) or (expected and not _PROCESS.search(token)):
+        if weighed or ester or _NAME_LIKE.search(token) or (expected and _has_name_of_substance(token.lower())):
             if not _NOUN_AFTER.match(tail) and not _EXCLUDED.search(head):
                 yield _with_radicals(text, start), end
 
@@ -208,11 +233,13 @@ _UNITS = frozenset(spelling for units in UNITS.values() for spellings in units.v
 _CHUNK = re.compile(r"[^\s\u3000-\u303f\u3400-\u9fff\uff00-\uffef;→]+")
 _PIECE = re.compile(r"(?:[^/,+=]|(?<=\d),(?=[\dNO])|(?<=[NO]),(?=[NO]))+")
 _QUANTITY = re.compile(
-    r"[~<>≈±]?[-−–]?\d[\d.,:x×/–-]*(?:[mkµu]?g|[mµu]?l|m?mol|m|n|mm|cm|nm|h|hr|hrs|min|mins|s|d|°?c|°?f|k|cc|oz|lb|lbs|"
+    r"[~<>≈±]?[-−–]?\d[\d.,:x×/–-]*(?:[mkμµu]?g|[mμµu]?l|m?mol|m|n|mm|cm|nm|h|hr|hrs|min|mins|s|d|°?c|°?f|k|cc|oz|lb|lbs|"
     r"bar|mbar|psi|atm|kpa|mpa|torr|w|a|å|eq|equiv|hz|rpm|x|th|st|nd|rd|ppm|v|%|mol%|fold)?",
     re.IGNORECASE,
 )
-_NAME_LIKE = re.compile(r"\d.*[A-Za-z]{2}|[A-Za-z]{2}.*\d|[A-Z].*[A-Z]|^[a-z]-[A-Za-z]{4}|\[|\(")
+_NAME_LIKE = re.compile(
+    r"^(?>\D*\d).*[A-Za-z]{2}|^(?>.*?[A-Za-z]{2}).*\d|^(?>[^A-Z]*[A-Z])[^A-Z]*[A-Z]|^[a-z]-[A-Za-z]{4}|\[|\("
+)
 """Digits or several capitals in a word: HATU, T3P, 2-naphthol, SPhos, Pd(dppf)Cl2."""
 _SALT_OF = re.compile(
     r"\s(?:mono|di|hemi)?(?:hydrochloride|hydrobromide|hydroiodide|sulfate|sulphate|nitrate|phosphate|tosylate|acetate|"
@@ -221,22 +248,22 @@ _SALT_OF = re.compile(
     r"acetal|ketal|imine|amide|hydrazone))s?\b",
     re.IGNORECASE,
 )
-_N = r"\d+(?:\.\d+)?\s*(?:[mkµu]?g|[mµu]?l|m?mol|equiv|eq|oz|cc|lb|grams?|drops?)\b"
+_N = r"\d+(?:\.\d+)?\s*(?:[mkμµu]?g|[mμµu]?l|m?mol|equiv|eq|oz|cc|lb|grams?|drops?)\b"
 _AMOUNT_AFTER = re.compile(rf"\s*[(（]\s*{_N}|\s*,\s*{_N}", re.IGNORECASE)
-_AMOUNT_BEFORE = re.compile(rf"{_N}\s+(?:of\s+)?(?:crude\s+|the\s+|dry\s+)?$", re.IGNORECASE)
+_AMOUNT_BEFORE = re.compile(rf"(?<!\d){_N}\s+(?:of\s+)?(?:crude\s+|the\s+|dry\s+)?$", re.IGNORECASE)
 _MODIFIER = (
     r"(?:(?:[a-z]*yl|an?|the|some|any|crude|pure|dry|fresh|excess|little|solid|liquid|commercial|cold|hot|dilute|aqueous|more)"
-    r"\s+)*"
+    r"\s+){0,4}"
 )
 _POSITION = re.compile(
     rf"(?:^|[,;:(+/.]|\b(?:with|of|from|using|in|into|to|and|or|plus|between|by|via|over|on|onto|through|as|catalytic|"
-    rf"cat\.|reduc\w*|oxidi\w*|coupl\w*|treat\w*|add\w*|dissolv\w*|protect\w*|deprotect\w*|bromin\w*|chlorin\w*|"
-    rf"acet?yl\w*|alkyl\w*|acyl\w*|hydro\w*|esteri\w*|conver\w*|react\w*|condens\w*|epoxidi\w*|heat\w*|stir\w*|"
-    rf"recrystalli\w*|distil\w*|purif\w*|nitrat\w*|tosyl\w*|silyl\w*|dehydr\w*|methyl\w*|benzyl\w*|mix\w*|take\w*))"
+    rf"cat\.|reduc\w*+|oxidi\w*+|coupl\w*+|treat\w*+|add\w*+|dissolv\w*+|protect\w*+|deprotect\w*+|bromin\w*+|chlorin\w*+|"
+    rf"acet?yl\w*+|alkyl\w*+|acyl\w*+|hydro\w*+|esteri\w*+|conver\w*+|react\w*+|condens\w*+|epoxidi\w*+|heat\w*+|stir\w*+|"
+    rf"recrystalli\w*+|distil\w*+|purif\w*+|nitrat\w*+|tosyl\w*+|silyl\w*+|dehydr\w*+|methyl\w*+|benzyl\w*+|mix\w*+|take\w*+))"
     rf"\s*{_MODIFIER}$",
     re.IGNORECASE,
 )
-_IMPERATIVE = re.compile(r"(?:^|[.;:。；]\s*)([A-Z][a-z]+)\s+(?:[a-z]*yl\s+)*$")
+_IMPERATIVE = re.compile(r"(?:^|[.;:。；]\s*)([A-Z][a-z]+)\s+(?:[a-z]*yl\s+){0,6}$")
 """The first word of a sentence, an imperative for the next word: "Saponify ethyl lactate"."""
 _NOUN_AFTER = re.compile(
     r"\s+(?:reaction|synthesis|conditions?|work-?up|procedure|protocol|method|apparatus|flask|funnel|trap|bath|column|"
@@ -245,13 +272,14 @@ _NOUN_AFTER = re.compile(
     re.IGNORECASE,
 )
 _EXCLUDED = re.compile(
-    r"(?:exclu\w+|absence|free|protect\w* from|without|avoid\w*|away from|removal|loss|evolution|called|named|like|"
+    r"(?<![a-z])(?:exclu\w+|absence|free|protect\w* from|without|avoid\w*|away from|removal|loss|evolution|called|"
+    r"named|like|"
     r"excess|residual|remaining|leftover|destroy\w*|decompos\w*|test\w* for|check\w* for|"
     r"dr\.|prof\.|mr\.|ms\.|mrs\.)\s+(?:of\s+|the\s+|any\s+|all\s+)*$",
     re.IGNORECASE,
 )
 _RADICAL_WORDS = re.compile(
-    r"(?:(?<![A-Za-z-])(?:[A-Za-z0-9,'-]*yl|(?<![\d°/])(?<![\d°]\s)[A-Z][A-Za-z]?\(?[IV]*\)?)\s)+$"
+    r"(?:(?<![A-Za-z-])(?:[A-Za-z0-9,'-]{0,60}yl|(?<![\d°/])(?<![\d°]\s)[A-Z][A-Za-z]?\(?[IV]{0,3}\)?)\s){1,5}$"
 )
 """Radicals and metals at the end of a text; "M" of "0.01 M" and "C" of "80 C" are units."""
 
@@ -320,7 +348,7 @@ def _is_chemical(char: str) -> bool:
 _JOINING = frozenset("与和及跟同将把用以由从的在于到入")
 """Particles that are part of no name."""
 _HAN_RUN = re.compile(r"[\u3400-\u9fff]+")
-_LOCANTS = re.compile(r"(?:[A-Za-z0-9,'α-ω]+-)+$")
+_LOCANTS = re.compile(r"(?:[A-Za-z0-9,'α-ω]{1,20}-){1,6}$")
 
 
 def _names_a_process(name: str) -> bool:
