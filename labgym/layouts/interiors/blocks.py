@@ -82,8 +82,8 @@ def place_block(
 ) -> Pose | None:
     """Return the pose (x, y, yaw) of a block at a free place in the open; None if it fits nowhere.
 
-    It is aligned with the blocks of the space, and the aisles on both of its sides are as wide as each other, or as they
-    will be when `wanted` blocks stand there.
+    It is aligned with the blocks of the space, and the aisles on both of its sides are equally wide, now or when
+    `wanted` blocks stand there.
 
     Args:
         oblique: whether it stands along an oblique wall, if the space has one.
@@ -94,13 +94,14 @@ def place_block(
     for quarter in _quarters(room, generator):
         width, depth = (block.depth, block.width) if quarter else (block.width, block.depth)
         gaps = (style.aisle, style.neck) if quarter else (style.neck, style.aisle)
+        half = np.array([width / 2.0, depth / 2.0])
         corners, clear = room.lattice.clearances(width, depth, gaps)
-        aligned = _aligned(room, corners + (width / 2.0, depth / 2.0))
+        aligned = _aligned(room, corners + half)
         if not aligned.any():
             continue
         uneven = _unevenness(clear, np.array([width, depth]), np.array(gaps), wanted)
         uneven += np.where(aligned, generator.uniform(0.0, CELL / 2.0, len(corners)), np.inf)
-        x, y = _snapped(room, corners[int(np.argmin(uneven))] + (width / 2.0, depth / 2.0))
+        x, y = _snapped(room, corners[int(np.argmin(uneven))] + half)
         return x, y, (math.pi / 2.0 if quarter else 0.0) + math.pi * int(generator.integers(2))
     return None
 

@@ -186,7 +186,7 @@ def _add_peninsula(room: Interior, asset: Asset, style: Style, names: Names, gen
 
 def is_equipped(room: Interior) -> bool:
     """Whether a space has what hazardous work needs: an eyewash, a shower and a sink for washing hands."""
-    return EQUIPPED <= {unit.asset.role for unit in room.units.values()}
+    return {unit.asset.role for unit in room.units.values()} >= EQUIPPED
 
 
 def _fill_walls(

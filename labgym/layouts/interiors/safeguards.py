@@ -68,7 +68,9 @@ def with_safeguards(
     result = {}
     for ground in grounds:
         units = [*shares[ground.space], *(unit for unit, _ in standing[ground.space])]
-        added = [unit_of(request, WallPiece(names.next(asset), asset, reason)) for asset, reason in _lacking(request, units)]
+        added = [
+            unit_of(request, WallPiece(names.next(asset), asset, reason)) for asset, reason in _lacking(request, units)
+        ]
         result[ground.space] = [*shares[ground.space], *added]
     return result
 

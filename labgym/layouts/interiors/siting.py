@@ -63,7 +63,7 @@ def all_places(
     """
     return {
         unit.id: aloof_options(standing, unit, apart.get(unit.id, ()), hood_walls, near_supplies)
-        if unit.asset.fume_hood and aloof != "none" or "burning" in unit.hazards and aloof == "all"
+        if (unit.asset.fume_hood and aloof != "none") or ("burning" in unit.hazards and aloof == "all")
         else _usual_options(standing, unit, apart.get(unit.id, ()), hood_walls, near_supplies)
         for unit in units
     }
