@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from labgym.layouts import Door, Layout, Placement, Room
+from labgym.layouts import Door, Layout, Placement, Room, load_published
 from labgym.protocols import get
 
 PROTOCOL = "alk_03"
@@ -23,6 +23,16 @@ def put(
 ) -> Placement:
     """Return a placement; `on` is its support."""
     return Placement(id=name, asset=asset, position=(x, y, z), yaw=yaw, support=on, slot=slot)
+
+
+def published_in_order() -> Layout:
+    """Return a published layout without a violation under touchstone-v2.
+
+    Generator 1 hung its extinguisher behind the sink bench, which `extinguisher_front` forbids: it hangs elsewhere here.
+    """
+    layout = load_published("test", "test-cyc_02")
+    moved = put("FireExtinguisher_1", "FireExtinguisher", 6.9, 7.5, 0.6, yaw=math.pi / 2, on="wall")
+    return layout.replace(placements=tuple(moved if one.id == moved.id else one for one in layout.placements))
 
 
 def island_laboratory() -> Layout:

@@ -137,6 +137,14 @@ class Arrangement:
         return [row for row, asset in enumerate(self.assets) if asset.kind == "reagent"]
 
     @cached_property
+    def by_role(self) -> dict[str, tuple[int, ...]]:
+        """Rows of each role; variants count as the asset whose role they have."""
+        rows: dict[str, list[int]] = {}
+        for row, asset in enumerate(self.assets):
+            rows.setdefault(asset.role, []).append(row)
+        return {role: tuple(own) for role, own in rows.items()}
+
+    @cached_property
     def hoods(self) -> list[int]:
         """Rows of the fume hoods."""
         return [row for row, asset in enumerate(self.assets) if asset.fume_hood]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 
 import pytest
-from laboratories import island_laboratory
+from laboratories import island_laboratory, published_in_order
 
 from labgym.cli import main
 from labgym.errors import UnknownNameError
@@ -21,13 +21,13 @@ from labgym.layouts.rules.thresholds import profile
 
 @pytest.fixture(scope="module")
 def report() -> LayoutReport2:
-    found = score(load_published("test", "test-cyc_02"), contacts=False, metrics="touchstone-v2")
+    found = score(published_in_order(), contacts=False, metrics="touchstone-v2")
     assert isinstance(found, LayoutReport2)
     return found
 
 
 def test_the_version_is_chosen_by_name_or_by_the_profile(report: LayoutReport2) -> None:
-    layout = load_published("test", "test-cyc_02")
+    layout = published_in_order()
     assert report.version == "touchstone-v2"
     assert score(layout, contacts=False).version == "touchstone-v1"
     assert score(layout, profile=profile("default", "touchstone-v2"), contacts=False) == report
@@ -35,7 +35,7 @@ def test_the_version_is_chosen_by_name_or_by_the_profile(report: LayoutReport2) 
         score(layout, contacts=False, metrics="touchstone-v3")
 
 
-def test_a_published_layout_in_order_is_full_in_every_headline_figure(report: LayoutReport2) -> None:
+def test_a_layout_in_order_is_full_in_every_headline_figure(report: LayoutReport2) -> None:
     best = {"ob": 0, "cn": 0, "v": 0, "s_phys": 35.0, "s_chem": 35.0}
     values = {name: getattr(report, name) for name in HEADLINE}
     assert {name: value for name, value in values.items() if value is not None} == {

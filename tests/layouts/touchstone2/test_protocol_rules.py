@@ -53,6 +53,9 @@ CLEAN = (
     put("spills", "SpillKit", 0.6, 7.75, yaw=math.pi),
     put("waste", "SolventWasteContainer", 1.4, 7.75, yaw=math.pi),
     put("shower", "EmergencyShower", 6.9, 7.6, yaw=math.pi),
+    put("eyewash", "EyewashStation", 5.6, 7.8, yaw=math.pi),
+    put("hands", "HandWashSink", 7.75, 2.0, yaw=HALF),
+    put("detector", "GasDetector", 0.04, 7.0, 2.0, yaw=-HALF, on="wall"),
 )
 
 
@@ -197,13 +200,13 @@ def test_missing_safety_equipment_and_missing_assets_count_in_v() -> None:
     bare = assess(without=("extinguisher", "spills", "waste", "scale"))
     assert bare.unequipped == ("FireExtinguisher", "SpillKit", "SolventWasteContainer")
     assert bare.missing == ("ElectronicScale",)
-    assert kinds(bare) == {"missing": 4}
+    assert kinds(bare) == {"missing": 4, "facility": 1}
+    assert "room_extinguisher_b" in {issue.rule for issue in bare.issues}
 
 
-def test_corrosives_call_for_a_shower_and_an_eyewash() -> None:
-    acid = put("acid", "HydrochloricAcid", 0.23, 5.7, 0.1, on="general", slot=0)
-    assert assess(acid).unequipped == ("EyewashStation",)
-    assert assess(acid, without=("shower",)).unequipped == ("EmergencyShower", "EyewashStation")
+def test_hazardous_reagents_call_for_a_shower_an_eyewash_a_hand_wash_sink_and_a_gas_detector() -> None:
+    bare = assess(without=("shower", "eyewash", "hands", "detector"))
+    assert bare.unequipped == ("EmergencyShower", "EyewashStation", "HandWashSink", "GasDetector")
 
 
 def test_stools_before_the_doors_stop_the_robot_but_are_no_egress_issue() -> None:

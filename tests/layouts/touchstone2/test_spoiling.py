@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from laboratories import published_in_order
 
-from labgym.layouts import Layout, generate, load_published
+from labgym.layouts import Layout, generate
 from labgym.layouts.damage import KINDS, damaged
 from labgym.layouts.rules import evaluate_layout
 from labgym.layouts.rules.satisfaction import mean, worst_mean
@@ -78,7 +79,7 @@ def worse(name: str, before: float | None, after: float | None) -> bool:
 @pytest.fixture(scope="module")
 def cases() -> dict[str, Case]:
     """A published room and a floor of the family `ell`."""
-    layouts = {"room": load_published("test", "test-cyc_02"), "ell": generate("sub_02", 704, family="ell")}
+    layouts = {"room": published_in_order(), "ell": generate("sub_02", 704, family="ell")}
     return {name: Case(layout, assess(layout, False), assess(layout, True)) for name, layout in layouts.items()}
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from labgym.geometry.frames import PlanarPose
+from labgym.layouts.model import Layout
 from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.open_doors import with_closed_doors, with_open_doors
@@ -37,11 +38,16 @@ class Premises:
     @cached_property
     def paths(self) -> ShortestPaths:
         """Shortest paths for people."""
+        return ShortestPaths(self.walked, PERSON)
+
+    @cached_property
+    def walked(self) -> Layout:
+        """The layout in which people walk."""
         layout = self.arrangement.layout
         layout = with_open_doors(layout) if self.through_doors else with_closed_doors(layout)
         loose = {p.id for p in layout.placements if p.support == FLOOR and layout.asset(p.id).subtype in MOVABLE}
         kept = (p for p in layout.placements if layout.root(p.id).id not in loose)
-        return ShortestPaths(layout.replace(placements=tuple(kept)) if loose else layout, PERSON)
+        return layout.replace(placements=tuple(kept)) if loose else layout
 
     def rows(self, *subtypes: str) -> list[int]:
         """Return the rows of the objects of some subtypes."""

@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 from labgym.assets import Asset
 from labgym.geometry import BoxArray, OrientedBox, pairwise_distance
 from labgym.layouts.floor.spaces import OUTSIDE
-from labgym.layouts.placement import FLOOR
 from labgym.layouts.rules.arrangement import Arrangement
-from labgym.layouts.rules.regulations.premises import Premises
 from labgym.layouts.rules.safety.hazards import hazardous
+from labgym.layouts.rules.safety.roadmap import Roadmap
 from labgym.layouts.rules.supplies import WET
 from labgym.layouts.rules.touchstone2.handling import Handling, handlings
 from labgym.protocols import Protocol
@@ -106,22 +105,13 @@ class Site:
 
     def rows_in(self, room: int, roles: Iterable[str]) -> list[int]:
         """Return the rows of the objects of some roles in a room."""
-        accepted = frozenset(roles)
-        return [
-            row
-            for row, asset in enumerate(self.arrangement.assets)
-            if asset.role in accepted and self.room(row) == room
-        ]
+        placed = self.arrangement.by_role
+        return sorted(row for role in roles for row in placed.get(role, ()) if self.room(row) == room)
 
     @cached_property
-    def furniture(self) -> list[int]:
-        """Rows of what stands on the floor."""
-        return [row for row, placement in enumerate(self.arrangement.placements) if placement.support == FLOOR]
-
-    @cached_property
-    def walks(self) -> Premises:
+    def roadmap(self) -> Roadmap:
         """Walks of people that pass no door."""
-        return Premises(self.arrangement, through_doors=False)
+        return Roadmap(self.arrangement, self.rooms)
 
     def plan_gaps(self, rows: Sequence[int], boxes: Sequence[OrientedBox] | BoxArray) -> NDArray[np.float64]:
         """Return the distances in plan of objects from boxes, meters, shape (rows, boxes)."""

@@ -8,9 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from labgym.geometry.frames import PlanarPose
 from labgym.layouts.rules.facility.showers import SHOWER_WALK
-from labgym.layouts.rules.regulations.premises import PERSON
 from labgym.layouts.rules.safety.hazards import CLASS_B, CLASS_D, FireClass, fire_classes
 from labgym.layouts.rules.safety.rule import Finding, SafetyRule
 from labgym.layouts.rules.safety.site import Site
@@ -22,10 +20,6 @@ CLASS_B_PREFERRED_M = 9.1
 """Preferred walk, meters (the same table: 30 ft for the smaller extinguishers)."""
 CLASS_D_WALK_M = 22.9
 """Longest walk from active metals and hydrides to a class D extinguisher, meters (NFPA 10, 6.5: 75 ft)."""
-ARM_REACH_M = 0.8
-"""A person reaches equipment from this far in front of it, meters (ISO 7250-3: forward grip reach 0.65 to 0.8 m)."""
-STEP_M = 0.1
-"""Spacing of the places that are tried before equipment, meters."""
 
 
 @dataclass(frozen=True)
@@ -92,38 +86,25 @@ WALKS = (
 """Walks that are limited. Rooms without the equipment break the rules on rooms and are left out."""
 
 
-def _stand(site: Site, row: int) -> PlanarPose:
-    """Return where a person stands to use emergency equipment: the nearest free place before it, within arm's reach."""
-    premises, box = site.walks, site.arrangement.box(row)
-    pose = premises.pose(row)
-    if premises.paths.free(*pose[:2]):
-        return pose
-    (fx, fy), half = box.front, box.depth / 2.0
-    steps = np.arange(-ARM_REACH_M, ARM_REACH_M + 1e-9, STEP_M)
-    places = [(out, side) for out in steps[steps >= PERSON] for side in steps if math.hypot(out, side) <= ARM_REACH_M]
-    for out, side in sorted(places, key=lambda place: math.hypot(*place)):
-        x, y = box.x + (half + out) * fx + side * fy, box.y + (half + out) * fy - side * fx
-        if premises.paths.free(x, y):
-            return float(x), float(y), pose[2]
-    return pose
+def _finding(site: Site, walk: Walk, row: int, goals: list[int], length: float) -> Finding:
+    own, *named = (site.arrangement.placements[one].id for one in (row, *goals))
+    value = length if math.isfinite(length) else None
+    way = "no way leads" if value is None else f"the walk is {value:.1f} m"
+    message = f"{way} from {own} to any {walk.equipment}, at most {walk.limit:g} m is allowed"
+    return Finding((own, *named), value, walk.limit, message, f"move {', '.join(named)} nearer, or free the way")
 
 
 def _rule(walk: Walk) -> SafetyRule:
     def check(site: Site) -> Iterator[Finding]:
-        arrangement, premises = site.arrangement, site.walks
-        for row in walk.starts(site):
-            goals = site.rows_in(site.room(row), walk.accepted)
-            if not goals:
-                continue
-            length = premises.walk(premises.pose(row), [_stand(site, goal) for goal in goals])
-            if length > walk.limit + 1e-9:
-                own = arrangement.placements[row].id
-                named = tuple(arrangement.placements[goal].id for goal in goals)
-                value = length if math.isfinite(length) else None
-                way = "no way leads" if value is None else f"the walk is {value:.1f} m"
-                message = f"{way} from {own} to any {walk.equipment}, at most {walk.limit:g} m is allowed"
-                remedy = f"move {', '.join(named)} nearer, or free the way"
-                yield Finding((own, *named), value, walk.limit, message, remedy)
+        roadmap, starts = site.roadmap, walk.starts(site)
+        for room in dict.fromkeys(site.room(row) for row in starts):
+            goals = site.rows_in(room, walk.accepted)
+            rows = [row for row in starts if site.room(row) == room]
+            bounds = roadmap.bounds(rows, goals, room) if goals else np.zeros(len(rows))
+            for row in (rows[k] for k in np.flatnonzero(bounds > walk.limit + 1e-9)):
+                length = roadmap.length(row, goals)
+                if length > walk.limit + 1e-9:
+                    yield _finding(site, walk, row, goals, length)
 
     return SafetyRule(
         name=walk.name,

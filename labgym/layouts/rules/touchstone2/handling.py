@@ -37,7 +37,7 @@ class Handling:
 
 def handlings(arrangement: Arrangement, protocol: Protocol) -> tuple[Handling, ...]:
     """Return what a protocol handles at each of its locations that is placed, in the order of the first visit."""
-    whereabouts = Whereabouts.of(arrangement, protocol)
+    whereabouts = Whereabouts(arrangement, protocol)
     names = {use.name for use in protocol.reagents}
     sharing = tuple(one for one in arrangement.layout.protocols if one != protocol)
     places = []

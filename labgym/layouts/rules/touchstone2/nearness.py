@@ -29,7 +29,7 @@ def near_instances(arrangement: Arrangement, protocol: Protocol) -> tuple[Instan
     measured between the poses from which they are used. A constraint on something that is not placed scores 0. Pieces
     that the same protocol puts at two locations (constraint `on`) are left out: one is carried to the other when used.
     """
-    whereabouts = Whereabouts.of(arrangement, protocol)
+    whereabouts = Whereabouts(arrangement, protocol)
     homes = {rule.subject: rule.object for rule in protocol.spatial_constraints if rule.kind == "on"}
     instances = []
     for constraint in protocol.spatial_constraints:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
 from dataclasses import dataclass
 
 from labgym.layouts.placement import FLOOR, WALL
@@ -13,23 +12,10 @@ from labgym.protocols import Protocol
 
 @dataclass(frozen=True)
 class Whereabouts:
-    """The rows of a protocol's assets, by any name that the catalog knows them under.
-
-    Attributes:
-        rows: rows of an arrangement by role; variants count as the asset whose role they have.
-    """
+    """The rows of a protocol's assets, by any name that the catalog knows them under."""
 
     arrangement: Arrangement
     protocol: Protocol
-    rows: dict[str, tuple[int, ...]]
-
-    @classmethod
-    def of(cls, arrangement: Arrangement, protocol: Protocol) -> Whereabouts:
-        """Look up every object of a layout."""
-        rows: dict[str, list[int]] = defaultdict(list)
-        for row, asset in enumerate(arrangement.assets):
-            rows[asset.role].append(row)
-        return cls(arrangement, protocol, {role: tuple(own) for role, own in rows.items()})
 
     def role(self, name: str) -> str:
         """Return the role of an asset that the protocol names."""
@@ -38,7 +24,7 @@ class Whereabouts:
 
     def of_name(self, name: str) -> tuple[int, ...]:
         """Return the rows of an asset that the protocol names; empty if it is not placed."""
-        return self.rows.get(self.role(name), ())
+        return self.arrangement.by_role.get(self.role(name), ())
 
     def place(self, location: str) -> int | None:
         """Return the row of a step's location, where the robot's goal pose is; None if it is not placed."""

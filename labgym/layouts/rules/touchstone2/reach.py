@@ -49,7 +49,7 @@ def item_reaches(arrangement: Arrangement, protocol: Protocol) -> tuple[ItemReac
     another instrument and a reagent from the goal pose of the furniture where it stands. Of several placements of an
     asset the nearest counts. The envelope is a ball about the shoulder: joints and obstacles are not considered.
     """
-    whereabouts = Whereabouts.of(arrangement, protocol)
+    whereabouts = Whereabouts(arrangement, protocol)
     homes = {rule.subject: rule.object for rule in protocol.spatial_constraints if rule.kind == "on"}
     reaches, seen = [], set[str]()
     for step in protocol.steps:

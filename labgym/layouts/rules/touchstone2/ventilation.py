@@ -20,7 +20,7 @@ def ventilation_instances(arrangement: Arrangement, protocol: Protocol, unusable
     Args:
         unusable: placements that are out of bounds, that collide, or whose front is blocked.
     """
-    whereabouts = Whereabouts.of(arrangement, protocol)
+    whereabouts = Whereabouts(arrangement, protocol)
     homes = {rule.subject: rule.object for rule in protocol.spatial_constraints if rule.kind == "on"}
     instances = []
     for constraint in protocol.chemical_constraints:

@@ -44,7 +44,7 @@ def walking_distance(arrangement: Arrangement, protocol: Protocol, premises: Pre
     Args:
         premises: the walks of the layout, if they exist already.
     """
-    whereabouts = Whereabouts.of(arrangement, protocol)
+    whereabouts = Whereabouts(arrangement, protocol)
     walks = Premises(arrangement) if premises is None else premises
     reagents = {use.name for use in protocol.reagents}
     between, fetching, trips, blocked = 0.0, 0.0, 0, 0

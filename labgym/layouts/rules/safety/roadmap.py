@@ -1,0 +1,139 @@
+"""Walks of people in a room: where they stand, and the lengths of their ways, quickly bounded or exact."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import dijkstra
+
+from labgym.layouts.placement import FLOOR, WALL
+from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.regulations.premises import OUTWARD, PERSON, Premises
+from labgym.navigation import goal_pose
+from labgym.navigation.barriers import Barriers
+from labgym.navigation.free_space import FreeSpace
+from labgym.navigation.plan import OBSTACLE_HEIGHT
+
+ARM_REACH_M = 0.8
+"""A person reaches equipment from this far in front of it, meters (ISO 7250-3: forward grip reach 0.65 to 0.8 m)."""
+STEP_M = 0.1
+"""Spacing of the places that are tried before equipment, meters."""
+INSIDE_M = 0.6
+"""Distance from a door of the places next to it, meters."""
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Roadmap:
+    """Walks of a person, a disc of 0.25 m, that pass no door; movable objects are left out.
+
+    Attributes:
+        rooms: room of each space, as in `Site.rooms`.
+    """
+
+    arrangement: Arrangement
+    rooms: NDArray[np.intp]
+
+    @cached_property
+    def premises(self) -> Premises:
+        """Exact walks."""
+        return Premises(self.arrangement, through_doors=False)
+
+    @cached_property
+    def _space(self) -> FreeSpace:
+        return FreeSpace(Barriers.of(self.premises.walked, OBSTACLE_HEIGHT), PERSON)
+
+    @cached_property
+    def _stands(self) -> dict[tuple[int, bool], tuple[float, float, bool]]:
+        """Places that have been found, by row and by whether an arm's reach will do."""
+        return {}
+
+    def stands(self, rows: Sequence[int], reaching: bool = False) -> list[tuple[float, float, bool]]:
+        """Return where people stand before objects, and whether that place is free: the first free place in front.
+
+        Args:
+            reaching: whether any free place within an arm's reach will do, as for emergency equipment.
+        """
+        new = [row for row in dict.fromkeys(rows) if (row, reaching) not in self._stands]
+        if new:
+            places = [self._front(row) for row in new]
+            free = self._space.holds(np.concatenate(places)).reshape(len(new), len(OUTWARD))
+            for row, own, fits in zip(new, places, free, strict=True):
+                if reaching and not fits.any():
+                    own = self._within_reach(row)
+                    fits = self._space.holds(own)
+                x, y = own[int(fits.argmax())].tolist()
+                self._stands[row, reaching] = x, y, bool(fits.any())
+        return [self._stands[row, reaching] for row in rows]
+
+    def _front(self, row: int) -> Array:
+        """Return the places in front of an object, or of what carries it, shape (k, 2)."""
+        layout, placement = self.arrangement.layout, self.arrangement.placements[row]
+        root = placement if placement.support in (FLOOR, WALL) else layout.root(placement.id)
+        box = layout.box(root.id)
+        x, y, _ = goal_pose(box)
+        return np.array([(x + out * box.front[0], y + out * box.front[1]) for out in OUTWARD])
+
+    def _within_reach(self, row: int) -> Array:
+        """Return places from which an arm reaches an object, the nearest first, shape (k, 2)."""
+        box = self.arrangement.box(row)
+        (fx, fy), half = box.front, box.depth / 2.0
+        steps = np.arange(-ARM_REACH_M, ARM_REACH_M + 1e-9, STEP_M)
+        out, side = (grid.ravel() for grid in np.meshgrid(steps[steps >= PERSON], steps, indexing="ij"))
+        order = np.argsort(np.hypot(out, side), kind="stable")
+        order = order[np.hypot(out, side)[order] <= ARM_REACH_M + 1e-9]
+        out, side = half + out[order], side[order]
+        return np.column_stack([box.x + out * fx + side * fy, box.y + out * fy - side * fx])
+
+    @cached_property
+    def _entries(self) -> dict[int, Array]:
+        """Free places inside the doors of each room, shape (k, 2)."""
+        entrances = self.arrangement.building.entrances
+        poses = np.array([entrance.pose for entrance in entrances])
+        points = poses[:, :2] + INSIDE_M * np.column_stack([-np.sin(poses[:, 2]), np.cos(poses[:, 2])])
+        free, rooms = self._space.holds(points), self.rooms[[entrance.space for entrance in entrances]]
+        return {int(room): points[free & (rooms == room)] for room in set(rooms.tolist())}
+
+    @cached_property
+    def _workplaces(self) -> dict[int, list[int]]:
+        """Rows of the places of work by room: corners of the walks whose lengths are bounded."""
+        own: dict[int, list[int]] = {}
+        for row in self.arrangement.workplaces:
+            own.setdefault(int(self.rooms[self.arrangement.spaces[row]]), []).append(row)
+        return own
+
+    def bounds(self, starts: Sequence[int], goals: Sequence[int], room: int) -> Array:
+        """Return upper bounds of the walks from objects to the nearest of some equipment in a room, meters.
+
+        The walks consist of straight lines between the places where people stand; inf without one.
+        """
+        corners = [(x, y) for x, y, free in self.stands(self._workplaces.get(room, [])) if free]
+        begins, ends = self.stands(starts), [(x, y) for x, y, free in self.stands(goals, reaching=True) if free]
+        if not ends:
+            return np.full(len(starts), np.inf)
+        own = [(x, y) for x, y, _ in begins]
+        entries = self._entries.get(room, np.zeros((0, 2))).tolist()
+        lengths = self._lines(np.array([*ends, *own, *corners, *entries]))
+        nearest = dijkstra(lengths, directed=False, indices=range(len(ends)), min_only=True)
+        free = np.array([free for _, _, free in begins])
+        return np.where(free, nearest[len(ends) : len(ends) + len(own)], np.inf)
+
+    def _lines(self, points: Array) -> Array:
+        """Return the lengths of the free straight lines between places (n, 2), 0 where none is free, shape (n, n)."""
+        first, second = np.triu_indices(len(points), 1)
+        lengths = np.zeros((len(points), len(points)))
+        free = self._space.joins(points[first], points[second])
+        spans = np.linalg.norm(points[first] - points[second], axis=1)
+        lengths[first[free], second[free]] = np.maximum(spans[free], 1e-9)
+        return lengths
+
+    def length(self, start: int, goals: Sequence[int]) -> float:
+        """Return the exact length of the shortest walk from an object to the nearest of some equipment, meters."""
+        ((x, y, free),) = self.stands([start])
+        ends = [(gx, gy, 0.0) for gx, gy, usable in self.stands(goals, reaching=True) if usable]
+        return self.premises.walk((x, y, 0.0), ends) if free else math.inf
