@@ -21,6 +21,8 @@ from labgym.layouts.tabletop import Item, Spot, pack
 from labgym.navigation import PLANNING_RADIUS, goal_pose
 from labgym.protocols import Protocol
 
+PERSON = 0.6
+"""Width of the free space in front of equipment on a wall, meters: a person with elbows."""
 ELBOW = 0.03
 """Gap to all other objects, meters."""
 WORKING_HEIGHT = 0.35
@@ -136,7 +138,7 @@ def on_wall(
         height: of its bottom, meters; the asset's mount height by default.
         space: id of the space on whose walls; None for all.
         accept: a further condition on the box of a free place; only the first few are asked.
-        front: depth in front of it in which no furniture stands up to its top, meters.
+        front: depth in front of it in which nothing stands up to its top, where a person does, meters.
     """
     bottom = asset.mount_height if height is None else height
     top = bottom + asset.size.height
@@ -150,7 +152,7 @@ def on_wall(
     barriers, solid, refused = BoxArray.of(obstacles), BoxArray.of(_boxes(layout) if front > 0.0 else ()), 0
     for some in _batched(candidates, BATCH):
         boxes = [OrientedBox(x, y, asset.size.width, asset.size.depth, yaw, bottom, top) for x, y, yaw in some]
-        fronts = [replace(front_zone(box, front), z1=top) for box in boxes] if front > 0.0 else []
+        fronts = [_front(box, front) for box in boxes] if front > 0.0 else []
         reached = _free(fronts, solid) if front > 0.0 else [True] * len(boxes)
         for box, is_free, is_reached in zip(boxes, _free(boxes, barriers), reached, strict=True):
             if not (is_free and is_reached):
@@ -161,6 +163,12 @@ def on_wall(
             if refused == ACCEPTED_TRIES:
                 return None
     return None
+
+
+def _front(box: OrientedBox, depth: float) -> OrientedBox:
+    """The space in front of what hangs on a wall in which a person stands to take it."""
+    zone = front_zone(box, depth)
+    return replace(zone, width=max(zone.width, PERSON), z0=0.0, z1=box.z1)
 
 
 def on_floor(

@@ -144,7 +144,10 @@ def furnish(
             room.add_anyway(unit, foot)
         by_id = {unit.id: unit for unit in units}
         added = room.add([(by_id[unit_id], foot) for unit_id, foot in {**feet, **plan.feet}.items()])
-        if added and (not attempt.near_supplies or all(_has_supplied_place(room, unit) for unit in further if not unit.asset.fume_hood)):
+        if added and (
+            not attempt.near_supplies
+            or all(_has_supplied_place(room, unit) for unit in further if not unit.asset.fume_hood)
+        ):
             outcome.room = room
             return outcome
         outcome.attempts["closed"] += 1
