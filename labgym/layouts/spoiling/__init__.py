@@ -1,9 +1,10 @@
-"""Thirty-nine ways to spoil a layout that is in order, for tests of metrics and judges.
+"""Ways to spoil a layout that is in order, for tests of metrics and judges: 39 fixed ones, and five kinds drawn at random.
 
-Each must lower a headline figure of touchstone-v2 (docs/metrics.md). Deterministic; any floor. The damage that repairs
-are evaluated with, drawn at random, is in `labgym.layouts.damage`.
+Each fixed one must lower a headline figure of touchstone-v2 (docs/metrics.md), each drawn one breaks a safety rule. Any
+floor. The damage that repairs are evaluated with, drawn at random, is in `labgym.layouts.damage`.
 """
 
+from labgym.layouts.spoiling.drawn import DRAWN, DrawnSpoiling
 from labgym.layouts.spoiling.spoilings import SPOILINGS, Spoiling
 
-__all__ = ["SPOILINGS", "Spoiling"]
+__all__ = ["DRAWN", "SPOILINGS", "DrawnSpoiling", "Spoiling"]
