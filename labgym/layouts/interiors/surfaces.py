@@ -11,7 +11,7 @@ import numpy as np
 from labgym.assets import Asset
 from labgym.layouts.brief import Content, Unit
 from labgym.layouts.cabinets import Cabinet
-from labgym.layouts.interiors.distances import first_of_role, flammables_at
+from labgym.layouts.interiors.distances import first_of_role, burning_at
 from labgym.layouts.request import Request
 from labgym.layouts.rules.safety.standing import forbidden
 from labgym.layouts.rules.separation import heat_band
@@ -122,7 +122,7 @@ class _Stocking:
         A heat source then stands on no bench on which a protocol handles flammables.
         """
         first = first_of_role(units)
-        places = {place for one in self.request.protocols for place, _ in flammables_at(self.request, one)}
+        places = {place for one in self.request.protocols for place, _ in burning_at(self.request, one)}
         handled = {unit.id for role, unit in first.items() if role in places}
         rest: list[Waiting] = []
         for name in sorted(self.pool.elements()):
