@@ -6,7 +6,6 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from labgym.geometry import distance
 from labgym.layouts.interiors.filling import Names, add_pieces
 from labgym.layouts.interiors.interior import Interior
 from labgym.layouts.interiors.safeguards import EQUIPMENT
@@ -16,8 +15,8 @@ from labgym.layouts.pieces import WallPiece
 from labgym.layouts.request import Request
 from labgym.layouts.rules.facility.showers import SHOWER_WALK
 
-DETOUR = 1.4
-"""Greatest walk to emergency equipment relative to the straight line that is assumed (assumption: around islands)."""
+DETOUR_M = 3.0
+"""Greatest walk to emergency equipment beyond the way along the axes of the space, meters (assumption: islands)."""
 
 
 def add_emergency_equipment(
@@ -40,8 +39,8 @@ def _is_far(room: Interior, role: str) -> bool:
     """Whether a space lacks a piece, or some hazardous work is too far from it."""
     pieces = [room.feet[unit_id] for unit_id, unit in room.units.items() if unit.asset.role == role]
     work = [room.feet[unit_id] for unit_id, unit in room.units.items() if "work" in unit.hazards]
-    limit = SHOWER_WALK / DETOUR
-    return not pieces or any(min(distance(foot, piece) for piece in pieces) > limit for foot in work)
+    ways = (min(abs(foot.x - piece.x) + abs(foot.y - piece.y) for piece in pieces) for foot in work if pieces)
+    return not pieces or any(way > SHOWER_WALK - DETOUR_M for way in ways)
 
 
 def _add(

@@ -11,7 +11,7 @@ import numpy as np
 from labgym.assets import Asset
 from labgym.layouts.brief import Content, Unit
 from labgym.layouts.cabinets import Cabinet
-from labgym.layouts.interiors.distances import first_of_role, burning_at
+from labgym.layouts.interiors.distances import burning_at, first_of_role
 from labgym.layouts.request import Request
 from labgym.layouts.rules.safety.standing import forbidden
 from labgym.layouts.rules.separation import heat_band
