@@ -88,7 +88,9 @@ def test_the_item_over_an_opening_covers_it_in_elevation(bases: tuple[Layout, ..
     for wall in spoilt.floor.walls:
         for opening in wall.openings:
             x, y = wall.point(opening.position)
-            hole = box(-opening.width / 2.0, -0.5 - wall.thickness / 2.0, opening.width / 2.0, 0.5 + wall.thickness / 2.0)
+            hole = box(
+                -opening.width / 2.0, -0.5 - wall.thickness / 2.0, opening.width / 2.0, 0.5 + wall.thickness / 2.0
+            )
             hole = translate(rotate(hole, wall.yaw, origin=(0.0, 0.0), use_radians=True), x, y)
             height = min(top, opening.top) - max(bottom, opening.sill)
             if height > 0.0:

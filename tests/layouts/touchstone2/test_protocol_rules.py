@@ -6,70 +6,19 @@ import math
 from dataclasses import replace
 
 import pytest
+from laboratories import BY_HAND as PROTOCOL
+from laboratories import orderly_laboratory as laboratory
 from laboratories import put
 
-from labgym.layouts import Door, Layout, Placement, Room
+from labgym.layouts import Door, Placement, Room
 from labgym.layouts.rules import evaluate_layout
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.touchstone2.assessment import Assessment2
 from labgym.layouts.rules.touchstone2.reach import ARM_REACH, SHOULDER_HEIGHT, item_reaches
 from labgym.layouts.rules.touchstone2.workflow import walking_distance
-from labgym.protocols import Protocol, ReagentUse, Step
-from labgym.protocols.constraints import derive
+from labgym.protocols import Step
 
 HALF = math.pi / 2.0
-PROTOCOL = derive(
-    Protocol(
-        id="by-hand",
-        name="By hand",
-        reaction_type="substitution",
-        reagents=(ReagentUse(name="DiethylEther", role="solvent"), ReagentUse(name="SodiumChloride", role="salt")),
-        instruments=("RoundBottomFlask", "MagneticHotplateStirrer", "ElectronicScale"),
-        steps=(
-            Step(
-                index=1, location="PreparationBench", action="Weigh", text="Weigh.",
-                uses=("SodiumChloride", "ElectronicScale"),
-            ),
-            Step(
-                index=2, location="FumeHood", action="Stir", text="Stir.",
-                uses=("DiethylEther", "RoundBottomFlask", "MagneticHotplateStirrer"),
-            ),
-        ),
-    )
-)  # fmt: skip
-"""Ether is flammable and volatile: it is handled in the hood, in the flask, next to the hotplate of the protocol."""
-
-CLEAN = (
-    put("hood", "FumeHood", 4.0, 7.575, yaw=math.pi),
-    put("bench", "PreparationBench", 7.625, 4.0, yaw=HALF),
-    put("flammables", "FlammableCabinet", 0.23, 3.5, yaw=-HALF),
-    put("general", "GeneralCabinet", 0.23, 5.5, yaw=-HALF),
-    put("ether", "DiethylEther", 0.23, 3.5, 0.1, on="flammables", slot=0),
-    put("salt", "SodiumChloride", 0.23, 5.5, 0.1, on="general", slot=0),
-    put("flask", "RoundBottomFlask", 4.0, 7.55, 0.9, on="hood", slot=0),
-    put("plate", "MagneticHotplateStirrer", 4.4, 7.55, 0.9, on="hood", slot=0),
-    put("scale", "ElectronicScale", 7.6, 4.0, 0.9, on="bench", slot=0),
-    put("extinguisher", "FireExtinguisher", 0.1, 2.0, 0.9, yaw=-HALF, on="wall"),
-    put("spills", "SpillKit", 0.6, 7.75, yaw=math.pi),
-    put("waste", "SolventWasteContainer", 1.4, 7.75, yaw=math.pi),
-    put("shower", "EmergencyShower", 6.9, 7.6, yaw=math.pi),
-    put("eyewash", "EyewashStation", 5.6, 7.8, yaw=math.pi),
-    put("hands", "HandWashSink", 7.75, 2.0, yaw=HALF),
-    put("detector", "GasDetector", 0.04, 7.0, 2.0, yaw=-HALF, on="wall"),
-)
-
-
-def laboratory(*changed: Placement, without: tuple[str, ...] = ()) -> Layout:
-    """The clean laboratory with placements replaced or added by id, each on its surface, and some left out."""
-    by_id = {placement.id: placement for placement in (*CLEAN, *changed) if placement.id not in without}
-    floor = Room(width=8.0, depth=8.0, doors=(Door(wall="front", offset=1.2), Door(wall="front", offset=6.0))).floor
-    layout = Layout(id="by-hand", floor=floor, protocols=(PROTOCOL,), placements=tuple(by_id.values()))
-    on_shelf = {
-        each.id: each.model_copy(update={"position": (*each.position[:2], layout.surface(each.support, each.slot).z0)})
-        for each in layout.placements
-        if each.slot is not None and each.position[2] == 0.1
-    }
-    return layout.replace(placements=tuple(on_shelf.get(each.id, each) for each in layout.placements))
 
 
 def assess(*changed: Placement, without: tuple[str, ...] = (), navigation: bool = False) -> Assessment2:
@@ -135,7 +84,7 @@ def test_the_pieces_of_an_apparatus_are_near_up_to_an_arms_reach() -> None:
     near = assess().near
     assert [(one.satisfaction, one.hard) for one in near] == [(1.0, False)]
     far = assess(put("plate", "MagneticHotplateStirrer", 7.6, 3.4, 0.9, on="bench", slot=0)).near[0]
-    flask, plate = laboratory().box("flask"), laboratory(CLEAN[-1]).asset("plate").size
+    flask, plate = laboratory().box("flask"), laboratory().asset("plate").size
     dx, dy = (
         7.6 - plate.width / 2.0 - flask.x - flask.width / 2.0,
         flask.y - flask.depth / 2.0 - 3.4 - plate.depth / 2.0,

@@ -52,7 +52,7 @@ def burning(asset: Asset) -> bool:
 
 
 def fire_classes(asset: Asset) -> frozenset[FireClass]:
-    """Return the classes of fires that a reagent or a cylinder calls for: B for flammables, D for metals and hydrides."""
+    """Return the fire classes of a reagent or a cylinder: B for flammables, D for metals and hydrides."""
     classes: set[FireClass] = set()
     if (asset.kind == "reagent" and asset.hazards.flammable) or asset.role in BURNING_CYLINDERS:
         classes.add("B")

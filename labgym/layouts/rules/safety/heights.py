@@ -39,18 +39,18 @@ MOUNTINGS: dict[str, Mounting] = {
     "FireExtinguisher": Mounting(0.10, 1.53, "NFPA 10, 6.1.3.8"),
     "CO2Extinguisher": Mounting(0.10, 1.53, "NFPA 10, 6.1.3.8"),
     "FireBlanket": Mounting(0.5, 1.8, "BS EN 1869 guidance: within reach"),
-    "FirstAidKit": Mounting(0.5, 1.9, "ANSI/ISEA Z308.1: within reach"),
+    "FirstAidKit": Mounting(0.5, 1.8, "ANSI/ISEA Z308.1: within reach"),
     "GasDetector": Mounting(0.2, 2.6, "IEC 60079-29-2"),
     "ExitSign": Mounting(2.0, 3.5, "NFPA 101, 7.10.1 and 7.1.5"),
     "SafetySign": Mounting(1.0, 2.5, "ISO 3864-1: in the field of view"),
-    "NoticeBoard": Mounting(0.6, 2.4, "planning practice: eye level"),
-    "Whiteboard": Mounting(0.6, 2.4, "planning practice: eye level"),
+    "NoticeBoard": Mounting(0.6, 2.2, "planning practice: eye level"),
+    "Whiteboard": Mounting(0.6, 2.2, "planning practice: eye level"),
     "Clock": Mounting(1.5, 3.0, "planning practice: above heads"),
     "CoatHooks": Mounting(1.0, 2.0, "planning practice: within reach"),
     "PaperTowelDispenser": Mounting(0.6, 1.7, "ADA 2010, 308: within reach"),
     "PowerSocketStrip": Mounting(0.3, 1.5, "ADA 2010, 308: within reach"),
-    "WallCabinet": Mounting(1.1, 2.4, "SEFA practice: 1.35 to 1.45 m above the floor"),
-    "WallShelf": Mounting(1.0, 2.2, "planning practice: within reach"),
+    "WallCabinet": Mounting(1.1, 2.3, "SEFA practice: 1.35 to 1.45 m above the floor"),
+    "WallShelf": Mounting(1.0, 2.0, "planning practice: within reach"),
     "DryingRack": Mounting(1.0, 2.3, "planning practice: within reach"),
 }
 """Heights by role."""
@@ -65,9 +65,14 @@ def mounting(asset: Asset) -> Mounting | None:
 
 
 def _hanging(site: Site) -> list[tuple[int, Mounting]]:
-    rows = enumerate(zip(site.arrangement.placements, site.arrangement.assets, strict=True))
-    pairs = [(row, mounting(asset)) for row, (placement, asset) in rows if placement.support == WALL]
-    return [(row, limits) for row, limits in pairs if limits is not None]
+    """Return the rows and the limits of what hangs on walls; detectors of light gases have a rule of their own."""
+    high = {room for room, own in gases(site).items() if "light" in own}
+    pairs = []
+    for row, (placement, asset) in enumerate(zip(site.arrangement.placements, site.arrangement.assets, strict=True)):
+        limits = mounting(asset) if placement.support == WALL else None
+        if limits is not None and not (asset.role == "GasDetector" and site.room(row) in high):
+            pairs.append((row, limits))
+    return pairs
 
 
 def _wall_heights(site: Site) -> Iterator[Finding]:
@@ -123,24 +128,21 @@ def _detector_heights(site: Site) -> Iterator[Finding]:
         named = tuple(site.arrangement.placements[row].id for row in detectors)
         bottoms, tops = site.arrangement.boxes.z[detectors].T.tolist()
         for density, holders in by_density.items():
+            gas = f"{holders[0]} holds a gas {'lighter' if density == 'light' else 'heavier'} than air, but"
             if density == "light" and max(bottoms) < LIGHT_GAS_BOTTOM_M - 1e-6:
-                message = f"{holders[0]} holds a gas lighter than air, but the highest gas detector is {max(bottoms):.2f} m high"
-                limit = f"under {LIGHT_GAS_BOTTOM_M:g} m"
-                yield Finding(
-                    (*named, *holders), max(bottoms), LIGHT_GAS_BOTTOM_M, f"{message}, {limit}", "hang it higher"
-                )
+                value, limit = max(bottoms), LIGHT_GAS_BOTTOM_M
+                message = f"{gas} the highest gas detector is {value:.2f} m high, under {limit:g} m"
+                yield Finding((*named, *holders), value, limit, message, "hang it higher")
             if density == "heavy" and min(tops) > HEAVY_GAS_TOP_M + 1e-6:
-                message = f"{holders[0]} holds a gas heavier than air, but the lowest gas detector ends {min(tops):.2f} m high"
-                limit = f"over {HEAVY_GAS_TOP_M:g} m"
-                yield Finding(
-                    (*named, *holders), min(tops), HEAVY_GAS_TOP_M, f"{message}, {limit}", "hang it lower, or add one"
-                )
+                value, limit = min(tops), HEAVY_GAS_TOP_M
+                message = f"{gas} the lowest gas detector ends {value:.2f} m high, over {limit:g} m"
+                yield Finding((*named, *holders), value, limit, message, "hang it lower, or add one")
 
 
 RULES = (
     SafetyRule(
         name="wall_height",
-        requires="What hangs on a wall is at the height for it: extinguishers between 0.10 and 1.53 m (1.07 m above 18 kg)",
+        requires="What hangs on a wall is at the height for it: extinguishers from 0.10 to 1.53 m (1.07 m above 18 kg)",
         limit="by kind (`MOUNTINGS`)",
         source="NFPA 10, 6.1.3.8; NFPA 101, 7.10; ADA 2010, 308",
         severity="error",

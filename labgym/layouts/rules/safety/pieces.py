@@ -16,7 +16,7 @@ OPTIONAL_PIECES: dict[str, int] = {
     "WaterPurifier": 2,
     "LabRefrigerator": 4,
 }
-"""Greatest number of optional pieces by role in one laboratory, which is the whole floor (assumption: shared by all)."""
+"""Greatest number of optional pieces by role in one laboratory, which is the whole floor (assumption)."""
 
 
 def surplus(site: Site) -> dict[str, tuple[str, ...]]:

@@ -21,7 +21,7 @@ from labgym.navigation.plan import OBSTACLE_HEIGHT
 
 ARM_REACH_M = 0.8
 """A person reaches equipment from this far in front of it, meters (ISO 7250-3: forward grip reach 0.65 to 0.8 m)."""
-STEP_M = 0.1
+STEP_M = 0.2
 """Spacing of the places that are tried before equipment, meters."""
 INSIDE_M = 0.6
 """Distance from a door of the places next to it, meters."""
@@ -48,28 +48,29 @@ class Roadmap:
     def _space(self) -> FreeSpace:
         return FreeSpace(Barriers.of(self.premises.walked, OBSTACLE_HEIGHT), PERSON)
 
-    @cached_property
-    def _stands(self) -> dict[tuple[int, bool], tuple[float, float, bool]]:
-        """Places that have been found, by row and by whether an arm's reach will do."""
-        return {}
-
-    def stands(self, rows: Sequence[int], reaching: bool = False) -> list[tuple[float, float, bool]]:
-        """Return where people stand before objects, and whether that place is free: the first free place in front.
-
-        Args:
-            reaching: whether any free place within an arm's reach will do, as for emergency equipment.
-        """
-        new = [row for row in dict.fromkeys(rows) if (row, reaching) not in self._stands]
+    def stands(self, rows: Sequence[int]) -> list[tuple[float, float, bool]]:
+        """Return where people stand before objects, and whether that place is free: the first free place in front."""
+        new = [row for row in dict.fromkeys(rows) if row not in self._stands]
         if new:
             places = [self._front(row) for row in new]
             free = self._space.holds(np.concatenate(places)).reshape(len(new), len(OUTWARD))
             for row, own, fits in zip(new, places, free, strict=True):
-                if reaching and not fits.any():
-                    own = self._within_reach(row)
-                    fits = self._space.holds(own)
                 x, y = own[int(fits.argmax())].tolist()
-                self._stands[row, reaching] = x, y, bool(fits.any())
-        return [self._stands[row, reaching] for row in rows]
+                self._stands[row] = x, y, bool(fits.any())
+        return [self._stands[row] for row in rows]
+
+    @cached_property
+    def _stands(self) -> dict[int, tuple[float, float, bool]]:
+        """Places that have been found, by row."""
+        return {}
+
+    def _ends(self, goals: Sequence[int], anywhere: bool) -> list[tuple[float, float]]:
+        """Return free places from which people use equipment: in front of each piece, or anywhere in an arm's reach."""
+        ends = [(x, y) for x, y, free in self.stands(goals) if free]
+        for goal in goals if anywhere else ():
+            within = self._within_reach(goal)
+            ends += [(x, y) for x, y in within[self._space.holds(within)].tolist()]
+        return ends
 
     def _front(self, row: int) -> Array:
         """Return the places in front of an object, or of what carries it, shape (k, 2)."""
@@ -83,8 +84,9 @@ class Roadmap:
         """Return places from which an arm reaches an object, the nearest first, shape (k, 2)."""
         box = self.arrangement.box(row)
         (fx, fy), half = box.front, box.depth / 2.0
-        steps = np.arange(-ARM_REACH_M, ARM_REACH_M + 1e-9, STEP_M)
-        out, side = (grid.ravel() for grid in np.meshgrid(steps[steps >= PERSON], steps, indexing="ij"))
+        sides = np.arange(-ARM_REACH_M, ARM_REACH_M + 1e-9, STEP_M)
+        outs = np.arange(PERSON, ARM_REACH_M + 1e-9, STEP_M)
+        out, side = (grid.ravel() for grid in np.meshgrid(outs, sides, indexing="ij"))
         order = np.argsort(np.hypot(out, side), kind="stable")
         order = order[np.hypot(out, side)[order] <= ARM_REACH_M + 1e-9]
         out, side = half + out[order], side[order]
@@ -107,13 +109,16 @@ class Roadmap:
             own.setdefault(int(self.rooms[self.arrangement.spaces[row]]), []).append(row)
         return own
 
-    def bounds(self, starts: Sequence[int], goals: Sequence[int], room: int) -> Array:
+    def bounds(self, starts: Sequence[int], goals: Sequence[int], room: int, anywhere: bool = False) -> Array:
         """Return upper bounds of the walks from objects to the nearest of some equipment in a room, meters.
 
         The walks consist of straight lines between the places where people stand; inf without one.
+
+        Args:
+            anywhere: whether walks end anywhere within an arm's reach of the equipment, or in front of it.
         """
         corners = [(x, y) for x, y, free in self.stands(self._workplaces.get(room, [])) if free]
-        begins, ends = self.stands(starts), [(x, y) for x, y, free in self.stands(goals, reaching=True) if free]
+        begins, ends = self.stands(starts), self._ends(goals, anywhere)
         if not ends:
             return np.full(len(starts), np.inf)
         own = [(x, y) for x, y, _ in begins]
@@ -135,5 +140,5 @@ class Roadmap:
     def length(self, start: int, goals: Sequence[int]) -> float:
         """Return the exact length of the shortest walk from an object to the nearest of some equipment, meters."""
         ((x, y, free),) = self.stands([start])
-        ends = [(gx, gy, 0.0) for gx, gy, usable in self.stands(goals, reaching=True) if usable]
+        ends = [(gx, gy, 0.0) for gx, gy in self._ends(goals, anywhere=True)]
         return self.premises.walk((x, y, 0.0), ends) if free else math.inf

@@ -37,7 +37,7 @@ def _work(site: Site, room: int) -> tuple[str, ...]:
 
 
 def _burning(site: Site, room: int) -> tuple[str, ...]:
-    return _holders(site, room, lambda asset: "B" in fire_classes(asset))
+    return _holders(site, room, lambda asset: "B" in fire_classes(asset)) or _work(site, room)
 
 
 def _metals(site: Site, room: int) -> tuple[str, ...]:
@@ -82,8 +82,8 @@ REQUIREMENTS = (
         "FireExtinguisher",
         CLASS_B,
         _burning,
-        "Each room with flammables has an extinguisher of class B (ABC powder or CO2)",
-        "NFPA 10, 5.2 and 6.3; OSHA 29 CFR 1910.157(d)(4)",
+        "Each room with flammables or hazardous work has an extinguisher of class B (ABC powder or CO2)",
+        "NFPA 10, 5.2 and 6.3; OSHA 29 CFR 1910.157(d)(2) and (d)(4)",
     ),
     RoomRequirement(
         "room_extinguisher_d",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from labgym.layouts.rules.facility.issue import FacilityIssue
-from labgym.layouts.rules.safety import fire, heights, pieces, rooms, square, standing, walks, walls, wet
+from labgym.layouts.rules.safety import fire, heights, pieces, planning, rooms, square, standing, walks, walls, wet
 from labgym.layouts.rules.safety.rule import SafetyRule
 from labgym.layouts.rules.safety.site import Site
 
@@ -17,6 +17,7 @@ RULES: tuple[SafetyRule, ...] = (
     *standing.RULES,
     *square.RULES,
     *pieces.RULES,
+    *planning.RULES,
 )
 """The rules in the order of reports."""
 

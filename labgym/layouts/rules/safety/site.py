@@ -90,7 +90,7 @@ class Site:
 
     @cached_property
     def work(self) -> dict[int, tuple[int, ...]]:
-        """Rows of the places of hazardous work by room: fume hoods, and locations where hazardous reagents are handled."""
+        """Rows of the places of hazardous work by room: fume hoods, and where hazardous reagents are handled."""
         places = [*self.arrangement.hoods]
         places += [place.location for place in self.handled if any(map(hazardous, self.reagents_of(place)))]
         work: dict[int, dict[int, None]] = {}

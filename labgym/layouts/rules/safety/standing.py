@@ -56,6 +56,18 @@ def _no_place_for_waste(asset: Asset) -> bool:
     return not (asset.subtype in WASTE_PLACES or asset.fume_hood or asset.storage_class == "Waste")
 
 
+def _instrument(asset: Asset) -> bool:
+    return asset.subtype == "computer" or asset.category in INSTRUMENTS
+
+
+def _emergency(asset: Asset) -> bool:
+    return asset.subtype in ("fire", "spill")
+
+
+def _out_of_sight(asset: Asset) -> bool:
+    return asset.subtype in ("desk", "sink") or asset.fume_hood or asset.storage_class is not None
+
+
 def _labware(asset: Asset) -> bool:
     """Whether an object touches chemicals: reagents, vessels, and what heats, cools or separates them."""
     return asset.kind == "reagent" or asset.category in LABWARE
@@ -89,6 +101,9 @@ LABWARE = frozenset(
 )  # fmt: skip
 """Categories of instruments that are used with chemicals."""
 
+INSTRUMENTS = frozenset({"analytical", "weighing", "mixing", "separation"})
+"""Categories of electric instruments."""
+
 MISPLACEMENTS = (
     Misplacement(
         "computers and electronic instruments", _subtype(*ELECTRONIC), "fume hoods and glove boxes", _vapors,
@@ -96,20 +111,20 @@ MISPLACEMENTS = (
         "Prudent Practices, 9.C.2: no unnecessary equipment in hoods; NFPA 45, 7.",
     ),
     Misplacement(
-        "computers and electronic instruments", _subtype(*ELECTRONIC), "sinks", _subtype("sink"),
+        "computers and electric instruments", _instrument, "sinks", _subtype("sink"),
         "water damages them and electrocutes people", "a bench or a desk", "Prudent Practices, 7.C.1.2",
     ),
     Misplacement(
-        "computers and electronic instruments", _subtype(*ELECTRONIC), "reagent cabinets", _dry_cabinet,
+        "computers and electric instruments", _instrument, "cabinets", _dry_cabinet,
         "they are ignition sources", "a bench or a desk", "NFPA 30, 9.5; OSHA 29 CFR 1910.106(d)",
     ),
     Misplacement(
         "waste containers", _waste, "furniture other than a waste station, a trolley, a hood or a waste cabinet",
-        _no_place_for_waste, "spills reach people at work", "the waste station or the floor", "40 CFR 262.15; Prudent Practices, 8.B",
+        _no_place_for_waste, "spills reach people at work", "the waste station or the floor", "40 CFR 262.15",
     ),
     Misplacement(
         "chemicals and laboratory ware", _labware, "desks", _subtype("desk"),
-        "people write, eat and drink there", "a bench, a hood or a cabinet", "Prudent Practices, 6.C.2; OSHA 29 CFR 1910.141(g)(4)",
+        "people write, eat and drink there", "a bench, a hood or a cabinet", "Prudent Practices, 6.C.2",
     ),
     Misplacement(
         "reagents", _reagent, "open shelves, racks and trolleys", _open_shelf,
@@ -124,6 +139,19 @@ MISPLACEMENTS = (
         "hot devices", _hot, "reagent cabinets, refrigerators and freezers",
         lambda asset: _cabinet(asset) or asset.subtype in ("refrigerator", "freezer"),
         "they ignite what is stored there", "a bench or a hood", "NFPA 30, 9.5; OSHA 29 CFR 1910.106(d)",
+    ),
+    Misplacement(
+        "extinguishers and spill kits", _emergency, "desks, sinks, hoods and cabinets", _out_of_sight,
+        "nobody finds them there", "the floor or a wall near the exit", "NFPA 10, 6.1.3.3",
+    ),
+    Misplacement(
+        "cartons", _subtype("carton"), "hoods, glove boxes and cabinets",
+        lambda asset: _vapors(asset) or _cabinet(asset),
+        "they burn and block the air", "the floor or a rack", "Prudent Practices, 9.C.2",
+    ),
+    Misplacement(
+        "laboratory ware", _labware, "waste stations", _subtype("station"),
+        "clean ware meets waste", "a bench, a hood or a cabinet", "40 CFR 262.15",
     ),
     Misplacement(
         "hot devices", _hot, "shelves", _open_shelf,
@@ -168,7 +196,8 @@ def _check(site: Site) -> Iterator[Finding]:
 RULES = (
     SafetyRule(
         name="misplaced",
-        requires="Objects stand where they belong: no computers in hoods, no waste or chemicals on desks, no heat in cabinets",
+        requires="Objects stand where they belong: no computers in hoods, no waste or chemicals on desks, no heat in "
+        "cabinets",
         limit="by kind (`MISPLACEMENTS`)",
         source="Prudent Practices, 5.E, 6.C and 9.C; 40 CFR 262.15; NFPA 30, 9.5",
         severity="error",

@@ -6,8 +6,6 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-import numpy as np
-
 from labgym.layouts.rules.facility.showers import SHOWER_WALK
 from labgym.layouts.rules.safety.hazards import CLASS_B, CLASS_D, FireClass, fire_classes
 from labgym.layouts.rules.safety.rule import Finding, SafetyRule
@@ -100,8 +98,12 @@ def _rule(walk: Walk) -> SafetyRule:
         for room in dict.fromkeys(site.room(row) for row in starts):
             goals = site.rows_in(room, walk.accepted)
             rows = [row for row in starts if site.room(row) == room]
-            bounds = roadmap.bounds(rows, goals, room) if goals else np.zeros(len(rows))
-            for row in (rows[k] for k in np.flatnonzero(bounds > walk.limit + 1e-9)):
+            for anywhere in (False, True) if goals else ():
+                bounds = roadmap.bounds(rows, goals, room, anywhere)
+                rows = [row for row, bound in zip(rows, bounds.tolist(), strict=True) if bound > walk.limit + 1e-9]
+                if not rows:
+                    break
+            for row in rows if goals else ():
                 length = roadmap.length(row, goals)
                 if length > walk.limit + 1e-9:
                     yield _finding(site, walk, row, goals, length)

@@ -18,7 +18,7 @@ from labgym.layouts.rules.zones import front_zone, standing_in
 OPENING_DEPTH_M = 0.5
 """Depth before the faces of a wall in which an item covers its openings, meters."""
 EXTINGUISHER_FRONT_M = 0.6
-"""Depth in front of an extinguisher without furniture up to its top, meters (NFPA 10, 6.1.3.3: not obstructed; the depth is the catalog's)."""
+"""Depth in front of an extinguisher without furniture up to its top, meters: the catalog's clearance."""
 
 
 def _hanging(site: Site) -> list[int]:

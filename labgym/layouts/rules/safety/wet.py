@@ -53,8 +53,8 @@ def _check(site: Site) -> Iterator[Finding]:
 RULES = (
     SafetyRule(
         name="water_distance",
-        requires="Reagents that react with water or ignite in air keep their distance from sinks, eyewashes, showers, ice "
-        "machines and water points, and never stand under one",
+        requires="Reagents that react with water or ignite in air keep their distance from sinks, eyewashes, showers, "
+        "ice machines and water points, and never stand under one",
         limit=f"{WET_DISTANCE_M:g} m in plan",
         source="Prudent Practices, 5.E.2; NFPA 400",
         severity="error",

@@ -35,10 +35,6 @@ def _liquid(reagent: Asset) -> bool:
     return hazardous(reagent) and reagent.phase == "liquid"
 
 
-def _class_b(reagent: Asset) -> bool:
-    return "B" in fire_classes(reagent)
-
-
 def _class_d(reagent: Asset) -> bool:
     return "D" in fire_classes(reagent)
 
@@ -55,7 +51,7 @@ REQUIREMENTS = (
     Requirement(
         "HandWashSink", frozenset({"HandWashSink"}), hazardous, "OSHA 1910.141(d)(2); Prudent Practices, 6.C.2"
     ),
-    Requirement("FireExtinguisher", CLASS_B, _class_b, "OSHA 1910.157(d)(4); NFPA 10, 6.3"),
+    Requirement("FireExtinguisher", CLASS_B, hazardous, "OSHA 1910.157(d)(2), (d)(4); NFPA 10, 6.3"),
     Requirement("ClassDExtinguisher", CLASS_D, _class_d, "OSHA 1910.157(d)(6); NFPA 10, 5.2.4 and 6.5"),
     Requirement("GasDetector", frozenset({"GasDetector"}), calls_for_detector, "IEC 60079-29-2; TRGS 722, 2.4"),
     Requirement("SpillKit", frozenset({"SpillKit"}), _liquid, "Prudent Practices, 6.C.3; OSHA 1910.120(q)"),

@@ -52,7 +52,7 @@ def facility_score(site: Site, issues: tuple[FacilityIssue, ...]) -> FacilitySco
     for rule, count in applicable(site).items():
         if count:
             own = [issue for issue in issues if issue.rule == rule and _counts(issue)]
-            broken = len({issue.ids[:1] for issue in own}) if rule in BY_OBJECT | SAFETY else len(own)
+            broken = len({issue.ids[:1] or issue.message for issue in own}) if rule in BY_OBJECT | SAFETY else len(own)
             shares[rule] = 1.0 - min(broken / count, 1.0)
     return FacilityScore(shares)
 

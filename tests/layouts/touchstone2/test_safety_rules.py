@@ -1,0 +1,337 @@
+"""Safety rules of touchstone-v2: each answers to its planted fault with the value that shapely measures."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import pytest
+from laboratories import BY_HAND, orderly_laboratory, put
+from shapely.affinity import rotate, translate
+from shapely.geometry import LineString, Polygon, box
+
+from labgym.assets import Catalog
+from labgym.eval import score
+from labgym.layouts import Layout, Placement, load_published
+from labgym.layouts.floor import Floor
+from labgym.layouts.rules import evaluate_layout
+from labgym.layouts.rules.facility import FacilityIssue
+from labgym.layouts.rules.safety.hazards import fire_classes, water_reactive
+from labgym.layouts.rules.safety.heights import MOUNTINGS
+from labgym.layouts.rules.safety.rules import RULES
+from labgym.layouts.rules.safety.standing import forbidden
+from labgym.layouts.rules.touchstone2.assessment import Assessment2
+
+HALF = math.pi / 2.0
+CATALOG = Catalog.load()
+
+
+def assess(layout: Layout, navigation: bool = False) -> Assessment2:
+    assessment = evaluate_layout(layout, layout.protocol, navigation=navigation, metrics="touchstone-v2")
+    assert isinstance(assessment, Assessment2)
+    return assessment
+
+
+def issues(layout: Layout, rule: str, navigation: bool = False) -> list[FacilityIssue]:
+    assessment = assess(layout, navigation)
+    own = [issue for issue in assessment.issues if issue.rule == rule]
+    hard = [item for item in assessment.violations.of("facility") if item.ids in {issue.ids for issue in own}]
+    assert len(hard) >= sum(issue.severity == "error" for issue in own)
+    return own
+
+
+def footprint(layout: Layout, placement: str) -> Polygon:
+    item, size = layout.placement(placement), layout.asset(placement).size
+    plain = box(-size.width / 2.0, -size.depth / 2.0, size.width / 2.0, size.depth / 2.0)
+    return translate(rotate(plain, item.yaw, origin=(0.0, 0.0), use_radians=True), *item.position[:2])
+
+
+def test_a_laboratory_in_order_breaks_no_safety_rule() -> None:
+    names = {rule.name for rule in RULES}
+    assert [issue for issue in assess(orderly_laboratory(), navigation=True).issues if issue.rule in names] == []
+
+
+def test_every_rule_has_its_own_name_source_and_limit() -> None:
+    assert len({rule.name for rule in RULES}) == len(RULES)
+    assert all(rule.source and rule.limit and rule.requires for rule in RULES)
+
+
+# Reagents and the building.
+
+WATER_REACTIVE = ("SodiumHydride", "LithiumAluminumHydride", "NButyllithium", "RaneyNickel", "AcetylChloride", "Sodium")
+HARMLESS = ("SodiumChloride", "Ethanol", "MagnesiumSulfate", "HydrochloricAcid", "Acetone")
+
+
+@pytest.mark.parametrize("name", WATER_REACTIVE)
+def test_water_reactives_and_pyrophorics_keep_a_meter_from_the_shower(name: str) -> None:
+    layout = orderly_laboratory(
+        put("cabinet", "WaterReactiveCabinet", 7.7, 6.5, yaw=HALF),
+        put("reagent", name, 7.7, 6.5, 0.1, on="cabinet", slot=0),
+    )
+    (issue,) = issues(layout, "water_distance")
+    gap = footprint(layout, "reagent").distance(footprint(layout, "shower"))
+    assert gap < 1.0
+    assert issue.value == pytest.approx(gap, abs=1e-6)
+    assert issue.ids == ("reagent", "shower")
+
+
+@pytest.mark.parametrize("name", HARMLESS)
+def test_other_reagents_may_stand_next_to_water(name: str) -> None:
+    layout = orderly_laboratory(
+        put("cabinet", "GeneralCabinet", 7.7, 6.5, yaw=HALF),
+        put("reagent", name, 7.7, 6.5, 0.1, on="cabinet", slot=0),
+    )
+    assert issues(layout, "water_distance") == []
+
+
+def test_distances_from_water_on_published_floors_are_those_of_shapely() -> None:
+    wet, seen = {"sink", "eyewash", "shower", "ice"}, 0
+    for number in (0, 2, 5):
+        layout = load_published("floors-val", f"floors-val-{number:04}")
+        fittings = {p.id: footprint(layout, p.id) for p in layout.placements if layout.asset(p.id).subtype in wet}
+        points = [translate(box(0, 0, 0, 0), s.x, s.y) for s in layout.floor.services if s.kind == "water"]
+        expected = []
+        for placement in layout.placements:
+            chemistry = layout.asset(placement.id).chemistry
+            if chemistry is not None and (chemistry.water_reactive or "H250" in chemistry.h_codes):
+                own = footprint(layout, placement.id)
+                expected += [own.distance(other) for other in (*fittings.values(), *points)]
+        near = sorted(gap for gap in expected if gap < 1.0)
+        seen += len(near)
+        assert sorted(issue.value or 0.0 for issue in issues(layout, "water_distance")) == pytest.approx(near, abs=1e-6)
+    assert seen
+
+
+@pytest.mark.parametrize("name", ["Acetone", "HydrogenPeroxide", "PotassiumPermanganate"])
+def test_flammables_and_oxidizers_keep_a_meter_from_doors(name: str) -> None:
+    layout = orderly_laboratory(
+        put("cabinet", "FlammableCabinet", 2.5, 0.24), put("reagent", name, 2.5, 0.24, 0.1, on="cabinet", slot=0)
+    )
+    own = [issue for issue in issues(layout, "flammable_door") if issue.ids == ("reagent",)]
+    door = LineString([(0.7, 0.0), (1.7, 0.0)])
+    assert [issue.value for issue in own] == pytest.approx([footprint(layout, "reagent").distance(door)], abs=1e-6)
+    assert [issue.severity for issue in issues(layout, "flammable_exit") if issue.ids == ("reagent",)] == [
+        "warning"
+    ] * 2
+
+
+def test_the_place_where_flammables_are_used_keeps_a_meter_from_doors() -> None:
+    layout = orderly_laboratory(
+        put("hood", "FumeHood", 2.6, 0.425), put("flask", "RoundBottomFlask", 2.2, 0.4, 0.9, on="hood", slot=0),
+        put("plate", "MagneticHotplateStirrer", 2.6, 0.4, 0.9, on="hood", slot=0),
+    )  # fmt: skip
+    (issue,) = issues(layout, "flammable_door")
+    door = LineString([(0.7, 0.0), (1.7, 0.0)])
+    assert issue.ids == ("hood",)
+    assert issue.value == pytest.approx(footprint(layout, "flask").distance(door), abs=1e-6)
+
+
+def test_an_oxidizer_keeps_away_from_an_oven() -> None:
+    oven = put("oven", "DryingOven", 7.6, 5.0, 0.9, yaw=HALF, on="table", slot=0)
+    table = put("table", "LabBench1800", 7.6, 5.6, yaw=HALF)
+    near = orderly_laboratory(table, oven, put("salt", "SodiumNitrite", 7.6, 5.45, 0.9, on="table", slot=0))
+    (issue,) = issues(near, "oxidizer_heat")
+    assert issue.value == pytest.approx(footprint(near, "salt").distance(footprint(near, "oven")), abs=1e-6)
+    far = orderly_laboratory(table, oven, put("salt", "SodiumNitrite", 7.6, 6.3, 0.9, on="table", slot=0))
+    assert issues(far, "oxidizer_heat") == []
+    assert len(issues(far, "oxidizer_heat_preferred")) == 1
+
+
+# Equipment of rooms.
+
+CLASSES = {
+    "Acetone": "B", "Hydrogen": "B", "Sodium": "BD", "SodiumHydride": "BD", "LithiumAluminumHydride": "BD",
+    "NButyllithium": "BD", "RaneyNickel": "BD", "ZincPowder": "D", "SodiumTriacetoxyborohydride": "D",
+    "SodiumChloride": "", "HydrochloricAcid": "",
+}  # fmt: skip
+"""Classes by the safety data sheets, section 5: solvents B, metals, hydrides and alkyls D."""
+
+
+@pytest.mark.parametrize(("name", "classes"), CLASSES.items())
+def test_the_class_of_an_extinguisher_follows_from_the_reagent(name: str, classes: str) -> None:
+    assert fire_classes(CATALOG.get(name)) == frozenset(classes)
+
+
+def test_hydrides_call_for_a_class_d_extinguisher_and_powder_does_not_do() -> None:
+    hydride = (
+        put("cabinet", "WaterReactiveCabinet", 0.3, 4.6, yaw=-HALF),
+        put("hydride", "SodiumHydride", 0.3, 4.6, 0.1, on="cabinet", slot=0),
+    )
+    bare = assess(orderly_laboratory(*hydride))
+    assert bare.unequipped == ("ClassDExtinguisher",)
+    assert "room_extinguisher_d" in {issue.rule for issue in bare.issues}
+    equipped = assess(orderly_laboratory(*hydride, put("sand", "ClassDExtinguisher", 7.8, 5.5, yaw=HALF)), True)
+    assert (equipped.v, equipped.unequipped) == (0, ())
+    only_d = assess(
+        orderly_laboratory(put("sand", "ClassDExtinguisher", 7.8, 5.5, yaw=HALF), without=("extinguisher",))
+    )
+    assert only_d.unequipped == ("FireExtinguisher",)
+
+
+@pytest.mark.parametrize(
+    ("gone", "rule"),
+    [
+        ("shower", "room_shower"), ("eyewash", "room_eyewash"), ("hands", "room_hand_wash"),
+        ("extinguisher", "room_extinguisher_b"), ("detector", "room_gas_detector"),
+    ],
+)  # fmt: skip
+def test_a_room_with_hazardous_work_lacks_what_is_taken_away(gone: str, rule: str) -> None:
+    (issue,) = issues(orderly_laboratory(without=(gone,)), rule)
+    assert (issue.value, issue.limit, issue.severity) == (0.0, 1.0, "error")
+    assert issue.ids
+
+
+def test_a_wash_up_bench_is_no_sink_for_hands() -> None:
+    bench = put("hands", "SinkBench", 7.6, 2.0, yaw=HALF)
+    assert len(issues(orderly_laboratory(bench), "room_hand_wash")) == 1
+
+
+def two_rooms(kind: str) -> Layout:
+    """The orderly laboratory with its shower in a second room behind a door or a passage."""
+    plain = orderly_laboratory(put("shower", "EmergencyShower", 10.0, 7.6, yaw=math.pi))
+    floor = plain.floor.model_dump(mode="json")
+    side = next(wall for wall in floor["walls"] if wall["start"][0] > 7.9 and wall["end"][0] > 7.9)
+    low = min(side["start"][1], side["end"][1])
+    side["openings"] = [{"kind": kind, "position": 5.6 - low, "width": 1.2, "height": 2.1}]
+    x0, y0, y1 = 8.1, -0.1, 8.1
+    corners = [(x0, y0), (12.1, y0), (12.1, y1), (x0, y1)]
+    floor["walls"] += [{"start": a, "end": b, "thickness": 0.2, "height": 3.0} for a, b in pairwise(corners)]
+    region = [{"x0": 0.0, "y0": 0.0, "x1": 3.8, "y1": 8.0}]
+    floor["spaces"].append({"id": "annex", "x": 8.2, "y": 0.0, "region": region})
+    return plain.replace(floor=Floor.model_validate(floor))
+
+
+def test_a_shower_behind_a_door_does_not_count_and_behind_a_passage_it_does() -> None:
+    behind_door = [issue.ids[0] for issue in issues(two_rooms("door"), "room_shower")]
+    assert behind_door == ["hood"]
+    assert issues(two_rooms("passage"), "room_shower") == []
+    assert issues(two_rooms("passage"), "shower_walk", navigation=True) == []
+
+
+def test_the_walk_to_a_shower_is_limited() -> None:
+    layout = load_published("floors-test", "floors-test-0000")
+    assessment = assess(layout, navigation=True)
+    roadmap, site = assessment.site.roadmap, assessment.site
+    for room, rows in site.work.items():
+        goals = site.rows_in(room, ("EmergencyShower",))
+        if goals:
+            quick = roadmap.bounds(rows, goals, room)
+            exact = [roadmap.length(row, goals) for row in rows]
+            assert (quick >= [length - 1e-6 for length in exact]).all()
+
+
+def test_nothing_stands_in_front_of_an_extinguisher() -> None:
+    walled = orderly_laboratory(put("before", "GeneralCabinet", 0.5, 2.05, yaw=-HALF))
+    assert [issue.ids for issue in issues(walled, "extinguisher_front")] == [("extinguisher", "before")]
+
+
+# Wall items and heights.
+
+
+@pytest.mark.parametrize("asset", ["NoticeBoard", "Whiteboard", "SafetySign", "WallCabinet", "Clock", "CoatHooks"])
+@pytest.mark.parametrize("share", [0.1, 0.5, 1.0])
+def test_a_wall_item_over_a_door_is_found_by_any_part_of_its_width(asset: str, share: float) -> None:
+    size = CATALOG.get(asset).size
+    x, z = 0.7 - size.width / 2.0 + share * min(size.width, 1.0), min(CATALOG.get(asset).mount_height, 1.9)
+    layout = orderly_laboratory(put("item", asset, x, size.depth / 2.0 + 0.005, z, on="wall"))
+    (issue,) = issues(layout, "wall_opening")
+    assert issue.ids == ("item",)
+    beside = orderly_laboratory(put("item", asset, 0.69 - size.width / 2.0, size.depth / 2.0 + 0.005, z, on="wall"))
+    assert issues(beside, "wall_opening") == []
+
+
+def test_a_sign_above_a_door_covers_nothing() -> None:
+    assert issues(orderly_laboratory(put("exit", "ExitSign", 1.2, 0.02, 2.3, on="wall")), "wall_opening") == []
+
+
+@pytest.mark.parametrize("bottom", [0.05, 1.05, 2.35])
+def test_extinguishers_hang_between_4_inches_and_5_feet(bottom: float) -> None:
+    layout = orderly_laboratory(put("extinguisher", "FireExtinguisher", 0.1, 2.0, bottom, yaw=-HALF, on="wall"))
+    (issue,) = issues(layout, "wall_height")
+    top = bottom + CATALOG.get("FireExtinguisher").size.height
+    assert (issue.value, issue.limit) == pytest.approx((bottom, 0.10) if bottom < 0.10 else (top, 1.53))
+
+
+@pytest.mark.parametrize("asset", sorted(MOUNTINGS))
+def test_what_hangs_at_the_height_of_the_catalog_is_in_order(asset: str) -> None:
+    entry = CATALOG.get(asset)
+    item = put("item", asset, 7.98 - entry.size.depth / 2.0, 5.5, entry.mount_height, yaw=HALF, on="wall")
+    assert issues(orderly_laboratory(item), "wall_height") == []
+
+
+def test_reagents_do_not_stand_on_the_top_shelf_of_a_cabinet() -> None:
+    shelves = CATALOG.get("GeneralCabinet").surfaces
+    for slot, shelf in enumerate(shelves):
+        layout = orderly_laboratory(put("salt", "SodiumChloride", 0.23, 5.5, shelf.z, on="general", slot=slot))
+        assert [issue.ids for issue in issues(layout, "reagent_height")] == ([("salt",)] if shelf.z > 1.40 else [])
+    assert shelves[-1].z > 1.40
+
+
+@pytest.mark.parametrize(("bottom", "wrong"), [(0.4, True), (1.5, True), (2.0, False), (2.7, False)])
+def test_a_detector_for_hydrogen_hangs_high(bottom: float, wrong: bool) -> None:
+    layout = orderly_laboratory(
+        put("detector", "GasDetector", 0.04, 7.0, bottom, yaw=-HALF, on="wall"),
+        put("gas", "HydrogenCylinder", 7.85, 6.2, yaw=HALF),
+    )
+    assert [issue.ids[0] for issue in issues(layout, "detector_height")] == (["detector"] if wrong else [])
+
+
+# What stands where, and how.
+
+MISPLACED = (
+    ("Laptop", "FumeHood"), ("Monitor", "GloveBox"), ("Laptop", "SinkBench"), ("ElectronicScale", "FumeHood"),
+    ("Laptop", "FlammableCabinet"), ("SolventWasteContainer", "WritingDesk"), ("SolidWasteBin", "LabBench1800"),
+    ("Acetone", "WritingDesk"), ("Beaker", "WritingDesk"), ("RoundBottomFlask", "WritingDesk"),
+    ("Acetone", "EquipmentRack"), ("SodiumHydride", "WallShelf"), ("Ethanol", "SinkBench"),
+    ("DryingOven", "FlammableCabinet"), ("OilBath", "FlammableSafeRefrigerator"), ("BunsenBurner", "EquipmentRack"),
+    ("SpillKit", "WritingDesk"), ("Carton", "FumeHood"), ("Microscope", "GeneralCabinet"),
+)  # fmt: skip
+IN_PLACE = (
+    ("Laptop", "WritingDesk"), ("Laptop", "LabBench1800"), ("ElectronicScale", "PreparationBench"),
+    ("SolventWasteContainer", "WasteStation"), ("Acetone", "FlammableCabinet"), ("RoundBottomFlask", "FumeHood"),
+    ("OilBath", "FumeHood"), ("DryingOven", "DryingStation"), ("SyringePump", "EquipmentRack"),
+    ("UVCabinet", "FumeHood"), ("Beaker", "GlasswareCabinet"), ("VacuumPump", "RotaryEvaporatorStation"),
+    ("WashBottle", "SinkBench"),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(("item", "carrier"), MISPLACED)
+def test_some_things_do_not_belong_on_others(item: str, carrier: str) -> None:
+    reason = forbidden(CATALOG.get(item), CATALOG.get(carrier))
+    assert reason is not None
+    assert reason.reason
+    assert reason.source
+
+
+@pytest.mark.parametrize(("item", "carrier"), IN_PLACE)
+def test_the_usual_places_of_things_are_allowed(item: str, carrier: str) -> None:
+    assert forbidden(CATALOG.get(item), CATALOG.get(carrier)) is None
+
+
+def test_a_computer_in_the_hood_is_a_violation() -> None:
+    (issue,) = issues(orderly_laboratory(put("laptop", "Laptop", 3.6, 7.6, 0.9, on="hood", slot=0)), "misplaced")
+    assert issue.ids == ("laptop", "hood")
+
+
+@pytest.mark.parametrize("degrees", [-44.0, -8.0, -2.5, 2.5, 5.0, 12.0, 27.0, 45.0])
+def test_furniture_is_square_within_two_degrees(degrees: float) -> None:
+    def turned(by: float) -> Placement:
+        return put("island", "IslandBench1800", 4.0, 4.0, yaw=math.radians(by))
+
+    (issue,) = issues(orderly_laboratory(turned(degrees)), "square")
+    assert issue.value == pytest.approx(math.radians(abs(degrees)), abs=1e-6)
+    assert issues(orderly_laboratory(turned(math.copysign(1.9, degrees))), "square") == []
+    assert issues(orderly_laboratory(turned(90.0)), "square") == []
+
+
+def test_the_check_of_a_score_fails_on_a_safety_rule() -> None:
+    assert score(orderly_laboratory(), BY_HAND, contacts=False, metrics="touchstone-v2").passed
+    spoilt = orderly_laboratory(put("laptop", "Laptop", 3.6, 7.6, 0.9, on="hood", slot=0))
+    assert not score(spoilt, BY_HAND, contacts=False, metrics="touchstone-v2").passed
+    assert score(spoilt, BY_HAND, contacts=False, metrics="touchstone-v1").passed
+
+
+def test_every_water_reactive_of_the_catalog_is_known_by_its_statements() -> None:
+    dangerous = {"H250", "H260", "H261", "EUH014"}
+    stated = {a.name for a in CATALOG.assets if a.chemistry and not dangerous.isdisjoint(a.chemistry.h_codes)}
+    assert stated <= {asset.name for asset in CATALOG.assets if water_reactive(asset)}
