@@ -131,6 +131,7 @@ def on_wall(
     space: str | None = None,
     accept: Accept | None = None,
     front: float = 0.0,
+    tries: int = ACCEPTED_TRIES,
 ) -> Placement | None:
     """Return a placement at the free place on a wall that is nearest to a point, or None if the walls are full.
 
@@ -138,6 +139,7 @@ def on_wall(
         height: of its bottom, meters; the asset's mount height by default.
         space: id of the space on whose walls; None for all.
         accept: a further condition on the box of a free place; only the first few are asked.
+        tries: free places for which the condition is asked.
         front: depth in front of it in which nothing stands up to its top, where a person does, meters.
     """
     bottom = asset.mount_height if height is None else height
@@ -160,7 +162,7 @@ def on_wall(
             if accept is None or accept(box):
                 return _placement(layout, asset, (box.x, box.y, bottom), box.yaw, WALL, None)
             refused += 1
-            if refused == ACCEPTED_TRIES:
+            if refused == tries:
                 return None
     return None
 
