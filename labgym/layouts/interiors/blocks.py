@@ -114,10 +114,10 @@ def _quarters(room: Interior, generator: np.random.Generator) -> list[int]:
 
 
 def _aligned(room: Interior, middles: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Which middles (n, 2) are in a row or a column with each block of the space, shape (n,); all without blocks."""
-    aligned = np.ones(len(middles), dtype=np.bool_)
+    """Which middles (n, 2) are in a row or a column with some block of the space, shape (n,); all without blocks."""
+    aligned = np.full(len(middles), not room.blocks)
     for other in room.blocks:
-        aligned &= (np.abs(middles - (other.x, other.y)) <= CELL / 2.0 + EPSILON).any(axis=1)
+        aligned |= (np.abs(middles - (other.x, other.y)) <= CELL / 2.0 + EPSILON).any(axis=1)
     return aligned
 
 

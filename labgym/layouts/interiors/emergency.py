@@ -6,17 +6,13 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from labgym.layouts.interiors.filling import Names, add_pieces
+from labgym.layouts.interiors.filling import Names, add_pieces, is_near
 from labgym.layouts.interiors.interior import Interior
 from labgym.layouts.interiors.safeguards import EQUIPMENT
 from labgym.layouts.interiors.supply import lacking
 from labgym.layouts.interiors.units import unit_of
 from labgym.layouts.pieces import WallPiece
 from labgym.layouts.request import Request
-from labgym.layouts.rules.facility.showers import SHOWER_WALK
-
-DETOUR_M = 3.0
-"""Greatest walk to emergency equipment beyond the way along the axes of the space, meters (assumption: islands)."""
 
 
 def add_emergency_equipment(
@@ -37,10 +33,9 @@ def add_emergency_equipment(
 
 def _is_far(room: Interior, role: str) -> bool:
     """Whether a space lacks a piece, or some hazardous work is too far from it."""
-    pieces = [room.feet[unit_id] for unit_id, unit in room.units.items() if unit.asset.role == role]
     work = [room.feet[unit_id] for unit_id, unit in room.units.items() if "work" in unit.hazards]
-    ways = (min(abs(foot.x - piece.x) + abs(foot.y - piece.y) for piece in pieces) for foot in work if pieces)
-    return not pieces or any(way > SHOWER_WALK - DETOUR_M for way in ways)
+    lacks = all(unit.asset.role != role for unit in room.units.values())
+    return lacks or not all(is_near(room, foot, role) for foot in work)
 
 
 def _add(

@@ -171,7 +171,7 @@ def _attempts(wished: Demands, least: Demands, count: int, thorough: bool) -> It
     for _ in range(count - FREE_ATTEMPTS):
         yield _Attempt(wished, True, False, "all")
     if wished.proximities or wished.separations != least.separations:
-        yield _Attempt(wished, True, True, "all")
+        yield _Attempt(wished, True, True, "hoods")
     for _ in range(min(count, FREE_ATTEMPTS)):
         yield _Attempt(least, False, False, "hoods")
     if thorough:

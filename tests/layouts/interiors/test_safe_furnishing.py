@@ -154,4 +154,6 @@ def test_a_larger_hood_that_is_fixed_is_the_hood_and_holds_the_apparatus():
     layout = generate("sub_01", 3, "12x9", fixed=[fixed])
     assert layout.find("FumeHood").id == "hood"
     assert not any(one.asset == "FumeHood" for one in layout.placements)
-    assert any(layout.asset(one.id).category == "glassware" for one in layout.placements if layout.root(one.id).id == "hood")
+    assert any(
+        layout.asset(one.id).category == "glassware" for one in layout.placements if layout.root(one.id).id == "hood"
+    )
