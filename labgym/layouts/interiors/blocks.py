@@ -13,6 +13,7 @@ from labgym.geometry import OrientedBox, rotate
 from labgym.layouts.interiors.interior import Interior
 from labgym.layouts.interiors.lattice import CELL, EPSILON
 from labgym.layouts.interiors.standing import SIDE_GAP
+from labgym.layouts.rules.thresholds import ONE_SIDED
 from labgym.layouts.style import Style
 from labgym.layouts.variants import Furniture
 
@@ -114,17 +115,26 @@ def _quarters(room: Interior, generator: np.random.Generator) -> list[int]:
 
 
 def _aligned(room: Interior, middles: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Which middles (n, 2) are in a row or a column with some block of the space, shape (n,); all without blocks."""
-    aligned = np.full(len(middles), not room.blocks)
-    for other in room.blocks:
+    """Which middles (n, 2) are in a row or a column with some island of the space, shape (n,); all without one.
+
+    Benches back to back count where there is no island.
+    """
+    others = _islands(room) or room.blocks
+    aligned = np.full(len(middles), not others)
+    for other in others:
         aligned |= (np.abs(middles - (other.x, other.y)) <= CELL / 2.0 + EPSILON).any(axis=1)
     return aligned
 
 
+def _islands(room: Interior) -> list[OrientedBox]:
+    free = (unit for unit in room.units.values() if unit.stance == "island" and unit.depth >= ONE_SIDED)
+    return [room.feet[unit.id] for unit in free]
+
+
 def _snapped(room: Interior, middle: NDArray[np.float64]) -> tuple[float, float]:
-    """A middle, moved exactly into the rows and columns of the blocks of the space."""
+    """A middle, moved exactly into the rows and columns of the islands of the space."""
     x, y = float(middle[0]), float(middle[1])
-    for other in room.blocks:
+    for other in _islands(room) or room.blocks:
         x = other.x if abs(x - other.x) <= CELL / 2.0 + EPSILON else x
         y = other.y if abs(y - other.y) <= CELL / 2.0 + EPSILON else y
     return x, y
