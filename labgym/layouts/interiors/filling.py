@@ -74,7 +74,8 @@ def add_piece(
     """Place one more piece of furniture along a wall, or in the open, and return whether it found a place."""
     unit = _unit(asset, names, "exists")
     if free_standing:
-        added = _add_at(room, island(asset), [replace(unit, stance="island")], style, False, 1, generator)
+        stance = replace(unit, stance="island", clear=min(style.aisle, style.neck))
+        added = _add_at(room, island(asset), [stance], style, False, 1, generator)
     else:
         added = not add_pieces(room, [unit], {}, generator)
     if not added:
@@ -145,7 +146,7 @@ def _add_block(
     first = int(generator.integers(len(blocks)))
     for block in blocks[first:]:
         units = [_unit(bench.asset, names, f"{kind.replace('_', ' ')} bench") for bench in block.benches]
-        stances = [replace(unit, stance="island") for unit in units]
+        stances = [replace(unit, stance="island", clear=min(style.aisle, style.neck)) for unit in units]
         count = math.ceil(wanted / (block.width * block.depth))
         if _add_at(room, block, stances, style, kind == "oblique", count, generator):
             return block.width * block.depth
@@ -180,7 +181,7 @@ def _add_peninsula(room: Interior, asset: Asset, style: Style, names: Names, gen
         x, y = segment.point(along + aisle + depth / 2.0, WALL_GAP + length / 2.0)
         turn = math.pi / 2.0 if generator.random() < 0.5 else -math.pi / 2.0
         foot = OrientedBox(x, y, length, depth, segment.yaw + turn)
-        if room.add([(unit, foot)]):
+        if room.add([(replace(unit, clear=min(aisle, style.neck)), foot)]):
             return length * depth
     names.taken.discard(unit.id)
     return 0.0
