@@ -21,6 +21,8 @@ from labgym.layouts.tabletop import Item, Spot, pack
 from labgym.navigation import PLANNING_RADIUS, goal_pose
 from labgym.protocols import Protocol
 
+COVERING = 0.5
+"""Depth before a wall in which an object covers its openings, meters."""
 PERSON = 0.6
 """Width of the free space in front of equipment on a wall, meters: a person with elbows."""
 ELBOW = 0.03
@@ -146,7 +148,7 @@ def on_wall(
     top = bottom + asset.size.height
     candidates = wall_poses(layout.floor, asset, top, space)
     candidates.sort(key=lambda pose: (math.hypot(pose[0] - near[0], pose[1] - near[1]), pose))
-    doors = door_openings(layout.floor)
+    doors = [*door_openings(layout.floor), *_openings(layout)]
     if BRACKET + asset.size.depth > INTRUSION:
         doors += keepouts.areas
     barred = [*doors, *_worktops(layout), *keepouts.stands, *keepouts.zones]
@@ -165,6 +167,15 @@ def on_wall(
             if refused == tries:
                 return None
     return None
+
+
+def _openings(layout: Layout) -> list[OrientedBox]:
+    """The doors, passages, windows and glazed parts of all walls, as deep as what covers them stands off."""
+    return [
+        OrientedBox(*wall.point(o.position), o.width, wall.thickness + 2.0 * COVERING, wall.yaw, o.sill, o.top)
+        for wall in layout.floor.walls
+        for o in wall.openings
+    ]
 
 
 def _front(box: OrientedBox, depth: float) -> OrientedBox:

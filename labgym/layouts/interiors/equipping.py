@@ -46,7 +46,10 @@ def _may_add(layout: Layout, asset: Asset, request: Request) -> bool:
 
 
 def _hung(layout: Layout, site: Site, asset: Asset, lacking: Lacking, height: float, request: Request) -> Layout:
-    """The layout with an asset on the wall nearest to what calls for it, in one of the spaces of the room."""
+    """The layout with an asset on the wall nearest to what calls for it, in one of the spaces of the room.
+
+    Where no place is free in front, it hangs anywhere.
+    """
     x, y, _ = layout.root(lacking.causes[0]).position
     keepouts, premises = Keepouts.of(layout, request.protocol), site.roadmap.premises
     start = premises.pose(site.arrangement.row(lacking.causes[0]))
@@ -57,9 +60,10 @@ def _hung(layout: Layout, site: Site, asset: Asset, lacking: Lacking, height: fl
         return premises.paths.free(*stand) and premises.paths.connected(start, (*stand, 0.0))
 
     accept = reached if asset.subtype == "fire" else None
-    for index in lacking.spaces:
-        space = layout.floor.spaces[index].id
-        placement = on_wall(layout, asset, keepouts, (x, y), height, space, accept, asset.clearance, TRIES)
+    spaces = [layout.floor.spaces[index].id for index in lacking.spaces]
+    ways = [(space, accept, asset.clearance) for space in spaces] + [(space, None, 0.0) for space in spaces]
+    for space, reachable, front in ways:
+        placement = on_wall(layout, asset, keepouts, (x, y), height, space, reachable, front, TRIES)
         if placement is not None:
             return layout.replace(placements=(*layout.placements, placement))
     return layout
