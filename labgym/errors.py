@@ -152,6 +152,11 @@ class InfeasibleError(LabgymError):
         """Return the same error with another last clause."""
         return type(self)(self.what, self.conflicts, self.smallest_preset, remedy=remedy)
 
+    def with_preset(self, name: str | None) -> InfeasibleError:
+        """Return the same error with the smallest room preset that fits, which its last clause names."""
+        remedy = f"{self.remedy}; smallest preset that fits: {name}" if name else f"{self.remedy}; no preset fits"
+        return type(self)(self.what, self.conflicts, name, remedy=remedy)
+
 
 class SearchLimitError(InfeasibleError):
     """A search that stopped at its effort limit before it found a layout; one may exist."""

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from labgym.assets import Asset, Catalog
 from labgym.geometry import OrientedBox
 from labgym.layouts.brief import Brief
 from labgym.layouts.floor_plan import Pose
@@ -52,7 +53,7 @@ def _assembled(plan: Plan) -> tuple[Layout, dict[str, str]]:
         pose = plan.poses[unit.id]
         position = _rounded(pose.x, pose.y, 0.0)
         placement = Placement(id=unit.id, asset=unit.asset.name, position=position, yaw=pose.yaw, support=FLOOR)
-        placements.append(fixed.get(unit.id, placement))
+        placements.append(_in_role(fixed.get(unit.id, placement), unit.asset, plan.request.catalog))
         reasons[unit.id] = unit.reason
     for placement_id in plan.brief.wall_assets:
         placements.append(fixed[placement_id])
@@ -66,16 +67,15 @@ def _assembled(plan: Plan) -> tuple[Layout, dict[str, str]]:
             counts[name] = counts.get(name, 0) + 1
             while f"{name}_{counts[name]}" in fixed:
                 counts[name] += 1
-            placements.append(
-                Placement(
-                    id=f"{name}_{counts[name]}",
-                    asset=name,
-                    position=_rounded(x, y, surface.z),
-                    yaw=pose.yaw + content.spot.yaw,
-                    support=unit.id,
-                    slot=content.slot,
-                )
+            placement = Placement(
+                id=f"{name}_{counts[name]}",
+                asset=name,
+                position=_rounded(x, y, surface.z),
+                yaw=pose.yaw + content.spot.yaw,
+                support=unit.id,
+                slot=content.slot,
             )
+            placements.append(_in_role(placement, content.asset, plan.request.catalog))
             reasons[placements[-1].id] = content.reason
     request, level = plan.request, plan.brief.furnishing
     layout = Layout(
@@ -91,6 +91,12 @@ def _assembled(plan: Plan) -> tuple[Layout, dict[str, str]]:
         ),
     )
     return layout, reasons
+
+
+def _in_role(placement: Placement, asset: Asset, catalog: Catalog) -> Placement:
+    """A placement that names the role of its asset, if that is not the asset's own."""
+    own = catalog.get(placement.asset).role
+    return placement if asset.role == own else placement.model_copy(update={"role": asset.role})
 
 
 def shortest_drive(layout: Layout, protocol: Protocol) -> float:

@@ -18,8 +18,8 @@ Wall = Literal["front", "back", "left", "right"]
 Stance = Literal["wall", "island", "peninsula"]
 Furnishing = Literal["full", "reduced", "required"]
 Hazard = Literal["reactive", "dry", "burning", "metal", "work"]
-"""Reacts with water or ignites in air; the same, and is stored; flammable or oxidizing; burns so that it needs a class D
-extinguisher; hazardous work (fume hoods, and places at which hazardous reagents are handled)."""
+"""Reacts with water or ignites in air; the same, and is stored; flammable or oxidizing; burns so that it needs a class
+D extinguisher; hazardous work (fume hoods, and places at which hazardous reagents are handled)."""
 LEVELS: tuple[Furnishing, ...] = ("full", "reduced", "required")
 """Levels of furnishing, fullest first: `required` is only what the protocol and safety require."""
 

@@ -14,6 +14,7 @@ from labgym.layouts.furnishing import AISLE, HEAVY_AISLE, draw_sides, furniture
 from labgym.layouts.habits import Habits
 from labgym.layouts.placement import WALL
 from labgym.layouts.request import Request
+from labgym.layouts.rules.safety.hazards import burning
 from labgym.layouts.rules.separation import heat_band
 from labgym.layouts.rules.thresholds import Profile
 from labgym.layouts.stocking import stock
@@ -63,14 +64,15 @@ def nearness_of(units: Sequence[Unit], habits: Habits) -> Iterable[Nearness]:
 def separations_of(
     cabinets: Sequence[Cabinet], contents: Mapping[str, tuple[Content, ...]], profile: Profile
 ) -> Iterable[Separation]:
-    """Yield the distances of flammables from heat sources, and of incompatible cabinets from each other."""
+    """Yield the distances of flammables and oxidizers from heat sources, and of incompatible cabinets."""
     for unit_id, items in contents.items():
         bands = [band for item in items if (band := heat_band(item.asset, profile)) is not None]
         for cabinet in cabinets:
-            flammables = [asset.name for asset in cabinet.reagents if asset.hazards.flammable]
-            if bands and flammables:
+            held = sorted(filter(burning, cabinet.reagents), key=lambda asset: not asset.hazards.flammable)
+            if bands and held:
                 distance = max(band.d_min for band in bands) + MARGIN
-                yield Separation(cabinet.id, unit_id, distance, f"{flammables[0]} is flammable")
+                what = "is flammable" if held[0].hazards.flammable else "feeds fires"
+                yield Separation(cabinet.id, unit_id, distance, f"{held[0].name} {what}")
     for first, second in combinations(cabinets, 2):
         conflict = conflict_between(first, second, profile)
         if conflict is not None:

@@ -119,7 +119,7 @@ class _Dresser:
         for space in self.spaces:
             for accessory in self.dressing.walls if space is None else self.dressing.rooms.get(space.use, ()):
                 near = self._point(accessory.near, space)
-                if near is not None and not self._is_enough(accessory.asset, space):
+                if near is not None and not self._is_equipped(accessory.asset, space):
                     self._hang(accessory.asset, near, space)
             if space is not None and space.use in ("laboratory", "instrument"):
                 self._reach_every_place(space)
@@ -136,13 +136,11 @@ class _Dresser:
                     self._add(on_floor(self.layout, asset, self.keepouts, poses, in_front=False, accept=accept))
         self._pull_up_stools()
 
-    def _is_enough(self, name: str, space: Space | None) -> bool:
-        """Whether the laboratory has as many of an asset as it shares, or a space has the safety equipment already."""
-        placed = [p for p in self.layout.placements if self._role(p) == name]
-        safety = self.catalog.get(name).subtype in ("fire", "sensor")
-        return len(placed) >= self.habits.most.get(name, math.inf) or (
-            safety and space is not None and any(self._is_in(p, space) for p in placed)
-        )
+    def _is_equipped(self, name: str, space: Space | None) -> bool:
+        """Whether an asset is safety equipment that a space has already."""
+        if space is None or self.catalog.get(name).subtype not in ("fire", "sensor"):
+            return False
+        return any(self._role(p) == name and self._is_in(p, space) for p in self.layout.placements)
 
     def _hang(self, name: str, near: tuple[float, float], space: Space | None) -> None:
         where, asset = None if space is None else space.id, self.catalog.get(name)
@@ -186,8 +184,11 @@ class _Dresser:
         self.layout = layout
 
     def _may_add(self, name: str) -> bool:
-        """Whether one more piece of an asset exists or may be bought."""
-        return self.holdings is None or self.holdings.adds(name, (p.asset for p in self.layout.placements))
+        """Whether the laboratory may share one more piece of an asset, and whether it exists or may be bought."""
+        placed = [p.asset for p in self.layout.placements]
+        if placed.count(name) >= self.habits.most.get(name, math.inf):
+            return False
+        return self.holdings is None or self.holdings.adds(name, placed)
 
     def _put_on(self, name: str, support: str, slot: int) -> None:
         asset = self.catalog.get(name)

@@ -21,6 +21,10 @@ from labgym.layouts.tabletop import Item, Spot, pack
 from labgym.navigation import PLANNING_RADIUS, goal_pose
 from labgym.protocols import Protocol
 
+COVERING = 0.5
+"""Depth before a wall in which an object covers its openings, meters."""
+PERSON = 0.6
+"""Width of the free space in front of equipment on a wall, meters: a person with elbows."""
 ELBOW = 0.03
 """Gap to all other objects, meters."""
 WORKING_HEIGHT = 0.35
@@ -129,6 +133,7 @@ def on_wall(
     space: str | None = None,
     accept: Accept | None = None,
     front: float = 0.0,
+    tries: int = ACCEPTED_TRIES,
 ) -> Placement | None:
     """Return a placement at the free place on a wall that is nearest to a point, or None if the walls are full.
 
@@ -136,13 +141,14 @@ def on_wall(
         height: of its bottom, meters; the asset's mount height by default.
         space: id of the space on whose walls; None for all.
         accept: a further condition on the box of a free place; only the first few are asked.
-        front: depth in front of it in which no furniture stands up to its top, meters.
+        tries: free places for which the condition is asked.
+        front: depth in front of it in which nothing stands up to its top, where a person does, meters.
     """
     bottom = asset.mount_height if height is None else height
     top = bottom + asset.size.height
     candidates = wall_poses(layout.floor, asset, top, space)
     candidates.sort(key=lambda pose: (math.hypot(pose[0] - near[0], pose[1] - near[1]), pose))
-    doors = door_openings(layout.floor)
+    doors = [*door_openings(layout.floor), *_openings(layout)]
     if BRACKET + asset.size.depth > INTRUSION:
         doors += keepouts.areas
     barred = [*doors, *_worktops(layout), *keepouts.stands, *keepouts.zones]
@@ -150,7 +156,7 @@ def on_wall(
     barriers, solid, refused = BoxArray.of(obstacles), BoxArray.of(_boxes(layout) if front > 0.0 else ()), 0
     for some in _batched(candidates, BATCH):
         boxes = [OrientedBox(x, y, asset.size.width, asset.size.depth, yaw, bottom, top) for x, y, yaw in some]
-        fronts = [replace(front_zone(box, front), z1=top) for box in boxes] if front > 0.0 else []
+        fronts = [_front(box, front) for box in boxes] if front > 0.0 else []
         reached = _free(fronts, solid) if front > 0.0 else [True] * len(boxes)
         for box, is_free, is_reached in zip(boxes, _free(boxes, barriers), reached, strict=True):
             if not (is_free and is_reached):
@@ -158,9 +164,24 @@ def on_wall(
             if accept is None or accept(box):
                 return _placement(layout, asset, (box.x, box.y, bottom), box.yaw, WALL, None)
             refused += 1
-            if refused == ACCEPTED_TRIES:
+            if refused == tries:
                 return None
     return None
+
+
+def _openings(layout: Layout) -> list[OrientedBox]:
+    """The doors, passages, windows and glazed parts of all walls, as deep as what covers them stands off."""
+    return [
+        OrientedBox(*wall.point(o.position), o.width, wall.thickness + 2.0 * COVERING, wall.yaw, o.sill, o.top)
+        for wall in layout.floor.walls
+        for o in wall.openings
+    ]
+
+
+def _front(box: OrientedBox, depth: float) -> OrientedBox:
+    """The space in front of what hangs on a wall in which a person stands to take it."""
+    zone = front_zone(box, depth)
+    return replace(zone, width=max(zone.width, PERSON), z0=0.0, z1=box.z1)
 
 
 def on_floor(

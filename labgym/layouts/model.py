@@ -22,6 +22,7 @@ from labgym.layouts.floor.fields import Growing
 from labgym.layouts.placement import FLOOR, WALL, Placement, placed_box, placed_part, resized
 from labgym.layouts.provenance import Provenance
 from labgym.layouts.references import check_placements
+from labgym.layouts.roles import with_role
 from labgym.layouts.version1 import Layout1, Version1Fields
 from labgym.layouts.zone import Assignments, Zones, zone_problem, zones_within
 from labgym.protocols import Protocol, protocols
@@ -228,7 +229,7 @@ class Layout(Document, Growing):
         return self.by_id[placement_id]
 
     def asset(self, placement_id: str) -> Asset:
-        """Return the catalog entry of a placement, with the placement's size if it has one.
+        """Return the catalog entry of a placement, with the placement's size and role if it has them.
 
         Raises:
             UnknownNameError: no placement has that id, or the catalog has no such asset.
@@ -239,6 +240,8 @@ class Layout(Document, Growing):
             asset = self.catalog.get(placement.asset)
             if placement.size is not None:
                 asset = resized(asset, placement.size)
+            if placement.role is not None:
+                asset = with_role(asset, placement.role)
             self._assets[placement_id] = asset
         return asset
 

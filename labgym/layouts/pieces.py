@@ -10,6 +10,7 @@ from labgym.layouts.brief import LEVELS, Furnishing, Unit
 from labgym.layouts.cabinets import Cabinet
 from labgym.layouts.placement import FLOOR
 from labgym.layouts.request import Request
+from labgym.layouts.roles import takes_role, with_role
 from labgym.layouts.rules.thresholds import SHOWER_RADIUS
 
 GOAL_FRONT = 1.0
@@ -62,19 +63,26 @@ def clear_around(asset: Asset) -> float:
 
 
 def with_fixed(request: Request, units: Sequence[Unit]) -> list[Unit]:
-    """Let fixed floor objects take the place of units of the same asset; each of the others becomes a separate unit."""
-    merged, fixed = list(units), {placement.id for placement in request.fixed}
-    for placement in request.fixed:
-        if placement.support != FLOOR:
-            continue
-        asset = request.fixed_asset(placement)
+    """Let fixed floor objects take the place of units whose role they have or can take.
+
+    Each of the others becomes a separate unit.
+    """
+    merged, ids = list(units), {placement.id for placement in request.fixed}
+    standing = [
+        (placement, request.fixed_asset(placement)) for placement in request.fixed if placement.support == FLOOR
+    ]
+    roles = {unit.asset.role for unit in units}
+    for placement, asset in sorted(standing, key=lambda pair: pair[1].role not in roles):
         places = [k for k, unit in enumerate(merged) if unit.id == placement.id]
-        places += [k for k, unit in enumerate(merged) if unit.asset.role == asset.role and unit.id not in fixed]
+        free = [k for k, unit in enumerate(merged) if unit.id not in ids]
+        places += [k for k in free if merged[k].asset.role == asset.role]
+        places += [k for k in free if takes_role(asset, merged[k].asset)]
         if places:
             unit = merged[places[0]]
             size, reason = asset.size, f"{unit.reason}; fixed by the request"
+            own = with_role(asset, unit.asset.role)
             merged[places[0]] = replace(
-                unit, id=placement.id, asset=asset, width=size.width, depth=size.depth, reason=reason
+                unit, id=placement.id, asset=own, width=size.width, depth=size.depth, reason=reason
             )
         else:
             size = asset.size

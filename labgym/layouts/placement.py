@@ -47,9 +47,10 @@ class Placement(Growing):
             along each axis, and must stay within the bounds of the asset's category (up to 5 m on the floor).
         state: how far drawers, doors and sashes are open, by name: 0 closed to 1 open. Those without an entry are as
             the shape is drawn: drawers and doors closed, the sash of a hood at its stop.
+        role: name of the asset whose role it takes, an equal or smaller one of its kind; None for its own.
     """
 
-    ADDED: ClassVar[frozenset[str]] = frozenset({"state"})
+    ADDED: ClassVar[frozenset[str]] = frozenset({"state", "role"})
 
     id: Identifier
     asset: Annotated[str, Field(max_length=64)]
@@ -60,6 +61,7 @@ class Placement(Growing):
     fixed: bool = False
     size: Size | None = None
     state: PartStates = ()
+    role: Annotated[str, Field(max_length=64)] | None = None
 
 
 def resized(asset: Asset, size: Size) -> Asset:

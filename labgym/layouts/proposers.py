@@ -51,5 +51,3 @@ def make_proposer(name: str) -> Proposer:
     if name == SOLVER:
         return FloorProposer()
     return typing.cast(Proposer, resolve_name(PROPOSERS[ALIASES.get(name, name)])())
-
-

@@ -8,6 +8,7 @@ from labgym.assets import Asset, Catalog
 from labgym.assets.sizes import size_problem
 from labgym.errors import DocumentError, LabgymError, UnknownNameError
 from labgym.layouts.placement import FLOOR, WALL, Placement, resized
+from labgym.layouts.roles import takes_role
 
 
 def check_placements(placements: Sequence[Placement], catalog: Catalog, source: object) -> None:
@@ -31,6 +32,8 @@ def check_placements(placements: Sequence[Placement], catalog: Catalog, source: 
             problem = size_problem(asset, on_floor=placement.support == FLOOR)
             if problem is not None:
                 raise DocumentError(source, f"{field}.size", problem)
+        if placement.role is not None:
+            _check_role(placement, asset, catalog, source, f"{field}.role")
         if placement.state:
             _check_state(placement, asset, source, f"{field}.state")
     for index, placement in enumerate(placements):
@@ -38,6 +41,18 @@ def check_placements(placements: Sequence[Placement], catalog: Catalog, source: 
             _check_support(placement, by_id, catalog)
         except LabgymError as error:
             raise DocumentError(source, f"placements.{index}.support", str(error)) from None
+
+
+def _check_role(placement: Placement, asset: Asset, catalog: Catalog, source: object, field: str) -> None:
+    try:
+        wanted = catalog.get(str(placement.role))
+    except UnknownNameError as error:
+        raise DocumentError(source, field, str(error)) from None
+    if not takes_role(asset, wanted):
+        problem = (
+            f"{placement.asset} cannot take the role of {wanted.name}: it is of another kind, smaller or less capable"
+        )
+        raise DocumentError(source, field, problem)
 
 
 def _check_state(placement: Placement, asset: Asset, source: object, field: str) -> None:

@@ -10,6 +10,7 @@ from labgym.layouts.floor import Floor, Room
 from labgym.layouts.habits import Habits
 from labgym.layouts.holdings import Holdings
 from labgym.layouts.placement import Placement, resized
+from labgym.layouts.roles import stand_ins
 from labgym.layouts.rules.thresholds import Profile
 from labgym.layouts.style import Style
 from labgym.layouts.variants import Furniture, draw_variants
@@ -62,8 +63,16 @@ class Request:
 
     @cached_property
     def furniture(self) -> Furniture:
-        """The catalog, with the variants that the floor's style and the seed choose; none where an inventory counts."""
-        variety = "plain" if self.style is None or self.holdings is not None else self.style.variety
+        """The catalog, with the variants that the floor's style and the seed choose.
+
+        Where an inventory counts, existing pieces take the roles of required ones instead that do not exist.
+        """
+        if self.holdings is not None:
+            habits = self.habits
+            required = [piece.asset for piece in habits.furniture if piece.level == "required"]
+            required += [*self.protocol.required_assets(), *(habits.always.keys() - set(self.protocol.locations))]
+            return Furniture(self.catalog, stand_ins(self.catalog, required, self.holdings.counts))
+        variety = "plain" if self.style is None else self.style.variety
         return Furniture(self.catalog, draw_variants(self.catalog, variety, self.seed))
 
     def fixed_asset(self, placement: Placement) -> Asset:

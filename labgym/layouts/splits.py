@@ -113,9 +113,8 @@ class Manifest(Document):
         made = f"the layouts of {self.split} were made by {name}, but this version has {own}"
         if release is None:
             return f"{made}: no release makes them again, only their files are checked"
-        return (
-            f"{made}: to regenerate them, pip install labgym-nav=={release} and run labgym reproduce --split {self.split}"
-        )
+        command = f"labgym reproduce --split {self.split}"
+        return f"{made}: to regenerate them, pip install labgym-nav=={release} and run {command}"
 
     def entry(self, layout_id: str) -> PublishedLayout:
         """Return the entry of a layout.

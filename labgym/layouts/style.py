@@ -9,8 +9,9 @@ import numpy as np
 from labgym.layouts.floors import FamilyStyle
 from labgym.layouts.variants import Variety
 
-AISLE, NECK = (0.95, 1.5), (0.75, 1.2)
-"""Ranges of the clear widths of a floor that is of no family, meters."""
+AISLE = (1.2, 1.5)
+"""Range of the clear width around benches of a floor that is of no family, meters: the same along their sides and at
+their ends, 1.5 between occupied benches (UC laboratory design manual) and 1.2 at least."""
 WALLS, ISLANDS = (0.4, 0.8), (0.04, 0.14)
 """Ranges of what a floor varies in further; assumptions."""
 KINDS = ("island", "island", "double_island", "peninsula", "oblique")
@@ -42,11 +43,8 @@ class Style:
     @classmethod
     def draw(cls, generator: np.random.Generator) -> Style:
         """Return a random style for a floor that is of no family."""
-        return cls(
-            aisle=round(float(generator.uniform(*AISLE)), 2),
-            neck=round(float(generator.uniform(*NECK)), 2),
-            kinds=KINDS,
-        ).varied(generator)
+        width = round(float(generator.uniform(*AISLE)), 2)
+        return cls(aisle=width, neck=width, kinds=KINDS).varied(generator)
 
     @classmethod
     def of(cls, style: FamilyStyle) -> Style:

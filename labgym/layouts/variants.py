@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 
 from labgym.assets import Asset, Catalog
+from labgym.layouts.roles import with_role
 
 Variety = Literal["plain", "training", "held_out"]
 """Which furniture a floor may have: no variants, the variants of training, or those that training never shows."""
@@ -18,7 +19,7 @@ VARIANT_STREAM = 0x7A
 
 @dataclass(frozen=True)
 class Furniture:
-    """The catalog with a variant in the place of some assets.
+    """The catalog with a variant, or an existing piece, in the place of some assets.
 
     Attributes:
         chosen: names of variants by the name of the asset whose role they have.
@@ -33,11 +34,11 @@ class Furniture:
         Raises:
             UnknownNameError: the catalog has no such asset.
         """
-        return self.catalog.get(self.chosen.get(name, name))
+        return with_role(self.catalog.get(self.chosen.get(name, name)), self.catalog.get(name).role)
 
     def instead(self, asset: Asset) -> Asset:
         """Return what stands in the place of an asset: itself, or a variant."""
-        return self.catalog.get(self.chosen[asset.role]) if asset.role in self.chosen else asset
+        return self.get(asset.role) if asset.role in self.chosen else asset
 
 
 def draw_variants(catalog: Catalog, variety: Variety, seed: int) -> dict[str, str]:

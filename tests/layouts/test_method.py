@@ -124,7 +124,6 @@ def _items(layout: Layout) -> tuple[str, str]:
 
 
 def test_unknown_names_are_one_line_that_lists_what_exists() -> None:
-    request = resolve_request(PROTOCOL, 0, None, "default", None, ())
     for name in proposer_names():
         assert callable(make_proposer(name).propose)
     with pytest.raises(UnknownNameError, match="solver"):

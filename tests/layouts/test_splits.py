@@ -28,7 +28,7 @@ def test_the_manifests_name_the_generator_and_the_release_that_has_it():
     for split in ("val", "test"):
         assert splits.manifest(split).generator == 1
     assert splits.RELEASES[1] == "0.1.0"
-    assert set(splits.RELEASES) == set(range(1, GENERATOR + 1))
+    assert max(splits.RELEASES) == GENERATOR
     assert generate("sub_02", 5).provenance.versions["generator"] == str(GENERATOR)
 
 
@@ -129,7 +129,7 @@ def test_the_manifest_of_floors_names_family_clutter_protocols_and_furnisher(tmp
     assert not older.reproducible
     room = splits.publish("val", [load_published("val", published("val")[0])], tmp_path)
     assert "furnisher" not in room.to_json()
-    assert set(splits.FURNISHER_RELEASES) == set(range(1, FURNISHER + 1))
+    assert max(splits.FURNISHER_RELEASES) == FURNISHER
 
 
 def test_published_rooms_keep_the_protocols_that_were_published_with_them():

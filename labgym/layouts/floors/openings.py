@@ -102,8 +102,10 @@ class Openings:
     ) -> None:
         """Add a door or a passage; the hinge of a door is at its end nearer to a corner.
 
+        Exits open outward (NFPA 101, 7.2.1.4.2: in the direction of egress from high hazards).
+
         Args:
-            into: space into which a door opens; None for the space of the side. Interior doors are open.
+            into: space into which an interior door opens; None for the space of the side. Interior doors are open.
         """
         side = self.sides[place.side]
         left = into in (None, side.space)
@@ -113,7 +115,7 @@ class Openings:
             width=width,
             height=height,
             hinge="start" if place.along < side.length / 2.0 else "end",
-            swing="left" if left else "right",
+            swing="left" if left and side.neighbor != OUTSIDE else "right",
             state="closed" if side.neighbor == OUTSIDE or kind == "passage" else "open",
         )
         self._openings[place.side].append(opening)

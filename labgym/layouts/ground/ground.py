@@ -49,7 +49,8 @@ class Ground:
         solid: columns and walls. leaves: of interior doors as they stand.
         clear: areas without furniture, which people and robots may cross.
         ceiling: height, meters.
-        supplies: service points in the space and its walls. water: all water points of the floor, as boxes without size.
+        supplies: service points in the space and its walls.
+        water: all water points of the floor, as boxes without size.
     """
 
     space: str

@@ -13,6 +13,7 @@ from labgym.geometry import OrientedBox, rotate
 from labgym.layouts.interiors.interior import Interior
 from labgym.layouts.interiors.lattice import CELL, EPSILON
 from labgym.layouts.interiors.standing import SIDE_GAP
+from labgym.layouts.rules.thresholds import ONE_SIDED
 from labgym.layouts.style import Style
 from labgym.layouts.variants import Furniture
 
@@ -82,8 +83,8 @@ def place_block(
 ) -> Pose | None:
     """Return the pose (x, y, yaw) of a block at a free place in the open; None if it fits nowhere.
 
-    It is aligned with the blocks of the space, and the aisles on both of its sides are as wide as each other, or as they
-    will be when `wanted` blocks stand there.
+    It is aligned with the blocks of the space, and the aisles on both of its sides are equally wide, now or when
+    `wanted` blocks stand there.
 
     Args:
         oblique: whether it stands along an oblique wall, if the space has one.
@@ -94,13 +95,14 @@ def place_block(
     for quarter in _quarters(room, generator):
         width, depth = (block.depth, block.width) if quarter else (block.width, block.depth)
         gaps = (style.aisle, style.neck) if quarter else (style.neck, style.aisle)
+        half = np.array([width / 2.0, depth / 2.0])
         corners, clear = room.lattice.clearances(width, depth, gaps)
-        aligned = _aligned(room, corners + (width / 2.0, depth / 2.0))
+        aligned = _aligned(room, corners + half)
         if not aligned.any():
             continue
         uneven = _unevenness(clear, np.array([width, depth]), np.array(gaps), wanted)
         uneven += np.where(aligned, generator.uniform(0.0, CELL / 2.0, len(corners)), np.inf)
-        x, y = _snapped(room, corners[int(np.argmin(uneven))] + (width / 2.0, depth / 2.0))
+        x, y = _snapped(room, corners[int(np.argmin(uneven))] + half)
         return x, y, (math.pi / 2.0 if quarter else 0.0) + math.pi * int(generator.integers(2))
     return None
 
@@ -113,17 +115,26 @@ def _quarters(room: Interior, generator: np.random.Generator) -> list[int]:
 
 
 def _aligned(room: Interior, middles: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Which middles (n, 2) are in a row or a column with each block of the space, shape (n,); all without blocks."""
-    aligned = np.ones(len(middles), dtype=np.bool_)
-    for other in room.blocks:
-        aligned &= (np.abs(middles - (other.x, other.y)) <= CELL / 2.0 + EPSILON).any(axis=1)
+    """Which middles (n, 2) are in a row or a column with some island of the space, shape (n,); all without one.
+
+    Benches back to back count where there is no island.
+    """
+    others = _islands(room) or room.blocks
+    aligned = np.full(len(middles), not others)
+    for other in others:
+        aligned |= (np.abs(middles - (other.x, other.y)) <= CELL / 2.0 + EPSILON).any(axis=1)
     return aligned
 
 
+def _islands(room: Interior) -> list[OrientedBox]:
+    free = (unit for unit in room.units.values() if unit.stance == "island" and unit.depth >= ONE_SIDED)
+    return [room.feet[unit.id] for unit in free]
+
+
 def _snapped(room: Interior, middle: NDArray[np.float64]) -> tuple[float, float]:
-    """A middle, moved exactly into the rows and columns of the blocks of the space."""
+    """A middle, moved exactly into the rows and columns of the islands of the space."""
     x, y = float(middle[0]), float(middle[1])
-    for other in room.blocks:
+    for other in _islands(room) or room.blocks:
         x = other.x if abs(x - other.x) <= CELL / 2.0 + EPSILON else x
         y = other.y if abs(y - other.y) <= CELL / 2.0 + EPSILON else y
     return x, y

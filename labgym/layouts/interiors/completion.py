@@ -29,7 +29,9 @@ def complete(
     for near in nearness_of((*needs.required, *needs.further), habits):
         partners.setdefault(near.first, []).append(near.second)
         partners.setdefault(near.second, []).append(near.first)
-    names = Names({unit.id for unit in (*needs.required, *needs.further)}.union(*(room.units for room in rooms.values())))
+    names = Names(
+        {unit.id for unit in (*needs.required, *needs.further)}.union(*(room.units for room in rooms.values()))
+    )
     _tell_apart(rooms)
     if request.holdings is None or request.holdings.purchases == "any":
         add_emergency_equipment(request, rooms, names, generator)
@@ -57,8 +59,9 @@ def _tell_apart(rooms: Mapping[str, Interior]) -> None:
         for other in rooms.values():
             for unit_id, unit in other.units.items() if other is not room else ():
                 if "reactive" in unit.hazards:
-                    x, y, yaw = other.ground.to_floor((other.feet[unit_id].x, other.feet[unit_id].y, other.feet[unit_id].yaw))
-                    box = replace(other.feet[unit_id], x=x, y=y, yaw=yaw)
+                    foot = other.feet[unit_id]
+                    x, y, yaw = other.ground.to_floor((foot.x, foot.y, foot.yaw))
+                    box = replace(foot, x=x, y=y, yaw=yaw)
                     room.beyond.append((unit, room.ground.to_ground(box)))
 
 

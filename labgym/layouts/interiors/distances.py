@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from labgym.layouts.brief import Content, Proximity, Separation, Unit
 from labgym.layouts.briefing import MARGIN
 from labgym.layouts.request import Request
+from labgym.layouts.rules.safety.hazards import burning
 from labgym.layouts.rules.separation import heat_band
 from labgym.layouts.rules.touchstone2.nearness import NEIGHBORS
 from labgym.protocols import Protocol
@@ -35,7 +36,7 @@ def handling_distances(
     """
     first, pairs = first_of_role(units), dict[tuple[str, str], tuple[float, float, str]]()
     for protocol in request.protocols:
-        for location, flammable in flammables_at(request, protocol):
+        for location, reagent in burning_at(request, protocol):
             place = first.get(location)
             for unit in units:
                 things = [unit.asset, *(content.asset for content in contents.get(unit.id, ()))]
@@ -43,7 +44,7 @@ def handling_distances(
                 if place is None or unit.id == place.id or not bands:
                     continue
                 low, high = max(band.d_low for band in bands), max(band.d_min for band in bands)
-                pairs.setdefault((place.id, unit.id), (low, high, f"{flammable}, flammable, is used there"))
+                pairs.setdefault((place.id, unit.id), (low, high, f"{reagent}, flammable or oxidizing, is used there"))
     return Handling(
         tuple(Separation(*pair, low + MARGIN, why) for pair, (low, _, why) in pairs.items()),
         tuple(Separation(*pair, high + MARGIN, why) for pair, (_, high, why) in pairs.items()),
@@ -81,11 +82,11 @@ def first_of_role(units: Sequence[Unit]) -> dict[str, Unit]:
     return first
 
 
-def flammables_at(request: Request, protocol: Protocol) -> Iterator[tuple[str, str]]:
-    """Yield the locations of a protocol at which a flammable reagent is used, and the first of these reagents."""
+def burning_at(request: Request, protocol: Protocol) -> Iterator[tuple[str, str]]:
+    """Yield the locations of a protocol at which a flammable or an oxidizer is used, and the first of them."""
     roles = {use.name: request.catalog.find(use.name) for use in protocol.reagents}
     for location in protocol.locations:
         names = [name for step in protocol.steps if step.location == location for name in step.uses if name in roles]
-        flammable = sorted(roles[name].name for name in names if roles[name].hazards.flammable)
-        if flammable:
-            yield location, flammable[0]
+        burns = sorted(roles[name].name for name in names if burning(roles[name]))
+        if burns:
+            yield location, burns[0]

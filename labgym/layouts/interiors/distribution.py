@@ -20,6 +20,8 @@ REMOTE = 12.0
 """Cost of a space other than that of the units that must be near."""
 DRY = 5.0
 """Cost of a space without a service that a piece needs and another space may have."""
+UNWASHED = 50.0
+"""Cost of a space for hazardous work in which no shower may stand."""
 OVERFLOW = 100.0
 """Cost of a space without enough wall: more than all other costs together."""
 
@@ -58,6 +60,8 @@ def distribute(
             overflow = OVERFLOW if share > 1.0 or longest[ground.space] < unit.width or required else 0.0
             group = spaces.get(near[unit.id]) if unit.id in near else None
             remote = REMOTE if group is not None and group is not ground else 0.0
+            dry = "water" in ground.supplies.required and not ground.supplies.of_kind("water")
+            overflow += UNWASHED if dry and "work" in unit.hazards else 0.0
             costs.append(RANK * rank + CROWDED * share**2 + DRY * lacks + overflow + remote + noise[index])
         chosen = usable[int(np.argmin(costs))]
         if unit.asset.role in habits.together and first_hood is not None and not lacking(unit, first_hood)[1]:

@@ -6,18 +6,13 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from labgym.geometry import distance
-from labgym.layouts.interiors.filling import Names, add_pieces
+from labgym.layouts.interiors.filling import Names, add_pieces, is_near
 from labgym.layouts.interiors.interior import Interior
 from labgym.layouts.interiors.safeguards import EQUIPMENT
 from labgym.layouts.interiors.supply import lacking
 from labgym.layouts.interiors.units import unit_of
 from labgym.layouts.pieces import WallPiece
 from labgym.layouts.request import Request
-from labgym.layouts.rules.facility.showers import SHOWER_WALK
-
-DETOUR = 1.4
-"""Greatest walk to emergency equipment relative to the straight line that is assumed (assumption: around islands)."""
 
 
 def add_emergency_equipment(
@@ -38,10 +33,9 @@ def add_emergency_equipment(
 
 def _is_far(room: Interior, role: str) -> bool:
     """Whether a space lacks a piece, or some hazardous work is too far from it."""
-    pieces = [room.feet[unit_id] for unit_id, unit in room.units.items() if unit.asset.role == role]
     work = [room.feet[unit_id] for unit_id, unit in room.units.items() if "work" in unit.hazards]
-    limit = SHOWER_WALK / DETOUR
-    return not pieces or any(min(distance(foot, piece) for piece in pieces) > limit for foot in work)
+    lacks = all(unit.asset.role != role for unit in room.units.values())
+    return lacks or not all(is_near(room, foot, role) for foot in work)
 
 
 def _add(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -18,6 +17,7 @@ from labgym.layouts.interiors.blocks import Block, blocks_of, island, place_bloc
 from labgym.layouts.interiors.interior import Interior
 from labgym.layouts.interiors.standing import ASIDE, WALL_GAP
 from labgym.layouts.interiors.supply import Options, preferred, supplied
+from labgym.layouts.rules.facility.showers import SHOWER_WALK
 from labgym.layouts.rules.supplies import supplies_of
 from labgym.layouts.style import Style
 from labgym.layouts.variants import Furniture
@@ -28,6 +28,8 @@ HOOD_FRONT = 1.5
 """Free depth in front of a hood, meters."""
 SAME_WALL = 0.7
 """Probability that a piece joins a row instead of standing anywhere along a wall."""
+DETOUR_M = 3.0
+"""Greatest walk to emergency equipment beyond the way along the axes of the space, meters (assumption: islands)."""
 EQUIPPED = frozenset({"EyewashStation", "EmergencyShower", "HandWashSink"})
 NEAR_TRIES = 12
 """Random places of which the one nearest to a piece's neighbor is taken."""
@@ -72,7 +74,8 @@ def add_piece(
     """Place one more piece of furniture along a wall, or in the open, and return whether it found a place."""
     unit = _unit(asset, names, "exists")
     if free_standing:
-        added = _add_at(room, island(asset), [replace(unit, stance="island")], style, False, 1, generator)
+        stance = replace(unit, stance="island", clear=min(style.aisle, style.neck))
+        added = _add_at(room, island(asset), [stance], style, False, 1, generator)
     else:
         added = not add_pieces(room, [unit], {}, generator)
     if not added:
@@ -100,7 +103,7 @@ def fill(
         _fill_open(room, furniture, habits, peninsula, style, names, generator)
     if habits.walls:
         usual = [name for name in habits.walls if furniture.catalog.get(name).fume_hood <= is_equipped(room)]
-        _fill_walls(room, furniture, usual, style, names, generator, Counter(spare))
+        _fill_walls(room, furniture, usual, style, names, generator, dict(spare))
 
 
 def _fill_open(
@@ -143,7 +146,7 @@ def _add_block(
     first = int(generator.integers(len(blocks)))
     for block in blocks[first:]:
         units = [_unit(bench.asset, names, f"{kind.replace('_', ' ')} bench") for bench in block.benches]
-        stances = [replace(unit, stance="island") for unit in units]
+        stances = [replace(unit, stance="island", clear=min(style.aisle, style.neck)) for unit in units]
         count = math.ceil(wanted / (block.width * block.depth))
         if _add_at(room, block, stances, style, kind == "oblique", count, generator):
             return block.width * block.depth
@@ -178,15 +181,22 @@ def _add_peninsula(room: Interior, asset: Asset, style: Style, names: Names, gen
         x, y = segment.point(along + aisle + depth / 2.0, WALL_GAP + length / 2.0)
         turn = math.pi / 2.0 if generator.random() < 0.5 else -math.pi / 2.0
         foot = OrientedBox(x, y, length, depth, segment.yaw + turn)
-        if room.add([(unit, foot)]):
+        if room.add([(replace(unit, clear=min(aisle, style.neck)), foot)]):
             return length * depth
     names.taken.discard(unit.id)
     return 0.0
 
 
+def is_near(room: Interior, foot: OrientedBox, role: str) -> bool:
+    """Whether equipment of a role is so near to a footprint that the walk to it takes at most 10 s."""
+    pieces = [room.feet[unit_id] for unit_id, unit in room.units.items() if unit.asset.role == role]
+    ways = (abs(foot.x - piece.x) + abs(foot.y - piece.y) for piece in pieces)
+    return min(ways, default=math.inf) <= SHOWER_WALK - DETOUR_M
+
+
 def is_equipped(room: Interior) -> bool:
     """Whether a space has what hazardous work needs: an eyewash, a shower and a sink for washing hands."""
-    return EQUIPPED <= {unit.asset.role for unit in room.units.values()}
+    return {unit.asset.role for unit in room.units.values()} >= EQUIPPED
 
 
 def _fill_walls(
@@ -196,22 +206,21 @@ def _fill_walls(
     style: Style,
     names: Names,
     generator: np.random.Generator,
-    spare: Counter[str],
+    spare: dict[str, int],
 ) -> None:
     length = sum(segment.length for segment in room.ground.segments)
     used = sum(unit.width for unit in room.units.values() if unit.stance == "wall")
     misses = 0
     while misses < MISSES and used < style.walls * length:
-        name = usual[int(generator.integers(len(usual)))]
-        if name in spare and spare[name] <= 0:
-            misses += 1
-            continue
+        offered = [name for name in usual if spare.get(name, 1) > 0]
+        name = offered[int(generator.integers(len(offered)))]
         asset = furniture.get(name)
         unit = _unit(asset, names, "fills free wall")
         options = supplied(room.options(unit), unit, room.ground.supplies)
         if any(room.add([(unit, foot)]) for foot in _wall_feet(room, unit, options, (), generator)):
             used += unit.width
-            spare[name] -= name in spare
+            if name in spare:
+                spare[name] -= 1
             misses = 0
         else:
             names.taken.discard(unit.id)
@@ -242,6 +251,8 @@ def _wall_feet(
         else:
             foot = room.standing.oblique_foot(segment, along, unit)
             feet += [foot] if room.standing.along_its_wall(segment, foot) else []
+    if unit.asset.fume_hood:
+        feet = [foot for foot in feet if all(is_near(room, foot, role) for role in EQUIPPED)]
     if near:
         feet.sort(key=lambda foot: min(distance(foot, other) for other in near))
     yield from feet[:3]

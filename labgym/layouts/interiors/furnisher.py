@@ -20,12 +20,13 @@ from labgym.layouts.interiors.siting import (
     choose_segments,
     distances_from,
     every_segment,
+    options_on,
     stand_oblique,
 )
 from labgym.layouts.interiors.standing import Distances
 from labgym.layouts.interiors.supply import supplied
 
-ATTEMPTS = 6
+ATTEMPTS = 10
 """Number of choices of walls that are tried before the solver chooses them."""
 FREE_ATTEMPTS = 2
 """Number of them, the last ones, in which furniture may stand beyond the reach of services that are not required, and
@@ -103,7 +104,8 @@ def furnish(
         wished: demands that the first attempts meet. least: demands that every attempt meets.
         hood_walls: ids of the segments that may carry hoods, empty for any.
         seed: random seed of the solver.
-        further: units for which the first attempts leave a place within reach of the services that they need.
+        further: units, of which the first attempts leave those other than hoods a place within reach of the services
+            that they need.
         attempts: number of choices of walls tried.
         thorough: whether the solver chooses the walls in the end.
     """
@@ -142,7 +144,10 @@ def furnish(
             room.add_anyway(unit, foot)
         by_id = {unit.id: unit for unit in units}
         added = room.add([(by_id[unit_id], foot) for unit_id, foot in {**feet, **plan.feet}.items()])
-        if added and (not attempt.near_supplies or all(_has_supplied_place(room, unit) for unit in further)):
+        if added and (
+            not attempt.near_supplies
+            or all(_has_supplied_place(room, unit) for unit in further if not unit.asset.fume_hood)
+        ):
             outcome.room = room
             return outcome
         outcome.attempts["closed"] += 1
@@ -154,7 +159,7 @@ def _has_supplied_place(room: Interior, unit: Unit) -> bool:
     supplies = room.ground.supplies
     if not any(supplies.of_kind(kind) for kind in unit.supplies):
         return True
-    return bool(supplied(room.options(unit), unit, supplies))
+    return bool(supplied(options_on(room.standing, unit, ()), unit, supplies))
 
 
 def _attempts(wished: Demands, least: Demands, count: int, thorough: bool) -> Iterator[_Attempt]:
@@ -166,7 +171,7 @@ def _attempts(wished: Demands, least: Demands, count: int, thorough: bool) -> It
     for _ in range(count - FREE_ATTEMPTS):
         yield _Attempt(wished, True, False, "all")
     if wished.proximities or wished.separations != least.separations:
-        yield _Attempt(wished, True, True, "all")
+        yield _Attempt(wished, True, True, "hoods")
     for _ in range(min(count, FREE_ATTEMPTS)):
         yield _Attempt(least, False, False, "hoods")
     if thorough:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import hashlib
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Literal
 
 import numpy as np
 
+from labgym.errors import InfeasibleError
 from labgym.layouts.assembly import Plan
 from labgym.layouts.brief import Brief, Unit
 from labgym.layouts.floor_plan import Pose
@@ -23,6 +24,7 @@ from labgym.layouts.interiors.spaces import furnish_spaces
 from labgym.layouts.model import Layout
 from labgym.layouts.placement import WALL
 from labgym.layouts.request import Request
+from labgym.layouts.rooms import room_presets
 from labgym.layouts.style import Style
 from labgym.layouts.surroundings import grounds as grounds_of
 
@@ -67,8 +69,17 @@ class FloorProposer:
         """Return the first plan in which ways lead to everything, filled as the request's style asks for.
 
         Raises:
-            InfeasibleError, SearchLimitError: as `propose`.
+            InfeasibleError, SearchLimitError: as `propose`; of a rectangular room they name the smallest preset that
+                fits, if the search is full.
         """
+        try:
+            return self._plan(request)
+        except InfeasibleError as error:
+            if self.patience == "short" or not request.floor.is_rectangle:
+                raise
+            raise error.with_preset(_smallest_preset(request)) from None
+
+    def _plan(self, request: Request) -> Plan:
         grounds = grounds_of(request.floor)
         check_floor(request, grounds)
         entropy = int.from_bytes(hashlib.sha256(request.protocol.id.encode()).digest()[:8], "big")
@@ -84,13 +95,24 @@ class FloorProposer:
             attempts += outcome.attempts
             if rooms is not None:
                 left = complete(request, needs, rooms, generator)
-                return _plan(request, needs, rooms, left, attempts)
+                return _assembled(request, needs, rooms, left, attempts)
             if attempt == 0 and self.patience == "full":
                 check_places(request, needs.required, grounds)
         raise failure(request, needs.required, grounds, outcome, attempts)
 
 
-def _plan(
+def _smallest_preset(request: Request) -> str | None:
+    """Return the name of the smallest room preset for which a short search finds a plan, or None."""
+    for name, room in room_presets().items():
+        try:
+            FloorProposer(patience="short").plan(replace(request, floor=room.floor, fixed=()))
+        except InfeasibleError:
+            continue
+        return name
+    return None
+
+
+def _assembled(
     request: Request, needs: Needs, rooms: Mapping[str, Interior], left: Sequence[Unit], attempts: Counter[str]
 ) -> Plan:
     """Return the plan of furnished spaces; `left` are the further pieces that found no place."""

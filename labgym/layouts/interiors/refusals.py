@@ -16,25 +16,30 @@ from labgym.layouts.interiors.furnisher import Outcome
 from labgym.layouts.interiors.interior import Interior
 from labgym.layouts.interiors.obstruction import obstructions
 from labgym.layouts.interiors.units import unit_of
+from labgym.layouts.model import Layout
 from labgym.layouts.pieces import pieces
 from labgym.layouts.request import Request
+from labgym.layouts.rules.building import building_of
+from labgym.layouts.rules.facility.exits import building_exit_issues
 
 
 def check_floor(request: Request, grounds: Sequence[Ground]) -> None:
     """Refuse a floor that is unsuitable for any furniture.
 
     Raises:
-        InfeasibleError: no space for laboratory work, none that is high enough for a hood, or fixed objects that break
-            a rule.
+        InfeasibleError: too few exits, no space for laboratory work, none that is high enough for a hood, or fixed
+            objects that break a rule.
     """
-    conflicts = []
+    layout = Layout(id="empty", floor=request.floor, placements=(), catalog=request.catalog)
+    exits = building_exit_issues(building_of(layout), request.profile)
+    conflicts = [issue.message for issue in exits if issue.severity == "error"]
     if all(ground.use == "corridor" for ground in grounds):
         conflicts.append("all spaces are corridors: give one the use 'laboratory'")
     highest = max(ground.ceiling for ground in grounds)
     units = [unit_of(request, piece) for piece in pieces(request, plan_cabinets(request), "required")]
     tall = {unit.asset.name: unit.asset.size.height for unit in units if unit.asset.size.height > highest}
     conflicts += [
-        f"{name} is {height:.2f} m high, but the ceiling is {highest:.2f} m: raise the ceiling"
+        f"{name} is {height:.2f} m high, but the ceiling is {highest:.2f} m: at least {height:.2f} m is required"
         for name, height in sorted(tall.items())
     ]
     conflicts += fixed_conflicts(request)

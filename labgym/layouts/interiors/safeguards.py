@@ -12,6 +12,7 @@ from labgym.layouts.brief import Content, Hazard, Unit
 from labgym.layouts.ground import Ground
 from labgym.layouts.interiors.distances import first_of_role
 from labgym.layouts.interiors.filling import Names
+from labgym.layouts.interiors.supply import lacking
 from labgym.layouts.interiors.units import unit_of
 from labgym.layouts.pieces import WallPiece
 from labgym.layouts.request import Request
@@ -64,12 +65,17 @@ def with_safeguards(
     standing: Mapping[str, Sequence[tuple[Unit, OrientedBox]]],
     names: Names,
 ) -> dict[str, list[Unit]]:
-    """Return the units of each space with the safety equipment that its hazards ask for and that it lacks."""
+    """Return the units of each space with the safety equipment that its hazards ask for and that it lacks.
+
+    Nothing is added where the floor requires its water elsewhere.
+    """
     result = {}
     for ground in grounds:
         units = [*shares[ground.space], *(unit for unit, _ in standing[ground.space])]
-        added = [unit_of(request, WallPiece(names.next(asset), asset, reason)) for asset, reason in _lacking(request, units)]
-        result[ground.space] = [*shares[ground.space], *added]
+        pieces = [WallPiece(names.next(asset), asset, reason) for asset, reason in _lacking(request, units)]
+        added = [unit_of(request, piece) for piece in pieces]
+        able = [unit for unit in added if not lacking(unit, ground)[1]]
+        result[ground.space] = [*shares[ground.space], *able]
     return result
 
 

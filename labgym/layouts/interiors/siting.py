@@ -12,7 +12,7 @@ from labgym.geometry import OrientedBox
 from labgym.layouts.brief import Nearness, Proximity, Separation, Unit
 from labgym.layouts.ground import Segment
 from labgym.layouts.interiors.program import Option, Stand
-from labgym.layouts.interiors.standing import WALL_GAP, Distances, Intervals, Standing
+from labgym.layouts.interiors.standing import SIDE_GAP, WALL_GAP, Distances, Intervals, Standing
 from labgym.layouts.interiors.supply import Options, preferred, required, supplied
 from labgym.layouts.rules.supplies import Supplies
 from labgym.navigation.plan import STAND_OFF
@@ -36,7 +36,7 @@ SPACING = 0.25
 OBLIQUE_UNITS = 2
 """Most units of the first pass on one oblique segment."""
 
-DOOR_STEPS = (3.0, 2.5, 2.0, 1.5)
+DOOR_STEPS = (3.0 + SIDE_GAP, 2.5, 2.0, 1.5)
 """Distances from doors that are tried for hoods, flammables and oxidizers, meters: NFPA 45 and ANSI/AIHA Z9.5 ask 3."""
 
 Places = dict[str, Options]
@@ -63,7 +63,7 @@ def all_places(
     """
     return {
         unit.id: aloof_options(standing, unit, apart.get(unit.id, ()), hood_walls, near_supplies)
-        if unit.asset.fume_hood and aloof != "none" or "burning" in unit.hazards and aloof == "all"
+        if (unit.asset.fume_hood and aloof != "none") or ("burning" in unit.hazards and aloof == "all")
         else _usual_options(standing, unit, apart.get(unit.id, ()), hood_walls, near_supplies)
         for unit in units
     }

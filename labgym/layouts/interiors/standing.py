@@ -10,7 +10,8 @@ from itertools import combinations, pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.geometry import BoxArray, OrientedBox, distance, pairwise_penetration
+from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
+from labgym.geometry import distance as gap_between
 from labgym.layouts.brief import Unit
 from labgym.layouts.ground import Gate, Ground, Segment, without
 from labgym.layouts.rules.facility.hoods import HOOD_DOOR_LEAST
@@ -131,9 +132,9 @@ class Standing:
         return free
 
     def along_its_wall(self, segment: Segment, foot: OrientedBox) -> bool:
-        """Whether a footprint at an oblique segment is nearer to it than to all other walls, so that it looks square."""
+        """Whether a footprint at an oblique segment is nearer to it than to all other walls: it is square to it."""
         others = [each.box(0.0, 0.0, each.length, EPSILON) for each in self.ground.segments if each is not segment]
-        return all(distance(foot, other) > OBLIQUE_GAP + SIDE_GAP for other in others)
+        return all(gap_between(foot, other) > OBLIQUE_GAP + SIDE_GAP for other in others)
 
     def _off_gates(self, unit: Unit, off_doors: float) -> list[tuple[OrientedBox, float]]:
         """The gates' openings, and the distance in meters that a unit keeps from each."""
@@ -163,8 +164,8 @@ class Standing:
 
 def _way(first: Gate, second: Gate) -> OrientedBox:
     """The straight way between two gates."""
-    length, angle = math.hypot(second.x - first.x, second.y - first.y), math.atan2(second.y - first.y, second.x - first.x)
-    return OrientedBox((first.x + second.x) / 2.0, (first.y + second.y) / 2.0, length, TRAFFIC_WIDTH, angle)
+    dx, dy = second.x - first.x, second.y - first.y
+    return OrientedBox(first.x + dx / 2.0, first.y + dy / 2.0, math.hypot(dx, dy), TRAFFIC_WIDTH, math.atan2(dy, dx))
 
 
 def grown(box: OrientedBox, gap: float) -> OrientedBox:

@@ -11,7 +11,7 @@ import numpy as np
 from labgym.assets import Asset
 from labgym.layouts.brief import Content, Unit
 from labgym.layouts.cabinets import Cabinet
-from labgym.layouts.interiors.distances import first_of_role, flammables_at
+from labgym.layouts.interiors.distances import burning_at, first_of_role
 from labgym.layouts.request import Request
 from labgym.layouts.rules.safety.standing import forbidden
 from labgym.layouts.rules.separation import heat_band
@@ -104,7 +104,7 @@ class _Stocking:
         for order, unit_id in enumerate(self._surfaces(group.home)):
             if not self._belong(unit_id, group.names):
                 continue
-            present = {content.asset.name for content in self.contents.get(unit_id, ())}
+            present = {content.asset.role for content in self.contents.get(unit_id, ())}
             need = [k for k, name in enumerate(group.names) if name not in present]
             further = [group.names[k] for k in need if not self.pool[group.names[k]]]
             options.append((len(further), order, unit_id, need))
@@ -122,7 +122,7 @@ class _Stocking:
         A heat source then stands on no bench on which a protocol handles flammables.
         """
         first = first_of_role(units)
-        places = {place for one in self.request.protocols for place, _ in flammables_at(self.request, one)}
+        places = {place for one in self.request.protocols for place, _ in burning_at(self.request, one)}
         handled = {unit.id for role, unit in first.items() if role in places}
         rest: list[Waiting] = []
         for name in sorted(self.pool.elements()):
@@ -130,7 +130,7 @@ class _Stocking:
             unit_id, reason = home(self.request, asset, first)
             able = [each for each in self._surfaces(unit_id) if self._belong(each, [name])]
             if not any(self._stand(each, [(name, reason)]) for each in able):
-                rest.append((asset, reason))
+                rest.append((self.request.furniture.get(name), reason))
         benches = [unit for unit in units if unit.asset.subtype == "workbench" or unit.asset.fume_hood]
         for unit in sorted(benches, key=lambda unit: (unit.id in self.contents, unit.id)):
             present = self.contents.get(unit.id, ())
@@ -154,7 +154,7 @@ class _Stocking:
 
     def _stand(self, unit_id: str, pieces: Sequence[tuple[str, str]]) -> bool:
         """Stand instruments on a unit, all or none, and return whether they stand there."""
-        waiting = [(self.request.catalog.get(name), reason) for name, reason in pieces]
+        waiting = [(self.request.furniture.get(name), reason) for name, reason in pieces]
         present = self.contents.get(unit_id, ())
         added, left = self._fitting(self.units[unit_id].asset, waiting, present)
         if left:

@@ -85,6 +85,7 @@ def test_furniture_overlaps_nothing_and_ways_lead_from_every_exit_to_every_goal(
 
 
 def test_hoods_stand_on_every_wall_as_named_from_the_main_door():
+    """On its own wall least often: hoods keep 3 m from doors where they can."""
     sides: Counter[str] = Counter()
     for seed in range(36):
         try:
@@ -97,7 +98,7 @@ def test_hoods_stand_on_every_wall_as_named_from_the_main_door():
             if layout.asset(placement.id).fume_hood:
                 quarter = round((placement.yaw - yaw) / (math.pi / 2.0)) % 4
                 sides[("same", "right", "opposite", "left")[quarter]] += 1
-    assert min(sides[side] for side in ("same", "right", "opposite", "left")) >= 0.10 * sides.total()
+    assert min(sides[side] for side in ("same", "right", "opposite", "left")) >= 0.05 * sides.total()
 
 
 def test_a_hall_holds_as_many_times_the_furniture_as_it_is_larger():
