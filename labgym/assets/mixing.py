@@ -1,4 +1,4 @@
-"""What may be in one vessel, and up to which temperature: limits for pairs that the reactivity matrix calls dangerous.
+"""Limits of mixing: the temperatures up to which pairs that the reactivity matrix calls dangerous may be in one vessel.
 
 The matrix (`labgym.assets.reactivity`) says what two reagents do on contact. Chemists run some of these reactions on
 purpose, within limits: an alcohol is added to an acyl chloride below room temperature, sodium hydride is used in
