@@ -11,7 +11,7 @@ from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
 from labgym.layouts.adjust import swaps
 from labgym.layouts.fitting import Keepouts, on_wall
 from labgym.layouts.model import Layout
-from labgym.layouts.moves import apply, may_move, replaced
+from labgym.layouts.moves import Place, apply, may_move, replaced
 from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.repairs.berths import berths
 from labgym.layouts.repairs.rank import State
@@ -110,7 +110,7 @@ def elsewhere(state: State, item: str, near: tuple[float, float] | None = None) 
         item = layout.root(item).id
         if layout.placement(item).support != FLOOR or not may_move(layout, item):
             return
-    places = islice(berths(layout, item), BERTHS if near is None else 3 * BERTHS)
+    places: Iterator[Place] = islice(berths(layout, item), BERTHS if near is None else 3 * BERTHS)
     if near is not None:
         places = iter(sorted(places, key=lambda place: math.dist((place.x, place.y), near))[:BERTHS])
     yield from (apply(layout, place) for place in places)
