@@ -127,8 +127,8 @@ def _aligned(room: Interior, middles: NDArray[np.float64]) -> NDArray[np.bool_]:
 
 
 def _islands(room: Interior) -> list[OrientedBox]:
-    free = (unit for unit in room.units.values() if unit.stance == "island" and unit.depth >= ONE_SIDED)
-    return [room.feet[unit.id] for unit in free]
+    units = [unit for unit in room.units.values() if unit.stance == "island" and unit.depth >= ONE_SIDED]
+    return [room.feet[unit.id] for unit in units]
 
 
 def _snapped(room: Interior, middle: NDArray[np.float64]) -> tuple[float, float]:
@@ -170,7 +170,7 @@ def _along_oblique(room: Interior, block: Block, style: Style, generator: np.ran
         if not segment.straight
         for along in np.arange(0.0, segment.length - block.width, STEP)
     ]
-    free = np.flatnonzero(room.standing.fit(boxes, gap=gap, wall_gap=gap)) if boxes else []
+    free = np.flatnonzero(room.standing.fit(boxes, gap=gap, wall_gap=gap))
     if not len(free):
         return None
     box = boxes[int(free[int(generator.integers(len(free)))])]

@@ -41,8 +41,9 @@ def equipped(layout: Layout, request: Request) -> Layout:
 
 def _may_add(layout: Layout, asset: Asset, request: Request) -> bool:
     holdings = request.holdings
-    bought = holdings is None or holdings.purchases != "none"
-    return bought or holdings.adds(asset.name, (placement.asset for placement in layout.placements))
+    if holdings is None or holdings.purchases != "none":
+        return True
+    return holdings.adds(asset.name, (placement.asset for placement in layout.placements))
 
 
 def _hung(layout: Layout, site: Site, asset: Asset, lacking: Lacking, height: float, request: Request) -> Layout:

@@ -60,7 +60,8 @@ def _reach(segment: Segment, unit: Unit, point: Service) -> tuple[float, float]:
     if across > reach:
         return math.inf, -math.inf
     slack = math.sqrt(reach**2 - across**2)
-    return along - unit.width - slack, along + slack
+    margin = max(unit.width - unit.asset.size.width, 0.0) / 2.0
+    return along - unit.width - slack + margin, along + slack - margin
 
 
 def _shared(intervals: Sequence[tuple[float, float]], others: Iterable[tuple[float, float]]) -> Intervals:
