@@ -116,7 +116,7 @@ def _check_wrappers(model: BaseAlgorithm) -> None:
         OptionError: the environment has one.
     """
     env = model.get_env()
-    wrapped = [kind for kind in WRAPPERS if env is not None and any(env.env_is_wrapped(kind))]
+    wrapped: list[type] = [kind for kind in WRAPPERS if env is not None and any(env.env_is_wrapped(kind))]
     normalizations = 0
     while isinstance(env, VecEnvWrapper):
         normalizations += isinstance(env, VecNormalize)

@@ -11,7 +11,7 @@ from labgym.assets.compatibility import rulebook, rules, traits
 from labgym.assets.flags import FLAGS
 from labgym.assets.inference import substructures
 from labgym.errors import UnknownNameError
-from labgym.protocols import protocols
+from labgym.layouts.version1 import published_protocols
 
 CATALOG = Catalog.load()
 REAGENTS = CATALOG.of_kind("reagent")
@@ -87,7 +87,7 @@ def test_only_reagents_can_be_incompatible():
 
 @pytest.mark.parametrize(("profile", "found", "affected"), [("segregation", 51, 22), ("boolean", 35, 14)])
 def test_the_published_protocols_hold_the_expected_pairs(profile, found, affected):
-    counts = [len(pairs([get(use.name) for use in p.reagents], profile)) for p in protocols().values()]
+    counts = [len(pairs([get(use.name) for use in p.reagents], profile)) for p in published_protocols().values()]
     assert sum(counts) == found
     assert sum(count > 0 for count in counts) == affected
 

@@ -149,7 +149,7 @@ def _made(value: Mapping[Any, Any], role: str) -> Any:
     arguments = {str(key): argument for key, argument in value.items() if key != "kind"}
     part_class = _class_of(kind, role)
     try:
-        parameters = inspect.signature(part_class).parameters.values()
+        parameters = tuple(inspect.signature(part_class).parameters.values())
     except (TypeError, ValueError):  # a class of another language has no signature
         parameters = ()
     if parameters and not any(each.kind is inspect.Parameter.VAR_KEYWORD for each in parameters):

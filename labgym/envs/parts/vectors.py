@@ -90,7 +90,9 @@ class VelocitySensor(Sensor):
     def __post_init__(self) -> None:
         for name in ("low", "high"):
             limits = tuple(getattr(self, name))
-            if not all(isinstance(limit, int | float | np.number) and abs(limit) <= MAX_METERS for limit in limits):
+            if not all(
+                isinstance(limit, int | float | np.number) and abs(float(limit)) <= MAX_METERS for limit in limits
+            ):
                 raise OptionError(f"VelocitySensor: {name} is {str(limits)[:60]}, expected finite numbers")
             object.__setattr__(self, name, limits)
         if len(self.low) not in (2, 3) or len(self.high) != len(self.low):

@@ -170,7 +170,7 @@ def _along_oblique(room: Interior, block: Block, style: Style, generator: np.ran
         if not segment.straight
         for along in np.arange(0.0, segment.length - block.width, STEP)
     ]
-    free = np.flatnonzero(room.standing.fit(boxes, gap=gap, wall_gap=gap))
+    free: NDArray[np.intp] = np.flatnonzero(room.standing.fit(boxes, gap=gap, wall_gap=gap))
     if not len(free):
         return None
     box = boxes[int(free[int(generator.integers(len(free)))])]

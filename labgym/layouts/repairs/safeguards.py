@@ -110,9 +110,9 @@ def elsewhere(state: State, item: str, near: tuple[float, float] | None = None) 
         item = layout.root(item).id
         if layout.placement(item).support != FLOOR or not may_move(layout, item):
             return
-    places: Iterator[Place] = islice(berths(layout, item), BERTHS if near is None else 3 * BERTHS)
+    places = list(islice(berths(layout, item), BERTHS if near is None else 3 * BERTHS))
     if near is not None:
-        places = iter(sorted(places, key=lambda place: math.dist((place.x, place.y), near))[:BERTHS])
+        places = sorted(places, key=lambda place: math.dist((place.x, place.y), near))[:BERTHS]
     yield from (apply(layout, place) for place in places)
 
 
