@@ -23,6 +23,7 @@ from labgym.layouts.passages import Passages
 from labgym.layouts.placement import FLOOR, WALL, Placement
 from labgym.layouts.request import Request
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
+from labgym.layouts.rules.safety.pieces import OPTIONAL_PIECES
 from labgym.layouts.rules.thresholds import PROTRUSION
 from labgym.layouts.rules.zones import HEADROOM
 from labgym.layouts.surroundings import door_of, main_door
@@ -186,7 +187,7 @@ class _Dresser:
     def _may_add(self, name: str) -> bool:
         """Whether the laboratory may share one more piece of an asset, and whether it exists or may be bought."""
         placed = [p.asset for p in self.layout.placements]
-        if placed.count(name) >= self.habits.most.get(name, math.inf):
+        if placed.count(name) >= OPTIONAL_PIECES.get(name, math.inf):
             return False
         return self.holdings is None or self.holdings.adds(name, placed)
 

@@ -32,6 +32,7 @@ from labgym.layouts.placement import FLOOR, WALL, Placement
 from labgym.layouts.propose import LIMIT_WORDS, ProceduralProposer, Proposer
 from labgym.layouts.proposers import SOLVER
 from labgym.layouts.provenance import Provenance
+from labgym.layouts.repairs import repair_layout
 from labgym.layouts.request import Request
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.thresholds import Profile
@@ -168,6 +169,9 @@ def generate_assessed(
     tidy = layout
     if method.dresses(proposer):
         tidy, assessment = dressed(layout, assessment, request)
+    if solved and method.repairs and request.holdings is None and failures(assessment):
+        repair = repair_layout(tidy, protocol, request.profile, adjuster, trace, seeded=True)
+        tidy, assessment = repair.layout, repair.after
     layout = add_clutter(tidy, request.clutter, np.random.default_rng([request.seed, CLUTTER_STREAM]))
     if request.clutter:
         assessment = evaluate_layout(layout, protocol, request.profile, navigation=True, earlier=assessment)

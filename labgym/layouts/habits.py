@@ -115,7 +115,6 @@ class Habits(Document):
         habits: by asset name; assets that are absent stand at any wall.
         always: locations of every laboratory, with their purpose.
         furniture: further pieces by level. filling: benches, racks and cold storage for walls that stay free.
-        most: greatest number in a laboratory of pieces that nothing requires, on the floor or a wall, by asset name.
         islands: free-standing benches, largest first. peninsula: the bench with one end at a wall.
         homes: where an instrument of a category stands when the protocol does not say. default_home: else.
         cabinets: by storage class, in the order in which the cabinets are planned.
@@ -129,7 +128,6 @@ class Habits(Document):
     habits: dict[str, Habit]
     always: dict[str, str]
     furniture: tuple[Furniture, ...]
-    most: dict[str, Annotated[int, Field(ge=0, le=1000)]]
     filling: tuple[str, ...]
     islands: Annotated[tuple[str, ...], Field(min_length=1)]
     peninsula: str

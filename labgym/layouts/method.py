@@ -72,6 +72,11 @@ class Method:
         return self.dress == "always"
 
     @property
+    def repairs(self) -> bool:
+        """Whether a layout that still fails after all phases is repaired."""
+        return self.optimise and self.refine and self.facility
+
+    @property
     def asks_model(self) -> bool:
         """Whether the named proposer or adjuster asks the configured language model."""
         return any(isinstance(name, str) and name.endswith(MODEL) for name in (self.proposer, self.adjuster))

@@ -16,6 +16,7 @@ from labgym.layouts.interiors.filling import Names, add_piece, add_pieces, fill,
 from labgym.layouts.interiors.interior import Interior
 from labgym.layouts.interiors.needs import Needs
 from labgym.layouts.request import Request
+from labgym.layouts.rules.safety.pieces import OPTIONAL_PIECES
 from labgym.layouts.rules.thresholds import MOVABLE
 from labgym.layouts.style import Style
 
@@ -48,7 +49,7 @@ def complete(
     for room in rooms.values():
         habit = habits.rooms.get(room.ground.use, RoomHabit())
         counts = Counter(unit.asset.role for other in rooms.values() for unit in other.units.values())
-        spare = {name: most - counts[name] for name, most in habits.most.items()}
+        spare = {name: most - counts[name] for name, most in OPTIONAL_PIECES.items()}
         fill(room, request.furniture, habit, habits.peninsula, style, names, generator, spare)
     return left
 

@@ -9,12 +9,13 @@ from labgym.layouts.rules.safety.site import Site
 
 OPTIONAL_PIECES: dict[str, int] = {
     "IceMachine": 1,
-    "UltraLowFreezer": 2,
-    "NoticeBoard": 2,
+    "UltraLowFreezer": 1,
+    "NoticeBoard": 1,
     "Whiteboard": 2,
     "Clock": 4,
     "WaterPurifier": 2,
-    "LabRefrigerator": 4,
+    "DryingRack": 2,
+    "LabRefrigerator": 2,
 }
 """Greatest number of optional pieces by role in one laboratory, which is the whole floor (assumption)."""
 
