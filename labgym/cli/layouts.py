@@ -62,7 +62,7 @@ def generate(
     trace: OptionalPath = None,
     facility: bool = True,
     service: Texts = (),
-    metrics: OptionalText = None,
+    metrics: str = "touchstone-v2",
     overwrite: Overwrite = False,
 ) -> int:
     """Generate a laboratory for one or more protocols, or with --count many laboratories for each of them.
@@ -110,7 +110,7 @@ def generate(
         facility: Let phase 2 follow facility rules (fronts, door areas, ways out) and repair what fails; --no-facility
             runs the paper's phases, in which only phase 3 considers navigation.
         metrics: Version of the rules to satisfy: touchstone-v2, under which the safety equipment that a proposal lacks
-            is added, too, or touchstone-v1. Default: touchstone-v2; touchstone-v1 for the profile paper.
+            is added, too, or touchstone-v1.
         overwrite: Replace a layout and a trace that exist with other content. A batch (--count) resumes; see --fresh.
     """
     from labgym.layouts.rules import thresholds

@@ -19,7 +19,7 @@ def repair(
     layout: LayoutName,
     out: OptionalPath = None,
     profile: str = "default",
-    metrics: OptionalText = None,
+    metrics: str = "touchstone-v2",
     protocol: OptionalText = None,
     adjuster: str = "rules",
     trace: OptionalPath = None,
@@ -37,8 +37,7 @@ def repair(
             NAME-repaired.json in the current folder.
         profile: Thresholds to satisfy: default, strict, paper or code.
         metrics: Version of the rules: touchstone-v2, under which vessels also return to their hood, the pieces of an
-            apparatus to each other and wall units to walls, and safety equipment is added, or touchstone-v1. Default:
-            touchstone-v2; touchstone-v1 for the profile paper.
+            apparatus to each other and wall units to walls, and safety equipment is added, or touchstone-v1.
         protocol: Id or .json file of the protocol to repair the layout for; by default all protocols of the layout.
         adjuster: What adjusts the layout where repair by geometry does not help: rules, or llm, the configured language
             model (docs/language-models.md).

@@ -28,7 +28,7 @@ def score(
     layout: LayoutNames,
     protocol: OptionalText = None,
     profile: str = "default",
-    metrics: OptionalText = None,
+    metrics: str = "touchstone-v2",
     regulations: OptionalText = None,
     as_json: Annotated[bool, arg(name="json")] = False,
     check: bool = False,
@@ -47,7 +47,6 @@ def score(
         protocol: Id or .json file of the protocol to score the layouts for; by default the layout's own.
         profile: Thresholds: default, strict, paper or code.
         metrics: Version of the definitions: touchstone-v2, or touchstone-v1, the definitions of the paper's columns.
-            Default: touchstone-v2; touchstone-v1 for the profile paper.
         regulations: Print what each clause of a profile says about one layout: US, EN or CN.
         as_json: Print the whole report as JSON; of several layouts the means.
         check: Exit 1 if a layout has a violation or a facility error, or lacks a required asset.
@@ -109,7 +108,7 @@ def _score_many(
     names: Sequence[str],
     protocol: str | None,
     profile: str,
-    metrics: str | None,
+    metrics: str,
     as_json: bool,
     check: bool,
     out: Path | None,

@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-from labgym.datasets.options import POINT, DriveOptions
+from labgym.datasets.options import DriveOptions
 from labgym.datasets.recording import RecordedEnv, Steps
 from labgym.envs.config import PointNavConfig
+from labgym.envs.labnav.names import POINT
 from labgym.envs.labnav.tasks import LabNavTask, sensors_of
 from labgym.envs.parts.announced import announced_goal
 from labgym.envs.parts.odometry import OdometrySensor

@@ -16,8 +16,6 @@ CHOICE = ("split", "layout", "protocol", "profile", "episodes_per_layout", "trai
 GENERATED = ("profile", "episodes_per_layout", "training", "pool")
 """Arguments of generated layouts."""
 TRAINING_SPLITS = ("train", "floors-train")
-PICTURE = ("width", "height", "quality")
-"""Arguments of the pictures of "rgb_array" and "human"."""
 
 
 def check_effects(config: PointNavConfig, names: Collection[str]) -> None:
@@ -54,8 +52,6 @@ def _reason(config: PointNavConfig, name: str) -> str:
         return f"in split {config.split!r}, whose layouts are published: pass split='train' or split='floors-train'"
     if name == "resident_mb" and config.split in TRAINING_SPLITS:
         return f"in split {config.split!r}, whose layouts are generated: it concerns published splits"
-    if name in PICTURE and config.render_mode not in ("rgb_array", "human"):
-        return "without pictures: pass render_mode='rgb_array'"
     if name == "distance_to_go" and config.rewards is not None:
         return "on these reward terms: pass rewards, such as rewards=[{'kind': 'progress', 'method': 'exact'}, ...]"
     if name == "onward" and config.tasks is None and config.drives == "pair":

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.envs.labnav.names import known_task
+from labgym.envs.labnav.names import POINT, known_task
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.errors import LabgymError
 from labgym.policies.options import PolicyOptions
@@ -77,7 +77,7 @@ class EpisodeStart:
 
     def __post_init__(self) -> None:
         """Check the name of the task."""
-        if self.task:
+        if self.task not in ("", POINT):
             known_task(self.task)
 
 

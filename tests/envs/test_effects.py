@@ -36,8 +36,6 @@ class OneTask:
         ({"tasks": OneTask(), "split": "val"}, "split"),
         ({"tasks": OneTask(), "layout": LAYOUT}, "layout"),
         ({"tasks": OneTask(), "drives": "protocol"}, "drives"),
-        ({"width": 100}, "width"),
-        ({"render_mode": "depth_array", "height": 100}, "height"),
         ({"quality": "fine"}, "quality"),
         ({"rewards": ["success"], "distance_to_go": "exact"}, "distance_to_go"),
         ({"observation": "depth", "sensors": ["goal"]}, "observation"),

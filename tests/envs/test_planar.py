@@ -30,7 +30,7 @@ from labgym.envs.planar.simulation import PlanarSimulation
 LAYOUTS = {
     "island": island_laboratory,
     "room": lambda: load_published("test", "test-sub_01"),
-    "floor": lambda: layout_at("floors-test", 1, first=900),
+    "floor": lambda: layout_at("floors-test", 1, first=901),
 }
 
 

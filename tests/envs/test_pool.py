@@ -208,7 +208,7 @@ def test_layouts_that_are_taken_or_no_longer_needed_leave_no_open_file(pool):
 
 @pytest.mark.parametrize("workers", [0, 1.5, True])
 def test_a_number_of_workers_that_is_not_positive_is_refused(workers):
-    with pytest.raises(OptionError, match="at least 1"):
+    with pytest.raises(OptionError, match="from 1 to"):
         LayoutPool(workers)
 
 

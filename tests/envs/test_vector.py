@@ -179,7 +179,6 @@ def test_what_the_kernel_lacks_is_refused_in_one_line():
         ({"config": VERSION_1, "layout": island_laboratory(), "drives": "protocol"}, "episodes of one drive only"),
         ({"actions": {"kind": "velocity", "delay": 2}}, "STOP or a delay"),
         ({"endings": ["stuck"]}, "no ending StuckEnding"),
-        ({"autoreset_mode": "Disabled"}, "expected NEXT_STEP or SAME_STEP"),
         ({"num_envs": 0}, "num_envs is 0"),
     ):
         with pytest.raises(OptionError, match=message) as caught:

@@ -10,6 +10,8 @@ from labgym.errors import UnknownNameError
 
 ALL = ("aisle", "moved", "people", "odometry", "dock", "glass", "carry", "shift")
 """The eight tasks of the figure."""
+POINT = "point"
+"""The task of recorded drives that rest at a point; it has no score in the figure."""
 
 
 def known_task(name: str) -> str:

@@ -61,7 +61,7 @@ def score(
         profile: name of the thresholds, or a `Profile`.
         contacts: whether to compile the scene and count contacts in MuJoCo (`cn_mj`).
         metrics: version of the definitions, `touchstone-v1` or `touchstone-v2`; by default the profile's, which is
-            touchstone-v1 for the profile `paper` and touchstone-v2 for the others.
+            touchstone-v1 for all named profiles. `labgym score` takes touchstone-v2.
 
     Returns:
         A `LayoutReport2` under touchstone-v2.

@@ -16,7 +16,7 @@ VERSION: Metrics = "touchstone-v1"
 """The definitions of the paper's columns; a report that names another version is not comparable."""
 
 VERSION_2: Metrics = "touchstone-v2"
-"""The default definitions, which a spoilt layout cannot pass; see `labgym.layouts.rules.touchstone2`."""
+"""The definitions of the commands, which a spoilt layout cannot pass; see `labgym.layouts.rules.touchstone2`."""
 
 VERSIONS: tuple[Metrics, ...] = (VERSION, VERSION_2)
 
@@ -124,7 +124,7 @@ class Profile:
     second_exit: Severity = "warning"
     second_exit_area: float = NFPA_45
     second_exit_source: str = "NFPA 45, class B"
-    metrics: Metrics = VERSION_2
+    metrics: Metrics = VERSION
     tie_breakers: bool = False
     left_out: frozenset[Literal["facility", "storage"]] = frozenset()
 
@@ -161,7 +161,6 @@ PROFILES = {
         incompatible=Band(d_min=0.5, d_low=0.15),
         glass=0.30,
         pairs="boolean",
-        metrics=VERSION,
     ),
 }
 PROFILES["code"] = replace(
@@ -179,8 +178,8 @@ def profile(name: str | Profile, metrics: str | None = None) -> Profile:
 
     Args:
         name: name of the thresholds, or a profile.
-        metrics: version of the metric definitions; by default the profile's own, which is touchstone-v1 for the profile
-            `paper` and touchstone-v2 for the others.
+        metrics: version of the metric definitions; by default the profile's own, which is touchstone-v1 for all named
+            profiles. The commands name touchstone-v2.
 
     Raises:
         UnknownNameError: no profile, or no version, has that name.

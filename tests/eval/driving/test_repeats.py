@@ -44,7 +44,7 @@ def test_the_published_suites_start_every_episode_once_exactly_at_the_pair() -> 
 
 
 def test_starts_are_uniform_in_the_disc_and_the_angle() -> None:
-    pair = goal_pairs(LAYOUT)[0]
+    pair = goal_pairs(LAYOUT)[1]
     jitter = Jitter(distance=0.05, angle=10.0)
     starts = np.array([jittered_start(LAYOUT, pair, repeat, jitter) for repeat in range(300)])
     away = np.linalg.norm(starts[:, :2] - pair.start[:2], axis=1)

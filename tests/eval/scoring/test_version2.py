@@ -29,9 +29,8 @@ def report() -> LayoutReport2:
 def test_the_version_is_chosen_by_name_or_by_the_profile(report: LayoutReport2) -> None:
     layout = published_in_order()
     assert report.version == "touchstone-v2"
-    assert score(layout, contacts=False) == report
-    assert score(layout, profile="paper", contacts=False).version == "touchstone-v1"
-    assert score(layout, profile=profile("default", "touchstone-v1"), contacts=False).version == "touchstone-v1"
+    assert score(layout, contacts=False).version == "touchstone-v1"
+    assert score(layout, profile=profile("default", "touchstone-v2"), contacts=False) == report
     with pytest.raises(UnknownNameError, match="touchstone-v2"):
         score(layout, contacts=False, metrics="touchstone-v3")
 
