@@ -14,8 +14,6 @@ MAX_STEPS = 10**12
 """Largest number of control steps of a training, summed over its environments."""
 MAX_PROCESSES = 1024
 """Largest number of worker processes, threads, or jobs at a time."""
-MAX_PIXELS = 8192
-"""Largest width and height of a picture, pixels: that of the textures of common graphics drivers."""
 ENVIRONMENT_KB = 12
 """Memory of an environment of the planar kernel without observation and layouts, kilobytes, as measured."""
 SINGLE_MB = 0.5

@@ -118,7 +118,7 @@ def test_the_refinement_without_optimization_repairs_nothing(published: Layout) 
 
 def _items(layout: Layout) -> tuple[str, str]:
     """Return two items that stand on the same bench."""
-    bench = next(item for item in layout.placements if item.asset == "LabBench" or item.asset.startswith("LabBench"))
+    bench = next(item for item in layout.placements if item.asset.startswith("IslandBench"))
     first, second = layout.children(bench.id)[:2]
     return first.id, second.id
 

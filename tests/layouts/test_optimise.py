@@ -58,7 +58,8 @@ def test_objects_left_behind_by_their_furniture_return_to_it(layout: Layout, ben
     after = optimise(edited, PROTOCOL)
     assert assess(after).v == 0
     surface_of = Polygon(after.box(bench).corners()).buffer(0.01)
-    assert {child.id for child in after.children(bench)} == children
+    # Glassware that the apparatus on it held may come to stand on the furniture itself.
+    assert {child.id for child in after.children(bench)} >= children
     assert all(surface_of.covers(Polygon(after.box(child).corners())) for child in children)
 
 
@@ -153,7 +154,7 @@ def test_generate_keeps_fixed_objects_and_lets_them_take_their_role() -> None:
 
 DAMAGES = {
     "an island pushed into the hood": (
-        "sub_03", 9110, {"IslandBench_1": (6.64, 6.6, 0.0), "EquipmentRack_1": (7.12, 7.16, -math.pi / 2.0)},
+        "sub_03", 9110, {"IslandBench_1": (6.64, 6.6, 0.0), "GlasswareCabinet_1": (7.12, 7.16, -math.pi / 2.0)},
     ),
     "a cabinet in the doorway": ("cyc_04", 9120, {"GlasswareCabinet_1": (1.5, 0.6, -math.pi / 2.0)}),
     "five pieces moved at once": (

@@ -99,7 +99,7 @@ REQUIREMENTS = (
         frozenset({"GasDetector"}),
         _gases,
         "Each room with burning or toxic gases, or flammable liquids of GHS categories 1 and 2, has a gas detector",
-        "NFPA 45, 11.; IEC 60079-29-2; TRGS 722, 2.4",
+        "NFPA 45; IEC 60079-29-2; TRGS 722, 2.4",
     ),
 )
 """What rooms need, and what calls for it."""
