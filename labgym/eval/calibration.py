@@ -27,6 +27,7 @@ from labgym.layouts.rules.thresholds import VERSION
 from labgym.layouts.sampler import Rates, SamplerFile, SamplerProposer
 from labgym.layouts.sampler.rates import GROUPS, Figure
 from labgym.layouts.splits import manifest
+from labgym.layouts.version1 import published_protocols
 
 SEEDS = 10
 """Number of seeds of each entry of `val`: the published one and following ones, all in the range of val."""
@@ -120,7 +121,7 @@ def proposals(rates: Rates, seeds: int = SEEDS, layouts: int | None = None) -> l
 
 
 def _proposal(rates: Rates, protocol: str, seed: int, room: str) -> Proposal:
-    request = resolve_request(protocol, seed, room, "default", None, ())
+    request = resolve_request(published_protocols()[protocol], seed, room, "default", None, ())
     layout = SamplerProposer(rates).propose(request)
     absent = missing_assets(Arrangement.of(layout), request.protocol, frozenset())
     return Proposal(score(layout, contacts=False, metrics=VERSION), not absent)

@@ -100,7 +100,7 @@ def test_an_object_that_is_not_a_policy_is_refused(module, place):
 
 
 def test_an_option_that_the_class_does_not_take_is_named_with_those_that_it_takes(module):
-    with pytest.raises(UnknownNameError, match="option 'colour' not found; available: speed"):
+    with pytest.raises(UnknownNameError, match="unexpected keyword argument 'colour'; available: speed"):
         make_policy("a_users_module:Forward", colour="red")
 
 
@@ -139,7 +139,9 @@ def test_options_are_mappings_or_given_by_themselves(name):
 def test_an_unknown_option_lists_those_that_exist(name):
     option, value = TUNABLE[name]
     for arguments in ({"options": {option + "x": value}}, {option + "x": value}):
-        with pytest.raises(UnknownNameError, match=f"'{option}x' not found; nearest: .*{option}.*available: "):
+        with pytest.raises(
+            UnknownNameError, match=f"unexpected keyword argument '{option}x'; nearest: .*{option}.*available: "
+        ):
             make_policy(name, **arguments)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import AfterValidator
+from pydantic import AfterValidator, Field
 
 from labgym.errors import UnknownNameError
 
@@ -32,5 +32,5 @@ def _valid(name: str) -> str:
         raise ValueError(str(error)) from None  # pydantic reports no other error
 
 
-TaskName = Annotated[str, AfterValidator(_valid)]
+TaskName = Annotated[str, AfterValidator(_valid), Field(json_schema_extra={"enum": list(ALL)})]
 """Name of a task in a document."""
