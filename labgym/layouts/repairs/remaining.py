@@ -1,4 +1,4 @@
-"""What is still wrong with a repaired layout, and why."""
+"""Faults that a repaired layout still has, and the reasons."""
 
 from __future__ import annotations
 
