@@ -6,7 +6,7 @@ these as input, and they have no exterior. Every function here drops them, from 
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from itertools import chain
 
 import shapely
@@ -14,6 +14,8 @@ from shapely import MultiPolygon, Polygon
 
 GRID_M = 1e-6
 """Grid to which corners are rounded where shapes meet along edges that differ by rounding, meters."""
+AREA_TOLERANCE_M2 = 1e-6
+"""Error of an area from which on an overlay counts as failed and is computed again on the grid, square meters."""
 
 
 def polygons(shape: shapely.Geometry) -> list[Polygon]:
@@ -48,17 +50,36 @@ def union(shapes: Iterable[shapely.Geometry], grid: float | None = None) -> Poly
         grid: side of the grid to which corners are rounded, meters; None for no rounding.
     """
     parts = list(chain.from_iterable(map(polygons, shapes)))
-    return polygonal(shapely.union_all(parts, grid_size=grid))
+    areas = [part.area for part in parts]
+    return _overlay(lambda size: shapely.union_all(parts, grid_size=size), grid, max(areas, default=0.0), sum(areas))
 
 
 def difference(shape: shapely.Geometry, other: shapely.Geometry, grid: float | None = None) -> Polygon | MultiPolygon:
     """Return the area of a shape that another does not cover; `grid` as in `union`."""
-    return polygonal(shapely.difference(polygonal(shape), polygonal(other), grid_size=grid))
+    first, second = polygonal(shape), polygonal(other)
+    least = first.area - second.area
+    return _overlay(lambda size: shapely.difference(first, second, grid_size=size), grid, least, first.area)
 
 
 def intersection(shape: shapely.Geometry, other: shapely.Geometry, grid: float | None = None) -> Polygon | MultiPolygon:
     """Return the area that two shapes share; `grid` as in `union`."""
-    return polygonal(shapely.intersection(polygonal(shape), polygonal(other), grid_size=grid))
+    first, second = polygonal(shape), polygonal(other)
+    most = min(first.area, second.area)
+    return _overlay(lambda size: shapely.intersection(first, second, grid_size=size), grid, 0.0, most)
+
+
+def _overlay(
+    operation: Callable[[float | None], shapely.Geometry], grid: float | None, least: float, most: float
+) -> Polygon | MultiPolygon:
+    """Return the result of an overlay; on the grid if its area shows that the overlay without rounding went wrong.
+
+    Args:
+        least, most: bounds of the area, square meters.
+    """
+    result = polygonal(operation(grid))
+    if grid is None and not least - AREA_TOLERANCE_M2 <= result.area <= most + AREA_TOLERANCE_M2:
+        return polygonal(operation(GRID_M))
+    return result
 
 
 def grown(shape: shapely.Geometry, distance: float) -> Polygon | MultiPolygon:

@@ -273,7 +273,6 @@ def test_two_normalizations_are_refused(blank, usual_space, tmp_path):
         (PPO, {"net_arch": [8], "squash_output": True}, {"use_sde": True}),
         (PPO, {"net_arch": [8], "ortho_init": False}, {"use_sde": True}),
         (SAC, {"net_arch": [8, 8, 8], "activation_fn": nn.Tanh}, {}),
-        (SAC, {"net_arch": [8]}, {"use_sde": True}),
         (TD3, {"net_arch": []}, {}),
         (DDPG, {"net_arch": {"pi": [6], "qf": [5]}}, {}),
         (A2C, {"net_arch": [6, 5]}, {}),

@@ -11,7 +11,7 @@ pytest.importorskip("torch")
 import torch
 
 from labgym.cards.local import write_imitation_card, write_reinforcement_card
-from labgym.errors import DocumentError, LabgymError, OptionError, UnknownNameError
+from labgym.errors import DocumentError, LabgymError, OptionError
 from labgym.policies.local.inputs import SIZE, place_of
 from labgym.policies.local.policy import LocalPolicy, checked_actor
 from labgym.runs import ExecutorOptions
@@ -161,7 +161,7 @@ def test_drives_are_drawn_for_each_task_alike(floors):
     drives = drawn_drives(floors, ("dock", "carry"), 6, 0, 0)
     assert sorted(one.task for one in drives) == ["carry"] * 3 + ["dock"] * 3
     assert drives == drawn_drives(floors, ("dock", "carry"), 6, 0, 0) != drawn_drives(floors, ("dock",), 6, 0, 1)
-    with pytest.raises(UnknownNameError, match="tea"):
+    with pytest.raises(ValueError, match="tea"):
         imitate(ImitationOptions(tasks=("tea",)), floors, floors[0].parent / "none")
 
 
