@@ -36,7 +36,6 @@ class OneTask:
         ({"tasks": OneTask(), "split": "val"}, "split"),
         ({"tasks": OneTask(), "layout": LAYOUT}, "layout"),
         ({"tasks": OneTask(), "drives": "protocol"}, "drives"),
-        ({"quality": "fine"}, "quality"),
         ({"rewards": ["success"], "distance_to_go": "exact"}, "distance_to_go"),
         ({"observation": "depth", "sensors": ["goal"]}, "observation"),
         ({"onward": ["touch"]}, "onward"),

@@ -17,7 +17,7 @@ from labgym.protocols.importers.records import UnreadableError, one_line, read_b
 
 MAX_BYTES = 512 * 1024**2
 MAX_UNPACKED = 512 * 1024**2
-MAX_BATCH = 256 * 1024**2
+MAX_BATCH = 128 * 1024**2
 MAX_REACTION = 4 * 1024**2
 MAX_TEXT = 64 * 1024**2
 """Largest sizes in bytes: of a file, of what a gzipped file or a row group of Parquet unpacks to,

@@ -151,7 +151,7 @@ def test_a_policy_with_threads_gets_a_newly_loaded_process_for_each_episode():
 def test_errors_of_loading_keep_their_class_and_say_what_is_wrong():
     with pytest.raises(UnknownNameError, match=r"'astr' not found; nearest: astar"):
         PolicyProcess(PolicySource.named("astr"))
-    with pytest.raises(UnknownNameError, match=r"policy 'dwa': option 'colour' not found"):
+    with pytest.raises(UnknownNameError, match=r"policy 'dwa' got an unexpected keyword argument 'colour'"):
         PolicyProcess(PolicySource.named("dwa", {"colour": "red"}))
     with pytest.raises(OptionError, match="radius"):
         PolicyProcess(PolicySource.named("dwa", {"radius": -1.0}))
