@@ -1,6 +1,7 @@
-"""Compilation of single files of functions by numba, which the extra `fast` installs; without fast math.
+"""Compilation of numerical functions by numba, which the extra `fast` installs; without fast math.
 
-Only modules of compiled functions import this one, and they are imported where numba may be missing.
+Without numba the functions stay as they are: the same results, later. numba is imported with the first module of such
+functions, so that these are imported where they are needed.
 """
 
 from __future__ import annotations
@@ -8,14 +9,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
-import numba
+try:
+    import numba
+except ImportError:
+    numba = None
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 def inner(function: Function) -> Function:
     """Compile a function that compiled functions of the same file call."""
-    return cast(Function, numba.njit(nogil=True)(function))
+    return function if numba is None else cast(Function, numba.njit(nogil=True)(function))
 
 
 def entry(function: Function) -> Function:
@@ -23,6 +27,8 @@ def entry(function: Function) -> Function:
 
     numba renews the code when the function's own file changes: whatever it calls or contains must be in that file.
     """
+    if numba is None:
+        return function
     try:
         return cast(Function, numba.njit(nogil=True, cache=True)(function))
     except RuntimeError:  # no folder can be written

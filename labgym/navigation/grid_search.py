@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import heapq
 import math
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +10,6 @@ from scipy.sparse import coo_matrix, csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from labgym.errors import OptionError
-from labgym.navigation.compiled_search import Search
 from labgym.navigation.occupancy import OccupancyGrid
 
 Point = tuple[float, float]
@@ -24,7 +21,6 @@ def astar(
     start: Point,
     goal: Point,
     costs: NDArray[np.float64] | None = None,
-    search: Search | None = None,
 ) -> NDArray[np.float64] | None:
     """Return a shortest path between the cells of two points, or None if no path exists.
 
@@ -37,7 +33,6 @@ def astar(
         goal: (x, y), meters.
         costs: (ny, nx), cost per meter through each cell, at least 1; a step costs its length times the mean of its two
             cells. None stands for 1 everywhere.
-        search: `labgym.navigation.compiled_search.compiled_search()` for many searches; the path is the same.
 
     Returns:
         (n, 2) room coordinates of the cell centers from start to goal, both included (n = 1 if it is the same cell).
@@ -45,6 +40,8 @@ def astar(
     Raises:
         OptionError: the shape of the costs differs from the grid's, or a cost is below 1 or NaN.
     """
+    from labgym.navigation.search_kernel import search  # takes some tenths of a second, with numba
+
     if costs is not None and (costs.shape != grid.shape or not bool((costs >= 1.0).all())):
         raise OptionError(f"costs of shape {costs.shape} must have the grid's shape {grid.shape} and be at least 1")
     if not grid.connected(start, goal):
@@ -54,11 +51,7 @@ def astar(
     (r0, c0), (r1, c1) = grid.cell_of(*start), grid.cell_of(*goal)
     source, target = (r0 + 1) * width + c0 + 1, (r1 + 1) * width + c1 + 1
     prices = np.pad(np.ones(grid.shape) if costs is None else costs, 1, constant_values=1.0).ravel()
-    predecessors: Any
-    if search is None:
-        predecessors = _search(blocked.tolist(), prices.tolist(), width, source, target)
-    else:
-        predecessors = search(blocked, prices, width, source, target)
+    predecessors = search(blocked, prices, width, source, target)
     cells = [target]
     while cells[-1] != source:
         cells.append(int(predecessors[cells[-1]]))
@@ -83,52 +76,6 @@ def distance_field(grid: OccupancyGrid, *sources: Point) -> NDArray[np.float64]:
     numbers = [row * grid.shape[1] + column for row, column in cells]
     field = dijkstra(grid_graph(grid), directed=False, indices=numbers, min_only=True)
     return np.asarray(field.reshape(grid.shape))
-
-
-def _search(blocked: list[bool], prices: list[float], width: int, source: int, target: int) -> dict[int, int]:
-    """Run A* on the flat cell numbers of a padded grid to a reachable target; return predecessors by cell."""
-    rows, columns = divmod(target, width)
-    straight = (1, -1, width, -width)
-    diagonal = ((width + 1, width, 1), (width - 1, width, -1), (1 - width, -width, 1), (-1 - width, -width, -1))
-    cost = {source: 0.0}
-    predecessors: dict[int, int] = {}
-    done: set[int] = set()
-    heap = [(0.0, source)]
-    push, pop = heapq.heappush, heapq.heappop
-    infinity = math.inf
-
-    def estimate(cell: int) -> float:
-        row, column = divmod(cell, width)
-        dy, dx = abs(row - rows), abs(column - columns)
-        return dx + dy + (DIAGONAL - 2.0) * (dx if dx < dy else dy)
-
-    while heap:
-        cell = pop(heap)[1]
-        if cell == target:
-            break
-        if cell in done:
-            continue
-        done.add(cell)
-        here, price = cost[cell], prices[cell]
-        for step in straight:
-            near = cell + step
-            if blocked[near]:
-                continue
-            there = here + (price + prices[near]) / 2.0
-            if there < cost.get(near, infinity):
-                cost[near] = there
-                predecessors[near] = cell
-                push(heap, (there + estimate(near), near))
-        for step, beside, along in diagonal:
-            near = cell + step
-            if blocked[near] or blocked[cell + beside] or blocked[cell + along]:
-                continue
-            there = here + DIAGONAL * (price + prices[near]) / 2.0
-            if there < cost.get(near, infinity):
-                cost[near] = there
-                predecessors[near] = cell
-                push(heap, (there + estimate(near), near))
-    return predecessors
 
 
 def grid_graph(grid: OccupancyGrid, costs: NDArray[np.float64] | None = None) -> csr_matrix:

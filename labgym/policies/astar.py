@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from labgym.errors import LabgymError
 from labgym.geometry import compose, wrap_angle
 from labgym.navigation import PLANNING_RADIUS, Pose, ShortestPaths, occupancy
+from labgym.navigation.search_kernel import prepare
 from labgym.policies.arrival import Arrival, planar_pose, shortened
 from labgym.policies.gentle import GentleLimits
 from labgym.policies.grid_planner import GridPlanner
@@ -38,6 +39,8 @@ class AStarPolicy(Policy):
     privileged: ClassVar[bool] = True
 
     def __init__(self) -> None:
+        # Episodes run in copies of this process.
+        prepare()
         self._tracker: PathTracker | None = None
         self._start: Pose = (0.0, 0.0, 0.0)
         self._planned: tuple[str, GridPlanner] | None = None

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.navigation import PLANNING_RADIUS, OccupancyGrid, astar
-from labgym.navigation.compiled_search import Search
 
 STRIDE = 3
 """The taut path connects every third cell of the grid path."""
@@ -46,7 +45,6 @@ class GridPlanner:
             construction charges for unseen floor in this way.
         clearance: (ny, nx) distance from each cell's center to the nearest obstacle, meters, if it is known better than
             from the grid; cells with less than the radius are then closed. None computes it from the grid.
-        search: as for `labgym.navigation.astar`.
 
     Attributes:
         free: the grid dilated by the radius.
@@ -58,10 +56,9 @@ class GridPlanner:
         options: PlannerOptions | None = None,
         surcharge: Array | None = None,
         clearance: Array | None = None,
-        search: Search | None = None,
     ) -> None:
         self.options = options or PlannerOptions()
-        self._grid, self._search = grid, search
+        self._grid = grid
         if clearance is None:
             self.free, clearance = grid.dilated(self.options.radius), clearance_field(grid)
         else:
@@ -79,7 +76,7 @@ class GridPlanner:
         here, there = self.snapped(start), self.snapped(goal)
         if here is None or there is None:
             return None
-        path = astar(self.free, here, there, self._costs, self._search)
+        path = astar(self.free, here, there, self._costs)
         if path is None:
             return None
         path = self._taut(np.concatenate([[here], path[1:-1], [there]]))

@@ -15,6 +15,7 @@ from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.envs.sensors import RANGE
 from labgym.geometry import wrap_angle
 from labgym.navigation import PLANNING_RADIUS, OccupancyGrid, Pose, distance_field
+from labgym.navigation.search_kernel import prepare
 from labgym.policies.arrival import Arrival, planar_pose
 from labgym.policies.blockage import Blockage
 from labgym.policies.depth_map import DepthMap, KnownFloor
@@ -81,6 +82,8 @@ class OnlineMapPolicy(Policy):
     options_type: ClassVar[type[PolicyOptions]] = OnlineMapOptions
 
     def __init__(self, options: OnlineMapOptions | Mapping[str, Any] | None = None) -> None:
+        # Episodes run in copies of this process.
+        prepare()
         self._options = OnlineMapOptions.of(options)
         self._robot: RobotSpec = ROBOT
         self._goal: Point = (0.0, 0.0)

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from scipy.sparse import lil_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from labgym.navigation import OccupancyGrid, astar, distance_field, occupancy
-from labgym.navigation.compiled_search import compiled_search
+from labgym.navigation import OccupancyGrid, astar, distance_field, occupancy, search_kernel
+from labgym.navigation.grid_search import grid_graph
 
 grids = st.builds(
     lambda seed, share: OccupancyGrid(np.random.default_rng(seed).random((14, 19)) < share, 0.05, (0.3, -0.2)),
@@ -49,14 +49,19 @@ def test_astar_is_as_short_as_dijkstra_on_the_same_moves(grid, start, goal):
 
 @settings(max_examples=60, deadline=None)
 @given(grid=grids, start=cells, goal=cells, seed=st.integers(0, 1000))
-def test_the_compiled_search_returns_the_same_path(grid, start, goal, seed):
-    pytest.importorskip("numba")
+def test_a_path_with_costs_is_as_cheap_as_the_graphs_and_the_same_compiled_and_not(grid, start, goal, seed):
     costs = 1.0 + np.random.default_rng(seed).integers(0, 3, grid.shape) / 2.0
     ends = grid.centre_of(*start), grid.centre_of(*goal)
-    plain, compiled = astar(grid, *ends, costs), astar(grid, *ends, costs, compiled_search())
-    assert (plain is None) == (compiled is None)
-    if plain is not None:
-        assert np.array_equal(plain, compiled)
+    path = astar(grid, *ends, costs)
+    if path is None:
+        return
+    graph = grid_graph(grid, costs)
+    cells = [row * grid.shape[1] + column for row, column in (grid.cell_of(x, y) for x, y in path)]
+    lengths = [max(graph[one, other], graph[other, one]) for one, other in itertools.pairwise(cells)]
+    assert sum(lengths) == pytest.approx(dijkstra(graph, directed=False, indices=cells[0])[cells[-1]])
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(search_kernel, "search", getattr(search_kernel.search, "py_func", search_kernel.search))
+        assert np.array_equal(astar(grid, *ends, costs), path)
 
 
 @settings(max_examples=60, deadline=None)

@@ -8,12 +8,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.policies.clairvoyant.kernels import kernels
+from labgym.policies.clairvoyant.reaction_kernel import next_level, pose_at
 from labgym.policies.clairvoyant.route import Gait, Route
 from labgym.policies.clairvoyant.worth import NEAR, Worth
 from labgym.policies.foreknowledge import Forecast
@@ -70,7 +69,11 @@ def reacting(
         soonest = step + max(math.ceil(left - 1e-6), 1) - 1
         if soonest > last or worth.points(soonest * dt, near) <= least:
             return None
-        level_before, level = level, _choice(line, place, level, gait, unit, forecast.places, forecast.following, apart)
+        people, level_before = (forecast.places, forecast.following), level
+        level = next_level(
+            place, level, gait.levels, rise, line.along, line.values, line.braked, *people,
+            (unit, route.length, apart, gait.delay, LEAST),
+        )  # fmt: skip
         place = min(place + (level_before + level) * unit, route.length)
         raw.append([place, level * rise])
         reached, v = (weights[:, None] * raw[: -len(weights) - 1 : -1]).sum(axis=0).tolist()
@@ -89,11 +92,10 @@ class Line:
     """A route as arrays.
 
     Attributes:
-        route: the route. along: (n,) lengths at its points, meters. values: (4, n) x, y, headings and curvatures.
+        along: (n,) lengths at its points, meters. values: (4, n) x, y, headings and curvatures.
         braked: (n,) speeds from which every later limit can be kept, m/s.
     """
 
-    route: Route
     along: Array
     values: Array
     braked: Array
@@ -103,74 +105,11 @@ class Line:
         """Return the arrays of a route for a greatest acceleration, m/s2."""
         along: Array = route.spacing * np.arange(len(route.points), dtype=np.float64)
         values = np.vstack([route.points.T, route.yaw, route.curvature])
-        return cls(route, along, values, _braked(route, acceleration))
+        return cls(along, values, _braked(route, acceleration))
 
     def at(self, place: float) -> tuple[float, float, float, float]:
         """Return x, y, heading and curvature at a length along the route, meters."""
-        compiled = kernels()
-        if compiled is not None:
-            located: tuple[float, float, float, float] = compiled.located(place, self.along, self.values)
-            return located
-        (point,), (yaw,), (curvature,) = self.route.at(np.array([place]))
-        return float(point[0]), float(point[1]), float(yaw), float(curvature)
-
-
-def _choice(
-    line: Line, place: float, level: int, gait: Gait, unit: float, now: Array, then: Array, apart: float
-) -> int:
-    """Return the next speed: the greatest within the limits that is safe, or the one below.
-
-    Args:
-        line: the route. place, level: the robot's. gait: speeds. unit: way for each sum of levels in a step, meters.
-        now, then: (n, 2) people now and after a step, meters. apart: distance to keep, meters.
-    """
-    rise, length, compiled = gait.rise, line.route.length, kernels()
-    if compiled is not None:
-        terms = unit, length, apart, gait.delay, LEAST
-        levels = level, gait.levels
-        return compiled.choice(place, *levels, rise, line.along, line.values, line.braked, now, then, terms)
-    for following in (level + 1, level):
-        reach = place + (level + following) * unit
-        allowed = float(np.interp(reach, line.along, line.braked)) + 1e-9
-        if following > gait.levels or following * rise > max(allowed, rise if following > level else 0.0):
-            continue
-        if reach + following**2 * unit > length + unit:
-            continue
-        if _safe(line.route, place, level, following, unit, now, then, apart, gait.delay):
-            return following
-    return max(level - 1, 0)
-
-
-def _safe(
-    route: Route,
-    place: float,
-    level: int,
-    following: int,
-    unit: float,
-    now: Array,
-    then: Array,
-    apart: float,
-    delay: float,
-) -> bool:
-    """Return whether the robot may take a speed: whether it then still rests before it touches anybody.
-
-    Its places are reached some steps later, the delay of the filter.
-    """
-    if len(now) == 0:
-        return True
-    levels = [level, following]
-    if following > level == 0:
-        # Setting off must be worth it: at least half a second of motion.
-        levels += [2, 2]
-    levels += list(range(levels[-1] - 1, -1, -1))
-    moves = unit * np.cumsum([before + after for before, after in pairwise(levels)])
-    spots = np.minimum(place + np.concatenate([[0.0], moves]), route.length)
-    points, steps = route.at(spots)[0], np.arange(len(spots))
-    people = now[None] + (then - now)[None] * (steps + delay)[:, None, None]
-    away = np.hypot(*(points[:, None] - people).transpose(2, 0, 1)).min(axis=1)
-    # Somebody at the robot's side may be left behind, but not approached.
-    limit = apart if away[0] >= apart else max(float(away[0]), LEAST)
-    return bool((away[1:] >= limit - 1e-9).all())
+        return pose_at(place, self.along, self.values)
 
 
 def _braked(route: Route, acceleration: float) -> Array:

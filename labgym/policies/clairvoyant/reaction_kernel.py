@@ -1,7 +1,6 @@
-"""One choice of a drive that gives way compiled by numba, which the extra `fast` installs: `reaction._choice`, sooner.
+"""One choice of a drive that gives way.
 
-Every operation is that of `reaction`, `Route.at` and `np.interp`, in the same order and without fast math. So the bits
-are the same; the tests compare them.
+Poses along a route are those of `Route.at` and `np.interp`, to the bit; a test compares them.
 """
 
 from __future__ import annotations
@@ -42,7 +41,7 @@ def _interpolated(place: float, k: int, along: Array, values: Array) -> float:
 
 
 @entry
-def located(place: float, along: Array, lines: Array) -> tuple[float, float, float, float]:
+def pose_at(place: float, along: Array, lines: Array) -> tuple[float, float, float, float]:
     """Return x, y, heading and curvature at a length along a route, as `Route.at`.
 
     Args:
@@ -81,13 +80,18 @@ def _safe(
     then: Array,
     terms: tuple[float, float, float, float, float],
 ) -> bool:
-    """As `reaction._safe`."""
+    """Return whether the robot may take a speed: whether it then still rests before it touches anybody.
+
+    Its places are reached some steps later, the delay of the filter.
+    """
     unit, length, apart, delay, least = terms
     if len(now) == 0:
         return True
+    # Somebody at the robot's side may be left behind, but not approached.
     away = _nearest(min(place + 0.0, length), 0 + delay, along, lines, now, then)
     limit = (apart if away >= apart else max(away, least)) - 1e-9
     before, after, moves, step = level, following, 0, 0
+    # Setting off must be worth it: at least half a second of motion.
     held = 2 if following > level and level == 0 else 0
     while True:
         moves, step = moves + before + after, step + 1
@@ -103,7 +107,7 @@ def _safe(
 
 
 @entry
-def choice(
+def next_level(
     place: float,
     level: int,
     levels: int,
@@ -115,10 +119,10 @@ def choice(
     then: Array,
     terms: tuple[float, float, float, float, float],
 ) -> int:
-    """Return the next speed, as a number of rises; as `reaction._choice`.
+    """Return the next speed, as a number of rises: the greatest within the limits that is safe, or the one below.
 
     Args:
-        place: meters. level: the speed now. levels: greatest speed. rise: m/s. along, lines: as for `located`.
+        place: meters. level: the speed now. levels: greatest speed. rise: m/s. along, lines: as for `pose_at`.
         braked: (n,) speeds from which every later limit can be kept, m/s.
         now, then: (n, 2) people now and after a step, meters.
         terms: way for each sum of levels, length, distance to keep, meters; delay, steps; least distance, meters.

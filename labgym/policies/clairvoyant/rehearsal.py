@@ -10,10 +10,8 @@ from numpy.typing import NDArray
 
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.navigation import Pose
-from labgym.policies.clairvoyant.kernels import kernels
 from labgym.policies.clairvoyant.reference import GAIN_ACROSS, GAIN_ALONG, GAIN_YAW, Reference
-from labgym.policies.reckoning import DeadReckoning
-from labgym.policies.tracking import velocities_to_action
+from labgym.policies.clairvoyant.rehearsal_kernel import follow
 
 Array = NDArray[np.float64]
 
@@ -54,26 +52,15 @@ def rehearsed(
         reference: the motion to follow. pose, velocity, time: of the robot now.
         robot: its limits.
     """
-    steps, compiled = max(0, round((reference.end - time) / reference.dt)), kernels()
-    if compiled is not None:
-        motion = compiled.follow(
-            reference.poses,
-            reference.velocities,
-            (reference.start, reference.dt, time),
-            (*map(float, pose), *map(float, velocity)),
-            steps,
-            (GAIN_ALONG, GAIN_ACROSS, GAIN_YAW),
-            (robot.v_min, robot.v_max, robot.w_max, robot.acceleration, robot.turn_acceleration, robot.lag),
-            robot.timestep,
-            robot.substeps,
-        )
-        return Rehearsal(time, reference.dt, motion[:, :3], motion[:, 3:])
-    reckoning = DeadReckoning(robot)
-    reckoning.pose, reckoning.velocity = pose, velocity
-    poses, velocities = [pose], [velocity]
-    for step in range(steps):
-        v, w = reference.wanted(time + step * reference.dt, reckoning.pose)
-        reckoning.drive(velocities_to_action(v, w, robot))
-        poses.append(reckoning.pose)
-        velocities.append(reckoning.velocity)
-    return Rehearsal(time, reference.dt, np.array(poses), np.array(velocities))
+    motion = follow(
+        reference.poses,
+        reference.velocities,
+        (reference.start, reference.dt, time),
+        (*map(float, pose), *map(float, velocity)),
+        max(0, round((reference.end - time) / reference.dt)),
+        (GAIN_ALONG, GAIN_ACROSS, GAIN_YAW),
+        (robot.v_min, robot.v_max, robot.w_max, robot.acceleration, robot.turn_acceleration, robot.lag),
+        robot.timestep,
+        robot.substeps,
+    )
+    return Rehearsal(time, reference.dt, motion[:, :3], motion[:, 3:])

@@ -1,7 +1,7 @@
-"""A rehearsal compiled by numba, which the extra `fast` installs: `rehearsed`, sooner.
+"""The motion of a robot that follows a reference.
 
-Every operation is that of `Reference.wanted`, `velocities_to_action` and `DeadReckoning.drive`, in the same order and
-without fast math. So the bits are the same; the tests compare them.
+Every operation is that of `Reference.wanted`, `velocities_to_action` and `DeadReckoning.drive`, in the same order:
+a test compares the bits.
 """
 
 from __future__ import annotations

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.policies.clairvoyant.kernels import kernels
 from labgym.policies.clairvoyant.route import Gait, Route
+from labgym.policies.clairvoyant.schedule_kernel import advance
 from labgym.policies.clairvoyant.worth import NEAR, Worth
 
 Array = NDArray[np.float64]
@@ -36,18 +36,6 @@ class Crossing:
 
     places: Array
     apart: float
-
-    def around(self, step: int, points: Array) -> tuple[NDArray[np.bool_] | None, NDArray[np.bool_] | None]:
-        """Return whether points (m, 2) are too near after a number of steps, and whether they are near; None: none."""
-        if step > len(self.places) or self.places.shape[1] == 0:
-            return None, None
-        people = self.places[step - 1]
-        low, high = points.min(axis=0) - NEAR, points.max(axis=0) + NEAR
-        people = people[((people > low) & (people < high)).all(axis=1)]
-        if len(people) == 0:
-            return None, None
-        square = ((points[None] - people[:, None]) ** 2).sum(axis=2).min(axis=0)
-        return square < self.apart**2, square < NEAR**2
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +87,7 @@ def best_schedule(
     slow[: level + 1, : level * level + 1] = True
     near = np.full((levels + 1, count), np.inf, dtype=np.float32)
     near[level, 0] = 0.0
-    after, compiled = np.full_like(near, np.inf), kernels()
+    after = np.full_like(near, np.inf)
     came: list[NDArray[np.int8]] = []
     best, beside, at = least, 0.0, 0
     for step in range(1, round(LONGEST / dt) + 1):
@@ -108,18 +96,11 @@ def best_schedule(
         # No place further than at the greatest speed all the time.
         reached = min(count, 2 * levels * step + 1)
         seen = points[: -(-reached // COARSE)]
-        if compiled is None:
-            blocked, close = crossing.around(step, seen)
-            free = None if blocked is None else ~np.repeat(blocked, COARSE)[:reached]
-            near, change = _advanced(near, slow, reached, free)
-            if close is not None:
-                near[:, :reached][:, np.repeat(close, COARSE)[:reached]] += np.float32(dt)
-        else:
-            change = np.empty((levels + 1, reached), dtype=np.int8)
-            now = people[step - 1] if step <= len(people) else NOBODY
-            limits = crossing.apart**2, NEAR**2, NEAR
-            compiled.advance(near, after, change, slow, now, seen, COARSE, limits, np.float32(dt))
-            near, after = after, near
+        change = np.empty((levels + 1, reached), dtype=np.int8)
+        now = people[step - 1] if step <= len(people) else NOBODY
+        limits = crossing.apart**2, NEAR**2, NEAR
+        advance(near, after, change, slow, now, seen, COARSE, limits, np.float32(dt))
+        near, after = after, near
         came.append(change)
         if np.isfinite(near[0, -1]) and worth.points(step * dt, float(near[0, -1])) > best + 1e-9:
             beside, at = float(near[0, -1]), step
@@ -128,36 +109,6 @@ def best_schedule(
         return None
     places, speeds = _traced(came[:at], spots, rise)
     return Schedule(places, speeds, beside, best)
-
-
-def _advanced(
-    near: NDArray[np.float32], slow: NDArray[np.bool_], reached: int, free: NDArray[np.bool_] | None
-) -> tuple[NDArray[np.float32], NDArray[np.int8]]:
-    """Return the times near people (levels, places) after a step, and by how many levels the speed changed.
-
-    Args:
-        near: before the step; inf where the robot cannot be. slow: where it may have which speed.
-        reached: number of places that can be reached. free: which of them no person is near; None for all. At the
-            others the robot may only rest on.
-    """
-    levels, _ = near.shape
-    following = np.full_like(near, np.inf)
-    came = np.zeros((levels, reached), dtype=np.int8)
-    for level in range(levels):
-        target, change = following[level, :reached], came[level]
-        # Of several ways at the same cost the evenest is taken.
-        for step in (0, 1, -1):
-            moved = 2 * level - step
-            if not 0 <= level - step < levels or moved >= reached:
-                continue
-            source = near[level - step, : reached - moved]
-            better = source < target[moved:]
-            if free is not None and (level or step):
-                better &= free[moved:]
-            np.copyto(target[moved:], source, where=better)
-            np.copyto(change[moved:], np.int8(step), where=better)
-    following[~slow] = np.inf
-    return following, came
 
 
 def _traced(came: list[NDArray[np.int8]], spots: Array, rise: float) -> tuple[Array, Array]:

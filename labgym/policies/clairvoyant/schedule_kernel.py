@@ -1,8 +1,4 @@
-"""One step of the schedule's dynamic program compiled by numba: that of `Crossing.around` and `_advanced`, sooner.
-
-Every operation is the same, in the same order and without fast math, so that the bits are the same; the tests compare
-them.
-"""
+"""One step of the schedule's dynamic program."""
 
 from __future__ import annotations
 
@@ -29,7 +25,7 @@ def _relax(before: Times, after: Times, came: NDArray[np.int8], barred: Times, c
 def _around(
     people: Array, points: Array, coarse: int, limits: tuple[float, float, float]
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Return at which places the robot may not move, and at which it is near people; as `Crossing.around`."""
+    """Return at which places the robot may not move, and at which it is near people."""
     apart, close, margin = limits
     size = len(points)
     blocked, near_people = np.zeros(size * coarse, dtype=np.bool_), np.zeros(size * coarse, dtype=np.bool_)
@@ -40,7 +36,6 @@ def _around(
             below, above = min(below, points[k, 1]), max(above, points[k, 1])
         for one in range(len(people)):
             x, y = people[one, 0], people[one, 1]
-            # As in `Crossing.around`, people out of reach are left out first.
             if not (x > left - margin and x < right + margin and y > below - margin and y < above + margin):
                 continue
             for k in range(size):

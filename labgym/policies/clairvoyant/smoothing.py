@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from labgym.policies.clairvoyant.clearance import NODE, ClearanceField
-from labgym.policies.clairvoyant.kernels import kernels
+from labgym.policies.clairvoyant.smoothing_kernel import cost_terms
 
 Array = NDArray[np.float64]
 
@@ -88,39 +88,12 @@ def resampled(points: Array, step: float) -> Array:
 
 def _cost(path: Array, h: float, field: ClearanceField, band: Band) -> tuple[float, Array]:
     """Return the cost of a path (n, 2) at steps of about h, meters, and its gradient, (n, 2)."""
-    compiled = kernels()
-    if compiled is not None:
-        weights = band.radius, band.curvature, band.bend, band.sharp, band.twist, band.wall
-        gradient, edges, sizes, overs, thirds, misses = compiled.terms(
-            path, h, h**2, tuple(map(float, weights)), field.low, NODE, field.values
-        )
-        value = float(edges.sum()) / (2.0 * h)
-        value += h * float(band.bend * sizes.sum() + band.sharp * overs.sum())
-        value += h * band.twist * float(thirds.sum())
-        value += h * band.wall * float(misses.sum())
-        return value, gradient
-    gradient = np.zeros_like(path)
-    edges = np.diff(path, axis=0)
-    value = float((edges**2).sum()) / (2.0 * h)
-    gradient[1:] += edges / h
-    gradient[:-1] -= edges / h
-    second = np.diff(edges, axis=0) / h**2
-    size = np.linalg.norm(second, axis=1)
-    over = np.maximum(size - band.curvature, 0.0)
-    value += h * float(band.bend * (size**2).sum() + band.sharp * (over**2).sum())
-    pull = 2.0 / h * (band.bend + band.sharp * over / np.maximum(size, 1e-9))[:, None] * second
-    gradient[:-2] += pull
-    gradient[1:-1] -= 2.0 * pull
-    gradient[2:] += pull
-    third = np.diff(second, axis=0) / h
-    value += h * band.twist * float((third**2).sum())
-    pull = 2.0 * band.twist / h**2 * third
-    gradient[:-3] -= pull
-    gradient[1:-2] += 3.0 * pull
-    gradient[2:-1] -= 3.0 * pull
-    gradient[3:] += pull
-    distance, slope = field.at(path)
-    missing = np.maximum(band.radius - distance, 0.0)
-    value += h * band.wall * float((missing**2).sum())
-    gradient -= (2.0 * h * band.wall * missing)[:, None] * slope
+    weights = band.radius, band.curvature, band.bend, band.sharp, band.twist, band.wall
+    gradient, edges, sizes, overs, thirds, misses = cost_terms(
+        path, h, h**2, tuple(map(float, weights)), field.low, NODE, field.values
+    )
+    value = float(edges.sum()) / (2.0 * h)
+    value += h * float(band.bend * sizes.sum() + band.sharp * overs.sum())
+    value += h * band.twist * float(thirds.sum())
+    value += h * band.wall * float(misses.sum())
     return value, gradient

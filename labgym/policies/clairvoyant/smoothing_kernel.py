@@ -1,8 +1,4 @@
-"""The cost of a path compiled by numba, which the extra `fast` installs: the numbers of `smoothing._cost`, sooner.
-
-Every operation is that of `smoothing._cost` and `ClearanceField.at`, in the same order and without fast math; NumPy
-adds up the squares. So the bits are the same; the tests compare them.
-"""
+"""The squares that the cost of a path adds up, and its gradient."""
 
 from __future__ import annotations
 
@@ -45,7 +41,7 @@ def _add(gradient: Array, first: int, weight: float, pull: Array) -> None:
 
 
 @entry
-def terms(
+def cost_terms(
     path: Array,
     h: float,
     square: float,

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.policies.clairvoyant.clearance import NODE, ClearanceField
-from labgym.policies.clairvoyant.kernels import kernels
+from labgym.policies.clairvoyant.space_time_kernel import earlier_values
 
 Array = NDArray[np.float64]
 Costs = NDArray[np.float32]
@@ -86,27 +86,16 @@ class SpaceTime:
 
     def _before(self, waited: Costs, entered: Costs) -> Costs:
         """Return the values one move earlier, from what it costs to wait in a cell or to move into it and go on."""
-        compiled = kernels()
-        if compiled is not None:
-            return compiled.before(waited, entered, np.array(MOVES), self._inside, self._free)
-        before = waited.copy()
-        height, width = before.shape
-        for dy, dx in MOVES:
-            target = before[max(-dy, 0) : height - max(dy, 0), max(-dx, 0) : width - max(dx, 0)]
-            source = entered[max(dy, 0) : height + min(dy, 0), max(dx, 0) : width + min(dx, 0)]
-            np.minimum(target, source, out=target)
-        before[self._inside] = 0.0
-        before[~self._free] = np.inf
-        return before
+        return earlier_values(waited, entered, np.array(MOVES), self._inside, self._free)
 
     def _settled(self) -> Costs:
         """Return the times to the goal without people."""
         values = np.where(self._inside, np.float32(0.0), np.float32(np.inf))
         for _ in range(400):
-            before = self._before(values, values + self._step)  # waiting is free: the value stays
-            if np.array_equal(before, values):
+            earlier = self._before(values, values + self._step)  # waiting is free: the value stays
+            if np.array_equal(earlier, values):
                 break
-            values = before
+            values = earlier
         return values
 
     def _followed(self, start: Array, here: tuple[int, int], stack: list[tuple[Costs, Costs]]) -> Array:

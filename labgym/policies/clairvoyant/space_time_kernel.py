@@ -1,30 +1,20 @@
-"""One step of the dynamic program of `SpaceTime` compiled by numba, which the extra `fast` installs.
-
-It takes the least of the same numbers, so that the bits are the same; the tests compare them.
-"""
+"""One step of the dynamic program of `SpaceTime`."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.machine_code import entry, inner
+from labgym.machine_code import entry
 
 Costs = NDArray[np.float32]
 
 
-@inner
-def _lower(row: Costs, other: Costs) -> None:
-    """Take over the costs of another row that are less."""
-    for k in range(len(row)):
-        row[k] = other[k] if other[k] < row[k] else row[k]
-
-
 @entry
-def before(
+def earlier_values(
     waited: Costs, entered: Costs, moves: NDArray[np.int64], inside: NDArray[np.bool_], free: NDArray[np.bool_]
 ) -> Costs:
-    """Return the values one move earlier, as `SpaceTime._before`.
+    """Return the values one move earlier: the least cost of waiting in a cell and of every move out of it, seconds.
 
     Args:
         waited, entered: (rows, columns) costs of waiting in a cell, and of moving into it, and going on, seconds.
@@ -37,7 +27,8 @@ def before(
             dy, dx = moves[k, 0], moves[k, 1]
             if 0 <= row + dy < height:
                 first, last = max(-dx, 0), width - max(dx, 0)
-                _lower(values[row, first:last], entered[row + dy, first + dx : last + dx])
+                moved = entered[row + dy, first + dx : last + dx]
+                values[row, first:last] = np.minimum(values[row, first:last], moved)
         for column in range(width):
             if not free[row, column]:
                 values[row, column] = np.inf

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.navigation import Pose
-from labgym.navigation.compiled_search import compiled_search
 from labgym.policies.grid_planner import GridPlanner, PlannerOptions
 from labgym.policies.stack.costmap import Costmap
 
@@ -82,7 +81,7 @@ def planned(costmap: Costmap, start: Pose, goal: tuple[float, float]) -> Plan | 
         grid, clearance = costmap.everywhere(marks, guesses)
         for radius in RADII:
             options = PlannerOptions(radius, COMFORT, AVERSION, SNAP)
-            path = GridPlanner(grid, options, clearance=clearance, search=compiled_search()).plan(start[:2], goal)
+            path = GridPlanner(grid, options, clearance=clearance).plan(start[:2], goal)
             if path is not None:
                 return Plan(path)
     return None

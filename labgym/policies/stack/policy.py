@@ -14,7 +14,7 @@ from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.errors import LabgymError
 from labgym.geometry import compose, to_world, wrap_angle
 from labgym.navigation import Pose
-from labgym.navigation.compiled_search import compiled_search
+from labgym.navigation.search_kernel import prepare
 from labgym.policies.arrival import AT_REST, DOCK_ANGLE, DOCK_DISTANCE, SETTLED, Arrival, planar_pose
 from labgym.policies.dwa import lidar_points
 from labgym.policies.gentle import GentleCommands, GentleLimits
@@ -87,7 +87,7 @@ class StackPolicy(Policy):
 
     def __init__(self) -> None:
         # Episodes run in copies of this process: what takes long to load is loaded here.
-        compiled_search()
+        prepare()
         self._robot: RobotSpec = ROBOT
         self._map: tuple[str, OldMap] | None = None
         self._localizer: Localizer | None = None

@@ -1,46 +1,20 @@
-"""The search of `grid_search.astar` compiled by numba, which the extra `fast` installs: the same path, sooner."""
+"""The search of `grid_search.astar`."""
 
 from __future__ import annotations
 
 import heapq
 import math
-from collections.abc import Callable
-from functools import cache
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-Search = Callable[[NDArray[np.bool_], NDArray[np.float64], int, int, int], NDArray[np.int64]]
+from labgym.machine_code import entry
+
 DIAGONAL = math.sqrt(2.0)
 
 
-@cache
-def compiled_search() -> Search | None:
-    """Return the compiled search, None without numba.
-
-    The first call of a process takes some tenths of a second; the first one of all compiles, for some seconds.
-    """
-    try:
-        import numba
-    except ImportError:
-        return None
-    try:
-        search: Any = numba.njit(cache=True)(_search)
-        _try(search)
-    except RuntimeError:  # no folder for the machine code can be written
-        search = numba.njit(_search)
-        _try(search)
-    return search  # type: ignore[no-any-return]
-
-
-def _try(search: Search) -> None:
-    """Compile for the types of `astar`."""
-    blocked = np.array([[1, 1, 1, 1], [1, 0, 0, 1], [1, 1, 1, 1]], dtype=np.bool_)
-    search(blocked.ravel(), np.ones(12), 4, 5, 6)
-
-
-def _search(
+@entry
+def search(
     blocked: NDArray[np.bool_], prices: NDArray[np.float64], width: int, source: int, target: int
 ) -> NDArray[np.int64]:
     """Run A* on the flat cell numbers of a padded grid to a reachable target; return predecessors by cell."""
@@ -77,3 +51,9 @@ def _search(
                 dy, dx = abs(near // width - rows), abs(near % width - columns)
                 heapq.heappush(heap, (there + (dx + dy + (DIAGONAL - 2.0) * min(dx, dy)), near))
     return predecessors
+
+
+def prepare() -> None:
+    """Load the search, or compile it, which copies of this process then need not do."""
+    blocked = np.array([[1, 1, 1, 1], [1, 0, 0, 1], [1, 1, 1, 1]], dtype=np.bool_)
+    search(blocked.ravel(), np.ones(12), 4, 5, 6)
