@@ -15,7 +15,10 @@ from labgym.layouts.generate import resolve_request
 from labgym.runs import ExecutorOptions
 from runs import killing
 
-WORDS = ("generate", "sub_01", "red_03", "--count", "4", "--shard", "2", "--room", "bay_small", "--metrics", "touchstone-v1")
+WORDS = (
+    *("generate", "sub_01", "red_03", "--count", "4", "--shard", "2"),
+    *("--room", "bay_small", "--metrics", "touchstone-v1"),
+)
 
 
 @pytest.fixture(scope="module")
