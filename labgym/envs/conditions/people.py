@@ -13,11 +13,10 @@ from numpy.typing import NDArray
 from labgym.envs.conditions.bodies import Body, BodyRays
 from labgym.envs.conditions.cast import MOST, Cast, Model, cast_of
 from labgym.envs.conditions.casting import draw_cast
-from labgym.envs.conditions.crowd import DT, RADIUS, REST, Crowd
-from labgym.envs.conditions.crowd_arrays import CrowdArrays, arrays_of
+from labgym.envs.conditions.crowd import RADIUS, REST, Crowd
 from labgym.envs.conditions.figures import figure
-from labgym.envs.conditions.half_planes import Vector
-from labgym.envs.conditions.orca import Disc
+from labgym.envs.conditions.intentions import DT
+from labgym.envs.conditions.orca import Disc, Vector
 from labgym.envs.parts.kinds import count, positive
 from labgym.envs.parts.protocols import Condition, Motion, Presence
 from labgym.envs.state import State
@@ -106,13 +105,12 @@ class Walking(Presence):
         self._robot = _disc(state.pose, state.velocity, state.sideways, self._radius)
         self._places = self._next = self._crowd.places
         self._shown: tuple[list[Vector], Sequence[Body]] | None = None
-        self._arrays: CrowdArrays | None = None
         self._advance()
         self._measure(0.0)
 
     def __getstate__(self) -> dict[str, Any]:
-        # Shapes hold ray scenes, which cannot be pickled; the bodies follow from the rest, and so do the arrays.
-        return self.__dict__ | {"_shown": None, "_arrays": None}
+        # Shapes hold ray scenes, which cannot be pickled; the bodies follow from the rest.
+        return self.__dict__ | {"_shown": None}
 
     @property
     def visible(self) -> bool:  # type: ignore[override]
@@ -148,10 +146,11 @@ class Walking(Presence):
         if self._shown is not None and self._shown[0] is self._places:
             return self._shown[1]
         bodies: list[Body] = []
-        for number, (walker, (x, y)) in enumerate(zip(self._crowd.walkers, self._places, strict=True)):
-            moving = walker.vx * walker.vx + walker.vy * walker.vy > 0.01
+        crowd = self._crowd
+        people = zip(self._places, crowd.velocities.tolist(), crowd.yaws.tolist(), crowd.walked.tolist(), strict=True)
+        for number, ((x, y), (vx, vy), yaw, walked) in enumerate(people):
             left = math.dist((x, y), self._next[number])
-            bodies += figure(number, x, y, walker.yaw, walker.walked - left, moving)
+            bodies += figure(number, x, y, yaw, walked - left, vx * vx + vy * vy > 0.01)
         self._shown = self._places, bodies
         return bodies
 
@@ -163,7 +162,7 @@ class Walking(Presence):
     @property
     def velocities(self) -> NDArray[np.float64]:
         """Their velocities in the room frame, (n, 2) m/s. Privileged."""
-        return np.array([(each.vx, each.vy) for each in self._crowd.walkers], dtype=np.float64).reshape(-1, 2)
+        return self._crowd.velocities
 
     @property
     def yields(self) -> NDArray[np.bool_]:
@@ -194,10 +193,9 @@ class Walking(Presence):
 
     def forecast(self) -> Forecast:
         """Return the people from now on, to be advanced with any motion of the robot. Privileged."""
-        if self._arrays is None:
-            self._arrays = arrays_of(self._crowd)
-        crowd = self._crowd.copy() if self._arrays is None else self._arrays.copy()
-        return Forecast(crowd, _centers(self._last), _centers(self._next), self._tick, self._rest, self._radius)
+        return Forecast(
+            self._crowd.copy(), _centers(self._last), _centers(self._next), self._tick, self._rest, self._radius
+        )
 
     @property
     def outcome(self) -> dict[str, Any]:
@@ -219,7 +217,7 @@ class Walking(Presence):
 
     def _advance(self) -> None:
         """Begin the next 0.1 s."""
-        self._last, self._arrays = self._crowd.places, None
+        self._last = self._crowd.places
         self._crowd.step(self._robot, self._rest)
         self._next = self._crowd.places
         x, y = self._robot.x, self._robot.y
@@ -264,7 +262,7 @@ class Forecast:
 
     def __init__(
         self,
-        crowd: Crowd | CrowdArrays,
+        crowd: Crowd,
         places: NDArray[np.float64],
         following: NDArray[np.float64],
         tick: int,
@@ -284,10 +282,10 @@ class Forecast:
         self._rest = 0.0 if _moves((math.sqrt(vx * vx + vy * vy), turn), 0.0) else self._rest + DT
         self.places = self.following
         self._crowd.step(Disc(x, y, vx, vy, self._radius), self._rest)
-        self.following = _centers(self._crowd.places)
+        self.following = self._crowd.centers
 
 
-def _centers(places: list[Vector] | NDArray[np.float64]) -> NDArray[np.float64]:
+def _centers(places: list[Vector]) -> NDArray[np.float64]:
     """Return places as an array (n, 2)."""
     return np.asarray(places, dtype=np.float64).reshape(-1, 2)
 

@@ -11,8 +11,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from labgym.envs.conditions.half_planes import Vector
-from labgym.envs.conditions.orca import Disc
+from labgym.envs.conditions.orca import Disc, Vector
 from labgym.envs.parts.kinds import positive
 
 

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.envs.conditions.cast import cast_of
-from labgym.envs.conditions.crowd import DT, REST, Crowd
-from labgym.envs.conditions.half_planes import Vector
-from labgym.envs.conditions.orca import Disc
+from labgym.envs.conditions.crowd import REST, Crowd
+from labgym.envs.conditions.intentions import DT
+from labgym.envs.conditions.orca import Disc, Vector
 from labgym.envs.conditions.people import AT_REST
 from labgym.envs.robot import ROBOT
 from labgym.envs.state import Pose
@@ -50,7 +50,7 @@ def people_along(task: Task, route: Sequence[Pose]) -> PeopleAlong:
     """
     data = task.conditions.get("people")
     crowd = Crowd(world_of(task.layout), cast_of({} if data is None else data))
-    if not crowd.walkers or not len(route):
+    if not crowd.stops or not len(route):
         return PeopleAlong(np.zeros((len(route), 0, 2)), (), None)
     poses = np.asarray(route, dtype=np.float64)
     velocities = velocities_of(poses)

@@ -25,6 +25,7 @@ from labgym.envs.conditions.cast import cast_of
 from labgym.envs.conditions.casting import free_floor
 from labgym.envs.conditions.crowd import RADIUS, Crowd
 from labgym.envs.conditions.figures import LEG_APART, figure
+from labgym.envs.conditions.intentions import STOP
 from labgym.envs.conditions.orca import Disc
 from labgym.envs.conditions.people import People
 from labgym.envs.conditions.social_force import SocialForce
@@ -87,7 +88,7 @@ def test_people_never_enter_furniture_or_walls_and_walk(model):
             assert math.dist((x, y), last) < 0.1 + 1e-9
             walked += math.dist((x, y), last)
     assert walked / (25.0 * len(crowd.places)) > 0.3
-    assert sum(walker.stop > 0 for walker in crowd.walkers) > len(crowd.places) / 2
+    assert (crowd._people.marks[:, STOP] > 0).sum() > len(crowd.places) / 2
 
 
 def test_the_density_is_people_for_each_square_meter_on_which_they_can_stand():

@@ -1,0 +1,88 @@
+"""A crowd over time: published episodes depend on every bit of its motion."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+
+import numpy as np
+import pytest
+from laboratories import island_laboratory
+
+from labgym.envs.conditions.cast import cast_of
+from labgym.envs.conditions.crowd import Crowd
+from labgym.envs.conditions.intentions import distance
+from labgym.envs.conditions.orca import Disc
+from labgym.envs.world import world_of
+
+WORLD = world_of(island_laboratory())
+
+
+def people(rng, count, model):
+    """Return people at free places, some of whom overlap; half yield, and some walk in pairs."""
+    places = []
+    while len(places) < count:
+        place = rng.uniform((0.4, 0.4), (7.6, 5.6)).tolist()
+        if WORLD.paths.free(*place):
+            places.append(place)
+    roles = [
+        {
+            "start": place,
+            "yields": bool(number % 2),
+            "group": number // 2 if count % 2 else number,
+            "stops": [[*places[k], 0.3, 0.5] for k in rng.integers(0, count, 3)] if number else [],
+        }
+        for number, place in enumerate(places)
+    ]
+    return cast_of({"people": roles, "model": model, "speed": 1.0 if count % 3 else 1.4})
+
+
+def robot_over_time(rng, steps):
+    """Return the robot and its time at rest at each step: it drives and rests in turns."""
+    x, y, rest = 4.0, 1.0, 0.0
+    for step in range(steps):
+        moves = step % 40 >= 15
+        vx, vy = rng.normal(0.0, 0.5, 2).tolist() if moves else (0.0, 0.0)
+        x, y, rest = min(max(x + 0.1 * vx, 0.4), 7.6), min(max(y + 0.1 * vy, 0.4), 5.6), 0.0 if moves else rest + 0.1
+        yield Disc(x, y, vx, vy, 0.27), rest
+
+
+@pytest.mark.parametrize(
+    ("model", "count", "digest"),
+    [
+        ("orca", 2, "a57fe22de504fb12"),
+        ("orca", 5, "a1e8d524d55c1f9a"),
+        ("orca", 16, "a6b8de836f8197f2"),
+        ("social_force", 5, "d244b90c041b1f1e"),
+        ("social_force", 9, "8ceca4a68cdbdfce"),
+    ],
+)
+def test_people_walk_as_in_the_published_episodes_to_the_bit(model, count, digest):
+    rng, track = np.random.default_rng(count), hashlib.sha256()
+    crowd = Crowd(WORLD, people(rng, count, model))
+    for step, (robot, rest) in enumerate(robot_over_time(rng, 400)):
+        crowd.step(robot if step < 350 else None, rest)
+        track.update(np.column_stack([crowd.centers, crowd.velocities, crowd.yaws, crowd.walked]).tobytes())
+    assert track.hexdigest()[:16] == digest
+
+
+def test_a_copy_goes_on_as_the_crowd_would_and_leaves_it_as_it_is():
+    rng = np.random.default_rng(4)
+    crowd = Crowd(WORLD, people(rng, 9, "orca"))
+    robots = list(robot_over_time(rng, 120))
+    for robot, rest in robots[:60]:
+        crowd.step(robot, rest)
+    before, other = crowd.centers, crowd.copy()
+    for robot, rest in robots[60:]:
+        other.step(robot, rest)
+    assert crowd.centers.tobytes() == before.tobytes()
+    for robot, rest in robots[60:]:
+        crowd.step(robot, rest)
+    assert crowd.centers.tobytes() == other.centers.tobytes() != before.tobytes()
+
+
+@pytest.mark.parametrize("scale", [1e-300, 1e-3, 1.0, 20.0])
+def test_the_distance_is_that_of_python(scale):
+    ends = np.random.default_rng(0).normal(0.0, scale, (2000, 4)).tolist()
+    ends += [[1.0, 2.0, 1.0, 2.0], [0.0, 0.0, 3.0, 4.0], [1.0, 0.0, 1.0, -7.5]]
+    assert [distance(*each) for each in ends] == [math.dist(each[:2], each[2:]) for each in ends]
