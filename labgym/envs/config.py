@@ -10,10 +10,11 @@ from typing import Any
 
 from labgym.counts import whole_number
 from labgym.envs.assembly import STATIC, Moving, is_standard
+from labgym.envs.checks import positive, record_of
 from labgym.envs.effects import check_effects
 from labgym.envs.mapping_files import read_mapping
+from labgym.envs.parts import catalog  # noqa: F401 - registers all parts
 from labgym.envs.parts.endings import TouchEnding
-from labgym.envs.parts.kinds import part_of, parts_of, positive, record_of
 from labgym.envs.parts.measures import STANDARD, NamedMeasure
 from labgym.envs.parts.protocols import (
     Actions,
@@ -30,6 +31,7 @@ from labgym.envs.parts.protocols import (
     Tasks,
 )
 from labgym.envs.parts.rays import ColorSensor, DepthSensor, LidarSensor
+from labgym.envs.parts.registry import part_of, parts_of
 from labgym.envs.parts.rewards import checked_terms
 from labgym.envs.parts.robots import check_size
 from labgym.envs.parts.vectors import GoalSensor, VelocitySensor

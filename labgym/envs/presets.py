@@ -10,9 +10,10 @@ from labgym.envs.labnav.tasks import HEADLINE, TASKS, config_of
 from labgym.envs.parts.discrete import DiscreteActions
 from labgym.envs.parts.endings import REST_DISTANCE, RestEnding, StopEnding
 from labgym.envs.parts.goals import GoalEnding, GoalTerm
+from labgym.envs.parts.joint import JointSensor
 from labgym.envs.parts.measures import EXTENDED
 from labgym.envs.parts.rays import LidarSensor
-from labgym.envs.parts.vectors import JointSensor, PlaceSensor, PoseSensor, VelocitySensor
+from labgym.envs.parts.vectors import PlaceSensor, PoseSensor, VelocitySensor
 from labgym.envs.tasks import FLOORS_TRAIN
 from labgym.errors import UnknownNameError
 

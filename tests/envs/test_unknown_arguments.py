@@ -11,13 +11,12 @@ import pytest
 
 import labgym  # noqa: F401 -- registers the ids
 from labgym.envs import LabPointNavEnv
-from labgym.envs.parts.catalog import ROLES
-from labgym.envs.parts.kinds import part_of
+from labgym.envs.parts import catalog  # noqa: F401 -- registers all parts
+from labgym.envs.parts.protocols import INTERFACES
+from labgym.envs.parts.registry import kinds_of, part_of
 from labgym.errors import LabgymError, OptionError, UnknownArgumentError, UnknownNameError
 
-KINDS = [
-    (role, made.__dataclass_fields__["kind"].default, made) for role, (_, classes) in ROLES.items() for made in classes
-]
+KINDS = [(role, kind, made) for role in INTERFACES for kind, made in kinds_of(role).items()]
 NAMES = [f"{role} {kind}" for role, kind, _ in KINDS]
 SPOILT = [None, "x", [], {}, float("nan"), -1, True, 1e300, 10**9, object(), {"kind": "nope"}, [1, "a"], b"1"]
 

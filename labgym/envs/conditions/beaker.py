@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from labgym.envs.parts.kinds import positive
+from labgym.envs.checks import positive
 
 GRAVITY = 9.81
 """Acceleration of gravity, m/s2."""

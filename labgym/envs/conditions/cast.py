@@ -8,6 +8,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from labgym.errors import OptionError
 
+RADIUS = 0.30
+"""Radius of a person, meters."""
 MOST = 64
 """Greatest number of people, and of the stops of one of them."""
 

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from labgym.envs.conditions.cast import MOST, Model
-from labgym.envs.conditions.crowd import RADIUS
+from labgym.envs.conditions.cast import MOST, RADIUS, Model
 from labgym.envs.tasks import Task
 from labgym.envs.world import World, world_of
 from labgym.layouts import Layout

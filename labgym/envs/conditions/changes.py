@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from labgym.envs.checks import count, positive
 from labgym.envs.conditions.change_draw import KINDS, draw_changes
 from labgym.envs.conditions.change_list import Added, changed, changes_of, masses, plain
-from labgym.envs.parts.kinds import count, positive
 from labgym.envs.parts.protocols import Condition, Presence
+from labgym.envs.parts.registry import registered
 from labgym.envs.pushed_scene import PushedScene
 from labgym.envs.robot import ROBOT
 from labgym.envs.state import State
@@ -27,6 +28,7 @@ EYES = (0.25, 0.5)
 """Heights of lidar and camera, from which a thing that comes must not be seen, meters."""
 
 
+@registered("condition")
 @dataclass(frozen=True)
 class Changes(Condition):
     """Things that moved since the map was drawn.

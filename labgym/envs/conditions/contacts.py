@@ -8,10 +8,12 @@ from typing import Any
 import numpy as np
 
 from labgym.envs.parts.protocols import Condition, Presence
+from labgym.envs.parts.registry import registered
 from labgym.envs.state import State
 from labgym.envs.tasks import Task
 
 
+@registered("condition")
 @dataclass(frozen=True)
 class Contacts(Condition):
     """Checks contacts after every physics step, instead of every 0.025 s, and names them in `State.touched`.

@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.envs.conditions.cast import Cast, Model
+from labgym.envs.conditions.cast import RADIUS, Cast, Model
 from labgym.envs.conditions.intentions import BEYOND, DT, PASSED, POINTS, STANDING, STOP, TO_GO, People, intend
 from labgym.envs.conditions.orca import Avoidance, Disc, Robot, Vector, away_from, permitted_velocity, velocities
 from labgym.envs.conditions.social_force import SocialForce
@@ -19,8 +19,6 @@ from labgym.envs.world import World
 
 Array = NDArray[np.float64]
 
-RADIUS = 0.30
-"""Radius of a person, meters."""
 REST = 0.5
 """Time after which everybody avoids a robot at rest, seconds."""
 GAP = 0.01

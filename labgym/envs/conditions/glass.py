@@ -15,9 +15,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from labgym.envs.checks import count, positive
 from labgym.envs.conditions.panes import FRAMED, FRAMELESS, Pane, panes_of, plain, with_panes
-from labgym.envs.parts.kinds import count, positive
 from labgym.envs.parts.protocols import Condition, Presence
+from labgym.envs.parts.registry import registered
 from labgym.envs.state import State
 from labgym.envs.tasks import Task
 from labgym.envs.world import World, world_of
@@ -44,6 +45,7 @@ LONGER = 1.05
 Array = NDArray[np.float64]
 
 
+@registered("condition")
 @dataclass(frozen=True)
 class Glass(Condition):
     """Panes across the route, and the errors of depth cameras and lidars at glass and polished steel.

@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from labgym.envs.checks import positive
 from labgym.envs.conditions.beaker import Beaker
 from labgym.envs.conditions.bodies import Body
 from labgym.envs.conditions.payload import Slosh, beaker_of
-from labgym.envs.parts.kinds import positive
 from labgym.envs.parts.protocols import Condition, Motion, Presence
+from labgym.envs.parts.registry import registered
 from labgym.envs.state import State
 from labgym.envs.tasks import Task
 from labgym.errors import OptionError
@@ -21,6 +22,7 @@ MOST_LEGS = 32
 """Greatest number of drives of an episode."""
 
 
+@registered("condition")
 @dataclass(frozen=True)
 class LegPayload(Condition):
     """A beaker on the deck in some drives of an episode of several; at the start of each it is full and at rest.

@@ -10,7 +10,7 @@ from typing import Any
 
 from labgym.assets import Asset, Catalog
 from labgym.assets.model import Shape, Size
-from labgym.envs.parts.kinds import finite, positive
+from labgym.envs.checks import finite, positive
 from labgym.errors import OptionError
 from labgym.layouts import Layout, Placement
 from labgym.layouts.placement import WALL

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from labgym.envs.parts.kinds import finite
+from labgym.envs.checks import finite
 from labgym.envs.parts.protocols import Condition, Presence
+from labgym.envs.parts.registry import registered
 from labgym.envs.state import State
 from labgym.envs.tasks import Task
 from labgym.errors import LabgymError, OptionError
@@ -38,6 +39,7 @@ class ParkedThing:
         finite(self, "x", "y", "yaw")
 
 
+@registered("condition")
 @dataclass(frozen=True)
 class Parked(Condition):
     """Things that are parked on the floor. By default none: `labgym.envs.labnav.necks` parks them at a route.

@@ -14,6 +14,7 @@ from labgym.envs.conditions.beaker import Beaker
 from labgym.envs.conditions.beaker_look import beaker_shape
 from labgym.envs.conditions.bodies import Body
 from labgym.envs.parts.protocols import Condition, Motion, Presence
+from labgym.envs.parts.registry import registered
 from labgym.envs.state import State
 from labgym.envs.tasks import Task
 from labgym.errors import OptionError
@@ -21,6 +22,7 @@ from labgym.errors import OptionError
 Array = NDArray[np.float64]
 
 
+@registered("condition")
 @dataclass(frozen=True)
 class Payload(Condition):
     """A beaker on the deck, above the robot's axis.

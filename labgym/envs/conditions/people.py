@@ -2,43 +2,22 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
-from labgym.envs.conditions.bodies import Body, BodyRays
-from labgym.envs.conditions.cast import MOST, Cast, Model, cast_of
+from labgym.envs.checks import count, positive
+from labgym.envs.conditions.cast import MOST, Model, cast_of
 from labgym.envs.conditions.casting import draw_cast
-from labgym.envs.conditions.crowd import RADIUS, REST, Crowd
-from labgym.envs.conditions.figures import figure
-from labgym.envs.conditions.intentions import DT
-from labgym.envs.conditions.orca import Disc, Vector
-from labgym.envs.parts.kinds import count, positive
-from labgym.envs.parts.protocols import Condition, Motion, Presence
+from labgym.envs.parts.protocols import Condition, Presence
+from labgym.envs.parts.registry import registered
 from labgym.envs.state import State
 from labgym.envs.tasks import Task
 from labgym.errors import OptionError, UnknownNameError
-from labgym.layouts import Layout
-from labgym.navigation.clearance import Obstacles
-from labgym.scenes.rays import Geometry, RaySource
-
-RobotPath = Callable[[float], tuple[float, float, float, float, float]]
-"""Returns x, y, vx, vy (room frame, m and m/s) and the turn rate (rad/s) of the robot at a time of the episode."""
-
-CLOSE, BESIDE, MET = 1.0, 1.5, 3.0
-"""Distances between centers that the outcome reports, meters."""
-FIRST_FACE = 1 << 28
-"""Number of the first face of people in what sensors see: after those of any scene."""
-AT_REST = 0.01
-"""Speed below which the robot rests, m/s. At the 0.05 m/s of `RestEnding` a robot could creep through a crowd, which
-makes way for what rests."""
-EPSILON = 1e-9
 
 
+@registered("condition")
 @dataclass(frozen=True)
 class People(Condition):
     """People who walk between workplaces along shortest paths, stand there, and avoid each other.
@@ -77,8 +56,10 @@ class People(Condition):
         """Return the people of an episode."""
         return draw_cast(task, rng, self.density, self.group, self.yielding, self.speed, self.model)
 
-    def begin(self, state: State, data: Any, rng: np.random.Generator) -> Walking:  # noqa: ARG002
+    def begin(self, state: State, data: Any, rng: np.random.Generator) -> Presence:  # noqa: ARG002
         """Return the people at their starts."""
+        from labgym.envs.conditions.walking import Walking  # loads numba, which takes half a second
+
         cast = cast_of(data)
         for number, role in enumerate(cast.people):
             if not state.world.paths.free(*role.start):
@@ -87,221 +68,3 @@ class People(Condition):
                     "condition after those that change the layout, or choose another start"
                 )
         return Walking(state, cast)
-
-
-class Walking(Presence):
-    """The people of an episode in progress.
-
-    Their places are exact every 0.1 s and interpolated in between. They depend on the data and on the motion of the
-    robot alone.
-    """
-
-    def __init__(self, state: State, cast: Cast) -> None:
-        self._world, self._radius = state.world, state.robot.size.chassis_radius
-        self._crowd = Crowd(state.world, cast)
-        self._tick, self._time, self._rest = 0, 0.0, REST
-        self._close, self._beside, self._least = 0.0, 0.0, math.inf
-        self._met: set[int] = set()
-        self._robot = _disc(state.pose, state.velocity, state.sideways, self._radius)
-        self._places = self._next = self._crowd.places
-        self._shown: tuple[list[Vector], Sequence[Body]] | None = None
-        self._advance()
-        self._measure(0.0)
-
-    def __getstate__(self) -> dict[str, Any]:
-        # Shapes hold ray scenes, which cannot be pickled; the bodies follow from the rest.
-        return self.__dict__ | {"_shown": None}
-
-    @property
-    def visible(self) -> bool:  # type: ignore[override]
-        """Whether there is anybody."""
-        return bool(self._places)
-
-    def substep(self, motion: Motion) -> str:
-        """Advance by one physics step; return "person K" if the moving robot touches person K."""
-        self._robot = _disc(motion.pose, motion.velocity, motion.sideways, self._radius)
-        self._time = motion.time
-        share = min((motion.time - self._tick * DT) / DT, 1.0)
-        self._places = [
-            (ax + (bx - ax) * share, ay + (by - ay) * share)
-            for (ax, ay), (bx, by) in zip(self._last, self._next, strict=True)
-        ]
-        nearest, touched = self._measure(motion.dt), ""
-        if nearest is not None and _moves(motion.velocity, motion.sideways):
-            number, distance = nearest
-            touched = f"person {number + 1}" if distance < self._radius + RADIUS else ""
-        if motion.time >= (self._tick + 1) * DT - EPSILON:
-            moves = _moves(motion.velocity, motion.sideways)
-            self._tick, self._rest = self._tick + 1, 0.0 if moves else self._rest + DT
-            self._advance()
-        return touched
-
-    def rays(self, source: RaySource, geometry: Geometry, state: State) -> RaySource:  # noqa: ARG002
-        """Return what sensors see, with the people before it."""
-        return BodyRays(source, FIRST_FACE, self.bodies) if self._places else source
-
-    @property
-    def bodies(self) -> Sequence[Body]:
-        """A torso and two legs for each person."""
-        if self._shown is not None and self._shown[0] is self._places:
-            return self._shown[1]
-        bodies: list[Body] = []
-        crowd = self._crowd
-        people = zip(self._places, crowd.velocities.tolist(), crowd.yaws.tolist(), crowd.walked.tolist(), strict=True)
-        for number, ((x, y), (vx, vy), yaw, walked) in enumerate(people):
-            left = math.dist((x, y), self._next[number])
-            bodies += figure(number, x, y, yaw, walked - left, vx * vx + vy * vy > 0.01)
-        self._shown = self._places, bodies
-        return bodies
-
-    @property
-    def positions(self) -> NDArray[np.float64]:
-        """The centers of the people, (n, 2) meters. Privileged."""
-        return _centers(self._places)
-
-    @property
-    def velocities(self) -> NDArray[np.float64]:
-        """Their velocities in the room frame, (n, 2) m/s. Privileged."""
-        return self._crowd.velocities
-
-    @property
-    def yields(self) -> NDArray[np.bool_]:
-        """Whether each person avoids the robot while it moves, (n,). Privileged."""
-        return np.array(self._crowd.yields, dtype=bool)
-
-    def futures(self, times: Sequence[float], path: RobotPath | None = None) -> NDArray[np.float64]:
-        """Return where people will be, (t, n, 2) meters: exact if the robot moves as assumed. Privileged.
-
-        Args:
-            times: of the episode, ascending, not before now, seconds.
-            path: the motion of the robot; None for one that stands where it is from now on.
-
-        Raises:
-            OptionError: a time is before now, or before the one ahead of it.
-        """
-        forecast = self.forecast()
-        places, before = [], self._time
-        for time in times:
-            if not before - EPSILON <= time < math.inf:
-                raise OptionError(f"time {time} s is before {before} s: pass ascending times from now on")
-            before = time
-            while time >= (forecast.tick + 1) * DT - EPSILON and self._places:
-                forecast.step(*(self._standing() if path is None else path((forecast.tick + 1) * DT)))
-            share = (time - forecast.tick * DT) / DT
-            places.append(forecast.places + (forecast.following - forecast.places) * share)
-        return np.array(places, dtype=np.float64).reshape(len(places), len(self._places), 2)
-
-    def forecast(self) -> Forecast:
-        """Return the people from now on, to be advanced with any motion of the robot. Privileged."""
-        return Forecast(
-            self._crowd.copy(), _centers(self._last), _centers(self._next), self._tick, self._rest, self._radius
-        )
-
-    @property
-    def outcome(self) -> dict[str, Any]:
-        """The results so far; distances are between centers.
-
-        `close_seconds`: time with somebody nearer than 1 m. `least_distance`: meters; None without people.
-        `met`: number of people seen within 3 m, walls considered. `nearest`: distance to the nearest person now,
-        meters. `beside_seconds`: time for which somebody has been within 1.5 m until now, 0 if nobody is.
-        """
-        nearest = self._nearest()
-        return {
-            "people": len(self._places),
-            "close_seconds": self._close,
-            "least_distance": None if nearest is None else self._least,
-            "met": len(self._met),
-            "nearest": None if nearest is None else nearest[1],
-            "beside_seconds": self._beside,
-        }
-
-    def _advance(self) -> None:
-        """Begin the next 0.1 s."""
-        self._last = self._crowd.places
-        self._crowd.step(self._robot, self._rest)
-        self._next = self._crowd.places
-        x, y = self._robot.x, self._robot.y
-        for number, place in enumerate(self._last):
-            near = number not in self._met and math.dist((x, y), place) < MET
-            if near and self._sees((x, y), place):
-                self._met.add(number)
-
-    def _sees(self, here: tuple[float, float], there: tuple[float, float]) -> bool:
-        walls: Obstacles = self._world.derived("walls that hide people", _hiding)
-        return bool(walls.segments_clear(np.array([here]), np.array([there]), 1e-6)[0])
-
-    def _nearest(self) -> tuple[int, float] | None:
-        """Return the nearest person and the distance, meters."""
-        x, y, best, least = self._robot.x, self._robot.y, -1, math.inf
-        for number, (px, py) in enumerate(self._places):
-            square = (px - x) * (px - x) + (py - y) * (py - y)
-            if square < least:
-                best, least = number, square
-        return None if best < 0 else (best, math.sqrt(least))
-
-    def _measure(self, dt: float) -> tuple[int, float] | None:
-        nearest = self._nearest()
-        if nearest is not None:
-            distance = nearest[1]
-            self._least = min(self._least, distance)
-            self._close += dt if distance < CLOSE else 0.0
-            self._beside = self._beside + dt if distance < BESIDE else 0.0
-        return nearest
-
-    def _standing(self) -> tuple[float, float, float, float, float]:
-        return self._robot.x, self._robot.y, 0.0, 0.0, 0.0
-
-
-class Forecast:
-    """The people from a time on, apart from the episode.
-
-    Attributes:
-        tick: number of 0.1 s since the start of the episode.
-        places: the centers then, (n, 2) meters. following: 0.1 s later, which is already certain.
-    """
-
-    def __init__(
-        self,
-        crowd: Crowd,
-        places: NDArray[np.float64],
-        following: NDArray[np.float64],
-        tick: int,
-        rest: float,
-        radius: float,
-    ) -> None:
-        self.places, self.following, self.tick = places, following, tick
-        self._crowd, self._rest, self._radius = crowd, rest, radius
-
-    def step(self, x: float, y: float, vx: float, vy: float, turn: float) -> None:
-        """Advance by 0.1 s.
-
-        Args:
-            x, y, vx, vy: of the robot after that time, in the room frame, m and m/s. turn: its turn rate, rad/s.
-        """
-        self.tick += 1
-        self._rest = 0.0 if _moves((math.sqrt(vx * vx + vy * vy), turn), 0.0) else self._rest + DT
-        self.places = self.following
-        self._crowd.step(Disc(x, y, vx, vy, self._radius), self._rest)
-        self.following = self._crowd.centers
-
-
-def _centers(places: list[Vector]) -> NDArray[np.float64]:
-    """Return places as an array (n, 2)."""
-    return np.asarray(places, dtype=np.float64).reshape(-1, 2)
-
-
-def _disc(pose: tuple[float, float, float], velocity: tuple[float, float], sideways: float, radius: float) -> Disc:
-    cosine, sine = math.cos(pose[2]), math.sin(pose[2])
-    forward = velocity[0]
-    return Disc(pose[0], pose[1], cosine * forward - sine * sideways, sine * forward + cosine * sideways, radius)
-
-
-def _moves(velocity: tuple[float, float], sideways: float) -> bool:
-    """Whether the robot moves; a turn on the spot is none."""
-    speed = math.sqrt(velocity[0] * velocity[0] + sideways * sideways)
-    return speed >= AT_REST
-
-
-def _hiding(layout: Layout) -> Obstacles:
-    """Return the walls between rooms."""
-    return Obstacles([] if layout.floor.is_rectangle else layout.floor.solids)

@@ -11,8 +11,8 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from labgym.envs.checks import positive
 from labgym.envs.conditions.orca import Disc, Vector
-from labgym.envs.parts.kinds import positive
 
 
 @dataclass(frozen=True)

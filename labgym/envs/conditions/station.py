@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from labgym.envs.checks import count, positive
 from labgym.envs.conditions.station_move import Shift, docking_pose, free, moved, shift_of, station_of
-from labgym.envs.parts.kinds import count, positive
 from labgym.envs.parts.protocols import Condition, Motion, Presence
+from labgym.envs.parts.registry import registered
 from labgym.envs.state import Pose, State
 from labgym.envs.tasks import Task
 from labgym.errors import OptionError
@@ -21,6 +22,7 @@ RESTING_SPEED, RESTING_TURN = 0.05, 0.1
 """A robot below this speed, m/s, and this turn rate, rad/s, is at rest."""
 
 
+@registered("condition")
 @dataclass(frozen=True)
 class Station(Condition):
     """A docking station off its mapped pose.

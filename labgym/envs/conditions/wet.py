@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from labgym.envs.parts.kinds import count, finite, positive
+from labgym.envs.checks import count, finite, positive
 from labgym.envs.parts.protocols import Condition, Presence
+from labgym.envs.parts.registry import registered
 from labgym.envs.state import State
 from labgym.envs.tasks import Task
 from labgym.envs.world import world_of
@@ -44,6 +45,7 @@ class Zone:
         return math.hypot(x - self.x, y - self.y) <= self.radius
 
 
+@registered("condition")
 @dataclass(frozen=True)
 class WetFloor(Condition):
     """Puddles near the shortest route. The errors of odometry are larger in them (the factor is an assumption).

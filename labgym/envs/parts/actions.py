@@ -12,10 +12,12 @@ import numpy as np
 from gymnasium import spaces
 
 from labgym.envs.parts.protocols import Actions, Command, Robot
+from labgym.envs.parts.registry import registered
 from labgym.envs.state import State
 from labgym.errors import OptionError
 
 
+@registered("actions")
 @dataclass
 class VelocityActions(Actions):
     """Target velocities: `Box(-1, 1, (n,), float32)`, one component per axis of the robot, for one control step.

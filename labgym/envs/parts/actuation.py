@@ -4,25 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from labgym.envs.parts.kinds import positive
+from labgym.envs.checks import positive
+from labgym.envs.parts.registry import registered
 from labgym.errors import UnknownNameError
-
-
-@runtime_checkable
-class ActuationNoise(Protocol):
-    """Errors of discrete actions."""
-
-    def errors(self, ahead: float, turn: float, rng: np.random.Generator) -> tuple[float, float]:
-        """Return the errors along the heading, m, and of the yaw, radians, of an action.
-
-        Args:
-            ahead: length of the step, meters; 0 for a turn. turn: its angle, radians; 0 for a step.
-        """
-        ...
 
 
 @dataclass(frozen=True)
@@ -49,6 +36,7 @@ LOCOBOT = {
 second numbers are used there as variances."""
 
 
+@registered("actuation noise")
 @dataclass(frozen=True)
 class LoCoBotActuation:
     """Errors measured on a LoCoBot (Murali et al. 2019, PyRobot), as habitat-sim draws them.
@@ -82,6 +70,7 @@ class LoCoBotActuation:
         )
 
 
+@registered("actuation noise")
 @dataclass(frozen=True)
 class RoboThorActuation:
     """Normal errors of RoboTHOR's LoCoBot agent: `movementGaussianSigma` and `rotateGaussianSigma` of AI2-THOR.

@@ -8,16 +8,18 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-from labgym.envs.parts.kinds import MAX_METERS, noises, positive
-from labgym.envs.parts.noise import disturbed
+from labgym.envs.checks import MAX_METERS, positive
+from labgym.envs.parts.noise import disturbed, noises
 from labgym.envs.parts.odometry import RECKONED
 from labgym.envs.parts.protocols import Noise, Reading, Sensor
+from labgym.envs.parts.registry import registered
 from labgym.envs.parts.vectors import GOAL_RANGE, VelocitySensor, polar, polar_space
 from labgym.envs.state import Pose, State
 from labgym.errors import OptionError
 from labgym.geometry import rotate, wrap_angle
 
 
+@registered("sensor")
 @dataclass(frozen=True)
 class AnnouncedGoalSensor(Sensor):
     """The announced goal in polar form, from the pose by odometry: (3,) float32, as `GoalSensor`.
@@ -51,6 +53,7 @@ class AnnouncedGoalSensor(Sensor):
         return disturbed(goal, self, state, rng) if self.noise else goal
 
 
+@registered("sensor")
 @dataclass
 class OdometryVelocitySensor(Sensor):
     """The mean velocity since the last reading, by odometry: as `VelocitySensor`, with the errors of the odometry.

@@ -7,13 +7,15 @@ from typing import Any
 
 import numpy as np
 
+from labgym.envs.checks import positive
 from labgym.envs.palette import Palette
-from labgym.envs.parts.kinds import positive
 from labgym.envs.parts.protocols import Randomization
+from labgym.envs.parts.registry import registered
 from labgym.envs.setting import Setting
 from labgym.scenes.mesh import MATERIAL_NAMES
 
 
+@registered("randomization")
 @dataclass(frozen=True)
 class AppearanceRandomization(Randomization):
     """Factors on the colors of materials and on the brightness of everything. Depth and lidar do not change.

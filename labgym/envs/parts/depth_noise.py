@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from labgym.envs.parts.kinds import count, positive
+from labgym.envs.checks import count, positive
 from labgym.envs.parts.protocols import Noise, Reading
+from labgym.envs.parts.registry import registered
 from labgym.errors import OptionError
 
 if TYPE_CHECKING:
@@ -22,6 +23,7 @@ FARTHEST = 10.0
 """Depth from which the camera reads 0, meters."""
 
 
+@registered("noise")
 @dataclass(frozen=True)
 class RedwoodDepth(Noise):
     """Errors of a PrimeSense depth camera (Choi, Zhou and Koltun, CVPR 2015), with the constants of `simdepth.py`.
@@ -65,6 +67,7 @@ class RedwoodDepth(Noise):
         return replace(self, multiplier=self.multiplier * factor)
 
 
+@registered("noise")
 @dataclass(frozen=True)
 class RimOcclusion(Noise):
     """Lost readings at a rim: where a neighbor is nearer by more than `step`, a stereo camera sees nothing.

@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-from labgym.envs.parts.actuation import ActuationNoise
-from labgym.envs.parts.kinds import part_of, positive
-from labgym.envs.parts.protocols import Actions, Command, Robot
+from labgym.envs.checks import positive
+from labgym.envs.parts import actuation  # noqa: F401 - errors may be named by their kind
+from labgym.envs.parts.protocols import Actions, ActuationNoise, Command, Robot
+from labgym.envs.parts.registry import part_of, registered
 from labgym.envs.state import State
 from labgym.errors import OptionError
 from labgym.geometry import wrap_angle
@@ -28,6 +29,7 @@ LONGEST = 4.0
 """Seconds after which an action ends in any case, as against a wall."""
 
 
+@registered("actions")
 @dataclass(frozen=True)
 class DiscreteActions(Actions):
     """`Discrete(4)`, in the order of Habitat: 0 STOP, 1 forward, 2 turn left, 3 turn right.

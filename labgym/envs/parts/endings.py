@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from labgym.envs.parts.kinds import positive
+from labgym.envs.checks import positive
 from labgym.envs.parts.protocols import Ending
+from labgym.envs.parts.registry import registered
 from labgym.envs.state import State, Verdict
 
 TOUCH_DISTANCE = 0.5
@@ -15,6 +16,7 @@ REST_DISTANCE = 0.36
 """Success distance of version 1, meters: that of the Habitat challenges."""
 
 
+@registered("ending")
 @dataclass(frozen=True)
 class TouchEnding(Ending):
     """Success when the robot's center is within `radius` meters of the goal, at any speed."""
@@ -31,6 +33,7 @@ class TouchEnding(Ending):
         return "success" if state.distance <= self.radius else None
 
 
+@registered("ending")
 @dataclass
 class RestEnding(Ending):
     """Success when the robot rests within `radius` meters of the goal for `duration` seconds.
@@ -66,6 +69,7 @@ class RestEnding(Ending):
         return "success" if state.time - self._since >= self.duration - 1e-9 else None
 
 
+@registered("ending")
 @dataclass(frozen=True)
 class StopEnding(Ending):
     """The action STOP ends the drive: success within `radius` meters of the goal, failure elsewhere."""
@@ -84,6 +88,7 @@ class StopEnding(Ending):
         return "success" if state.distance <= self.radius else "failure"
 
 
+@registered("ending")
 @dataclass(frozen=True)
 class ContactEnding(Ending):
     """Failure when the robot touches something."""
@@ -96,6 +101,7 @@ class ContactEnding(Ending):
         return "failure" if state.collision else None
 
 
+@registered("ending")
 @dataclass(frozen=True)
 class TouchedEnding(Ending):
     """Failure when the robot touches some of the things that `State.touched` names; it needs a condition.
@@ -125,6 +131,7 @@ class TouchedEnding(Ending):
         return "failure" if self.counted(state) else None
 
 
+@registered("ending")
 @dataclass
 class LimitEnding(Ending):
     """Failure when a drive has taken `duration` seconds."""
@@ -145,6 +152,7 @@ class LimitEnding(Ending):
         return "failure" if state.time - self._since >= self.duration - 1e-9 else None
 
 
+@registered("ending")
 @dataclass(frozen=True)
 class SpillEnding(Ending):
     """Failure when liquid has been spilt; it needs the condition "payload"."""
@@ -162,6 +170,7 @@ PERSON = "person"
 """Beginning of the names of people among the bodies of conditions."""
 
 
+@registered("ending")
 @dataclass
 class StuckEnding(Ending):
     """Failure when the robot has not left a disc of `radius` meters for `duration` seconds.

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from labgym.envs.checks import positive
 from labgym.envs.parts.endings import REST_DISTANCE
-from labgym.envs.parts.kinds import positive
 from labgym.envs.parts.protocols import Ending, RewardTerm
+from labgym.envs.parts.registry import registered
 from labgym.envs.state import State, Verdict
 
 
@@ -25,6 +26,7 @@ def reached(achieved: ArrayLike, desired: ArrayLike, radius: float = REST_DISTAN
     return near
 
 
+@registered("ending")
 @dataclass(frozen=True)
 class GoalEnding(Ending):
     """Success when the robot is within `radius` meters of the goal, at any speed, by `reached`."""
@@ -41,6 +43,7 @@ class GoalEnding(Ending):
         return "success" if reached(state.pose[:2], state.pair.goal[:2], self.radius) else None
 
 
+@registered("reward term")
 @dataclass(frozen=True)
 class GoalTerm(RewardTerm):
     """-1 for an action that does not end within `radius` meters of the goal, else 0, by `reached`."""

@@ -12,10 +12,11 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from labgym.assets import Catalog
-from labgym.envs.parts.kinds import MAX_CELLS, count, noises, positive
-from labgym.envs.parts.noise import disturbed
+from labgym.envs.checks import MAX_CELLS, count, positive
+from labgym.envs.parts.noise import disturbed, noises
 from labgym.envs.parts.protocols import Noise, Reading, Sensor
 from labgym.envs.parts.rays import CameraSensor
+from labgym.envs.parts.registry import registered
 from labgym.envs.state import State
 from labgym.layouts import Layout
 from labgym.navigation import OccupancyGrid, occupancy
@@ -24,6 +25,7 @@ NOTHING, BUILDING, OTHER = 0, 1, 2
 """Labels of nothing within reach, of floor and walls, and of assets that the catalog lacks."""
 
 
+@registered("sensor")
 @dataclass
 class OccupancySensor(Sensor):
     """The true map around the robot, in its frame: (cells, cells, 1) uint8, 255 where occupied, else 0. Privileged.
@@ -75,6 +77,7 @@ class OccupancySensor(Sensor):
         return disturbed(picture, self, state, rng) if self.noise else picture
 
 
+@registered("sensor")
 @dataclass(frozen=True)
 class SegmentationSensor(CameraSensor):
     """The asset that each pixel of a camera shows: (rows * columns,) int32, labels as in `asset_labels`. Privileged.

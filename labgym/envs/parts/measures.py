@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from labgym.envs.parts.protocols import Measure
+from labgym.envs.parts.registry import registered
 from labgym.envs.state import State
 from labgym.errors import UnknownNameError
 
@@ -94,6 +95,7 @@ EXTENDED = (*STANDARD, "is_success", "cost", "ending", "achieved_goal", "desired
 """The info of version 1."""
 
 
+@registered("measure")
 @dataclass(frozen=True)
 class NamedMeasure(Measure):
     """One of our measures, by its name."""

@@ -13,6 +13,7 @@ import numpy as np
 
 from labgym.envs.mount import Mount, on_floor
 from labgym.envs.parts.protocols import Command, Robot
+from labgym.envs.parts.registry import registered
 from labgym.envs.parts.robots import check_size, velocities
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.envs.robot_files import FAULTS, RobotFile, quiet, read_robot
@@ -29,6 +30,7 @@ OBEYS = 0.2
 """A robot that obeys reaches this share of a velocity within a second."""
 
 
+@registered("robot")
 @dataclass(frozen=True)
 class MjcfRobot(Robot):
     """A robot from an MJCF file, in which the following have these names.

@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from labgym.envs.parts.kinds import positive
+from labgym.envs.checks import positive
+from labgym.envs.parts import depth_noise  # noqa: F401 - a model may be named by its kind
 from labgym.envs.parts.protocols import Noise, Reading
+from labgym.envs.parts.registry import part_of, registered
 from labgym.errors import OptionError
 
 if TYPE_CHECKING:
@@ -24,6 +26,13 @@ def disturbed(reading: Reading, sensor: Any, state: State, rng: np.random.Genera
     return np.clip(reading, low, high).astype(kind, copy=False)
 
 
+def noises(part: Any) -> None:
+    """Replace plain data in the field `noise` of a sensor by noise models."""
+    noise = part.noise if isinstance(part.noise, list | tuple) else (part.noise,)
+    object.__setattr__(part, "noise", tuple(part_of(each, "noise") for each in noise))
+
+
+@registered("noise")
 @dataclass(frozen=True)
 class Gaussian(Noise):
     """Independent normal errors of every component.
@@ -52,6 +61,7 @@ class Gaussian(Noise):
         return replace(self, sigma=self.sigma * factor, relative=self.relative * factor, bias=self.bias * factor)
 
 
+@registered("noise")
 @dataclass(frozen=True)
 class Dropout(Noise):
     """Components that are lost, each with the same probability.
@@ -79,6 +89,7 @@ class Dropout(Noise):
         return replace(self, rate=min(self.rate * factor, 1.0))
 
 
+@registered("noise")
 @dataclass(frozen=True)
 class Quantization(Noise):
     """Readings rounded to multiples of a step.

@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-from labgym.envs.parts.kinds import MAX_METERS, finite, noises, positive
-from labgym.envs.parts.noise import disturbed
+from labgym.envs.checks import MAX_METERS, finite, positive
+from labgym.envs.parts.noise import disturbed, noises
 from labgym.envs.parts.protocols import Noise, Reading, Sensor
+from labgym.envs.parts.registry import registered
 from labgym.envs.parts.vectors import POSITION_RANGE, planar
 from labgym.envs.state import Pose, State
 from labgym.geometry import wrap_angle
@@ -22,6 +23,7 @@ RECKONED = "reckoned"
 """Key of the pose by odometry among what sensors share (`State.views`)."""
 
 
+@registered("sensor")
 @dataclass(frozen=True)
 class BumperSensor(Sensor):
     """Whether the robot touched something during the action: (1,) float32, 0 or 1."""
@@ -44,6 +46,7 @@ class BumperSensor(Sensor):
         return disturbed(touched, self, state, rng) if self.noise else touched
 
 
+@registered("sensor")
 @dataclass
 class OdometrySensor(Sensor):
     """The pose by dead reckoning, in the frame of the start: (4,) float32, x and y in m, cosine and sine of the yaw.

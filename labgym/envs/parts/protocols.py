@@ -291,3 +291,31 @@ class Tasks(Protocol):
 
     def close(self) -> None:
         """Release what the source holds; `draw` may be called again."""
+
+
+@runtime_checkable
+class ActuationNoise(Protocol):
+    """Errors of discrete actions."""
+
+    def errors(self, ahead: float, turn: float, rng: np.random.Generator) -> tuple[float, float]:
+        """Return the errors along the heading, m, and of the yaw, radians, of an action.
+
+        Args:
+            ahead: length of the step, meters; 0 for a turn. turn: its angle, radians; 0 for a step.
+        """
+        ...
+
+
+INTERFACES: dict[str, Any] = {
+    "sensor": Sensor,
+    "noise": Noise,
+    "reward term": RewardTerm,
+    "ending": Ending,
+    "measure": Measure,
+    "actions": Actions,
+    "actuation noise": ActuationNoise,
+    "robot": Robot,
+    "condition": Condition,
+    "randomization": Randomization,
+}
+"""The interface of the parts of each role."""

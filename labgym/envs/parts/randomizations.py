@@ -14,6 +14,7 @@ import numpy as np
 
 from labgym.envs.parts.protocols import Randomization
 from labgym.envs.parts.rays import CameraSensor, LidarSensor
+from labgym.envs.parts.registry import registered
 from labgym.envs.robot import PREFIX
 from labgym.envs.setting import Setting, floor_geoms, robot_bodies, robot_geoms
 from labgym.errors import OptionError, UnknownNameError
@@ -21,6 +22,7 @@ from labgym.errors import OptionError, UnknownNameError
 Range = tuple[float, float]
 
 
+@registered("randomization")
 @dataclass(frozen=True)
 class MassRandomization(Randomization):
     """A factor on masses and inertias. The forces of the robot's servos stay, so that its accelerations change.
@@ -56,6 +58,7 @@ class MassRandomization(Randomization):
         return {model.body(body).name: float(factor) for body, factor in zip(moving.tolist(), factors, strict=True)}
 
 
+@registered("randomization")
 @dataclass(frozen=True)
 class FrictionRandomization(Randomization):
     """A factor on friction.
@@ -87,6 +90,7 @@ class FrictionRandomization(Randomization):
         return factor
 
 
+@registered("randomization")
 @dataclass(frozen=True)
 class SensorPoseRandomization(Randomization):
     """Errors of the places of lidars and cameras, each uniform between minus and plus its largest value.
@@ -142,6 +146,7 @@ LENGTHS, ANGLES = ("forward", "left", "height"), ("yaw", "pitch", "roll")
 ALL = (*LENGTHS, *ANGLES)
 
 
+@registered("randomization")
 @dataclass(frozen=True)
 class NoiseRandomization(Randomization):
     """A factor on the errors of sensors: the deviations of their noise models, and the drift of odometry.

@@ -9,15 +9,17 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-from labgym.envs.parts.kinds import MAX_METERS, count, finite, noises, positive
-from labgym.envs.parts.noise import disturbed
+from labgym.envs.checks import MAX_METERS, count, finite, positive
+from labgym.envs.parts.noise import disturbed, noises
 from labgym.envs.parts.protocols import Noise, Reading, Sensor
+from labgym.envs.parts.registry import registered
 from labgym.envs.robot import ROBOT
 from labgym.envs.sensors import IMAGE_SHAPE, LIDAR_RAYS, RANGE, Camera, Lidar, View
 from labgym.envs.state import State
 from labgym.scenes.rays import Geometry
 
 
+@registered("sensor")
 @dataclass(frozen=True)
 class LidarSensor(Sensor):
     """A planar range finder, by default on the robot's axis: (rays,) float32, meters, clipped to `reach`.
@@ -124,6 +126,7 @@ class CameraSensor(Sensor):
         return view
 
 
+@registered("sensor")
 @dataclass(frozen=True)
 class DepthSensor(CameraSensor):
     """Planar depth of a camera: (rows * columns,) float32, meters, clipped to `reach`.
@@ -146,6 +149,7 @@ class DepthSensor(CameraSensor):
         return (disturbed(depth, self, state, rng) if self.noise else depth).ravel()
 
 
+@registered("sensor")
 @dataclass(frozen=True)
 class ColorSensor(CameraSensor):
     """The color image of a camera: (rows, columns, 3) uint8."""

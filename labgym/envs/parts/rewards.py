@@ -9,11 +9,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from labgym.envs.parts.protocols import RewardTerm
+from labgym.envs.parts.registry import registered
 from labgym.envs.state import State
 from labgym.errors import OptionError, UnknownNameError
 from labgym.navigation import METHODS, Method
 
 
+@registered("reward term")
 @dataclass
 class ProgressTerm(RewardTerm):
     """Meters by which the shortest path to the goal became shorter, for a disc of radius 0.30 m.
@@ -43,6 +45,7 @@ class ProgressTerm(RewardTerm):
         return progress
 
 
+@registered("reward term")
 @dataclass(frozen=True)
 class SuccessTerm(RewardTerm):
     """1 when a goal is reached, by the rules of the endings; once a drive."""
@@ -56,6 +59,7 @@ class SuccessTerm(RewardTerm):
         return state.success
 
 
+@registered("reward term")
 @dataclass(frozen=True)
 class FailureTerm(RewardTerm):
     """1 when an ending gives the verdict "failure"."""
@@ -69,6 +73,7 @@ class FailureTerm(RewardTerm):
         return state.verdict == "failure"
 
 
+@registered("reward term")
 @dataclass(frozen=True)
 class CollisionTerm(RewardTerm):
     """1 if the robot touched something during the action."""
@@ -82,6 +87,7 @@ class CollisionTerm(RewardTerm):
         return state.collision
 
 
+@registered("reward term")
 @dataclass(frozen=True)
 class TimeTerm(RewardTerm):
     """1 per action."""
@@ -95,6 +101,7 @@ class TimeTerm(RewardTerm):
         return 1
 
 
+@registered("reward term")
 @dataclass(frozen=True)
 class ClearanceTerm(RewardTerm):
     """How far the robot intrudes on a margin around furniture and walls: 1 at contact, 0 at `margin` meters or more."""
@@ -109,6 +116,7 @@ class ClearanceTerm(RewardTerm):
         return max(0.0, 1.0 - state.clearance / self.margin)
 
 
+@registered("reward term")
 @dataclass(frozen=True)
 class FunctionTerm(RewardTerm):
     """A term of the user's own.

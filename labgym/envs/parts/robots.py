@@ -9,8 +9,9 @@ from typing import Any
 
 import mujoco
 
-from labgym.envs.parts.kinds import record_of
+from labgym.envs.checks import record_of
 from labgym.envs.parts.protocols import Command, Robot
+from labgym.envs.parts.registry import registered
 from labgym.envs.robot import BOTTOM, ROBOT, RobotSpec, robot_spec
 from labgym.envs.simulation import CHECK_INTERVAL
 from labgym.errors import OptionError
@@ -20,6 +21,7 @@ HOLONOMIC = replace(ROBOT, v_side=0.5)
 """Dimensions and limits of the holonomic robot."""
 
 
+@registered("robot")
 @dataclass(frozen=True)
 class DifferentialDrive(Robot):
     """A base that drives forward and turns, with grip sideways; by default the robot of version 0.
@@ -52,6 +54,7 @@ class DifferentialDrive(Robot):
         return robot_spec(self.size)
 
 
+@registered("robot")
 @dataclass(frozen=True)
 class HolonomicDrive(Robot):
     """A base that drives forward and sideways and turns, as one on mecanum wheels.

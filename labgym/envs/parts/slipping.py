@@ -9,13 +9,15 @@ from typing import Any
 
 import numpy as np
 
+from labgym.envs.checks import positive
 from labgym.envs.parts.actions import VelocityActions
-from labgym.envs.parts.kinds import positive
 from labgym.envs.parts.protocols import Command, Robot
+from labgym.envs.parts.registry import registered
 from labgym.envs.state import State
 from labgym.errors import OptionError
 
 
+@registered("actions")
 @dataclass
 class SlippingActions(VelocityActions):
     """Target velocities that the wheels carry out with errors, so that commands do not tell where the robot is.

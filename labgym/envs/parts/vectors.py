@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-from labgym.envs.parts.kinds import MAX_METERS, noises, parts_of, positive
-from labgym.envs.parts.noise import disturbed
+from labgym.envs.checks import MAX_METERS, positive
+from labgym.envs.parts.noise import disturbed, noises
 from labgym.envs.parts.protocols import Noise, Reading, Robot, Sensor
+from labgym.envs.parts.registry import registered
 from labgym.envs.robot import ROBOT
 from labgym.envs.state import Pose, State
 from labgym.errors import OptionError, UnknownNameError
-from labgym.scenes.rays import Geometry
 
 GOAL_RANGE = 50.0
 """Largest distance in the goal reading, meters."""
@@ -44,6 +44,7 @@ def polar(goal: Pose, pose: Pose, reach: float) -> Reading:
     return np.array([min(math.hypot(dx, dy), reach), math.cos(bearing), math.sin(bearing)], np.float32)
 
 
+@registered("sensor")
 @dataclass(frozen=True)
 class GoalSensor(Sensor):
     """The goal in polar form, as the robot sees it: (3,) float32.
@@ -71,6 +72,7 @@ class GoalSensor(Sensor):
         return disturbed(goal, self, state, rng) if self.noise else goal
 
 
+@registered("sensor")
 @dataclass(frozen=True)
 class VelocitySensor(Sensor):
     """The velocity of the robot: (2,) float32, forward in m/s and turn rate in rad/s, counter-clockwise.
@@ -122,6 +124,7 @@ class VelocitySensor(Sensor):
         return disturbed(twist, self, state, rng) if self.noise else twist
 
 
+@registered("sensor")
 @dataclass(frozen=True)
 class PoseSensor(Sensor):
     """The pose of the robot in the room frame: (4,) float32, x and y in meters, cosine and sine of the yaw. Privileged.
@@ -151,6 +154,7 @@ class PoseSensor(Sensor):
         return disturbed(pose, self, state, rng) if self.noise else pose
 
 
+@registered("sensor")
 @dataclass(frozen=True)
 class PlaceSensor(Sensor):
     """A position in the room frame: (2,) float32, meters.
@@ -178,44 +182,3 @@ class PlaceSensor(Sensor):
         """Return x and y."""
         x, y = state.pose[:2] if self.of == "robot" else state.pair.goal[:2]
         return np.array(_within(x, y, self.reach), np.float32)
-
-
-@dataclass(frozen=True)
-class JointSensor(Sensor):
-    """The readings of several sensors as one float32 vector, one after the other.
-
-    Attributes:
-        sensors: the sensors; their readings are flattened.
-    """
-
-    name: str = "observation"
-    sensors: tuple[Sensor, ...] = ()
-    kind: str = field(default="joint", init=False)
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "sensors", parts_of(self.sensors, "sensor"))
-        if not self.sensors:
-            raise OptionError("JointSensor: sensors is empty; it needs at least one")
-
-    @property
-    def space(self) -> spaces.Space[Any]:
-        """The limits of all components."""
-        boxes = [sensor.space for sensor in self.sensors]
-        low, high = (np.concatenate([getattr(box, end).ravel() for box in boxes]) for end in ("low", "high"))
-        return spaces.Box(low.astype(np.float32), high.astype(np.float32))
-
-    @property
-    def sees(self) -> Geometry | None:
-        """The visual shapes if one of the sensors sees them."""
-        geometries = {sensor.sees for sensor in self.sensors}
-        return "visual" if "visual" in geometries else "solid" if "solid" in geometries else None
-
-    def reset(self, state: State, rng: np.random.Generator) -> None:
-        """Begin an episode."""
-        for sensor in self.sensors:
-            sensor.reset(state, rng)
-
-    def reading(self, state: State, rng: np.random.Generator) -> Reading:
-        """Return the joint vector."""
-        readings = [np.asarray(sensor.reading(state, rng)).ravel() for sensor in self.sensors]
-        return np.concatenate(readings).astype(np.float32, copy=False)

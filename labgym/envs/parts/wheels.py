@@ -8,8 +8,9 @@ from typing import Any
 
 import mujoco
 
-from labgym.envs.parts.kinds import positive
+from labgym.envs.checks import positive
 from labgym.envs.parts.protocols import Command, Robot
+from labgym.envs.parts.registry import registered
 from labgym.envs.parts.robots import size_of
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.envs.wheels import CASTER_MASS, Wheels, wheeled_spec
@@ -21,6 +22,7 @@ WHEELS = Wheels()
 """Wheels and casters of that robot."""
 
 
+@registered("robot")
 @dataclass(frozen=True)
 class WheeledDrive(Robot):
     """A differential drive on two driven wheels and two sprung casters, with friction on the floor.

@@ -10,7 +10,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from labgym.envs.parts.kinds import MAX_CELLS, count, positive
+from labgym.envs.checks import MAX_CELLS, count, positive
 from labgym.envs.wrappers.checks import observed, point_nav
 
 FREE, UNKNOWN, OCCUPIED = 0, 127, 255

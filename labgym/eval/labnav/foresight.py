@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.envs.conditions.people import Walking
+from labgym.envs.conditions.walking import Walking
 from labgym.envs.parts.protocols import Actions
 from labgym.envs.parts.slipping import SlippingActions
 from labgym.envs.state import Pose, State

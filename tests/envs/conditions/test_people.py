@@ -21,9 +21,9 @@ from shapely.geometry import Point, Polygon
 from shapely.ops import unary_union
 
 import labgym  # noqa: F401 -- registers the ids
-from labgym.envs.conditions.cast import cast_of
+from labgym.envs.conditions.cast import RADIUS, cast_of
 from labgym.envs.conditions.casting import free_floor
-from labgym.envs.conditions.crowd import RADIUS, Crowd
+from labgym.envs.conditions.crowd import Crowd
 from labgym.envs.conditions.figures import LEG_APART, figure
 from labgym.envs.conditions.intentions import STOP
 from labgym.envs.conditions.orca import Disc

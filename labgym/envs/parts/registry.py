@@ -2,24 +2,40 @@
 
 `{"kind": "lidar", "rays": 90, "noise": [{"kind": "gaussian", "sigma": 0.03}]}` is a sensor; so is "lidar", and so is
 `{"kind": "module:Class", "argument": 1}`. Every part of ours has a field `kind`, so that `dataclasses.asdict` gives
-such a table.
+such a table. A part of ours registers itself under its kind; `catalog` imports all of them.
 """
 
 from __future__ import annotations
 
 import importlib
 import inspect
-import math
-from collections.abc import Iterable, Mapping
-from dataclasses import fields, replace
-from functools import cache
-from typing import Any, TypeVar, cast
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, TypeVar
 
-from labgym.counts import whole_number
+from labgym.envs.parts.protocols import INTERFACES
 from labgym.errors import OptionError, UnknownArgumentError, UnknownNameError
 
-Record = TypeVar("Record")
-"""A dataclass of numbers."""
+Part = TypeVar("Part", bound=type[Any])
+_KINDS: dict[str, dict[str, type[Any]]] = {role: {} for role in INTERFACES}
+
+
+def registered(role: str) -> Callable[[Part], Part]:
+    """Return a decorator of dataclasses that makes each a part of a role, under the default of its field `kind`.
+
+    Args:
+        role: a key of `protocols.INTERFACES`.
+    """
+
+    def add(part_class: Part) -> Part:
+        _KINDS[role][part_class.__dataclass_fields__["kind"].default] = part_class
+        return part_class
+
+    return add
+
+
+def kinds_of(role: str) -> dict[str, type[Any]]:
+    """Return our parts of a role by kind."""
+    return dict(_KINDS[role])
 
 
 def part_of(value: Any, role: str) -> Any:
@@ -27,7 +43,7 @@ def part_of(value: Any, role: str) -> Any:
 
     Args:
         value: a part, the name of a kind, or a mapping with "kind" and the arguments of its class.
-        role: a key of `catalog.ROLES`.
+        role: a key of `protocols.INTERFACES`.
 
     Raises:
         UnknownNameError: no such kind.
@@ -38,7 +54,7 @@ def part_of(value: Any, role: str) -> Any:
         value = {"kind": value}
     if isinstance(value, Mapping):
         value = _made(value, role)
-    protocol = _roles()[role][0]
+    protocol = INTERFACES[role]
     if isinstance(value, type) or not isinstance(value, protocol):
         shown = value.__name__ if isinstance(value, type) else type(value).__name__
         members = sorted({*dir(protocol), *protocol.__annotations__})
@@ -63,83 +79,6 @@ def parts_of(values: Any, role: str) -> tuple[Any, ...]:
         if names.count(name) > 1:
             raise OptionError(f"two {role}s are named {name!r}: pass another name")
     return parts
-
-
-def record_of(value: Any, default: Record, name: str, entry: str) -> Record:
-    """Return a record of numbers that was passed as an object, or as a mapping of the entries that differ.
-
-    Args:
-        default: has the other entries.
-        name, entry: of the record and of one entry, in error messages.
-
-    Raises:
-        UnknownNameError: the record has no such entry.
-        OptionError: neither a record nor a mapping.
-    """
-    kind: Any = type(default)
-    if isinstance(value, Mapping):
-        names = [each.name for each in fields(kind)]
-        for key in value:
-            if key not in names:
-                raise UnknownNameError(entry, key, names)
-        value = replace(cast(Any, default), **value)
-    if not isinstance(value, kind):
-        raise OptionError(f"{name} is a {type(value).__name__}, expected {kind.__name__} or a mapping")
-    return cast(Record, value)
-
-
-def noises(part: Any) -> None:
-    """Replace plain data in the field `noise` of a sensor by noise models."""
-    noise = part.noise if isinstance(part.noise, list | tuple) else (part.noise,)
-    object.__setattr__(part, "noise", tuple(part_of(each, "noise") for each in noise))
-
-
-MAX_CELLS = 4096
-"""Largest number of cells along a side of a map."""
-MAX_METERS = 1e6
-"""Largest reach and height of a sensor, meters; their squares fit into a float32."""
-
-
-def positive(part: Any, *names: str, zero: bool = False, most: float = math.inf) -> None:
-    """Check that fields are finite numbers above 0, or at least 0 if `zero`, and at most `most`.
-
-    Raises:
-        OptionError: one is not.
-    """
-    for name in names:
-        value = getattr(part, name)
-        number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-        if not number or not 0 <= value <= most or (value == 0 and not zero):
-            least = ("at least 0" if zero else "above 0") + (f" and at most {most:g}" if most < math.inf else "")
-            raise OptionError(f"{type(part).__name__}: {name} is {str(value)[:40]!r}, expected a number {least}")
-
-
-def finite(part: Any, *names: str) -> None:
-    """Check that fields are finite numbers.
-
-    Raises:
-        OptionError: one is not.
-    """
-    for name in names:
-        value = getattr(part, name)
-        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-            raise OptionError(f"{type(part).__name__}: {name} is {str(value)[:40]!r}, expected a finite number")
-
-
-MAX_READINGS = 16_777_216
-"""Largest number of values of one reading of a sensor: a picture of 4096 x 4096 pixels."""
-
-
-def count(part: Any, *names: str, most: int = MAX_READINGS) -> None:
-    """Check that fields are whole numbers of at least 1, and that their product is not above `most`.
-
-    Raises:
-        OptionError: one is not, or the product is.
-    """
-    numbers = [whole_number(f"{type(part).__name__}: {name}", getattr(part, name), 1, most) for name in names]
-    if math.prod(numbers) > most:
-        product = " x ".join(names)
-        raise OptionError(f"{type(part).__name__}: {product} is {math.prod(numbers)}, expected at most {most}")
 
 
 def _made(value: Mapping[Any, Any], role: str) -> Any:
@@ -168,7 +107,7 @@ def _made(value: Mapping[Any, Any], role: str) -> Any:
 
 
 def _class_of(kind: Any, role: str) -> type[Any]:
-    kinds = _roles()[role][1]
+    kinds = _KINDS[role]
     if isinstance(kind, str) and ":" in kind:
         module, _, name = kind.partition(":")
         try:
@@ -181,14 +120,3 @@ def _class_of(kind: Any, role: str) -> type[Any]:
     if not isinstance(kind, str) or kind not in kinds:
         raise UnknownNameError(role, kind, kinds)
     return kinds[kind]
-
-
-@cache
-def _roles() -> dict[str, tuple[Any, dict[str, type[Any]]]]:
-    """Return the interface of each role, and our classes by kind."""
-    from labgym.envs.parts.catalog import ROLES
-
-    return {
-        role: (protocol, {made.__dataclass_fields__["kind"].default: made for made in classes})
-        for role, (protocol, classes) in ROLES.items()
-    }
