@@ -48,8 +48,6 @@ from labgym.eval.reports.labnav_comparison import LabNavComparison
 from labgym.eval.reports.results import ResultsFolder
 from labgym.eval.reports.run_report import result_tables
 from labgym.eval.reports.tables import leaderboard
-from labgym.eval.reproduction.figures import Cell, Figures
-from labgym.eval.reproduction.nuisances import NOTES
 from labgym.eval.scoring.layout_report import LayoutReport2
 from labgym.exchange.inventory import Inventory
 from labgym.layouts import Layout, generate
@@ -63,6 +61,8 @@ from labgym.layouts.splits import Manifest
 from labgym.layouts.trace import Trace
 from labgym.layouts.version1 import Layout1
 from labgym.llm.replay import RecordedReply
+from labgym.paper.reproduction.figures import Cell, Figures
+from labgym.paper.reproduction.nuisances import NOTES
 from labgym.protocols import Protocol
 from labgym.protocols.experiments import ExperimentFile
 from labgym.protocols.language.vocabulary import Vocabulary

@@ -48,7 +48,7 @@ def labbuilder(
         overwrite: Replace OUT if it exists with other content; the scene itself is never replaced.
     """
     from labgym import protocols
-    from labgym.exchange.labbuilder.reading import read_labbuilder
+    from labgym.paper.labbuilder.reading import read_labbuilder
 
     imported = read_labbuilder(
         scene,

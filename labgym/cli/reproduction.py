@@ -22,11 +22,11 @@ from labgym.cli.outcome import complaints, findings, written
 from labgym.cli.scores import OptionalMode
 
 if TYPE_CHECKING:
-    from labgym.eval.reproduction.figures import Figures
-    from labgym.eval.reproduction.scope import Scope as StudyScope
-    from labgym.eval.reproduction.study import Study
     from labgym.eval.scoring.judgement import Mode
     from labgym.eval.scoring.judging.options import JudgeOptions
+    from labgym.paper.reproduction.figures import Figures
+    from labgym.paper.reproduction.scope import Scope as StudyScope
+    from labgym.paper.reproduction.study import Study
 
 PublishedSplit = Literal["val", "test", "floors-val", "floors-seen", "floors-test"]
 reproduce_app = CommandGroup(default="published", arguments=0)
@@ -72,7 +72,7 @@ class ScopeArguments:
 
     def scope(self, study: str) -> StudyScope:
         """Return protocols and seeds."""
-        from labgym.eval.reproduction.scope import scope_of
+        from labgym.paper.reproduction.scope import scope_of
 
         return scope_of(study, self.quick, self.protocols, self.seed, self.seeds)
 
@@ -103,7 +103,7 @@ HERE = RunArguments()
 @reproduce_app.command
 def protocols(run: Run = HERE) -> int:
     """Table 1: counts per protocol, and the entries of the knowledge base (docs/reproduction.md)."""
-    from labgym.eval.reproduction.protocols import ProtocolsStudy
+    from labgym.paper.reproduction.protocols import ProtocolsStudy
 
     return _reproduced(ProtocolsStudy(), run)
 
@@ -120,7 +120,7 @@ def labbuilder(
     Args:
         folder: Folder of scenes (.json), with asset_bboxes.json and goal_pairs.json for all of them if there are any.
     """
-    from labgym.exchange.labbuilder.study import LabBuilderStudy
+    from labgym.paper.labbuilder.study import LabBuilderStudy
 
     return _reproduced(LabBuilderStudy(folder), run)
 
@@ -174,7 +174,7 @@ def repair(
         seed: Random seed of the cases.
         profile: Thresholds: default, strict, paper or code.
     """
-    from labgym.eval.reproduction.repair import RepairStudy
+    from labgym.paper.reproduction.repair import RepairStudy
 
     return _reproduced(RepairStudy(draws, seed, profile), run)
 
@@ -191,7 +191,7 @@ def nuisances(policy: str = "astar", tasks: Texts = (), level: int = 2, run: Run
         level: Level of the tasks: 1, 2 or 3.
     """
     from labgym.eval.driving.folders import short_name
-    from labgym.eval.reproduction.nuisances import nuisance_study
+    from labgym.paper.reproduction.nuisances import nuisance_study
 
     allow_local_modules()
     study = nuisance_study(policy, tasks, level)
@@ -207,11 +207,11 @@ def all_(scope: Scope = WHOLE, scenes: OptionalPath = None, run: Run = HERE) -> 
     Args:
         scenes: Folder of scenes for labbuilder, which is left out without it.
     """
-    from labgym.eval.reproduction.everything import reproduce_all
-    from labgym.eval.reproduction.protocols import ProtocolsStudy
-    from labgym.eval.reproduction.repair import RepairStudy
-    from labgym.eval.reproduction.study import PAGE
-    from labgym.exchange.labbuilder.study import LabBuilderStudy
+    from labgym.paper.labbuilder.study import LabBuilderStudy
+    from labgym.paper.reproduction.everything import reproduce_all
+    from labgym.paper.reproduction.protocols import ProtocolsStudy
+    from labgym.paper.reproduction.repair import RepairStudy
+    from labgym.paper.reproduction.study import PAGE
 
     studies: list[Study[Any]] = [ProtocolsStudy(), _comparison(scope), _ablation(scope), _navigation(scope)]
     seed = scope.seed + 1  # The benchmark's own default is 1.
@@ -228,8 +228,8 @@ def all_(scope: Scope = WHOLE, scenes: OptionalPath = None, run: Run = HERE) -> 
 
 
 def _comparison(arguments: ScopeArguments, judge: Mode | None = None) -> Study[Any]:
-    from labgym.eval.reproduction.comparison import ComparisonStudy, comparison_variants
-    from labgym.eval.reproduction.scope import model_name
+    from labgym.paper.reproduction.comparison import ComparisonStudy, comparison_variants
+    from labgym.paper.reproduction.scope import model_name
 
     scope, model = arguments.scope("comparison"), model_name()
     return ComparisonStudy(
@@ -238,8 +238,8 @@ def _comparison(arguments: ScopeArguments, judge: Mode | None = None) -> Study[A
 
 
 def _ablation(arguments: ScopeArguments, judge: Mode | None = None) -> Study[Any]:
-    from labgym.eval.reproduction.ablation import AblationStudy, ablation_variants
-    from labgym.eval.reproduction.scope import model_name
+    from labgym.paper.reproduction.ablation import AblationStudy, ablation_variants
+    from labgym.paper.reproduction.scope import model_name
 
     scope, model = arguments.scope("ablation"), model_name()
     proposers = ("sampler", "llm") if model else ("sampler",)
@@ -263,7 +263,7 @@ def _judge(mode: Mode | None) -> JudgeOptions | None:
 
 
 def _navigation(arguments: ScopeArguments, policies: Sequence[str] = ()) -> Study[Any]:
-    from labgym.eval.reproduction.navigation import POLICIES, QUICK_POLICIES, NavigationStudy, installed
+    from labgym.paper.reproduction.navigation import POLICIES, QUICK_POLICIES, NavigationStudy, installed
 
     scope = arguments.scope("navigation")
     chosen = tuple(policies) or installed(QUICK_POLICIES if arguments.quick else POLICIES)
@@ -278,7 +278,7 @@ def _reproduced(study: Study[Any], run: RunArguments, name: str = "", foresees: 
         foresees: whether it drives a policy that foresees the world.
     """
     from labgym.eval.labnav.foresight import executor_for
-    from labgym.eval.reproduction.study import PAGE, reproduce
+    from labgym.paper.reproduction.study import PAGE, reproduce
 
     folder = run.out if run.out is not None else RUNS / (name or study.name)
     _print(reproduce(study, folder, executor_for(run.execution.options(), foresees), run.fresh))

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from pkgutil import resolve_name
 from tempfile import TemporaryDirectory
 
 from labgym.documents import folder_path
@@ -199,6 +200,6 @@ def _ros(layout: Layout, out: Path) -> Path:
 
 
 def _labbuilder(layout: Layout, out: Path) -> Path:
-    from labgym.exchange.labbuilder.writing import write_labbuilder
-
-    return write_labbuilder(layout, out)
+    # By name: the house knows nothing of the paper's room.
+    write: Callable[[Layout, Path], Path] = resolve_name("labgym.paper.labbuilder.writing:write_labbuilder")
+    return write(layout, out)

@@ -12,14 +12,14 @@ from labgym.layouts.propose import Proposer
 SOLVER = "solver"
 """Name of the default: planning habits and a constraint solver."""
 PROPOSERS: dict[str, str] = {
-    "holodeck": "labgym.layouts.rivals:HolodeckProposer",
-    "holodeck+": "labgym.layouts.rivals:HolodeckPlusProposer",
-    "holodeck+-llm": "labgym.layouts.rivals.language:HolodeckPlusLanguageProposer",
-    "holodeck-llm": "labgym.layouts.rivals.language:HolodeckLanguageProposer",
+    "holodeck": "labgym.paper.rivals:HolodeckProposer",
+    "holodeck+": "labgym.paper.rivals:HolodeckPlusProposer",
+    "holodeck+-llm": "labgym.paper.rivals.language:HolodeckPlusLanguageProposer",
+    "holodeck-llm": "labgym.paper.rivals.language:HolodeckLanguageProposer",
     "llm": "labgym.layouts.language:LanguageProposer",
-    "sampler": "labgym.layouts.sampler:SamplerProposer",
-    "sceneweaver": "labgym.layouts.rivals:SceneWeaverProposer",
-    "sceneweaver-llm": "labgym.layouts.rivals.language:SceneWeaverLanguageProposer",
+    "sampler": "labgym.paper.sampler:SamplerProposer",
+    "sceneweaver": "labgym.paper.rivals:SceneWeaverProposer",
+    "sceneweaver-llm": "labgym.paper.rivals.language:SceneWeaverLanguageProposer",
 }
 """Module and class of each other proposer; the class is made without arguments, and its module imported only then."""
 ALIASES = {"holodeck-plus-llm": "holodeck+-llm"}

@@ -13,7 +13,6 @@ from shapely import LineString, Polygon
 
 from labgym.assets import Size
 from labgym.layouts import Layout, Placement, generate
-from labgym.layouts.damage import damaged
 from labgym.layouts.moves import Move, Place, Rotate, Settle, apply, replaced
 from labgym.layouts.repairs import repair_layout
 from labgym.layouts.repairs.berths import berths
@@ -26,7 +25,8 @@ from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.egress import blocked_places
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.layouts.settling import free_spots, homes
-from labgym.layouts.spoiling import SPOILINGS
+from labgym.paper.damage import damaged
+from labgym.paper.spoiling import SPOILINGS
 
 SECOND = thresholds.profile("default", "touchstone-v2")
 

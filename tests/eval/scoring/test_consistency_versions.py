@@ -10,11 +10,11 @@ import pytest
 from labgym.eval.scoring.consistency import SAFETY, consistency_proxy
 from labgym.eval.scoring.layout_report import ConsistencyProxy
 from labgym.layouts import Layout, load_published
-from labgym.layouts.damage import KINDS, damaged
 from labgym.layouts.moves import Place, Settle, apply, descendants
 from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.layouts.rules.presence import resolved
+from labgym.paper.damage import KINDS, damaged
 
 LAYOUT = load_published("test", "test-alk_02")
 

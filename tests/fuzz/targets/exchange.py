@@ -14,8 +14,8 @@ from fuzz.target import Case, Target
 from labgym.exchange.fixed import read_fixed
 from labgym.exchange.formats import compile_layout, read_floor
 from labgym.exchange.inventory import read_inventory
-from labgym.exchange.labbuilder.reading import read_labbuilder
 from labgym.layouts import load_published, published
+from labgym.paper.labbuilder.reading import read_labbuilder
 
 TABLE = 'asset,count,note\nrotovap,2,"room 3, left"\nRotaryEvaporator,1,\nMagneticStirrer,,old\n烧杯,4,\n'
 

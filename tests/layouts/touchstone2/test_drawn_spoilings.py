@@ -14,7 +14,7 @@ from labgym.eval import score
 from labgym.layouts import Layout, generate
 from labgym.layouts.rules import evaluate_layout
 from labgym.layouts.rules.touchstone2.assessment import Assessment2
-from labgym.layouts.spoiling import DRAWN
+from labgym.paper.spoiling import DRAWN
 
 DRAWS = 40
 

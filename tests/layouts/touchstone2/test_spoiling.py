@@ -9,11 +9,11 @@ import pytest
 from laboratories import published_in_order
 
 from labgym.layouts import Layout, generate
-from labgym.layouts.damage import KINDS, damaged
 from labgym.layouts.rules import evaluate_layout
 from labgym.layouts.rules.satisfaction import mean, worst_mean
 from labgym.layouts.rules.touchstone2.assessment import Assessment2
-from labgym.layouts.spoiling import SPOILINGS
+from labgym.paper.damage import KINDS, damaged
+from labgym.paper.spoiling import SPOILINGS
 
 LESS_IS_BETTER = {"ob", "cn", "v"}
 PASSED_VERSION_1 = (

@@ -1,5 +1,0 @@
-"""Holodeck: constraints from a designer, depth-first search on a grid, small objects at random on receptacles."""
-
-from labgym.layouts.rivals.holodeck.proposer import HolodeckPlusProposer, HolodeckProposer
-
-__all__ = ["HolodeckPlusProposer", "HolodeckProposer"]
