@@ -26,8 +26,8 @@ from labgym.assets import AssetFile
 from labgym.assets.articulation import FOOTINGS
 from labgym.assets.forge import Annotation
 from labgym.assets.inference import Substructures
-from labgym.assets.lookalikes import Lookalikes
 from labgym.assets.reactivity import Reactivity
+from labgym.assets.search import Lookalikes
 from labgym.assets.shapes.joints import MECHANISMS
 from labgym.cards.labnav import board, headed
 from labgym.documents import Document, tagged, write_bytes, write_text

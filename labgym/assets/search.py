@@ -7,18 +7,20 @@ import unicodedata
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import Literal
+from typing import Annotated, ClassVar, Literal
 
+from pydantic import Field
 from rapidfuzz import process
 from rapidfuzz.distance import OSA, Indel
 
+from labgym.artefacts import artefacts
 from labgym.assets.archive import SHAPE
-from labgym.assets.lookalikes import lookalikes
 from labgym.assets.measures import Measure, first_size, of_size, size_note
 from labgym.assets.model import Asset
 from labgym.assets.phrases import PhraseIndex
 from labgym.assets.qualifiers import QualifiedName, is_aqueous, is_hydrate, of_equipment, of_substance
 from labgym.assets.spelling import MAX_EDITS, MIN_LENGTH, edits, misspells_substance, similarity
+from labgym.documents import Document
 
 MAX_QUERY = 200
 NEAR = 0.4
@@ -33,6 +35,20 @@ _ENDING = re.compile(r"[a-z]{3}(?:amine|amide|ide|ane|ene|ole|idine)$")
 _FAMILY = re.compile(r"^Large|(?<!\d)\d+$")
 """The part of an asset's name that distinguishes it from those of other sizes."""
 _BRACKETS = re.compile(r"^([^()\uff08\uff09]*[^()\uff08\uff09\s])\s*[(\uff08]([^()\uff08\uff09]+)[)\uff09]\s*$")
+
+
+class Lookalikes(Document):
+    """Names of other substances: a text that is as close to one of them is not a misspelling of a reagent."""
+
+    SCHEMA: ClassVar[str] = "labgym.lookalikes/1"
+
+    names: Annotated[tuple[Annotated[str, Field(min_length=1, max_length=80)], ...], Field(max_length=2000)]
+
+
+@lru_cache(maxsize=1)
+def lookalikes() -> tuple[str, ...]:
+    """Return the published names; they are read once per process."""
+    return Lookalikes.load(artefacts("assets") / "chemistry" / "lookalikes.json").names
 
 
 def normalise(text: str) -> str:

@@ -18,7 +18,6 @@ from labgym.envs.reach import OutOfReach
 from labgym.envs.residents import RESIDENT_MB, Residents
 from labgym.envs.robot import ROBOT, attach_robot
 from labgym.envs.simulation import Pose, Simulation
-from labgym.envs.sizes import size_of
 from labgym.envs.stage import Senses, Stage
 from labgym.layouts import Layout
 from labgym.layouts.floor import Floor
@@ -40,6 +39,34 @@ LENGTHS = 4096
 """Number of drives whose shortest length a world keeps."""
 MODEL, GRID, PATHS, OUT_OF_REACH = "model", "grid", "paths", "out of reach"
 """Names of derived data; the meshes have the names of their geometry."""
+
+
+def size_of(value: Any) -> int:
+    """Return the bytes of the arrays and models that a value refers to, each counted once.
+
+    An object with an attribute `nbytes` states its size itself; of any other object of this package the attributes
+    are counted. Embree's copies of a mesh are in `RayScene.nbytes`.
+    """
+    return _size(value, set())
+
+
+def _size(value: Any, counted: set[int]) -> int:
+    if value is None or isinstance(value, int | float | str) or id(value) in counted:
+        return 0
+    counted.add(id(value))
+    if isinstance(value, mujoco.MjModel):
+        return int(value.nbuffer)
+    if isinstance(value, bytes):
+        return len(value)
+    if hasattr(value, "nbytes"):
+        return int(value.nbytes)
+    if isinstance(value, dict):
+        return sum(_size(item, counted) for item in value.values())
+    if isinstance(value, tuple | list | set | frozenset):
+        return sum(_size(item, counted) for item in value)
+    if type(value).__module__.startswith("labgym."):
+        return _size(getattr(value, "__dict__", None), counted)
+    return 0
 
 
 class World:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 import threading
+from email.message import Message
 from http import HTTPStatus
 from importlib.resources import files
 from pathlib import Path
+from urllib.parse import urlsplit
 
 from pydantic import ValidationError
 
@@ -15,7 +17,6 @@ from labgym.errors import DocumentError, LabgymError
 from labgym.policies.http.bounded import BoundedHandler, BoundedServer
 from labgym.scenes.files import glb_bytes
 from labgym.viewer.console import Command
-from labgym.viewer.origin import foreign_problem
 from labgym.viewer.robot_glb import robot_glb
 from labgym.viewer.show import Stage
 
@@ -45,6 +46,34 @@ POLICY = (
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
 """Content security policy: the page loads nothing from elsewhere."""
+LOOPBACK = ("127.0.0.1", "localhost", "::1")
+
+
+def foreign_problem(headers: Message, changes: bool) -> str | None:
+    """Return why a request may come from another site's page, or None.
+
+    A page whose name has been made to resolve to 127.0.0.1 (DNS rebinding) still shows that name in `Host`. Browsers
+    name the page of a request in `Origin`, and its relation to the server in `Sec-Fetch-Site`.
+
+    Args:
+        headers: headers of the request.
+        changes: whether the request changes something; it then must name its origin.
+    """
+    host = headers.get("Host", "").strip().lower()
+    try:
+        name = urlsplit(f"//{host}").hostname
+    except ValueError:
+        name = None
+    if name not in LOOPBACK:
+        return f"Host is {host[:80]!r}, expected 127.0.0.1 or localhost"
+    origin = headers.get("Origin")
+    if origin is None and changes:
+        return "a command needs the header Origin"
+    if origin is not None and origin.lower() != f"http://{host}":
+        return f"Origin is {origin[:80]!r}, expected http://{host[:80]}"
+    if headers.get("Sec-Fetch-Site", "same-origin") not in ("same-origin", "none"):
+        return "requests of other sites are refused (header Sec-Fetch-Site)"
+    return None
 
 
 class ViewerServer(BoundedServer):

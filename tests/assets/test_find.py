@@ -12,9 +12,8 @@ import pytest
 from rapidfuzz.distance import OSA
 
 from labgym.assets import Catalog
-from labgym.assets.lookalikes import lookalikes
 from labgym.assets.qualifiers import is_aqueous, is_hydrate
-from labgym.assets.search import MAX_QUERY, normalise, surface_forms
+from labgym.assets.search import MAX_QUERY, lookalikes, normalise, surface_forms
 from labgym.cli import main
 
 HERE = Path(__file__).parent

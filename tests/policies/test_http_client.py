@@ -23,10 +23,9 @@ from labgym.eval.driving.runner import evaluate
 from labgym.geometry import rotate
 from labgym.layouts import load_published, published
 from labgym.policies import EpisodeStart, make_policy
-from labgym.policies.http.client import HttpPolicy, enlarged
+from labgym.policies.http.client import HttpPolicy, SharedFlag, enlarged
 from labgym.policies.http.connection import MAX_ANSWER, Connection, ServerError
 from labgym.policies.http.forms import decode_form
-from labgym.policies.http.shared_flag import SharedFlag
 from labgym.policies.http.wire import decode_color, decode_depth
 from labgym.policies.policy import PolicyError
 from labgym.policies.process import PolicyProcess, PolicySource

@@ -33,9 +33,8 @@ from labgym.policies.navdp.frames import frame
 from labgym.policies.navdp.network import NavDPNetwork, load_navdp, save_navdp
 from labgym.policies.navdp.policy import NavDPPolicy
 from labgym.policies.navdp.samples import NavDPSamples, memory_of
-from labgym.policies.navdp.train import train
+from labgym.policies.navdp.train import distance_maps, path_value, train
 from labgym.policies.navdp.trajectory import MIRROR_STEP, first_part, points_of, steps_of
-from labgym.policies.navdp.value import distance_maps, path_value
 from labgym.suites import Suite
 
 SMALL = NavDPNetworkOptions(memory=2, channels=(8, 8, 16), queries=4, width=16, heads=2, layers=2)

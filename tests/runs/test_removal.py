@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from labgym.runs.removal import remove_folder
+from labgym.runs.folder import remove_folder
 
 
 def test_a_folder_goes_with_all_its_files_and_what_its_links_lead_to_stays(tmp_path):

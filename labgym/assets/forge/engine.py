@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import trimesh
 from pydantic import ValidationError
 
 from labgym.assets.archive import SHAPE, digest, pack, remember
@@ -17,22 +19,45 @@ from labgym.assets.checks import kinds_agree, sizes_are_plausible, surfaces_fit,
 from labgym.assets.forge.caption import write_caption
 from labgym.assets.forge.domain import domain
 from labgym.assets.forge.facts import Facts, texts
-from labgym.assets.forge.looks import geometry_of
+from labgym.assets.forge.looks import geometry_of, look
 from labgym.assets.forge.matching import SIZE_RATIO, Resemblance, resemblance
 from labgym.assets.forge.modelled import Annotator, drafted, measured, take
 from labgym.assets.forge.record import Annotation, Physical, Source
 from labgym.assets.forge.scale import check_scale
 from labgym.assets.forge.semantic import EntryDraft, semantic
-from labgym.assets.forge.visual import glb
 from labgym.assets.meshes import MeshError, MeshFile, PhysicalMesh, normalise, read_mesh
+from labgym.assets.meshes.colors import to_linear
 from labgym.assets.meshes.model import LIMITS, Axis
 from labgym.assets.model import Asset
 from labgym.assets.search import normalise as name_key
+from labgym.assets.shapes import MATERIALS
 from labgym.documents import document_error
 
 Views = Callable[[Asset], Sequence[bytes]]
 """Returns PNG pictures of an asset; provided by a layer that can render."""
 _RULES = (sizes_are_plausible, texts_are_complete, surfaces_fit, kinds_agree)
+_Y_UP = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, -1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
+
+
+def glb(mesh: PhysicalMesh) -> bytes:
+    """Return a mesh as binary glTF; its front, +y of the asset's frame, looks along -z of glTF."""
+    scene = trimesh.Scene()
+    for k, part in enumerate(mesh.parts):
+        red, green, blue, opacity = part.color or MATERIALS[look(part)].rgba
+        body = trimesh.Trimesh(part.vertices, part.faces, process=False)
+        body.visual = trimesh.visual.TextureVisuals(  # type: ignore[no-untyped-call]
+            material=trimesh.visual.material.PBRMaterial(  # type: ignore[no-untyped-call]
+                name=part.material or look(part),
+                baseColorFactor=[round(255 * to_linear(channel)) for channel in (red, green, blue)]
+                + [round(255 * opacity)],
+                metallicFactor=0.0,
+                roughnessFactor=0.6,
+                alphaMode="BLEND" if opacity < 1.0 else "OPAQUE",
+            )
+        )
+        scene.add_geometry(body, node_name=f"part_{k}", geom_name=f"part_{k}", transform=_Y_UP)
+    content: bytes = scene.export(file_type="glb")  # type: ignore[no-untyped-call]
+    return content
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import mmap
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, ClassVar, get_args
@@ -20,7 +21,6 @@ from labgym.navigation import Pose
 from labgym.policies.http.connection import Connection, ServerError, StatusError
 from labgym.policies.http.forms import encode_form
 from labgym.policies.http.frames import state_of, to_start_frame
-from labgym.policies.http.shared_flag import SharedFlag
 from labgym.policies.http.steps import Step, path_of
 from labgym.policies.http.wire import encode_color, encode_depth, intrinsic_matrix
 from labgym.policies.policy import EpisodeStart, Observation, Policy, Sensors
@@ -40,6 +40,27 @@ ARRIVED = 0.03
 """Distance from a goal point at which the robot stands still, meters."""
 
 Array = NDArray[np.float64]
+
+
+class SharedFlag:
+    """A flag that is set for the process that made it and all its forks at once; a copy is a new flag, not set.
+
+    The evaluator runs each episode in a fork of the process that loaded the policy. What the policy knows of a server
+    outlives the fork, as the server does; it holds nothing of the episode.
+    """
+
+    def __init__(self) -> None:
+        self._byte = mmap.mmap(-1, 1)
+
+    def __bool__(self) -> bool:
+        return self._byte[0] == 1
+
+    def set(self, value: bool) -> None:
+        """Change the flag."""
+        self._byte[0] = int(value)
+
+    def __reduce__(self) -> tuple[type[SharedFlag], tuple[()]]:
+        return SharedFlag, ()
 
 
 class HttpPolicy(Policy):

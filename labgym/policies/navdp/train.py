@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -12,6 +12,7 @@ import torch
 from torch import Tensor
 
 from labgym.errors import OptionError
+from labgym.policies.data.maps import Maps
 from labgym.policies.learned.checkpoint import Stateful
 from labgym.policies.learned.frames import rotated, to_world
 from labgym.policies.learned.map_stack import MapStack
@@ -24,13 +25,23 @@ from labgym.policies.learned.training_loop import (
 )
 from labgym.policies.learned.training_run import planner_run
 from labgym.policies.learned.weights import WEIGHTS
-from labgym.policies.navdp.config import NavDPConfig, NavDPTrainOptions
+from labgym.policies.navdp.config import NavDPConfig, NavDPLossOptions, NavDPTrainOptions
 from labgym.policies.navdp.diffusion import make_schedule, noised
 from labgym.policies.navdp.network import NavDPNetwork, load_navdp, save_navdp
 from labgym.policies.navdp.samples import NavDPSamples
 from labgym.policies.navdp.trajectory import MIRROR_STEP, steps_of
-from labgym.policies.navdp.value import distance_maps, path_value
 from labgym.runs.manifest import file_digest
+
+
+def distance_maps(maps: Sequence[Maps]) -> MapStack:
+    """Return the distances to the nearest obstacle, meters, sampled bilinearly; everything outside is an obstacle."""
+    return MapStack(maps, [each.distance for each in maps], "bilinear", "zero")
+
+
+def path_value(distance: Tensor, options: NavDPLossOptions) -> Tensor:
+    """Return the value (b,) of paths from the distances (b, n) of their points to the nearest obstacle, meters."""
+    unsafe = (distance < options.margin).float().mean(dim=1)
+    return options.unsafe * unsafe + options.opening * (distance[:, -1] - distance[:, 0])
 
 
 class NavDPLosses(NamedTuple):

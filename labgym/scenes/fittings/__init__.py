@@ -7,7 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from labgym.assets import Asset
+from labgym.assets.shapes.registry import EMPTY, INVERTED
 from labgym.layouts import Layout
+from labgym.layouts.placement import FLOOR, WALL
 from labgym.scenes.fittings.cables import cables
 from labgym.scenes.fittings.cylinders import cylinders
 from labgym.scenes.fittings.ducts import ducts
@@ -18,9 +21,24 @@ from labgym.scenes.fittings.installation import Installation
 from labgym.scenes.fittings.outlets import Outlet, supplies
 from labgym.scenes.fittings.scope import has_fittings
 from labgym.scenes.fittings.sinks import sinks
-from labgym.scenes.fittings.stored_glass import drawn_asset
 
 __all__ = ["Installation", "drawn_asset", "has_fittings", "installations"]
+STORES = ("glassware_cabinet", "rack")
+"""Subtypes of furniture in which glassware is stored clean."""
+FUNNEL = "funnel"
+"""Shape of conical funnels, which cannot stand on their stem."""
+
+
+def drawn_asset(layout: Layout, placement_id: str) -> Asset:
+    """Return the catalog entry whose shape a scene shows for a placement: stored glassware has no liquid."""
+    asset = layout.asset(placement_id)
+    support = layout.placement(placement_id).support
+    if asset.category != "glassware" or support in (FLOOR, WALL) or not has_fittings(layout.floor):
+        return asset
+    if layout.asset(support).subtype not in STORES:
+        return asset
+    parameters = {**asset.shape.parameters, EMPTY: True, **({INVERTED: True} if asset.shape.name == FUNNEL else {})}
+    return asset.model_copy(update={"shape": asset.shape.model_copy(update={"parameters": parameters})})
 
 
 def installations(layout: Layout) -> tuple[Installation, ...]:

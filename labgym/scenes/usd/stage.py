@@ -13,15 +13,15 @@ from labgym.assets import Asset
 from labgym.assets.articulation import State, joints
 from labgym.assets.usd import BODY, articulated_layer, asset_layer, write_labels, write_layer
 from labgym.layouts import Layout, Placement
-from labgym.layouts.floor import Finishes
+from labgym.layouts.floor import Finishes, Floor
 from labgym.layouts.placement import WALL
+from labgym.scenes.camera import WIDE, View
+from labgym.scenes.ceiling import PANEL, panels
 from labgym.scenes.finishes import finishes_at, palette, texture_on
 from labgym.scenes.fittings import drawn_asset, installations
 from labgym.scenes.folders import whole_folder
 from labgym.scenes.mesh import MATERIAL_NAMES, asset_mesh, scene_mesh
-from labgym.scenes.usd.cameras import write_cameras
 from labgym.scenes.usd.fittings import fittings_layer
-from labgym.scenes.usd.lights import write_lights
 from labgym.scenes.usd.moving import doors_layer, pose_parts, release
 from labgym.scenes.usd.names import identifiers, write_note
 from labgym.scenes.usd.room import TEXTURE_FOLDER, room_layer
@@ -38,6 +38,50 @@ GRAVITY = 9.81
 
 Dressed = tuple[Asset, State, Finishes]
 """An asset in a state of its moving parts and in the finishes of a space."""
+SENSOR = 0.036
+"""Width of a camera's sensor, meters."""
+NEAR, FAR = 0.05, 200.0
+"""Clipping distances, meters."""
+DOME = 500.0
+"""Luminance of the dome, nits."""
+
+
+def write_lights(stage: Any, path: str, floor: Floor) -> None:
+    """Define the lights of a floor under a path. Intensities are nits, as UsdLux and path tracers take them."""
+    from pxr import Gf, UsdGeom, UsdLux
+
+    UsdGeom.Scope.Define(stage, path)
+    UsdLux.DomeLight.Define(stage, f"{path}/Dome").CreateIntensityAttr(DOME)
+    for k, panel in enumerate(panel for space in floor.spaces for panel in panels(space)):
+        light = UsdLux.RectLight.Define(stage, f"{path}/Panel_{k}")
+        light.CreateWidthAttr(PANEL[0])
+        light.CreateHeightAttr(PANEL[1])
+        light.CreateIntensityAttr(round(panel.luminance, 1))
+        light.CreateExtentAttr(
+            [Gf.Vec3f(-PANEL[0] / 2.0, -PANEL[1] / 2.0, 0.0), Gf.Vec3f(PANEL[0] / 2.0, PANEL[1] / 2.0, 0.0)]
+        )
+        # A rectangular light shines along its own -z, which points down.
+        light.AddTranslateOp().Set(Gf.Vec3d(panel.x, panel.y, panel.z))
+        if panel.yaw:
+            light.AddRotateZOp(UsdGeom.XformOp.PrecisionDouble).Set(math.degrees(panel.yaw))
+
+
+def write_cameras(stage: Any, path: str, views: Mapping[str, View]) -> None:
+    """Define a 16:9 camera for each view under a path, with the view's vertical field of view."""
+    from pxr import Gf, UsdGeom
+
+    UsdGeom.Scope.Define(stage, path)
+    height = SENSOR / WIDE
+    for identifier, (name, view) in zip(identifiers(list(views)), views.items(), strict=True):
+        camera = UsdGeom.Camera.Define(stage, f"{path}/{identifier}")
+        # Apertures and focal lengths are in tenths of the stage's unit.
+        camera.CreateHorizontalApertureAttr(10.0 * SENSOR)
+        camera.CreateVerticalApertureAttr(10.0 * height)
+        camera.CreateFocalLengthAttr(10.0 * height / (2.0 * math.tan(math.radians(view.fovy) / 2.0)))
+        camera.CreateClippingRangeAttr(Gf.Vec2f(NEAR, FAR))
+        rows = [[*map(float, axis), 0.0] for axis in view.axes()]
+        camera.AddTransformOp().Set(Gf.Matrix4d(*[value for row in [*rows, [*view.position, 1.0]] for value in row]))
+        write_note(camera.GetPrim(), "view", name)
 
 
 def write_usd(layout: Layout, folder: str | Path, interactive: bool = False) -> Path:
