@@ -67,7 +67,7 @@ class Tab:
         result = self.call("Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True)
         return result["result"].get("value")
 
-    def wait(self, expression: str, until: Callable[[Any], bool] = bool, seconds: float = 60.0) -> Any:
+    def wait(self, expression: str, until: Callable[[Any], bool] = bool, seconds: float = 300.0) -> Any:
         end = time.monotonic() + seconds
         while not until(value := self.value(expression)):
             if time.monotonic() > end:
