@@ -15,12 +15,10 @@ from labgym.layouts.rules import thresholds
 
 V2 = thresholds.profile("default", "touchstone-v2")
 LABORATORIES = [("red_05", 3, "12x9"), ("cyc_02", 5, "12x9")]
-OPTIONAL = "too many"
-"""Optional pieces over their number stay: repair removes nothing."""
 
 
 def kinds(layout: Layout) -> set[str]:
-    return {fault.kind for fault in faults(layout.to_json())} - {OPTIONAL}
+    return {fault.kind for fault in faults(layout.to_json())}
 
 
 def repaired(layout: Layout) -> Repair:

@@ -7,12 +7,13 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from labgym.layouts.rules.bounds import BoundsFault
-from labgym.layouts.rules.facility import FacilityIssue, facility_issues
-from labgym.layouts.rules.facility.exits import building_exit_issues, egress_issues
+from labgym.layouts.rules.facility import FacilityIssue
+from labgym.layouts.rules.facility.exits import building_exit_issues
+from labgym.layouts.rules.facility.hoods import hood_issues
 from labgym.layouts.rules.objective import CHEMISTRY_WEIGHT, GEOMETRY_WEIGHT, Assessment
 from labgym.layouts.rules.presence import missing_assets
 from labgym.layouts.rules.regulations.premises import Premises
-from labgym.layouts.rules.safety.rules import REPLACED, safety_issues
+from labgym.layouts.rules.safety.rules import safety_issues
 from labgym.layouts.rules.safety.site import Site
 from labgym.layouts.rules.satisfaction import Instance, penalised
 from labgym.layouts.rules.touchstone2.entries import entry_legs
@@ -106,10 +107,25 @@ class Assessment2(Assessment):
 
     @cached_property
     def issues(self) -> tuple[FacilityIssue, ...]:
-        """Every facility rule and safety rule that the layout breaks, fixed objects included."""
-        general = facility_issues(self.arrangement, self.profile)
-        kept = (issue for issue in general if issue.rule not in REPLACED)
-        return (*kept, *self._standing_issues, *safety_issues(self.site, ways=True))
+        """Every facility rule and safety rule that the layout breaks, fixed objects included.
+
+        Stricter safety rules replace two facility rules of touchstone-v1: `corrosive_height` and `shower_walk`.
+        """
+        exits = building_exit_issues(self.arrangement.building, self.profile)
+        general = (*exits, *self._placing, *self._egress, *self._hoods)
+        return (*general, *self._standing_issues, *self._walking_issues)
+
+    @cached_property
+    def warnings(self) -> tuple[FacilityIssue, ...]:
+        """Facility rules that are advice, as far as objects can be moved to follow them; safety rules are `advice`."""
+        return tuple(issue for issue in (*self._placing, *self._hoods) if issue.severity == "warning")
+
+    @cached_property
+    def advice(self) -> tuple[FacilityIssue, ...]:
+        """Every rule that is advice and that moved objects may follow; walks only with navigation."""
+        walking = self._walking_issues if self.navigation else ()
+        safety = (issue for issue in (*self._standing_issues, *walking) if issue.severity == "warning")
+        return (*self.warnings, *safety)
 
     @cached_property
     def facility(self) -> FacilityScore:
@@ -127,9 +143,18 @@ class Assessment2(Assessment):
         return safety_issues(self.site, ways=False)
 
     @cached_property
+    def _hoods(self) -> tuple[FacilityIssue, ...]:
+        return tuple(hood_issues(self.arrangement))
+
+    @cached_property
+    def _walking_issues(self) -> tuple[FacilityIssue, ...]:
+        """Issues under the safety rules that plan walks."""
+        return safety_issues(self.site, ways=True)
+
+    @cached_property
     def hard_issues(self) -> tuple[FacilityIssue, ...]:
         """Facility and safety rules that the layout breaks and that count in v(L); walks only with navigation."""
-        ways = (*egress_issues(self.arrangement), *safety_issues(self.site, ways=True)) if self.navigation else ()
+        ways = (*self._egress, *self._walking_issues) if self.navigation else ()
         exits = building_exit_issues(self.arrangement.building, self.profile)
         return tuple(issue for issue in (*exits, *ways, *self._placing, *self._standing_issues) if is_hard(issue))
 
