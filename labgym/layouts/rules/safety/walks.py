@@ -99,8 +99,8 @@ def _rule(walk: Walk) -> SafetyRule:
             goals = site.rows_in(room, walk.accepted)
             rows = [row for row in starts if site.room(row) == room]
             for anywhere in (False, True) if goals else ():
-                bounds = roadmap.bounds(rows, goals, room, anywhere)
-                rows = [row for row, bound in zip(rows, bounds.tolist(), strict=True) if bound > walk.limit + 1e-9]
+                near = roadmap.within(rows, goals, room, walk.limit, anywhere).tolist()
+                rows = [row for row, is_near in zip(rows, near, strict=True) if not is_near]
                 if not rows:
                     break
             for row in rows if goals else ():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from labgym.layouts.rules.bounds import BoundsFault
@@ -47,6 +47,7 @@ class Assessment2(Assessment):
     """All rules of one layout under touchstone-v2.
 
     Attributes:
+        site: the layout as the safety rules read it.
         protocol: the protocol that the layout is assessed for.
         near, ventilation: instances of the protocol's constraints; empty without a protocol.
         fronts: instances of the rule on free fronts; they count in v and in the geometric half of F.
@@ -54,6 +55,7 @@ class Assessment2(Assessment):
         entries: drives from doors to the first location of their room; None without navigation or a protocol.
     """
 
+    site: Site = field(kw_only=True)
     protocol: Protocol | None = None
     near: tuple[Instance, ...] = ()
     ventilation: tuple[Instance, ...] = ()
@@ -131,11 +133,6 @@ class Assessment2(Assessment):
     def facility(self) -> FacilityScore:
         """The score of the facility rules."""
         return facility_score(self.site, self.issues)
-
-    @cached_property
-    def site(self) -> Site:
-        """The layout as the safety rules read it."""
-        return Site.of(self.arrangement, self.protocol)
 
     @cached_property
     def _standing_issues(self) -> tuple[FacilityIssue, ...]:
@@ -224,7 +221,7 @@ class Assessment2(Assessment):
             return self
         drives = _drives(self, protocol, None)
         assessment = replace(self, navigation=True, transitions=drives[0], entries=drives[1])
-        for name in ("_placing", "_standing_issues", "site", "faulty", "out_of_bounds"):
+        for name in ("_placing", "_hoods", "_standing_issues", "faulty", "out_of_bounds"):
             if name in self.__dict__:
                 assessment.__dict__[name] = self.__dict__[name]
         return assessment
@@ -249,9 +246,10 @@ def assess(basis: Assessment, protocol: Protocol | None, earlier: Assessment | N
     flammable, incompatible = basis.flammable, basis.incompatible
     near: tuple[Instance, ...] = ()
     ventilation: tuple[Instance, ...] = ()
+    site = Site.of(arrangement, protocol)
     if protocol is not None:
-        flammable += flammable_handling(arrangement, protocol, profile)
-        incompatible += incompatible_handling(arrangement, protocol, profile)
+        flammable += flammable_handling(arrangement, site.handled_by[0], profile)
+        incompatible += incompatible_handling(arrangement, site.handled_by[0], profile)
         near = penalised(near_instances(arrangement, protocol), faulty)
         ventilation = penalised(ventilation_instances(arrangement, protocol, unusable), faulty)
     assessment = Assessment2(
@@ -266,6 +264,7 @@ def assess(basis: Assessment, protocol: Protocol | None, earlier: Assessment | N
         missing=None if protocol is None else missing_assets(arrangement, protocol, out_of_bounds),
         transitions=None,
         navigation=basis.navigation,
+        site=site,
         protocol=protocol,
         near=near,
         ventilation=ventilation,
