@@ -15,7 +15,7 @@ from shapely.geometry import LineString, Polygon, box
 from labgym.assets import Catalog
 from labgym.eval import score
 from labgym.layouts import Layout, Placement, load_published
-from labgym.layouts.floor import Floor
+from labgym.layouts.floor import Floor, Service
 from labgym.layouts.rules import evaluate_layout
 from labgym.layouts.rules.facility import FacilityIssue
 from labgym.layouts.rules.safety.hazards import fire_classes, water_reactive
@@ -23,6 +23,8 @@ from labgym.layouts.rules.safety.heights import MOUNTINGS
 from labgym.layouts.rules.safety.rules import RULES
 from labgym.layouts.rules.safety.standing import forbidden
 from labgym.layouts.rules.touchstone2.assessment import Assessment2
+from labgym.protocols import ReagentUse, Step
+from labgym.protocols.constraints import derive
 
 HALF = math.pi / 2.0
 CATALOG = Catalog.load()
@@ -86,6 +88,56 @@ def test_other_reagents_may_stand_next_to_water(name: str) -> None:
     assert issues(layout, "water_distance") == []
 
 
+def handling(reagent: str, *changed: Placement) -> Layout:
+    """Return the orderly laboratory, whose protocol adds a reagent in the hood; none of it is placed."""
+    add = Step(index=3, location="FumeHood", action="Add", text="Add.", uses=(reagent, "RoundBottomFlask"))
+    uses = (*BY_HAND.reagents, ReagentUse(name=reagent, role="reagent"))
+    protocol = derive(BY_HAND.model_copy(update={"reagents": uses, "steps": (*BY_HAND.steps, add)}))
+    return orderly_laboratory(*changed).replace(protocols=(protocol,))
+
+
+@pytest.mark.parametrize("name", WATER_REACTIVE)
+@pytest.mark.parametrize("along", [5.4, 5.7, 6.1])
+@pytest.mark.parametrize(("fitting", "asset"), [("shower", "EmergencyShower"), ("eyewash", "EyewashStation")])
+def test_water_reactives_are_handled_a_meter_from_wet_fittings(
+    name: str, along: float, fitting: str, asset: str
+) -> None:
+    other = {
+        "shower": put("eyewash", "EyewashStation", 2.0, 0.3),
+        "eyewash": put("shower", "EmergencyShower", 2.0, 0.5),
+    }
+    layout = handling(name, put(fitting, asset, along, 7.6, yaw=math.pi), other[fitting])
+    gap = footprint(layout, "hood").distance(footprint(layout, fitting))
+    own = [issue for issue in issues(layout, "water_distance") if issue.ids == ("hood", fitting)]
+    assert [issue.value for issue in own] == pytest.approx([gap] if gap < 1.0 else [], abs=1e-6)
+    assert all(issue.severity == "error" and name in issue.message for issue in own)
+
+
+@pytest.mark.parametrize("name", HARMLESS)
+def test_other_reagents_may_be_handled_next_to_water(name: str) -> None:
+    layout = handling(name, put("shower", "EmergencyShower", 5.4, 7.6, yaw=math.pi))
+    assert issues(layout, "water_distance") == []
+
+
+def test_cooling_water_of_a_hood_is_no_wet_fitting_where_reagents_are_handled() -> None:
+    shower, eyewash = put("shower", "EmergencyShower", 7.0, 7.6), put("eyewash", "EyewashStation", 6.6, 0.3)
+    layout = handling("SodiumHydride", shower, eyewash)
+    point = Service(kind="water", x=4.2, y=7.9, z=0.9)
+    assert issues(layout.replace(floor=layout.floor.model_copy(update={"services": (point,)})), "water_distance") == []
+
+
+def used_at(layout: Layout) -> dict[str, Polygon]:
+    """Return the footprints of the furniture at which steps use water-reactives, by id."""
+    places = {}
+    for protocol in layout.protocols:
+        for step in protocol.steps:
+            chemistry = [CATALOG.find(name).chemistry for name in step.uses]
+            if any(one is not None and (one.water_reactive or "H250" in one.h_codes) for one in chemistry):
+                place = next(p for p in layout.placements if step.location in (p.asset, layout.asset(p.id).variant_of))
+                places[place.id] = footprint(layout, place.id)
+    return places
+
+
 def test_distances_from_water_on_published_floors_are_those_of_shapely() -> None:
     wet, seen = {"sink", "eyewash", "shower", "ice"}, 0
     for number in (0, 2, 5):
@@ -98,6 +150,7 @@ def test_distances_from_water_on_published_floors_are_those_of_shapely() -> None
             if chemistry is not None and (chemistry.water_reactive or "H250" in chemistry.h_codes):
                 own = footprint(layout, placement.id)
                 expected += [own.distance(other) for other in (*fittings.values(), *points)]
+        expected += [own.distance(other) for own in used_at(layout).values() for other in fittings.values()]
         near = sorted(gap for gap in expected if gap < 1.0)
         seen += len(near)
         assert sorted(issue.value or 0.0 for issue in issues(layout, "water_distance")) == pytest.approx(near, abs=1e-6)
