@@ -134,6 +134,26 @@ def test_a_layout_with_a_fault_is_not_softened() -> None:
     assert list(softened(state(spoilt))) == []
 
 
+def test_soft_terms_improve_although_the_building_has_no_exit() -> None:
+    data = neighbors().to_json()
+    for wall in data["floor"]["walls"]:
+        wall["openings"] = []
+    before = Layout.parse(data, "no exit")
+    result = repair_layout(before, profile=V2)
+    assert (judged(before).v, judged(result.layout).v) == (1, 1)
+    assert pair(result.layout) == 1.0
+    assert len(result.problems) == 1
+    assert "no exit for 64 m²" in result.problems[0]
+
+
+def test_a_report_says_why_each_object_was_changed() -> None:
+    scale = put("scale", "ElectronicScale", 3.6, 7.55, 0.9, on="hood", slot=0)
+    result = repair_layout(orderly_laboratory(scale, without=("detector", "spills")), profile=V2)
+    reasons = {change.id: change.reason for change in result.changes}
+    assert "fume hoods" in reasons["scale"]
+    assert reasons["GasDetector_1"] == reasons["SpillKit_1"] == "required and missing"
+
+
 def test_softening_is_deterministic() -> None:
     first, second = (repair_layout(neighbors(), profile=V2).layout.hash for _ in range(2))
     assert first == second

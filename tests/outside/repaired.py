@@ -1,9 +1,10 @@
 """Spoils and repairs laboratories, judged from outside: PYTHONPATH=tests python -m outside.repaired --out ROWS FILE...
 
 Each case takes the next kind of fault and the next layout that has something of the kind: the drawn spoilings, wet
-fittings and cabinets of water-reactives side by side, two drawn faults together, and the damage of the benchmark. A row
-of the output is one case. It passes if v = 0, the safety checker finds nothing and the exit code is 0; it is dishonest
-if the exit code is 0 with v > 0 or a finding.
+fittings and cabinets of water-reactives side by side, two drawn faults together, a building without an exit, a fault of
+fixed objects, and the damage of the benchmark. A row of the output is one case. It passes if v = 0, the safety checker
+finds nothing and the exit code is 0; without an exit, or with a fault of fixed objects (`INCURABLE`), if the exit code
+is 1. A case is dishonest if the exit code is 0 with v > 0 or a finding.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from labgym.errors import LabgymError
 from labgym.layouts import Layout
 from labgym.layouts.combination import combination
 from labgym.layouts.damage import KINDS, damaged
-from labgym.layouts.moves import Place, apply
+from labgym.layouts.moves import Place, apply, replaced
 from labgym.layouts.repairs import repair_layout
 from labgym.layouts.rules import evaluate_layout, thresholds
 from labgym.layouts.rules.safety.hazards import water_reactive
@@ -34,6 +35,8 @@ from labgym.layouts.rules.supplies import WET
 from labgym.layouts.spoiling import DRAWN
 from labgym.protocols import Protocol
 
+INCURABLE = ("no_exit", "fixed_fault")
+"""Kinds of faults that no repair cures."""
 PIECES = 2
 """Pieces that are damaged."""
 NEIGHBOR_GAP_M = 0.05
@@ -61,6 +64,29 @@ def two(layout: Layout, protocol: Protocol, generator: np.random.Generator) -> L
     return layout
 
 
+def no_exit(layout: Layout, _: Protocol, __: np.random.Generator) -> Layout:
+    """Wall up the doors that lead out, which no moved object cures."""
+    data = layout.to_json()
+    outer = {(way.wall, way.opening.position) for way in layout.floor.doorways if way.exit}
+    for k, wall in enumerate(data["floor"]["walls"]):
+        wall["openings"] = [one for one in wall["openings"] if (k, one["position"]) not in outer]
+    return Layout.parse(data, "no exit")
+
+
+def fixed_fault(layout: Layout, protocol: Protocol, generator: np.random.Generator) -> Layout:
+    """Draw a fault and fix what takes part in it."""
+    harmed = misplaced_or_skewed(layout, protocol, generator)
+    moved = [one.id for one in harmed.placements if one != layout.by_id.get(one.id)]
+    changed = {item: harmed.placement(item).model_copy(update={"fixed": True}) for item in moved}
+    return harmed if harmed is layout else replaced(harmed, changed)
+
+
+def misplaced_or_skewed(layout: Layout, protocol: Protocol, generator: np.random.Generator) -> Layout:
+    """Draw an object where it does not belong, or skewed furniture."""
+    name = ("misplaced", "skewed_furniture")[int(generator.integers(2))]
+    return DRAWN[name].draw(layout, protocol, generator)
+
+
 def hurt(kind: str, layout: Layout, _: Protocol, generator: np.random.Generator) -> Layout:
     """Return a layout with damage of a kind."""
     return damaged(layout, kind, PIECES, generator).layout
@@ -69,7 +95,8 @@ def hurt(kind: str, layout: Layout, _: Protocol, generator: np.random.Generator)
 def kinds() -> dict[str, Draw]:
     """Return all kinds of faults by name."""
     spoilings: dict[str, Draw] = {name: one.draw for name, one in DRAWN.items()}
-    return {**spoilings, "at_water": at_water, "two": two, **{name: partial(hurt, name) for name in KINDS}}
+    own: dict[str, Draw] = {"at_water": at_water, "two": two, "no_exit": no_exit, "fixed_fault": fixed_fault}
+    return {**spoilings, **own, **{name: partial(hurt, name) for name in KINDS}}
 
 
 def spoilt(k: int, seed: int, paths: list[Path]) -> tuple[str, str, Layout, Layout]:
@@ -117,7 +144,9 @@ def case(k: int, seed: int, paths: list[Path]) -> dict[str, Any]:
         "checker": found,
         "sound": [str(fault) for fault in faults(sound.to_json())],
         "exit": 1 if result.problems else 0,
-        "passed": not judged.v and not found and not result.problems,
+        "passed": bool(judged.v and result.problems)
+        if kind in INCURABLE
+        else not (judged.v or found or result.problems),
     }
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
+from labgym.assets import Asset
 from labgym.layouts.adjust import Adjuster, RuleAdjuster
 from labgym.layouts.combination import combination
 from labgym.layouts.model import Layout
@@ -26,6 +27,7 @@ from labgym.layouts.repairs.safeguards import broken_rules, safeguarded
 from labgym.layouts.repairs.softening import softened, without_surplus
 from labgym.layouts.repairs.ways import widened
 from labgym.layouts.rules.objective import Assessment
+from labgym.layouts.rules.storage import STORAGE_CLASSES
 from labgym.layouts.rules.thresholds import Profile
 from labgym.layouts.trace import Recorder
 from labgym.layouts.work import UNITS, LimitedAdjuster, Work, WorkLimitError
@@ -154,14 +156,21 @@ def _finished(start: State, progress: Progress, state: State) -> State:
 
 
 def _reasons(start: State, progress: Progress) -> dict[str, str]:
-    """Return why objects were changed, by id: the first fault that named each, and soft terms."""
-    reasons: dict[str, str] = {}
-    layout = start.layout
+    """Return why objects were changed, by id: the first fault that named each, what was missing, and soft terms."""
+    layout, later = start.layout, progress.state.layout
+    reasons = {placement.id: _need(later.asset(placement.id)) for placement in later.placements}
+    reasons = {item: need for item, need in reasons.items() if item not in layout.by_id}
     for fault in start.assessment.violations.items:
         for item in (item for item in fault.ids if item in layout.by_id):
             for changed in (item, layout.root(item).id):
                 reasons.setdefault(changed, fault.message)
     return reasons | progress.softened
+
+
+def _need(asset: Asset) -> str:
+    """Return why a piece was added."""
+    storage = asset.storage_class
+    return f"reagents of class {storage} had no cabinet" if storage in STORAGE_CLASSES else "required and missing"
 
 
 def _changed(before: State, after: State) -> list[str]:

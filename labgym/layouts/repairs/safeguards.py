@@ -35,7 +35,7 @@ ROUNDS = 3
 ORDER = {rule.name: number for number, rule in enumerate(RULES) if rule.severity == "error"}
 """Hard safety rules in the order of reports."""
 EQUIPMENT_WALKS = frozenset({name for name in ORDER if name.endswith("_walk")})
-"""Rules on walks: the first object of an issue stays, and the equipment comes nearer."""
+"""Rules on walks: the equipment comes nearer to the first object of an issue, which stays if any way leads there."""
 
 
 def broken_rules(state: State) -> list[FacilityIssue]:
@@ -87,6 +87,8 @@ def _layouts(state: State, issue: FacilityIssue) -> Iterator[Layout]:
     ids = [item for item in issue.ids if item in layout.by_id]
     near = layout.placement(ids[0]).position[:2] if ids else (0.0, 0.0)
     if issue.rule in EQUIPMENT_WALKS:
+        for item in ids[:1] if issue.value is None else ():  # Nobody can stand before it, or leave that place.
+            yield from elsewhere(state, item)
         for item in ids[1:]:
             yield from elsewhere(state, item, near)
         return

@@ -38,12 +38,13 @@ def softened(state: State) -> Iterator[tuple[State, str]]:
     """Yield the states after objects moved for soft terms, one by one, each with what it improves.
 
     The objects of unsatisfied rules move, the rule that is satisfied least first, then the objects that warnings name.
-    Only a layout without faults is changed. It stays without faults and its ways stay as wide. With each move F rises
-    by 0.001 or more, or a warning disappears; neither gets worse. At most 6 objects move.
+    Only a layout in which no object takes part in a fault is changed; its building may have faults. No fault is added,
+    and its ways stay as wide. With each move F rises by 0.001 or more, or a warning disappears; neither gets worse. At
+    most 6 objects move.
     """
     tried: set[str] = set()
     moves = 0
-    while state.rank.sound and moves < MOVES and len(tried) < ITEMS:
+    while _in_order(state.assessment) and moves < MOVES and len(tried) < ITEMS:
         item = next((item for item in _open(state) if item not in tried), None)
         if item is None:
             return
@@ -72,6 +73,12 @@ def without_surplus(state: State) -> Iterator[tuple[State, str]]:
             if smaller is not None:
                 yield smaller, f"{number} {role} in one laboratory, at most {most} are useful"
                 number, state = number - 1, smaller
+
+
+def _in_order(assessment: Assessment) -> bool:
+    """Whether nothing is missing and no object takes part in a fault."""
+    concerned = [fault.ids for fault in assessment.violations.items] + [fault.ids for fault in assessment.errors]
+    return not assessment.lacking and not any(concerned)
 
 
 def improvement(before: State, after: State) -> str:
