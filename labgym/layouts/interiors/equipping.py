@@ -49,7 +49,7 @@ def _may_add(layout: Layout, asset: Asset, request: Request) -> bool:
 def _hung(layout: Layout, site: Site, asset: Asset, lacking: Lacking, height: float, request: Request) -> Layout:
     """The layout with an asset on the wall nearest to what calls for it, in one of the spaces of the room.
 
-    Where no place is free in front, it hangs anywhere.
+    Where no place has a free front, it hangs where a person comes to it all the same.
     """
     x, y, _ = layout.root(lacking.causes[0]).position
     keepouts, premises = Keepouts.of(layout, request.protocol), site.roadmap.premises
@@ -62,7 +62,7 @@ def _hung(layout: Layout, site: Site, asset: Asset, lacking: Lacking, height: fl
 
     accept = reached if asset.subtype == "fire" else None
     spaces = [layout.floor.spaces[index].id for index in lacking.spaces]
-    ways = [(space, accept, asset.clearance) for space in spaces] + [(space, None, 0.0) for space in spaces]
+    ways = [(space, accept, asset.clearance) for space in spaces] + [(space, accept, 0.0) for space in spaces]
     for space, reachable, front in ways:
         placement = on_wall(layout, asset, keepouts, (x, y), height, space, reachable, front, TRIES)
         if placement is not None:

@@ -16,6 +16,9 @@ from labgym.layouts.interiors.standing import Standing, strips
 from labgym.layouts.interiors.supply import Options
 from labgym.layouts.rules.zones import front_zone
 
+EMERGENCY = frozenset({"fire", "eyewash"})
+"""Subtypes of pieces that people run to."""
+
 
 @dataclass
 class Interior:
@@ -53,7 +56,9 @@ class Interior:
     def add(self, placed: Sequence[tuple[Unit, OrientedBox]]) -> bool:
         """Add units that belong together, unless they cut a gate or a place of work off; return whether they were."""
         feet = [foot for _, foot in placed]
-        if not self.ways.add(feet, [foot for unit, foot in placed if unit.front > 0.0]):
+        emergency = [foot for unit, foot in placed if unit.front > 0.0 and unit.asset.subtype in EMERGENCY]
+        places = [foot for unit, foot in placed if unit.front > 0.0 and unit.asset.subtype not in EMERGENCY]
+        if not self.ways.add(feet, places, emergency=emergency):
             return False
         self._record(placed)
         return True

@@ -8,8 +8,10 @@ from pathlib import Path
 
 import pytest
 from laboratories import BY_HAND, orderly_laboratory, put
+from outside.safety_checker import faults
+from shapely import union_all
 from shapely.affinity import rotate, translate
-from shapely.geometry import LineString, Polygon, box
+from shapely.geometry import LineString, Point, Polygon, box
 
 from labgym.assets import Catalog
 from labgym.eval import score
@@ -277,6 +279,41 @@ def test_the_walk_to_a_shower_is_limited() -> None:
 def test_nothing_stands_in_front_of_an_extinguisher() -> None:
     walled = orderly_laboratory(put("before", "GeneralCabinet", 0.5, 2.05, yaw=-HALF))
     assert [issue.ids for issue in issues(walled, "extinguisher_front")] == [("extinguisher", "before")]
+
+
+def pocket(gap: float, *changed: Placement) -> Layout:
+    """Return the orderly laboratory with an extinguisher in a pocket of benches that has two ways out, meters wide."""
+    left = {"yaw": -HALF, "on": "wall"}
+    return orderly_laboratory(
+        put("extinguisher", "FireExtinguisher", 0.1, 4.5, 0.9, **left), *changed,
+        put("low", "LabBench1200", 0.62, 3.3), put("high", "LabBench1200", 0.62, 5.7),
+        put("before", "LabBench1800", 1.22 + gap + 0.375, 4.5, yaw=HALF),
+        without=("flammables", "general", "ether", "salt"),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("asset", ["FireExtinguisher", "CO2Extinguisher", "ClassDExtinguisher"])
+@pytest.mark.parametrize("gap", [0.02, 0.3, 0.45, 0.6, 0.9])
+def test_a_person_can_walk_to_every_extinguisher(asset: str, gap: float) -> None:
+    on = {"on": "floor"} if asset == "ClassDExtinguisher" else {"on": "wall", "z": 0.6}
+    layout = pocket(gap, put("extinguisher", asset, 0.14, 4.5, yaw=-HALF, **on))
+    hall = box(0.0, 0.0, 8.0, 8.0).buffer(-0.25)
+    loose = ("spill", "container", "fire")
+    standing = [
+        footprint(layout, p.id)
+        for p in layout.placements
+        if p.support == "floor" and layout.asset(p.id).subtype not in loose
+    ]
+    free = hall.difference(union_all(standing).buffer(0.25))
+    groups = getattr(free, "geoms", [free])
+    reachable = any(
+        group.distance(Point(0.14, 4.5)) < 0.9 and group.distance(Point(6.0, 0.6)) < 0.1 for group in groups
+    )
+    assert reachable == (gap > 0.5)
+    own = [issue.ids for issue in issues(layout, "extinguisher_reach", navigation=True)]
+    assert own == ([] if reachable else [("extinguisher",)])
+    seen = {fault.who for fault in faults(layout.to_json()) if fault.kind == "extinguisher reach"}
+    assert seen == (set() if reachable else {("extinguisher",)})
 
 
 # Wall items and heights.

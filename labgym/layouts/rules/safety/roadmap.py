@@ -130,6 +130,23 @@ class Roadmap:
         free = np.array([free for _, _, free in begins])
         return np.where(free, nearest[len(ends) : len(ends) + len(own)], np.inf)
 
+    def reached(self, row: int) -> bool:
+        """Whether a person comes within an arm's reach of an object from a door of its room, or a place of work in it.
+
+        Places of work count in rooms whose doors have no free place inside; without those, everything is reached.
+        """
+        room = int(self.rooms[self.arrangement.spaces[row]])
+        work = [(x, y) for x, y, free in self.stands(self._workplaces.get(room, [])) if free]
+        begins = [(x, y) for x, y in self._entries.get(room, np.zeros((0, 2))).tolist()] or work
+        ends = self._ends([row], anywhere=True)
+        if not begins or not ends:
+            return not begins
+        lengths = self._lines(np.array([*begins, *ends, *work]))
+        nearest = dijkstra(lengths, directed=False, indices=range(len(begins)), min_only=True)
+        if np.isfinite(nearest[len(begins) : len(begins) + len(ends)]).any():
+            return True
+        return any(self.premises.paths.connected(begin, end) for begin in begins for end in ends)
+
     def _lines(self, points: Array) -> Array:
         """Return the lengths of the free straight lines between places (n, 2), 0 where none is free, shape (n, n)."""
         first, second = np.triu_indices(len(points), 1)
