@@ -50,7 +50,7 @@ class Interior:
         placed = [*((self.units[unit_id], foot) for unit_id, foot in self.feet.items()), *self.beyond]
         apart = dry_distances(unit, placed)
         if unit.asset.fume_hood:
-            return aloof_options(self.standing, unit, apart, near_supplies=False, least=DOOR_STEPS[0])
+            return aloof_options(self.standing, unit, apart, least=DOOR_STEPS[0])
         return options_on(self.standing, unit, apart)
 
     def add(self, placed: Sequence[tuple[Unit, OrientedBox]]) -> bool:
