@@ -17,7 +17,8 @@ from labgym.assets import Catalog
 from labgym.eval import score
 from labgym.layouts import Layout, Placement, load_published
 from labgym.layouts.floor import Floor, Service
-from labgym.layouts.rules import evaluate_layout
+from labgym.layouts.repairs import repair_layout
+from labgym.layouts.rules import evaluate_layout, thresholds
 from labgym.layouts.rules.facility import FacilityIssue
 from labgym.layouts.rules.safety.hazards import fire_classes, water_reactive
 from labgym.layouts.rules.safety.heights import MOUNTINGS
@@ -29,6 +30,7 @@ from labgym.protocols.constraints import derive
 
 HALF = math.pi / 2.0
 CATALOG = Catalog.load()
+V2 = thresholds.profile("default", "touchstone-v2")
 
 
 def assess(layout: Layout, navigation: bool = False) -> Assessment2:
@@ -314,6 +316,14 @@ def test_a_person_can_walk_to_every_extinguisher(asset: str, gap: float) -> None
     assert own == ([] if reachable else [("extinguisher",)])
     seen = {fault.who for fault in faults(layout.to_json()) if fault.kind == "extinguisher reach"}
     assert seen == (set() if reachable else {("extinguisher",)})
+
+
+@pytest.mark.parametrize("asset", ["FireExtinguisher", "ClassDExtinguisher"])
+def test_repair_brings_an_extinguisher_out_of_a_pocket(asset: str) -> None:
+    on = {"on": "floor"} if asset == "ClassDExtinguisher" else {"on": "wall", "z": 0.6}
+    result = repair_layout(pocket(0.3, put("extinguisher", asset, 0.14, 4.5, yaw=-HALF, **on)), profile=V2)
+    assert (result.after.v, result.problems) == (0, ())
+    assert faults(result.layout.to_json()) == []
 
 
 # Wall items and heights.
