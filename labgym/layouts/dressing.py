@@ -32,6 +32,8 @@ from labgym.layouts.surroundings import door_of, main_door
 STOOLS = 4
 """Maximum number of stools in a room, or in each space of a floor."""
 EXTINGUISHER, EXIT_SIGN = "FireExtinguisher", "ExitSign"
+WALL_PLACES = 100
+"""Free places on walls for which it is asked whether ways remain wide and lead there."""
 MORE_EXTINGUISHERS = 3
 """Most extinguishers that are added to a space for this distance."""
 PASSAGE = 0.9
@@ -145,13 +147,18 @@ class _Dresser:
         where, asset = None if space is None else space.id, self.catalog.get(name)
         accept = self._keeps_ways(asset, space)
         front = asset.clearance if asset.subtype == "fire" else 0.0
-        self._add(on_wall(self.layout, asset, self.keepouts, near, space=where, accept=accept, front=front))
+        place = on_wall(self.layout, asset, self.keepouts, near, None, where, accept, front, WALL_PLACES)
+        self._add(place)
 
     def _keeps_ways(self, asset: Asset, space: Space | None) -> Accept | None:
-        """The condition that an object leaves the ways of a space wide; None if it stands in no way."""
-        if space is None or asset.size.depth <= PROTRUSION or asset.mount_height >= HEADROOM:
+        """The condition that an object leaves the ways of a space wide; None if it stands in no way.
+
+        A way also leads to each extinguisher.
+        """
+        emergency = asset.subtype == "fire"
+        if space is None or ((asset.size.depth <= PROTRUSION or asset.mount_height >= HEADROOM) and not emergency):
             return None
-        return partial(self.passages.add, space.id)
+        return partial(self.passages.add, space.id, emergency=emergency)
 
     def _reach_every_place(self, space: Space) -> None:
         """Add extinguishers where a place of work is too far from those of its space in a straight line.

@@ -55,8 +55,8 @@ def hung(
 ) -> Iterator[Layout]:
     """Yield layouts with an asset on walls of a room that lacks it, those nearest to what calls for it first.
 
-    Extinguishers hang where a person who comes from there can take them; only where no such place is free, and in the
-    later layouts, anywhere: nearest to the middle and the corners of each space.
+    Extinguishers hang where a person who comes from there can take them, with a free front if there is such a place.
+    Last come the places nearest to the middle and the corners of each space, whoever reaches them.
 
     Args:
         layout: the layout of the site, or a later one with more objects.
@@ -76,7 +76,7 @@ def hung(
     boxes = [(space.id, box) for space in spaces for box in space.boxes]
     elsewhere = [(space, (px, py)) for space, box in boxes for px, py in [(box.x, box.y), *box.corners().tolist()]]
     ways = [(space.id, (x, y), accept, asset.clearance) for space in spaces]
-    ways += [(space.id, (x, y), None, 0.0) for space in spaces]
+    ways += [(space.id, (x, y), accept, 0.0) for space in spaces]
     ways += [(space, near, None, 0.0) for space, near in elsewhere]
     yielded = set[tuple[float, float, float]]()
     for space_id, near, reachable, front in ways:

@@ -9,14 +9,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 from laboratories import BY_HAND, orderly_laboratory, put
+from outside.safety_checker import faults
+from shapely import union_all
 from shapely.affinity import rotate, translate
-from shapely.geometry import LineString, Polygon, box
+from shapely.geometry import LineString, Point, Polygon, box
 
 from labgym.assets import Catalog
 from labgym.eval import score
 from labgym.layouts import Layout, Placement, load_published
 from labgym.layouts.floor import Floor, Service
-from labgym.layouts.rules import evaluate_layout
+from labgym.layouts.repairs import repair_layout
+from labgym.layouts.rules import evaluate_layout, thresholds
 from labgym.layouts.rules.facility import FacilityIssue
 from labgym.layouts.rules.safety.hazards import fire_classes, water_reactive
 from labgym.layouts.rules.safety.heights import MOUNTINGS
@@ -28,6 +31,7 @@ from labgym.protocols.constraints import derive
 
 HALF = math.pi / 2.0
 CATALOG = Catalog.load()
+V2 = thresholds.profile("default", "touchstone-v2")
 
 
 def assess(layout: Layout, navigation: bool = False) -> Assessment2:
@@ -280,6 +284,49 @@ def test_quick_walks_to_a_shower_are_never_shorter_than_the_exact_ones() -> None
 def test_nothing_stands_in_front_of_an_extinguisher() -> None:
     walled = orderly_laboratory(put("before", "GeneralCabinet", 0.5, 2.05, yaw=-HALF))
     assert [issue.ids for issue in issues(walled, "extinguisher_front")] == [("extinguisher", "before")]
+
+
+def pocket(gap: float, *changed: Placement) -> Layout:
+    """Return the orderly laboratory with an extinguisher in a pocket of benches that has two ways out, meters wide."""
+    left = {"yaw": -HALF, "on": "wall"}
+    return orderly_laboratory(
+        put("extinguisher", "FireExtinguisher", 0.1, 4.5, 0.9, **left), *changed,
+        put("low", "LabBench1200", 0.62, 3.3), put("high", "LabBench1200", 0.62, 5.7),
+        put("before", "LabBench1800", 1.22 + gap + 0.375, 4.5, yaw=HALF),
+        without=("flammables", "general", "ether", "salt"),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("asset", ["FireExtinguisher", "CO2Extinguisher", "ClassDExtinguisher"])
+@pytest.mark.parametrize("gap", [0.02, 0.3, 0.45, 0.6, 0.9])
+def test_a_person_can_walk_to_every_extinguisher(asset: str, gap: float) -> None:
+    on = {"on": "floor"} if asset == "ClassDExtinguisher" else {"on": "wall", "z": 0.6}
+    layout = pocket(gap, put("extinguisher", asset, 0.14, 4.5, yaw=-HALF, **on))
+    hall = box(0.0, 0.0, 8.0, 8.0).buffer(-0.25)
+    loose = ("spill", "container", "fire")
+    standing = [
+        footprint(layout, p.id)
+        for p in layout.placements
+        if p.support == "floor" and layout.asset(p.id).subtype not in loose
+    ]
+    free = hall.difference(union_all(standing).buffer(0.25))
+    groups = getattr(free, "geoms", [free])
+    reachable = any(
+        group.distance(Point(0.14, 4.5)) < 0.9 and group.distance(Point(6.0, 0.6)) < 0.1 for group in groups
+    )
+    assert reachable == (gap > 0.5)
+    own = [issue.ids for issue in issues(layout, "extinguisher_reach", navigation=True)]
+    assert own == ([] if reachable else [("extinguisher",)])
+    seen = {fault.who for fault in faults(layout.to_json()) if fault.kind == "extinguisher reach"}
+    assert seen == (set() if reachable else {("extinguisher",)})
+
+
+@pytest.mark.parametrize("asset", ["FireExtinguisher", "ClassDExtinguisher"])
+def test_repair_brings_an_extinguisher_out_of_a_pocket(asset: str) -> None:
+    on = {"on": "floor"} if asset == "ClassDExtinguisher" else {"on": "wall", "z": 0.6}
+    result = repair_layout(pocket(0.3, put("extinguisher", asset, 0.14, 4.5, yaw=-HALF, **on)), profile=V2)
+    assert (result.after.v, result.problems) == (0, ())
+    assert faults(result.layout.to_json()) == []
 
 
 # Wall items and heights.

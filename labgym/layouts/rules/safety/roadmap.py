@@ -138,6 +138,22 @@ class Roadmap:
             near[free[rest]] = lengths <= limit + LENGTH_TOLERANCE_M
         return near
 
+    def reached(self, row: int) -> bool:
+        """Whether a person comes within an arm's reach of an object from a door of its room, or a place of work in it.
+
+        Places of work count in rooms whose doors have no free place inside; without those, everything is reached.
+        """
+        room = int(self.rooms[self.arrangement.spaces[row]])
+        (hubs, between), entries = self._hubs(room), len(self._entries.get(room, ()))
+        # Doors come last; without a free place inside them, `-0:` takes all places of work.
+        begins, ends = hubs[-entries:], self._ends([row], anywhere=True)
+        if not len(begins) or not ends:
+            return not len(begins)
+        beyond = self._lines(hubs, np.array(ends)).min(axis=1)
+        if np.isfinite(between[-entries:] + beyond).any():
+            return True
+        return any(self.premises.paths.connected(begin, end) for begin in begins.tolist() for end in ends)
+
     def _hubs(self, room: int) -> tuple[Array, Array]:
         """Return places through which walks of a room lead, (k, 2), and the lengths of the walks between them, (k, k).
 
