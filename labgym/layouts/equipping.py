@@ -56,7 +56,7 @@ def hung(
     """Yield layouts with an asset on walls of a room that lacks it, those nearest to what calls for it first.
 
     Extinguishers hang where a person who comes from there can take them, with a free front if there is such a place.
-    Last come the places nearest to the middle and the corners of each space, whoever reaches them.
+    Last come the places nearest to the middle and the corners of each space, which may be out of reach.
 
     Args:
         layout: the layout of the site, or a later one with more objects.
