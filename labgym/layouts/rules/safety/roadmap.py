@@ -24,7 +24,7 @@ ARM_REACH_M = 0.8
 STEP_M = 0.2
 """Spacing of the places that are tried before equipment, meters."""
 FINE_STEP_M, FINE_PLACES = 0.05, 16
-"""Spacing of the places before an extinguisher, which may hang in a corner, meters; number of free ones that are used."""
+"""Spacing of the places before an extinguisher, which may hang in a corner, meters; number of free ones used."""
 INSIDE_M = 0.6
 """Distance from a door of the places next to it, meters."""
 Array = NDArray[np.float64]
