@@ -24,6 +24,8 @@ LARGE = 150.0
 """Bounds above which a space is large, square meters."""
 NICHE = 0.30
 """A way leads to furniture narrower than itself if it passes this near to the place in front, meters."""
+EMERGENCY_PLACE = 0.5
+"""Distance from emergency equipment of the place that a way passes, meters: from the way, an arm reaches it (0.8 m)."""
 REACH = 0.6
 """Clearances are measured up to this value, meters."""
 
@@ -67,7 +69,7 @@ class WideWays:
             x, y, _ = goal_pose(box)
             self.places.append((*self._node(x, y), NICHE if box.width < EGRESS_WIDTH else 0.0))
         for box in emergency:
-            x, y, _ = goal_pose(box)
+            x, y = box.to_world(0.0, box.depth / 2.0 + EMERGENCY_PLACE)
             self.places.append((*self._node(x, y), 0.0))
         if not check or self.joined:
             return True

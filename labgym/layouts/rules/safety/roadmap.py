@@ -23,6 +23,8 @@ ARM_REACH_M = 0.8
 """A person reaches equipment from this far in front of it, meters (ISO 7250-3: forward grip reach 0.65 to 0.8 m)."""
 STEP_M = 0.2
 """Spacing of the places that are tried before equipment, meters."""
+FINE_STEP_M, FINE_PLACES = 0.05, 16
+"""Spacing of the places before an extinguisher, which may hang in a corner, meters; number of free ones used."""
 INSIDE_M = 0.6
 """Distance from a door of the places next to it, meters."""
 LENGTH_TOLERANCE_M = 1e-9
@@ -81,12 +83,12 @@ class Roadmap:
         x, y, _ = goal_pose(box)
         return np.array([(x + out * box.front[0], y + out * box.front[1]) for out in OUTWARD])
 
-    def _within_reach(self, row: int) -> Array:
+    def _within_reach(self, row: int, step: float = STEP_M) -> Array:
         """Return places from which an arm reaches an object, the nearest first, shape (k, 2)."""
         box = self.arrangement.box(row)
         (fx, fy), half = box.front, box.depth / 2.0
-        sides = np.arange(-ARM_REACH_M, ARM_REACH_M + 1e-9, STEP_M)
-        outs = np.arange(PERSON, ARM_REACH_M + 1e-9, STEP_M)
+        sides = np.arange(-ARM_REACH_M, ARM_REACH_M + 1e-9, step)
+        outs = np.arange(PERSON, ARM_REACH_M + 1e-9, step)
         out, side = (grid.ravel() for grid in np.meshgrid(outs, sides, indexing="ij"))
         order = np.argsort(np.hypot(out, side), kind="stable")
         order = order[np.hypot(out, side)[order] <= ARM_REACH_M + 1e-9]
@@ -146,7 +148,9 @@ class Roadmap:
         room = int(self.rooms[self.arrangement.spaces[row]])
         (hubs, between), entries = self._hubs(room), len(self._entries.get(room, ()))
         # Doors come last; without a free place inside them, `-0:` takes all places of work.
-        begins, ends = hubs[-entries:], self._ends([row], anywhere=True)
+        begins, fine = hubs[-entries:], self._within_reach(row, FINE_STEP_M)
+        free = fine[self._space.holds(fine)]
+        ends = [*self._ends([row], anywhere=False), *free[:: max(1, len(free) // FINE_PLACES)].tolist()]
         if not len(begins) or not ends:
             return not len(begins)
         beyond = self._lines(hubs, np.array(ends)).min(axis=1)
