@@ -28,8 +28,9 @@ def repair(
     """Repair a layout: hand-edited, imported from another program, or proposed by a model.
 
     Items return to surfaces, reagents to cabinets and furniture to walls; what the protocol requires and is missing is
-    added; objects that need not move stay. Each change is printed, and what could not be repaired with the reason; the
-    exit code is then 1. Objects with `fixed` never move.
+    added; objects that need not move stay. Optional pieces beyond their greatest number are removed, and in a layout
+    without faults at most 6 objects move for soft terms. Each change is printed with its reason, and what could not be
+    repaired; the exit code is then 1. Objects with `fixed` never move.
 
     Args:
         layout: A layout's .json file, or the id of a published layout.
@@ -58,7 +59,7 @@ def repair(
     result = repair_layout(resolve_layout(layout), chosen, limits, make_adjuster(adjuster), recorder)
     refuse_other_content(result.layout, target, overwrite)
     for change in result.changes:
-        print(change.text)
+        print(f"{change.text} ({change.reason})" if change.reason else change.text)
     print(_summary(result))
     save(result.layout, target, overwrite)
     if recorder is not None and trace is not None:
@@ -77,4 +78,5 @@ def _summary(result: Repair) -> str:
         f"{name} {before} -> {after}"
         for name, before, after in zip(("violations", "facility errors", "missing assets"), *numbers, strict=True)
     ]
-    return f"{moved} of {total} objects moved, {counts['added']} added; {', '.join(parts)}"
+    removed = f", {counts['removed']} removed" if counts["removed"] else ""
+    return f"{moved} of {total} objects moved, {counts['added']} added{removed}; {', '.join(parts)}"

@@ -24,6 +24,7 @@ from labgym.layouts.placement import FLOOR, WALL, Placement
 from labgym.layouts.request import Request
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.safety.pieces import OPTIONAL_PIECES
+from labgym.layouts.rules.safety.walks import CLASS_B_PREFERRED_M
 from labgym.layouts.rules.thresholds import PROTRUSION
 from labgym.layouts.rules.zones import HEADROOM
 from labgym.layouts.surroundings import door_of, main_door
@@ -31,9 +32,8 @@ from labgym.layouts.surroundings import door_of, main_door
 STOOLS = 4
 """Maximum number of stools in a room, or in each space of a floor."""
 EXTINGUISHER, EXIT_SIGN = "FireExtinguisher", "ExitSign"
-EXTINGUISHER_REACH = 9.1
-"""Greatest straight distance of a place of work from an extinguisher in its space, meters: the walk then stays within
-15.2 m (NFPA 10: 9.1 to 15.2 m for class B hazards)."""
+WALL_PLACES = 100
+"""Free places on walls for which it is asked whether ways remain wide and lead there."""
 MORE_EXTINGUISHERS = 3
 """Most extinguishers that are added to a space for this distance."""
 PASSAGE = 0.9
@@ -147,22 +147,30 @@ class _Dresser:
         where, asset = None if space is None else space.id, self.catalog.get(name)
         accept = self._keeps_ways(asset, space)
         front = asset.clearance if asset.subtype == "fire" else 0.0
-        self._add(on_wall(self.layout, asset, self.keepouts, near, space=where, accept=accept, front=front))
+        place = on_wall(self.layout, asset, self.keepouts, near, None, where, accept, front, WALL_PLACES)
+        self._add(place)
 
     def _keeps_ways(self, asset: Asset, space: Space | None) -> Accept | None:
-        """The condition that an object leaves the ways of a space wide; None if it stands in no way."""
-        if space is None or asset.size.depth <= PROTRUSION or asset.mount_height >= HEADROOM:
+        """The condition that an object leaves the ways of a space wide; None if it stands in no way.
+
+        A way also leads to each extinguisher.
+        """
+        emergency = asset.subtype == "fire"
+        if space is None or ((asset.size.depth <= PROTRUSION or asset.mount_height >= HEADROOM) and not emergency):
             return None
-        return partial(self.passages.add, space.id)
+        return partial(self.passages.add, space.id, emergency=emergency)
 
     def _reach_every_place(self, space: Space) -> None:
-        """Add extinguishers where a place of work is too far from those of its space."""
+        """Add extinguishers where a place of work is too far from those of its space in a straight line.
+
+        Within the preferred walk in a straight line, the walk is hardly ever longer than the greatest one.
+        """
         for _ in range(MORE_EXTINGUISHERS):
             inside = [p for p in self.layout.placements if self._is_in(p, space)]
             stands = [p.position for p in inside if self.layout.asset(p.id).subtype == "fire"]
             works = [p.position for p in inside if p.support == FLOOR and self.layout.asset(p.id).clearance > 0.0]
             gaps = [min((math.dist(at[:2], one[:2]) for one in stands), default=math.inf) for at in works]
-            if not gaps or max(gaps) <= EXTINGUISHER_REACH:
+            if not gaps or max(gaps) <= CLASS_B_PREFERRED_M:
                 return
             farthest = works[gaps.index(max(gaps))]
             self._hang(EXTINGUISHER, (farthest[0], farthest[1]), space)

@@ -27,12 +27,11 @@ from labgym.layouts.holdings import Holdings
 from labgym.layouts.interiors import FloorProposer
 from labgym.layouts.method import DEFAULT, Dressing, Method, OnFailure
 from labgym.layouts.model import Layout
-from labgym.layouts.phases import improved
+from labgym.layouts.phases import improved, repaired
 from labgym.layouts.placement import FLOOR, WALL, Placement
 from labgym.layouts.propose import LIMIT_WORDS, ProceduralProposer, Proposer
 from labgym.layouts.proposers import SOLVER
 from labgym.layouts.provenance import Provenance
-from labgym.layouts.repairs import repair_layout
 from labgym.layouts.request import Request
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.thresholds import Profile
@@ -169,9 +168,8 @@ def generate_assessed(
     tidy = layout
     if method.dresses(proposer):
         tidy, assessment = dressed(layout, assessment, request)
-    if solved and method.repairs and request.holdings is None and failures(assessment):
-        repair = repair_layout(tidy, protocol, request.profile, adjuster, trace, seeded=True)
-        tidy, assessment = repair.layout, repair.after
+    if solved and method.repairs and request.holdings is None:
+        tidy, assessment = repaired(tidy, assessment, protocol, adjuster, trace)
     layout = add_clutter(tidy, request.clutter, np.random.default_rng([request.seed, CLUTTER_STREAM]))
     if request.clutter:
         assessment = evaluate_layout(layout, protocol, request.profile, navigation=True, earlier=assessment)

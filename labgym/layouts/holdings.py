@@ -49,3 +49,7 @@ class Holdings:
     def adds(self, name: str, placed: Iterable[str]) -> bool:
         """Return whether one more piece of an asset, which nothing requires, may be placed besides some pieces."""
         return self.purchases == "any" or sum(each == name for each in placed) < self.counts.get(name, 0)
+
+    def equips(self, name: str, placed: Iterable[str]) -> bool:
+        """Return whether one more piece of equipment, which safety requires, may be placed besides some pieces."""
+        return self.purchases != "none" or self.adds(name, placed)

@@ -19,24 +19,35 @@ class Passages:
         self._grounds = {ground.space: ground for ground in grounds(layout.floor)}
         self._ways: dict[str, WideWays | None] = {}
 
-    def add(self, space: str, box: OrientedBox) -> bool:
+    def add(self, space: str, box: OrientedBox, emergency: bool = False) -> bool:
         """Add an object unless it cuts a door or a place of work off from a way out; return whether it was added.
 
         In a space whose furniture already does so, every object is added.
+
+        Args:
+            emergency: whether a way has to lead to the object too, and to remain.
         """
         if space not in self._ways:
             self._ways[space] = self._furnished(space)
-        ways = self._ways[space]
-        return ways is None or ways.add([self._grounds[space].to_ground(box)], [])
+        ways, foot = self._ways[space], self._grounds[space].to_ground(box)
+        return ways is None or ways.add([foot], [], emergency=[foot] if emergency else [])
 
     def _furnished(self, space: str) -> WideWays | None:
         ground, layout = self._grounds[space], self._layout
         ways = WideWays(ground, [*ground.outside, *ground.solid, *ground.leaves])
-        feet, places = [], []
+        feet, places, hung = [], [], []
         for placement in layout.placements:
             asset, at = layout.asset(placement.id), layout.floor.space_at(*placement.position[:2])
-            if placement.support == FLOOR and asset.subtype not in MOVABLE and at is not None and at.id == space:
+            if at is None or at.id != space:
+                continue
+            if asset.subtype == "fire":
+                hung.append(ground.to_ground(layout.box(placement.id)))
+            elif placement.support == FLOOR and asset.subtype not in MOVABLE:
                 feet.append(ground.to_ground(layout.box(placement.id)))
                 places += [feet[-1]] if asset.clearance > 0.0 else []
         ways.add(feet, places, check=False)
-        return ways if ways.joined else None
+        if not ways.joined:
+            return None
+        for extinguisher in hung:
+            ways.add([extinguisher], [], emergency=[extinguisher])
+        return ways

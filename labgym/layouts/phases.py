@@ -51,10 +51,27 @@ def improved(
         layout, _ = _phases(layout, protocol, paper, adjuster, optimise, refine, complete, trace)
         return layout, evaluate_layout(layout, protocol, profile, navigation=True)
     layout, assessment = _phases(layout, protocol, profile, adjuster, optimise, refine, complete, trace)
-    if optimise and refine and complete and failures(assessment):
-        repair = repair_layout(layout, protocol, profile, adjuster, trace, seeded=True)
-        layout, assessment = repair.layout, repair.after
+    if optimise and refine and complete:
+        return repaired(layout, assessment, protocol, adjuster, trace)
     return layout, assessment
+
+
+def repaired(
+    layout: Layout,
+    assessment: Assessment,
+    protocol: Protocol,
+    adjuster: Adjuster | None = None,
+    trace: Recorder | None = None,
+) -> tuple[Layout, Assessment]:
+    """Return a layout that is drawn by a seed, repaired by all means if it fails, and its assessment with navigation.
+
+    Args:
+        assessment: the assessment of the layout with navigation.
+    """
+    if not failures(assessment):
+        return layout, assessment
+    repair = repair_layout(layout, protocol, assessment.profile, adjuster, trace, seeded=True)
+    return repair.layout, repair.after
 
 
 def _phases(

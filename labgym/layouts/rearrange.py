@@ -6,6 +6,7 @@ import math
 from collections.abc import Collection, Iterator
 
 from labgym.layouts.brief import Brief, Unit, Wall
+from labgym.layouts.floor.exits import HOOD_DOOR_LEAST
 from labgym.layouts.floor_plan import solve
 from labgym.layouts.habits import Habits
 from labgym.layouts.interiors.rearranging import rearranged
@@ -13,7 +14,6 @@ from labgym.layouts.model import Layout
 from labgym.layouts.moves import Place, apply, may_move
 from labgym.layouts.placement import FLOOR, WALL, Placement
 from labgym.layouts.rules.building.one_room import WALL_YAW
-from labgym.layouts.rules.facility.hoods import HOOD_DOOR_LEAST
 from labgym.layouts.rules.thresholds import MOVABLE, ONE_SIDED, SHOWER_RADIUS
 from labgym.layouts.rules.zones import INTRUSION
 from labgym.layouts.tidying import tidied

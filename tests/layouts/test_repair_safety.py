@@ -6,7 +6,7 @@ import math
 from functools import cache
 
 import pytest
-from outside.safety_checker import faults
+from outside.safety_checker import Laboratory, faults, reactive
 
 from labgym.layouts import Layout, generate
 from labgym.layouts.moves import Place, Rotate, Settle, apply, lifted, replaced
@@ -15,12 +15,10 @@ from labgym.layouts.rules import thresholds
 
 V2 = thresholds.profile("default", "touchstone-v2")
 LABORATORIES = [("red_05", 3, "12x9"), ("cyc_02", 5, "12x9")]
-OPTIONAL = "too many"
-"""Optional pieces over their number stay: repair removes nothing."""
 
 
 def kinds(layout: Layout) -> set[str]:
-    return {fault.kind for fault in faults(layout.to_json())} - {OPTIONAL}
+    return {fault.kind for fault in faults(layout.to_json())}
 
 
 def repaired(layout: Layout) -> Repair:
@@ -122,3 +120,22 @@ def test_a_spoilt_laboratory_is_safe_after_its_repair(laboratory, name):
     assert (result.after.v, result.problems) == (0, ())
     assert not kinds(result.layout)
     assert len(result.changes) <= 12
+
+
+USES = [(("red_01", 3, "bay"), "eyewash"), (("alk_03", 4, "12x9"), "sink"), (("pro_03", 8, "two_exits"), "shower")]
+"""Laboratories whose protocols handle a borohydride or chlorides, which react with water, and a wet fitting of each."""
+
+
+@pytest.mark.parametrize("moved", ["fitting", "place"])
+@pytest.mark.parametrize(("laboratory", "fitting"), USES, ids=lambda one: one if isinstance(one, str) else one[0])
+def test_repair_takes_the_use_of_water_reactives_and_wet_fittings_apart(laboratory, moved, fitting):
+    before = good(*laboratory)
+    places = {item.id for _, item in Laboratory(before.to_json()).used(reactive)}
+    assert places
+    for place in sorted(places):
+        wet = first(before, fitting)
+        spoilt = beside(before, *((wet, place) if moved == "fitting" else (place, wet)))
+        assert "wet" in kinds(spoilt)
+        result = repaired(spoilt)
+        assert (result.after.v, result.problems) == (0, ())
+        assert not kinds(result.layout)

@@ -87,6 +87,16 @@ def test_items_that_lie_on_the_floor_return_to_surfaces(room):
     assert all(after.placement(p.id) == p for p in room.placements if p.id not in items)
 
 
+def test_many_items_on_the_floor_return_to_surfaces_with_few_assessments(room):
+    spoilt = SPOILINGS["instruments_on_floor"].spoil(room, room.protocol)
+    fallen = lying(spoilt)
+    assert len(fallen) > 20
+    result = repair_layout(spoilt, units=10 * len(room.placements))
+    assert result.problems == ()
+    assert lying(result.layout) == ()
+    assert evaluate_layout(result.layout, room.protocol, navigation=True).cost == 0
+
+
 def test_furniture_returns_under_the_load_that_it_has_left(room):
     spoilt, ids = harmed(room, "load_left", 2)
     result = repair_layout(spoilt)

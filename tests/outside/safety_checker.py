@@ -69,6 +69,8 @@ LOOSE = {
 """Subtypes of floor objects that people push or carry: they may stand askew."""
 PERSON_M, CELL_M, GRID_EXCESS = 0.25, 0.1, 1.03
 """Half the width of a walking person, side of a grid cell, and how much ways over 16 neighbors overstate at most."""
+ENTRY_M = 0.9
+"""Cells this near to a door or a passage are where people come in."""
 HEADROOM_M = 2.0
 
 
@@ -219,6 +221,19 @@ class Laboratory:
 
         return walk
 
+    def entered(self, item: Item) -> bool:
+        """Whether people who come in at a door or a passage can walk to a place in front of an object."""
+        graph, numbers = self._graphs[False]
+        points, free = self._grid[0], numbers >= 0
+        groups = connected_components(graph, directed=False)[1]
+        entries = set()
+        for opening in self.openings:
+            if opening.kind in ("door", "passage"):
+                near = free & (shapely.distance(shapely.points(points), opening.polygon) < ENTRY_M)
+                entries |= set(groups[numbers[near]].tolist())
+        cell = self._cell(item, numbers)
+        return cell is not None and (not entries or int(groups[cell]) in entries)
+
     def _cell(self, item: Item, numbers: np.ndarray) -> int | None:
         """Return the number of the free cell nearest to the place in front of an object, within 0.7 m of it."""
         place = item.in_front(PERSON_M + 0.15)
@@ -342,6 +357,8 @@ def _extinguishers(lab: Laboratory) -> Iterator[Fault]:
             yield Fault(
                 "extinguisher height", (item.id,), f"bottom at {item.z:.2f} m, at least {EXTINGUISHER_BOTTOM_M} m"
             )
+        if not lab.entered(item):
+            yield Fault("extinguisher reach", (item.id,), "no way leads to it from a door of its room")
     reach = [item for item in hung if item.z + item.height <= EXTINGUISHER_TOP_M + SLACK_M]
     for metal, kind, limit in ((False, _burns, CLASS_B_WALK_M), (True, burning_metal, CLASS_D_WALK_M)):
         fit = [item for item in reach if (item.entry["specs"]["agent"] == "class_D") == metal]

@@ -9,6 +9,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from labgym.errors import OptionError
+from labgym.layouts.floor.exits import HOOD_DOOR_LEAST
 from labgym.layouts.floors.openings import Openings
 from labgym.layouts.floors.plots import Plot
 from labgym.layouts.floors.ranges import BuildingRanges, uniform
@@ -17,8 +18,6 @@ Island = Literal["island", "double_island", "peninsula", "oblique"]
 
 HOOD_RUN = 2.4
 """Least length of wall without doors and glazing for a hood, meters: a 1.5 m hood and its neighbor."""
-HOOD_DOOR = 1.0
-"""Least distance of a hood from the edge of a door, meters (CEN/TS 14175-5: 1.0 to 1.5 m)."""
 OBLIQUE = (0.17, 0.52)
 """Range of the angle of an oblique bench to the walls, radians: 10 to 30 degrees (assumption)."""
 
@@ -88,7 +87,7 @@ def draw_style(ranges: BuildingRanges, hood_walls: tuple[HoodWall, ...], generat
 def hood_walls(openings: Openings, plots: Sequence[Plot], generator: np.random.Generator) -> tuple[HoodWall, ...]:
     """Return the walls of laboratories that may carry hoods, in a random order.
 
-    A wall qualifies if it has `HOOD_RUN` meters without doors, passages and glazing, at `HOOD_DOOR` from every door.
+    A wall qualifies if it has `HOOD_RUN` meters without doors, passages and glazing, `HOOD_DOOR_LEAST` from each door.
     """
     laboratories = {plot.id for plot in plots if plot.use == "laboratory"}
     candidates = [
@@ -106,7 +105,7 @@ def _run(openings: Openings, index: int) -> float:
     longest, at = 0.0, low
     for opening in sorted(openings.on(index), key=lambda opening: opening.position):
         if opening.kind != "window":
-            margin = opening.width / 2.0 + (HOOD_DOOR if opening.kind in ("door", "passage") else 0.0)
+            margin = opening.width / 2.0 + (HOOD_DOOR_LEAST if opening.kind in ("door", "passage") else 0.0)
             longest = max(longest, opening.position - margin - at)
             at = max(at, opening.position + margin)
     return max(longest, high - at)

@@ -24,6 +24,8 @@ LARGE = 150.0
 """Bounds above which a space is large, square meters."""
 NICHE = 0.30
 """A way leads to furniture narrower than itself if it passes this near to the place in front, meters."""
+EMERGENCY_PLACE = 0.5
+"""Distance from emergency equipment of the place that a way passes, meters: from the way, an arm reaches it (0.8 m)."""
 REACH = 0.6
 """Clearances are measured up to this value, meters."""
 
@@ -46,19 +48,29 @@ class WideWays:
         lower_to_boxes(self.clearance, self.xs, self.ys, solid, REACH)
         self.entries = self._largest_group()
 
-    def add(self, boxes: Sequence[OrientedBox], places: Sequence[OrientedBox], check: bool = True) -> bool:
+    def add(
+        self,
+        boxes: Sequence[OrientedBox],
+        places: Sequence[OrientedBox],
+        check: bool = True,
+        emergency: Sequence[OrientedBox] = (),
+    ) -> bool:
         """Add furniture if all gates and places of work stay joined, and return whether it was added.
 
         Args:
             boxes: footprints of the furniture.
             places: those of them that someone works in front of.
             check: whether ways matter.
+            emergency: those of them that people run to: a way passes the place in front, not only near it.
         """
         before = self.clearance.copy(), list(self.places)
         lower_to_boxes(self.clearance, self.xs, self.ys, boxes, REACH)
         for box in places:
             x, y, _ = goal_pose(box)
             self.places.append((*self._node(x, y), NICHE if box.width < EGRESS_WIDTH else 0.0))
+        for box in emergency:
+            x, y = box.to_world(0.0, box.depth / 2.0 + EMERGENCY_PLACE)
+            self.places.append((*self._node(x, y), 0.0))
         if not check or self.joined:
             return True
         self.clearance, self.places = before

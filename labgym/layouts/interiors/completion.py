@@ -40,7 +40,9 @@ def complete(
     for unit in sorted(needs.further, key=lambda unit: kinds.isdisjoint(unit.supplies)):
         able = [room for room in _able(habits, rooms, unit.asset.role) if not unit.asset.fume_hood or is_equipped(room)]
         able.sort(key=lambda room: not any(other in room.feet for other in partners.get(unit.id, ())))
-        if all(add_pieces(room, [unit], partners, generator) for room in able):
+        # A hood that nobody requires is not worth a long duct: it stands within reach of an exhaust or not at all.
+        beyond = (False,) if unit.asset.fume_hood or not unit.supplies else (False, True)
+        if all(add_pieces(room, [unit], partners, generator, farther) for farther in beyond for room in able):
             left.append(unit)
     if request.holdings is not None:
         _add_existing(request, needs, rooms, style, names, generator)

@@ -55,14 +55,22 @@ class Names:
 
 
 def add_pieces(
-    room: Interior, units: Sequence[Unit], partners: Mapping[str, Iterable[str]], generator: np.random.Generator
+    room: Interior,
+    units: Sequence[Unit],
+    partners: Mapping[str, Iterable[str]],
+    generator: np.random.Generator,
+    beyond_supplies: bool = True,
 ) -> list[Unit]:
-    """Place units along the walls, near their partners if they have some; return those without a place."""
+    """Place units along the walls, near their partners if they have some; return those without a place.
+
+    Args:
+        beyond_supplies: whether a unit may stand beyond the reach of what it needs if it reaches it nowhere.
+    """
     left = []
     for unit in units:
         near = [room.feet[other] for other in partners.get(unit.id, ()) if other in room.feet]
         supplies = room.ground.supplies
-        options = preferred(room.options(unit), unit, supplies)
+        options = (preferred if beyond_supplies else supplied)(room.options(unit), unit, supplies)
         if not any(room.add([(unit, foot)]) for foot in _wall_feet(room, unit, options, near, generator)):
             left.append(unit)
     return left

@@ -16,6 +16,9 @@ from labgym.layouts.interiors.standing import Standing, strips
 from labgym.layouts.interiors.supply import Options
 from labgym.layouts.rules.zones import front_zone
 
+EMERGENCY = frozenset({"fire", "eyewash"})
+"""Subtypes of pieces that people run to."""
+
 
 @dataclass
 class Interior:
@@ -47,13 +50,15 @@ class Interior:
         placed = [*((self.units[unit_id], foot) for unit_id, foot in self.feet.items()), *self.beyond]
         apart = dry_distances(unit, placed)
         if unit.asset.fume_hood:
-            return aloof_options(self.standing, unit, apart, near_supplies=False, least=DOOR_STEPS[0])
+            return aloof_options(self.standing, unit, apart, least=DOOR_STEPS[0])
         return options_on(self.standing, unit, apart)
 
     def add(self, placed: Sequence[tuple[Unit, OrientedBox]]) -> bool:
         """Add units that belong together, unless they cut a gate or a place of work off; return whether they were."""
         feet = [foot for _, foot in placed]
-        if not self.ways.add(feet, [foot for unit, foot in placed if unit.front > 0.0]):
+        emergency = [foot for unit, foot in placed if unit.front > 0.0 and unit.asset.subtype in EMERGENCY]
+        places = [foot for unit, foot in placed if unit.front > 0.0 and unit.asset.subtype not in EMERGENCY]
+        if not self.ways.add(feet, places, emergency=emergency):
             return False
         self._record(placed)
         return True

@@ -7,10 +7,10 @@ from dataclasses import replace
 
 from labgym.geometry import OrientedBox
 from labgym.layouts.brief import Unit
+from labgym.layouts.floor.exits import HOOD_DOOR_LEAST
 from labgym.layouts.ground import Ground
 from labgym.layouts.interiors.standing import Standing
 from labgym.layouts.interiors.supply import required
-from labgym.layouts.rules.facility.hoods import HOOD_DOOR_LEAST
 
 Pieces = Mapping[str, Sequence[tuple[Unit, OrientedBox]]]
 

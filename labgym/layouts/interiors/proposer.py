@@ -13,9 +13,9 @@ import numpy as np
 from labgym.errors import InfeasibleError
 from labgym.layouts.assembly import Plan
 from labgym.layouts.brief import Brief, Unit
+from labgym.layouts.equipping import equipped
 from labgym.layouts.floor_plan import Pose
 from labgym.layouts.interiors.completion import complete
-from labgym.layouts.interiors.equipping import equipped
 from labgym.layouts.interiors.interior import Interior
 from labgym.layouts.interiors.needs import EXTRA_HOODS, Needs, needs_of, relaxed
 from labgym.layouts.interiors.refusals import check_floor, check_places, failure

@@ -79,22 +79,22 @@ def aloof_options(
 ) -> Options:
     """Return the places of a hood, or of flammables and oxidizers, that are farthest from doors, in steps.
 
-    Of equal ones those of a hood whose front is off the ways between doors come first, then those on the walls for
-    hoods, and those with the services that the unit needs.
+    Of equal ones those with the services that the unit needs come first, then those of a hood whose front is off the
+    ways between doors, and then those on the walls for hoods.
 
     Args:
         least: distance from doors under which there is no place, meters.
     """
     supplies = standing.ground.supplies
     for gap in (gap for gap in DOOR_STEPS if gap >= least):
-        for off_traffic in (True, False) if unit.asset.fume_hood else (False,):
-            options = options_on(standing, unit, apart, gap, off_traffic)
-            for some in (_on_walls(options, hood_walls), options):
-                near = supplied(some, unit, supplies) if near_supplies else required(some, unit, supplies)
-                if near:
-                    return near
-            if near_supplies and required(options, unit, supplies):
-                return required(options, unit, supplies)
+        aside = (True, False) if unit.asset.fume_hood else (False,)
+        offered = [options_on(standing, unit, apart, gap, off_traffic) for off_traffic in aside]
+        for near in (supplied, required) if near_supplies else (required,):
+            for options in offered:
+                for some in (_on_walls(options, hood_walls), options):
+                    able = near(some, unit, supplies)
+                    if able:
+                        return able
     return [] if least else _usual_options(standing, unit, apart, hood_walls, near_supplies)
 
 

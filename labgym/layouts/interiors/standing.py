@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
 from labgym.geometry import distance as gap_between
 from labgym.layouts.brief import Unit
+from labgym.layouts.floor.exits import HOOD_DOOR_LEAST
 from labgym.layouts.ground import Gate, Ground, Segment, without
-from labgym.layouts.rules.facility.hoods import HOOD_DOOR_LEAST
 from labgym.layouts.rules.zones import front_zone
 
 WALL_GAP = 0.01

@@ -6,10 +6,11 @@ from collections.abc import Iterator
 from itertools import islice
 
 from labgym.assets import Asset
+from labgym.layouts.equipping import heights, hung
 from labgym.layouts.habits import Habits
 from labgym.layouts.model import Layout
 from labgym.layouts.moves import apply, may_move
-from labgym.layouts.placement import FLOOR, Placement
+from labgym.layouts.placement import FLOOR, WALL, Placement
 from labgym.layouts.rearrange import rearrangements
 from labgym.layouts.relocation import free_places
 from labgym.layouts.repairs.berths import berths
@@ -18,7 +19,8 @@ from labgym.layouts.repairs.hanging import added_on_wall
 from labgym.layouts.repairs.rank import State
 from labgym.layouts.repairs.safeguards import faults_of
 from labgym.layouts.rules.presence import missing_assets
-from labgym.layouts.rules.safety.rooms import lacking_equipment
+from labgym.layouts.rules.safety.rooms import Lacking, lacking_equipment
+from labgym.layouts.rules.safety.site import Site
 from labgym.layouts.rules.storage import STORAGE_CLASSES
 from labgym.layouts.rules.touchstone2.assessment import Assessment2
 from labgym.layouts.rules.touchstone2.equipment import missing_equipment
@@ -58,10 +60,9 @@ def with_equipment(state: State) -> State:
     if not isinstance(state.assessment, Assessment2):
         return state
     for lacking in lacking_equipment(state.assessment.site):
-        spaces = frozenset(lacking.spaces)
         present = faults_of(state)
         best: State | None = None
-        for candidate in islice(_candidates(state, state.layout.catalog.get(lacking.asset), spaces), PLACES_IN_ROOM):
+        for candidate in islice(_in_room(state, lacking), PLACES_IN_ROOM):
             larger = state.with_layout(candidate)
             if larger.rank.cost < state.rank.cost and (best is None or larger.rank < best.rank):
                 best = larger
@@ -123,25 +124,32 @@ def _with_one(state: State, asset: Asset) -> State | None:
     return best
 
 
-def _candidates(state: State, asset: Asset, spaces: frozenset[int] | None = None) -> Iterator[Layout]:
-    """Yield layouts with one more piece; if spaces are given, in these alone, at all berths."""
-    if asset.placing == "wall":
-        return iter(added_on_wall(state.layout, asset, state.protocol, spaces))
-    if asset.placing == "floor":
-        return _on_floor(state.layout, asset, state.protocol, spaces)
+def _candidates(state: State, asset: Asset) -> Iterator[Layout]:
+    """Yield layouts with one more piece."""
+    if asset.placing == WALL:
+        return iter(added_on_wall(state.layout, asset, state.protocol))
+    if asset.placing == FLOOR:
+        return _on_floor(state.layout, asset, state.protocol)
     return _on_surfaces(state, asset)
 
 
-def _on_floor(
-    layout: Layout, asset: Asset, protocol: Protocol | None, spaces: frozenset[int] | None = None
-) -> Iterator[Layout]:
-    """Yield layouts with a piece of furniture at free places of each space, or where the solver makes room for it."""
-    points = [point for space, point in middles(layout, asset) if spaces is None or space in spaces]
-    trials = [_with(layout, asset, (x, y, 0.0), FLOOR, None) for x, y in points]
-    if spaces is not None:
-        for trial in trials:
-            yield from (apply(trial, place) for place in berths(trial, trial.placements[-1].id))
+def _in_room(state: State, lacking: Lacking) -> Iterator[Layout]:
+    """Yield layouts with equipment that a room lacks on the walls, or at all berths, of the room."""
+    layout, asset = state.layout, state.layout.catalog.get(lacking.asset)
+    site = Site.of(state.assessment.arrangement, state.protocol)
+    if asset.placing == WALL:
+        for height in heights(site, asset, lacking):
+            yield from hung(layout, site, asset, lacking, height, state.protocol)
         return
+    for space, (x, y) in middles(layout, asset):
+        if space in lacking.spaces:
+            trial = _with(layout, asset, (x, y, 0.0), FLOOR, None)
+            yield from (apply(trial, place) for place in berths(trial, trial.placements[-1].id))
+
+
+def _on_floor(layout: Layout, asset: Asset, protocol: Protocol | None) -> Iterator[Layout]:
+    """Yield layouts with a piece of furniture at free places of each space, or where the solver makes room for it."""
+    trials = [_with(layout, asset, (x, y, 0.0), FLOOR, None) for _, (x, y) in middles(layout, asset)]
     for trial in trials:
         for place in free_places(trial, trial.placements[-1].id, PLACES):
             yield apply(trial, place)

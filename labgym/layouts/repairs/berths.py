@@ -12,6 +12,7 @@ import numpy as np
 from labgym.assets import Asset
 from labgym.geometry import BoxArray, OrientedBox, pairwise_distance, rotate, wrap_angle
 from labgym.layouts.floor import Floor
+from labgym.layouts.floor.exits import HOOD_DOOR_LEAST
 from labgym.layouts.habits import Habits
 from labgym.layouts.model import Layout
 from labgym.layouts.moves import Place
@@ -19,7 +20,7 @@ from labgym.layouts.placement import FLOOR
 from labgym.layouts.relocation import AISLES, SPREAD, WALL_GAP, usable
 from labgym.layouts.rules.building import building_of
 from labgym.layouts.rules.facility.backs import TALL
-from labgym.layouts.rules.facility.hoods import HOOD_DOOR, HOOD_DOOR_LEAST
+from labgym.layouts.rules.facility.hoods import HOOD_DOOR
 from labgym.layouts.rules.supplies import Supplies, shortfall, supplies_of
 from labgym.layouts.rules.thresholds import MOVABLE, ONE_SIDED
 from labgym.layouts.surroundings import grounds

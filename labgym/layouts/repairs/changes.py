@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Literal
 
 from labgym.geometry import rotate, wrap_angle
@@ -25,25 +27,27 @@ class Change:
         kind: `moved` (also turned; what is carried along is not listed), `resettled` (on another support or slot),
             `added` or `removed`.
         text: the difference in words.
+        reason: what it cures or improves; empty for objects that make room for others.
     """
 
     id: str
     kind: ChangeKind
     text: str
+    reason: str = ""
 
 
-def changes(before: Layout, after: Layout) -> tuple[Change, ...]:
+def changes(before: Layout, after: Layout, reasons: Mapping[str, str] = MappingProxyType({})) -> tuple[Change, ...]:
     """Return the differences, in the order of the later layout.
 
     An object that moved with its support has none, nor has one whose support was moved under it.
+
+    Args:
+        reasons: why objects were changed, by id.
     """
-    listed = []
-    for placement in after.placements:
-        change = _change(before, after, placement)
-        if change is not None:
-            listed.append(change)
-    gone = [placement for placement in before.placements if placement.id not in after.by_id]
-    return (*listed, *(Change(placement.id, "removed", f"{placement.id}: removed") for placement in gone))
+    listed = [_change(before, after, placement) for placement in after.placements]
+    gone = [placement.id for placement in before.placements if placement.id not in after.by_id]
+    listed += [Change(item, "removed", f"{item}: removed") for item in gone]
+    return tuple(replace(one, reason=reasons.get(one.id, "")) for one in listed if one is not None)
 
 
 def moved_ids(before: Layout, after: Layout) -> tuple[str, ...]:

@@ -42,21 +42,9 @@ def _hung(layout: Layout, item: str, protocol: Protocol | None) -> Layout | None
     return replaced(moved, {item: moved.placement(item).model_copy(update={"support": WALL, "slot": None})})
 
 
-def added_on_wall(
-    layout: Layout, asset: Asset, protocol: Protocol | None, spaces: frozenset[int] | None = None
-) -> list[Layout]:
-    """Return layouts with one more wall unit, each at the free place nearest to another exit.
-
-    Args:
-        spaces: indices of the spaces on whose walls it hangs, near their corners and middles; by default near exits.
-    """
+def added_on_wall(layout: Layout, asset: Asset, protocol: Protocol | None) -> list[Layout]:
+    """Return layouts with one more wall unit, each at the free place nearest to another exit."""
     keepouts = Keepouts.of(layout, protocol)
-    if spaces is not None:
-        ends = [(layout.floor.spaces[k], box) for k in sorted(spaces) for box in layout.floor.spaces[k].boxes]
-        nears = [(space.id, (x, y)) for space, box in ends for x, y in [(box.x, box.y), *box.corners().tolist()]]
-        hung = [on_wall(layout, asset, keepouts, point, space=space) for space, point in nears]
-        unlike = {place.position: place for place in hung if place is not None}
-        return [layout.replace(placements=(*layout.placements, place)) for place in unlike.values()]
     doors = [way.side(way.spaces[0])[:2] for way in layout.floor.doorways if way.exit]
     places = [on_wall(layout, asset, keepouts, door) for door in doors]
     return [layout.replace(placements=(*layout.placements, place)) for place in places if place is not None]

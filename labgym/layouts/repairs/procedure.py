@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
+from labgym.assets import Asset
 from labgym.layouts.adjust import Adjuster, RuleAdjuster
 from labgym.layouts.combination import combination
 from labgym.layouts.model import Layout
@@ -23,9 +24,10 @@ from labgym.layouts.repairs.reinsertion import reinserted
 from labgym.layouts.repairs.remaining import problems
 from labgym.layouts.repairs.resettling import lying, resettled
 from labgym.layouts.repairs.safeguards import broken_rules, safeguarded
-from labgym.layouts.repairs.softening import softened
+from labgym.layouts.repairs.softening import softened, without_surplus
 from labgym.layouts.repairs.ways import widened
 from labgym.layouts.rules.objective import Assessment
+from labgym.layouts.rules.storage import STORAGE_CLASSES
 from labgym.layouts.rules.thresholds import Profile
 from labgym.layouts.trace import Recorder
 from labgym.layouts.work import UNITS, LimitedAdjuster, Work, WorkLimitError
@@ -42,9 +44,9 @@ class Repair:
     """A repaired layout.
 
     Attributes:
-        layout: the layout; the same object if nothing was wrong, or nothing could be improved.
+        layout: the layout; the same object if nothing could be improved.
         before, after: assessments with navigation, of the layout as it was and as it is.
-        changes: what was changed, object by object.
+        changes: what was changed, object by object, and why.
         problems: what is still wrong, one sentence for each fault; empty if the layout is sound.
     """
 
@@ -69,10 +71,10 @@ def repair_layout(
     Items return to surfaces and reagents to their cabinets, furniture is pushed apart, returned to walls or placed anew
     by the solver, what the protocol requires and is missing is added, and the optimization and the refinement for
     navigation run over the rest. Under touchstone-v2 broken safety rules are cured one by one. A stage is kept if the
-    layout has fewer faults after it; what need not have moved is put back. Then, in a layout that had faults, a few
-    objects move for soft terms alone if that raises F (`softening`). Fixed objects stay exactly where they are. A
-    layout so large or so broken that its repair reaches a limit of work is returned as it is then, with that as a
-    problem. Deterministic.
+    layout has fewer faults after it; what need not have moved is put back. Then optional pieces beyond their greatest
+    number are removed, and in a layout without faults a few objects move for soft terms alone (`softening`). Fixed
+    objects stay exactly where they are. A layout so large or so broken that its repair reaches a limit of work is
+    returned as it is then, with that as a problem. Deterministic.
 
     Args:
         layout: any layout.
@@ -98,17 +100,18 @@ def repair_layout(
         layout if state is start else state.layout,
         start.assessment,
         state.assessment,
-        changes(layout, state.layout),
+        changes(layout, state.layout, _reasons(start, progress)),
         problems(state) + (unfinished if not state.rank.sound else ()),
     )
 
 
 @dataclass
 class Progress:
-    """The state after the last stage."""
+    """The state after the last stage, and what objects were moved or removed for in the last one: soft terms."""
 
     state: State
     trace: Recorder | None
+    softened: dict[str, str] = field(default_factory=dict)
 
     def record(self, stage: str, state: State) -> State:
         """Return a state after recording it."""
@@ -131,8 +134,16 @@ def _run(start: State, progress: Progress, adjuster: Adjuster | None) -> None:
         state = _round(start.layout, state, adjuster, progress)
         if not state.rank < before.rank:
             break
-    if state is start:
-        return
+    if state is not start:
+        state = _finished(start, progress, state)
+    for soften in () if state.seeded else (without_surplus, softened):
+        for better, reason in soften(state):
+            progress.softened |= dict.fromkeys(_changed(state, better), reason)
+            state = progress.record("soft terms", better)
+
+
+def _finished(start: State, progress: Progress, state: State) -> State:
+    """Return the state at the end of the rounds, with few objects moved and few warnings."""
     state = progress.record("economy", _concluded(start, state))
     if not state.rank.sound or state.rank.narrow or warned(start, state):
         anew = resettled(under_loads(start))
@@ -141,8 +152,29 @@ def _run(start: State, progress: Progress, adjuster: Adjuster | None) -> None:
         if other is not anew:
             other = _concluded(start, with_cabinets(with_missing(hung(resettled(other)))))
             state = progress.record("furniture", other if other.rank < state.rank else state)
-    if not state.seeded and not start.rank.sound:
-        progress.record("soft terms", softened(state))
+    return state
+
+
+def _reasons(start: State, progress: Progress) -> dict[str, str]:
+    """Return why objects were changed, by id: the first fault that named each, what was missing, and soft terms."""
+    layout, later = start.layout, progress.state.layout
+    reasons = {placement.id: _need(later.asset(placement.id)) for placement in later.placements}
+    reasons = {item: need for item, need in reasons.items() if item not in layout.by_id}
+    for fault in start.assessment.violations.items:
+        for item in (item for item in fault.ids if item in layout.by_id):
+            for changed in (item, layout.root(item).id):
+                reasons.setdefault(changed, fault.message)
+    return reasons | progress.softened
+
+
+def _need(asset: Asset) -> str:
+    """Return why a piece was added."""
+    storage = asset.storage_class
+    return f"reagents of class {storage} had no cabinet" if storage in STORAGE_CLASSES else "required and missing"
+
+
+def _changed(before: State, after: State) -> list[str]:
+    return [change.id for change in changes(before.layout, after.layout)]
 
 
 def _concluded(start: State, state: State) -> State:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from functools import cached_property, total_ordering
 
+from labgym.layouts.floor.exits import HOOD_DOOR_LEAST
 from labgym.layouts.model import Layout
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.egress import MARGIN, blocked_places, narrow_exits
-from labgym.layouts.rules.facility.hoods import HOOD_DOOR_LEAST
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.thresholds import Profile
 from labgym.layouts.work import Work

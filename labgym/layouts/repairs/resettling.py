@@ -13,6 +13,8 @@ from labgym.layouts.settling import free_spots, homes
 
 SPOTS = 8
 """Maximum number of free spots tried for an item."""
+TOGETHER = 8
+"""From this number on, items that lie on the floor are first put back together, with one assessment for all of them."""
 
 
 def lying(layout: Layout) -> tuple[str, ...]:
@@ -35,10 +37,21 @@ def resettled(state: State) -> State:
     An item is out of place if it lies on the floor, is out of bounds, is a reagent out of storage, or overlaps another
     item; of two that overlap the smaller one moves, or the other if that does not help. Fixed items stay.
     """
+    if len(lying(state.layout)) >= TOGETHER and not state.seeded:
+        together = state.with_layout(_put_back(state))
+        state = together if together.rank < state.rank else state
     for item in _out_of_place(state):
         if item in lying(state.layout) or item in _faulty(state):
             state = _on_better_spot(state, item)
     return state
+
+
+def _put_back(state: State) -> Layout:
+    """Return the layout with each item that lies on the floor on the first free spot where it belongs."""
+    layout = state.layout
+    for item in (item for item in _out_of_place(state) if item in lying(state.layout)):
+        layout = next(_candidates(state, layout, item), layout)
+    return layout
 
 
 def _out_of_place(state: State) -> list[str]:
@@ -64,7 +77,7 @@ def _faulty(state: State) -> list[str]:
 def _on_better_spot(state: State, item: str) -> State:
     best = state
     must = item in lying(state.layout)
-    for count, candidate in enumerate(_candidates(state, item)):
+    for count, candidate in enumerate(_candidates(state, state.layout, item)):
         proposed = state.with_layout(candidate)
         if proposed.rank < best.rank or (must and best is state and proposed.rank.cost <= best.rank.cost):
             best = proposed
@@ -75,8 +88,7 @@ def _on_better_spot(state: State, item: str) -> State:
     return best
 
 
-def _candidates(state: State, item: str) -> Iterator[Layout]:
-    layout = state.layout
+def _candidates(state: State, layout: Layout, item: str) -> Iterator[Layout]:
     for support, slot in homes(layout, item, state.protocol):
         for spot in free_spots(layout, item, support, slot, state.profile, most=2):
             yield apply(layout, spot)

@@ -12,6 +12,7 @@ from labgym.layouts.adjust import swaps
 from labgym.layouts.fitting import Keepouts, on_wall
 from labgym.layouts.model import Layout
 from labgym.layouts.moves import apply, may_move, replaced
+from labgym.layouts.passages import Passages
 from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.repairs.berths import berths
 from labgym.layouts.repairs.rank import State
@@ -31,11 +32,13 @@ TRIALS = 48
 """Maximum number of layouts tried against one broken rule."""
 BERTHS = 20
 """Maximum number of poses tried for a piece of furniture."""
+WALL_PLACES = 100
+"""Free places on walls for which it is asked whether openings and ways allow them."""
 ROUNDS = 3
 ORDER = {rule.name: number for number, rule in enumerate(RULES) if rule.severity == "error"}
 """Hard safety rules in the order of reports."""
 EQUIPMENT_WALKS = frozenset({name for name in ORDER if name.endswith("_walk")})
-"""Rules on walks: the first object of an issue stays, and the equipment comes nearer."""
+"""Rules on walks: the equipment comes nearer to the first object of an issue, which stays if any way leads there."""
 
 
 def broken_rules(state: State) -> list[FacilityIssue]:
@@ -87,6 +90,8 @@ def _layouts(state: State, issue: FacilityIssue) -> Iterator[Layout]:
     ids = [item for item in issue.ids if item in layout.by_id]
     near = layout.placement(ids[0]).position[:2] if ids else (0.0, 0.0)
     if issue.rule in EQUIPMENT_WALKS:
+        for item in ids[:1] if issue.value is None else ():  # Nobody can stand before it, or leave that place.
+            yield from elsewhere(state, item)
         for item in ids[1:]:
             yield from elsewhere(state, item, near)
         return
@@ -129,17 +134,19 @@ def rehung(
     rest = layout.replace(placements=tuple(placement for placement in layout.placements if placement.id != item))
     site = Site.of(Arrangement.of(layout), protocol)
     openings = [box for _, box in opening_boxes(site)]
+    ways = Passages(rest) if asset.subtype == "fire" and rest.floor.spaces else None
 
     def plain(box: OrientedBox) -> bool:
-        if not openings:
-            return True
-        return bool((pairwise_penetration(BoxArray.of([box]), BoxArray.of(openings)) <= WALL_TOLERANCE).all())
+        if openings and (pairwise_penetration(BoxArray.of([box]), BoxArray.of(openings)) > WALL_TOLERANCE).any():
+            return False
+        at = None if ways is None else rest.floor.space_at(box.x, box.y)
+        return ways is None or at is None or ways.add(at.id, box, emergency=True)
 
     keepouts, spaces = Keepouts.of(rest, protocol), [space.id for space in layout.floor.spaces]
     heights = (None, HEAVY_GAS_TOP_M - asset.size.height) if asset.subtype == "sensor" else (None,)
     for height in heights:
         for space in (None, *(spaces if len(spaces) > 1 else ())):
-            place = on_wall(rest, asset, keepouts, near or here.position[:2], height, space, plain)
+            place = on_wall(rest, asset, keepouts, near or here.position[:2], height, space, plain, tries=WALL_PLACES)
             if place is not None:
                 yield replaced(layout, {item: place.model_copy(update={"id": item})})
 

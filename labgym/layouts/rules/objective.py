@@ -110,8 +110,7 @@ class Assessment:
         """
         if "facility" in self.profile.left_out:
             return ()
-        egress = egress_issues(self.arrangement) if self.navigation else []
-        issues = (*self._placing, *egress)
+        issues = (*self._placing, *(self._egress if self.navigation else ()))
         fixed = {placement.id for placement in self.arrangement.placements if placement.fixed}
         return tuple(issue for issue in issues if issue.severity == "error" and not fixed.issuperset(issue.ids))
 
@@ -121,9 +120,18 @@ class Assessment:
         issues = (*self._placing, *equipment_issues(self.arrangement))
         return tuple(issue for issue in issues if issue.severity == "warning")
 
+    @property
+    def advice(self) -> tuple[FacilityIssue, ...]:
+        """Every rule that is advice and that moved objects may follow: the facility warnings."""
+        return self.warnings
+
     @cached_property
     def _placing(self) -> tuple[FacilityIssue, ...]:
         return tuple(placing_issues(self.arrangement))
+
+    @cached_property
+    def _egress(self) -> tuple[FacilityIssue, ...]:
+        return tuple(egress_issues(self.arrangement))
 
     def with_navigation(self, protocol: Protocol | None) -> Assessment:
         """Return the assessment with navigation, as `evaluate_layout(..., navigation=True)`; the rest is kept."""

@@ -7,7 +7,8 @@ from collections import Counter
 from itertools import combinations
 
 import pytest
-from shapely import box
+from outside.safety_checker import Laboratory
+from shapely import Point, box
 from shapely.affinity import rotate, translate
 
 from labgym.assets import Catalog
@@ -21,9 +22,13 @@ CASES = {
     "hydride and oxidizer in two rooms": (["red_05", "red_03"], 73, {"family": "double"}),
     "chloride on a floor of rooms": (["fgt_01", "sub_04"], 74, {"family": "suite"}),
     "hydrogen in an ell": ("red_04", 75, {"family": "ell"}),
+    "borohydride on a bench": ("red_01", 76, {"room": "bay"}),
+    "chloride in a deep room": ("alk_02", 900043, {"room": "roomy"}),
 }
 WET = ("sink", "eyewash", "shower", "ice")
-WATER_REACTIVE = {"LithiumAluminumHydride", "ThionylChloride"}
+WATER_REACTIVE = {
+    "LithiumAluminumHydride", "ThionylChloride", "SodiumBorohydride", "AluminumChloride", "AcetylChloride",
+}  # fmt: skip
 
 
 @pytest.fixture(scope="module", params=CASES)
@@ -99,6 +104,27 @@ def test_hydrides_have_a_class_d_extinguisher_in_their_space_and_all_are_at_thei
         if one.support == "wall" and "Extinguisher" in one.asset:
             assert one.position[2] >= 0.1
             assert one.position[2] + layout.asset(one.id).size.height <= 1.53
+
+
+def test_people_who_come_in_can_walk_to_every_extinguisher(layout):
+    laboratory = Laboratory(layout.to_json())
+    extinguishers = [item for item in laboratory.items if "Extinguisher" in item.entry["name"]]
+    assert extinguishers
+    assert [item.id for item in extinguishers if not laboratory.entered(item)] == []
+
+
+@pytest.mark.parametrize(("protocols", "seed", "family"), [
+    (["cyc_03", "red_01"], 900040, "suite"), (["fgt_02", "red_04"], 900049, "double"),
+    (["cyc_04", "red_02"], 900053, "refit"),
+])  # fmt: skip
+def test_hoods_stand_within_reach_of_an_exhaust(protocols, seed, family):
+    layout = generate(protocols, seed, family=family)
+    exhausts = [point for point in layout.floor.services if point.kind == "exhaust"]
+    hoods = [one for one in layout.placements if layout.asset(one.id).fume_hood]
+    assert exhausts
+    for hood in hoods:
+        reach = [(footprint(layout, hood).distance(Point(point.x, point.y)), point.reach or 3.0) for point in exhausts]
+        assert any(gap <= limit + 1e-6 for gap, limit in reach), (hood.id, reach)
 
 
 def test_rooms_with_volatile_flammables_or_hydrogen_have_a_gas_detector(layout):

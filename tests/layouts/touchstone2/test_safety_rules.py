@@ -6,25 +6,32 @@ import math
 from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
 import pytest
 from laboratories import BY_HAND, orderly_laboratory, put
+from outside.safety_checker import faults
+from shapely import union_all
 from shapely.affinity import rotate, translate
-from shapely.geometry import LineString, Polygon, box
+from shapely.geometry import LineString, Point, Polygon, box
 
 from labgym.assets import Catalog
 from labgym.eval import score
 from labgym.layouts import Layout, Placement, load_published
-from labgym.layouts.floor import Floor
-from labgym.layouts.rules import evaluate_layout
+from labgym.layouts.floor import Floor, Service
+from labgym.layouts.repairs import repair_layout
+from labgym.layouts.rules import evaluate_layout, thresholds
 from labgym.layouts.rules.facility import FacilityIssue
 from labgym.layouts.rules.safety.hazards import fire_classes, water_reactive
 from labgym.layouts.rules.safety.heights import MOUNTINGS
 from labgym.layouts.rules.safety.rules import RULES
 from labgym.layouts.rules.safety.standing import forbidden
 from labgym.layouts.rules.touchstone2.assessment import Assessment2
+from labgym.protocols import ReagentUse, Step
+from labgym.protocols.constraints import derive
 
 HALF = math.pi / 2.0
 CATALOG = Catalog.load()
+V2 = thresholds.profile("default", "touchstone-v2")
 
 
 def assess(layout: Layout, navigation: bool = False) -> Assessment2:
@@ -85,6 +92,56 @@ def test_other_reagents_may_stand_next_to_water(name: str) -> None:
     assert issues(layout, "water_distance") == []
 
 
+def handling(reagent: str, *changed: Placement) -> Layout:
+    """Return the orderly laboratory, whose protocol adds a reagent in the hood; none of it is placed."""
+    add = Step(index=3, location="FumeHood", action="Add", text="Add.", uses=(reagent, "RoundBottomFlask"))
+    uses = (*BY_HAND.reagents, ReagentUse(name=reagent, role="reagent"))
+    protocol = derive(BY_HAND.model_copy(update={"reagents": uses, "steps": (*BY_HAND.steps, add)}))
+    return orderly_laboratory(*changed).replace(protocols=(protocol,))
+
+
+@pytest.mark.parametrize("name", WATER_REACTIVE)
+@pytest.mark.parametrize("along", [5.4, 5.7, 6.1])
+@pytest.mark.parametrize(("fitting", "asset"), [("shower", "EmergencyShower"), ("eyewash", "EyewashStation")])
+def test_water_reactives_are_handled_a_meter_from_wet_fittings(
+    name: str, along: float, fitting: str, asset: str
+) -> None:
+    other = {
+        "shower": put("eyewash", "EyewashStation", 2.0, 0.3),
+        "eyewash": put("shower", "EmergencyShower", 2.0, 0.5),
+    }
+    layout = handling(name, put(fitting, asset, along, 7.6, yaw=math.pi), other[fitting])
+    gap = footprint(layout, "hood").distance(footprint(layout, fitting))
+    own = [issue for issue in issues(layout, "water_distance") if issue.ids == ("hood", fitting)]
+    assert [issue.value for issue in own] == pytest.approx([gap] if gap < 1.0 else [], abs=1e-6)
+    assert all(issue.severity == "error" and name in issue.message for issue in own)
+
+
+@pytest.mark.parametrize("name", HARMLESS)
+def test_other_reagents_may_be_handled_next_to_water(name: str) -> None:
+    layout = handling(name, put("shower", "EmergencyShower", 5.4, 7.6, yaw=math.pi))
+    assert issues(layout, "water_distance") == []
+
+
+def test_cooling_water_of_a_hood_is_no_wet_fitting_where_reagents_are_handled() -> None:
+    shower, eyewash = put("shower", "EmergencyShower", 7.0, 7.6), put("eyewash", "EyewashStation", 6.6, 0.3)
+    layout = handling("SodiumHydride", shower, eyewash)
+    point = Service(kind="water", x=4.2, y=7.9, z=0.9)
+    assert issues(layout.replace(floor=layout.floor.model_copy(update={"services": (point,)})), "water_distance") == []
+
+
+def used_at(layout: Layout) -> dict[str, Polygon]:
+    """Return the footprints of the furniture at which steps use water-reactives, by id."""
+    places = {}
+    for protocol in layout.protocols:
+        for step in protocol.steps:
+            chemistry = [CATALOG.find(name).chemistry for name in step.uses]
+            if any(one is not None and (one.water_reactive or "H250" in one.h_codes) for one in chemistry):
+                place = next(p for p in layout.placements if step.location in (p.asset, layout.asset(p.id).variant_of))
+                places[place.id] = footprint(layout, place.id)
+    return places
+
+
 def test_distances_from_water_on_published_floors_are_those_of_shapely() -> None:
     wet, seen = {"sink", "eyewash", "shower", "ice"}, 0
     for number in (0, 2, 5):
@@ -97,6 +154,7 @@ def test_distances_from_water_on_published_floors_are_those_of_shapely() -> None
             if chemistry is not None and (chemistry.water_reactive or "H250" in chemistry.h_codes):
                 own = footprint(layout, placement.id)
                 expected += [own.distance(other) for other in (*fittings.values(), *points)]
+        expected += [own.distance(other) for own in used_at(layout).values() for other in fittings.values()]
         near = sorted(gap for gap in expected if gap < 1.0)
         seen += len(near)
         assert sorted(issue.value or 0.0 for issue in issues(layout, "water_distance")) == pytest.approx(near, abs=1e-6)
@@ -209,21 +267,66 @@ def test_a_shower_behind_a_door_does_not_count_and_behind_a_passage_it_does() ->
     assert issues(two_rooms("passage"), "shower_walk", navigation=True) == []
 
 
-def test_the_walk_to_a_shower_is_limited() -> None:
+def test_quick_walks_to_a_shower_are_never_shorter_than_the_exact_ones() -> None:
     layout = load_published("floors-test", "floors-test-0000")
     assessment = assess(layout, navigation=True)
     roadmap, site = assessment.site.roadmap, assessment.site
     for room, rows in site.work.items():
         goals = site.rows_in(room, ("EmergencyShower",))
         if goals:
-            quick = roadmap.bounds(rows, goals, room)
-            exact = [roadmap.length(row, goals) for row in rows]
-            assert (quick >= [length - 1e-6 for length in exact]).all()
+            exact = np.array([roadmap.length(row, goals) for row in rows])
+            for limit in (*np.arange(0.5, 17.0, 0.5), *exact - 1e-4):
+                near = roadmap.within(rows, goals, room, float(limit))
+                assert (exact[near] <= limit + 1e-6).all()
+            assert roadmap.within(rows, goals, room, 16.8).any()
 
 
 def test_nothing_stands_in_front_of_an_extinguisher() -> None:
     walled = orderly_laboratory(put("before", "GeneralCabinet", 0.5, 2.05, yaw=-HALF))
     assert [issue.ids for issue in issues(walled, "extinguisher_front")] == [("extinguisher", "before")]
+
+
+def pocket(gap: float, *changed: Placement) -> Layout:
+    """Return the orderly laboratory with an extinguisher in a pocket of benches that has two ways out, meters wide."""
+    left = {"yaw": -HALF, "on": "wall"}
+    return orderly_laboratory(
+        put("extinguisher", "FireExtinguisher", 0.1, 4.5, 0.9, **left), *changed,
+        put("low", "LabBench1200", 0.62, 3.3), put("high", "LabBench1200", 0.62, 5.7),
+        put("before", "LabBench1800", 1.22 + gap + 0.375, 4.5, yaw=HALF),
+        without=("flammables", "general", "ether", "salt"),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("asset", ["FireExtinguisher", "CO2Extinguisher", "ClassDExtinguisher"])
+@pytest.mark.parametrize("gap", [0.02, 0.3, 0.45, 0.6, 0.9])
+def test_a_person_can_walk_to_every_extinguisher(asset: str, gap: float) -> None:
+    on = {"on": "floor"} if asset == "ClassDExtinguisher" else {"on": "wall", "z": 0.6}
+    layout = pocket(gap, put("extinguisher", asset, 0.14, 4.5, yaw=-HALF, **on))
+    hall = box(0.0, 0.0, 8.0, 8.0).buffer(-0.25)
+    loose = ("spill", "container", "fire")
+    standing = [
+        footprint(layout, p.id)
+        for p in layout.placements
+        if p.support == "floor" and layout.asset(p.id).subtype not in loose
+    ]
+    free = hall.difference(union_all(standing).buffer(0.25))
+    groups = getattr(free, "geoms", [free])
+    reachable = any(
+        group.distance(Point(0.14, 4.5)) < 0.9 and group.distance(Point(6.0, 0.6)) < 0.1 for group in groups
+    )
+    assert reachable == (gap > 0.5)
+    own = [issue.ids for issue in issues(layout, "extinguisher_reach", navigation=True)]
+    assert own == ([] if reachable else [("extinguisher",)])
+    seen = {fault.who for fault in faults(layout.to_json()) if fault.kind == "extinguisher reach"}
+    assert seen == (set() if reachable else {("extinguisher",)})
+
+
+@pytest.mark.parametrize("asset", ["FireExtinguisher", "ClassDExtinguisher"])
+def test_repair_brings_an_extinguisher_out_of_a_pocket(asset: str) -> None:
+    on = {"on": "floor"} if asset == "ClassDExtinguisher" else {"on": "wall", "z": 0.6}
+    result = repair_layout(pocket(0.3, put("extinguisher", asset, 0.14, 4.5, yaw=-HALF, **on)), profile=V2)
+    assert (result.after.v, result.problems) == (0, ())
+    assert faults(result.layout.to_json()) == []
 
 
 # Wall items and heights.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from labgym.geometry import distance, penetration
+from labgym.layouts.floor.exits import HOOD_DOOR_LEAST
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.facility.issue import FacilityIssue, issue
 from labgym.layouts.rules.thresholds import ROOM_TOLERANCE
@@ -10,9 +11,6 @@ from labgym.layouts.rules.zones import front_zone
 
 HOOD_DOOR = 3.0
 """Distance between a hood and a doorway, meters (NFPA 45 and ANSI/AIHA Z9.5: 10 ft, as university guides cite them)."""
-
-HOOD_DOOR_LEAST = 1.0
-"""Least distance between a hood and a doorway, meters (BS 7258-2 guidance: 1.0 to 1.5 m)."""
 
 HOOD_OPPOSITE = 3.0
 """No desk within this distance in front of a hood, meters (NFPA 45: not opposite desks)."""

@@ -1,4 +1,4 @@
-"""Walks of people in a room: where they stand, and the lengths of their ways, quickly bounded or exact."""
+"""Walks of people in a room: where they stand, quick walks along straight lines, and exact lengths."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse.csgraph import dijkstra
+from scipy.sparse.csgraph import shortest_path
 
 from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.arrangement import Arrangement
@@ -23,8 +23,11 @@ ARM_REACH_M = 0.8
 """A person reaches equipment from this far in front of it, meters (ISO 7250-3: forward grip reach 0.65 to 0.8 m)."""
 STEP_M = 0.2
 """Spacing of the places that are tried before equipment, meters."""
+FINE_STEP_M, FINE_PLACES = 0.05, 16
+"""Spacing of the places before an extinguisher, which may hang in a corner, meters; number of free ones used."""
 INSIDE_M = 0.6
 """Distance from a door of the places next to it, meters."""
+LENGTH_TOLERANCE_M = 1e-9
 Array = NDArray[np.float64]
 
 
@@ -80,12 +83,12 @@ class Roadmap:
         x, y, _ = goal_pose(box)
         return np.array([(x + out * box.front[0], y + out * box.front[1]) for out in OUTWARD])
 
-    def _within_reach(self, row: int) -> Array:
+    def _within_reach(self, row: int, step: float = STEP_M) -> Array:
         """Return places from which an arm reaches an object, the nearest first, shape (k, 2)."""
         box = self.arrangement.box(row)
         (fx, fy), half = box.front, box.depth / 2.0
-        sides = np.arange(-ARM_REACH_M, ARM_REACH_M + 1e-9, STEP_M)
-        outs = np.arange(PERSON, ARM_REACH_M + 1e-9, STEP_M)
+        sides = np.arange(-ARM_REACH_M, ARM_REACH_M + 1e-9, step)
+        outs = np.arange(PERSON, ARM_REACH_M + 1e-9, step)
         out, side = (grid.ravel() for grid in np.meshgrid(outs, sides, indexing="ij"))
         order = np.argsort(np.hypot(out, side), kind="stable")
         order = order[np.hypot(out, side)[order] <= ARM_REACH_M + 1e-9]
@@ -111,33 +114,82 @@ class Roadmap:
             own.setdefault(int(self.rooms[self.arrangement.spaces[row]]), []).append(row)
         return own
 
-    def bounds(self, starts: Sequence[int], goals: Sequence[int], room: int, anywhere: bool = False) -> Array:
-        """Return upper bounds of the walks from objects to the nearest of some equipment in a room, meters.
+    def within(
+        self, starts: Sequence[int], goals: Sequence[int], room: int, limit: float, anywhere: bool = False
+    ) -> NDArray[np.bool_]:
+        """Whether a walk of straight lines leads from each object to some equipment of a room within a limit, (n,).
 
-        The walks consist of straight lines between the places where people stand; inf without one.
+        The walks pass places where people stand. There may be a shorter walk where none is found: `length` decides.
 
         Args:
+            limit: greatest length, meters.
             anywhere: whether walks end anywhere within an arm's reach of the equipment, or in front of it.
         """
-        corners = [(x, y) for x, y, free in self.stands(self._workplaces.get(room, [])) if free]
+        near = np.zeros(len(starts), dtype=np.bool_)
         begins, ends = self.stands(starts), self._ends(goals, anywhere)
-        if not ends:
-            return np.full(len(starts), np.inf)
-        own = [(x, y) for x, y, _ in begins]
-        entries = self._entries.get(room, np.zeros((0, 2))).tolist()
-        lengths = self._lines(np.array([*ends, *own, *corners, *entries]))
-        nearest = dijkstra(lengths, directed=False, indices=range(len(ends)), min_only=True)
-        free = np.array([free for _, _, free in begins])
-        return np.where(free, nearest[len(ends) : len(ends) + len(own)], np.inf)
+        free = np.flatnonzero([free for _, _, free in begins])
+        if not ends or not len(free):
+            return near
+        own, last = np.array([begins[k][:2] for k in free]), np.array(ends)
+        near[free] = self._lines(own, last).min(axis=1) <= limit + LENGTH_TOLERANCE_M
+        rest = np.flatnonzero(~near[free])
+        hubs, between = self._hubs(room)
+        if len(rest) and len(hubs):
+            beyond = (between + self._lines(hubs, last).min(axis=1)).min(axis=1)
+            lengths = (self._lines(own[rest], hubs) + beyond).min(axis=1)
+            near[free[rest]] = lengths <= limit + LENGTH_TOLERANCE_M
+        return near
 
-    def _lines(self, points: Array) -> Array:
-        """Return the lengths of the free straight lines between places (n, 2), 0 where none is free, shape (n, n)."""
-        first, second = np.triu_indices(len(points), 1)
-        lengths = np.zeros((len(points), len(points)))
-        free = self._space.joins(points[first], points[second])
-        spans = np.linalg.norm(points[first] - points[second], axis=1)
-        lengths[first[free], second[free]] = np.maximum(spans[free], 1e-9)
+    def reached(self, row: int) -> bool:
+        """Whether a person comes within an arm's reach of an object from a door of its room, or a place of work in it.
+
+        Places of work count in rooms whose doors have no free place inside; without those, everything is reached.
+        """
+        room = int(self.rooms[self.arrangement.spaces[row]])
+        (hubs, between), entries = self._hubs(room), len(self._entries.get(room, ()))
+        # Doors come last; without a free place inside them, `-0:` takes all places of work.
+        begins, fine = hubs[-entries:], self._within_reach(row, FINE_STEP_M)
+        free = fine[self._space.holds(fine)]
+        ends = [*self._ends([row], anywhere=False), *free[:: max(1, len(free) // FINE_PLACES)].tolist()]
+        if not len(begins) or not ends:
+            return not len(begins)
+        beyond = self._lines(hubs, np.array(ends)).min(axis=1)
+        if np.isfinite(between[-entries:] + beyond).any():
+            return True
+        return any(self.premises.paths.connected(begin, end) for begin in begins.tolist() for end in ends)
+
+    def _hubs(self, room: int) -> tuple[Array, Array]:
+        """Return places through which walks of a room lead, (k, 2), and the lengths of the walks between them, (k, k).
+
+        They are the free places before its places of work and inside its doors.
+        """
+        if room not in self._nets:
+            corners = [(x, y) for x, y, free in self.stands(self._workplaces.get(room, [])) if free]
+            entries = self._entries.get(room, np.zeros((0, 2)))
+            hubs = np.concatenate([np.reshape(corners, (-1, 2)), entries])
+            self._nets[room] = hubs, shortest_path(self._network(hubs), directed=False)
+        return self._nets[room]
+
+    def _network(self, hubs: Array) -> Array:
+        """Return the free straight lines between places as scipy reads a dense graph: lengths, 0 for none, (k, k)."""
+        first, second = np.triu_indices(len(hubs), 1)
+        free = self._space.joins(hubs[first], hubs[second])
+        lengths = np.zeros((len(hubs), len(hubs)))
+        spans = np.linalg.norm(hubs[first] - hubs[second], axis=1)
+        lengths[first[free], second[free]] = np.maximum(spans[free], LENGTH_TOLERANCE_M)
         return lengths
+
+    @cached_property
+    def _nets(self) -> dict[int, tuple[Array, Array]]:
+        """Places and walks that have been computed, by room."""
+        return {}
+
+    def _lines(self, starts: Array, ends: Array) -> Array:
+        """Return the lengths of the straight lines between places (m, 2) and (n, 2), inf if not free, (m, n)."""
+        first, second = (grid.ravel() for grid in np.indices((len(starts), len(ends))))
+        spans = np.linalg.norm(starts[first] - ends[second], axis=1)
+        free = self._space.joins(starts[first], ends[second])
+        return np.where(free, spans, np.inf).reshape(len(starts), len(ends))
 
     def length(self, start: int, goals: Sequence[int]) -> float:
         """Return the exact length of the shortest walk from an object to the nearest of some equipment, meters."""

@@ -21,9 +21,6 @@ RULES: tuple[SafetyRule, ...] = (
 )
 """The rules in the order of reports."""
 
-REPLACED = frozenset({"corrosive_height", "shower_walk"})
-"""Facility rules of touchstone-v1 in whose place stricter ones stand."""
-
 
 def safety_issues(site: Site, ways: bool) -> tuple[FacilityIssue, ...]:
     """Return every issue of a layout under the safety rules.

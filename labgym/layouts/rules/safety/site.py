@@ -62,14 +62,26 @@ class Site:
         return repr(self.arrangement.layout.floor.spaces[room].id)
 
     @cached_property
+    def handled_by(self) -> tuple[tuple[Handling, ...], ...]:
+        """Reagents and vessels of each protocol at its locations."""
+        return tuple(handlings(self.arrangement, protocol) for protocol in self.protocols)
+
+    @cached_property
     def handled(self) -> tuple[Handling, ...]:
-        """Reagents and vessels of the protocols at their locations."""
-        return tuple(place for protocol in self.protocols for place in handlings(self.arrangement, protocol))
+        """Reagents and vessels of all protocols at their locations."""
+        return tuple(place for places in self.handled_by for place in places)
 
     def reagents_of(self, place: Handling) -> tuple[Asset, ...]:
         """Return the reagents that are handled at a place."""
-        catalog = self.arrangement.layout.catalog
-        return tuple(catalog.get(name) for name in sorted(place.reagents))
+        if place.reagents not in self._reagents:
+            catalog = self.arrangement.layout.catalog
+            self._reagents[place.reagents] = tuple(catalog.get(name) for name in sorted(place.reagents))
+        return self._reagents[place.reagents]
+
+    @cached_property
+    def _reagents(self) -> dict[frozenset[str], tuple[Asset, ...]]:
+        """Reagents that have been looked up, by their names."""
+        return {}
 
     @cached_property
     def contents(self) -> dict[int, tuple[tuple[str, Asset], ...]]:

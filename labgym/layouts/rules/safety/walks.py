@@ -1,4 +1,7 @@
-"""Walks to emergency equipment: showers and eyewashes in 10 s, extinguishers within their travel distance; no door."""
+"""Walks to emergency equipment: showers and eyewashes in 10 s, extinguishers within their travel distance; no door.
+
+Nobody needs to start at a hazard to need an extinguisher: each can be reached from the doors of its room.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,9 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from labgym.layouts.rules.facility.showers import SHOWER_WALK
+from labgym.layouts.rules.regulations.premises import PERSON
 from labgym.layouts.rules.safety.hazards import CLASS_B, CLASS_D, FireClass, fire_classes
+from labgym.layouts.rules.safety.roadmap import ARM_REACH_M
 from labgym.layouts.rules.safety.rule import Finding, SafetyRule
 from labgym.layouts.rules.safety.site import Site
 from labgym.layouts.rules.thresholds import Severity
@@ -99,8 +104,8 @@ def _rule(walk: Walk) -> SafetyRule:
             goals = site.rows_in(room, walk.accepted)
             rows = [row for row in starts if site.room(row) == room]
             for anywhere in (False, True) if goals else ():
-                bounds = roadmap.bounds(rows, goals, room, anywhere)
-                rows = [row for row, bound in zip(rows, bounds.tolist(), strict=True) if bound > walk.limit + 1e-9]
+                near = roadmap.within(rows, goals, room, walk.limit, anywhere).tolist()
+                rows = [row for row, is_near in zip(rows, near, strict=True) if not is_near]
                 if not rows:
                     break
             for row in rows if goals else ():
@@ -120,4 +125,28 @@ def _rule(walk: Walk) -> SafetyRule:
     )
 
 
-RULES = tuple(_rule(walk) for walk in WALKS)
+def _extinguishers(site: Site) -> list[int]:
+    return [row for row, asset in enumerate(site.arrangement.assets) if asset.role in CLASS_B | CLASS_D]
+
+
+def _out_of_reach(site: Site) -> Iterator[Finding]:
+    for row in _extinguishers(site):
+        if not site.roadmap.reached(row):
+            own = site.arrangement.placements[row].id
+            message = f"no way leads from a door of the room to within {ARM_REACH_M:g} m of {own}"
+            yield Finding((own,), None, ARM_REACH_M, message, f"move {own}, or free a way {2 * PERSON:g} m wide to it")
+
+
+RULES = (
+    *(_rule(walk) for walk in WALKS),
+    SafetyRule(
+        name="extinguisher_reach",
+        requires="A person can walk to every extinguisher",
+        limit=f"{ARM_REACH_M:g} m from a way {2 * PERSON:g} m wide",
+        source="NFPA 10, 6.1.3.1; OSHA 29 CFR 1910.157(c)(1)",
+        severity="error",
+        count=lambda site: len(_extinguishers(site)),
+        check=_out_of_reach,
+        ways=True,
+    ),
+)

@@ -1,8 +1,8 @@
-"""Water: reagents that react with water or ignite in air stand away from wet fittings."""
+"""Water: reagents that react with water or ignite in air are stored and handled away from wet fittings."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from labgym.geometry import BoxArray, OrientedBox
 from labgym.layouts.rules.safety.hazards import water_reactive
@@ -11,54 +11,80 @@ from labgym.layouts.rules.safety.site import Site
 
 WET_DISTANCE_M = 1.0
 """Least distance in plan of a water-reactive or pyrophoric reagent from a wet fitting, meters: the reach of splashes
-(Prudent Practices, 5.E.2: store water-reactives away from sinks and other sources of water; the distance is ours)."""
+(Prudent Practices, 5.E.2: store water-reactives away from sinks and other sources of water; 4.D.2.1: they react with
+water at once; the distance is ours)."""
 
 
-def _subjects(site: Site) -> list[int]:
+def _stored(site: Site) -> list[int]:
     return [row for row in site.arrangement.reagents if water_reactive(site.arrangement.assets[row])]
 
 
-def _sources(site: Site) -> list[tuple[str, str, OrientedBox]]:
-    """Return the id ("" for a service point), the name and the box of each source of water."""
+def _used(site: Site) -> dict[int, str]:
+    """Return the first such reagent that is handled on each piece of furniture, by the furniture's row.
+
+    A step may use the whole surface, so that distances run from its outline.
+    """
+    arrangement, used = site.arrangement, dict[int, str]()
+    for place in site.handled:
+        reagents = [reagent.name for reagent in site.reagents_of(place) if water_reactive(reagent)]
+        if reagents:
+            root = arrangement.layout.root(arrangement.placements[place.location].id).id
+            used.setdefault(arrangement.row(root), reagents[0])
+    return used
+
+
+def _fittings(site: Site) -> list[tuple[str, str, OrientedBox]]:
+    """Return the id, the name and the box of each wet fitting."""
     arrangement = site.arrangement
-    fittings = [
-        (arrangement.placements[row].id, arrangement.placements[row].id, arrangement.box(row)) for row in site.wet
-    ]
-    points = [
+    return [(arrangement.placements[row].id, arrangement.placements[row].id, arrangement.box(row)) for row in site.wet]
+
+
+def _water_points(site: Site) -> list[tuple[str, str, OrientedBox]]:
+    """Return the same of each water point, which has no id."""
+    return [
         ("", f"the water point at ({point.x:.2f}, {point.y:.2f})", OrientedBox(point.x, point.y, 0.0, 0.0))
-        for point in arrangement.layout.floor.services
+        for point in site.arrangement.layout.floor.services
         if point.kind == "water"
     ]
-    return [*fittings, *points]
+
+
+def _near(
+    site: Site, places: Sequence[tuple[int, str, str]], sources: Sequence[tuple[str, str, OrientedBox]]
+) -> Iterator[Finding]:
+    """Yield what is too near to a source of water; places are rows, what each does, and what to move."""
+    if not places or not sources:
+        return
+    gaps = site.plan_gaps([row for row, _, _ in places], BoxArray.of([box for _, _, box in sources]))
+    for (row, what, moved), distances in zip(places, gaps, strict=True):
+        own = site.arrangement.placements[row].id
+        for (fitting, name, _), gap in zip(sources, distances.tolist(), strict=True):
+            if gap < WET_DISTANCE_M - 1e-9:
+                ids = (own, fitting) if fitting else (own,)
+                message = f"{own} {what} and is {gap:.2f} m from {name}, under {WET_DISTANCE_M:g} m"
+                yield Finding(ids, gap, WET_DISTANCE_M, message, f"move {moved} {WET_DISTANCE_M - gap:.2f} m away")
 
 
 def _check(site: Site) -> Iterator[Finding]:
-    reagents, sources = _subjects(site), _sources(site)
-    if not reagents or not sources:
-        return
-    gaps = site.plan_gaps(reagents, BoxArray.of([box for _, _, box in sources]))
-    for i, row in enumerate(reagents):
-        reagent = site.arrangement.placements[row].id
-        holder = site.arrangement.placements[row].support
-        for j, (fitting, name, _) in enumerate(sources):
-            gap = float(gaps[i, j])
-            if gap < WET_DISTANCE_M - 1e-9:
-                ids = (reagent, fitting) if fitting else (reagent,)
-                message = (
-                    f"{reagent} reacts with water or air and is {gap:.2f} m from {name}, under {WET_DISTANCE_M:g} m"
-                )
-                yield Finding(ids, gap, WET_DISTANCE_M, message, f"move {holder} {WET_DISTANCE_M - gap:.2f} m away")
+    placements = site.arrangement.placements
+    stored = [(row, "reacts with water or air", placements[row].support) for row in _stored(site)]
+    yield from _near(site, stored, [*_fittings(site), *_water_points(site)])
+    used = [
+        (row, f"is where {name}, which reacts with water or air, is handled", f"{placements[row].id} or the fitting")
+        for row, name in _used(site).items()
+    ]
+    # Cooling water of a condenser is part of a hood, so that water points do not count where reagents are handled.
+    yield from _near(site, used, _fittings(site))
 
 
 RULES = (
     SafetyRule(
         name="water_distance",
-        requires="Reagents that react with water or ignite in air keep their distance from sinks, eyewashes, showers, "
-        "ice machines and water points, and never stand under one",
+        requires="Reagents that react with water or ignite in air are stored and handled away from sinks, eyewashes, "
+        "showers and ice machines, stored away from water points too, and never under one",
         limit=f"{WET_DISTANCE_M:g} m in plan",
-        source="Prudent Practices, 5.E.2; NFPA 400",
+        source="Prudent Practices, 4.D.2.1 and 5.E.2; NFPA 400",
         severity="error",
-        count=lambda site: len(_subjects(site)),
+        count=lambda site: len(_stored(site)) + len(_used(site)),
         check=_check,
     ),
 )

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from labgym.layouts.rules.bounds import BoundsFault
-from labgym.layouts.rules.facility import FacilityIssue, facility_issues
-from labgym.layouts.rules.facility.exits import building_exit_issues, egress_issues
+from labgym.layouts.rules.facility import FacilityIssue
+from labgym.layouts.rules.facility.exits import building_exit_issues
+from labgym.layouts.rules.facility.hoods import hood_issues
 from labgym.layouts.rules.objective import CHEMISTRY_WEIGHT, GEOMETRY_WEIGHT, Assessment
 from labgym.layouts.rules.presence import missing_assets
 from labgym.layouts.rules.regulations.premises import Premises
-from labgym.layouts.rules.safety.rules import REPLACED, safety_issues
+from labgym.layouts.rules.safety.rules import safety_issues
 from labgym.layouts.rules.safety.site import Site
 from labgym.layouts.rules.satisfaction import Instance, penalised
 from labgym.layouts.rules.touchstone2.entries import entry_legs
@@ -46,6 +47,7 @@ class Assessment2(Assessment):
     """All rules of one layout under touchstone-v2.
 
     Attributes:
+        site: the layout as the safety rules read it.
         protocol: the protocol that the layout is assessed for.
         near, ventilation: instances of the protocol's constraints; empty without a protocol.
         fronts: instances of the rule on free fronts; they count in v and in the geometric half of F.
@@ -53,6 +55,7 @@ class Assessment2(Assessment):
         entries: drives from doors to the first location of their room; None without navigation or a protocol.
     """
 
+    site: Site = field(kw_only=True)
     protocol: Protocol | None = None
     near: tuple[Instance, ...] = ()
     ventilation: tuple[Instance, ...] = ()
@@ -106,10 +109,25 @@ class Assessment2(Assessment):
 
     @cached_property
     def issues(self) -> tuple[FacilityIssue, ...]:
-        """Every facility rule and safety rule that the layout breaks, fixed objects included."""
-        general = facility_issues(self.arrangement, self.profile)
-        kept = (issue for issue in general if issue.rule not in REPLACED)
-        return (*kept, *self._standing_issues, *safety_issues(self.site, ways=True))
+        """Every facility rule and safety rule that the layout breaks, fixed objects included.
+
+        Stricter safety rules replace two facility rules of touchstone-v1: `corrosive_height` and `shower_walk`.
+        """
+        exits = building_exit_issues(self.arrangement.building, self.profile)
+        general = (*exits, *self._placing, *self._egress, *self._hoods)
+        return (*general, *self._standing_issues, *self._walking_issues)
+
+    @cached_property
+    def warnings(self) -> tuple[FacilityIssue, ...]:
+        """Facility rules that are advice, as far as objects can be moved to follow them; safety rules are `advice`."""
+        return tuple(issue for issue in (*self._placing, *self._hoods) if issue.severity == "warning")
+
+    @cached_property
+    def advice(self) -> tuple[FacilityIssue, ...]:
+        """Every rule that is advice and that moved objects may follow; walks only with navigation."""
+        walking = self._walking_issues if self.navigation else ()
+        safety = (issue for issue in (*self._standing_issues, *walking) if issue.severity == "warning")
+        return (*self.warnings, *safety)
 
     @cached_property
     def facility(self) -> FacilityScore:
@@ -117,19 +135,23 @@ class Assessment2(Assessment):
         return facility_score(self.site, self.issues)
 
     @cached_property
-    def site(self) -> Site:
-        """The layout as the safety rules read it."""
-        return Site.of(self.arrangement, self.protocol)
-
-    @cached_property
     def _standing_issues(self) -> tuple[FacilityIssue, ...]:
         """Issues under the safety rules that plan no walks."""
         return safety_issues(self.site, ways=False)
 
     @cached_property
+    def _hoods(self) -> tuple[FacilityIssue, ...]:
+        return tuple(hood_issues(self.arrangement))
+
+    @cached_property
+    def _walking_issues(self) -> tuple[FacilityIssue, ...]:
+        """Issues under the safety rules that plan walks."""
+        return safety_issues(self.site, ways=True)
+
+    @cached_property
     def hard_issues(self) -> tuple[FacilityIssue, ...]:
         """Facility and safety rules that the layout breaks and that count in v(L); walks only with navigation."""
-        ways = (*egress_issues(self.arrangement), *safety_issues(self.site, ways=True)) if self.navigation else ()
+        ways = (*self._egress, *self._walking_issues) if self.navigation else ()
         exits = building_exit_issues(self.arrangement.building, self.profile)
         return tuple(issue for issue in (*exits, *ways, *self._placing, *self._standing_issues) if is_hard(issue))
 
@@ -199,7 +221,7 @@ class Assessment2(Assessment):
             return self
         drives = _drives(self, protocol, None)
         assessment = replace(self, navigation=True, transitions=drives[0], entries=drives[1])
-        for name in ("_placing", "_standing_issues", "site", "faulty", "out_of_bounds"):
+        for name in ("_placing", "_hoods", "_standing_issues", "faulty", "out_of_bounds"):
             if name in self.__dict__:
                 assessment.__dict__[name] = self.__dict__[name]
         return assessment
@@ -224,9 +246,10 @@ def assess(basis: Assessment, protocol: Protocol | None, earlier: Assessment | N
     flammable, incompatible = basis.flammable, basis.incompatible
     near: tuple[Instance, ...] = ()
     ventilation: tuple[Instance, ...] = ()
+    site = Site.of(arrangement, protocol)
     if protocol is not None:
-        flammable += flammable_handling(arrangement, protocol, profile)
-        incompatible += incompatible_handling(arrangement, protocol, profile)
+        flammable += flammable_handling(arrangement, site.handled_by[0], profile)
+        incompatible += incompatible_handling(arrangement, site.handled_by[0], profile)
         near = penalised(near_instances(arrangement, protocol), faulty)
         ventilation = penalised(ventilation_instances(arrangement, protocol, unusable), faulty)
     assessment = Assessment2(
@@ -241,6 +264,7 @@ def assess(basis: Assessment, protocol: Protocol | None, earlier: Assessment | N
         missing=None if protocol is None else missing_assets(arrangement, protocol, out_of_bounds),
         transitions=None,
         navigation=basis.navigation,
+        site=site,
         protocol=protocol,
         near=near,
         ventilation=ventilation,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from labgym.geometry import pairwise_distance
@@ -71,10 +72,13 @@ def handlings(arrangement: Arrangement, protocol: Protocol) -> tuple[Handling, .
     return tuple(places)
 
 
-def flammable_handling(arrangement: Arrangement, protocol: Protocol, profile: Profile) -> tuple[Instance, ...]:
+def flammable_handling(arrangement: Arrangement, places: Sequence[Handling], profile: Profile) -> tuple[Instance, ...]:
     """Return one instance for each location that handles a flammable reagent and each heat source of others.
 
     The distance runs from the nearest vessel. Heat that a protocol of the layout uses at the location does not count.
+
+    Args:
+        places: what the protocol handles, as `handlings` returns it.
     """
     catalog, sources = arrangement.layout.catalog, []
     for row, asset in enumerate(arrangement.assets):
@@ -82,12 +86,11 @@ def flammable_handling(arrangement: Arrangement, protocol: Protocol, profile: Pr
         if band is not None:
             sources.append((row, band))
     instances = []
-    for place in handlings(arrangement, protocol):
+    for place in places:
         flammable = sorted(name for name in place.reagents if catalog.get(name).hazards.flammable)
-        for source, band in sources if flammable else ():
-            if source in place.own_rows:
-                continue
-            gap = _gap(arrangement, place.vessels, source)
+        near = [(source, band) for source, band in sources if source not in place.own_rows] if flammable else []
+        gaps = _gaps(arrangement, place.vessels, [source for source, _ in near])
+        for (source, band), gap in zip(near, gaps, strict=True):
             ids = arrangement.placements[place.location].id, arrangement.placements[source].id
             note = f"{flammable[0]}, flammable, is used near a heat source ({arrangement.assets[source].heat_class})"
             hard = gap < band.d_low
@@ -95,24 +98,30 @@ def flammable_handling(arrangement: Arrangement, protocol: Protocol, profile: Pr
     return tuple(instances)
 
 
-def incompatible_handling(arrangement: Arrangement, protocol: Protocol, profile: Profile) -> tuple[Instance, ...]:
+def incompatible_handling(
+    arrangement: Arrangement, places: Sequence[Handling], profile: Profile
+) -> tuple[Instance, ...]:
     """Return one instance for each location and each placed reagent incompatible with what is used there.
 
     Reagents that the protocol uses at the location do not count; a reagent in a closed cabinet is separated
     (IFC 5003.9.8: an approved cabinet replaces the distance).
+
+    Args:
+        places: what the protocol handles, as `handlings` returns it.
     """
     catalog, band = arrangement.layout.catalog, profile.incompatible
     instances = []
-    for place in handlings(arrangement, protocol):
+    for place in places:
+        handled = [catalog.get(name) for name in sorted(place.reagents)]
+        near = []
         for row in arrangement.reagents:
             asset = arrangement.assets[row]
-            if asset.role in place.own:
-                continue
-            hazards = (hazard_between(catalog.get(name), asset, profile.pairs) for name in sorted(place.reagents))
-            hazard = next((one for one in hazards if one is not None), None)
-            if hazard is None:
-                continue
-            gap = _gap(arrangement, place.vessels, row)
+            hazards = (hazard_between(one, asset, profile.pairs) for one in handled)
+            hazard = None if asset.role in place.own else next((one for one in hazards if one is not None), None)
+            if hazard is not None:
+                near.append((row, hazard))
+        gaps = _gaps(arrangement, place.vessels, [row for row, _ in near])
+        for (row, hazard), gap in zip(near, gaps, strict=True):
             shut = closed_cabinet(arrangement, row) is not None
             satisfaction = 1.0 if shut else band.satisfaction(gap)
             ids = arrangement.placements[place.location].id, arrangement.placements[row].id
@@ -122,5 +131,9 @@ def incompatible_handling(arrangement: Arrangement, protocol: Protocol, profile:
     return tuple(instances)
 
 
-def _gap(arrangement: Arrangement, rows: tuple[int, ...], other: int) -> float:
-    return float(pairwise_distance(arrangement.take(list(rows)), arrangement.take([other])).min())
+def _gaps(arrangement: Arrangement, rows: tuple[int, ...], others: list[int]) -> list[float]:
+    """Return the distance of each of some other objects from the nearest of some objects, meters."""
+    if not others:
+        return []
+    gaps: list[float] = pairwise_distance(arrangement.take(list(rows)), arrangement.take(others)).min(axis=0).tolist()
+    return gaps

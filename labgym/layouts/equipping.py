@@ -1,0 +1,86 @@
+"""Hangs the extinguishers and gas detectors that the rooms of a layout need."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from labgym.assets import Asset
+from labgym.geometry import OrientedBox
+from labgym.layouts.fitting import Keepouts, on_wall
+from labgym.layouts.model import Layout
+from labgym.layouts.placement import WALL
+from labgym.layouts.request import Request
+from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.regulations.premises import PERSON
+from labgym.layouts.rules.safety.heights import gases
+from labgym.layouts.rules.safety.rooms import Lacking, lacking_equipment
+from labgym.layouts.rules.safety.site import Site
+from labgym.protocols import Protocol
+
+STEP = 0.05
+"""Gap between a person and what is taken from a wall, meters."""
+TRIES = 200
+"""Places on the walls of a space for which it is asked whether a person comes there."""
+LOW = 0.3
+"""Height of the bottom of a detector for a gas heavier than air, meters."""
+
+
+def equipped(layout: Layout, request: Request) -> Layout:
+    """Return a layout with the wall equipment that its rooms lack, near what calls for it.
+
+    Nothing is added where the walls are full, or where nothing may be bought.
+    """
+    site, holdings = Site.of(Arrangement.of(layout), request.protocol), request.holdings
+    for one in lacking_equipment(site):
+        asset, placed = request.catalog.get(one.asset), [placement.asset for placement in layout.placements]
+        if asset.placing != WALL or not (holdings is None or holdings.equips(asset.name, placed)):
+            continue
+        for height in heights(site, asset, one):
+            layout = next(hung(layout, site, asset, one, height, request.protocol), layout)
+    return layout
+
+
+def heights(site: Site, asset: Asset, lacking: Lacking) -> list[float]:
+    """Return the heights of the bottom at which a room needs a piece of equipment, meters.
+
+    A gas detector hangs low for a gas heavier than air; a room with gases of both kinds needs two.
+    """
+    densities = gases(site).get(int(site.rooms[lacking.spaces[0]]), {}) if asset.subtype == "sensor" else {}
+    own = {LOW if density == "heavy" else asset.mount_height for density in densities}
+    return sorted(own or {asset.mount_height})
+
+
+def hung(
+    layout: Layout, site: Site, asset: Asset, lacking: Lacking, height: float, protocol: Protocol | None
+) -> Iterator[Layout]:
+    """Yield layouts with an asset on walls of a room that lacks it, those nearest to what calls for it first.
+
+    Extinguishers hang where a person who comes from there can take them, with a free front if there is such a place.
+    Last come the places nearest to the middle and the corners of each space, which may be out of reach.
+
+    Args:
+        layout: the layout of the site, or a later one with more objects.
+        height: of the bottom, meters.
+    """
+    x, y, _ = layout.root(lacking.causes[0]).position
+    keepouts, premises = Keepouts.of(layout, protocol), site.roadmap.premises
+    start = premises.pose(site.arrangement.row(lacking.causes[0]))
+
+    def reached(box: OrientedBox) -> bool:
+        """Whether a person who stands before the object can come from what calls for it."""
+        stand = box.to_world(0.0, box.depth / 2.0 + PERSON + STEP)
+        return premises.paths.free(*stand) and premises.paths.connected(start, (*stand, 0.0))
+
+    accept = reached if asset.subtype == "fire" else None
+    spaces = [layout.floor.spaces[index] for index in lacking.spaces]
+    boxes = [(space.id, box) for space in spaces for box in space.boxes]
+    elsewhere = [(space, (px, py)) for space, box in boxes for px, py in [(box.x, box.y), *box.corners().tolist()]]
+    ways = [(space.id, (x, y), accept, asset.clearance) for space in spaces]
+    ways += [(space.id, (x, y), accept, 0.0) for space in spaces]
+    ways += [(space, near, None, 0.0) for space, near in elsewhere]
+    yielded = set[tuple[float, float, float]]()
+    for space_id, near, reachable, front in ways:
+        placement = on_wall(layout, asset, keepouts, near, height, space_id, reachable, front, TRIES)
+        if placement is not None and placement.position not in yielded:
+            yielded.add(placement.position)
+            yield layout.replace(placements=(*layout.placements, placement))
