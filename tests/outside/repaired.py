@@ -26,13 +26,13 @@ from outside.safety_checker import faults
 from labgym.errors import LabgymError
 from labgym.layouts import Layout
 from labgym.layouts.combination import combination
-from labgym.layouts.damage import KINDS, damaged
 from labgym.layouts.moves import Place, apply, replaced
 from labgym.layouts.repairs import repair_layout
 from labgym.layouts.rules import evaluate_layout, thresholds
 from labgym.layouts.rules.safety.hazards import water_reactive
 from labgym.layouts.rules.supplies import WET
-from labgym.layouts.spoiling import DRAWN
+from labgym.paper.damage import KINDS, damaged
+from labgym.paper.spoiling import DRAWN
 from labgym.protocols import Protocol
 
 INCURABLE = ("no_exit", "fixed_fault")
