@@ -117,6 +117,7 @@ class ParsedDescription:
         requested: whether the wording announces that product, as "to give X" does.
         unlisted: substances that it names and the catalog lacks, as written.
         spoken_of: assets, classes of substances and concepts that it mentions.
+        reacting: those of `spoken_of` outside the names of products.
         products: the spans that name products.
         unassigned: amounts that belong to no substance, as written.
     """
@@ -127,6 +128,7 @@ class ParsedDescription:
     product: str
     unlisted: tuple[str, ...]
     spoken_of: frozenset[str]
+    reacting: frozenset[str]
     products: tuple[tuple[int, int], ...] = ()
     requested: bool = False
     unassigned: tuple[str, ...] = ()
@@ -163,18 +165,26 @@ def read(text: str, catalog: Catalog | None = None) -> ParsedDescription:
     reagents = [mention for mention in reagents if mention not in sold]
     clauses = tuple(_clauses(text, reagents, assigned, dissolved))
     topics = {mention.name for clause in clauses for mention in clause.mentions}
-    topics |= set(concepts(without_chinese_names(text, assets)))
+    unnamed = without_chinese_names(text, assets)
     return ParsedDescription(
         text=text,
         language=language_of(text),
         clauses=clauses,
         product=names[0] if names else "",
         unlisted=tuple(dict.fromkeys(strange)),
-        spoken_of=frozenset(topics),
+        spoken_of=frozenset(topics.union(concepts(unnamed))),
+        reacting=frozenset(topics.union(concepts(_without(unnamed, spans)))),
         products=spans,
         requested=bool(spans) and spans[0] in announced(text, named, foreign),
         unassigned=unassigned,
     )
+
+
+def _without(text: str, spans: Sequence[tuple[int, int]]) -> str:
+    """Return a text with some spans blank."""
+    for start, end in spans:
+        text = text[:start] + " " * (end - start) + text[end:]
+    return text
 
 
 def _clauses(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Sequence
 
 from labgym.assets import Catalog
@@ -22,15 +23,17 @@ from labgym.protocols.synthesis.library_experiments import from_library
 from labgym.protocols.synthesis.own_reagents import classes_of, own_reagents, with_own_reagents
 from labgym.protocols.synthesis.parting import parted
 from labgym.protocols.synthesis.phases import ReactionMixture
-from labgym.protocols.synthesis.product_classes import stated_product
 from labgym.protocols.synthesis.reaction import ReactionWriter
 from labgym.protocols.synthesis.reading import Clause, ParsedDescription
 from labgym.protocols.synthesis.roles import Participant, cast
+from labgym.protocols.synthesis.stated_product import stated_product
 from labgym.protocols.synthesis.transformations import Transformation, recognise, transformations
 from labgym.protocols.synthesis.workup import WorkUp
 from labgym.protocols.synthesis.workup_plan import work_up_steps
 from labgym.protocols.synthesis.writer import Commission, WriterResult
 
+_AGENT = re.compile(r"(?<!coupling )agent$|^(?:halide|fluoride) source$|^(?:nucleophile|oxidant|reductant|metal|diol)$")
+"""Roles of the reagents that make a reaction what it is."""
 SHARED_REAGENTS = 2
 """Number of reagents of the nearest protocol that a text without words for a reaction must name to be taken for it."""
 CANDIDATES = 4
@@ -145,6 +148,8 @@ def _kinds(description: ParsedDescription, context: SearchResults, catalog: Cata
     own = own_reagents(description.reagents, catalog)
     classes = frozenset[str]().union(*map(classes_of, own))
     kinds = recognise(description.spoken_of) or recognise(description.spoken_of | classes)
+    firm = recognise(description.reacting)
+    kinds = tuple(kind for kind in kinds if not firm or kind in firm or _brings_its_reagents(kind, description))
     if kinds:
         return kinds
     named = {m.name for clause in description.clauses for m in clause.mentions if m.kind in ("reagent", "class")}
@@ -154,6 +159,16 @@ def _kinds(description: ParsedDescription, context: SearchResults, catalog: Cata
             if other.like == hit.fragment.source and len(slots & named) >= SHARED_REAGENTS:
                 return (other,)
     return ()
+
+
+def _brings_its_reagents(kind: Transformation, description: ParsedDescription) -> bool:
+    """Return whether a text names the reagents that a kind of reaction needs beside its substrates and helpers.
+
+    A kind that only the name of the product suggests does not count without them.
+    """
+    decisive = [slot for slot in kind.slots if _AGENT.search(slot.role)]
+    named = set(description.reagents)
+    return all(not named.isdisjoint((slot.asset, *slot.accepts)) for slot in decisive)
 
 
 def _refuse_mismatch(kind: Transformation, parts: Sequence[Participant], catalog: Catalog) -> None:
@@ -197,8 +212,7 @@ def _protocol(
     description: ParsedDescription, kind: Transformation, builder: ProtocolBuilder, parts: Sequence[Participant]
 ) -> Protocol:
     digest = hashlib.sha256(description.text.encode()).hexdigest()[:10]
-    participants = [part.asset for part in parts]
-    product = stated_product(kind, description.product, description.requested, participants)
+    product = stated_product(kind, description.product, description.requested, parts)
     stand_ins = "".join(f" {p.asset.name} stands in for the {p.stands_for}." for p in parts if p.stands_for)
     return derive(
         Protocol(
