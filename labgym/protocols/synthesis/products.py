@@ -35,13 +35,15 @@ _CONVERSION = (
     r"iodinat|nitrat|acetylat|benzoylat|alkylat|acylat|methylat|benzylat|esterif|epoxidi|isomeri|evaporat|concentrat|heat|"
     r"tosylat|mesylat|deprotect|react|saponif|coupl)\w*"
 )
+_NO_VERB = r"(?!(?:give|afford|yield|furnish|deliver|form|obtain|produce|make|get)\b)"
 _INTO = re.compile(
-    rf"\b{_CONVERSION}\s++(?:(?:[^,;.\s]|\.(?=\d))++\s++){{0,20}}?(?:in)?to\s++{_NO_VESSEL}(.+?){_END}", re.IGNORECASE
+    rf"\b{_CONVERSION}\s++(?:(?:[^,;.\s]|\.(?=\d))++\s++){{0,20}}?(?:in)?to\s++{_NO_VESSEL}{_NO_VERB}(.+?){_END}",
+    re.IGNORECASE,
 )
 _CHINESE = re.compile(
     r"(?:得到?|生成|制得|制成|制备|合成|获得|蒸出|析出|收集|"
     r"(?:氧化|还原|转化|水解|脱水|缩合|环化|转变|变|酰化)(?:成|为))"
-    r"([^，。；、,;（(]+?)(?=[，。；、,;（(]|并|$)"
+    r"([^，。；：、,;:（(]+?)(?=[，。；：、,;:（(]|并|$)"
 )
 _SOURCE_ZH = re.compile(r"[由从用以将](.+)$", re.DOTALL)
 _NAMED_BY = re.compile(r"\s*+(?:\([^)]*\)\s*+)?(?:from\b|by\b|via\b|[:：])", re.IGNORECASE)

@@ -117,7 +117,7 @@ def _missing_precursor(kind: Transformation, name: str, trivial: TrivialName | N
     """Return which precursor of a product the reagents lack, or "": of a trivial name, or a part of an ester."""
     if trivial is not None:
         lacking = [pattern for pattern in trivial.of if re.search(pattern, own) is None]
-        return f"it is made from {lacking[0].split('|')[0]}..." if lacking else ""
+        return f"no reagent has {lacking[0].split('|')[0]!r}" if lacking else ""
     if kind.id not in product_classes().acyl_transfers:
         return ""
     return next((f"no reagent has {stem!r}" for stem in _stems(name) if not re.search(_stem(stem), own)), "")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from labgym.assets import Catalog
 from labgym.protocols.constraints import derive
@@ -69,7 +69,7 @@ class TemplateWriter:
         if unwritten:
             return from_library(commission, unwritten)
         first: RefusalError | None = None
-        for kind in _kinds(description, commission.context, commission.catalog)[:CANDIDATES]:
+        for kind in _kinds(description, commission.context, commission.catalog):
             try:
                 return _written(kind, commission)
             except RefusalError as refusal:
@@ -143,7 +143,8 @@ def _refuse_purification(description: ParsedDescription) -> None:
 def _kinds(description: ParsedDescription, context: SearchResults, catalog: Catalog) -> tuple[Transformation, ...]:
     """Return the kinds of reaction that the text may mean, best first; else that of the nearest protocol.
 
-    A reagent of the user counts as its classes of substances if the text is not recognized without it.
+    A text that names a reaction means no other. A reagent of the user counts as its classes of substances if the text
+    is not recognized without it.
     """
     own = own_reagents(description.reagents, catalog)
     classes = frozenset[str]().union(*map(classes_of, own))
@@ -151,14 +152,28 @@ def _kinds(description: ParsedDescription, context: SearchResults, catalog: Cata
     firm = recognise(description.reacting)
     kinds = tuple(kind for kind in kinds if not firm or kind in firm or _brings_its_reagents(kind, description))
     if kinds:
-        return kinds
+        signed = tuple(kind for kind in kinds if not description.spoken_of.isdisjoint(kind.signs))
+        return signed[:CANDIDATES] or tuple(dict.fromkeys((*kinds[:CANDIDATES], *_supplied(description))))
     named = {m.name for clause in description.clauses for m in clause.mentions if m.kind in ("reagent", "class")}
     for hit in context.hits:
         for other in transformations().transformations:
             slots = {name for slot in other.slots for name in (slot.asset, *slot.accepts)}
             if other.like == hit.fragment.source and len(slots & named) >= SHARED_REAGENTS:
-                return (other,)
-    return ()
+                return tuple(dict.fromkeys((other, *_supplied(description))))
+    return tuple(_supplied(description))
+
+
+def _supplied(description: ParsedDescription) -> Iterator[Transformation]:
+    """Yield the kinds of reaction for whose every slot a text names another reagent."""
+    for kind in transformations().transformations:
+        free = list(description.reagents)
+        for slot in kind.slots:
+            match = next((name for name in free if name == slot.asset or name in slot.accepts), None)
+            if match is None:
+                break
+            free.remove(match)
+        else:
+            yield kind
 
 
 def _brings_its_reagents(kind: Transformation, description: ParsedDescription) -> bool:
