@@ -1,15 +1,26 @@
-"""Refusals: dangerous products, and reagents that must not be part of one experiment."""
+"""Refusals: dangerous products, by name and by structure, and reagents that must not be part of one experiment."""
 
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections.abc import Iterable
 from functools import lru_cache
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from labgym.artefacts import artefacts
+from labgym.assets.inference.prohibited import ProhibitedSubstanceError, refuse_weapon
+from labgym.assets.inference.substructures import matches
+from labgym.assets.structures import StructureError, canonical, standard
 from labgym.documents import Document, Record
+from labgym.errors import MissingDependencyError
 from labgym.protocols.errors import RefusalError
+
+SMALL = 4
+"""Least number of carbon atoms of an alkyl azide that may be made, cold and undistilled."""
+_CONFUSABLE = str.maketrans("аеорсхуіјѕԁһҺАВСЕНІЈКМОРЅТХУАαοινρτυκ", "aeopcxyijsdhhABCEHIJKMOPSTXYAaoinptuk")
+"""Cyrillic and Greek letters that look like Latin ones."""
+_TOKEN = re.compile(r"[^\s,;]{2,300}")
 
 
 class Wish(Record):
@@ -27,17 +38,42 @@ class Wish(Record):
 
 
 class HazardousProduct(Record):
-    """A kind of substance that no protocol makes, with the grammar of its names.
+    """A kind of substance that no protocol makes, with the grammar of its names and its structures.
 
     Attributes:
         english: pattern of names in lower case. chinese: parts of names.
         why: what it does.
+        smarts: patterns, any of which must match. several: patterns that must match at least twice.
+        small: patterns that count in a molecule with fewer than `SMALL` carbon atoms.
+        without: patterns none of which may match. smiles: single substances of the kind.
     """
 
     what: str
     english: str
     chinese: tuple[str, ...]
     why: str
+    smarts: tuple[str, ...] = ()
+    several: tuple[str, ...] = ()
+    small: tuple[str, ...] = ()
+    without: tuple[str, ...] = ()
+    smiles: tuple[str, ...] = ()
+
+    def includes(self, structure: Any, spelling: str) -> bool:
+        """Return whether a structure is of this kind.
+
+        Args:
+            structure: RDKit molecule of the canonical form.
+            spelling: its canonical SMILES.
+        """
+        if any(matches(structure, smarts) for smarts in self.without):
+            return False
+        carbons = sum(atom.GetSymbol() == "C" for atom in structure.GetAtoms())
+        return (
+            any(matches(structure, smarts) for smarts in self.smarts)
+            or any(len(matches(structure, smarts)) > 1 for smarts in self.several)
+            or (carbons < SMALL and any(matches(structure, smarts) for smarts in self.small))
+            or any(canonical(smiles) == spelling for smiles in self.smiles)
+        )
 
 
 class HazardousMixture(Record):
@@ -101,6 +137,7 @@ def refuse_wish(text: str) -> None:
     Raises:
         RefusalError: the text names an explosive, a chemical weapon, a controlled drug or a nitration.
     """
+    text = _latin(text)
     for wish, pattern, following in _patterns():
         match = pattern.search(text)
         if match is not None and following.search(text, match.end()) is None:
@@ -133,7 +170,7 @@ def refuse_product(text: str, reagents: Iterable[tuple[int, int]] = ()) -> None:
     Raises:
         RefusalError: names the substance, its kind and the reason.
     """
-    spans = tuple(reagents)
+    text, spans = _latin(text), tuple(reagents)
     for product, pattern in _product_patterns():
         for match in pattern.finditer(text):
             if not any(start < match.end() and match.start() < end for start, end in spans):
@@ -142,6 +179,53 @@ def refuse_product(text: str, reagents: Iterable[tuple[int, int]] = ()) -> None:
             place = text.find(word)
             if place >= 0 and not any(start <= place < end for start, end in spans):
                 _refuse(product, word)
+
+
+def refuse_structure(smiles: str) -> None:
+    """Raise an error if a structure must not be made; what is no valid SMILES is not judged.
+
+    Without RDKit (extra `chem`) no structure is judged.
+
+    Raises:
+        RefusalError: names the structure, its kind and the reason.
+    """
+    try:
+        structure, spelling = standard(smiles), canonical(smiles)
+        refuse_weapon(structure, smiles)
+    except (StructureError, MissingDependencyError):
+        return
+    except ProhibitedSubstanceError as error:
+        raise RefusalError("unsafe", f"no protocol makes a chemical weapon: {error}") from None
+    for product in refusals().products:
+        if product.includes(structure, spelling):
+            _refuse(product, smiles)
+
+
+def refuse_to_make(name: str, product: str, structures: Iterable[str] = ()) -> None:
+    """Raise an error if an experiment or protocol makes what must not be made.
+
+    Args:
+        name: its name. product: its product as written, a name or a SMILES.
+        structures: SMILES of its products.
+
+    Raises:
+        RefusalError: names the substance and the reason.
+    """
+    refuse_wish(f"{name}. {product}.")
+    refuse_product(product)
+    for smiles in (*(match[0] for match in _TOKEN.finditer(product)), *structures):
+        refuse_structure(smiles)
+
+
+def _latin(text: str) -> str:
+    """Return a text with letters that look like Latin ones as Latin ones; each character stays at its place."""
+    if text.isascii():
+        return text
+    plain = (unicodedata.normalize("NFKD", char) for char in text.translate(_CONFUSABLE))
+    return "".join(
+        form[0] if form.isascii() or unicodedata.combining(form[-1]) else char
+        for form, char in zip(plain, text.translate(_CONFUSABLE), strict=True)
+    )
 
 
 def _refuse(product: HazardousProduct, name: str) -> None:

@@ -9,7 +9,9 @@ from labgym.assets import Asset, pairs
 from labgym.assets.plausibility import FACE
 from labgym.protocols.capability import heats_to
 from labgym.protocols.contents import SEPARATING, STILL, WATER, Situation
+from labgym.protocols.errors import RefusalError
 from labgym.protocols.places import is_ventilated, needs_ventilation
+from labgym.protocols.refusals import refuse_to_make
 from labgym.protocols.rules.finding import Case, Finding
 
 FACE_VELOCITY = FACE[0]
@@ -188,7 +190,16 @@ def _has_group(asset: Asset, groups: frozenset[str]) -> bool:
     return asset.chemistry is not None and not groups.isdisjoint(asset.chemistry.groups)
 
 
+def products_may_be_made(case: Case) -> Iterator[Finding]:
+    """Check that the product is not an explosive, a weapon, a controlled drug or a substance that kills in traces."""
+    try:
+        refuse_to_make(case.protocol.name, case.protocol.product)
+    except RefusalError as error:
+        yield Finding("dangerous-product", None, str(error), "choose another product")
+
+
 RULES = (
+    products_may_be_made,
     flames_are_away_from_flammables,
     carried_vapours_are_ventilated,
     hoods_draw_enough,

@@ -12,7 +12,14 @@ from labgym.protocols.errors import RefusalError
 from labgym.protocols.language import language_of, unified
 from labgym.protocols.language.vocabulary import unmeasured
 from labgym.protocols.model import Protocol
-from labgym.protocols.refusals import refusals, refuse_mixture, refuse_product, refuse_solvent, refuse_wish
+from labgym.protocols.refusals import (
+    refusals,
+    refuse_mixture,
+    refuse_product,
+    refuse_solvent,
+    refuse_to_make,
+    refuse_wish,
+)
 from labgym.protocols.retrieval import SearchResults
 from labgym.protocols.synthesis.fidelity import refuse_unfaithful
 from labgym.protocols.synthesis.precedents import context_of
@@ -86,8 +93,7 @@ def synthesize(
     commission = Commission(text, description, context, assets)
     result = (writer if writer is not None else TemplateWriter()).write(commission)
     protocol = result.protocol
-    refuse_wish(f"{protocol.name}. {protocol.product}.")
-    refuse_product(protocol.product)
+    refuse_to_make(protocol.name, protocol.product)
     refuse_mixture(use.name for use in protocol.reagents)
     refuse_unfaithful(description, protocol, assets)
     findings = examine(protocol, assets)
