@@ -55,6 +55,17 @@ _AWAY = re.compile(
 )
 """Text before the name of a substance that is removed or formed, not taken."""
 
+_SPECTRUM = re.compile(
+    r"(?:\bNMR|\b(?:FT-?)?IR|\bLC-?MS|\bGC-?MS|\bHRMS|\bMS|\bUV(?:-Vis)?|\bR_?f|\[[aα]\]\^?_?D?|核磁(?:共振)?|红外|质谱)"
+    r"(?:[^()（）.;。；\n]|(?<=\d)\.(?=\d)){0,30}[(（][^()（）\n]{0,80}(?:\([^()\n]{0,20}\)[^()\n]{0,40})?[)）]",
+)
+"""Conditions of a spectrum or of an optical rotation in brackets: "1H NMR (400 MHz, D2O)"."""
+_DEUTERATED = re.compile(
+    r"\b(?:NMR|spectr(?:um|a|oscopy))\b[^.;。；\n]{0,40}?\b(?:in|with)\s+"
+    r"(?:deuterated\s+[a-z]+|C_?D_?(?:Cl_?3|3OD|3CN|2Cl_?2)|C6D6|D2O|[A-Za-z]{2,12}-d\d?\d?)(?:\s+with\s+TMS\b)?",
+    re.IGNORECASE,
+)
+
 
 @dataclass(frozen=True)
 class Clause:
@@ -150,8 +161,9 @@ def read(text: str, catalog: Catalog | None = None) -> ParsedDescription:
     """
     assets = catalog if catalog is not None else Catalog.load()
     text = unified(text)
-    named = mentions(text, assets)
-    foreign = unlisted(text, named)
+    spectra = [match.span() for pattern in (_SPECTRUM, _DEUTERATED) for match in pattern.finditer(text)]
+    named = tuple(m for m in mentions(text, assets) if m.kind == "instrument" or not within(m.start, spectra))
+    foreign = tuple(span for span in unlisted(text, named) if not within(span[0], spectra))
     named = tuple(m for m in named if not any(a <= m.start and m.end <= b for a, b in foreign))
     named = tuple(m for m in named if not _AWAY.search(text[: m.start]))
     auxiliary = frozenset(asset.name for asset in assets if asset.category in AUXILIARY)
