@@ -278,6 +278,13 @@ CASES: dict[str, tuple[str, int, str, Protocol, Protocol]] = {
             step("Quench", "Beaker", 5, "Pour onto crushed ice, then add water."),
         ),
     ),
+    "a product that explodes": (
+        "dangerous-product",
+        None,
+        "another product",
+        made({}, step("Stir", "RoundBottomFlask Toluene"), product="phenyl azide"),
+        made({}, step("Stir", "RoundBottomFlask Toluene"), product="benzyl azide"),
+    ),
     "tetrahydrofuran distilled untested": (
         "peroxides-tested",
         1,
