@@ -45,6 +45,7 @@ class ProductClasses(Document):
         elements: patterns of the parts of names that show an element, by its symbol.
         gives: classes and rings that each kind of reaction makes, by its id.
         needs: reactive groups or names of reagents of which a kind of reaction needs one to make a class.
+        destroyers: reactive groups of solvents that destroy what a kind of reaction makes.
         acyl_transfers: kinds of reaction that leave the carbon skeletons of acid and alcohol intact.
         intermediates: classes that one reaction makes and uses up.
     """
@@ -58,6 +59,7 @@ class ProductClasses(Document):
     elements: dict[str, str]
     gives: dict[str, tuple[str, ...]]
     needs: dict[str, dict[str, tuple[str, ...]]]
+    destroyers: dict[str, tuple[str, ...]]
     acyl_transfers: frozenset[str]
     intermediates: frozenset[str]
 

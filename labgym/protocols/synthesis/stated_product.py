@@ -42,8 +42,9 @@ def stated_product(kind: Transformation, name: str, requested: bool, parts: Sequ
         requested: whether the text asks for it.
 
     Raises:
-        RefusalError: the text asks for a product that the reaction does not give; names both.
+        RefusalError: the text asks for a product that the reaction does not give, or names a solvent that destroys it.
     """
+    _refuse_destroyer(kind, parts)
     stated = _LEADING.sub("", name.strip())
     plain = stated.lower()
     if not re.search(r"[a-z]{2}|[\u3400-\u9fff]", plain):
@@ -68,6 +69,20 @@ def stated_product(kind: Transformation, name: str, requested: bool, parts: Sequ
         message = f"the text asks for {what}, but {kind.name} gives {kind.product}: name the reaction that makes it"
         raise RefusalError("no-reaction", message)
     return kind.product
+
+
+def _refuse_destroyer(kind: Transformation, parts: Iterable[Participant]) -> None:
+    """Raise an error if a solvent destroys what a kind of reaction makes, as an alcohol does an acid chloride.
+
+    Raises:
+        RefusalError: names the solvent and the product.
+    """
+    groups = product_classes().destroyers.get(kind.id, ())
+    for part in parts:
+        chemistry = part.asset.chemistry if part.when == "medium" else None
+        if chemistry is not None and not set(groups).isdisjoint(chemistry.groups):
+            message = f"{part.asset.name} destroys {kind.product}, which {kind.name} gives: name another solvent"
+            raise RefusalError("no-reaction", message)
 
 
 def _made(kind: Transformation, parts: Iterable[Participant]) -> frozenset[str]:

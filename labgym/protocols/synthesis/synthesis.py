@@ -10,13 +10,14 @@ from difflib import get_close_matches
 from labgym.assets import Catalog
 from labgym.protocols.errors import RefusalError
 from labgym.protocols.language import language_of, unified
-from labgym.protocols.language.vocabulary import unmeasured
+from labgym.protocols.language.vocabulary import unknown_measures, unmeasured
 from labgym.protocols.model import Protocol
 from labgym.protocols.refusals import (
     refusals,
     refuse_mixture,
     refuse_product,
     refuse_solvent,
+    refuse_structures,
     refuse_to_make,
     refuse_wish,
 )
@@ -116,6 +117,7 @@ def _parse(text: str, catalog: Catalog) -> ParsedDescription:
     if not text.strip() or len(text) > MAX_TEXT:
         raise RefusalError("no-chemistry", f"the description has {len(text)} characters; it needs 1 to {MAX_TEXT}")
     refuse_wish(text)
+    refuse_structures(text)
     if language_of(text) == "unknown":
         raise RefusalError("language", "the description is neither English nor Chinese: write it in one of them")
     nothing = _NO_AMOUNT.search(text)
@@ -134,6 +136,11 @@ def _parse(text: str, catalog: Catalog) -> ParsedDescription:
     if portions:
         message = f"{portions[0]!r} has no defined size: give it in grams, milliliters or moles"
         raise RefusalError("unaccounted", message)
+    foreign = unknown_measures(text)
+    if foreign:
+        raise RefusalError(
+            "unaccounted", f"{foreign[0]!r} has a unit that is not known: use one such as g, mL, mmol or h"
+        )
     if description.unlisted:
         raise RefusalError("unlisted", _lacking(description.unlisted, catalog))
     _refuse_flame(description, catalog)
