@@ -18,11 +18,14 @@ from labgym.protocols.errors import RefusalError
 
 SMALL = 4
 """Least number of carbon atoms of an alkyl azide that may be made, cold and undistilled."""
-_CONFUSABLE = str.maketrans("аеорсхуіјѕԁһҺАВСЕНІЈКМОРЅТХУАαοινρτυκ", "aeopcxyijsdhhABCEHIJKMOPSTXYAaoinptuk")
+_CONFUSABLE = str.maketrans(
+    "аеорсхуіјѕԁһҺАВСЕНІЈКМОРЅТХУАαοινρτυκΑΒΕΖΗΙΚΜΝΟΡΤΥΧ",
+    "aeopcxyijsdhhABCEHIJKMOPSTXYAaoinptukABEZHIKMNOPTYX",
+)
 """Cyrillic and Greek letters that look like Latin ones."""
 _ACRONYM = re.compile(r"\b(?:[A-Za-z]\.){2,6}[A-Za-z]?(?![A-Za-z])")
 _FORMULA = re.compile(
-    r"\b(?:make|making|prepare|preparing|produce|producing|synthesi[sz]e|synthesi[sz]ing|preparation of|synthesis of|"
+    r"\b(?i:make|making|prepare|preparing|produce|producing|synthesi[sz]e|synthesi[sz]ing|preparation of|synthesis of|"
     r"to give|into|generate|generating)\s+([A-Z][A-Za-z0-9()]{1,30})(?![A-Za-z0-9])"
 )
 _WORDS = re.compile(r"[a-z0-9@$][a-z0-9@$'’_-]*+")
