@@ -31,7 +31,7 @@ _MEASURE = re.compile(
 _OTHER_UNITS = frozenset(
     {"a", "m", "mm", "n", "mn", "x", "eq", "equiv", "equivs", "wt", "vol", "rpm", "ppm", "cat", "aq"}
 )
-"""Units and abbreviations after numbers that are no quantities of their own."""
+"""Abbreviations after numbers that are no amounts, such as those of concentrations and equivalents."""
 
 
 class Vocabulary(Document):

@@ -177,7 +177,7 @@ def _supplied(description: ParsedDescription) -> Iterator[Transformation]:
 
 
 def _brings_its_reagents(kind: Transformation, description: ParsedDescription) -> bool:
-    """Return whether a text names the reagents that a kind of reaction needs beside its substrates and helpers.
+    """Return whether a text names the reagents that a kind of reaction needs in addition to its substrates and helpers.
 
     A kind that only the name of the product suggests does not count without them.
     """
