@@ -1,15 +1,44 @@
-"""Refusals: dangerous products, and reagents that must not be part of one experiment."""
+"""Refusals: dangerous products, by name and by structure, and reagents that must not be part of one experiment."""
 
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections.abc import Iterable
 from functools import lru_cache
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from labgym.artefacts import artefacts
+from labgym.assets.inference.prohibited import ProhibitedSubstanceError, refuse_weapon
+from labgym.assets.inference.substructures import matches
+from labgym.assets.structures import StructureError, canonical, standard
 from labgym.documents import Document, Record
+from labgym.errors import MissingDependencyError
 from labgym.protocols.errors import RefusalError
+
+SMALL = 4
+"""Least number of carbon atoms of an alkyl azide that may be made, cold and undistilled."""
+_CONFUSABLE = str.maketrans(
+    "аеорсхуіјѕԁһҺАВСЕНІЈКМОРЅТХУАαοινρτυκΑΒΕΖΗΙΚΜΝΟΡΤΥΧ",
+    "aeopcxyijsdhhABCEHIJKMOPSTXYAaoinptukABEZHIKMNOPTYX",
+)
+"""Cyrillic and Greek letters that look like Latin ones."""
+_ACRONYM = re.compile(r"\b(?:[A-Za-z]\.){2,6}[A-Za-z]?(?![A-Za-z])")
+_FORMULA = re.compile(
+    r"\b(?i:make|making|prepare|preparing|produce|producing|synthesi[sz]e|synthesi[sz]ing|preparation of|synthesis of|"
+    r"to give|into|generate|generating)\s+([A-Z][A-Za-z0-9()]{1,30})(?![A-Za-z0-9])"
+)
+_WORDS = re.compile(r"[a-z0-9@$][a-z0-9@$'’_-]*+")
+_DIGITS = str.maketrans("01345@$", "oieasas")
+SHORTEST_NAME, LONGEST_NAME = 9, 40
+"""Lengths of names that are recognized although misspelled."""
+_TOKEN = re.compile(r"[^\s,;]{2,300}")
+_SMILES = re.compile(
+    r"(?=[^=#\[(]*+[=#\[(])(?:[BCNOPSFIHbcnops\d=#@+\\/()\[\].%-]|Cl|Br|Si|Hg|Ag|Pb|Ni|As|Os|Se|Na|Li)++"
+)
+"""A word that may be a SMILES with a double bond, a branch or a bracket."""
+MAX_STRUCTURES = 20
+"""Most SMILES of a text that are judged."""
 
 
 class Wish(Record):
@@ -18,26 +47,55 @@ class Wish(Record):
     Attributes:
         english: pattern of the words.
         followed_by: pattern of words of which one must come later in the text for those of `english` to count.
+        names: long names that count however they are spaced or hyphenated, with digits for letters, or misspelled.
+        formulas: formulas that count after a verb of making.
     """
 
     what: str
     english: str
     followed_by: str = ""
     chinese: tuple[str, ...]
+    names: tuple[str, ...] = ()
+    formulas: tuple[str, ...] = ()
 
 
 class HazardousProduct(Record):
-    """A kind of substance that no protocol makes, with the grammar of its names.
+    """A kind of substance that no protocol makes, with the grammar of its names and its structures.
 
     Attributes:
         english: pattern of names in lower case. chinese: parts of names.
         why: what it does.
+        smarts: patterns, any of which must match. several: patterns that must match at least twice.
+        small: patterns that count in a molecule with fewer than `SMALL` carbon atoms.
+        without: patterns none of which may match. smiles: single substances of the kind.
     """
 
     what: str
     english: str
     chinese: tuple[str, ...]
     why: str
+    smarts: tuple[str, ...] = ()
+    several: tuple[str, ...] = ()
+    small: tuple[str, ...] = ()
+    without: tuple[str, ...] = ()
+    smiles: tuple[str, ...] = ()
+
+    def includes(self, structure: Any, spelling: str) -> bool:
+        """Return whether a structure is of this kind.
+
+        Args:
+            structure: RDKit molecule of the canonical form.
+            spelling: its canonical SMILES.
+        """
+        if any(matches(structure, smarts) for smarts in self.without):
+            return False
+        carbons = sum(atom.GetSymbol() == "C" for atom in structure.GetAtoms())
+        return (
+            any(matches(structure, smarts) for smarts in self.smarts)
+            or any(len(matches(structure, smarts)) > 1 for smarts in self.several)
+            or (carbons < SMALL and any(matches(structure, smarts) for smarts in self.small))
+            or any(canonical(smiles) == spelling for smiles in self.smiles)
+        )
 
 
 class HazardousMixture(Record):
@@ -101,13 +159,40 @@ def refuse_wish(text: str) -> None:
     Raises:
         RefusalError: the text names an explosive, a chemical weapon, a controlled drug or a nitration.
     """
+    text = _ACRONYM.sub(lambda match: match[0].replace(".", ""), _latin(text))
+    words = _spelled_out(text)
     for wish, pattern, following in _patterns():
         match = pattern.search(text)
         if match is not None and following.search(text, match.end()) is None:
             match = None
         phrase = match[0] if match else next((word for word in wish.chinese if _asks_for(text.lower(), word)), None)
+        phrase = phrase or next((name for name in wish.names if any(_is_like(word, name) for word in words)), None)
+        made = (formula[1] for formula in _FORMULA.finditer(text) if formula[1] in wish.formulas)
+        phrase = phrase or next(made, None)
         if phrase is not None:
             raise RefusalError("unsafe", f"no protocol is written for {wish.what} ({phrase[:60]!r})")
+
+
+def _spelled_out(text: str) -> frozenset[str]:
+    """Return the words of a text, each also joined to the next two, without spaces and hyphens, digits as letters."""
+    parts = [re.sub(r"[-_'’]", "", word) for word in _WORDS.findall(text.lower())]
+    plain = [word.translate(_DIGITS) for word in parts]
+    joined = ("".join(plain[index : index + size]) for index in range(len(plain)) for size in (1, 2, 3))
+    return frozenset(word for word in joined if SHORTEST_NAME <= len(word) <= LONGEST_NAME)
+
+
+def _is_like(word: str, name: str) -> bool:
+    """Return whether a word is a name, or differs from it in one letter that is changed, added, left out or swapped."""
+    if word == name:
+        return True
+    if abs(len(word) - len(name)) > 1:
+        return False
+    start = next(
+        (index for index, (a, b) in enumerate(zip(word, name, strict=False)) if a != b), min(len(word), len(name))
+    )
+    left, right = word[start:], name[start:]
+    swapped = len(left) > 1 and len(right) > 1 and left[:2] == right[1::-1] and left[2:] == right[2:]
+    return left[1:] == right[1:] or left[1:] == right or left == right[1:] or swapped
 
 
 def _asks_for(text: str, word: str) -> bool:
@@ -133,7 +218,7 @@ def refuse_product(text: str, reagents: Iterable[tuple[int, int]] = ()) -> None:
     Raises:
         RefusalError: names the substance, its kind and the reason.
     """
-    spans = tuple(reagents)
+    text, spans = _latin(text), tuple(reagents)
     for product, pattern in _product_patterns():
         for match in pattern.finditer(text):
             if not any(start < match.end() and match.start() < end for start, end in spans):
@@ -142,6 +227,64 @@ def refuse_product(text: str, reagents: Iterable[tuple[int, int]] = ()) -> None:
             place = text.find(word)
             if place >= 0 and not any(start <= place < end for start, end in spans):
                 _refuse(product, word)
+
+
+def refuse_structure(smiles: str) -> None:
+    """Raise an error if a structure must not be made; what is no valid SMILES is not judged.
+
+    Without RDKit (extra `chem`) no structure is judged.
+
+    Raises:
+        RefusalError: names the structure, its kind and the reason.
+    """
+    try:
+        structure, spelling = standard(smiles), canonical(smiles)
+        refuse_weapon(structure, smiles)
+    except (StructureError, MissingDependencyError):
+        return
+    except ProhibitedSubstanceError as error:
+        raise RefusalError("unsafe", f"no protocol makes a chemical weapon: {error}") from None
+    for product in refusals().products:
+        if product.includes(structure, spelling):
+            _refuse(product, smiles)
+
+
+def refuse_structures(text: str) -> None:
+    """Raise an error if a text contains the SMILES of what must not be made.
+
+    Raises:
+        RefusalError: names the first such structure.
+    """
+    tokens = (match[0].rstrip(".,;:") for match in _TOKEN.finditer(text))
+    for smiles in [token for token in tokens if _SMILES.fullmatch(token)][:MAX_STRUCTURES]:
+        refuse_structure(smiles)
+
+
+def refuse_to_make(name: str, product: str, structures: Iterable[str] = ()) -> None:
+    """Raise an error if an experiment or protocol makes what must not be made.
+
+    Args:
+        name: its name. product: its product as written, a name or a SMILES.
+        structures: SMILES of its products.
+
+    Raises:
+        RefusalError: names the substance and the reason.
+    """
+    refuse_wish(f"{name}. {product}.")
+    refuse_product(product)
+    for smiles in (*(match[0] for match in _TOKEN.finditer(product)), *structures):
+        refuse_structure(smiles)
+
+
+def _latin(text: str) -> str:
+    """Return a text with letters that look like Latin ones as Latin ones; each character stays at its place."""
+    if text.isascii():
+        return text
+    plain = (unicodedata.normalize("NFKD", char) for char in text.translate(_CONFUSABLE))
+    return "".join(
+        form[0] if form.isascii() or unicodedata.combining(form[-1]) else char
+        for form, char in zip(plain, text.translate(_CONFUSABLE), strict=True)
+    )
 
 
 def _refuse(product: HazardousProduct, name: str) -> None:

@@ -278,6 +278,13 @@ CASES: dict[str, tuple[str, int, str, Protocol, Protocol]] = {
             step("Quench", "Beaker", 5, "Pour onto crushed ice, then add water."),
         ),
     ),
+    "a product that explodes": (
+        "dangerous-product",
+        None,
+        "another product",
+        made({}, step("Stir", "RoundBottomFlask Toluene"), product="phenyl azide"),
+        made({}, step("Stir", "RoundBottomFlask Toluene"), product="benzyl azide"),
+    ),
     "tetrahydrofuran distilled untested": (
         "peroxides-tested",
         1,
@@ -666,7 +673,7 @@ def test_a_protocol_that_breaks_a_rule_is_found_at_its_step_with_a_way_out(name)
     findings = [finding for finding in found(broken) if finding.rule == rule]
     assert [finding.step for finding in findings] == [index]
     assert way_out in findings[0].suggestion + findings[0].message
-    assert f"step {index}" in findings[0].message
+    assert index is None or f"step {index}" in findings[0].message
 
 
 @pytest.mark.parametrize("name", CASES)

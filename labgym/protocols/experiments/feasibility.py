@@ -15,7 +15,7 @@ from labgym.protocols.contents import is_vessel
 from labgym.protocols.errors import RefusalError
 from labgym.protocols.experiments.grounding import Grounder, grounded
 from labgym.protocols.experiments.model import Action, Atmosphere, Experiment, Verb
-from labgym.protocols.refusals import refuse_mixture, refuse_solvent, refuse_wish
+from labgym.protocols.refusals import refuse_mixture, refuse_solvent, refuse_to_make
 from labgym.quantities import ROOM_RANGE
 
 Code = Literal[
@@ -200,8 +200,9 @@ def _unsafe(experiment: Experiment, listed: dict[str, str]) -> Iterator[Obstacle
     reagents = sorted(set(listed.values()))
     solvents = [listed[name] for name, role in roles.items() if role == "solvent" and name in listed]
     solvents += [listed[name] for name in _poured(experiment) if name in listed]
+    made = experiment.reaction.rpartition(">")[2].split(".")
     checks: tuple[Callable[[], None], ...] = (
-        lambda: refuse_wish(f"{experiment.name}. {experiment.product}."),
+        lambda: refuse_to_make(experiment.name, experiment.product, made),
         lambda: refuse_mixture(reagents),
         lambda: refuse_solvent(reagents, solvents),
     )

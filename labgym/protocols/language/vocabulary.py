@@ -9,6 +9,7 @@ from typing import ClassVar
 
 from labgym.artefacts import artefacts
 from labgym.documents import Document
+from labgym.units import UNITS
 
 _ENDINGS = ("", "s", "es", "d", "ed", "ing", "ly", "er", "ers", "able", "n", "en", "ally", "y", "'s", "ness")
 _VERBAL = re.compile(
@@ -21,6 +22,16 @@ _PORTION = re.compile(
     r"([A-Za-z]+|[\u3400-\u9fff]{1,2}?)(?=\s*(?:of\b|的|[)）,，。;；]|$|[\u3400-\u9fff]))",
     re.IGNORECASE,
 )
+
+
+_MEASURE = re.compile(
+    r"(?:[(（]\s?(?=[^()（）]{1,24}[)）])|\bfor\s)(\d{1,6}(?:\.\d{1,4})?\s?([A-Za-zµμ]{1,14}))(?=\s?[)）]|[,;.。](?!\d)|$)"
+)
+"""A number with a unit alone in brackets, "(5 V)", or at the end of a clause after "for": "for 3 h."."""
+_OTHER_UNITS = frozenset(
+    {"a", "m", "mm", "n", "mn", "x", "eq", "equiv", "equivs", "wt", "vol", "rpm", "ppm", "cat", "aq"}
+)
+"""Abbreviations after numbers that are no amounts, such as those of concentrations and equivalents."""
 
 
 class Vocabulary(Document):
@@ -63,6 +74,16 @@ def unmeasured(text: str) -> tuple[str, ...]:
         if unit in units or unit.removesuffix("s") in units or unit.removesuffix("ful") in units:
             portions.append(match[0].strip())
     return tuple(portions)
+
+
+def unknown_measures(text: str) -> tuple[str, ...]:
+    """Return the quantities in units that are not known, as written: "5 V", "3 furlongs"."""
+    known = {spelling.lower() for units in UNITS.values() for spellings in units.values() for spelling in spellings}
+    return tuple(
+        match[1]
+        for match in _MEASURE.finditer(text)
+        if match[2].lower() not in known | _OTHER_UNITS and (len(match[2]) == 1 or not is_ordinary(match[2]))
+    )
 
 
 def is_verbal_ending(rest: str) -> bool:

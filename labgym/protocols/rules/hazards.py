@@ -9,7 +9,9 @@ from labgym.assets import Asset, pairs
 from labgym.assets.plausibility import FACE
 from labgym.protocols.capability import heats_to
 from labgym.protocols.contents import SEPARATING, STILL, WATER, Situation
+from labgym.protocols.errors import RefusalError
 from labgym.protocols.places import is_ventilated, needs_ventilation
+from labgym.protocols.refusals import refuse_to_make
 from labgym.protocols.rules.finding import Case, Finding
 
 FACE_VELOCITY = FACE[0]
@@ -24,6 +26,14 @@ PEROXIDE_TEST = re.compile(
     re.I,
 )
 """A test of the liquid for peroxides; the reagent hydrogen peroxide does not count."""
+STABILIZED = re.compile(r"\b(?:stabili[sz]ed|inhibited|BHT|butylated hydroxytoluene)\b", re.I)
+TO_DRYNESS = re.compile(r"\bto (?:complete )?dryness\b", re.I)
+NOT_TO_DRYNESS = re.compile(
+    r"\b(?:not?|never|avoid|without|nearly|almost)\b[^.;]{0,40}\bto (?:complete )?dryness\b", re.I
+)
+REDUCED_PRESSURE = frozenset({"RotaryEvaporator", "RotaryVanePump", "SchlenkLine", "VacuumOven", "VacuumPump"})
+PEROXIDES_IN_STORAGE = frozenset({"diisopropyl ether", "diisopropylether", "isopropyl ether", "divinyl ether"})
+"""Ethers of class A: they form explosive peroxides in the bottle, without concentration."""
 POURED_ONTO = re.compile(
     r"\b(?:in|into|on|onto|to|over)\s+(?:[\w,-]+\s+){0,5}?(?:water|ice)\b(?![\s-]*(?:water\s+)?(?:bath|cool))", re.I
 )
@@ -105,23 +115,43 @@ def acid_goes_into_water(case: Case) -> Iterator[Finding]:
 
 
 def peroxides_are_tested_for(case: Case) -> Iterator[Finding]:
-    """Check that peroxide formers are tested for peroxides before distillation."""
-    tested = False
+    """Peroxide formers are tested for peroxides, or stabilized, before they are concentrated.
+
+    Distillation without a test is a fault, and so is evaporation to dryness with heat alone. Evaporation of a fresh
+    solvent under reduced pressure is not, unless the solvent forms explosive peroxides without concentration. To
+    dryness there is advice in any case: at least a tenth of the liquid should stay. Source: Prudent Practices in the
+    Laboratory, on peroxidizable chemicals, whose classes A (peroxides without concentration) and B (on concentration)
+    these are.
+    """
+    safe = False
     for situation in case.situations:
-        tested = tested or bool(PEROXIDE_TEST.search(situation.step.text))
-        for name in situation.contents:
-            chemistry = case.catalog.get(name).chemistry
-            if (
-                situation.step.action == "Distill"
-                and not tested
-                and chemistry is not None
-                and chemistry.peroxide_former
-            ):
-                what = f"{name}, which forms explosive peroxides, without a peroxide test"
-                message = f"step {situation.step.index} distils {what}"
-                suggestion = "test for peroxides before the step, and do not distil to dryness"
-                yield Finding("peroxides-tested", situation.step.index, message, suggestion)
-                break
+        text, action = situation.step.text, situation.step.action
+        safe = safe or bool(PEROXIDE_TEST.search(text) or STABILIZED.search(text))
+        if action not in ("Distill", "Concentrate"):
+            continue
+        dry = bool(TO_DRYNESS.search(text)) and not NOT_TO_DRYNESS.search(text)
+        pumped = any(asset.name in REDUCED_PRESSURE for asset in situation.devices)
+        formers = [asset for name in situation.contents if _forms_peroxides(asset := case.catalog.get(name))]
+        severe = [asset for asset in formers if _forms_peroxides_in_storage(asset)]
+        if not formers:
+            continue
+        name = (severe or formers)[0].name
+        verb = "distils" if action == "Distill" else "evaporates"
+        what = f"step {situation.step.index} {verb} {name}, which forms explosive peroxides"
+        if not safe and (action == "Distill" or severe or (dry and not pumped)):
+            suggestion = "test for peroxides before the step, and do not distil to dryness"
+            yield Finding("peroxides-tested", situation.step.index, f"{what}, without a peroxide test", suggestion)
+        elif dry:
+            suggestion = "leave a tenth of the liquid, or use a fresh, stabilized solvent behind the sash"
+            yield Finding("peroxides-tested", situation.step.index, f"{what}, to dryness", suggestion, "advice")
+
+
+def _forms_peroxides(asset: Asset) -> bool:
+    return asset.chemistry is not None and asset.chemistry.peroxide_former
+
+
+def _forms_peroxides_in_storage(asset: Asset) -> bool:
+    return not PEROXIDES_IN_STORAGE.isdisjoint(form.lower() for form in (asset.name, *asset.synonyms_en))
 
 
 def pyrophorics_see_no_air(case: Case) -> Iterator[Finding]:
@@ -188,7 +218,16 @@ def _has_group(asset: Asset, groups: frozenset[str]) -> bool:
     return asset.chemistry is not None and not groups.isdisjoint(asset.chemistry.groups)
 
 
+def products_may_be_made(case: Case) -> Iterator[Finding]:
+    """Check that the product is not an explosive, a weapon, a controlled drug or a substance that kills in traces."""
+    try:
+        refuse_to_make(case.protocol.name, case.protocol.product)
+    except RefusalError as error:
+        yield Finding("dangerous-product", None, str(error), "choose another product")
+
+
 RULES = (
+    products_may_be_made,
     flames_are_away_from_flammables,
     carried_vapours_are_ventilated,
     hoods_draw_enough,

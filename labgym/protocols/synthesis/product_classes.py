@@ -1,4 +1,4 @@
-"""Classes of products: whether the product that a text states is one that a kind of reaction gives."""
+"""Classes of products and the names that belong to them: functional classes, ring systems, trivial names."""
 
 from __future__ import annotations
 
@@ -8,16 +8,7 @@ from functools import lru_cache
 from typing import ClassVar
 
 from labgym.artefacts import artefacts
-from labgym.assets import Asset
 from labgym.documents import Document, Record
-from labgym.protocols.errors import RefusalError
-from labgym.protocols.synthesis.transformations import Transformation
-from labgym.protocols.synthesis.unlisted import is_named_like_a_substance
-
-_LEADING = re.compile(
-    r"^(?:(?:to|give[sn]?|afford(?:s|ed)?|yields?|crude|pure|the|an?|its|this|some|title|white|solid)\s+)+",
-    re.IGNORECASE,
-)
 
 
 class ProductClass(Record):
@@ -26,6 +17,16 @@ class ProductClass(Record):
     name: str
     english: str
     chinese: tuple[str, ...]
+
+
+class TrivialName(ProductClass):
+    """A name that does not show the structure of a substance: its class or ring, and patterns of its precursors.
+
+    Attributes:
+        of: patterns of names, each of which one of the reagents must match.
+    """
+
+    of: tuple[str, ...]
 
 
 class Ring(Record):
@@ -39,17 +40,28 @@ class ProductClasses(Document):
     """The table.
 
     Attributes:
-        classes: functional classes. rings: ring systems.
+        classes: functional classes. rings: ring systems. trivial: trivial names.
         generic: words that name any product.
+        elements: patterns of the parts of names that show an element, by its symbol.
         gives: classes and rings that each kind of reaction makes, by its id.
+        needs: reactive groups or names of reagents of which a kind of reaction needs one to make a class.
+        destroyers: reactive groups of solvents that destroy what a kind of reaction makes.
+        acyl_transfers: kinds of reaction that leave the carbon skeletons of acid and alcohol intact.
+        intermediates: classes that one reaction makes and uses up.
     """
 
     SCHEMA: ClassVar[str] = "labgym.product_classes/1"
 
     classes: tuple[ProductClass, ...]
     rings: tuple[Ring, ...]
+    trivial: tuple[TrivialName, ...]
     generic: str
+    elements: dict[str, str]
     gives: dict[str, tuple[str, ...]]
+    needs: dict[str, dict[str, tuple[str, ...]]]
+    destroyers: dict[str, tuple[str, ...]]
+    acyl_transfers: frozenset[str]
+    intermediates: frozenset[str]
 
 
 @lru_cache(maxsize=1)
@@ -58,42 +70,40 @@ def product_classes() -> ProductClasses:
     return ProductClasses.load(artefacts("assets") / "synthesis" / "product_classes.json")
 
 
-def stated_product(kind: Transformation, name: str, requested: bool, reagents: Iterable[Asset]) -> str:
-    """Return the product under the name of the text, or that of the kind of reaction if the text names none.
-
-    A name fits if it belongs to a class that the reaction makes and has no ring system but those of the reaction and
-    its reagents. What is only collected, as the urea of a coupling, is not the product if it does not fit.
-
-    Args:
-        name: as written, or "".
-        requested: whether the text asks for it.
-
-    Raises:
-        RefusalError: the text asks for a product that the reaction does not give; names both.
-    """
-    plain = _LEADING.sub("", name.strip().lower())
-    if not re.search(r"[a-z]{2}|[\u3400-\u9fff]", plain):
-        return kind.product
+def names_a_product(phrase: str) -> bool:
+    """Return whether a phrase is a trivial name or ends in the name of a class of substances."""
+    plain = phrase.strip().lower()
+    if trivial_name(plain) is not None:
+        return True
     table = product_classes()
-    made = table.gives[kind.id]
-    own = " ".join(form.lower() for asset in reagents for form in (asset.name, *asset.synonyms_en, *asset.synonyms_zh))
-    rings = [ring for ring in table.rings if _has(plain, ring.english, ring.chinese)]
-    foreign = [ring for ring in rings if ring.english not in made and not _has(own, ring.english, ring.chinese)]
-    classes = [each.name for each in table.classes if _has(plain, each.english, each.chinese)]
-    names = {*classes, *(ring.english for ring in rings)}
-    if not foreign and not names.isdisjoint(made):
-        return _LEADING.sub("", name.strip())
-    unknown = not classes and not rings
-    if requested and not (unknown and (re.search(rf"\b(?:{table.generic})\b", plain) or not _is_chemical(plain))):
-        what = f"{_LEADING.sub('', name.strip())[:60]!r}" + (f" ({classes[0]})" if classes and not foreign else "")
-        message = f"the text asks for {what}, but {kind.name} gives {kind.product}: name the reaction that makes it"
-        raise RefusalError("no-reaction", message)
-    return kind.product
+    return any(
+        match.end() == len(plain)
+        for each in table.classes
+        if each.name not in table.intermediates
+        for match in re.finditer(each.english, plain)
+    )
 
 
-def _is_chemical(name: str) -> bool:
-    return name.isascii() and is_named_like_a_substance(name)
+def trivial_name(text: str) -> TrivialName | None:
+    """Return the entry of the trivial name in a lower-case text, or None."""
+    return next((name for name, pattern in _trivial() if pattern.search(text) or _has_any(text, name.chinese)), None)
 
 
-def _has(text: str, english: str, chinese: Iterable[str]) -> bool:
-    return re.search(english, text) is not None or any(word in text for word in chinese)
+def trivial_end(text: str) -> int:
+    """Return the place after the trivial name with which a phrase begins, as "oil of wintergreen", or 0."""
+    matches = (pattern.match(text.lower()) for _, pattern in _trivial())
+    return max((match.end() for match in matches if match is not None), default=0)
+
+
+@lru_cache(maxsize=1)
+def _trivial() -> tuple[tuple[TrivialName, re.Pattern[str]], ...]:
+    return tuple((name, re.compile(rf"\b(?:{name.english})(?![\w-])")) for name in product_classes().trivial)
+
+
+def has(text: str, english: str, chinese: Iterable[str]) -> bool:
+    """Return whether a lower-case text has a match of an English pattern or one of some Chinese words."""
+    return re.search(english, text) is not None or _has_any(text, chinese)
+
+
+def _has_any(text: str, words: Iterable[str]) -> bool:
+    return any(word in text for word in words)

@@ -6,12 +6,13 @@ import re
 from collections.abc import Iterator, Sequence
 
 from labgym.protocols.language import Mention
+from labgym.protocols.synthesis.product_classes import names_a_product, trivial_end
 from labgym.protocols.synthesis.unlisted import is_named_like_a_substance
 
 Span = tuple[int, int]
 
 _END = (
-    r"(?=(?<!\s)\s+(?:from|by|via|using|with|in|at|and|under|over|through|as|which|that|was|were|is|are)\b|[,;:()\n]|"
+    r"(?=(?<!\s)\s+(?:from|by|via|using|with|in|at|and|under|over|through|as|which|that|was|were|is|are)\b|[;:()\n]|,(?!\d)|"
     r"\.(?!\d)|$)"
 )
 _OF = re.compile(r" of (?=[a-z0-9])", re.IGNORECASE)
@@ -28,18 +29,21 @@ _GIVEN = re.compile(
     rf"{_NO_VESSEL}(.+?){_END}",
     re.IGNORECASE,
 )
+_AS = re.compile(r"as\b", re.IGNORECASE)
 _CONVERSION = (
     r"(?:convert|turn|transform|reduc|oxidi[sz]|hydroly[sz]|hydrogenat|dehydrat|rearrang|cycli[sz]|condens|brominat|chlorinat|"
     r"iodinat|nitrat|acetylat|benzoylat|alkylat|acylat|methylat|benzylat|esterif|epoxidi|isomeri|evaporat|concentrat|heat|"
     r"tosylat|mesylat|deprotect|react|saponif|coupl)\w*"
 )
+_NO_VERB = r"(?!(?:give|afford|yield|furnish|deliver|form|obtain|produce|make|get)\b)"
 _INTO = re.compile(
-    rf"\b{_CONVERSION}\s++(?:(?:[^,;.\s]|\.(?=\d))++\s++){{0,20}}?(?:in)?to\s++{_NO_VESSEL}(.+?){_END}", re.IGNORECASE
+    rf"\b{_CONVERSION}\s++(?:(?:[^,;.\s]|\.(?=\d))++\s++){{0,20}}?(?:in)?to\s++{_NO_VESSEL}{_NO_VERB}(.+?){_END}",
+    re.IGNORECASE,
 )
 _CHINESE = re.compile(
     r"(?:得到?|生成|制得|制成|制备|合成|获得|蒸出|析出|收集|"
     r"(?:氧化|还原|转化|水解|脱水|缩合|环化|转变|变|酰化)(?:成|为))"
-    r"([^，。；、,;（(]+?)(?=[，。；、,;（(]|并|$)"
+    r"([^，。；：、,;:（(]+?)(?=[，。；：、,;:（(]|并|$)"
 )
 _SOURCE_ZH = re.compile(r"[由从用以将](.+)$", re.DOTALL)
 _NAMED_BY = re.compile(r"\s*+(?:\([^)]*\)\s*+)?(?:from\b|by\b|via\b|[:：])", re.IGNORECASE)
@@ -98,12 +102,13 @@ def announced(text: str, named: Sequence[Mention], foreign: Sequence[Span]) -> I
     for pattern in (_GIVEN, _INTO, _CHINESE):
         for match in pattern.finditer(text):
             start, end = match.span(1)
-            source = (_SOURCE_ZH if pattern is _CHINESE else _OF).search(match[1])
+            source = (_SOURCE_ZH if pattern is _CHINESE else _OF).search(match[1], trivial_end(match[1]))
             end = start + source.start() if source else end
             if pattern is _GIVEN and _KIND_OF_SYNTHESIS.search(text, 0, start):
                 continue
             chemical = any(m.kind in ("reagent", "class") and start <= m.start < end for m in named)
             plausible = pattern is _GIVEN and is_named_like_a_substance(match[1])
+            plausible = plausible or (not _AS.match(match[0]) and names_a_product(text[start:end]))
             if chemical or plausible or any(start <= a < end for a, _ in foreign):
                 yield start, end
 

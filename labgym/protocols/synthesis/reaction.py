@@ -126,9 +126,16 @@ class ReactionWriter:
             if at is None and stage.added and not any(clause.temperature is not None for clause in self.clauses):
                 at = self.kind.add_temperature
             at = at if at is not None else min(self.adding, ROOM_TEMPERATURE) if stage.added else ROOM_TEMPERATURE
-            self._charge(stage.charged, at if stage.added else None)
-            self._add(stage.added, at, stage.minutes or ADDITION)
-            for period in periods(self.kind, stage.periods, self.parts, stage.temperature):
+            stretches = tuple(periods(self.kind, stage.periods, self.parts, stage.temperature))
+            charged, added = stage.charged, stage.added
+            if not added and stage.temperature is None and stretches and stretches[0].temperature < ROOM_RANGE[0]:
+                # "A with B and C at 0 C": what the kind of reaction adds goes into the cold mixture.
+                at = stretches[0].temperature
+                charged = tuple(part for part in stage.charged if part.when != "add")
+                added = tuple(part for part in stage.charged if part.when == "add")
+            self._charge(charged, at if added else None)
+            self._add(added, at, stage.minutes or ADDITION)
+            for period in stretches:
                 self._hold(period)
         if not timed:
             for period in self.holds:

@@ -55,6 +55,17 @@ _AWAY = re.compile(
 )
 """Text before the name of a substance that is removed or formed, not taken."""
 
+_SPECTRUM = re.compile(
+    r"(?:\bNMR|\b(?:FT-?)?IR|\bLC-?MS|\bGC-?MS|\bHRMS|\bMS|\bUV(?:-Vis)?|\bR_?f|\[[aα]\]\^?_?D?|核磁(?:共振)?|红外|质谱)"
+    r"(?:[^()（）.;。；\n]|(?<=\d)\.(?=\d)){0,30}[(（][^()（）\n]{0,80}(?:\([^()\n]{0,20}\)[^()\n]{0,40})?[)）]",
+)
+"""Conditions of a spectrum or of an optical rotation in brackets: "1H NMR (400 MHz, D2O)"."""
+_DEUTERATED = re.compile(
+    r"\b(?:NMR|spectr(?:um|a|oscopy))\b[^.;。；\n]{0,40}?\b(?:in|with)\s+"
+    r"(?:deuterated\s+[a-z]+|C_?D_?(?:Cl_?3|3OD|3CN|2Cl_?2)|C6D6|D2O|[A-Za-z]{2,12}-d\d?\d?)(?:\s+with\s+TMS\b)?",
+    re.IGNORECASE,
+)
+
 
 @dataclass(frozen=True)
 class Clause:
@@ -117,6 +128,7 @@ class ParsedDescription:
         requested: whether the wording announces that product, as "to give X" does.
         unlisted: substances that it names and the catalog lacks, as written.
         spoken_of: assets, classes of substances and concepts that it mentions.
+        reacting: those of `spoken_of` outside the names of products.
         products: the spans that name products.
         unassigned: amounts that belong to no substance, as written.
     """
@@ -127,6 +139,7 @@ class ParsedDescription:
     product: str
     unlisted: tuple[str, ...]
     spoken_of: frozenset[str]
+    reacting: frozenset[str]
     products: tuple[tuple[int, int], ...] = ()
     requested: bool = False
     unassigned: tuple[str, ...] = ()
@@ -148,8 +161,9 @@ def read(text: str, catalog: Catalog | None = None) -> ParsedDescription:
     """
     assets = catalog if catalog is not None else Catalog.load()
     text = unified(text)
-    named = mentions(text, assets)
-    foreign = unlisted(text, named)
+    spectra = [match.span() for pattern in (_SPECTRUM, _DEUTERATED) for match in pattern.finditer(text)]
+    named = tuple(m for m in mentions(text, assets) if m.kind == "instrument" or not within(m.start, spectra))
+    foreign = tuple(span for span in unlisted(text, named) if not within(span[0], spectra))
     named = tuple(m for m in named if not any(a <= m.start and m.end <= b for a, b in foreign))
     named = tuple(m for m in named if not _AWAY.search(text[: m.start]))
     auxiliary = frozenset(asset.name for asset in assets if asset.category in AUXILIARY)
@@ -163,18 +177,26 @@ def read(text: str, catalog: Catalog | None = None) -> ParsedDescription:
     reagents = [mention for mention in reagents if mention not in sold]
     clauses = tuple(_clauses(text, reagents, assigned, dissolved))
     topics = {mention.name for clause in clauses for mention in clause.mentions}
-    topics |= set(concepts(without_chinese_names(text, assets)))
+    unnamed = without_chinese_names(text, assets)
     return ParsedDescription(
         text=text,
         language=language_of(text),
         clauses=clauses,
         product=names[0] if names else "",
         unlisted=tuple(dict.fromkeys(strange)),
-        spoken_of=frozenset(topics),
+        spoken_of=frozenset(topics.union(concepts(unnamed))),
+        reacting=frozenset(topics.union(concepts(_without(unnamed, spans)))),
         products=spans,
         requested=bool(spans) and spans[0] in announced(text, named, foreign),
         unassigned=unassigned,
     )
+
+
+def _without(text: str, spans: Sequence[tuple[int, int]]) -> str:
+    """Return a text with some spans blank."""
+    for start, end in spans:
+        text = text[:start] + " " * (end - start) + text[end:]
+    return text
 
 
 def _clauses(

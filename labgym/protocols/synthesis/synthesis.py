@@ -10,9 +10,17 @@ from difflib import get_close_matches
 from labgym.assets import Catalog
 from labgym.protocols.errors import RefusalError
 from labgym.protocols.language import language_of, unified
-from labgym.protocols.language.vocabulary import unmeasured
+from labgym.protocols.language.vocabulary import unknown_measures, unmeasured
 from labgym.protocols.model import Protocol
-from labgym.protocols.refusals import refusals, refuse_mixture, refuse_product, refuse_solvent, refuse_wish
+from labgym.protocols.refusals import (
+    refusals,
+    refuse_mixture,
+    refuse_product,
+    refuse_solvent,
+    refuse_structures,
+    refuse_to_make,
+    refuse_wish,
+)
 from labgym.protocols.retrieval import SearchResults
 from labgym.protocols.synthesis.fidelity import refuse_unfaithful
 from labgym.protocols.synthesis.precedents import context_of
@@ -86,8 +94,7 @@ def synthesize(
     commission = Commission(text, description, context, assets)
     result = (writer if writer is not None else TemplateWriter()).write(commission)
     protocol = result.protocol
-    refuse_wish(f"{protocol.name}. {protocol.product}.")
-    refuse_product(protocol.product)
+    refuse_to_make(protocol.name, protocol.product)
     refuse_mixture(use.name for use in protocol.reagents)
     refuse_unfaithful(description, protocol, assets)
     findings = examine(protocol, assets)
@@ -110,6 +117,7 @@ def _parse(text: str, catalog: Catalog) -> ParsedDescription:
     if not text.strip() or len(text) > MAX_TEXT:
         raise RefusalError("no-chemistry", f"the description has {len(text)} characters; it needs 1 to {MAX_TEXT}")
     refuse_wish(text)
+    refuse_structures(text)
     if language_of(text) == "unknown":
         raise RefusalError("language", "the description is neither English nor Chinese: write it in one of them")
     nothing = _NO_AMOUNT.search(text)
@@ -128,6 +136,11 @@ def _parse(text: str, catalog: Catalog) -> ParsedDescription:
     if portions:
         message = f"{portions[0]!r} has no defined size: give it in grams, milliliters or moles"
         raise RefusalError("unaccounted", message)
+    foreign = unknown_measures(text)
+    if foreign:
+        raise RefusalError(
+            "unaccounted", f"{foreign[0]!r} has a unit that is not known: use one such as g, mL, mmol or h"
+        )
     if description.unlisted:
         raise RefusalError("unlisted", _lacking(description.unlisted, catalog))
     _refuse_flame(description, catalog)

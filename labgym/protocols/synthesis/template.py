@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+import re
+from collections.abc import Iterator, Sequence
 
 from labgym.assets import Catalog
 from labgym.protocols.constraints import derive
@@ -22,15 +23,17 @@ from labgym.protocols.synthesis.library_experiments import from_library
 from labgym.protocols.synthesis.own_reagents import classes_of, own_reagents, with_own_reagents
 from labgym.protocols.synthesis.parting import parted
 from labgym.protocols.synthesis.phases import ReactionMixture
-from labgym.protocols.synthesis.product_classes import stated_product
 from labgym.protocols.synthesis.reaction import ReactionWriter
 from labgym.protocols.synthesis.reading import Clause, ParsedDescription
 from labgym.protocols.synthesis.roles import Participant, cast
+from labgym.protocols.synthesis.stated_product import stated_product
 from labgym.protocols.synthesis.transformations import Transformation, recognise, transformations
 from labgym.protocols.synthesis.workup import WorkUp
 from labgym.protocols.synthesis.workup_plan import work_up_steps
 from labgym.protocols.synthesis.writer import Commission, WriterResult
 
+_AGENT = re.compile(r"(?<!coupling )agent$|^(?:halide|fluoride) source$|^(?:nucleophile|oxidant|reductant|metal|diol)$")
+"""Roles of the reagents that make a reaction what it is."""
 SHARED_REAGENTS = 2
 """Number of reagents of the nearest protocol that a text without words for a reaction must name to be taken for it."""
 CANDIDATES = 4
@@ -66,7 +69,7 @@ class TemplateWriter:
         if unwritten:
             return from_library(commission, unwritten)
         first: RefusalError | None = None
-        for kind in _kinds(description, commission.context, commission.catalog)[:CANDIDATES]:
+        for kind in _kinds(description, commission.context, commission.catalog):
             try:
                 return _written(kind, commission)
             except RefusalError as refusal:
@@ -140,20 +143,47 @@ def _refuse_purification(description: ParsedDescription) -> None:
 def _kinds(description: ParsedDescription, context: SearchResults, catalog: Catalog) -> tuple[Transformation, ...]:
     """Return the kinds of reaction that the text may mean, best first; else that of the nearest protocol.
 
-    A reagent of the user counts as its classes of substances if the text is not recognized without it.
+    A text that names a reaction means no other. A reagent of the user counts as its classes of substances if the text
+    is not recognized without it.
     """
     own = own_reagents(description.reagents, catalog)
     classes = frozenset[str]().union(*map(classes_of, own))
     kinds = recognise(description.spoken_of) or recognise(description.spoken_of | classes)
+    firm = recognise(description.reacting)
+    kinds = tuple(kind for kind in kinds if not firm or kind in firm or _brings_its_reagents(kind, description))
     if kinds:
-        return kinds
+        signed = tuple(kind for kind in kinds if not description.spoken_of.isdisjoint(kind.signs))
+        return signed[:CANDIDATES] or tuple(dict.fromkeys((*kinds[:CANDIDATES], *_supplied(description))))
     named = {m.name for clause in description.clauses for m in clause.mentions if m.kind in ("reagent", "class")}
     for hit in context.hits:
         for other in transformations().transformations:
             slots = {name for slot in other.slots for name in (slot.asset, *slot.accepts)}
             if other.like == hit.fragment.source and len(slots & named) >= SHARED_REAGENTS:
-                return (other,)
-    return ()
+                return tuple(dict.fromkeys((other, *_supplied(description))))
+    return tuple(_supplied(description))
+
+
+def _supplied(description: ParsedDescription) -> Iterator[Transformation]:
+    """Yield the kinds of reaction for whose every slot a text names another reagent."""
+    for kind in transformations().transformations:
+        free = list(description.reagents)
+        for slot in kind.slots:
+            match = next((name for name in free if name == slot.asset or name in slot.accepts), None)
+            if match is None:
+                break
+            free.remove(match)
+        else:
+            yield kind
+
+
+def _brings_its_reagents(kind: Transformation, description: ParsedDescription) -> bool:
+    """Return whether a text names the reagents that a kind of reaction needs in addition to its substrates and helpers.
+
+    A kind that only the name of the product suggests does not count without them.
+    """
+    decisive = [slot for slot in kind.slots if _AGENT.search(slot.role)]
+    named = set(description.reagents)
+    return all(not named.isdisjoint((slot.asset, *slot.accepts)) for slot in decisive)
 
 
 def _refuse_mismatch(kind: Transformation, parts: Sequence[Participant], catalog: Catalog) -> None:
@@ -197,8 +227,7 @@ def _protocol(
     description: ParsedDescription, kind: Transformation, builder: ProtocolBuilder, parts: Sequence[Participant]
 ) -> Protocol:
     digest = hashlib.sha256(description.text.encode()).hexdigest()[:10]
-    participants = [part.asset for part in parts]
-    product = stated_product(kind, description.product, description.requested, participants)
+    product = stated_product(kind, description.product, description.requested, parts)
     stand_ins = "".join(f" {p.asset.name} stands in for the {p.stands_for}." for p in parts if p.stands_for)
     return derive(
         Protocol(

@@ -22,7 +22,14 @@ _METALS = (
 _SALT = re.compile(
     rf"\b(?:{_METALS})(?:\s?\([iv]+\))?\s(?:(?:tri|di|per|bi|hydrogen\s)?[a-z-]*(?:ide|ate|ite)s?)\b", re.IGNORECASE
 )
-_ACID = re.compile(r"\b(?:\d[\d,']{0,20}-|[opm]-)?[a-z][a-z0-9,()\[\]'-]{0,80}(?:ic|ous)\sacid\b", re.IGNORECASE)
+_ACID = re.compile(
+    r"\b(?:\d[\d,']{0,20}-|[opm]-)?[a-z][a-z0-9,()\[\]'-]{0,80}(?:ic|ous)\s(?:acid|anhydride)\b", re.IGNORECASE
+)
+_NAMED_AFTER = re.compile(
+    r"(?<=[a-z0-9,]\s)(?!(?:Grignard|Wittig|Lewis|Br[oö]nsted|Schiff|Dean|Hickman|Liebig|Dimroth|The|A|An|This|Raney)\b)"
+    r"[A-Z][a-zéöüäø]{3,20}(?:-[A-Z][a-zéöüäø]{2,20}){0,2}(?:['’]s?)?\s(?:reagent|base|acid|salt|catalyst|complex|ylide|auxiliary|sultam)\b"
+)
+"""A substance named after somebody: "Lawesson's reagent", "Meldrum's acid", "Lindlar catalyst"; not the first word."""
 _RADICALS = (
     r"[a-z]{4,}onium\s|[a-z]{4,}(?:magnesium|zinc)\s|"
     r"(?:[a-z0-9,()\[\]'-]{1,60}+(?<=[a-z]yl) ){0,4}[a-z0-9,()\[\]'-]{0,60}[a-z]yl[ -]"
@@ -40,11 +47,23 @@ _ENDING = re.compile(
     r"indole|silane|borane|lactone|lactam|acid|phthalein|lithium|oate|azine|urea|hydride)s?$"
 )
 _TRIVIAL_ENDING = re.compile(
-    r"(?:[a-z]{3}(?:(?<!p)(?<!l)(?<!o)(?<!n)ose|(?:r|v|th|n|z|d|x|s|eg|tral|dan)one|(?:n|s|e|d|a|th)ine|"
+    r"(?:[a-z]{3}(?:(?<!p)(?<!l)(?<!o)(?<!n)ose|(?:r|v|th|n|z|d|x|s|eg|tral|dan|(?<!cyc)l|[uj])one|(?:n|s|e|d|a|th|(?<!di)(?<!ac)c|(?<!al)(?<!ip)p|"
+    r"(?<!com)(?<!tur)(?<!car)(?<!cu)(?<!um)b)ine|[tzdnf]ole|[tdnl]ase|"
     r"(?:b|ant|orn|al|ost|ol)ane|(?:pt|os|char|ot|ar)ide|(?:ll|dr|ar|ir|at|ot|on|er|al|th)in|[st]id)|"
     r"[a-z]{2}(?:[^vi\W]ene|adiene|zil|[znsr]oin)|[a-z]{2}(?:i|er|an|en|in|th|e|ym|ac|acr|ech|it|yt|es|alo|phen)ol)s?$"
 )
 """Endings of trivial names that hardly any word of another kind has: limonene, estrone, quinine, geraniol, vanillin."""
+_BROAD_ENDING = re.compile(r"[a-z]{2}(?:one|ane|ene|yne|[nr]al|ol|ine|in|ide|ose)s?$")
+"""Endings of names where hardly anything but a name can be: after the verb of a transformation."""
+_TRANSFORMED = re.compile(
+    r"\b(?:reduc|oxidi[sz]|acet?ylat|benzoylat|alkylat|acylat|methylat|benzylat|epoxidi[sz]|hydrogenat|brominat|"
+    r"chlorinat|iodinat|sulfonat|tosylat|silylat|formylat|protect|deprotect|dehydrat|hydroly[sz]|condens|coupl|"
+    r"cycli[sz]|esterif|saponif)(?:e|ing|y|ying|ion\sof)?\s+$",
+    re.IGNORECASE,
+)
+_ADJECTIVE = re.compile(
+    r"(?:ical|ional|ermal|gonal|idal|urnal|odontal|priate|portionate|minate|pagate|timidate|torate)s?$"
+)
 _MORPHEME = re.compile(
     r"meth|eth|prop|but|pent|hex|hept|oct|phen|benz|naphth|tolu|anis|chlor|brom|iod|fluor|nitr|cyan|amin|hydrox|oxy|"
     r"carb|sulf|phosph|acet|malon|succin|phthal|cinnam|salicyl|furan|thio|pyr|imid|indol|quinol|morphol|piper|azol|"
@@ -97,7 +116,7 @@ def is_named_like_a_substance(text: str) -> bool:
 
 def _compounds(text: str) -> Iterator[tuple[int, int]]:
     """Names of several words: salts, acids, alkyl derivatives."""
-    for pattern in (_SALT, _ACID, _TWO_WORDS):
+    for pattern in (_SALT, _ACID, _TWO_WORDS, _NAMED_AFTER):
         for match in pattern.finditer(text):
             generic = _GENERIC.search(match[0]) and pattern is _TWO_WORDS and not _MORPHEME.findall(match[0].lower())
             if not generic and not _is_operation(match[0]):
@@ -134,6 +153,8 @@ def _has_name_of_substance(word: str) -> bool:
     common = table().unlisted_words
     if any(part in common or part.removesuffix("s") in common for part in parts):
         return True
+    if _ADJECTIVE.search(word):
+        return False
     if _TRIVIAL_ENDING.search(word):
         return True
     stems = len(_MORPHEME.findall(word))
@@ -160,6 +181,7 @@ def _unknown(text: str, mentioned: Sequence[Mention]) -> Iterator[tuple[int, int
     """Yield English words that are unknown here and look like a name, carry an amount, or are where a substance is."""
     for start, end in _tokens(text):
         token = text[start:end]
+        transformed = bool(_TRANSFORMED.search(text[max(start - 24, 0) : start]) and _BROAD_ENDING.search(token))
         covered = sum(min(end, m.end) - max(start, m.start) for m in mentioned if m.start < end and start < m.end)
         if covered and not any(m.start < start or end < m.end for m in mentioned if m.start < end and start < m.end):
             rest = token
@@ -168,13 +190,14 @@ def _unknown(text: str, mentioned: Sequence[Mention]) -> Iterator[tuple[int, int
                     rest = rest.replace(mention.text, "", 1)
             if is_ordinary(rest) or len(rest.strip("-,()'0123456789")) < 2:
                 continue
-        elif covered or _is_known(token):
+        elif covered or (is_ordinary(token) if transformed else _is_known(token)):
             continue
         head, tail = text[:start], text[end:]
         weighed = _AMOUNT_AFTER.match(tail) or _AMOUNT_BEFORE.search(head)
         expected = _POSITION.search(head) or _is_ordered(head, mentioned)
         ester = _RADICAL_WORDS.search(head) is not None and _ENDING.search(token) is not None
-        if weighed or ester or _NAME_LIKE.search(token) or (expected and _has_name_of_substance(token.lower())):
+        named = expected and _has_name_of_substance(token.lower())
+        if weighed or ester or transformed or named or _NAME_LIKE.search(token):
             if not _NOUN_AFTER.match(tail) and not _EXCLUDED.search(head):
                 yield _with_radicals(text, start), end
 
@@ -256,7 +279,7 @@ _MODIFIER = (
     r"\s+){0,4}"
 )
 _POSITION = re.compile(
-    rf"(?:^|[,;:(+/.]|\b(?:with|of|from|using|in|into|to|and|or|plus|between|by|via|over|on|onto|through|as|catalytic|"
+    rf"(?:^|[,;:(+/.]|\b(?:with|of|from|using|in|into|to|and|or|plus|between|by|via|over|on|onto|through|as|catalytic|pass|bubble|admit|introduce|"
     rf"cat\.|reduc\w*+|oxidi\w*+|coupl\w*+|treat\w*+|add\w*+|dissolv\w*+|protect\w*+|deprotect\w*+|bromin\w*+|chlorin\w*+|"
     rf"acet?yl\w*+|alkyl\w*+|acyl\w*+|hydro\w*+|esteri\w*+|conver\w*+|react\w*+|condens\w*+|epoxidi\w*+|heat\w*+|stir\w*+|"
     rf"recrystalli\w*+|distil\w*+|purif\w*+|nitrat\w*+|tosyl\w*+|silyl\w*+|dehydr\w*+|methyl\w*+|benzyl\w*+|mix\w*+|take\w*+))"

@@ -1,0 +1,28 @@
+"""Names of substances without an amount are recognized; ordinary words in the same positions are not taken."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from labgym.assets import Catalog
+from labgym.protocols.synthesis import read
+
+SENTENCES = json.loads((Path(__file__).parent / "names_without_amounts.json").read_text(encoding="utf-8"))
+"""By hand: names of substances that the catalog lacks with a sentence each, and sentences without such names."""
+CATALOG = Catalog.load()
+LEAST_SHARE = 0.95
+
+
+def test_nearly_all_names_are_recognized() -> None:
+    missed = [
+        name for name, text in SENTENCES["names"] if name.lower() not in " ".join(read(text, CATALOG).unlisted).lower()
+    ]
+    assert len(missed) <= (1.0 - LEAST_SHARE) * len(SENTENCES["names"]), missed
+
+
+@pytest.mark.parametrize("text", SENTENCES["ordinary"])
+def test_no_ordinary_word_is_taken_for_a_substance(text: str) -> None:
+    assert read(text, CATALOG).unlisted == ()
