@@ -10,6 +10,8 @@ from labgym.errors import OptionError
 
 MAX_COUNT = 10_000_000
 """Largest number of layouts, episodes, rounds or repeats."""
+MAX_SEED = 2**53 - 1
+"""Largest random seed: integers up to it are exact in JSON."""
 MAX_STEPS = 10**12
 """Largest number of control steps of a training, summed over its environments."""
 MAX_PROCESSES = 1024

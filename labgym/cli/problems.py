@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from importlib.util import find_spec
+
 from labgym.errors import MissingDependencyError
 
 EXTRAS = {
@@ -65,3 +67,10 @@ def out_of_memory(error: BaseException | None) -> bool:
             return True
         error = error.__cause__ or error.__context__
     return False
+
+
+def check_installed(module: str, command: str) -> None:
+    """Raise MissingDependencyError if an optional package, by the name that is imported, is not installed."""
+    if find_spec(module) is None:
+        package, extra = EXTRAS[module]
+        raise MissingDependencyError(package, command, extra)
