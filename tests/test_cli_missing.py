@@ -54,9 +54,18 @@ def test_a_command_without_its_extra_names_it_in_one_line(module, distribution, 
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="RLIMIT_AS is Linux's")
-@pytest.mark.parametrize("kilobytes", [350_000, 500_000, 700_000])
-def test_little_memory_is_one_line(kilobytes, tmp_path):
-    command = [sys.executable, "-m", "labgym.cli", "compile", LAYOUT, "--out", "scene"]
+@pytest.mark.parametrize(
+    ("kilobytes", "words"),
+    [
+        (350_000, ["compile", LAYOUT, "--out", "scene"]),
+        (500_000, ["compile", LAYOUT, "--out", "scene"]),
+        (700_000, ["compile", LAYOUT, "--out", "scene"]),
+        (900_000, ["view", LAYOUT, "--camera", "overview"]),
+        (1_000_000, ["view", LAYOUT, "--camera", "overview"]),
+    ],
+)
+def test_little_memory_is_one_line(kilobytes, words, tmp_path):
+    command = [sys.executable, "-m", "labgym.cli", *words]
     limited = ["bash", "-c", f'ulimit -v {kilobytes}; exec "$@"', "limited", *command]
     done = subprocess.run(limited, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=300)
     assert done.returncode == 2, done.stderr

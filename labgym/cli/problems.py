@@ -9,11 +9,13 @@ from labgym.errors import MissingDependencyError
 EXTRAS = {
     "coacd": ("coacd", "mesh"),
     "diffusers": ("diffusers", "train"),
+    "dask": ("distributed", "dask"),
     "distributed": ("distributed", "dask"),
     "ezdxf": ("ezdxf", "cad"),
     "google.protobuf": ("protobuf", "ord"),
     "gymnasium_robotics": ("gymnasium-robotics", "dev"),
     "h5py": ("h5py", "data"),
+    "httpx2": ("openai", "llm"),
     "imageio_ffmpeg": ("imageio-ffmpeg", "data"),
     "minari": ("minari", "data"),
     "moviepy": ("moviepy", "train"),

@@ -16,6 +16,8 @@ CHOICE = ("split", "layout", "protocol", "profile", "episodes_per_layout", "trai
 """Arguments that choose the task of an episode, which the argument `tasks` replaces."""
 GENERATED = ("profile", "episodes_per_layout", "training", "pool")
 """Arguments of generated layouts."""
+PICTURE = ("width", "height", "quality")
+"""Arguments of the image from behind and above the robot."""
 TRAINING_SPLITS = ("train", "floors-train")
 
 
@@ -54,10 +56,8 @@ def _reason(config: PointNavConfig, name: str, passed: Collection[str]) -> str:
         return "on these reward terms: pass rewards, such as rewards=[{'kind': 'progress', 'method': 'exact'}, ...]"
     if name == "observation" and "sensors" in passed:
         return "with sensors: pass one of the two"
-    if name in ("width", "height") and config.render_mode is None:
-        return "without pictures: pass render_mode"
-    if name == "quality" and config.render_mode != "rgb_array":
-        return "on these pictures: pass render_mode='rgb_array'"
+    if name in PICTURE and config.render_mode not in ("rgb_array", "human"):
+        return f"with render_mode={config.render_mode!r}: pass render_mode='rgb_array'"
     if name == "onward" and config.tasks is None and config.drives == "pair":
         return "in episodes of one drive: pass drives='protocol'"
     return ""
