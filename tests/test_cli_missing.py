@@ -95,12 +95,8 @@ COMMANDS = {
         ["data", "--format", "lerobot", "--episodes", "1", "--out", "o"],
         ["data", "--format", "minari", "--episodes", "1", "--out", "o"],
     ],
-    "onnx": [["eval", "--policy", "a.onnx", "--out", "o"]],
     "ord": [["protocols", "import", "a.pbtxt", "--format", "ord", "--out", "o"]],
     "train": [
-        ["eval", "--policy", "navdp", "--out", "o"],
-        ["eval", "--policy", "a.safetensors", "--out", "o"],
-        ["record", LAYOUT, "--policy", "ppo", "--out", "o.gif"],
         ["train", "navdp", "--out", "o"],
         ["train", "iplanner", "--out", "o"],
         ["train", "ppo-imitation", "--out", "o"],
@@ -124,8 +120,9 @@ COMMANDS = {
     ],
 }
 """Commands by the extra that they require."""
-WITHOUT = {"embed", "fast", "llm", "mesh", "warp"}
-"""Extras without which commands work otherwise, or that only an environment or the configured model requires."""
+WITHOUT = {"embed", "fast", "llm", "mesh", "onnx", "warp"}
+"""Extras without which commands work otherwise, or that an environment, the configured model or a policy's own process
+requires."""
 DEPENDENCIES = tomllib.loads(Path(__file__).parents[1].joinpath("pyproject.toml").read_text())["project"]
 EXTRAS_OF = DEPENDENCIES["optional-dependencies"]
 

@@ -73,6 +73,10 @@ def out_of_memory(error: BaseException | None) -> bool:
 
 def check_installed(module: str, command: str) -> None:
     """Raise MissingDependencyError if an optional package, by the name that is imported, is not installed."""
-    if find_spec(module) is None:
+    try:
+        missing = find_spec(module) is None
+    except ModuleNotFoundError:  # of the package that it is in
+        missing = True
+    if missing:
         package, extra = EXTRAS[module]
         raise MissingDependencyError(package, command, extra)

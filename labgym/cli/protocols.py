@@ -14,6 +14,7 @@ from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath, Optional
 from labgym.cli.effects import refuses_idle_flags
 from labgym.cli.group import CommandGroup
 from labgym.cli.outcome import DONE, FAILED, findings, written
+from labgym.cli.problems import check_installed
 from labgym.cli.saving import Overwrite, save
 from labgym.documents import folder_path
 from labgym.errors import OptionError
@@ -207,6 +208,8 @@ def import_(
 
     if limit is not None and limit < 1:
         raise OptionError(f"--limit is {limit}; read at least 1 record, or leave it out to read all")
+    if format == "ord":
+        check_installed("google.protobuf", "labgym protocols import --format ord")
     source = Source(path, format, product)
     return _collected(import_experiments(source, out, limit, feasible, execution.options(), fresh), out)
 
