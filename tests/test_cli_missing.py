@@ -116,7 +116,6 @@ COMMANDS = {
         ["compile", LAYOUT, "--format", "usd", "--out", "o"],
         ["compile", LAYOUT, "--format", "usd", "--interactive", "--out", "o"],
         ["assets", "build", "rotovap", "--out", "o"],
-        ["assets", "add", "a.usdc", "--catalog", "o"],
     ],
 }
 """Commands by the extra that they require."""
