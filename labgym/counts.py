@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import resource
+from pathlib import Path
 
 import numpy as np
 
@@ -10,6 +12,8 @@ from labgym.errors import OptionError
 
 MAX_COUNT = 10_000_000
 """Largest number of layouts, episodes, rounds or repeats."""
+MAX_SEED = 2**53 - 1
+"""Largest random seed: integers up to it are exact in JSON."""
 MAX_STEPS = 10**12
 """Largest number of control steps of a training, summed over its environments."""
 MAX_PROCESSES = 1024
@@ -44,6 +48,24 @@ def check_memory(name: str, count: int, bytes_each: float) -> None:
         raise OptionError(
             f"{name} is {count}: it requires about {count * bytes_each / 1e9:.3g} GB of memory, and this machine has "
             f"{available / 1e9:.3g} GB; at most {int(available / bytes_each)} fit"
+        )
+
+
+def check_address_space(purpose: str, required_bytes: float) -> None:
+    """Check that the limit of the address space (`ulimit -v`) leaves room for a library that crashes without memory.
+
+    Raises:
+        MemoryError: it does not; names the memory that is required and that is left.
+    """
+    limit = resource.getrlimit(resource.RLIMIT_AS)[0]
+    statistics = Path("/proc/self/statm")
+    if limit == resource.RLIM_INFINITY or not statistics.exists():
+        return
+    left = limit - int(statistics.read_text().split()[0]) * resource.getpagesize()
+    if left < required_bytes:
+        raise MemoryError(
+            f"{purpose} requires about {required_bytes / 1e6:.0f} MB of address space, and {max(left, 0) / 1e6:.0f} MB "
+            "are left: raise the limit (ulimit -v)"
         )
 
 

@@ -189,8 +189,15 @@ def read_yaml(path: str | Path, max_bytes: int, needed_for: str) -> Any:
     raw = read_bytes(path, max_bytes)
     try:
         text = raw.decode("utf-8")
-        if any(isinstance(token, yaml.AliasToken) for token in yaml.scan(text, yaml.SafeLoader)):
-            raise DocumentError(path, "", "has an alias (*name), which is not read: write the value out")
+        depth = 0
+        for token in yaml.scan(text, yaml.SafeLoader):
+            if isinstance(token, yaml.AliasToken):
+                raise DocumentError(path, "", "has an alias (*name), which is not read: write the value out")
+            # PyYAML takes time that grows with the square of the depth.
+            kind = type(token).__name__
+            depth += ("Start" in kind and "Stream" not in kind) - ("End" in kind and "Stream" not in kind)
+            if depth > 2 * MAX_DEPTH:
+                raise DocumentError(path, "", f"nested deeper than {MAX_DEPTH} levels")
         data = yaml.safe_load(text)
     except UnicodeDecodeError:
         raise DocumentError(path, "", "not UTF-8 text") from None

@@ -30,7 +30,9 @@ def profile(length: float, top: float, acceleration: float) -> list[float]:
     return ways
 
 
-def legal_route(start: Sequence[float], points: Points, heading: float | None = None) -> Route:
+def legal_route(
+    start: Sequence[float], points: Points, heading: float | None = None, acceleration: float = 1.3
+) -> Route:
     """Return a route that turns in place and drives straight along a polyline, within the robot's limits."""
     poses = [(float(start[0]), float(start[1]), float(start[2]))]
 
@@ -46,7 +48,7 @@ def legal_route(start: Sequence[float], points: Points, heading: float | None = 
             continue
         angle = math.atan2(y - here[1], x - here[0])
         turn(angle)
-        ways = profile(length, 0.98, 1.3)[1:]
+        ways = profile(length, 0.98, acceleration)[1:]
         poses.extend((here[0] + w * math.cos(angle), here[1] + w * math.sin(angle), poses[-1][2]) for w in ways)
         poses.append(poses[-1])
     if heading is not None:
@@ -55,15 +57,25 @@ def legal_route(start: Sequence[float], points: Points, heading: float | None = 
     return tuple((round(x, 3), round(y, 3), round((a + math.pi) % (2.0 * math.pi) - math.pi, 3)) for x, y, a in poses)
 
 
-def quiet_outcomes(part: LabNavEpisodes, task: Task) -> dict[str, object]:
+def quiet_outcomes(part: LabNavEpisodes, episode: LabNavEpisode, task: Task, route: Route) -> dict[str, object]:
     """Return outcomes of conditions as they are best for the score: nothing pushed, nobody near, nothing spilt."""
+    people = episode.conditions.get("people", {}).get("people", [])
+    near = [math.dist(pose[:2], role["start"]) for pose in route for role in people]
+    least = max(1.0, 0.9 * min(near)) if near else None
     outcomes: dict[str, object] = {
         "changes": {
             "pushed": {name: {"mass": mass, "way": 0.0, "touched": False} for name, mass in task.pushable.items()},
             "appeared": {},
         },
-        "people": {"people": 1, "close_seconds": 0.0, "least_distance": 2.0, "met": 1, "nearest": 2.0},
-        "payload": {"highest": 0.001, "spilt": False},
+        "people": {
+            "people": len(people),
+            "close_seconds": 0.0,
+            "least_distance": least,
+            "met": 0,
+            "nearest": least,
+            "beside_seconds": 0.0,
+        },
+        "payload": {"highest": 0.002, "spilt": False},
         "station": {"position": 0.0, "heading": 0.0, "docked": None},
         "parked": None,
         "glass": None,
@@ -98,6 +110,6 @@ def forged_row(part: LabNavEpisodes, episode: LabNavEpisode, task: Task, route: 
         odometry_error=0.0,
         steps=len(poses) - 1,
         contacts=0,
-        outcomes=quiet_outcomes(part, task),
+        outcomes=quiet_outcomes(part, episode, task, route),
     ).model_copy(update=fields)
     return row.model_copy(update={"score": score_from(row, row.outcomes, episode.conditions)} | fields)

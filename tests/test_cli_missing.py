@@ -2,61 +2,201 @@
 
 from __future__ import annotations
 
+import ast
+import json
+import re
 import subprocess
 import sys
+import tomllib
+from importlib import metadata
+from pathlib import Path
 
 import pytest
 
+import labgym
+from labgym.cli.problems import EXTRAS
+
 LAYOUT = "val-fgt_04"
 HIDE = """
-import importlib.metadata as metadata, importlib.util as util, sys
-modules, distributions = ({each for each in text.split(",")} for text in sys.argv[1:3])
-class Hidden:
-    def find_spec(self, name, path=None, target=None):
-        if name.split(".")[0] in modules:
-            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
-sys.meta_path.insert(0, Hidden())
+import importlib.metadata as metadata, importlib.util as util, json, os, sys
+from pathlib import Path
+import labgym.cli, labgym.cli.app
 found, installed = util.find_spec, metadata.distribution
-def distribution(name):
-    if name in distributions:
-        raise metadata.PackageNotFoundError(name)
-    return installed(name)
-util.find_spec = lambda name, package=None: None if name.split(".")[0] in modules else found(name, package)
-metadata.distribution = distribution
-metadata.version = lambda name: distribution(name).version
-from labgym.cli import main
-sys.exit(main(sys.argv[3:]))
+def run(plan):
+    modules, distributions = map(set, plan["hide"])
+    class Hidden:
+        def find_spec(self, name, path=None, target=None):
+            if name.split(".")[0] in modules:
+                raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+    def find_spec(name, package=None):
+        return None if name.split(".")[0] in modules else found(name, package)
+    def distribution(name):
+        if name in distributions:
+            raise metadata.PackageNotFoundError(name)
+        return installed(name)
+    sys.meta_path.insert(0, Hidden())
+    util.find_spec, metadata.distribution = find_spec, distribution
+    metadata.version = lambda name: distribution(name).version
+    for name, module in list(sys.modules.items()):
+        if name.split(".")[0] in modules:
+            del sys.modules[name]
+        elif getattr(module, "find_spec", None) is found and name.startswith("labgym"):
+            module.find_spec = find_spec
+    return labgym.cli.main(plan["words"])
+for plan in json.loads(sys.argv[1]):
+    child = os.fork()
+    if child == 0:
+        os.chdir(plan["folder"])
+        for number, name in ((1, "stdout"), (2, "stderr")):
+            os.dup2(os.open(name, os.O_CREAT | os.O_WRONLY), number)
+        code = 99
+        try:
+            code = run(plan)
+        except BaseException as error:
+            code = repr(error)
+        finally:
+            sys.stderr.flush()
+            Path("code").write_text(str(code))
+            os._exit(0)
+    os.waitpid(child, 0)
 """
 
 
-@pytest.mark.parametrize(
-    ("module", "distribution", "extra", "command"),
-    [
-        ("pxr", "usd-core", "usd", ["compile", LAYOUT, "--format", "usd", "--out", "scene"]),
-        ("ezdxf", "ezdxf", "cad", ["compile", LAYOUT, "--format", "dxf", "--out", "plan.dxf"]),
-        ("pyarrow", "pyarrow", "data", ["data", "--samples", "10", "--out", "samples"]),
-        ("pyarrow", "pyarrow", "data", ["data", "--format", "parquet", "--episodes", "1", "--out", "drives"]),
-        ("h5py", "h5py", "data", ["data", "--format", "minari", "--episodes", "1", "--out", "drives"]),
-        ("rdkit", "rdkit", "chem", ["assets", "infer", "CCO"]),
-        ("torch", "torch", "train", ["train", "navdp", "--data", "samples", "--out", "run"]),
-        ("stable_baselines3", "stable-baselines3", "train", ["train", "ppo", "--out", "run"]),
+DASK = ["--executor", "dask", "--scheduler", "tcp://127.0.0.1:9"]
+SLURM = ["--executor", "slurm"]
+COMMANDS = {
+    "cad": [
+        ["compile", LAYOUT, "--format", "dxf", "--out", "o.dxf"],
+        ["outline", "a.dxf", "--out", "o.json"],
+        ["outline", "map.yaml", "--out", "o.json"],
+        ["generate", "sub_01", "--room", "a.dxf"],
+        ["generate", "sub_01", "--room", "map.yaml"],
+        ["generate", "sub_01", "--fixed", "a.dxf"],
     ],
+    "chem": [["assets", "infer", "CCO"], ["assets", "add-reagent", "x", "--smiles", "CCO"]],
+    "dask": [
+        ["generate", "sub_01", "--count", "1", "--out", "o", *DASK],
+        ["eval", "--policy", "straight", "--out", "o", *DASK],
+        ["floors", "--split", "floors-val", "--out", "o", *DASK],
+        ["labnav", "--split", "floors-val", "--out", "o", *DASK],
+        ["describe", "splits", *DASK],
+        ["score", LAYOUT, "--out", "o", *DASK],
+        ["run", "--out", "o", "--seed", "1", "--protocols", "sub_01", *DASK],
+        ["reproduce", "protocols", "--out", "o", *DASK],
+        ["data", "--out", "o", *DASK],
+    ],
+    "slurm": [
+        ["generate", "sub_01", "--count", "1", "--out", "o", *SLURM],
+        ["eval", "--policy", "straight", "--out", "o", *SLURM],
+    ],
+    "data": [
+        ["data", "--samples", "10", "--out", "o"],
+        ["data", "--format", "parquet", "--episodes", "1", "--out", "o"],
+        ["data", "--format", "lerobot", "--episodes", "1", "--out", "o"],
+        ["data", "--format", "minari", "--episodes", "1", "--out", "o"],
+    ],
+    "ord": [["protocols", "import", "a.pbtxt", "--format", "ord", "--out", "o"]],
+    "train": [
+        ["train", "navdp", "--out", "o"],
+        ["train", "iplanner", "--out", "o"],
+        ["train", "ppo-imitation", "--out", "o"],
+        ["train", "ppo", "--out", "o"],
+        ["train", "sac", "--out", "o"],
+        ["train", "her", "--out", "o"],
+        ["train", "local-practice", "--out", "o"],
+        ["train", "local-imitation", "--out", "o"],
+        ["train", "local-ppo", "--out", "o"],
+        ["ablate", "iplanner", "--out", "o"],
+        ["ablate", "navdp", "--out", "o"],
+        ["ablate", "local-imitation", "--out", "o"],
+        ["ablate", "local-ppo", "--out", "o"],
+        ["data", "--learner", "a", "--out", "o"],
+    ],
+    "usd": [
+        ["compile", LAYOUT, "--format", "usd", "--out", "o"],
+        ["compile", LAYOUT, "--format", "usd", "--interactive", "--out", "o"],
+        ["assets", "build", "rotovap", "--out", "o"],
+    ],
+}
+"""Commands by the extra that they require."""
+WITHOUT = {"embed", "fast", "llm", "mesh", "onnx", "warp"}
+"""Extras without which commands work otherwise, or that an environment, the configured model or a policy's own process
+requires."""
+DEPENDENCIES = tomllib.loads(Path(__file__).parents[1].joinpath("pyproject.toml").read_text())["project"]
+EXTRAS_OF = DEPENDENCIES["optional-dependencies"]
+
+
+def hidden(extra):
+    """Return the modules and the distributions of an extra, as pyproject.toml lists them."""
+    names = {re.split(r"[<>=; \[]", requirement)[0] for requirement in EXTRAS_OF[extra]}
+    return {module.split(".")[0] for module, (name, _) in EXTRAS.items() if name in names}, names
+
+
+@pytest.fixture(scope="module")
+def answers(tmp_path_factory):
+    """Run all commands without their extras in processes that fork from one with labgym imported."""
+    folder = tmp_path_factory.mktemp("missing")
+    plan = [
+        {"folder": str(folder / f"{extra}-{number}"), "hide": [sorted(part) for part in hidden(extra)], "words": words}
+        for extra, commands in COMMANDS.items()
+        for number, words in enumerate(commands)
+    ]
+    for one in plan:
+        Path(one["folder"]).mkdir()
+        for name in ("a.dxf", "a.onnx", "a.safetensors", "a.usdc", "a.pbtxt"):
+            (Path(one["folder"]) / name).touch()
+        (Path(one["folder"]) / "map.yaml").write_text("image: map.png\nresolution: 0.05\norigin: [0, 0, 0]\n")
+    subprocess.run([sys.executable, "-c", HIDE, json.dumps(plan)], check=True, timeout=1200)
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("extra", "number"), [(extra, number) for extra in COMMANDS for number in range(len(COMMANDS[extra]))]
 )
-def test_a_command_without_its_extra_names_it_in_one_line(module, distribution, extra, command, tmp_path):
-    done = subprocess.run(
-        [sys.executable, "-c", HIDE, module, distribution, *command],
-        cwd=tmp_path, capture_output=True, text=True, check=False, timeout=300,
-    )  # fmt: skip
-    assert done.returncode == 2, done.stderr
-    assert len(done.stderr.splitlines()) == 1
-    assert f"labgym-nav[{extra}]" in done.stderr
-    assert list(tmp_path.iterdir()) == []
+def test_a_command_without_its_extra_names_it_in_one_line(answers, extra, number):
+    folder = answers / f"{extra}-{number}"
+    errors = (folder / "stderr").read_text()
+    assert (folder / "code").read_text() == "2", errors
+    assert len(errors.splitlines()) == 1, errors
+    assert f"labgym-nav[{extra}]" in errors
+    assert not (folder / "o").exists()
+    assert not list(folder.glob("o.*"))
+
+
+def test_every_extra_is_tested_or_replaced_by_something_else():
+    assert set(COMMANDS) | WITHOUT == set(EXTRAS_OF) - {"all", "dev", "docs"}
+
+
+def test_every_package_that_is_no_dependency_has_its_extra_in_the_message():
+    required = {re.split(r"[<>=; \[]", each)[0] for each in DEPENDENCIES["dependencies"]}
+    provided = metadata.packages_distributions()
+    for file in Path(labgym.__file__).parent.rglob("*.py"):
+        for node in ast.walk(ast.parse(file.read_text())):
+            names = [each.name for each in node.names] if isinstance(node, ast.Import) else []
+            names += [node.module] if isinstance(node, ast.ImportFrom) and node.module else []
+            for name in names:
+                top = name.split(".")[0]
+                known = top in sys.stdlib_module_names or top == "labgym" or set(provided.get(top, ())) & required
+                known = known or top in ("mpl_toolkits", "pydantic_core")
+                assert known or top in EXTRAS or "google.protobuf" in name, f"{file}: {name}"
+    for name, extra in EXTRAS.values():
+        listed = {re.split(r"[<>=; \[]", each)[0] for each in EXTRAS_OF[extra]}
+        assert name in listed, (name, extra)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="RLIMIT_AS is Linux's")
-@pytest.mark.parametrize("kilobytes", [350_000, 500_000, 700_000])
-def test_little_memory_is_one_line(kilobytes, tmp_path):
-    command = [sys.executable, "-m", "labgym.cli", "compile", LAYOUT, "--out", "scene"]
+@pytest.mark.parametrize(
+    ("kilobytes", "words"),
+    [
+        (350_000, ["compile", LAYOUT, "--out", "scene"]),
+        (500_000, ["compile", LAYOUT, "--out", "scene"]),
+        (700_000, ["compile", LAYOUT, "--out", "scene"]),
+        (900_000, ["view", LAYOUT, "--camera", "overview"]),
+        (1_000_000, ["view", LAYOUT, "--camera", "overview"]),
+    ],
+)
+def test_little_memory_is_one_line(kilobytes, words, tmp_path):
+    command = [sys.executable, "-m", "labgym.cli", *words]
     limited = ["bash", "-c", f'ulimit -v {kilobytes}; exec "$@"', "limited", *command]
     done = subprocess.run(limited, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=300)
     assert done.returncode == 2, done.stderr

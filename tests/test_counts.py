@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from labgym.cli import main
 from labgym.counts import check_memory, physical_memory, whole_number
 from labgym.envs import LabPointNavEnv, LayoutPool
 from labgym.errors import OptionError
@@ -27,6 +28,25 @@ def test_a_memory_error_names_count_limit_and_the_largest_count():
     check_memory("n", 2, half)
     with pytest.raises(OptionError, match=r"n is 3: .* GB .* at most 2 fit"):
         check_memory("n", 3, half)
+
+
+@pytest.mark.parametrize(
+    ("line", "name"),
+    [
+        ("train navdp --epochs 1000000000", "epochs"),
+        ("train navdp --threads 2000", "threads"),
+        ("train iplanner --seed -1", "seed"),
+        ("train ppo-imitation --steps 0", "steps"),
+        ("train local-practice --floors 0", "floors"),
+        ("data --seed 10000000000000000", "seed"),
+        ("generate sub_01 --seed 10000000000000000", "seed"),
+    ],
+)
+def test_counts_of_commands_are_refused_with_their_range(line, name, capsys):
+    assert main(line.split()) == 2
+    error = capsys.readouterr().err
+    assert error.startswith(f"labgym: error: {name} is ")
+    assert "expected a whole number from" in error
 
 
 @pytest.mark.parametrize(

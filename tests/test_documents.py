@@ -155,6 +155,15 @@ def test_yaml_that_is_no_plain_data_is_refused_in_one_line(tmp_path, name):
     assert len(str(caught.value)) < 400
 
 
+@pytest.mark.parametrize("text", ["x: " + "[" * 50_000, "{a: " * 50_000, "- " * 50_000])
+def test_deep_yaml_is_refused_by_its_depth(tmp_path, text):
+    pytest.importorskip("yaml")
+    (tmp_path / "a.yaml").write_text(text)
+    with pytest.raises(DocumentError, match="nested deeper than") as caught:
+        read_yaml(tmp_path / "a.yaml", 2**20, "a test")
+    assert len(str(caught.value).splitlines()) == 1
+
+
 def test_yaml_is_read_as_pyyaml_reads_it(tmp_path):
     yaml = pytest.importorskip("yaml")
     text = "image: map.png\nresolution: 0.05\norigin: [-1.0, 2, 0.0]\nnegate: 0 # no\nmode: trinary\n"

@@ -26,6 +26,7 @@ from labgym.cli.arguments import (
     parse_options,
 )
 from labgym.cli.assets import assets_app
+from labgym.cli.effects import refuses_idle_flags
 from labgym.cli.engineering import compile_, move, outline, view
 from labgym.cli.evaluation import compare, coverage, eval_, report
 from labgym.cli.group import refuse_unknown_command
@@ -56,6 +57,7 @@ GROUPS = {"assets": assets_app, "protocols": protocols_app, "reproduce": reprodu
 
 
 @app.command
+@refuses_idle_flags("run")
 def run(
     config: OmitArgPrefixes[RunConfig],
     executor: Literal["local", "dask", "slurm"] = "local",

@@ -12,6 +12,7 @@ from tyro.conf import Positional, arg
 from labgym.assets.catalog import FOLDER_VARIABLE, Catalog
 from labgym.assets.model import Kind
 from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath, OptionalText, Texts
+from labgym.cli.effects import refuses_idle_flags
 from labgym.cli.group import CommandGroup
 from labgym.cli.outcome import DONE, complaints, findings, written
 from labgym.cli.saving import Overwrite
@@ -29,6 +30,7 @@ assets_app = CommandGroup("show", alike={"search": "find", "list": "show"})
 
 
 @assets_app.command
+@refuses_idle_flags("assets show")
 def show(
     name: Positional[Annotated[str | None, arg(metavar="[NAME]", help_behavior_hint="")]] = None,
     kind: Annotated[Kind | None, arg(metavar="KIND", help_behavior_hint="")] = None,
@@ -54,6 +56,7 @@ def show(
 
 
 @assets_app.command
+@refuses_idle_flags("assets add")
 def add(
     paths: Positional[Annotated[tuple[Path, ...], arg(metavar="PATH [PATH ...]", help_behavior_hint="(required)")]],
     catalog: OptionalPath = None,

@@ -17,6 +17,7 @@ from labgym.cli.arguments import (
     PolicyOptions,
     numbers,
 )
+from labgym.cli.effects import refuses_idle_flags
 from labgym.cli.episodes import view_episode, watch_episode
 from labgym.cli.outcome import DONE, written
 from labgym.cli.saving import Overwrite, layout_path, refuse_other_content, save
@@ -34,6 +35,7 @@ MAX_LISTED = 20
 """Largest number of new violations that are listed."""
 
 
+@refuses_idle_flags("compile")
 def compile_(
     layout: LayoutName,
     out: Path,
@@ -65,6 +67,7 @@ def compile_(
     return DONE
 
 
+@refuses_idle_flags("view")
 def view(
     layouts: Positional[Annotated[tuple[str, ...], arg(metavar="LAYOUT [...]", help_behavior_hint="")]] = (),
     out: OptionalPath = None,
@@ -114,46 +117,13 @@ def view(
     from labgym.layouts.rules import evaluate_layout
 
     if task is not None:
-        for name, value in (("layouts", layouts), ("--suite", suite), ("--protocol", protocol)):
-            if value:
-                raise OptionError(f"--task shows an episode of LabNav: leave out {name}")
-        if camera != "topdown" or pair:
-            raise OptionError("--task shows an episode of LabNav: leave out --camera and --pair")
         if web:
-            _refuse("--web draws no picture", out=out, width=width, height=height)
             return watch_episode(task, level, episode, seed, policy, options, port)
-        _refuse(
-            "only --web drives a policy",
-            policy=None if policy == "astar" else policy,
-            options=options or None,
-            port=None if port == 8000 else port,
-        )
         return view_episode(task, level, episode, seed, out, (width, height))
-    if episode is not None or level != 2:
-        raise OptionError("--level and --episode are for --task: name a task of LabNav")
     if web:
-        _refuse(
-            "--web draws no picture",
-            out=out,
-            camera=None if camera == "topdown" else camera,
-            width=width,
-            height=height,
-        )
         return watch(layouts, suite, protocol, policy, pair, seed, options, port)
-    if suite is not None:
-        raise OptionError("--suite is for --web: name a layout to draw")
     if len(layouts) != 1:
         raise OptionError(f"{len(layouts)} layouts to draw, expected one; --web shows several")
-    others = {
-        "policy": None if policy == "astar" else policy,
-        "pair": pair or None,
-        "seed": seed or None,
-        "options": options or None,
-        "port": None if port == 8000 else port,
-    }
-    _refuse("only --web and --task drive a policy", **others)
-    if camera == "topdown":
-        _refuse("a plan has the size of its scale: add --camera overview", width=width, height=height)
     scene = resolve_layout(layouts[0], protocol)
     out = Path("layout.png") if out is None else out
     if camera != "topdown":
@@ -162,17 +132,6 @@ def view(
     assessment = evaluate_layout(scene, scene.protocol, navigation=True)
     faults = _faults(assessment)
     return written(pictures.save_picture(pictures.topdown(scene, scene.protocol, violations=faults), out))
-
-
-def _refuse(reason: str, **flags: object) -> None:
-    """Refuse flags that have no effect.
-
-    Raises:
-        OptionError: one was passed.
-    """
-    passed = next((name for name, value in flags.items() if value is not None), None)
-    if passed is not None:
-        raise OptionError(f"--{passed} has no effect here: {reason}")
 
 
 def move(

@@ -21,10 +21,12 @@ from labgym.cli.arguments import (
     allow_local_modules,
     parse_options,
 )
+from labgym.cli.effects import refuses_idle_flags
 from labgym.cli.outcome import DONE, complaints, written
 from labgym.errors import OptionError
 
 
+@refuses_idle_flags("eval")
 def eval_(
     policy: str = "astar",
     suite: Annotated[str, arg(aliases=("--split",))] = "test",
@@ -81,13 +83,7 @@ def eval_(
         print(policy_table())
         return DONE
     if is_labnav(suite):
-        if protocol or repeats is not None or jitter:
-            raise OptionError(f"suite {suite!r} has fixed episodes: leave out protocol, repeats, jitter")
         return _eval_labnav(policy, suite, layouts, seed, out, options, fresh, execution, limits, kernels, latency)
-    if latency is not None:
-        raise OptionError(f"suite {suite!r} does not delay actions: leave out --latency")
-    if protocol is not None and not layouts:
-        raise OptionError("--protocol is for --layouts; the layouts of a suite embed their protocols")
     chosen = resolve_layouts(layouts, protocol)
     from_file = suite.endswith(".json")
     rules = suite_of(chosen) if chosen and not from_file else load_suite(suite)
@@ -167,6 +163,7 @@ def _failures(errors: Mapping[str, str | None]) -> list[str]:
     return [f"the policy failed in {count} episode{'s' if count > 1 else ''}, first in {key}: {error}"]
 
 
+@refuses_idle_flags("report")
 def report(folders: Folders, workers: int = 1) -> int:
     """Draw the routes and write tables and report.html for the results in folders.
 
@@ -201,6 +198,7 @@ def report(folders: Folders, workers: int = 1) -> int:
     return complaints(outcome.problems)
 
 
+@refuses_idle_flags("compare")
 def compare(
     folders: Folders,
     policies: Texts = (),
@@ -221,8 +219,6 @@ def compare(
     if _of_labnav(folders):
         from labgym.eval.reports.labnav_comparison import compare_labnav, labnav_comparison_tables
 
-        if policies:
-            raise OptionError("a folder of LabNav holds one policy: leave out --policies")
         result, problems = compare_labnav(folders)
         for table in labnav_comparison_tables(result):
             print(f"\n{table.text()}\n")

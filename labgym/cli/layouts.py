@@ -20,6 +20,7 @@ from labgym.cli.arguments import (
     ProtocolNames,
     Texts,
 )
+from labgym.cli.effects import refuses_idle_flags
 from labgym.cli.outcome import DONE, FAILED, written
 from labgym.cli.saving import Overwrite, layout_path, refuse_other_content, save
 from labgym.errors import InfeasibleError, OptionError, SearchLimitWarning, UnrepairedError, UnrepairedWarning
@@ -27,7 +28,6 @@ from labgym.layouts import Floor, Room
 from labgym.layouts.failures import FAILURES, summary
 from labgym.layouts.generate import ADDED
 from labgym.layouts.method import Method
-from labgym.layouts.proposers import SOLVER
 from labgym.layouts.trace import Recorder
 
 if TYPE_CHECKING:
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from labgym.layouts.rules.thresholds import Profile
 
 
+@refuses_idle_flags("generate")
 def generate(
     protocol: ProtocolNames,
     seed: int = 0,
@@ -138,16 +139,6 @@ def generate(
         )
     from labgym.layouts.batch import generate_batch
 
-    if explain:
-        raise OptionError("--explain is for a single layout; leave out --count")
-    if have is not None:
-        raise OptionError("--have is for a single layout; leave out --count")
-    if fixed is not None:
-        raise OptionError("--fixed is for a single layout; leave out --count")
-    if service:
-        raise OptionError("--service is for a single layout; leave out --count")
-    if trace is not None:
-        raise OptionError("--trace is for a single layout; leave out --count")
     if out is None:
         raise OptionError("--count needs a folder for the layouts: name it with --out")
     batch = generate_batch(
@@ -199,8 +190,6 @@ def _generate_one(
     pieces = () if fixed is None else read_fixed(fixed, catalog, remark=_note)
     request: dict[str, Any] = {"seed": seed, "room": place, "profile": profile, "floor": floor, "family": family}
     request |= {"catalog": catalog, "fixed": pieces, "holdings": holdings}
-    if explain and method.proposer != SOLVER:
-        raise OptionError(f"--explain gives the reasons of the solver; leave out --proposer {method.proposer}")
     recorder = None if trace is None else Recorder()
     try:
         with warnings.catch_warnings():
@@ -253,8 +242,6 @@ def _holdings(have: Path | None, only_have: bool, extra: bool) -> Holdings | Non
     from labgym.layouts.holdings import Holdings
 
     if have is None:
-        if only_have or extra:
-            raise OptionError(f"--{'only-have' if only_have else 'extra'} needs an inventory: name it with --have")
         return None
     if only_have and extra:
         raise OptionError("--only-have and --extra exclude each other")

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from tyro.conf import arg
 
 from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath, Texts
+from labgym.cli.effects import refuses_idle_flags
 from labgym.cli.outcome import DONE, complaints, written
 from labgym.errors import UnknownNameError
 
@@ -20,6 +21,7 @@ ROUTES = Path("runs/leaderboard")
 """Folder of the drives whose routes are published."""
 
 
+@refuses_idle_flags("leaderboard")
 def leaderboard(
     add: Annotated[tuple[Path, ...], arg(metavar="FOLDER [FOLDER ...]", help_behavior_hint="")] = (),
     out: OptionalPath = None,

@@ -8,8 +8,9 @@ from typing import Annotated
 from tyro.conf import arg
 
 from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath, OptionalText
-from labgym.cli.checks import check_at_least, check_installed
 from labgym.cli.outcome import written
+from labgym.cli.problems import check_installed
+from labgym.counts import MAX_SEED, whole_number
 
 Fresh = Annotated[bool, arg(help="Move the files of the folder aside and start anew.")]
 Practice = Annotated[Path, arg(help="Folder of labgym train local-practice.")]
@@ -57,7 +58,7 @@ def local_imitation(
         seed: Random seed of the whole run.
     """
     _check(rounds=rounds, drives=drives)
-    check_at_least(0, seed=seed)
+    whole_number("seed", seed, 0, MAX_SEED)
     from labgym.training.local.imitation import imitate
     from labgym.training.local.options import ImitationOptions
     from labgym.training.local.practice import practice_files
@@ -85,7 +86,7 @@ def local_ppo(
         seed: Random seed of the whole run.
     """
     _check(iterations=iterations)
-    check_at_least(0, seed=seed)
+    whole_number("seed", seed, 0, MAX_SEED)
     from labgym.training.local.options import ReinforcementOptions
     from labgym.training.local.practice import practice_files
     from labgym.training.local.reinforcement import reinforce
@@ -180,6 +181,7 @@ def _tasks(names: str | None) -> dict[str, tuple[str, ...]]:
 
 def _check(**values: int) -> None:
     """Check that numbers are at least 1 and that the packages of the extra `train` are installed."""
-    check_at_least(1, **values)
+    for name, value in values.items():
+        whole_number(name, value)
     for package in ("stable_baselines3", "safetensors"):
         check_installed(package, "labgym train")

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from importlib.util import find_spec
+
 from labgym.errors import MissingDependencyError
 
 EXTRAS = {
     "coacd": ("coacd", "mesh"),
     "diffusers": ("diffusers", "train"),
+    "dask": ("distributed", "dask"),
     "distributed": ("distributed", "dask"),
     "ezdxf": ("ezdxf", "cad"),
     "google.protobuf": ("protobuf", "ord"),
     "gymnasium_robotics": ("gymnasium-robotics", "dev"),
     "h5py": ("h5py", "data"),
+    "httpx2": ("openai", "llm"),
     "imageio_ffmpeg": ("imageio-ffmpeg", "data"),
     "minari": ("minari", "data"),
     "moviepy": ("moviepy", "train"),
@@ -65,3 +69,14 @@ def out_of_memory(error: BaseException | None) -> bool:
             return True
         error = error.__cause__ or error.__context__
     return False
+
+
+def check_installed(module: str, command: str) -> None:
+    """Raise MissingDependencyError if an optional package, by the name that is imported, is not installed."""
+    try:
+        missing = find_spec(module) is None
+    except ModuleNotFoundError:  # of the package that it is in
+        missing = True
+    if missing:
+        package, extra = EXTRAS[module]
+        raise MissingDependencyError(package, command, extra)

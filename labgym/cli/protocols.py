@@ -11,8 +11,10 @@ from tyro.conf import Positional, arg
 from labgym import protocols
 from labgym.assets import Catalog
 from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath, OptionalWholeNumber, ProtocolName
+from labgym.cli.effects import refuses_idle_flags
 from labgym.cli.group import CommandGroup
 from labgym.cli.outcome import DONE, FAILED, findings, written
+from labgym.cli.problems import check_installed
 from labgym.cli.saving import Overwrite, save
 from labgym.documents import folder_path
 from labgym.errors import OptionError
@@ -35,6 +37,7 @@ OptionalType = Annotated[
 
 
 @protocols_app.command
+@refuses_idle_flags("protocols show")
 def show(
     name: Positional[Annotated[str | None, arg(metavar="[PROTOCOL]", help_behavior_hint="")]] = None,
     validate: OptionalPath = None,
@@ -74,6 +77,7 @@ def search(text: Description, count: int = 5, keyword_only: bool = False) -> int
 
 
 @protocols_app.command
+@refuses_idle_flags("protocols new")
 def new(
     text: Description,
     out: OutputPath = Path(),
@@ -119,6 +123,7 @@ def check(protocol: ProtocolName) -> int:
 
 
 @protocols_app.command
+@refuses_idle_flags("protocols experiments")
 def experiments(
     name: Positional[Annotated[str | None, arg(metavar="[EXPERIMENT]", help_behavior_hint="")]] = None,
     type: OptionalType = None,  # noqa: A002
@@ -174,6 +179,7 @@ def stage(
 
 
 @protocols_app.command(name="import")
+@refuses_idle_flags("protocols import")
 def import_(
     path: Positional[Path],
     format: Format,  # noqa: A002
@@ -202,11 +208,14 @@ def import_(
 
     if limit is not None and limit < 1:
         raise OptionError(f"--limit is {limit}; read at least 1 record, or leave it out to read all")
+    if format == "ord":
+        check_installed("google.protobuf", "labgym protocols import --format ord")
     source = Source(path, format, product)
     return _collected(import_experiments(source, out, limit, feasible, execution.options(), fresh), out)
 
 
 @protocols_app.command(name="filter")
+@refuses_idle_flags("protocols filter")
 def filter_(
     path: Positional[Annotated[Path | None, arg(metavar="[PATH]", help_behavior_hint="")]] = None,
     out: OptionalPath = None,

@@ -17,6 +17,7 @@ from labgym.cli.arguments import (
     parse_options,
     sized,
 )
+from labgym.cli.effects import refuses_idle_flags
 from labgym.cli.outcome import complaints, written
 from labgym.errors import OptionError
 
@@ -30,6 +31,7 @@ SMALL, WIDE = (480, 360), (960, 540)
 """Sizes of films in pixels: of drives, and of LabNav episodes with their panel."""
 
 
+@refuses_idle_flags("record")
 def record(
     layout: Filmed,
     policy: OptionalText = None,
@@ -77,20 +79,13 @@ def record(
     check_film_path(out)
     folder = Path(layout).is_dir()
     if not folder and not is_labnav(layout):
-        if episode is not None:
-            raise OptionError(f"--episode is for a folder of results or a LabNav suite, and {layout!r} is neither")
         return _film_pair(layout, policy, pair, out, seed, (width, height), quality, protocol, options, start, goal)
-    for name, value, default in (("pair", pair, 0), ("protocol", protocol, None), ("start", start, None)):
-        if value != default:
-            raise OptionError(f"--{name} is for a layout; an episode has its own")
-    if goal is not None:
-        raise OptionError("--goal is for a layout; an episode has its own")
     if episode is None:
         raise OptionError(f"name an episode of {layout} with --episode; labgym record --help shows how they are named")
     if not folder or is_labnav_run(layout):
         check_episode_film_size(*sized((width, height), WIDE))
     if folder:
-        return _film_episode(Path(layout), episode, policy, seed, options, out, (width, height), quality)
+        return _film_episode(Path(layout), episode, policy, out, (width, height), quality)
     from labgym.eval.labnav.published import published_episode
     from labgym.eval.labnav.replay import drive_again
 
@@ -131,8 +126,6 @@ def _film_episode(
     folder: Path,
     episode: str,
     policy: str | None,
-    seed: int,
-    options: Sequence[str],
     out: Path,
     size: tuple[int | None, int | None],
     quality: Quality,
@@ -144,8 +137,6 @@ def _film_episode(
     from labgym.eval.labnav.replay import replay
     from labgym.eval.reports.results import recorded_drive
 
-    if seed or options:
-        raise OptionError(f"--seed and --options are those of {folder}; leave them out")
     if is_labnav_run(folder):
         return _film_labnav(replay(LabNavEvaluation.read(folder), episode, policy), out, size, quality)
     layout, row, route = recorded_drive(folder, episode, policy)

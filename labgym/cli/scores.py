@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from tyro.conf import arg
 
 from labgym.cli.arguments import THIS_PROCESS, Execution, LayoutNames, OptionalPath, OptionalText
+from labgym.cli.effects import refuses_idle_flags
 from labgym.cli.outcome import DONE, FAILED, written
 from labgym.errors import OptionError
 from labgym.runs import ExecutorOptions
@@ -24,6 +25,7 @@ MAX_LISTED = 20
 """Largest number of layouts that are named as failing."""
 
 
+@refuses_idle_flags("score")
 def score(
     layout: LayoutNames,
     protocol: OptionalText = None,

@@ -9,6 +9,7 @@ from tyro.conf import arg
 from tyro.extras import SubcommandApp
 
 from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath, OptionalWholeNumber
+from labgym.cli.effects import refuses_idle_flags
 from labgym.cli.outcome import DONE, complaints, written
 
 describe_app = SubcommandApp()
@@ -68,6 +69,7 @@ def floors(
     return complaints(problems)
 
 
+@refuses_idle_flags("labnav")
 def labnav(
     split: Literal["floors-val", "floors-seen", "floors-test", "floors-sealed"],
     out: Path,
@@ -144,6 +146,7 @@ def labnav(
 
 
 @describe_app.command
+@refuses_idle_flags("describe splits")
 def splits(
     split: SplitNames = ("floors-test",),
     floors: int = 91,

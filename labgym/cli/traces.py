@@ -8,6 +8,7 @@ from typing import Annotated
 from tyro.conf import Positional, arg
 
 from labgym.cli.arguments import OptionalPath, OptionalText
+from labgym.cli.effects import refuses_idle_flags
 from labgym.cli.outcome import written
 from labgym.errors import OptionError
 from labgym.layouts.trace import Trace
@@ -15,6 +16,7 @@ from labgym.layouts.trace import Trace
 Source = Positional[Annotated[str, arg(metavar="TRACE_OR_LAYOUT")]]
 
 
+@refuses_idle_flags("trace")
 def trace(
     source: Source,
     out: Path = Path("trace.html"),
@@ -42,11 +44,7 @@ def trace(
 
     if out.suffix not in (".html", ".gif", ".mp4"):
         raise OptionError(f"drawing {out.name!r} must end in .html, .gif or .mp4")
-    document = _read(source)
-    if document is None:
-        document = _recorded(source, profile, protocol)
-    elif save is not None or protocol is not None or profile != "default":
-        raise OptionError(f"{source} is a trace; --profile, --protocol and --save are for layouts")
+    document = Trace.load(source) if is_trace(source) else _recorded(source, profile, protocol)
     if save is not None:
         written(document.save(save))
     states = trace_states(document)
@@ -55,15 +53,12 @@ def trace(
     return written(film.save_film(tqdm(trace_pictures(document, states), "film", len(states)), out, rate=1.0))
 
 
-def _read(source: str) -> Trace | None:
-    """Return the trace in a file; None if the source is not the file of a trace."""
+def is_trace(source: str) -> bool:
+    """Return whether a source is the .json file of a trace."""
     from labgym.documents import read_json
 
-    if not source.endswith(".json"):
-        return None
-    data = read_json(source)
-    kind = str(data.get("schema", "")) if isinstance(data, dict) else ""
-    return Trace.parse(data, source) if kind.startswith("labgym.trace/") else None
+    data = read_json(source) if source.endswith(".json") else None
+    return isinstance(data, dict) and str(data.get("schema", "")).startswith("labgym.trace/")
 
 
 def _recorded(source: str, profile: str, protocol: str | None) -> Trace:

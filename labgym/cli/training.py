@@ -9,7 +9,7 @@ from tyro.conf import arg
 from tyro.extras import SubcommandApp
 
 from labgym.cli.arguments import OptionalPath
-from labgym.cli.checks import check_at_least, check_installed
+from labgym.cli.effects import refuses_idle_flags
 from labgym.cli.local_planner import (
     ablate_local_imitation,
     ablate_local_ppo,
@@ -20,7 +20,9 @@ from labgym.cli.local_planner import (
     local_practice,
 )
 from labgym.cli.outcome import written
+from labgym.cli.problems import check_installed
 from labgym.cli.reinforcement import her, ppo, sac
+from labgym.counts import MAX_PROCESSES, MAX_SEED, MAX_STEPS, whole_number
 
 Sensor = Literal["lidar", "depth"]
 
@@ -65,8 +67,10 @@ def iplanner(
             along the expert's path, or at the goal.
         seed: Random seed of the initial weights and the order of samples.
     """
-    check_at_least(1, epochs=epochs, threads=threads)
-    check_at_least(0, patience=patience, seed=seed)
+    whole_number("epochs", epochs)
+    whole_number("threads", threads, most=MAX_PROCESSES)
+    whole_number("patience", patience, 0)
+    whole_number("seed", seed, 0, MAX_SEED)
     check_installed("torch", "labgym train")
     from labgym.policies.iplanner.config import IPlannerConfig, IPlannerLossOptions, IPlannerTrainOptions
     from labgym.policies.iplanner.train import train
@@ -99,8 +103,10 @@ def navdp(
             more.
         seed: Random seed of the initial weights, the order of samples and the noise.
     """
-    check_at_least(1, epochs=epochs, memory=memory, threads=threads)
-    check_at_least(0, seed=seed)
+    whole_number("epochs", epochs)
+    whole_number("memory", memory)
+    whole_number("threads", threads, most=MAX_PROCESSES)
+    whole_number("seed", seed, 0, MAX_SEED)
     check_installed("torch", "labgym train")
     from labgym.policies.navdp.config import NavDPConfig, NavDPNetworkOptions, NavDPTrainOptions
     from labgym.policies.navdp.train import train
@@ -132,8 +138,10 @@ def train_ppo(
         out: Folder for checkpoint and weights; by default runs/ppo/OBSERVATION, without warm start
             runs/ppo/OBSERVATION-cold.
     """
-    check_at_least(1, steps=steps, layouts=layouts, threads=threads)
-    check_at_least(0, seed=seed)
+    whole_number("steps", steps, most=MAX_STEPS)
+    whole_number("layouts", layouts)
+    whole_number("threads", threads, most=MAX_PROCESSES)
+    whole_number("seed", seed, 0, MAX_SEED)
     check_installed("stable_baselines3", "labgym train")
     import torch
 
@@ -171,7 +179,10 @@ def ablate_iplanner(
         samples: Number of the dataset's samples to train on.
         epochs: Passes over them.
     """
-    check_at_least(1, samples=samples, epochs=epochs, every=every, threads=threads)
+    whole_number("samples", samples)
+    whole_number("epochs", epochs)
+    whole_number("every", every)
+    whole_number("threads", threads, most=MAX_PROCESSES)
     check_installed("torch", "labgym ablate")
     from labgym.cards import ablation
     from labgym.policies.iplanner.config import IPlannerTrainOptions
@@ -188,7 +199,7 @@ def ablate_navdp(run: Path = Path("runs/navdp"), out: Path = Path("runs/navdp-ab
         run: Folder of the weights.
         out: Folder for the evaluations.
     """
-    check_at_least(1, every=every)
+    whole_number("every", every)
     check_installed("torch", "labgym ablate")
     from labgym.cards import ablation
 
@@ -238,6 +249,7 @@ def card_navdp(
 
 
 @card_app.command(name="ppo")
+@refuses_idle_flags("card ppo")
 def card_ppo(
     results: Path,
     observation: Sensor = "lidar",

@@ -15,8 +15,10 @@ from labgym.cli.arguments import (
     OptionalText,
     OptionalWholeNumber,
 )
-from labgym.cli.checks import check_at_least, check_installed
+from labgym.cli.effects import refuses_idle_flags
 from labgym.cli.outcome import written
+from labgym.cli.problems import check_installed
+from labgym.counts import MAX_SEED, whole_number
 from labgym.errors import OptionError
 
 if TYPE_CHECKING:
@@ -28,6 +30,7 @@ LED = 0.5
 """Default share of the drives that a learner leads."""
 
 
+@refuses_idle_flags("data")
 def data(
     out: OptionalPath = None,
     format: DataFormat = "planner",  # noqa: A002
@@ -70,28 +73,17 @@ def data(
         seed: Random seed; the files depend on it, not on the number of workers.
         shard: Samples (500) or drives (10) in a shard, the unit of work and of resuming.
     """
-    check_at_least(0, seed=seed)
-    drives = {
-        "task": task, "level": level, "split": split, "policy": policy, "sensors": sensors, "episodes": episodes,
-        "successful": successful or None,
-    }  # fmt: skip
+    whole_number("seed", seed, 0, MAX_SEED)
     if format == "planner":
         from labgym.policies.data import DataOptions, make_dataset
 
-        for name, value in drives.items():
-            if value is not None:
-                raise OptionError(f"--{name} belongs to drives: add --format parquet, minari or lerobot")
         sizes = {"samples": 50_000 if samples is None else samples, "shard": 500 if shard is None else shard}
-        check_at_least(1, **sizes)
+        for name, value in sizes.items():
+            whole_number(name, value)
         leader, shares = _mixture(floors, learner, led)
         out = out or Path("runs/data")
         make_dataset(out, DataOptions(**sizes, **shares, seed=seed), execution.options(), fresh, leader=leader)
         return written(out)
-    for name, option in {"floors": floors, "learner": learner, "led": led}.items():
-        if option is not None:
-            raise OptionError(f"--{name} belongs to --format planner")
-    if samples is not None:
-        raise OptionError(f"--samples belongs to --format planner: pass the number of drives with --episodes {samples}")
     from labgym.datasets import drive_options, make_drives
 
     options = drive_options(
@@ -124,8 +116,6 @@ def _mixture(
             raise OptionError(f"{name} is {share:g}, expected a share from 0 to 1")
     shares: dict[str, Any] = {"floors": floors or 0.0}
     if learner is None:
-        if led is not None:
-            raise OptionError("--led is the share of the drives that a learner leads: name it by --learner FOLDER")
         return None, shares
     check_installed("torch", "labgym data --learner")
     from labgym.policies.navdp.leader import NavDPLeader

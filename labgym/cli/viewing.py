@@ -11,6 +11,7 @@ from tyro.conf import Positional, arg
 
 from labgym.cli.arguments import OptionalPath, OptionalText, PolicyOptions, allow_local_modules, parse_options
 from labgym.cli.describe import episode_outcome
+from labgym.cli.effects import refuses_idle_flags
 from labgym.cli.episodes import play_episodes
 from labgym.cli.outcome import DONE, written
 from labgym.errors import OptionError
@@ -52,6 +53,7 @@ def watch(
     return DONE
 
 
+@refuses_idle_flags("play")
 def play(
     layouts: Layouts = (),
     suite: Annotated[str, arg(aliases=("--split",))] = "test",
@@ -83,8 +85,6 @@ def play(
     from labgym.viewer.records import DriveRecords
 
     if is_labnav(suite):
-        if protocol is not None or film is not None:
-            raise OptionError(f"suite {suite!r} has fixed episodes and no film: leave out protocol and film")
         return play_episodes(suite, layouts, out, name, port)
     if film is not None:
         check_film_path(film)

@@ -6,7 +6,8 @@ from collections.abc import Collection
 from dataclasses import fields
 from typing import TYPE_CHECKING
 
-from labgym.errors import OptionError, UnknownNameError
+from labgym.effects import refuse_idle
+from labgym.errors import UnknownNameError
 
 if TYPE_CHECKING:
     from labgym.envs.config import PointNavConfig
@@ -15,6 +16,8 @@ CHOICE = ("split", "layout", "protocol", "profile", "episodes_per_layout", "trai
 """Arguments that choose the task of an episode, which the argument `tasks` replaces."""
 GENERATED = ("profile", "episodes_per_layout", "training", "pool")
 """Arguments of generated layouts."""
+PICTURE = ("width", "height", "quality")
+"""Arguments of the image from behind and above the robot."""
 TRAINING_SPLITS = ("train", "floors-train")
 
 
@@ -30,11 +33,8 @@ def check_effects(config: PointNavConfig, names: Collection[str]) -> None:
     """
     passed = [each.name for each in fields(config) if each.name in names and getattr(config, each.name) != each.default]
     for name in passed:
-        reason = _reason(config, name)
-        if reason:
-            raise OptionError(f"{name}={str(getattr(config, name))[:60]!r} has no effect {reason}")
-    if "observation" in passed and "sensors" in passed:
-        raise OptionError(f"observation={config.observation!r} has no effect with sensors: pass one of the two")
+        reason = _reason(config, name, passed)
+        refuse_idle(((f"{name}={str(getattr(config, name))[:60]!r}", bool(reason), reason),))
     if "onward" in passed:
         endings = [ending.name for ending in config.endings]
         for name in config.onward:
@@ -42,7 +42,7 @@ def check_effects(config: PointNavConfig, names: Collection[str]) -> None:
                 raise UnknownNameError("ending in onward", name, endings)
 
 
-def _reason(config: PointNavConfig, name: str) -> str:
+def _reason(config: PointNavConfig, name: str, passed: Collection[str]) -> str:
     """Return why an argument has no effect, and the remedy; "" if it has one."""
     if name in CHOICE and config.tasks is not None:
         return "with tasks, which choose layout and drive: leave one of the two out"
@@ -54,6 +54,10 @@ def _reason(config: PointNavConfig, name: str) -> str:
         return f"in split {config.split!r}, whose layouts are generated: it concerns published splits"
     if name == "distance_to_go" and config.rewards is not None:
         return "on these reward terms: pass rewards, such as rewards=[{'kind': 'progress', 'method': 'exact'}, ...]"
+    if name == "observation" and "sensors" in passed:
+        return "with sensors: pass one of the two"
+    if name in PICTURE and config.render_mode not in ("rgb_array", "human"):
+        return f"with render_mode={config.render_mode!r}: pass render_mode='rgb_array'"
     if name == "onward" and config.tasks is None and config.drives == "pair":
         return "in episodes of one drive: pass drives='protocol'"
     return ""

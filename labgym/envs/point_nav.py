@@ -89,7 +89,8 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
     - `observation` ("lidar"): "lidar", "depth" or "rgbd".
     - `render_mode` (None): "rgb_array", an image from behind and above the robot; "depth_array", the image of the depth
       camera, float32 (72, 128), meters; "human", the former image in a window at every `reset` and `step`, in real
-      time (needs a display and pygame, extra `train`).
+      time (needs a display and pygame, extra `train`). `render` may be called in any thread: one thread of the
+      process draws for all. A process that was forked after the first image cannot draw; start it by "spawn".
     - `profile` ("default"): thresholds that generated layouts satisfy: "default", "strict", "paper" or "code".
     - `weights` (`RewardWeights()`): weights of the reward terms.
     - `episodes_per_layout` (8): for "train", number of episodes in a layout before the next one. The order of the

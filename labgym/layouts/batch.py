@@ -16,11 +16,11 @@ from typing import Annotated, Any
 from pydantic import Field, ValidationError
 
 from labgym.assets import Catalog
-from labgym.counts import whole_number
+from labgym.counts import MAX_SEED, whole_number
 from labgym.documents import Record, canonical_hash, document_error, json_bytes, read_json
 from labgym.errors import DocumentError, InfeasibleError, OptionError, SearchLimitError, UnrepairedError
 from labgym.layouts.floor import IDENTIFIER, Room
-from labgym.layouts.generate import FURNISHER, GENERATOR, MAX_SEED, generate_assessed, resolve_request
+from labgym.layouts.generate import FURNISHER, GENERATOR, generate_assessed, resolve_request
 from labgym.layouts.method import DEFAULT, Method
 from labgym.layouts.model import Layout
 from labgym.layouts.request import Request

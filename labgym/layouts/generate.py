@@ -13,6 +13,8 @@ import numpy as np
 
 import labgym
 from labgym.assets import Catalog
+from labgym.counts import MAX_SEED, whole_number
+from labgym.effects import refuse_idle
 from labgym.errors import OptionError, SearchLimitWarning, UnrepairedError, UnrepairedWarning
 from labgym.layouts.adjust import Adjuster
 from labgym.layouts.adjusters import RULES
@@ -51,7 +53,6 @@ ADDED = "added"
 """Provenance option: assets that the proposal lacked and the phases added, with their numbers."""
 CLUTTER_STREAM = 0xC1
 """Sub-stream of the seed from which clutter is drawn."""
-MAX_SEED = 2**53 - 1
 
 
 def generate(
@@ -117,6 +118,7 @@ def generate(
         SearchLimitWarning: searches stopped at their effort limit, and the laboratory is not fully furnished.
         UnrepairedWarning: the layout was kept although it violates rules or lacks required assets.
     """
+    refuse_idle((("adjuster", adjuster is not None and not optimise, "with optimise=False, which adjusts nothing"),))
     request = resolve_request(protocol, seed, room, profile, catalog, fixed, floor, family, holdings, clutter)
     method = Method(
         proposer=SOLVER if proposer is None else proposer,
@@ -253,8 +255,7 @@ def resolve_request(
     Raises:
         UnknownNameError, OptionError: as `generate`.
     """
-    if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed <= MAX_SEED:
-        raise OptionError(f"seed must be an integer from 0 to {MAX_SEED}, got {seed!r}")
+    seed = whole_number("seed", seed, 0, MAX_SEED)
     check_level(clutter)
     several = [protocol] if isinstance(protocol, (Protocol, str, Path)) else list(protocol)
     resolved = tuple(resolve_protocol(one) for one in several)

@@ -15,9 +15,9 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from labgym.artefacts import artefacts
+from labgym.counts import MAX_SEED
 from labgym.documents import Document, Record, read_bytes
 from labgym.errors import DocumentError, OptionError
-from labgym.layouts.generate import MAX_SEED
 from labgym.layouts.places import ATTEMPTS, FIRST_SEALED_SEED
 
 SEALED: Literal["floors-sealed"] = "floors-sealed"

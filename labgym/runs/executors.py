@@ -6,13 +6,16 @@ from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor, Future
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Literal
 
 from labgym.counts import MAX_PROCESSES, whole_number
-from labgym.errors import OptionError
+from labgym.errors import MissingDependencyError, OptionError
 from labgym.runs.addresses import check_address
 
+PACKAGES = {"dask": "distributed", "slurm": "submitit"}
+"""Package of the executors that are extras of their name."""
 ExecutorKind = Literal["local", "dask", "slurm"]
 
 
@@ -30,6 +33,7 @@ class ExecutorOptions:
 
     Raises:
         OptionError: the number of workers is not from 1 to 1024, or an option belongs to another executor.
+        MissingDependencyError: the executor's package is not installed.
     """
 
     kind: ExecutorKind = "local"
@@ -49,6 +53,8 @@ class ExecutorOptions:
             raise OptionError(f"executor {self.kind} {problem}")
         if self.scheduler is not None:
             check_address(self.scheduler)
+        if self.kind in PACKAGES and find_spec(PACKAGES[self.kind]) is None:
+            raise MissingDependencyError(PACKAGES[self.kind], f"the executor {self.kind}", self.kind)
         if self.slurm and self.kind != "slurm":
             raise OptionError(f"executor {self.kind} takes no parameters of Slurm jobs ({', '.join(self.slurm)})")
 

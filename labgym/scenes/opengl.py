@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from labgym.counts import check_address_space
 from labgym.errors import LabgymError, OptionError, UnknownNameError
 from labgym.layouts import Layout
 from labgym.scenes.building import building_patches
@@ -32,6 +33,9 @@ PICTURE = "/picture"
 """Name of the camera of a picture; no placement has such an id."""
 FAST_SLICES, FAST_STACKS = 16, 10
 """Sides around and along a round geom in fast pictures."""
+
+OPENGL_BYTES = 600e6
+"""Address space of OpenGL in software, with a margin."""
 
 
 class MissingRendererError(LabgymError):
@@ -67,6 +71,7 @@ def make_renderer(model: mujoco.MjModel, width: int, height: int, quality: Quali
     if quality == "fast":
         detail = model.vis.quality
         detail.offsamples, detail.numslices, detail.numstacks = 0, FAST_SLICES, FAST_STACKS
+    check_address_space("OpenGL", OPENGL_BYTES)
     try:
         _prefer_egl()
         renderer = mujoco.Renderer(model, height, width, max_geom=max(FEWEST_GEOMS, model.ngeom + DECORATIONS))

@@ -12,6 +12,7 @@ from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import NDArray
 
+from labgym.counts import check_address_space
 from labgym.errors import OptionError
 from labgym.layouts import Layout
 from labgym.scenes.mesh import SceneMesh, scene_mesh, solid_mesh
@@ -21,7 +22,19 @@ SKY = np.array([205, 214, 224], dtype=np.uint8)
 """Color of rays that hit nothing."""
 EMBREE_BYTES = 140
 """Memory that Embree's tree, the normals and the colors take for each face, bytes (measured over eight rooms)."""
+EMBREE_RESERVED_BYTES = 250e6
+"""Address space that Embree reserves with its first scene, with a margin, as measured."""
 _SUN = np.array([0.35, 0.45, -0.82]) / np.linalg.norm([0.35, 0.45, -0.82])
+
+
+def embree_scene(faces: int) -> EmbreeScene:
+    """Return an empty scene of Embree with room for a number of faces.
+
+    Raises:
+        MemoryError: the limit of the address space is too low; Embree would crash.
+    """
+    check_address_space("ray tracing", EMBREE_RESERVED_BYTES + EMBREE_BYTES * faces)
+    return EmbreeScene()
 
 
 class RaySource(Protocol):
@@ -66,7 +79,7 @@ class RayScene:
                 raise OptionError("a ray scene needs a layout or a mesh")
             mesh = ray_mesh(layout, geometry)
         self.mesh: SceneMesh = mesh
-        self._scene = EmbreeScene()
+        self._scene = embree_scene(len(self.mesh.faces))
         vertices = np.ascontiguousarray(self.mesh.vertices, dtype=np.float32)
         # Embree reads the buffers as long as the scene lives.
         self._buffers = TriangleMesh(self._scene, vertices, np.ascontiguousarray(self.mesh.faces, dtype=np.int32))

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 from embreex.mesh_construction import TriangleMesh
-from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import NDArray
 
 from labgym.assets.meshes.normals import corner_normals
 from labgym.assets.shapes import MATERIALS
 from labgym.scenes.finishes import METALS
 from labgym.scenes.mesh import MATERIAL_NAMES, SceneMesh
+from labgym.scenes.rays import embree_scene
 
 Floats = NDArray[np.float32]
 FAR = np.float32(1e4)
@@ -81,7 +81,7 @@ class Surfaces:
 
     def __init__(self, mesh: SceneMesh, subset: NDArray[np.int64], normals: Floats) -> None:
         faces = mesh.faces[subset]
-        self._scene = EmbreeScene()
+        self._scene = embree_scene(len(faces))
         self._vertices = np.ascontiguousarray(mesh.vertices, dtype=np.float32)
         self._empty = len(faces) == 0
         if not self._empty:

@@ -84,6 +84,7 @@ def actor_of(model: BaseAlgorithm, normalize: VecNormalize | None = None, enviro
         features, modules = policy.pi_features_extractor, [*policy.mlp_extractor.policy_net, policy.action_net]
     else:
         features, modules = policy.actor.features_extractor, _actor_modules(policy.actor)
+    limit = float(modules.pop().max_val) if isinstance(modules[-1], nn.Hardtanh) else None
     layers, activation, squash = _layers(modules)
     if isinstance(features, RobotFrame):
         inputs, statistics = robot_frame.INPUTS, robot_frame.statistics()
@@ -98,6 +99,7 @@ def actor_of(model: BaseAlgorithm, normalize: VecNormalize | None = None, enviro
         inputs=inputs,
         activation=activation,
         squash=squash or bool(policy.squash_output),
+        limit=limit,
         normalized=tuple(statistics),
         **constants,
     )
@@ -185,8 +187,9 @@ def _split(vector: NDArray[Any], names: Sequence[str]) -> dict[str, NDArray[Any]
 
 
 def _actor_modules(actor: Any) -> list[nn.Module]:
-    """Return the modules of the actor of SAC, or of TD3 and DDPG."""
-    return [*actor.latent_pi, actor.mu] if hasattr(actor, "latent_pi") else [*actor.mu]
+    """Return the modules of the actor of SAC, with the limit of its mean if it explores by gSDE, or of TD3 and DDPG."""
+    last = [*actor.mu] if isinstance(actor.mu, nn.Sequential) else [actor.mu]
+    return [*getattr(actor, "latent_pi", []), *last]
 
 
 def _inputs(features: nn.Module, space: spaces.Space[Any]) -> tuple[str, ...]:

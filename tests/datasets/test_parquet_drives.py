@@ -197,9 +197,9 @@ def test_test_splits_are_refused_in_one_line(task, split, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--task", "people"], "--task belongs to drives"),
-        (["--successful"], "--successful belongs to drives"),
-        (["--format", "parquet", "--samples", "5"], "--samples belongs to --format planner"),
+        (["--task", "people"], "--task has no effect with --format planner"),
+        (["--successful"], "--successful has no effect with --format planner"),
+        (["--format", "parquet", "--samples", "5"], "--samples has no effect on drives"),
         (["--format", "parquet", "--split", "val"], "split 'val' has single rooms"),
         (["--format", "parquet", "--level", "4"], "level is 4, expected 1, 2 or 3"),
         (["--format", "parquet", "--task", "point", "--level", "1"], "only tasks of LabNav have levels"),

@@ -39,6 +39,10 @@ class OneTask:
         ({"rewards": ["success"], "distance_to_go": "exact"}, "distance_to_go"),
         ({"observation": "depth", "sensors": ["goal"]}, "observation"),
         ({"onward": ["touch"]}, "onward"),
+        ({"width": 320}, "width"),
+        ({"height": 320, "render_mode": "depth_array"}, "height"),
+        ({"quality": "fine"}, "quality"),
+        ({"quality": "fine", "render_mode": "depth_array"}, "quality"),
     ],
 )
 def test_an_argument_that_another_one_replaces_is_refused(arguments, name):

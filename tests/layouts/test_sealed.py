@@ -7,12 +7,12 @@ import hashlib
 import pytest
 
 from labgym.cli import main
+from labgym.counts import MAX_SEED
 from labgym.errors import DocumentError, OptionError
 from labgym.eval.driving import floor_suites
 from labgym.eval.driving.floor_suites import commitment_to, floor_suite, suite_floors
 from labgym.layouts import sealed
 from labgym.layouts.floors import SPLITS
-from labgym.layouts.generate import MAX_SEED
 from labgym.layouts.sealed import Commitment, read_secret, sealed_seeds
 
 SECRET = bytes(range(32))

@@ -350,4 +350,4 @@ def test_the_commands_make_a_dataset_and_train_on_it(tmp_path: Path, capsys: pyt
     assert main(["train", "iplanner", "--data", str(folder), "--out", str(tmp_path / "run"), "--epochs", "1"]) == 0
     assert (tmp_path / "run" / "weights.safetensors").exists()
     assert main(["data", "--out", str(folder), "--samples", "0"]) == 2
-    assert "samples is 0, expected at least 1" in capsys.readouterr().err
+    assert "samples is 0, expected a whole number from 1" in capsys.readouterr().err

@@ -49,10 +49,10 @@ def test_a_suite_is_shown_in_its_order(shows) -> None:
         (["--web"], "name a layout, or a suite with --suite"),
         (["island.json", "--web", "--pair", "99"], "99"),
         (["--web", "--suite", "nosuch"], "nosuch"),
-        (["--web", "--suite", "val", "--protocol", "sub_01"], "--protocol is for layouts"),
+        (["--web", "--suite", "val", "--protocol", "sub_01"], "--protocol"),
         ([], "0 layouts to draw"),
         (["island.json", "more/one.json"], "2 layouts to draw"),
-        (["--suite", "val"], "--suite is for --web"),
+        (["--suite", "val"], "--suite has no effect here: only --web"),
     ],
 )
 def test_what_cannot_be_shown_is_one_line(shows, capsys: pytest.CaptureFixture[str], arguments, message) -> None:

@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from labgym.assets import Catalog
-from labgym.counts import whole_number
+from labgym.counts import MAX_SEED, whole_number
 from labgym.documents import canonical_hash, files_digest, json_bytes
+from labgym.effects import refuse_idle
 from labgym.errors import LabgymError, OptionError
 from labgym.eval.driving.assignments import episode_keys
 from labgym.eval.driving.drive import Route
@@ -23,7 +24,6 @@ from labgym.eval.driving.intervals import Estimate
 from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.driving.shard import drive_shard, shard_file
 from labgym.layouts import Layout
-from labgym.layouts.generate import MAX_SEED
 from labgym.policies import Policy
 from labgym.policies.fingerprint.policy import PolicyFingerprint, named_fingerprint, object_fingerprint
 from labgym.policies.kernels import NATIVE, KernelMode, kernel_facts, kernel_mode
@@ -111,14 +111,15 @@ def evaluate(
         LabgymError: two layouts have the same id, a layout has no protocol, or workers died.
     """
     whole_number("seed", seed, 0, MAX_SEED)
-    for name, ineffective, remedy in (
-        ("workers", executor is not None and workers != 1, "with an executor, which has its own workers"),
-        ("limits", limits is not None and not isolated, "with isolated=False: there is no process to limit"),
-        ("options", bool(options) and isinstance(policy, Policy), "on a policy object: pass them to its class"),
-        ("fresh", fresh and out is None, "without out, the folder to start anew"),
-    ):
-        if ineffective:
-            raise OptionError(f"{name} has no effect {remedy}")
+    refuse_idle(
+        (
+            ("workers", executor is not None and workers != 1, "with an executor, which has its own workers"),
+            ("limits", limits is not None and not isolated, "with isolated=False: there is no process to limit"),
+            ("kernels", kernels is not None and not isolated, "with isolated=False: they are those of this process"),
+            ("options", bool(options) and isinstance(policy, Policy), "on a policy object: pass them to its class"),
+            ("fresh", fresh and out is None, "without out, the folder to start anew"),
+        )
+    )
     mode = kernel_mode(kernels)
     executor = executor or ExecutorOptions(workers=workers)
     # The policy is copied before the layouts are read, so that its code cannot put them into the copy.

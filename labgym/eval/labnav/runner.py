@@ -7,8 +7,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from labgym.counts import whole_number
+from labgym.counts import MAX_SEED, whole_number
 from labgym.documents import files_digest, json_bytes
+from labgym.effects import refuse_idle
 from labgym.envs.labnav.episodes import LabNavEpisode
 from labgym.errors import DocumentError, OptionError
 from labgym.eval.driving.files import EPISODES, ROUTES, SUMMARY, TIMES, parse_lines, record_line
@@ -28,7 +29,6 @@ from labgym.eval.labnav.suites import LabNavSuite, load_labnav
 from labgym.eval.labnav.summary import LabNavSummary, summarise
 from labgym.eval.labnav.thinking import Thinking, charged_latency, checked_latency
 from labgym.layouts import Layout
-from labgym.layouts.generate import MAX_SEED
 from labgym.policies import Policy
 from labgym.policies.kernels import kernel_mode
 from labgym.policies.process import PolicyProcess, PolicySource, ProcessLimits, close_shared_process
@@ -96,6 +96,12 @@ def evaluate_labnav(
         LabgymError: workers died.
     """
     whole_number("seed", seed, 0, MAX_SEED)
+    refuse_idle(
+        (
+            ("options", bool(options) and isinstance(policy, Policy), "on a policy object: pass them to its class"),
+            ("fresh", fresh and out is None, "without out, the folder to start anew"),
+        )
+    )
     mode, executor = kernel_mode(kernels), executor or ExecutorOptions()
     source = policy_source(policy, dict(options or {}))
     suite = load_labnav(suite) if isinstance(suite, str) else suite

@@ -10,7 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.envs.assembly import without
+from labgym.envs.conditions.cast import cast_of
 from labgym.envs.conditions.change_list import Added, changes_of, masses
+from labgym.envs.conditions.crowd import RADIUS as PERSON_RADIUS
+from labgym.envs.conditions.leg_payload import leg_payload_of
+from labgym.envs.conditions.payload import beaker_of
+from labgym.envs.conditions.people import BESIDE, CLOSE
 from labgym.envs.labnav.episodes import LabNavEpisode, LabNavEpisodes, straight
 from labgym.envs.labnav.tasks import condition_names, task_of
 from labgym.envs.labnav.worlds import prepared
@@ -23,11 +28,13 @@ from labgym.eval.driving.drive import Route
 from labgym.eval.labnav import scores
 from labgym.eval.labnav.drive import score_from
 from labgym.eval.labnav.row import LabNavRow
-from labgym.eval.labnav.rules import REST, delay_of
+from labgym.eval.labnav.rules import delay_of
 from labgym.eval.labnav.shift import score_of_legs, shortest_at
+from labgym.eval.submission.outcome_checks import LiquidClaim, PeopleClaims, liquid_problems
 from labgym.eval.submission.route_checks import (
     POSITION_ERROR,
     RESOLUTION,
+    RESTING_M,
     RouteClaims,
     route_problems,
     shortest_drive,
@@ -39,8 +46,6 @@ EXACT = 1e-9
 """Differences of recomputed figures up to this are rounding."""
 BRAKING = 5.0
 """Longest time that a drive takes beyond its limit, until the robot rests, seconds."""
-RESTING_M = REST[0] * ROBOT.control_dt + 0.5 * ROBOT.acceleration * ROBOT.control_dt**2 + 2.0 * RESOLUTION
-"""Longest last step of a robot that comes to rest, meters."""
 SHORTEST_ERROR_M = 0.05
 """Accuracy of L* from a rounded pose, at which the disc of 0.30 m may not fit, meters."""
 
@@ -129,6 +134,9 @@ def labnav_route_problems(
         contact_ends=labnav.touched == (),
         touched_people=int(row.contact.startswith(PERSON)),
         pushed=bool(pushed),
+        waited=row.waited,
+        people=_people(row, episode),
+        liquid=_liquid(row, episode),
     )
     yield from route_problems(claims, poses, world_of(_fixed(task, episode, pushed)))
     if len(poses) != row.steps + 1:
@@ -139,7 +147,30 @@ def labnav_route_problems(
     if row.success and row.steps and math.dist(poses[-1, :2], poses[-2, :2]) > RESTING_M:
         yield "success is True, but its route does not come to rest"
     if labnav.chain:
-        yield from _leg_problems(row, poses, task, labnav.radius)
+        yield from _leg_problems(row, poses, task, episode, labnav.radius)
+
+
+def _people(row: LabNavRow, episode: LabNavEpisode) -> PeopleClaims | None:
+    """Return what the row of an episode with people says about them."""
+    if "people" not in episode.conditions:
+        return None
+    cast, outcome = cast_of(episode.conditions["people"]), row.outcomes["people"]
+    return PeopleClaims(
+        starts=[role.start for role in cast.people],
+        speed=cast.speed,
+        touch=ROBOT.chassis_radius + PERSON_RADIUS,
+        close=CLOSE,
+        close_seconds=float(outcome["close_seconds"]),
+        least=None if outcome["least_distance"] is None else float(outcome["least_distance"]),
+        touched=row.contact.startswith(PERSON) or any(name.startswith(PERSON) for name in row.touched),
+    )
+
+
+def _liquid(row: LabNavRow, episode: LabNavEpisode) -> LiquidClaim | None:
+    """Return what the row of an episode with a beaker in its only drive says about it."""
+    if row.goals > 1 or "payload" not in episode.conditions:
+        return None
+    return LiquidClaim(beaker_of(episode.conditions["payload"]), float(row.outcomes["payload"]["highest"]))
 
 
 def _pushed(row: LabNavRow) -> frozenset[str]:
@@ -155,11 +186,14 @@ def _fixed(task: Task, episode: LabNavEpisode, pushed: Collection[str]) -> Layou
     return without(task.layout, late | (set(pushed) & set(task.pushable)))
 
 
-def _leg_problems(row: LabNavRow, poses: NDArray[np.float64], task: Task, radius: float) -> Iterator[str]:
+def _leg_problems(
+    row: LabNavRow, poses: NDArray[np.float64], task: Task, episode: LabNavEpisode, radius: float
+) -> Iterator[str]:
     """Yield whether the drives of a shift contradict its route.
 
     Args:
-        poses: the whole route. task: the episode after its conditions. radius: of the success disc, meters.
+        poses: the whole route. task: the episode after its conditions. episode: the published one.
+        radius: of the success disc, meters.
     """
     world, begin = world_of(task.layout), 0
     for number, (leg, pair) in enumerate(zip(row.legs, (task.pair, *task.following), strict=False)):
@@ -176,6 +210,9 @@ def _leg_problems(row: LabNavRow, poses: NDArray[np.float64], task: Task, radius
             yield f"path_length of drive {number} is {leg.path_length:.3f} m, less than that of its route"
         if leg.success and (leg.final_distance > radius or math.dist(way[-1, :2], way[-2, :2]) > RESTING_M):
             yield f"success of drive {number} is True, but its route does not come to rest at its goal"
+        if leg.beaker and not row.contacts and "payload" in episode.conditions:
+            beaker, _ = leg_payload_of(episode.conditions["payload"])
+            yield from liquid_problems(LiquidClaim(beaker, leg.rise), way, ROBOT.control_dt)
         if number:
             x, y, yaw = way[0].tolist()
             shortest = shortest_at(world, replace(pair, start=(x, y, yaw)), radius, leg.shortest)
@@ -196,6 +233,17 @@ def _outcome_problems(row: LabNavRow, part: LabNavEpisodes, episode: LabNavEpiso
         expected = masses(changes_of(episode.conditions["changes"]))
         if things != expected:
             yield f"outcomes say that {str(things)[:80]} can be pushed, kg by name, expected {str(expected)[:80]}"
+    if "people" in episode.conditions:
+        yield from _crowd_problems(row, len(cast_of(episode.conditions["people"]).people))
+    if row.goals == 1 and "payload" in episode.conditions:
+        highest, spilt = row.outcomes["payload"]["highest"], row.outcomes["payload"]["spilt"]
+        freeboard = beaker_of(episode.conditions["payload"]).freeboard
+        if (
+            spilt != (highest > freeboard)
+            or (row.ending == "spilt" and not spilt)
+            or (row.ending == "success" and spilt)
+        ):
+            yield f"ending is {row.ending!r} and spilt {spilt}, at {highest:g} m, rim {freeboard:g} m"
     for number, leg in enumerate(row.legs):
         if leg.success != (leg.ending in ("success", "undocked")) or leg.docked != (leg.ending == "success"):
             yield f"drive {number} ended by {leg.ending!r}, but success is {leg.success} and docked is {leg.docked}"
@@ -204,6 +252,18 @@ def _outcome_problems(row: LabNavRow, part: LabNavEpisodes, episode: LabNavEpiso
     driven = math.fsum(leg.path_length for leg in row.legs)
     if row.legs and abs(driven - row.path_length) > 1e-6:
         yield f"path_length is {row.path_length:.3f} m, but that of its drives is {driven:.3f} m"
+
+
+def _crowd_problems(row: LabNavRow, count: int) -> Iterator[str]:
+    """Yield whether the outcome of people, of whom there are `count`, contradicts itself."""
+    crowd = row.outcomes["people"]
+    least, nearest, beside = crowd["least_distance"], crowd["nearest"], crowd.get("beside_seconds", 0.0)
+    if crowd["people"] != count or not 0 <= crowd["met"] <= count:
+        yield f"outcomes say that {crowd['met']} of {crowd['people']} people were met, expected of {count}"
+    if least is not None and nearest is not None and not 0.0 <= least <= nearest + EXACT:
+        yield f"least_distance is {least:g} m, but somebody ends {nearest:g} m away"
+    if not 0.0 <= beside <= row.time + EXACT or (nearest is not None and beside > 0.0 and nearest >= BESIDE):
+        yield f"beside_seconds is {beside:g} at the end of {row.time:g} s, with somebody {nearest} m away"
 
 
 def _ending_problems(row: LabNavRow, seconds: float, radius: float) -> Iterator[str]:

@@ -13,6 +13,8 @@ from labgym.envs.robot import ROBOT
 from labgym.envs.world import World
 from labgym.eval.driving.episode_row import EpisodeRow, Pose
 from labgym.eval.driving.kinematics import SLACK, first_jump, possible_contacts
+from labgym.eval.labnav.rules import REST
+from labgym.eval.submission.outcome_checks import LiquidClaim, PeopleClaims, liquid_problems, people_problems
 from labgym.geometry import wrap_angle
 from labgym.suites import Suite
 
@@ -26,6 +28,8 @@ DEEP = 1.5e-3
 """Depth beyond which a rounded pose surely is in contact, meters."""
 PUSHING = replace(ROBOT, v_max=1.35, w_max=2.0, acceleration=15.0, turn_acceleration=40.0)
 """The robot while it pushes things, which stop and turn it as a contact does, but never throw it."""
+RESTING_M = REST[0] * ROBOT.control_dt + 0.5 * ROBOT.acceleration * ROBOT.control_dt**2 + 2.0 * RESOLUTION
+"""Longest last step of a robot that comes to rest, meters."""
 BETWEEN_M = 0.02
 """Largest distance between the points of a step at which the robot is placed on the floor, meters."""
 STRIDES = (1, 2, 3, 5, 10, 20, 50, 100)
@@ -44,6 +48,7 @@ class RouteClaims:
         contacts: control steps with a contact.
         contact_ends: whether the first contact with something fixed ends the drive.
         touched_people: contacts with people, who are not fixed. pushed: whether it pushed things.
+        waited: seconds at rest near people. people, liquid: what the row says about them; None in tasks without.
     """
 
     start: Pose
@@ -55,6 +60,9 @@ class RouteClaims:
     contact_ends: bool = False
     touched_people: int = 0
     pushed: bool = False
+    waited: float = 0.0
+    people: PeopleClaims | None = None
+    liquid: LiquidClaim | None = None
 
 
 def route_problems(
@@ -94,6 +102,16 @@ def route_problems(
         moved = math.dist(poses[jump, :2], poses[jump - 1, :2]) if jump else math.nan
         yield f"its route jumps {moved:.3f} m at step {jump}, which the robot cannot drive in {control_dt:g} s"
     yield from _contact_problems(claims, poses, int(possible.sum()), clearances, fixed)
+    moved = np.linalg.norm(np.diff(poses[:, :2], axis=0), axis=1)
+    rested = control_dt * float((moved <= RESTING_M).sum())
+    if claims.waited > rested + 1e-9:
+        yield f"waited is {claims.waited:g} s, but its robot rests for {rested:g} s"
+    if claims.people is not None:
+        yield from people_problems(claims.people, poses, control_dt)
+    if claims.liquid is not None and (claims.contact_ends or not claims.contacts):
+        # A contact, which ends the drive, may stop the robot at once.
+        free = len(poses) - 2 if claims.contacts else len(poses)
+        yield from liquid_problems(claims.liquid, poses[: max(free, 1)], control_dt)
 
 
 def lab30_route_problems(row: EpisodeRow, poses: Array, suite: Suite, world: World) -> Iterator[str]:

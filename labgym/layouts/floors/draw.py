@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from labgym.errors import InfeasibleError, OptionError, UnknownNameError
+from labgym.counts import MAX_SEED, whole_number
+from labgym.errors import InfeasibleError, UnknownNameError
 from labgym.layouts.floors.bay import BayRanges, bay
 from labgym.layouts.floors.building import FloorDraw, named
 from labgym.layouts.floors.double import DoubleRanges, double
@@ -20,7 +21,6 @@ from labgym.layouts.floors.suite import SuiteRanges, suite
 
 ATTEMPTS = 200
 """Draws until a family's rules accept one."""
-MAX_SEED = 2**53 - 1
 
 
 @dataclass(frozen=True)
@@ -67,8 +67,7 @@ def draw_floor(family: str, seed: int, **ranges: Any) -> FloorDraw:
     """
     if family not in FAMILIES:
         raise UnknownNameError("family of floors", family, FAMILIES)
-    if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed <= MAX_SEED:
-        raise OptionError(f"seed must be an integer from 0 to {MAX_SEED}, got {seed!r}")
+    seed = whole_number("seed", seed, 0, MAX_SEED)
     entry = FAMILIES[family]
     limits = with_limits(entry.ranges, family, ranges)
     generator = np.random.default_rng([seed, int.from_bytes(family.encode(), "big")])

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
+from labgym.counts import whole_number
 from labgym.documents import Record
 from labgym.errors import OptionError
 from labgym.layouts.rules.thresholds import VERSION
@@ -24,7 +25,7 @@ from labgym.runs import Shard, ShardOutput
 from labgym.runs.folder import SHARDS
 
 MAX_DRAWS = 1000
-MAX_SEED = 2**32
+LAST_SEED = 2**32 - 1
 COLUMNS = (
     Column(key="cases", heading="Cases", digits=0),
     Column(key="repaired", heading="Repaired"),
@@ -66,8 +67,7 @@ class RepairStudy(Study[RepairRow]):
     def __post_init__(self) -> None:
         if not 1 <= self.draws <= MAX_DRAWS:
             raise OptionError(f"draws {self.draws} must be 1 to {MAX_DRAWS}")
-        if not 0 <= self.seed < MAX_SEED:
-            raise OptionError(f"seed {self.seed} must be 0 to {MAX_SEED - 1}")
+        whole_number("seed", self.seed, 0, LAST_SEED)
         if not self.pieces or not set(self.pieces) <= set(PIECES):
             raise OptionError(f"pieces {self.pieces} must be some of {', '.join(map(str, PIECES))}")
         resolve_profile(self.profile)

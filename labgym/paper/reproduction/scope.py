@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from labgym.counts import MAX_SEED
 from labgym.errors import OptionError
-from labgym.layouts.generate import MAX_SEED
 from labgym.llm.config import LanguageModelConfig
 from labgym.llm.errors import LanguageModelError
 from labgym.protocols import Protocol, resolve

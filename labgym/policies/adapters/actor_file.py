@@ -35,6 +35,7 @@ class ActorHeader(Document):
         inputs: entries of the observation, in the order in which they are concatenated.
         activation: function between the layers.
         squash: whether the hyperbolic tangent follows the last layer.
+        limit: largest magnitude of the last layer's output, before the hyperbolic tangent; None without a limit.
         normalized: inputs that are normalized: (x - mean) / sqrt(var + epsilon), clipped to [-clip, clip].
         clip, epsilon: constants of the normalization.
     """
@@ -46,6 +47,7 @@ class ActorHeader(Document):
     inputs: Annotated[tuple[str, ...], Field(min_length=1)]
     activation: Activation
     squash: bool
+    limit: Annotated[float, Field(gt=0.0, allow_inf_nan=False)] | None = None
     normalized: tuple[str, ...] = ()
     clip: Annotated[float, Field(gt=0.0)] = 10.0
     epsilon: Annotated[float, Field(ge=0.0)] = 1e-8
@@ -73,6 +75,8 @@ class Perceptron:
             linear.weight.data, linear.bias.data = weight, bias
             parts += [linear, ACTIVATIONS[self.header.activation]()]
         parts.pop()
+        if self.header.limit is not None:
+            parts.append(nn.Hardtanh(-self.header.limit, self.header.limit))
         return nn.Sequential(*parts, *([nn.Tanh()] if self.header.squash else [])).eval()
 
     @cached_property

@@ -111,8 +111,8 @@ def test_the_command_writes_the_picture(tmp_path, capsys):
         (["--task", "people", "--episode", "nowhere/0"], "'nowhere/0' not found"),
         (["--task", "people", "--out", "a.svg"], "must end in .png or .jpg"),
         (["--task", "people", "--width", "10"], "is not between 320x240"),
-        (["test-sub_01", "--task", "people"], "leave out layouts"),
-        (["test-sub_01", "--level", "3"], "are for --task"),
+        (["test-sub_01", "--task", "people"], "LAYOUTS has no effect with --task"),
+        (["test-sub_01", "--level", "3"], "--level has no effect without --task"),
     ],
 )
 def test_bad_input_is_one_line(words, message, capsys):

@@ -119,7 +119,7 @@ def test_episodes_are_named_by_a_unique_end_of_their_key(folder):
         (("FOLDER", "--episode", "nowhere/1"), "'nowhere/1' not found"),
         (("FOLDER", "--episode", "x/0", "--seed", "3"), "--seed and --options"),
         (("FOLDER", "--episode", "x/0", "--width", "20"), "minimum is 480x270"),
-        (("labnav-people", "--episode", "x/0", "--start", "1,2,0"), "--start is for a layout"),
+        (("labnav-people", "--episode", "x/0", "--start", "1,2,0"), "--start has no effect on an episode"),
         (("test-sub_01", "--episode", "1"), "neither"),
     ],
 )

@@ -136,7 +136,7 @@ def test_bad_input_is_one_line(folders, tmp_path, capsys):
     for words, message in (
         (["report", str(folders[0]), str(tmp_path / "empty")], "is of LabNav and"),
         (["compare", str(folders[0])], "takes two"),
-        (["compare", str(folders[0]), str(folders[1]), "--policies", "a", "b"], "leave out --policies"),
+        (["compare", str(folders[0]), str(folders[1]), "--policies", "a", "b"], "--policies has no effect"),
     ):
         assert main(words) == 2
         error = capsys.readouterr().err

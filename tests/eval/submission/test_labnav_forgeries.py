@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from functools import cache
 
 import numpy as np
 import pytest
 from labnav_forgeries import forged_row, legal_route
+from scipy.signal import lsim, lti
 from shapely import LineString
 
+from labgym.envs.conditions.beaker import Beaker
 from labgym.envs.labnav.worlds import prepared
 from labgym.envs.world import world_of
-from labgym.eval.labnav.drive import drive_floor
+from labgym.eval.labnav.drive import drive_floor, score_from
 from labgym.eval.labnav.shift import score_of_legs
 from labgym.eval.labnav.suites import load_labnav
 from labgym.eval.submission.labnav_rows import LabNavTerms, labnav_route_problems, labnav_row_problems
+from labgym.eval.submission.outcome_checks import least_rise
 from labgym.eval.submission.route_checks import RouteClaims, route_problems
 from labgym.eval.submission.second_drive import drawn_again, driven_again, unseen
 from labgym.layouts import Layout
@@ -45,17 +49,17 @@ def problems(row, route, part, episode, layout: Layout, terms: LabNavTerms = TER
     ]
 
 
-def along(layout: Layout, task):
+def along(layout: Layout, task, acceleration=1.3):
     """Return a route along the shortest path of the disc of 0.30 m in a layout."""
     path = ShortestPaths(layout).path(task.pair.start[:2], task.pair.goal[:2])
     assert path is not None
-    return legal_route(task.pair.start, path.points[1:], task.pair.goal[2])
+    return legal_route(task.pair.start, path.points[1:], task.pair.goal[2], acceleration)
 
 
 @pytest.mark.parametrize("task", TASKS)
 def test_a_possible_route_raises_no_alarm(task):
     for part, episode, layout, world in episodes(task)[:3]:
-        route = along(world.layout, world)
+        route = along(world.layout, world, 0.2 if task == "carry" else 1.3)
         assert problems(forged_row(part, episode, world, route), route, part, episode, layout) == []
 
 
@@ -230,6 +234,92 @@ def test_a_kick_across_a_wall_between_two_poses_is_named():
             assert not any("jumps" in problem for problem in found)
             return
     pytest.fail("no wall has free places on both sides")
+
+
+@cache
+def driven(task: str):
+    """Return episodes of a task that policies drove."""
+    (part,) = load_labnav(f"labnav-val-{task}").parts
+    drives = []
+    for name, episode in itertools.product(("straight", "bug2"), part.first(2, 1).episodes):
+        layout = part.layout(episode.floor)
+        (drive,) = drive_floor(
+            make_policy(name), layout, [episode], task, part.level, "mine", part.label, 0, seconds=25.0
+        )
+        drives.append((part, episode, layout, drive))
+    return drives
+
+
+def crowd(**figures):
+    return lambda row: {"outcomes": {**row.outcomes, "people": {**row.outcomes["people"], **figures}}}
+
+
+def beaker(**figures):
+    return lambda row: {"outcomes": {**row.outcomes, "payload": {**row.outcomes["payload"], **figures}}}
+
+
+FORGED = {
+    "people": (
+        crowd(close_seconds=1e3),
+        crowd(close_seconds=-1.0),
+        crowd(close_seconds=0.0, least_distance=0.7),
+        crowd(close_seconds=4.0, least_distance=1.4),
+        crowd(least_distance=None),
+        crowd(least_distance=30.0, nearest=30.0),
+        crowd(least_distance=2.0, nearest=1.2),
+        crowd(people=0),
+        crowd(met=99),
+        crowd(beside_seconds=9.0, nearest=4.0),
+        crowd(least_distance=0.1, close_seconds=2.0),
+        lambda row: {"waited": row.time},
+    ),
+    "carry": (
+        beaker(highest=0.0),
+        beaker(highest=0.0005, spilt=False),
+        beaker(highest=0.001),
+        beaker(highest=-1.0),
+        beaker(spilt=True, highest=0.004),
+        beaker(spilt=False, highest=0.02),
+        lambda row: {"ending": "spilt", **beaker(spilt=False, highest=0.004)(row)},
+        lambda row: {"ending": "success", "success": True, **beaker(spilt=True, highest=0.02)(row)},
+    ),
+}
+"""Figures of people and of the liquid that nobody measured; everything else in the row is honest."""
+
+
+@pytest.mark.parametrize("task", ["people", "carry"])
+def test_honest_figures_of_people_and_liquid_raise_no_alarm(task):
+    terms = LabNavTerms("mine", 0, "mapless", 25.0, 0.0)
+    for part, episode, layout, drive in driven(task):
+        row = drive.row.model_copy(update={"track": "mapless"})
+        assert problems(row, drive.route, part, episode, layout, terms) == []
+
+
+@pytest.mark.parametrize(
+    ("task", "number"), [(task, k) for task, forgeries in FORGED.items() for k in range(len(forgeries))]
+)
+def test_a_figure_of_people_or_liquid_that_the_route_contradicts_is_named(task, number):
+    terms = LabNavTerms("mine", 0, "mapless", 25.0, 0.0)
+    part, episode, layout, drive = driven(task)[0]
+    row = drive.row.model_copy(update={"track": "mapless"} | FORGED[task][number](drive.row))
+    row = row.model_copy(update={"score": score_from(row, row.outcomes, episode.conditions)})
+    assert problems(row, drive.route, part, episode, layout, terms) != []
+
+
+def test_the_least_rise_is_below_that_of_the_liquid_and_near_it():
+    """The oracle integrates the oscillator by scipy, for motions with other accelerations than those of the bound."""
+    held = Beaker()
+    for acceleration in (0.1, 0.5, 1.5):
+        times, dt = np.arange(0.0, 6.0, 0.1), 0.001
+        fine = np.arange(0.0, 6.0, dt)
+        pushes = np.where(fine < 0.8, acceleration, np.where((fine > 3.0) & (fine < 3.8), -acceleration, 0.0))
+        places = np.cumsum(np.cumsum(pushes) * dt) * dt
+        system = lti([-1.0], [1.0, 2.0 * held.damping * held.frequency, held.frequency**2])
+        rise = held.rise(float(np.abs(lsim(system, pushes, fine)[1]).max()))
+        poses = np.round(np.column_stack([np.interp(times, fine, places), 0.0 * times]), 3)
+        assert least_rise(held, poses, 0.1) <= rise
+        if acceleration >= 0.5:
+            assert least_rise(held, poses, 0.1) > 0.2 * rise
 
 
 @pytest.fixture(scope="module")
