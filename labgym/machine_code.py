@@ -9,12 +9,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
+Function = TypeVar("Function", bound=Callable[..., Any])
+numba: Any
 try:
     import numba
 except ImportError:
     numba = None
-
-Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 def inner(function: Function) -> Function:

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.envs.assembly import without
+from labgym.envs.conditions.cast import RADIUS as PERSON_RADIUS
 from labgym.envs.conditions.cast import cast_of
 from labgym.envs.conditions.change_list import Added, changes_of, masses
-from labgym.envs.conditions.crowd import RADIUS as PERSON_RADIUS
 from labgym.envs.conditions.leg_payload import leg_payload_of
 from labgym.envs.conditions.payload import beaker_of
-from labgym.envs.conditions.people import BESIDE, CLOSE
+from labgym.envs.conditions.walking import BESIDE, CLOSE
 from labgym.envs.labnav.episodes import LabNavEpisode, LabNavEpisodes, straight
 from labgym.envs.labnav.tasks import condition_names, task_of
 from labgym.envs.labnav.worlds import prepared

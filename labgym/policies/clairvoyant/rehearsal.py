@@ -56,7 +56,7 @@ def rehearsed(
         reference.poses,
         reference.velocities,
         (reference.start, reference.dt, time),
-        (*map(float, pose), *map(float, velocity)),
+        (float(pose[0]), float(pose[1]), float(pose[2]), float(velocity[0]), float(velocity[1])),
         max(0, round((reference.end - time) / reference.dt)),
         (GAIN_ALONG, GAIN_ACROSS, GAIN_YAW),
         (robot.v_min, robot.v_max, robot.w_max, robot.acceleration, robot.turn_acceleration, robot.lag),
