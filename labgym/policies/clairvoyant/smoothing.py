@@ -88,9 +88,7 @@ def resampled(points: Array, step: float) -> Array:
 
 def _cost(path: Array, h: float, field: ClearanceField, band: Band) -> tuple[float, Array]:
     """Return the cost of a path (n, 2) at steps of about h, meters, and its gradient, (n, 2)."""
-    weights = (
-        float(band.radius), float(band.curvature), float(band.bend), float(band.sharp), float(band.twist), float(band.wall)
-    )  # fmt: skip
+    weights = band.radius, band.curvature, band.bend, band.sharp, band.twist, band.wall
     gradient, edges, sizes, overs, thirds, misses = cost_terms(path, h, h**2, weights, field.low, NODE, field.values)
     value = float(edges.sum()) / (2.0 * h)
     value += h * float(band.bend * sizes.sum() + band.sharp * overs.sum())
