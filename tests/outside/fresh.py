@@ -19,8 +19,10 @@ from labgym.errors import LabgymError
 from labgym.layouts import generate
 from labgym.layouts.combination import combination
 from labgym.layouts.rules.objective import evaluate_layout
+from labgym.layouts.rules.thresholds import profile
 from labgym.protocols import protocols
 
+LIMITS = profile("default", "touchstone-v2")
 WATER_REACTIVE = ("red_05", "red_01", "red_05", "alk_02", "pro_03", "red_05", "fgt_01", "alk_04")
 PLACES: tuple[dict[str, str], ...] = (
     {"room": "bay"},
@@ -63,7 +65,7 @@ def main() -> None:
             case, start = request(k), time.process_time()
             row: dict[str, Any] = {"k": k, "seed": arguments.seed + k, **case}
             try:
-                layout = generate(seed=arguments.seed + k, **case)
+                layout = generate(seed=arguments.seed + k, profile=LIMITS, **case)  # as the command does
             except LabgymError as error:
                 row |= {"error": type(error).__name__, "message": str(error)}
                 total[row["error"]] += 1
