@@ -10,11 +10,12 @@ from laboratories import island_laboratory
 
 from labgym.policies.clairvoyant import schedule, smoothing
 from labgym.policies.clairvoyant.clearance import ClearanceField
-from labgym.policies.clairvoyant.reaction import Line, reacting
-from labgym.policies.clairvoyant.reaction_kernel import next_level
+from labgym.policies.clairvoyant.reaction import line_of, reacting
+from labgym.policies.clairvoyant.reaction_kernel import Terms, next_level, pose_at
 from labgym.policies.clairvoyant.reference import Reference
 from labgym.policies.clairvoyant.rehearsal import rehearsed
 from labgym.policies.clairvoyant.route import Gait, Limits, Route
+from labgym.policies.clairvoyant.schedule_kernel import Limits as StepLimits
 from labgym.policies.clairvoyant.schedule_kernel import advance
 from labgym.policies.clairvoyant.smoothing_kernel import cost_terms
 from labgym.policies.clairvoyant.space_time import CELL, MOVES, SpaceTime
@@ -126,7 +127,7 @@ def test_a_drive_that_gives_way_takes_the_greatest_speed_from_which_it_rests_in_
     rng = np.random.default_rng(seed)
     route = Route.of(np.cumsum(rng.normal(0.25, 0.2, (12, 2)), axis=0), Limits())
     gait = Gait(6 + seed % 4, 0.125, (1.0,) if seed % 2 else (0.5, 0.3, 0.2))
-    line, unit, seen = Line.of(route, 1.25), 0.5 * gait.rise * 0.1, set()
+    line, unit, seen = line_of(route, 1.25), 0.5 * gait.rise * 0.1, set()
     for _ in range(300):
         place, level = float(rng.uniform(0.0, route.length)), int(rng.integers(0, gait.levels + 1))
         now = route.points[rng.integers(0, len(route.points), seed)] + rng.normal(0.0, 0.8, (seed, 2))
@@ -140,11 +141,10 @@ def test_a_drive_that_gives_way_takes_the_greatest_speed_from_which_it_rests_in_
                 and rests_in_time(route, place, level, following, unit, now, then, 0.63, gait.delay)
             ):  # fmt: skip
                 expected = following
-        terms = unit, route.length, 0.63, gait.delay, 0.6
-        lines = line.along, line.values, line.braked
-        assert next_level(place, level, gait.levels, gait.rise, *lines, now, then, terms) == expected
+        terms = Terms(gait.levels, gait.rise, unit, route.length, 0.63, gait.delay, 0.6)
+        assert next_level(place, level, line, now, then, terms) == expected
         seen.add(expected - level)
-        assert line.at(place) == pytest.approx(
+        assert pose_at(place, line) == pytest.approx(
             [*route.at(np.array([place]))[0][0], *(one[0] for one in route.at(np.array([place]))[1:])]
         )
     assert seen >= {0, 1}
@@ -191,6 +191,6 @@ def test_a_step_of_the_schedule_is_the_same_compiled_and_not(seed):
     results = []
     for step in (advance, uncompiled(advance)):
         after, came = np.full_like(before, np.inf), np.empty((5, 48), dtype=np.int8)
-        step(before, after, came, slow, people, points, 4, (0.4, 1.0, 1.0), np.float32(0.1))
+        step(before, after, came, slow, people, points, StepLimits(0.4, 1.0, 1.0, 4, np.float32(0.1)))
         results.append((after.tobytes(), came.tobytes()))
     assert results[0] == results[1]

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.policies.clairvoyant.reaction_kernel import next_level, pose_at
+from labgym.policies.clairvoyant.reaction_kernel import Line, Terms, next_level, pose_at
 from labgym.policies.clairvoyant.route import Gait, Route
 from labgym.policies.clairvoyant.worth import NEAR, Worth
 from labgym.policies.foreknowledge import Forecast
@@ -61,7 +61,8 @@ def reacting(
     rise, weights = gait.rise, np.array(gait.weights)
     unit = 0.5 * rise * dt
     place, level, near = float(before[-1, 0]), min(round(float(before[-1, 1]) / rise), gait.levels), 0.0
-    line, last = Line.of(route, rise / dt), round(LONGEST / dt)
+    line, last = line_of(route, rise / dt), round(LONGEST / dt)
+    terms = Terms(gait.levels, float(rise), unit, float(route.length), float(apart), float(gait.delay), LEAST)
     raw = before.tolist()
     for step in range(1, last + 1):
         # At the greatest speed all the time the drive would end in this step; it is worth no more than that.
@@ -69,15 +70,12 @@ def reacting(
         soonest = step + max(math.ceil(left - 1e-6), 1) - 1
         if soonest > last or worth.points(soonest * dt, near) <= least:
             return None
-        people, level_before = (forecast.places, forecast.following), level
-        level = next_level(
-            place, level, gait.levels, rise, line.along, line.values, line.braked, *people,
-            (unit, route.length, apart, gait.delay, LEAST),
-        )  # fmt: skip
+        level_before = level
+        level = next_level(place, level, line, forecast.places, forecast.following, terms)
         place = min(place + (level_before + level) * unit, route.length)
         raw.append([place, level * rise])
         reached, v = (weights[:, None] * raw[: -len(weights) - 1 : -1]).sum(axis=0).tolist()
-        x, y, yaw, curvature = line.at(reached)
+        x, y, yaw, curvature = pose_at(reached, line)
         forecast.step(x, y, v * math.cos(yaw), v * math.sin(yaw), v * curvature)
         if min((math.dist((x, y), each) for each in forecast.places.tolist()), default=math.inf) < NEAR:
             near += dt
@@ -87,29 +85,11 @@ def reacting(
     return None
 
 
-@dataclass(frozen=True, eq=False)
-class Line:
-    """A route as arrays.
-
-    Attributes:
-        along: (n,) lengths at its points, meters. values: (4, n) x, y, headings and curvatures.
-        braked: (n,) speeds from which every later limit can be kept, m/s.
-    """
-
-    along: Array
-    values: Array
-    braked: Array
-
-    @classmethod
-    def of(cls, route: Route, acceleration: float) -> Line:
-        """Return the arrays of a route for a greatest acceleration, m/s2."""
-        along: Array = route.spacing * np.arange(len(route.points), dtype=np.float64)
-        values = np.vstack([route.points.T, route.yaw, route.curvature])
-        return cls(along, values, _braked(route, acceleration))
-
-    def at(self, place: float) -> tuple[float, float, float, float]:
-        """Return x, y, heading and curvature at a length along the route, meters."""
-        return pose_at(place, self.along, self.values)
+def line_of(route: Route, acceleration: float) -> Line:
+    """Return the arrays of a route for a greatest acceleration, m/s2."""
+    along: Array = route.spacing * np.arange(len(route.points), dtype=np.float64)
+    values = np.vstack([route.points.T, route.yaw, route.curvature])
+    return Line(along, values, _braked(route, acceleration))
 
 
 def _braked(route: Route, acceleration: float) -> Array:

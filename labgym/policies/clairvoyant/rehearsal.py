@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.navigation import Pose
 from labgym.policies.clairvoyant.reference import GAIN_ACROSS, GAIN_ALONG, GAIN_YAW, Reference
-from labgym.policies.clairvoyant.rehearsal_kernel import follow
+from labgym.policies.clairvoyant.rehearsal_kernel import Base, follow
 
 Array = NDArray[np.float64]
 
@@ -59,8 +59,15 @@ def rehearsed(
         (float(pose[0]), float(pose[1]), float(pose[2]), float(velocity[0]), float(velocity[1])),
         max(0, round((reference.end - time) / reference.dt)),
         (GAIN_ALONG, GAIN_ACROSS, GAIN_YAW),
-        (robot.v_min, robot.v_max, robot.w_max, robot.acceleration, robot.turn_acceleration, robot.lag),
-        robot.timestep,
-        robot.substeps,
+        Base(
+            robot.v_min,
+            robot.v_max,
+            robot.w_max,
+            robot.acceleration,
+            robot.turn_acceleration,
+            robot.lag,
+            robot.timestep,
+            robot.substeps,
+        ),
     )
     return Rehearsal(time, reference.dt, motion[:, :3], motion[:, 3:])

@@ -7,6 +7,7 @@ a test compares the bits.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +39,19 @@ def _place(time: float, start: float, dt: float, count: int) -> tuple[int, int, 
     return now, min(now + 1, count - 1), place - now
 
 
+class Base(NamedTuple):
+    """The limits of the robot and its simulation, as in `RobotSpec`."""
+
+    v_min: float
+    v_max: float
+    w_max: float
+    acceleration: float
+    turn_acceleration: float
+    lag: float
+    timestep: float
+    substeps: int
+
+
 @entry
 def follow(
     poses: Array,
@@ -46,9 +60,7 @@ def follow(
     first: tuple[float, float, float, float, float],
     steps: int,
     gains: tuple[float, float, float],
-    limits: tuple[float, float, float, float, float, float],
-    timestep: float,
-    substeps: int,
+    base: Base,
 ) -> Array:
     """Return x, y, yaw, v and w at the start and after each step of a robot that follows a reference, (steps + 1, 5).
 
@@ -56,12 +68,11 @@ def follow(
         poses: (k, 3) and velocities: (k, 2) of the reference.
         span: start and time step of the reference, and the time now, seconds.
         first: x, y, yaw, v and w now. steps: number of control steps. gains: along, across and of the heading.
-        limits: `v_min`, `v_max`, `w_max`, `acceleration`, `turn_acceleration` and `lag` of the robot.
-        timestep: seconds. substeps: of a control step.
+        base: the robot.
     """
     start, dt, begin = span
     along_gain, across_gain, yaw_gain = gains
-    v_min, v_max, w_max, acceleration, turn_acceleration, lag = limits
+    v_min, v_max, w_max, timestep = base.v_min, base.v_max, base.w_max, base.timestep
     count = len(poses)
     motion = np.empty((steps + 1, 5))
     x, y, yaw, v, w = first
@@ -83,10 +94,10 @@ def follow(
         forward = _clipped(forward / v_max if forward >= 0.0 else forward / -v_min, -1.0, 1.0)
         forward = forward * (v_max if forward >= 0.0 else -v_min)
         turn = _clipped(turn / w_max, -1.0, 1.0) * w_max
-        for _ in range(substeps):
-            rise, swing = acceleration * timestep, turn_acceleration * timestep
-            v += _clipped((forward - v) * timestep / (lag + timestep), -rise, rise)
-            w += _clipped((turn - w) * timestep / (lag + timestep), -swing, swing)
+        for _ in range(base.substeps):
+            rise, swing = base.acceleration * timestep, base.turn_acceleration * timestep
+            v += _clipped((forward - v) * timestep / (base.lag + timestep), -rise, rise)
+            w += _clipped((turn - w) * timestep / (base.lag + timestep), -swing, swing)
             yaw += w * timestep
             x, y = x + v * math.cos(yaw) * timestep, y + v * math.sin(yaw) * timestep
         yaw = _wrapped(yaw)

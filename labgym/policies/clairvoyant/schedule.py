@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.policies.clairvoyant.route import Gait, Route
-from labgym.policies.clairvoyant.schedule_kernel import advance
+from labgym.policies.clairvoyant.schedule_kernel import Limits, advance
 from labgym.policies.clairvoyant.worth import NEAR, Worth
 
 Array = NDArray[np.float64]
@@ -88,6 +88,7 @@ def best_schedule(
     near = np.full((levels + 1, count), np.inf, dtype=np.float32)
     near[level, 0] = 0.0
     after = np.full_like(near, np.inf)
+    limits = Limits(crossing.apart**2, NEAR**2, NEAR, COARSE, np.float32(dt))
     came: list[NDArray[np.int8]] = []
     best, beside, at = least, 0.0, 0
     for step in range(1, round(LONGEST / dt) + 1):
@@ -98,8 +99,7 @@ def best_schedule(
         seen = points[: -(-reached // COARSE)]
         change = np.empty((levels + 1, reached), dtype=np.int8)
         now = people[step - 1] if step <= len(people) else NOBODY
-        limits = crossing.apart**2, NEAR**2, NEAR
-        advance(near, after, change, slow, now, seen, COARSE, limits, np.float32(dt))
+        advance(near, after, change, slow, now, seen, limits)
         near, after = after, near
         came.append(change)
         if np.isfinite(near[0, -1]) and worth.points(step * dt, float(near[0, -1])) > best + 1e-9:

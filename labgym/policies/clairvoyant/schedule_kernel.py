@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,6 +11,22 @@ from labgym.machine_code import entry, inner
 
 Array = NDArray[np.float64]
 Times = NDArray[np.float32]
+
+
+class Limits(NamedTuple):
+    """What a step of the program keeps to.
+
+    Attributes:
+        apart, close: squares of the distances within which the robot may not move, and is near people, m2.
+        margin: distance from all places beyond which people do not count, meters.
+        coarse: number of places for each one at which people are looked up. dt: seconds.
+    """
+
+    apart: float
+    close: float
+    margin: float
+    coarse: int
+    dt: np.float32
 
 
 @inner
@@ -22,11 +40,9 @@ def _relax(before: Times, after: Times, came: NDArray[np.int8], barred: Times, c
 
 
 @inner
-def _around(
-    people: Array, points: Array, coarse: int, limits: tuple[float, float, float]
-) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def _around(people: Array, points: Array, limits: Limits) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Return at which places the robot may not move, and at which it is near people."""
-    apart, close, margin = limits
+    margin, coarse = limits.margin, limits.coarse
     size = len(points)
     blocked, near_people = np.zeros(size * coarse, dtype=np.bool_), np.zeros(size * coarse, dtype=np.bool_)
     if len(people):
@@ -41,9 +57,9 @@ def _around(
             for k in range(size):
                 dx, dy = points[k, 0] - x, points[k, 1] - y
                 square = dx * dx + dy * dy
-                if square < apart:
+                if square < limits.apart:
                     blocked[coarse * k : coarse * (k + 1)] = True
-                if square < close:
+                if square < limits.close:
                     near_people[coarse * k : coarse * (k + 1)] = True
     return blocked, near_people
 
@@ -56,28 +72,25 @@ def advance(
     slow: NDArray[np.bool_],
     people: Array,
     points: Array,
-    coarse: int,
-    limits: tuple[float, float, float],
-    dt: np.float32,
+    limits: Limits,
 ) -> None:
     """Write the times near people after a step, and by how many levels the speed changed.
 
     Args:
         before, after: (levels, places) times near people, seconds; inf where the robot cannot be, and in both beyond
             the places that can be reached. came: (levels, reached). slow: where the robot may have which speed.
-        people: (n, 2) centers after the step, meters. points: (k, 2) of every `coarse`-th place that can be reached.
-        limits: squares of the distances within which the robot may not move, and is near people, m2, and
-            distance from all places beyond which people do not count, meters. dt: seconds.
+        people: (n, 2) centers after the step, meters. points: (k, 2) of the places at which people are looked up.
+        limits: to keep to.
     """
     levels, reached = came.shape
-    blocked, near_people = _around(people, points, coarse, limits)
+    blocked, near_people = _around(people, points, limits)
     infinite = np.float32(np.inf)
     barred, added = np.zeros(reached, dtype=np.float32), np.zeros(reached, dtype=np.float32)
     for place in range(reached):
         if blocked[place]:
             barred[place] = infinite
         if near_people[place]:
-            added[place] = dt
+            added[place] = limits.dt
     for level in range(levels):
         after[level, :reached] = infinite
         came[level] = 0
