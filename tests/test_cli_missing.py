@@ -168,7 +168,7 @@ def test_every_extra_is_tested_or_replaced_by_something_else():
 
 
 def test_every_package_that_is_no_dependency_has_its_extra_in_the_message():
-    required = {re.split(r"[<>=; \[]", each)[0] for each in DEPENDENCIES["dependencies"]}
+    required = {re.split(r"[<>=; \[]", each)[0].lower() for each in DEPENDENCIES["dependencies"]}
     provided = metadata.packages_distributions()
     for file in Path(labgym.__file__).parent.rglob("*.py"):
         for node in ast.walk(ast.parse(file.read_text())):
@@ -176,7 +176,11 @@ def test_every_package_that_is_no_dependency_has_its_extra_in_the_message():
             names += [node.module] if isinstance(node, ast.ImportFrom) and node.module else []
             for name in names:
                 top = name.split(".")[0]
-                known = top in sys.stdlib_module_names or top == "labgym" or set(provided.get(top, ())) & required
+                known = (
+                    top in sys.stdlib_module_names
+                    or top == "labgym"
+                    or {each.lower() for each in provided.get(top, ())} & required
+                )
                 known = known or top in ("mpl_toolkits", "pydantic_core")
                 assert known or top in EXTRAS or "google.protobuf" in name, f"{file}: {name}"
     for name, extra in EXTRAS.values():

@@ -118,7 +118,9 @@ def generate(
         SearchLimitWarning: searches stopped at their effort limit, and the laboratory is not fully furnished.
         UnrepairedWarning: the layout was kept although it violates rules or lacks required assets.
     """
-    refuse_idle((("adjuster", adjuster is not None and not optimise, "with optimise=False, which adjusts nothing"),))
+    refuse_idle(
+        (("adjuster", adjuster not in (None, RULES) and not optimise, "with optimise=False, which adjusts nothing"),)
+    )
     request = resolve_request(protocol, seed, room, profile, catalog, fixed, floor, family, holdings, clutter)
     method = Method(
         proposer=SOLVER if proposer is None else proposer,

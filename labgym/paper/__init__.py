@@ -1,1 +1,1 @@
-"""What exists only to reproduce the paper LabBuilder: its rivals, damage, studies, tables and files."""
+"""Reproduction of the paper LabBuilder: its rivals, damage, studies, tables and files. Only the commands import it."""

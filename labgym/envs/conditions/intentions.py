@@ -1,4 +1,4 @@
-"""What people are about: where each wants to walk, and when they stand, wait, plan anew or give a stop up."""
+"""Intentions of people: the velocity of each alone, and when they stand, wait, plan anew or give a stop up."""
 
 from __future__ import annotations
 

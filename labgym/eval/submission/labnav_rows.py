@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -151,26 +151,32 @@ def labnav_route_problems(
 
 
 def _people(row: LabNavRow, episode: LabNavEpisode) -> PeopleClaims | None:
-    """Return what the row of an episode with people says about them."""
-    if "people" not in episode.conditions:
+    """Return what the row of an episode with people says about them; None without people, or if it says nothing."""
+    outcome = row.outcomes.get("people")
+    if "people" not in episode.conditions or not isinstance(outcome, Mapping):
         return None
-    cast, outcome = cast_of(episode.conditions["people"]), row.outcomes["people"]
+    cast = cast_of(episode.conditions["people"])
+    near, least = outcome.get("close_seconds"), outcome.get("least_distance")
+    if not isinstance(near, int | float) or not isinstance(least, int | float | None):
+        return None
     return PeopleClaims(
         starts=[role.start for role in cast.people],
         speed=cast.speed,
         touch=ROBOT.chassis_radius + PERSON_RADIUS,
         close=CLOSE,
-        close_seconds=float(outcome["close_seconds"]),
-        least=None if outcome["least_distance"] is None else float(outcome["least_distance"]),
+        close_seconds=near,
+        least=least,
         touched=row.contact.startswith(PERSON) or any(name.startswith(PERSON) for name in row.touched),
     )
 
 
 def _liquid(row: LabNavRow, episode: LabNavEpisode) -> LiquidClaim | None:
-    """Return what the row of an episode with a beaker in its only drive says about it."""
-    if row.goals > 1 or "payload" not in episode.conditions:
+    """Return what the row of an episode with a beaker in its only drive says about it; None if it says nothing."""
+    outcome = row.outcomes.get("payload")
+    if row.goals > 1 or "payload" not in episode.conditions or not isinstance(outcome, Mapping):
         return None
-    return LiquidClaim(beaker_of(episode.conditions["payload"]), float(row.outcomes["payload"]["highest"]))
+    rise = outcome.get("highest")
+    return LiquidClaim(beaker_of(episode.conditions["payload"]), rise) if isinstance(rise, int | float) else None
 
 
 def _pushed(row: LabNavRow) -> frozenset[str]:

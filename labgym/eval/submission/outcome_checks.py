@@ -24,7 +24,7 @@ EPSILON = 1e-9
 
 @dataclass(frozen=True)
 class PeopleClaims:
-    """What a row says about people; distances are between centers.
+    """Claims of a row about people; distances are between centers.
 
     Attributes:
         starts: (x, y) of each person at the start, meters. speed: usual speed, m/s. touch: distance of a touch, meters.
@@ -44,7 +44,7 @@ class PeopleClaims:
 
 @dataclass(frozen=True)
 class LiquidClaim:
-    """What a row says about a beaker: its measures, and the greatest rise of the liquid, meters."""
+    """Claims of a row about a beaker: its measures, and the greatest rise of the liquid, meters."""
 
     beaker: Beaker
     rise: float

@@ -24,6 +24,7 @@ from labgym.protocols.constraints import derive
 from labgym.protocols.errors import RefusalError
 from labgym.protocols.model import Protocol, ReactionType, ReagentUse, Step
 from labgym.protocols.places import is_ventilated, is_workplace
+from labgym.protocols.refusals import refuse_to_make
 from labgym.protocols.synthesis.transformations import recognise
 from labgym.protocols.synthesis.writer import Commission, WriterResult
 from labgym.protocols.validate import ProtocolError, examine
@@ -103,6 +104,7 @@ def compose(model: LanguageModel, sources: WritingSources, repairs: int = REPAIR
 
     Raises:
         LanguageModelError: the model refuses, or gives no usable answer.
+        RefusalError: the model writes a protocol of a product that is refused; it is not asked for another one.
         ProtocolError: faults are left after the repairs; carries them all.
     """
     prompt, answer = load_prompt(PROMPTS / "write_protocol.md"), _answer(sources.inventory)
@@ -123,6 +125,7 @@ def compose(model: LanguageModel, sources: WritingSources, repairs: int = REPAIR
                 raise
             text, complaints = error.reply, [_complaint(None, str(error), "")]
         else:
+            refuse_to_make(protocol.name, protocol.product)
             faults = [finding for finding in examine(protocol, sources.catalog) if finding.severity == "fault"]
             if not faults:
                 return protocol, attempts

@@ -117,10 +117,10 @@ def test_episodes_are_named_by_a_unique_end_of_their_key(folder):
     [
         (("FOLDER",), "name an episode"),
         (("FOLDER", "--episode", "nowhere/1"), "'nowhere/1' not found"),
-        (("FOLDER", "--episode", "x/0", "--seed", "3"), "--seed and --options"),
+        (("FOLDER", "--episode", "x/0", "--seed", "3"), "--seed has no effect on a folder"),
         (("FOLDER", "--episode", "x/0", "--width", "20"), "minimum is 480x270"),
         (("labnav-people", "--episode", "x/0", "--start", "1,2,0"), "--start has no effect on an episode"),
-        (("test-sub_01", "--episode", "1"), "neither"),
+        (("test-sub_01", "--episode", "1"), "--episode has no effect on a layout"),
     ],
 )
 def test_bad_input_is_one_line(folder, tmp_path, capsys, words, message):
