@@ -40,9 +40,7 @@ class OneTask:
         ({"observation": "depth", "sensors": ["goal"]}, "observation"),
         ({"onward": ["touch"]}, "onward"),
         ({"width": 320}, "width"),
-        ({"height": 320, "render_mode": "depth_array"}, "height"),
         ({"quality": "fine"}, "quality"),
-        ({"quality": "fine", "render_mode": "depth_array"}, "quality"),
     ],
 )
 def test_an_argument_that_another_one_replaces_is_refused(arguments, name):

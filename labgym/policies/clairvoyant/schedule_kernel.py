@@ -14,7 +14,7 @@ Times = NDArray[np.float32]
 
 
 class Limits(NamedTuple):
-    """What a step of the program keeps to.
+    """Limits of a step of the program.
 
     Attributes:
         apart, close: squares of the distances within which the robot may not move, and is near people, m2.
