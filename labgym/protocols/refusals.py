@@ -230,7 +230,7 @@ def refuse_product(text: str, reagents: Iterable[tuple[int, int]] = ()) -> None:
 
 
 def refuse_structure(smiles: str) -> None:
-    """Raise an error if a structure must not be made; what is no valid SMILES is not judged.
+    """Raise an error if a structure must not be made; an invalid SMILES is not judged.
 
     Without RDKit (extra `chem`) no structure is judged.
 

@@ -1,4 +1,4 @@
-"""Requests for what is dangerous, impossible or without sense are refused; ordinary ones are written."""
+"""Dangerous, impossible and senseless requests are refused; ordinary ones are written."""
 
 from __future__ import annotations
 

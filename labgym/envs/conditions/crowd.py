@@ -115,19 +115,17 @@ class Crowd:
     def _preferred(self) -> Array:
         """Return the velocities that people would have alone, (n, 2) m/s, and change what they are about."""
         preferred = np.empty((len(self.stops), 2))
-        first, planned = intend(self._people, preferred, 0, False, self.speed, 2.0), True
+        first = intend(self._people, preferred, 0, False, self.speed, 2.0)
         while first < len(self.stops):
             self._plan(first)
-            first = intend(self._people, preferred, first, planned, self.speed, 2.0)
+            first = intend(self._people, preferred, first, True, self.speed, 2.0)
         return preferred
 
     def _by_avoidance(self, preferred: Array, robot: Disc | None, rest: float) -> Array:
         """Return the next velocities of the people by ORCA, (n, 2) m/s."""
-        avoids = np.array(self.yields, dtype=np.bool_)
+        avoids = np.array(self.yields, dtype=np.bool_) | (rest >= REST)
         if robot is None:
             avoids[:], robot, rest = False, Disc(0.0, 0.0, 0.0, 0.0, 0.0), 0.0
-        elif rest >= REST:
-            avoids[:] = True
         x, y, vx, vy, radius = map(float, robot)
         seen = Robot(x, y, vx, vy, radius, 1.0 if rest >= REST else 0.5, rest > 0.0)
         walkers = self._people.walkers

@@ -20,7 +20,6 @@ from labgym.layouts.repairs.rank import State
 from labgym.layouts.repairs.safeguards import faults_of
 from labgym.layouts.rules.presence import missing_assets
 from labgym.layouts.rules.safety.rooms import Lacking, lacking_equipment
-from labgym.layouts.rules.safety.site import Site
 from labgym.layouts.rules.storage import STORAGE_CLASSES
 from labgym.layouts.rules.touchstone2.assessment import Assessment2
 from labgym.layouts.rules.touchstone2.equipment import missing_equipment
@@ -135,8 +134,8 @@ def _candidates(state: State, asset: Asset) -> Iterator[Layout]:
 
 def _in_room(state: State, lacking: Lacking) -> Iterator[Layout]:
     """Yield layouts with equipment that a room lacks on the walls, or at all berths, of the room."""
-    layout, asset = state.layout, state.layout.catalog.get(lacking.asset)
-    site = Site.of(state.assessment.arrangement, state.protocol)
+    assert isinstance(state.assessment, Assessment2)
+    layout, asset, site = state.layout, state.layout.catalog.get(lacking.asset), state.assessment.site
     if asset.placing == WALL:
         for height in heights(site, asset, lacking):
             yield from hung(layout, site, asset, lacking, height, state.protocol)

@@ -32,6 +32,9 @@ _OTHER_UNITS = frozenset(
     {"a", "m", "mm", "n", "mn", "x", "eq", "equiv", "equivs", "wt", "vol", "rpm", "ppm", "cat", "aq"}
 )
 """Abbreviations after numbers that are no amounts, such as those of concentrations and equivalents."""
+_KNOWN_UNITS = _OTHER_UNITS.union(
+    spelling.lower() for units in UNITS.values() for spellings in units.values() for spelling in spellings
+)
 
 
 class Vocabulary(Document):
@@ -78,11 +81,10 @@ def unmeasured(text: str) -> tuple[str, ...]:
 
 def unknown_measures(text: str) -> tuple[str, ...]:
     """Return the quantities in units that are not known, as written: "5 V", "3 furlongs"."""
-    known = {spelling.lower() for units in UNITS.values() for spellings in units.values() for spelling in spellings}
     return tuple(
         match[1]
         for match in _MEASURE.finditer(text)
-        if match[2].lower() not in known | _OTHER_UNITS and (len(match[2]) == 1 or not is_ordinary(match[2]))
+        if match[2].lower() not in _KNOWN_UNITS and (len(match[2]) == 1 or not is_ordinary(match[2]))
     )
 
 

@@ -51,7 +51,11 @@ def _water_points(site: Site) -> list[tuple[str, str, OrientedBox]]:
 def _near(
     site: Site, places: Sequence[tuple[int, str, str]], sources: Sequence[tuple[str, str, OrientedBox]]
 ) -> Iterator[Finding]:
-    """Yield what is too near to a source of water; places are rows, what each does, and what to move."""
+    """Yield the findings of places that are too near to a source of water.
+
+    Args:
+        places: rows of objects, each with what is done there and what to move.
+    """
     if not places or not sources:
         return
     gaps = site.plan_gaps([row for row, _, _ in places], BoxArray.of([box for _, _, box in sources]))
