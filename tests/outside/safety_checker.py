@@ -67,8 +67,11 @@ LOOSE = {
     "gas_cylinder",
 }
 """Subtypes of floor objects that people push or carry: they may stand askew."""
-PERSON_M, CELL_M, GRID_EXCESS = 0.25, 0.1, 1.03
-"""Half the width of a walking person, side of a grid cell, and how much ways over 16 neighbors overstate at most."""
+PERSON_M, CELL_M, GRID_EXCESS = 0.25, 0.05, 1.03
+"""Half the width of a walking person, side of a grid cell, and how much ways over 16 neighbors overstate at most.
+
+People are narrower by 0.8 cells on each side, so that a way just as wide as they are holds cells that touch.
+"""
 ENTRY_M = 0.9
 """Cells this near to a door or a passage are where people come in."""
 HEADROOM_M = 2.0
@@ -192,7 +195,7 @@ class Laboratory:
         walls = [
             b.polygon for b in self.plan.building if b.z0 < HEADROOM_M and not (doors and b.owner.endswith(leaves))
         ]
-        blocked = shapely.union_all([*standing, *walls]).buffer(PERSON_M - 0.02)
+        blocked = shapely.union_all([*standing, *walls]).buffer(PERSON_M - 0.8 * CELL_M)
         free = domain.difference(blocked)
         shapely.prepare(free)
         points = self._grid[0]
