@@ -282,7 +282,7 @@ def test_a_cabinet_in_the_doorway_fails_the_check_without_a_violation(call, tmp_
     layout = Layout(id="lab", floor=floor, placements=())
     layout.save("clear.json")
     layout.replace(placements=(cabinet,)).save("blocked.json")
-    version = ("--metrics", "touchstone-v1")
+    version = ("--rules", "paper")
     assert call("score", "clear.json", "--check", *version)[0] == 0
     code, out, _ = call("score", "blocked.json", "--check", *version)
     assert code == 1

@@ -12,7 +12,7 @@ def test_a_laboratory_without_reagents_gets_them_and_its_file_stays(call, tmp_pa
     path = tmp_path / "lab.json"
     island_laboratory().save(path)
     written = path.read_bytes()
-    code, _, err = call("repair", path, "--metrics", "touchstone-v1", "--out", tmp_path / "first.json")
+    code, _, err = call("repair", path, "--rules", "paper", "--out", tmp_path / "first.json")
     assert (code, err.count("\n"), "add a shower" in err) == (1, 1, True)
     code, out, err = call("repair", path)
     assert (code, err) == (0, "")

@@ -20,7 +20,7 @@ from labgym.layouts.repairs.furniture import flush
 from labgym.layouts.repairs.rank import State
 from labgym.layouts.repairs.reinsertion import reinserted
 from labgym.layouts.repairs.resettling import lying
-from labgym.layouts.rules import thresholds
+from labgym.layouts.rules import rule_set, thresholds
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.egress import blocked_places
 from labgym.layouts.rules.objective import evaluate_layout
@@ -28,7 +28,7 @@ from labgym.layouts.settling import free_spots, homes
 from labgym.paper.damage import damaged
 from labgym.paper.spoiling import SPOILINGS
 
-SECOND = thresholds.profile("default", "touchstone-v2")
+SECOND = rule_set("touchstone")
 
 
 @pytest.fixture(scope="module")
@@ -185,7 +185,7 @@ def test_a_vessel_returns_to_its_hood_under_touchstone_2(room):
     vessel = next(p.id for p in room.placements if p.asset == "GraduatedCylinder" and p.support.startswith("FumeHood"))
     spoilt = apply(room, Settle(vessel, "PreparationBench_1", 0, 0.0, 0.0))
     assert room.asset(repair_layout(spoilt).layout.root(vessel).id).subtype == "workbench"
-    result = repair_layout(spoilt, profile=SECOND)
+    result = repair_layout(spoilt, rules=SECOND)
     assert result.problems == ()
     assert room.asset(result.layout.root(vessel).id).fume_hood
 
@@ -193,7 +193,7 @@ def test_a_vessel_returns_to_its_hood_under_touchstone_2(room):
 @pytest.mark.parametrize("way", ["no_extinguisher", "bare_necessities", "one_flask_on_floor"])
 def test_safety_equipment_and_glass_are_put_in_place_under_touchstone_2(room, way):
     spoilt = SPOILINGS[way].spoil(room, room.protocol)
-    result = repair_layout(spoilt, profile=SECOND)
+    result = repair_layout(spoilt, rules=SECOND)
     assert result.before.v > 0
     assert result.problems == ()
     assert evaluate_layout(result.layout, room.protocol, SECOND, navigation=True).v == 0

@@ -68,8 +68,8 @@ def test_an_assembled_layout_breaks_no_rule_and_loses_no_score() -> None:
     before, after = (evaluate_layout(layout, None, DEFAULT) for layout in (loose(), made(loose())))
     assert after.v == 0
     assert after.collisions == ()
-    assert len(after.glass) == len(before.glass)
-    assert min(instance.satisfaction for instance in after.glass) == 1.0
+    assert len(after.of("glass")) == len(before.of("glass"))
+    assert min(instance.satisfaction for instance in after.of("glass")) == 1.0
     assert after.fitness >= before.fitness
     assert contacts(made(loose())) == ()
 

@@ -47,7 +47,7 @@ def test_the_damage_raises_the_figure_that_it_should(room, kind):
         figures = {
             "items_stacked": len(after.collisions),
             "items_shoved": len(after.out_of_bounds),
-            "reagents_out": sum(instance.satisfaction == 0.0 for instance in after.storage),
+            "reagents_out": sum(instance.satisfaction == 0.0 for instance in after.of("storage")),
             "load_left": len(after.out_of_bounds),
             "furniture_stacked": len(after.collisions),
             "goal_pose": sum(not transition.feasible for transition in after.transitions),

@@ -16,7 +16,7 @@ from labgym.layouts import Layout, Placement, generate
 from labgym.layouts.generate import resolve_request
 from labgym.layouts.placement import FLOOR
 from labgym.layouts.request import Request
-from labgym.layouts.rules import thresholds
+from labgym.layouts.rules import rule_set
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.presence import resolved
 from labgym.layouts.rules.storage import in_own_class
@@ -129,7 +129,7 @@ def round_positions(layout: Layout, _: Assessment) -> bool:
 
 
 def near_hazards(_: Layout, assessment: Assessment) -> bool:
-    return any(i.satisfaction < 1.0 for i in (*assessment.flammable, *assessment.incompatible))
+    return any(i.satisfaction < 1.0 for i in (*assessment.of("flammable"), *assessment.of("incompatible")))
 
 
 def left_out(layout: Layout, _: Assessment) -> bool:
@@ -141,7 +141,7 @@ def wrong_cabinet(layout: Layout, assessment: Assessment) -> bool:
 
 
 def dangerous_glass(_: Layout, assessment: Assessment) -> bool:
-    return any(instance.satisfaction < 0.5 for instance in assessment.glass)
+    return any(instance.satisfaction < 0.5 for instance in assessment.of("glass"))
 
 
 FAULTS: dict[str, Callable[[Layout, Assessment], bool]] = {
@@ -252,7 +252,7 @@ def test_the_published_rates_are_the_assumed_ones_times_the_factors() -> None:
 
 
 def test_under_touchstone_2_the_safety_equipment_is_added_that_a_proposal_lacks() -> None:
-    second = thresholds.profile("default", "touchstone-v2")
+    second = rule_set("touchstone")
     assert missing_kinds(generate("red_02", 0, proposer="sampler"))
     assert not missing_kinds(generate("red_02", 0, profile=second, proposer="sampler"))
 

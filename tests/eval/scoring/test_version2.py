@@ -1,4 +1,4 @@
-"""Reports under touchstone-v2: chosen by name, read back, pooled over drives; version 1 keeps its bytes."""
+"""Reports under the rule set `touchstone`: chosen by name, read back, pooled over drives; version 1 keeps its bytes."""
 
 from __future__ import annotations
 
@@ -11,31 +11,31 @@ from labgym.cli import main
 from labgym.errors import UnknownNameError
 from labgym.eval import aggregate, score
 from labgym.eval.reports.tables import layout_table
-from labgym.eval.scoring.layout_report import LayoutReport2, parse_report
+from labgym.eval.scoring.layout_report import LayoutReport, parse_report
 from labgym.eval.scoring.many import read_scores, score_layouts
 from labgym.eval.scoring.version2 import HEADLINE
 from labgym.layouts import load_published
 from labgym.layouts.moves import Place, apply
-from labgym.layouts.rules.thresholds import profile
+from labgym.layouts.rules import rule_set
 
 
 @pytest.fixture(scope="module")
-def report() -> LayoutReport2:
-    found = score(published_in_order(), contacts=False, metrics="touchstone-v2")
-    assert isinstance(found, LayoutReport2)
+def report() -> LayoutReport:
+    found = score(published_in_order(), contacts=False, rules="touchstone")
+    assert isinstance(found, LayoutReport)
     return found
 
 
-def test_the_version_is_chosen_by_name_or_by_the_profile(report: LayoutReport2) -> None:
+def test_the_version_is_chosen_by_name_or_by_the_profile(report: LayoutReport) -> None:
     layout = published_in_order()
     assert report.version == "touchstone-v2"
     assert score(layout, contacts=False).version == "touchstone-v1"
-    assert score(layout, profile=profile("default", "touchstone-v2"), contacts=False) == report
+    assert score(layout, profile=rule_set("touchstone"), contacts=False) == report
     with pytest.raises(UnknownNameError, match="touchstone-v2"):
         score(layout, contacts=False, metrics="touchstone-v3")
 
 
-def test_a_layout_in_order_is_full_in_every_headline_figure(report: LayoutReport2) -> None:
+def test_a_layout_in_order_is_full_in_every_headline_figure(report: LayoutReport) -> None:
     best = {"ob": 0, "cn": 0, "v": 0, "s_phys": 35.0, "s_chem": 35.0}
     values = {name: getattr(report, name) for name in HEADLINE}
     # Advice on planning may be left: two islands are 0.08 m out of line.
@@ -48,28 +48,28 @@ def test_a_layout_in_order_is_full_in_every_headline_figure(report: LayoutReport
     assert set(report.regulations) == {"US", "EN", "CN"}
 
 
-def test_a_report_reads_back_as_its_version(report: LayoutReport2) -> None:
+def test_a_report_reads_back_as_its_version(report: LayoutReport) -> None:
     assert parse_report(json.loads(json.dumps(report.to_json()))) == report
-    first = score(load_published("test", "test-cyc_02"), contacts=False, metrics="touchstone-v1")
+    first = score(load_published("test", "test-cyc_02"), contacts=False, rules="paper")
     assert parse_report(first.to_json()) == first
-    assert not isinstance(parse_report(first.to_json()), LayoutReport2)
+    assert not isinstance(parse_report(first.to_json()), LayoutReport)
 
 
 def test_transitions_are_pooled_over_layouts() -> None:
     whole = island_laboratory()
     blocked = apply(whole, Place("IslandBench1800_1", 2.0, 4.2, 0.0))
-    reports = [score(one, contacts=False, metrics="touchstone-v2") for one in (whole, blocked, blocked)]
+    reports = [score(one, contacts=False, rules="touchstone") for one in (whole, blocked, blocked)]
     feasible = sum(round((one.step_nav or 0.0) * one.transitions) for one in reports)
     pooled = feasible / sum(one.transitions for one in reports)
     assert reports[1].step_nav != reports[0].step_nav
     assert aggregate(reports).mean("step_nav") == pytest.approx(pooled)
 
 
-def test_a_table_names_the_version_and_shows_its_columns(report: LayoutReport2) -> None:
+def test_a_table_names_the_version_and_shows_its_columns(report: LayoutReport) -> None:
     text = layout_table(aggregate([report])).text()
     assert "touchstone-v2" in text
     assert all(heading in text for heading in ("Fronts", "Ventilate", "Facility", "Walk, m", "Reach"))
-    first = layout_table(aggregate([score(island_laboratory(), contacts=False, metrics="touchstone-v1")])).text()
+    first = layout_table(aggregate([score(island_laboratory(), contacts=False, rules="paper")])).text()
     assert "touchstone-v1" in first
     assert "Fronts" not in first
 
@@ -77,12 +77,12 @@ def test_a_table_names_the_version_and_shows_its_columns(report: LayoutReport2) 
 def test_scores_in_a_folder_are_of_one_version(tmp_path: object) -> None:
     folder = f"{tmp_path}/scores"
     layouts = [island_laboratory()]
-    list(score_layouts(lambda: layouts, folder, progress=False, metrics="touchstone-v2"))
+    list(score_layouts(lambda: layouts, folder, progress=False, rules="touchstone"))
     assert [one.version for one in read_scores(folder)] == ["touchstone-v2"]
 
 
 def test_the_command_takes_the_version_and_prints_clauses(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["score", "test-cyc_02", "--metrics", "touchstone-v2"]) == 0
+    assert main(["score", "test-cyc_02", "--rules", "touchstone"]) == 0
     assert "touchstone-v2" in capsys.readouterr().out
     assert main(["score", "test-cyc_02", "--regulations", "CN"]) == 0
     out = capsys.readouterr().out

@@ -66,7 +66,7 @@ def test_a_row_has_the_scores_of_its_layout(folder, rows):
         for name in ("ob", "cn", "asset", "step_nav", "flam", "glass"):
             assert row.metrics[name] == pytest.approx(getattr(report, name))
         assert row.metrics["gated_glass"] == pytest.approx(report.asset * report.glass)
-        second = score(layout, PROTOCOL, metrics="touchstone-v2")
+        second = score(layout, PROTOCOL, rules="touchstone")
         assert (row.metrics_2["v"], row.metrics_2["facility"]) == (second.v, pytest.approx(second.facility))
     assert rows[0].v > 0
     assert rows[1].valid
@@ -223,8 +223,8 @@ def test_without_annotations_no_rule_of_chemistry_applies(folder, rows, metrics)
     layout = Layout.load(folder / rows[0].file)
     request = resolve_request(PROTOCOL, 7, "bay", limits("default", metrics), None, ())
     known = evaluate_layout(layout, PROTOCOL, request.profile)
-    assert known.storage
-    assert known.glass
+    assert known.of("storage")
+    assert known.of("glass")
     blind = blindfolded(request, "annotations")
     bare = layout.replace(catalog=blind.catalog)
     relations = {"near", "ventilation"}  # Of the protocol, which is known.

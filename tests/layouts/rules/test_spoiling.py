@@ -1,4 +1,4 @@
-"""Ways to spoil a layout: each worsens the headline figures of touchstone-v2 that it names, on two families."""
+"""Ways to spoil a layout: each worsens the headline figures of the rule set `touchstone` that it names, on two families."""
 
 from __future__ import annotations
 
@@ -9,9 +9,8 @@ import pytest
 from laboratories import published_in_order
 
 from labgym.layouts import Layout, generate
-from labgym.layouts.rules import evaluate_layout
+from labgym.layouts.rules import Assessment, evaluate_layout
 from labgym.layouts.rules.satisfaction import mean, worst_mean
-from labgym.layouts.rules.touchstone2.assessment import Assessment2
 from labgym.paper.damage import KINDS, damaged
 from labgym.paper.spoiling import SPOILINGS
 
@@ -19,7 +18,7 @@ LESS_IS_BETTER = {"ob", "cn", "v"}
 PASSED_VERSION_1 = (
     "sink_in_door", "bare_necessities", "wrong_cabinets", "cabinet_faces_wall", "stools_in_doors", "no_extinguisher",
 )  # fmt: skip
-"""Spoilt layouts with the v and F of the untouched one under touchstone-v1."""
+"""Spoilt layouts with the v and F of the untouched one under the rule set `paper`."""
 
 
 WITH_WAYS = {"prot_nav", "door_nav", "facility"}
@@ -31,26 +30,26 @@ class Case:
     """An untouched layout and its assessments without and with ways."""
 
     layout: Layout
-    without_ways: Assessment2
-    with_ways: Assessment2
+    without_ways: Assessment
+    with_ways: Assessment
 
 
-def assess(layout: Layout, ways: bool) -> Assessment2:
-    assessment = evaluate_layout(layout, layout.protocol, navigation=ways, metrics="touchstone-v2")
-    assert isinstance(assessment, Assessment2)
+def assess(layout: Layout, ways: bool) -> Assessment:
+    assessment = evaluate_layout(layout, layout.protocol, navigation=ways, rules="touchstone")
+    assert isinstance(assessment, Assessment)
     return assessment
 
 
-def figure(assessment: Assessment2, name: str) -> float | None:
+def figure(assessment: Assessment, name: str) -> float | None:
     """A headline figure, computed from the assessment."""
-    drives = (*(assessment.transitions or ()), *(assessment.entries or ()))
-    entries = assessment.entries or ()
+    drives = (*(assessment.transitions or ()), *((assessment.driven or {})["entries"]))
+    entries = (assessment.driven or {})["entries"]
     lists = {
-        "store": assessment.storage,
-        "glass": assessment.glass,
-        "fronts": assessment.fronts,
-        "near": assessment.near,
-        "ventilate": assessment.ventilation,
+        "store": assessment.of("storage"),
+        "glass": assessment.of("glass"),
+        "fronts": assessment.of("front"),
+        "near": assessment.of("near"),
+        "ventilate": assessment.of("ventilation"),
     }
     if name in lists:
         return mean(lists[name])
@@ -63,9 +62,9 @@ def figure(assessment: Assessment2, name: str) -> float | None:
         "safety": lambda: 1.0 - len(assessment.unequipped) / len(assessment.equipment),
         "prot_nav": lambda: float(all(drive.feasible for drive in drives)),
         "door_nav": lambda: sum(drive.feasible for drive in entries) / len(entries),
-        "flam": lambda: worst_mean(assessment.flammable),
-        "incomp": lambda: worst_mean(assessment.incompatible),
-        "facility": lambda: assessment.facility.total,
+        "flam": lambda: worst_mean(assessment.of("flammable")),
+        "incomp": lambda: worst_mean(assessment.of("incompatible")),
+        "facility": lambda: assessment.facility_score,
         "reach": lambda: assessment.reach,
     }[name]()
 
