@@ -1,4 +1,4 @@
-"""Repair under the rule set `touchstone` cures what makes a laboratory unsafe, as a checker that shares no code with it finds."""
+"""Repair cures what makes a laboratory unsafe, as a checker that shares no code with it finds."""
 
 from __future__ import annotations
 

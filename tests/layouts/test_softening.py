@@ -206,4 +206,4 @@ def test_pieces_that_the_protocol_requires_stay() -> None:
 
 def test_touchstone_1_has_no_limit_of_optional_pieces() -> None:
     layout = orderly_laboratory(*BOARDS)
-    assert list(without_surplus(State.of(layout, layout.protocol, "default"))) == []
+    assert list(without_surplus(State.of(layout, layout.protocol, "paper"))) == []

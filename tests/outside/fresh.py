@@ -1,7 +1,7 @@
 """Furnishes fresh rooms and floors, and counts what breaks rules: PYTHONPATH=tests python -m outside.fresh --out ROWS.
 
 Every preset, sizes of rooms, every family, all protocols and combinations of them occur; every third request has a
-protocol with water-reactive reagents. A row of the output is one request: CPU time, and what breaks touchstone-v2.
+protocol with water-reactive reagents. A row of the output is one request: CPU time, and which rules it breaks.
 """
 
 from __future__ import annotations

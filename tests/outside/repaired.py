@@ -125,7 +125,7 @@ def case(k: int, seed: int, paths: list[Path]) -> dict[str, Any]:
     profile = rule_set("touchstone")
     kind, name, sound, harmed = spoilt(k, seed, paths)
     start = time.process_time()
-    result = repair_layout(harmed, profile=profile)
+    result = repair_layout(harmed, profile=profile, rules="paper")
     seconds = time.process_time() - start
     after = result.layout
     judged = evaluate_layout(after, combination(after.protocols, after.catalog), profile, navigation=True)

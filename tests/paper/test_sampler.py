@@ -42,7 +42,7 @@ def proposal(protocol: str, **rates: float) -> tuple[Layout, Assessment]:
     """A proposal in the preset `bay` with a fixed rack where the hood usually stands, and its assessment."""
     asked = request(protocol, fixed=(PILLAR,))
     layout = SamplerProposer(Rates(**rates)).propose(asked)
-    return layout, evaluate_layout(layout, asked.protocol, navigation=True)
+    return layout, evaluate_layout(layout, asked.protocol, navigation=True, rules="paper")
 
 
 def outline(layout: Layout, each: str) -> Polygon:
@@ -176,7 +176,9 @@ def test_every_kind_of_error_has_a_test() -> None:
 @pytest.mark.parametrize("protocol", sorted(protocols()))
 def test_without_errors_the_layout_of_every_protocol_is_flawless(protocol: str) -> None:
     asked = request(protocol)
-    assessment = evaluate_layout(SamplerProposer(Rates()).propose(asked), asked.protocol, navigation=True)
+    assessment = evaluate_layout(
+        SamplerProposer(Rates()).propose(asked), asked.protocol, navigation=True, rules="paper"
+    )
     assert assessment.v == 0
     assert assessment.missing == ()
 

@@ -66,8 +66,7 @@ def score(
 def _report(assessment: Assessment, contacts: bool) -> LayoutReport:
     layout, target, rules = assessment.arrangement.layout, assessment.protocol, assessment.rules
     scores = {term.metric: term.score(assessment.of(term.name)) for term in rules.terms}
-    driven = assessment.driven or {}
-    shares = {rule.metric: _feasible(driven.get(rule.name, ())) for rule in rules.drives}
+    shares = {rule.metric: _feasible(assessment.drives_of(rule.name)) for rule in rules.drives}
     asset = None if assessment.missing is None else int(not assessment.lacking)
     physical = _physical(assessment)
     s_chem = _chemical_points([scores[term.metric] for term in rules.terms if term.chemical])
@@ -101,7 +100,7 @@ def _report(assessment: Assessment, contacts: bool) -> LayoutReport:
         total_with_proxy=None if s_chem is None else physical.total + s_chem + proxy.total,
         violations=tuple(ReportedViolation(**asdict(violation)) for violation in assessment.violations.items),
         warnings=assessment.issues,
-        **{**scores, **shares, **{name: len(own) for name, own in driven.items()}, **figures},
+        **{**scores, **shares, **{rule.name: len(assessment.drives_of(rule.name)) for rule in rules.drives}, **figures},
     )
 
 

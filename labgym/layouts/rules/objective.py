@@ -133,6 +133,10 @@ class Assessment:
         """The protocol's transitions; None without navigation or without a protocol."""
         return None if self.driven is None else self.driven["transitions"]
 
+    def drives_of(self, rule: str) -> tuple[Transition, ...]:
+        """Return the verdicts on the drives of a rule; empty without navigation or without a protocol."""
+        return () if self.driven is None else self.driven.get(rule, ())
+
     @cached_property
     def drives(self) -> tuple[Transition, ...]:
         """All drives that count in v(L); empty without navigation."""

@@ -31,7 +31,7 @@ def folder(tmp_path_factory) -> Path:
 
 @pytest.fixture(scope="module")
 def alone(folder):
-    return {name: score(load_published("test", name)) for name in NAMES}
+    return {name: score(load_published("test", name), rules="paper") for name in NAMES}
 
 
 @pytest.mark.parametrize("workers", [1, 2])

@@ -59,7 +59,7 @@ def lab(*changed: Placement, without: tuple[str, ...] = (), room: Room | None = 
 
 
 def report(layout: Layout, profile: str = "default") -> LayoutReport:
-    return score(layout, PROTOCOL, profile, contacts=False, rules="paper")
+    return score(layout, PROTOCOL, "paper", profile, contacts=False)
 
 
 def test_the_clean_laboratory_is_perfect() -> None:
@@ -218,13 +218,13 @@ def test_the_protocol_may_be_given_by_id_or_named_by_the_layout() -> None:
 
 def test_bad_arguments_name_what_exists() -> None:
     with pytest.raises(UnknownNameError, match="profile 'loose' not found"):
-        score(lab(), PROTOCOL, "loose")
+        score(lab(), PROTOCOL, profile="loose", rules="paper")
     with pytest.raises(UnknownNameError, match=r"protocol \(an id or a \.json file\) 'nonsense' not found"):
-        score(lab(), "nonsense")
+        score(lab(), "nonsense", rules="paper")
     with pytest.raises(DocumentError, match=r"field placements.\d+.asset: asset 'NoSuchThing' not found"):
-        score(lab(put("x", "NoSuchThing", 1.0, 1.0)), PROTOCOL)
+        score(lab(put("x", "NoSuchThing", 1.0, 1.0)), PROTOCOL, rules="paper")
     with pytest.raises(LabgymError, match="slot 3 of 'bench'"):
-        score(lab(put("jack", "LabJack", 7.6, 3.4, 0.9, on="bench", slot=3)), PROTOCOL)
+        score(lab(put("jack", "LabJack", 7.6, 3.4, 0.9, on="bench", slot=3)), PROTOCOL, rules="paper")
 
 
 def test_a_report_and_a_summary_survive_the_disk(tmp_path: Path) -> None:

@@ -39,7 +39,7 @@ def test_neighboring_places_share_a_space_and_flammables_keep_from_the_heat_of_o
         assert all(Polygon(layout.box(item).corners()).distance(hot) >= 1.0 for item in inside)
 
 
-def test_floors_of_several_protocols_have_no_violation_of_touchstone_2(layout):
+def test_floors_of_several_protocols_have_no_violation_(layout):
     limits = rule_set("touchstone")
     for protocol in layout.protocols:
         assessment = evaluate_layout(layout, protocol, limits)

@@ -1,4 +1,4 @@
-"""Five kinds of faults drawn at random: none passes touchstone-v2, and each is real by measures of shapely."""
+"""Five kinds of faults drawn at random: none passes `touchstone`, and each is real by measures of shapely."""
 
 from __future__ import annotations
 

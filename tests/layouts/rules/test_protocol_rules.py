@@ -1,4 +1,4 @@
-"""touchstone-v2 by hand: supports, glass on the floor, storage classes, near, ventilation, handling, reach, walks."""
+"""`touchstone` by hand: supports, glass on the floor, storage classes, near, ventilation, handling, reach, walks."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from laboratories import orderly_laboratory as laboratory
 from laboratories import put
 
 from labgym.layouts import Door, Placement, Room
-from labgym.layouts.rules import Assessment, evaluate_layout
+from labgym.layouts.rules import Assessment, evaluate_layout, rule_set
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.reach import ARM_REACH, SHOULDER_HEIGHT, item_reaches
 from labgym.layouts.rules.workflow import walking_distance
@@ -37,7 +37,7 @@ def kinds(assessment: Assessment) -> dict[str, int]:
 def test_a_laboratory_in_order_has_no_violation_and_full_fitness() -> None:
     clean = assess(navigation=True)
     assert (kinds(clean), clean.fitness, clean.perfect) == ({}, 1.0, True)
-    assert len((clean.driven or {})["entries"]) == 2
+    assert len(clean.drives_of("entries")) == 2
     assert all(value == 1.0 for value in clean.facility.values())
 
 
@@ -50,11 +50,11 @@ WRONG_SUPPORTS = {
 
 
 @pytest.mark.parametrize("placement", WRONG_SUPPORTS.values(), ids=WRONG_SUPPORTS)
-def test_the_wrong_kind_of_support_is_out_of_bounds_in_version_2_only(placement: Placement) -> None:
+def test_the_wrong_kind_of_support_is_out_of_bounds_under_touchstone_only(placement: Placement) -> None:
     assessment = assess(placement)
     assert assessment.out_of_bounds == {placement.id}
     assert "belongs" in assessment.violations.of("bounds")[0].message
-    assert not evaluate_layout(laboratory(placement), PROTOCOL).out_of_bounds
+    assert not evaluate_layout(laboratory(placement), PROTOCOL, "paper").out_of_bounds
 
 
 def test_portable_equipment_may_stand_on_furniture_and_a_cylinder_on_the_floor() -> None:
@@ -65,7 +65,7 @@ def test_portable_equipment_may_stand_on_furniture_and_a_cylinder_on_the_floor()
 def test_glass_on_the_floor_scores_0_and_so_does_glass_on_what_fell() -> None:
     on_floor = assess(put("flask", "RoundBottomFlask", 4.0, 4.0))
     assert [(one.ids, one.satisfaction) for one in on_floor.of("glass")] == [(("flask",), 0.0)]
-    assert evaluate_layout(laboratory(put("flask", "RoundBottomFlask", 4.0, 4.0)), PROTOCOL).glass == ()
+    assert evaluate_layout(laboratory(put("flask", "RoundBottomFlask", 4.0, 4.0)), PROTOCOL, "paper").of("glass") == ()
     stand = put("stand", "AdditionStand", 4.0, 4.0)
     height = laboratory(stand).surface("stand", 0).z0
     on_stand = assess(stand, put("flask", "RoundBottomFlask", 4.0, 4.0, height, on="stand", slot=0))
@@ -160,7 +160,7 @@ def test_hazardous_reagents_call_for_a_shower_an_eyewash_a_hand_wash_sink_and_a_
 def test_stools_before_the_doors_stop_the_robot_but_are_no_egress_issue() -> None:
     stools = [put(f"stool{k}", "LabStool", x, 0.45) for k, x in enumerate((1.2, 6.0))]
     assessment = assess(*stools, navigation=True)
-    assert [drive.feasible for drive in (assessment.driven or {})["entries"]] == [False, False]
+    assert [drive.feasible for drive in assessment.drives_of("entries")] == [False, False]
     assert [drive.feasible for drive in assessment.transitions or ()] == [True]
     assert kinds(assessment) == {"navigation": 2, "facility": 2}
     assert {issue.rule for issue in assessment.issues} == {"door_area"}
@@ -169,7 +169,7 @@ def test_stools_before_the_doors_stop_the_robot_but_are_no_egress_issue() -> Non
 def test_a_missing_second_exit_is_a_warning_and_hard_under_the_profile_code() -> None:
     floor = Room(width=8.0, depth=8.0, doors=(Door(wall="front", offset=1.2),)).floor
     layout = laboratory().replace(floor=floor)
-    default, code = (evaluate_layout(layout, PROTOCOL, name, rules="touchstone") for name in ("default", "code"))
+    default, code = (evaluate_layout(layout, PROTOCOL, rule_set(profile=name)) for name in ("default", "code"))
     assert (default.v, code.v) == (0, 1)
     assert "only one exit" in code.violations.of("facility")[0].message
 
@@ -216,8 +216,8 @@ def test_tie_breakers_prefer_the_shorter_walk_only_when_asked() -> None:
     )
     near, far = assess(), assess(*moved)
     assert not near.better_than(far)
-    profile = replace(near.profile, tie_breakers=True)
-    near, far = replace(near, profile=profile), replace(far, profile=profile)
+    rules = replace(near.rules, tie_breakers=True)
+    near, far = replace(near, rules=rules), replace(far, rules=rules)
     assert (near.cost, near.fitness, near.reach) == (far.cost, far.fitness, far.reach)
     assert near.better_than(far)
     assert not far.better_than(near)

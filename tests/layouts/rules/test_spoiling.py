@@ -1,4 +1,4 @@
-"""Ways to spoil a layout: each worsens the headline figures of the rule set `touchstone` that it names, on two families."""
+"""Ways to spoil a layout: each worsens the headline figures that it names, on two families."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from labgym.paper.damage import KINDS, damaged
 from labgym.paper.spoiling import SPOILINGS
 
 LESS_IS_BETTER = {"ob", "cn", "v"}
-PASSED_VERSION_1 = (
+PASSED_PAPER = (
     "sink_in_door", "bare_necessities", "wrong_cabinets", "cabinet_faces_wall", "stools_in_doors", "no_extinguisher",
 )  # fmt: skip
 """Spoilt layouts with the v and F of the untouched one under the rule set `paper`."""
@@ -35,15 +35,13 @@ class Case:
 
 
 def assess(layout: Layout, ways: bool) -> Assessment:
-    assessment = evaluate_layout(layout, layout.protocol, navigation=ways, rules="touchstone")
-    assert isinstance(assessment, Assessment)
-    return assessment
+    return evaluate_layout(layout, layout.protocol, navigation=ways)
 
 
 def figure(assessment: Assessment, name: str) -> float | None:
     """A headline figure, computed from the assessment."""
-    drives = (*(assessment.transitions or ()), *((assessment.driven or {})["entries"]))
-    entries = (assessment.driven or {})["entries"]
+    drives = (*(assessment.transitions or ()), *assessment.drives_of("entries"))
+    entries = assessment.drives_of("entries")
     lists = {
         "store": assessment.of("storage"),
         "glass": assessment.of("glass"),
@@ -102,12 +100,12 @@ def test_every_way_to_spoil_a_layout_worsens_its_headline_figures(cases: dict[st
     assert applied
 
 
-@pytest.mark.parametrize("name", PASSED_VERSION_1)
-def test_some_of_them_pass_version_1_unnoticed(cases: dict[str, Case], name: str) -> None:
+@pytest.mark.parametrize("name", PASSED_PAPER)
+def test_some_of_them_pass_the_rule_set_paper_unnoticed(cases: dict[str, Case], name: str) -> None:
     layout = cases["room"].layout
     assert layout.protocol is not None
     spoilt = SPOILINGS[name].spoil(layout, layout.protocol)
-    before, after = (evaluate_layout(one, layout.protocol, navigation=True) for one in (layout, spoilt))
+    before, after = (evaluate_layout(one, layout.protocol, rules="paper", navigation=True) for one in (layout, spoilt))
     assert (after.v, after.fitness, after.missing) == (before.v, before.fitness, before.missing)
 
 

@@ -63,12 +63,12 @@ def test_drives_from_doors_agree_with_free_space_by_shapely(layout: Layout, bloc
     ]
     free = shapely.difference(room, shapely.union_all(shapes))
     parts = list(getattr(free, "geoms", [free]))
-    for drive in (assessment.driven or {})["entries"]:
+    for drive in assessment.drives_of("entries"):
         assert drive.start is not None
         assert drive.goal is not None
         ends = shapely.Point(drive.start[:2]), shapely.Point(drive.goal[:2])
         assert drive.feasible == any(part.covers(ends[0]) and part.covers(ends[1]) for part in parts)
-    assert all(drive.feasible for drive in (assessment.driven or {})["entries"]) != blocked
+    assert all(drive.feasible for drive in assessment.drives_of("entries")) != blocked
 
 
 def two_rooms(state: str) -> Layout:

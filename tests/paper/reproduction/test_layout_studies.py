@@ -61,7 +61,7 @@ def test_a_row_has_the_scores_of_its_layout(folder, rows):
     for row in rows:
         layout = Layout.load(folder / row.file)
         assert layout.hash == row.hash
-        report = score(layout, PROTOCOL)
+        report = score(layout, PROTOCOL, rules="paper")
         assert (report.v, report.passed) == (row.v, row.valid)
         for name in ("ob", "cn", "asset", "step_nav", "flam", "glass"):
             assert row.metrics[name] == pytest.approx(getattr(report, name))
@@ -185,7 +185,7 @@ def test_a_protocol_without_a_layout_is_a_row(monkeypatch):
 
 def test_a_judge_s_scores_are_in_the_paper_s_columns_and_unusable_answers_leave_them_empty(folder, rows, monkeypatch):
     layout = Layout.load(folder / rows[1].file)
-    report = score(layout, PROTOCOL)
+    report = score(layout, PROTOCOL, rules="paper")
     monkeypatch.setattr(LanguageModel, "from_environment", classmethod(lambda _: nullcontext()))
     monkeypatch.setattr(Judge, "completed", lambda _, one, *__: one.model_copy(update={"real": 7.0}))
     assert report_metrics(cases.judged(report, layout, PROTOCOL, JudgeOptions()))["real"] == 7.0
@@ -222,14 +222,14 @@ def test_without_annotations_the_catalog_has_geometry_alone():
 def test_without_annotations_no_rule_of_chemistry_applies(folder, rows, metrics):
     layout = Layout.load(folder / rows[0].file)
     request = resolve_request(PROTOCOL, 7, "bay", limits("default", metrics), None, ())
-    known = evaluate_layout(layout, PROTOCOL, request.profile)
+    known = evaluate_layout(layout, PROTOCOL, request.rules)
     assert known.of("storage")
     assert known.of("glass")
     blind = blindfolded(request, "annotations")
     bare = layout.replace(catalog=blind.catalog)
     relations = {"near", "ventilation"}  # Of the protocol, which is known.
-    assert {instance.rule for instance in evaluate_layout(bare, PROTOCOL, blind.profile).instances} <= relations
-    assert evaluate_layout(bare, PROTOCOL, request.profile).storage
+    assert {instance.rule for instance in evaluate_layout(bare, PROTOCOL, blind.rules).instances} <= relations
+    assert evaluate_layout(bare, PROTOCOL, request.rules).of("storage")
 
 
 def test_without_the_protocol_its_description_is_all_that_is_left():
