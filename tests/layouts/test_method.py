@@ -61,7 +61,7 @@ def test_a_layout_that_is_kept_names_its_failures_and_warns(kept: Layout, tmp_pa
     with pytest.warns(UnrepairedWarning, match=r"kept with \d+ violations"):
         again = generate(PROTOCOL, 3, proposer=Shaken(), on_failure="keep", **AS_PROPOSED)
     assert again.hash == kept.hash
-    assessment = evaluate_layout(kept, protocols()[PROTOCOL], navigation=True, rules="paper")
+    assessment = evaluate_layout(kept, protocols()[PROTOCOL], navigation=True)
     failures = kept.provenance.options["failures"]
     assert assessment.v > 1
     assert (failures["v"], failures["facility"]) == (assessment.v, len(assessment.errors))

@@ -54,7 +54,7 @@ def test_the_changes_lead_from_the_first_state_to_the_placements_of_the_result(
 def test_the_figures_are_those_of_the_states(recorded: tuple[Layout, Trace]) -> None:
     _, trace = recorded
     for iteration, layout in trace.states():
-        assessment = evaluate_layout(layout, protocols()[PROTOCOL], navigation=True, rules="paper")
+        assessment = evaluate_layout(layout, protocols()[PROTOCOL], navigation=True)
         figures = iteration.figures
         unreachable = sum(not move.feasible for move in assessment.transitions or ())
         assert (figures.v, figures.errors) == (assessment.v, len(assessment.errors))

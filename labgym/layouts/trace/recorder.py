@@ -175,15 +175,10 @@ def _figures(assessment: Assessment) -> Figures:
 
 
 def _faults(assessment: Assessment) -> dict[str, int]:
-    """Return the number of hard violations by kind, and of facility errors."""
-    counts = Counter(instance.rule for instance in assessment.instances if instance.hard)
-    return {
-        "bounds": len(assessment.out_of_bounds),
-        "collision": len(assessment.collisions),
-        **counts,
-        "navigation": _unreachable(assessment),
-        "facility": len(assessment.errors),
-    }
+    """Return the number of hard violations by kind; facility errors are added to those of facility rules."""
+    counts = Counter(violation.kind for violation in assessment.violations.items)
+    counts["facility"] += len(assessment.errors)
+    return counts
 
 
 def _increase(before: Mapping[str, int], after: Mapping[str, int]) -> dict[str, int]:

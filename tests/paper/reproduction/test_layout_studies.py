@@ -19,8 +19,6 @@ from labgym.layouts import Layout
 from labgym.layouts.generate import resolve_request
 from labgym.layouts.method import Method
 from labgym.layouts.rules.objective import evaluate_layout
-from labgym.layouts.rules.thresholds import VERSION, VERSION_2
-from labgym.layouts.rules.thresholds import profile as limits
 from labgym.llm import LanguageModel
 from labgym.llm.errors import LanguageModelError
 from labgym.paper.reproduction import cases
@@ -218,10 +216,10 @@ def test_without_annotations_the_catalog_has_geometry_alone():
         assert asset.size == catalog.get(asset.name).size
 
 
-@pytest.mark.parametrize("metrics", [VERSION, VERSION_2])
-def test_without_annotations_no_rule_of_chemistry_applies(folder, rows, metrics):
+@pytest.mark.parametrize("rules", ["paper", "touchstone"])
+def test_without_annotations_no_rule_of_chemistry_applies(folder, rows, rules):
     layout = Layout.load(folder / rows[0].file)
-    request = resolve_request(PROTOCOL, 7, "bay", limits("default", metrics), None, ())
+    request = resolve_request(PROTOCOL, 7, "bay", None, None, (), rules=rules)
     known = evaluate_layout(layout, PROTOCOL, request.rules)
     assert known.of("storage")
     assert known.of("glass")
