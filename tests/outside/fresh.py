@@ -65,7 +65,7 @@ def main() -> None:
             case, start = request(k), time.process_time()
             row: dict[str, Any] = {"k": k, "seed": arguments.seed + k, **case}
             try:
-                layout = generate(seed=arguments.seed + k, profile=LIMITS, **case)  # as the command does
+                layout = generate(seed=arguments.seed + k, rules=LIMITS, **case)  # as the command does
             except LabgymError as error:
                 row |= {"error": type(error).__name__, "message": str(error)}
                 total[row["error"]] += 1

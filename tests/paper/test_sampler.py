@@ -256,7 +256,7 @@ def test_the_published_rates_are_the_assumed_ones_times_the_factors() -> None:
 def test_under_touchstone_2_the_safety_equipment_is_added_that_a_proposal_lacks() -> None:
     second = rule_set("touchstone")
     assert missing_kinds(generate("red_02", 0, proposer="sampler"))
-    assert not missing_kinds(generate("red_02", 0, profile=second, proposer="sampler"))
+    assert not missing_kinds(generate("red_02", 0, rules=second, proposer="sampler"))
 
 
 def missing_kinds(layout: Layout) -> list[str]:
