@@ -16,7 +16,6 @@ from labgym.layouts import Layout, Placement, generate
 from labgym.layouts.generate import resolve_request
 from labgym.layouts.placement import FLOOR
 from labgym.layouts.request import Request
-from labgym.layouts.rules import rule_set
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.presence import resolved
 from labgym.layouts.rules.storage import in_own_class
@@ -253,10 +252,9 @@ def test_the_published_rates_are_the_assumed_ones_times_the_factors() -> None:
     assert set(published.factors) == set(GROUPS)
 
 
-def test_under_touchstone_2_the_safety_equipment_is_added_that_a_proposal_lacks() -> None:
-    second = rule_set("touchstone")
-    assert missing_kinds(generate("red_02", 0, proposer="sampler"))
-    assert not missing_kinds(generate("red_02", 0, rules=second, proposer="sampler"))
+def test_under_touchstone_the_safety_equipment_is_added_that_a_proposal_lacks() -> None:
+    assert missing_kinds(generate("red_02", 0, rules="paper", proposer="sampler"))
+    assert not missing_kinds(generate("red_02", 0, proposer="sampler"))
 
 
 def missing_kinds(layout: Layout) -> list[str]:
