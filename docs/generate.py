@@ -48,7 +48,6 @@ from labgym.eval.reports.labnav_comparison import LabNavComparison
 from labgym.eval.reports.results import ResultsFolder
 from labgym.eval.reports.run_report import result_tables
 from labgym.eval.reports.tables import leaderboard
-from labgym.eval.scoring.layout_report import LayoutReport2
 from labgym.exchange.inventory import Inventory
 from labgym.layouts import Layout, generate
 from labgym.layouts.clutter import add_clutter
@@ -130,7 +129,6 @@ DOCUMENTS: tuple[type[Document], ...] = (
     Trace,
     Suite,
     LayoutReport,
-    LayoutReport2,
     LayoutSummary,
     NavigationSummary,
     Comparison,

@@ -27,7 +27,7 @@ def put(
 
 
 def published_in_order() -> Layout:
-    """Return a published layout without a violation under touchstone-v2.
+    """Return a published layout without a violation under the rule set `touchstone`.
 
     Generator 1 hung its extinguisher behind the sink bench, which `extinguisher_front` forbids.
     """

@@ -121,7 +121,7 @@ def test_an_unknown_command_or_option_says_what_was_given_and_what_there_is(call
         (("generate", "sub_99"), "sub_99", "sub_01"),
         (("generate", "sub_01", "--room", "ballroom"), "ballroom", "two_exits"),
         (("generate", "sub_01", "--profile", "lax"), "lax", "strict"),
-        (("generate", "sub_01", "--metrics", "touchstone-v3"), "touchstone-v3", "touchstone-v2"),
+        (("generate", "sub_01", "--rules", "fair"), "fair", "paper, touchstone"),
         (("score", NAME[:-1]), NAME[:-1], NAME),
         (("score", NAME, "--profile", "lax"), "lax", "strict"),
         (("view", NAME, "--camera", "ceiling"), "ceiling", "overview"),
@@ -282,7 +282,7 @@ def test_a_cabinet_in_the_doorway_fails_the_check_without_a_violation(call, tmp_
     layout = Layout(id="lab", floor=floor, placements=())
     layout.save("clear.json")
     layout.replace(placements=(cabinet,)).save("blocked.json")
-    version = ("--metrics", "touchstone-v1")
+    version = ("--rules", "paper")
     assert call("score", "clear.json", "--check", *version)[0] == 0
     code, out, _ = call("score", "blocked.json", "--check", *version)
     assert code == 1

@@ -40,7 +40,7 @@ CASES = [
     *((f"generate sub_01 --count 2 --out batch {flag}", flag.split()[0]) for flag in (
         "--explain", "--have a.csv", "--fixed a.csv", "--service water:left", "--trace a.json", "--overwrite")),
     *((f"score {LAYOUT} --regulations US {flag}", flag.split()[0]) for flag in (
-        "--protocol sub_02", "--profile strict", "--metrics touchstone-v1", "--out scores", "--judge strict",
+        "--protocol sub_02", "--profile strict", "--rules paper", "--out scores", "--judge strict",
         "--samples 4", "--fresh", "--workers 2")),
     (f"score {LAYOUT} --fresh", "--fresh"),
     (f"score {LAYOUT} --samples 4", "--samples"),

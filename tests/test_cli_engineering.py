@@ -200,7 +200,7 @@ def test_the_plan_marks_a_cabinet_in_the_doorway(call, tmp_path):
         assert call("view", f"{name}.json", "--out", f"{name}.svg")[0] == 0
     alarm = "#e0002d"
     assert (tmp_path / "bad.svg").read_text().count(alarm) > (tmp_path / "good.svg").read_text().count(alarm)
-    scores = [call("score", f"{name}.json", "--json", "--metrics", "touchstone-v1") for name in ("bad", "good")]
+    scores = [call("score", f"{name}.json", "--json", "--rules", "paper") for name in ("bad", "good")]
     assert [code for code, _, _ in scores] == [0, 0]
     assert json.loads(scores[0][1])["v"] == json.loads(scores[1][1])["v"]
 

@@ -12,13 +12,13 @@ def test_a_laboratory_without_reagents_gets_them_and_its_file_stays(call, tmp_pa
     path = tmp_path / "lab.json"
     island_laboratory().save(path)
     written = path.read_bytes()
-    code, _, err = call("repair", path, "--metrics", "touchstone-v1", "--out", tmp_path / "first.json")
+    code, _, err = call("repair", path, "--rules", "paper", "--out", tmp_path / "first.json")
     assert (code, err.count("\n"), "add a shower" in err) == (1, 1, True)
     code, out, err = call("repair", path)
     assert (code, err) == (0, "")
     assert path.read_bytes() == written
     after = Layout.load(tmp_path / "lab-repaired.json")
-    assessment = evaluate_layout(after, after.protocol, navigation=True)
+    assessment = evaluate_layout(after, after.protocol, navigation=True, rules="paper")
     assert (assessment.cost, assessment.missing) == (0, ())
     added = [placement.id for placement in after.placements if placement.id not in island_laboratory().by_id]
     assert added
@@ -33,8 +33,8 @@ def test_a_building_without_an_exit_fails_under_both_versions(call, tmp_path):
     data = layout.to_json()
     data["floor"]["walls"][wall]["openings"] = []
     Layout.parse(data, "test").save(path)
-    for metrics in ("touchstone-v1", "touchstone-v2"):
-        code, _, err = call("repair", path, "--metrics", metrics, "--out", tmp_path / f"{metrics}.json")
+    for rules in ("paper", "touchstone"):
+        code, _, err = call("repair", path, "--rules", rules, "--out", tmp_path / f"{rules}.json")
         assert code == 1
         assert "no exit for" in err
 
@@ -72,6 +72,6 @@ def test_a_missing_oven_is_added_where_the_protocol_uses_it_and_not_in_the_hood(
     assert [step.location for step in layout.protocol.steps if "DryingOven" in step.uses] == ["DryingStation"]
     gone = {lost} | {placement.id for placement in layout.placements if placement.support == lost}
     damaged = layout.replace(placements=tuple(p for p in layout.placements if p.id not in gone))
-    after = repair_layout(damaged).layout
+    after = repair_layout(damaged, rules="paper").layout
     supports = {p.asset: after.placement(p.support).asset for p in after.placements if p.asset == "DryingOven"}
     assert supports == {"DryingOven": "DryingStation"}

@@ -238,12 +238,12 @@ def layout_score(report: LayoutReport) -> str:
     """Return a layout's metrics, one per line, then missing assets, violations and warnings."""
     from labgym.eval.reports.tables import layout_columns
 
-    columns = [column for column in layout_columns((report.version,)) if column[0] != "v"]
+    columns = [column for column in layout_columns((report.rules,)) if column[0] != "v"]
     facts = [(heading, number(getattr(report, key), digits)) for key, heading, digits in columns]
     extra = [("v", str(report.v)), ("fitness", number(report.fitness, 3)), ("S_phys", f"{report.s_phys:.1f} of 35")]
     extra += [("S_chem", f"{report.s_chem:.1f} of 35")] if report.s_chem is not None else []
     extra += _judged(report)
-    head = f"{report.layout}: {report.version}, profile {report.profile}, protocol {report.protocol or 'none'}"
+    head = f"{report.layout}: rules {report.rules}, profile {report.profile}, protocol {report.protocol or 'none'}"
     lines = [f"missing: {', '.join(report.missing)}"] if report.missing else []
     lines += [f"violation: {item.message}; {item.suggestion}" for item in report.violations]
     lines += [

@@ -27,7 +27,7 @@ from labgym.errors import OptionError
 if TYPE_CHECKING:
     from labgym.layouts import Layout
     from labgym.layouts.rules import Assessment, Violation
-    from labgym.layouts.rules.facility import FacilityIssue
+    from labgym.layouts.rules.rule import FacilityIssue
     from labgym.table import Table
 
 FormatName = Literal["mjcf", "usd", "glb", "dxf", "pdf", "svg", "bom", "ros", "labbuilder"]

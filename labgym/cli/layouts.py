@@ -32,7 +32,7 @@ from labgym.layouts.trace import Recorder
 
 if TYPE_CHECKING:
     from labgym.layouts.holdings import Holdings
-    from labgym.layouts.rules.thresholds import Profile
+    from labgym.layouts.rules import RuleSet
 
 
 @refuses_idle_flags("generate")
@@ -63,7 +63,7 @@ def generate(
     trace: OptionalPath = None,
     facility: bool = True,
     service: Texts = (),
-    metrics: str = "touchstone-v2",
+    rules: str = "touchstone",
     overwrite: Overwrite = False,
 ) -> int:
     """Generate a laboratory for one or more protocols, or with --count many laboratories for each of them.
@@ -110,13 +110,13 @@ def generate(
         trace: A .json file for everything that was tried and every state of the layout; labgym trace draws it.
         facility: Let phase 2 follow facility rules (fronts, door areas, ways out) and repair what fails; --no-facility
             runs the paper's phases, in which only phase 3 considers navigation.
-        metrics: Version of the rules to satisfy: touchstone-v2, under which the safety equipment that a proposal lacks
-            is added, too, or touchstone-v1.
+        rules: Rule set to satisfy: touchstone, under which the safety equipment that a proposal lacks is added, too, or
+            paper.
         overwrite: Replace a layout and a trace that exist with other content. A batch (--count) resumes; see --fresh.
     """
-    from labgym.layouts.rules import thresholds
+    from labgym.layouts.rules import rule_set
 
-    limits = thresholds.profile(profile, metrics)
+    chosen_rules = rule_set(rules, profile)
     method = Method(proposer, optimise, refine, adjuster, dress, "keep" if keep else "raise", zones, facility)
     if count is None:
         layout_path(out or Path(), protocol[0])  # a wrong name is refused before the work
@@ -126,7 +126,7 @@ def generate(
             seed,
             room,
             family,
-            limits,
+            chosen_rules,
             out or Path(),
             explain,
             holdings,
@@ -147,13 +147,13 @@ def generate(
         out,
         seed,
         room,
-        limits,
         shard=shard,
         executor=execution.options(),
         fresh=fresh,
         family=family,
         clutter=clutter,
         method=method,
+        rules=chosen_rules,
     )
     written(out)
     print(batch.summary)
@@ -165,7 +165,7 @@ def _generate_one(
     seed: int,
     room: str | None,
     family: str | None,
-    profile: Profile,
+    rules: RuleSet,
     out: Path,
     explain: bool,
     holdings: Holdings | None,
@@ -188,7 +188,7 @@ def _generate_one(
 
         place, floor = None, with_services(resolve_room(place), service)
     pieces = () if fixed is None else read_fixed(fixed, catalog, remark=_note)
-    request: dict[str, Any] = {"seed": seed, "room": place, "profile": profile, "floor": floor, "family": family}
+    request: dict[str, Any] = {"seed": seed, "room": place, "rules": rules, "floor": floor, "family": family}
     request |= {"catalog": catalog, "fixed": pieces, "holdings": holdings}
     recorder = None if trace is None else Recorder()
     try:

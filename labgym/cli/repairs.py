@@ -19,7 +19,7 @@ def repair(
     layout: LayoutName,
     out: OptionalPath = None,
     profile: str = "default",
-    metrics: str = "touchstone-v2",
+    rules: str = "touchstone",
     protocol: OptionalText = None,
     adjuster: str = "rules",
     trace: OptionalPath = None,
@@ -37,8 +37,8 @@ def repair(
         out: The .json file of the repaired layout; with --overwrite it may be the same file. Default:
             NAME-repaired.json in the current folder.
         profile: Thresholds to satisfy: default, strict, paper or code.
-        metrics: Version of the rules: touchstone-v2, under which vessels also return to their hood, the pieces of an
-            apparatus to each other and wall units to walls, and safety equipment is added, or touchstone-v1.
+        rules: Rule set: touchstone, under which vessels also return to their hood, the pieces of an
+            apparatus to each other and wall units to walls, and safety equipment is added, or paper.
         protocol: Id or .json file of the protocol to repair the layout for; by default all protocols of the layout.
         adjuster: What adjusts the layout where repair by geometry does not help: rules, or llm, the configured language
             model (docs/language-models.md).
@@ -49,14 +49,14 @@ def repair(
     from labgym.envs.tasks import resolve_layout
     from labgym.layouts.adjusters import make_adjuster
     from labgym.layouts.repairs import repair_layout
-    from labgym.layouts.rules import thresholds
+    from labgym.layouts.rules import rule_set
     from labgym.layouts.trace import Recorder
 
     target = layout_path(out if out is not None else Path(f"{Path(layout).stem}-repaired.json"))
     chosen = None if protocol is None else protocols.resolve(protocol)
     recorder = None if trace is None else Recorder()
-    limits = thresholds.profile(profile, metrics)
-    result = repair_layout(resolve_layout(layout), chosen, limits, make_adjuster(adjuster), recorder)
+    chosen_rules = rule_set(rules, profile)
+    result = repair_layout(resolve_layout(layout), chosen, chosen_rules, make_adjuster(adjuster), recorder)
     refuse_other_content(result.layout, target, overwrite)
     for change in result.changes:
         print(f"{change.text} ({change.reason})" if change.reason else change.text)

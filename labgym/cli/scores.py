@@ -30,7 +30,7 @@ def score(
     layout: LayoutNames,
     protocol: OptionalText = None,
     profile: str = "default",
-    metrics: str = "touchstone-v2",
+    rules: str = "touchstone",
     regulations: OptionalText = None,
     as_json: Annotated[bool, arg(name="json")] = False,
     check: bool = False,
@@ -48,7 +48,7 @@ def score(
         layout: A layout's .json file, or the id of a published layout; also several, or folders of layouts.
         protocol: Id or .json file of the protocol to score the layouts for; by default the layout's own.
         profile: Thresholds: default, strict, paper or code.
-        metrics: Version of the definitions: touchstone-v2, or touchstone-v1, the definitions of the paper's columns.
+        rules: Rule set: touchstone, or paper, the definitions of the paper's columns.
         regulations: Print what each clause of a profile says about one layout: US, EN or CN.
         as_json: Print the whole report as JSON; of several layouts the means.
         check: Exit 1 if a layout has a violation or a facility error, or lacks a required asset.
@@ -69,13 +69,13 @@ def score(
     if options is not None:
         LanguageModelConfig.from_environment()  # before anything is computed
     if len(layout) > 1 or out is not None or Path(layout[0]).is_dir():
-        return _score_many(layout, protocol, profile, metrics, as_json, check, out, execution.options(), fresh, options)
+        return _score_many(layout, protocol, profile, rules, as_json, check, out, execution.options(), fresh, options)
     import labgym.eval
     from labgym.cli.describe import layout_score
     from labgym.envs.tasks import resolve_layout
 
     named = resolve_layout(layout[0])
-    report = labgym.eval.score(named, protocol, profile, metrics=metrics)
+    report = labgym.eval.score(named, protocol, rules, profile)
     if options is not None:
         from labgym.eval.scoring.judging.judge import Judge
         from labgym.llm import LanguageModel
@@ -110,7 +110,7 @@ def _score_many(
     names: Sequence[str],
     protocol: str | None,
     profile: str,
-    metrics: str,
+    rules: str,
     as_json: bool,
     check: bool,
     out: Path | None,
@@ -132,7 +132,7 @@ def _score_many(
         return report
 
     reports = score_layouts(
-        lambda: each_layout(names), out, protocol, profile, executor, fresh, metrics=metrics, judge=judge
+        lambda: each_layout(names), out, protocol, profile, executor, fresh, rules=rules, judge=judge
     )
     summary = aggregate(noted(report) for report in reports)
     if as_json:

@@ -20,7 +20,7 @@ from labgym.eval.outside import WrittenPlan, findings
 from labgym.layouts import Layout
 from labgym.layouts.combination import combination
 from labgym.layouts.rules.objective import evaluate_layout
-from labgym.layouts.rules.thresholds import VERSION, VERSION_2
+from labgym.layouts.rules.rule_sets import RULE_SETS
 from labgym.layouts.sealed import COMMITMENT, SEALED, SEALED_FLOORS, read_secret
 from labgym.layouts.splits import publish
 from labgym.navigation import ShortestPaths
@@ -37,16 +37,16 @@ SHORTER = 1e-6
 def faults(layout: Layout, drives: Sequence[SuiteDrive]) -> list[str]:
     """Return what is wrong with a floor and its drives, one sentence each.
 
-    Checked are polygons of the written file (`labgym.eval.outside`), the violations under touchstone-v1 and
-    touchstone-v2 for all of its protocols together, and an exact path of at least 2 m for every drive.
+    Checked are polygons of the written file (`labgym.eval.outside`), the violations under each rule set
+    for all of its protocols together, and an exact path of at least 2 m for every drive.
     """
     written = json.loads(json.dumps(layout.to_json()))
     problems = [f"{one.kind}: {', '.join(one.who)} ({one.value:.4f})" for one in findings(WrittenPlan(written))]
     protocol = combination(layout.protocols, layout.catalog)
-    for metrics in (VERSION, VERSION_2):
-        assessment = evaluate_layout(layout, protocol, navigation=True, metrics=metrics)
+    for rules in RULE_SETS.values():
+        assessment = evaluate_layout(layout, protocol, rules=rules, navigation=True)
         if assessment.v:
-            problems.append(f"{assessment.v} violations under {metrics}")
+            problems.append(f"{assessment.v} violations under {rules.name}")
     paths = ShortestPaths(layout)
     for number, drive in enumerate(drives):
         path = paths.path(drive.start, drive.goal)

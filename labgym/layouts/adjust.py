@@ -84,7 +84,7 @@ class RuleAdjuster:
                 break
             tried.add(command)
             candidate = apply(layout, command)
-            proposed = evaluate_layout(candidate, protocol, assessment.profile)
+            proposed = evaluate_layout(candidate, protocol, assessment.rules)
             better = proposed.better_than(assessment)
             if trace is not None:
                 trace.trial(ADJUST, (command,), assessment, proposed, better)

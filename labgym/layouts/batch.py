@@ -24,6 +24,7 @@ from labgym.layouts.generate import FURNISHER, GENERATOR, generate_assessed, res
 from labgym.layouts.method import DEFAULT, Method
 from labgym.layouts.model import Layout
 from labgym.layouts.request import Request
+from labgym.layouts.rules.rule_sets import TOUCHSTONE, RuleSet
 from labgym.layouts.rules.thresholds import Profile
 from labgym.layouts.sites import at_seed
 from labgym.llm import LanguageModelConfig
@@ -117,7 +118,7 @@ def generate_batch(
     out: str | Path,
     seed: int = 0,
     room: Room | str | Path | None = None,
-    profile: str | Profile = "default",
+    profile: str | Profile | None = None,
     catalog: Catalog | None = None,
     shard: int = PER_SHARD,
     executor: ExecutorOptions | None = None,
@@ -126,6 +127,7 @@ def generate_batch(
     family: str | None = None,
     clutter: int = 0,
     method: Method = DEFAULT,
+    rules: str | RuleSet = TOUCHSTONE,
 ) -> Batch:
     """Generate `count` layouts of each protocol, with the seeds from `seed` on, and write them into a folder.
 
@@ -137,7 +139,7 @@ def generate_batch(
         count: number of layouts of each protocol.
         out: folder of the batch.
         seed: first seed.
-        room, profile, catalog: as `generate`.
+        room, profile, catalog, rules: as `generate`.
         shard: number of layouts in a shard, the unit of work that is resumed, lost and sent to workers.
         executor: where the shards run.
         fresh: move the files of the folder aside and start anew.
@@ -157,7 +159,7 @@ def generate_batch(
     if not (isinstance(method.proposer, str) and isinstance(method.adjuster, str)):
         raise OptionError("a batch needs the names of its proposer and adjuster, which identify it; got an object")
     requests = [
-        resolve_request(protocol, seed, room, profile, catalog, (), family=family, clutter=clutter)
+        resolve_request(protocol, seed, room, profile, catalog, (), family=family, clutter=clutter, rules=rules)
         for protocol in _resolved(protocols)
     ]
     _check(requests, count)
@@ -278,7 +280,7 @@ def _identity(requests: list[Request], count: int, shard: int, method: Method) -
         seed=first.seed,
         room=_place(first),
         profile=first.profile.name,
-        metrics=first.profile.metrics,
+        rules=first.rules.name,
         catalog=first.catalog.digest,
         generator=GENERATOR,
         shard=shard,

@@ -60,7 +60,7 @@ def dress(layout: Layout, before: Assessment, request: Request) -> tuple[Layout,
         dresser = _Dresser(layout, request)
         for stage in dresser.stages:
             stage()
-        after = evaluate_layout(dresser.layout, request.protocol, request.profile, navigation=True, earlier=before)
+        after = evaluate_layout(dresser.layout, request.protocol, request.rules, navigation=True, earlier=before)
         if after.perfect:
             return dresser.layout, after
     return _dress_in_stages(layout, before, request)
@@ -68,16 +68,16 @@ def dress(layout: Layout, before: Assessment, request: Request) -> tuple[Layout,
 
 def _dress_in_stages(layout: Layout, before: Assessment, request: Request) -> tuple[Layout, Assessment]:
     """Dress a layout with a check after each stage; a stage that adds a violation adds its objects one by one."""
-    protocol, profile = request.protocol, request.profile
+    protocol, rules = request.protocol, request.rules
     dresser, after = _Dresser(layout, request), before
     for stage in dresser.stages:
         undressed = dresser.layout
         stage()
-        after = evaluate_layout(dresser.layout, protocol, profile, navigation=True, earlier=after)
+        after = evaluate_layout(dresser.layout, protocol, rules, navigation=True, earlier=after)
         if after.cost > before.cost or after.fitness < before.fitness - 1e-9:
             dresser.layout, dresser.baseline = undressed, before
             stage()
-            after = evaluate_layout(dresser.layout, protocol, profile, navigation=True, earlier=after)
+            after = evaluate_layout(dresser.layout, protocol, rules, navigation=True, earlier=after)
     return dresser.layout, after
 
 
@@ -87,7 +87,7 @@ class _Dresser:
     def __init__(self, layout: Layout, request: Request) -> None:
         self.layout = layout
         self.keepouts = Keepouts.of(layout, request.protocol)
-        self.profile = request.profile
+        self.rules, self.profile = request.rules, request.profile
         self.generator = np.random.default_rng([request.seed, len(layout.placements)])
         self.catalog = request.catalog
         self.furniture = request.furniture
@@ -187,7 +187,7 @@ class _Dresser:
             return
         layout = self.layout.replace(placements=(*self.layout.placements, placement))
         if self.baseline is not None:
-            after = evaluate_layout(layout, self.protocol, self.profile, navigation=True, earlier=self.baseline)
+            after = evaluate_layout(layout, self.protocol, self.rules, navigation=True, earlier=self.baseline)
             if after.cost > self.baseline.cost or after.fitness < self.baseline.fitness - 1e-9:
                 return
         self.layout = layout

@@ -14,7 +14,7 @@ from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.regulations.premises import PERSON
 from labgym.layouts.rules.safety.heights import gases
 from labgym.layouts.rules.safety.rooms import Lacking, lacking_equipment
-from labgym.layouts.rules.safety.site import Site
+from labgym.layouts.rules.site import Site
 from labgym.protocols import Protocol
 
 STEP = 0.05
@@ -30,7 +30,7 @@ def equipped(layout: Layout, request: Request) -> Layout:
 
     Nothing is added where the walls are full, or where nothing may be bought.
     """
-    site, holdings = Site.of(Arrangement.of(layout), request.protocol), request.holdings
+    site, holdings = Site(Arrangement.of(layout), request.protocol), request.holdings
     for one in lacking_equipment(site):
         asset, placed = request.catalog.get(one.asset), [placement.asset for placement in layout.placements]
         if asset.placing != WALL or not (holdings is None or holdings.equips(asset.name, placed)):

@@ -36,8 +36,8 @@ from labgym.layouts.proposers import SOLVER
 from labgym.layouts.provenance import Provenance
 from labgym.layouts.request import Request
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
+from labgym.layouts.rules.rule_sets import TOUCHSTONE, RuleSet, rule_set
 from labgym.layouts.rules.thresholds import Profile
-from labgym.layouts.rules.thresholds import profile as resolve_profile
 from labgym.layouts.sites import resolve_site
 from labgym.layouts.trace import Recorder
 from labgym.layouts.zoning import zoned
@@ -59,7 +59,7 @@ def generate(
     protocol: Protocol | str | Path | Sequence[Protocol | str | Path],
     seed: int = 0,
     room: Room | str | Path | None = None,
-    profile: str | Profile = "default",
+    profile: str | Profile | None = None,
     proposer: str | Proposer | None = None,
     catalog: Catalog | None = None,
     fixed: Iterable[Placement] = (),
@@ -75,6 +75,7 @@ def generate(
     trace: Recorder | None = None,
     zones: bool = False,
     facility: bool = True,
+    rules: str | RuleSet = TOUCHSTONE,
 ) -> Layout:
     """Return a laboratory for one or more protocols: proposed, optimized, refined for navigation, and dressed.
 
@@ -85,7 +86,7 @@ def generate(
         protocol: a protocol, its id in the library, or its .json file; or up to five of them, which share equipment.
         seed: 0 to 2^53 - 1, the integers that JSON represents exactly.
         room: a room, a preset, a size such as "12x9", a room file, or None for the preset "bay" (8 x 8 m, two doors).
-        profile: thresholds to satisfy.
+        profile: thresholds to satisfy; by default those of the rule set.
         proposer: makes the first layout: a name of `labgym.layouts.proposers`, or an object; by default "solver".
         catalog: source of every asset; `Catalog.load()` by default.
         fixed: floor and wall objects that stay where they are, such as a sink or a pillar. One of an asset that the
@@ -105,9 +106,10 @@ def generate(
         trace: records the state after each phase and iteration, and everything that is tried.
         facility: whether the optimization follows the facility rules and clears ways, and a failing layout is repaired.
             If not, the phases are those of the paper: the cost is v(L), and only the refinement considers navigation.
+        rules: rule set to satisfy, or its name: `touchstone` or `paper`.
 
     Raises:
-        UnknownNameError: no such protocol, room preset, family, profile, proposer or adjuster.
+        UnknownNameError: no such protocol, room preset, family, profile, rule set, proposer or adjuster.
         OptionError: a seed or a level of clutter out of range, not a room, more than one of room, floor and family, or
             a fixed object that does not stand on the floor or a wall.
         InfeasibleError: the room cannot hold the protocols; names the conflicts.
@@ -121,7 +123,7 @@ def generate(
     refuse_idle(
         (("adjuster", adjuster not in (None, RULES) and not optimise, "with optimise=False, which adjusts nothing"),)
     )
-    request = resolve_request(protocol, seed, room, profile, catalog, fixed, floor, family, holdings, clutter)
+    request = resolve_request(protocol, seed, room, profile, catalog, fixed, floor, family, holdings, clutter, rules)
     method = Method(
         proposer=SOLVER if proposer is None else proposer,
         optimise=optimise,
@@ -160,7 +162,7 @@ def generate_assessed(
     layout, assessment = improved(
         layout,
         protocol,
-        request.profile,
+        request.rules,
         adjuster,
         method.optimise,
         method.refine,
@@ -176,7 +178,7 @@ def generate_assessed(
         tidy, assessment = repaired(tidy, assessment, protocol, adjuster, trace)
     layout = add_clutter(tidy, request.clutter, np.random.default_rng([request.seed, CLUTTER_STREAM]))
     if request.clutter:
-        assessment = evaluate_layout(layout, protocol, request.profile, navigation=True, earlier=assessment)
+        assessment = evaluate_layout(layout, protocol, request.rules, navigation=True, earlier=assessment)
     if trace is not None:
         trace.update("dress", None, tidy)
         trace.update("clutter", None, layout)
@@ -184,7 +186,7 @@ def generate_assessed(
     if problems and method.on_failure == "raise":
         raise _unrepaired(assessment, request, problems)
     options: dict[str, Any] = {"room": request.floor.name, "profile": request.profile.name}
-    options["metrics"] = request.profile.metrics
+    options["rules"] = request.rules.name
     options |= {"family": request.family} if request.family else {}
     options |= layout.provenance.options
     options |= method.options
@@ -222,7 +224,7 @@ def reasons(
     protocol: Protocol | str | Path | Sequence[Protocol | str | Path],
     seed: int = 0,
     room: Room | str | Path | None = None,
-    profile: str | Profile = "default",
+    profile: str | Profile | None = None,
     catalog: Catalog | None = None,
     fixed: Iterable[Placement] = (),
     floor: Floor | str | Path | None = None,
@@ -244,13 +246,14 @@ def resolve_request(
     protocol: Protocol | str | Path | Sequence[Protocol | str | Path],
     seed: int,
     room: Room | str | Path | None,
-    profile: str | Profile,
+    profile: str | Profile | None,
     catalog: Catalog | None,
     fixed: Iterable[Placement],
     floor: Floor | str | Path | None = None,
     family: str | None = None,
     holdings: Holdings | None = None,
     clutter: int = 0,
+    rules: str | RuleSet = TOUCHSTONE,
 ) -> Request:
     """Return the request that the arguments of `generate` describe.
 
@@ -267,7 +270,7 @@ def resolve_request(
     return Request(
         protocol=combination(resolved, catalog),
         floor=site.floor,
-        profile=resolve_profile(profile),
+        rules=rule_set(rules, profile),
         seed=seed,
         catalog=catalog,
         habits=Habits.published(),

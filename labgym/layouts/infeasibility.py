@@ -15,9 +15,10 @@ from labgym.layouts.floor_plan import GROUPS, solve
 from labgym.layouts.model import Layout
 from labgym.layouts.request import Request
 from labgym.layouts.rooms import room_presets
-from labgym.layouts.rules.facility.exits import exit_issues
-from labgym.layouts.rules.facility.issues import placing_issues
+from labgym.layouts.rules import facility
+from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.objective import evaluate_layout
+from labgym.layouts.rules.site import Site
 from labgym.layouts.rules.zones import door_span
 from labgym.layouts.walls import choose_walls
 
@@ -31,7 +32,9 @@ SHOWN = 6
 
 def room_conflicts(request: Request) -> list[str]:
     """Return why a room is unsuitable for any furniture: no door, too few exits, fixed objects that break a rule."""
-    conflicts = [issue.message for issue in exit_issues(request.room, request.profile) if issue.severity == "error"]
+    empty = Layout(id="empty", floor=request.floor, placements=(), catalog=request.catalog)
+    exits = facility.issues(facility.EXITS, Site(Arrangement.of(empty), None, request.profile))
+    conflicts = [issue.message for issue in exits if issue.severity == "error"]
     if not request.room.doors:
         conflicts.append("the room has no door: add one")
     return conflicts + fixed_conflicts(request)
@@ -42,9 +45,9 @@ def fixed_conflicts(request: Request) -> list[str]:
     if not request.fixed:
         return []
     fixed = Layout(id="fixed", floor=request.floor, placements=request.fixed, catalog=request.catalog)
-    assessment = evaluate_layout(fixed, None, request.profile)
+    assessment = evaluate_layout(fixed, None, request.rules)
     conflicts = [f"fixed: {violation.message}" for violation in assessment.violations.items]
-    issues = [issue for issue in placing_issues(assessment.arrangement) if issue.severity == "error"]
+    issues = [issue for issue in facility.issues(facility.PLACING, assessment.site) if issue.severity == "error"]
     return conflicts + [f"fixed: {i.message}" for i in issues if i.rule in ("door_area", "keep_out", "supply")]
 
 

@@ -11,7 +11,7 @@ from labgym.layouts.moves import apply
 from labgym.layouts.rearrange import rearrangements
 from labgym.layouts.repair import fast_repair
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
-from labgym.layouts.rules.thresholds import Profile
+from labgym.layouts.rules.rule_sets import TOUCHSTONE, RuleSet
 from labgym.layouts.tidying import tidied
 from labgym.layouts.trace import Recorder
 from labgym.protocols import Protocol
@@ -27,20 +27,20 @@ WAY_BUDGET = 32
 def optimise(
     layout: Layout,
     protocol: Protocol | None = None,
-    profile: str | Profile = "default",
+    rules: str | RuleSet = TOUCHSTONE,
     adjuster: Adjuster | None = None,
 ) -> Layout:
     """Return a layout at least as good, by L' = Adjust(FastRepair(L)) until no update is accepted.
 
     Arguments and rules as `optimise_assessed`.
     """
-    return optimise_assessed(layout, protocol, profile, adjuster)[0]
+    return optimise_assessed(layout, protocol, rules, adjuster)[0]
 
 
 def optimise_assessed(
     layout: Layout,
     protocol: Protocol | None = None,
-    profile: str | Profile = "default",
+    rules: str | RuleSet = TOUCHSTONE,
     adjuster: Adjuster | None = None,
     trace: Recorder | None = None,
     ways: bool = True,
@@ -49,24 +49,24 @@ def optimise_assessed(
     """Return a layout at least as good, and its assessment with navigation.
 
     An update is accepted if the cost falls, or stays and the fitness F rises (LabBuilder, algorithm 1). The cost is
-    v(L) plus the facility errors, unless the profile leaves them out: furniture away from its wall, a blocked front or
+    v(L) plus the facility errors, unless the rule set leaves them out: furniture away from its wall, a blocked front or
     door area, a crowded emergency shower, and no way 0.90 m wide to a door. v never exceeds that of the given layout.
     Fixed objects never move. Deterministic.
 
     Args:
         layout: the layout.
         protocol: decides which assets are required and which transitions are judged.
-        profile: thresholds.
+        rules: rule set, with its thresholds.
         adjuster: proposes the adjustments; by default rules and search.
         trace: records every trial and every accepted state.
-        ways: whether to clear ways, too: infeasible transitions and ways out. A profile without facility rules clears
-            none: then only the refinement considers navigation.
+        ways: whether to clear ways, too: infeasible transitions and ways out. None are cleared if facility
+            errors are not in the cost: then only the refinement considers navigation.
         solver: whether the constraint solver may place furniture anew; it takes most of the time.
     """
     adjuster = adjuster if adjuster is not None else RuleAdjuster()
-    original, start = layout, evaluate_layout(layout, protocol, profile)
+    original, start = layout, evaluate_layout(layout, protocol, rules)
     if trace is not None:
-        trace.begin(layout, protocol, start.profile)
+        trace.begin(layout, protocol, start.rules)
     current = start
     for level in LEVELS:
         for _ in range(ITERATIONS):
@@ -80,8 +80,8 @@ def optimise_assessed(
             layout, current = update
         if solver and level == "room" and (current.errors or current.collisions):
             layout, current = _rearrange(layout, current, start.v, protocol, trace)
-    if not ways or "facility" in start.profile.left_out:
-        return layout, current.with_navigation(protocol)
+    if not ways or not start.rules.facility_in_cost:
+        return layout, current.with_navigation()
     return _with_ways(original, start, layout, current, protocol, trace, solver)
 
 
@@ -95,10 +95,10 @@ def _with_ways(
     solver: bool,
 ) -> tuple[Layout, Assessment]:
     """The optimised layout after its ways were cleared too, the original if that has fewer violations."""
-    current = current.with_navigation(protocol)
+    current = current.with_navigation()
     if current.cost == 0:
         return layout, current
-    start = start.with_navigation(protocol)
+    start = start.with_navigation()
     if solver:
         layout, current = _rearrange(layout, current, start.v, protocol, trace)
     layout, current = _clear_ways(layout, current, start.v, protocol, trace)
@@ -123,11 +123,11 @@ def _update(
         (fast_repair(layout, current.profile), layout) if level == "room" else (fast_repair(layout, current.profile),)
     )
     for base in bases:
-        assessment = current if base is layout else evaluate_layout(base, protocol, current.profile)
+        assessment = current if base is layout else evaluate_layout(base, protocol, current.rules)
         if trace is not None and (base is layout or base.placements != layout.placements):
             trace.trial("as_is" if base is layout else "fast_repair", (), current, assessment, False, "start")
         candidate = adjuster.adjust(base, protocol, assessment, level, trace)
-        proposed = assessment if candidate is base else evaluate_layout(candidate, protocol, current.profile)
+        proposed = assessment if candidate is base else evaluate_layout(candidate, protocol, current.rules)
         accepted = proposed.better_than(current) and proposed.v <= most
         if trace is not None and candidate.placements != layout.placements and (candidate is base or not accepted):
             trace.trial("update", (), current, proposed, accepted)
@@ -146,7 +146,7 @@ def _rearrange(
     involved = {layout.root(item).id for item in _involved(layout, current)}
     for number, candidate in enumerate(chain((tidied(layout, protocol),), rearrangements(layout, protocol, involved))):
         candidate = fast_repair(candidate, current.profile)
-        proposed = evaluate_layout(candidate, protocol, current.profile, navigation=current.navigation)
+        proposed = evaluate_layout(candidate, protocol, current.rules, navigation=current.navigation)
         accepted = proposed.better_than(best) and proposed.v <= most
         if trace is not None:
             trace.trial("rearrange" if number else "tidy", (), best, proposed, accepted)
@@ -183,7 +183,7 @@ def _clear_ways(
         best, best_layout = current, layout
         for command in way_commands(layout, WAY_BUDGET):
             candidate = apply(layout, command)
-            proposed = evaluate_layout(candidate, protocol, current.profile, navigation=True)
+            proposed = evaluate_layout(candidate, protocol, current.rules, navigation=True)
             accepted = proposed.better_than(best) and proposed.v <= most
             if trace is not None:
                 trace.trial("clear_way", (command,), best, proposed, accepted)

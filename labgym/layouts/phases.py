@@ -13,7 +13,7 @@ from labgym.layouts.repairs import repair_layout
 from labgym.layouts.repairs.additions import with_missing
 from labgym.layouts.repairs.rank import State
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
-from labgym.layouts.rules.thresholds import Profile
+from labgym.layouts.rules.rule_sets import RuleSet
 from labgym.layouts.trace import Recorder
 from labgym.protocols import Protocol
 
@@ -21,7 +21,7 @@ from labgym.protocols import Protocol
 def improved(
     layout: Layout,
     protocol: Protocol,
-    profile: Profile,
+    rules: RuleSet,
     adjuster: Adjuster | None = None,
     optimise: bool = True,
     refine: bool = True,
@@ -34,7 +34,7 @@ def improved(
     Args:
         layout: the proposal.
         protocol: what the layout is for.
-        profile: thresholds.
+        rules: rule set, with its thresholds.
         adjuster: adjusts layouts; by default rules and search.
         optimise: whether to repair and adjust the layout, and what the refinement changes.
         refine: whether to refine it for navigation; if not, nothing considers navigation.
@@ -45,12 +45,12 @@ def improved(
             its cost is v(L) alone, as in the paper, and only the refinement considers navigation.
     """
     if trace is not None:
-        trace.begin(layout, protocol, profile)
+        trace.begin(layout, protocol, rules)
     if not facility:
-        paper = replace(profile, left_out=profile.left_out | {"facility"})
-        layout, _ = _phases(layout, protocol, paper, adjuster, optimise, refine, complete, trace)
-        return layout, evaluate_layout(layout, protocol, profile, navigation=True)
-    layout, assessment = _phases(layout, protocol, profile, adjuster, optimise, refine, complete, trace)
+        plain = replace(rules, facility_in_cost=False)
+        layout, _ = _phases(layout, protocol, plain, adjuster, optimise, refine, complete, trace)
+        return layout, evaluate_layout(layout, protocol, rules, navigation=True)
+    layout, assessment = _phases(layout, protocol, rules, adjuster, optimise, refine, complete, trace)
     if optimise and refine and complete:
         return repaired(layout, assessment, protocol, adjuster, trace)
     return layout, assessment
@@ -70,14 +70,14 @@ def repaired(
     """
     if not failures(assessment):
         return layout, assessment
-    repair = repair_layout(layout, protocol, assessment.profile, adjuster, trace, seeded=True)
+    repair = repair_layout(layout, protocol, assessment.rules, adjuster, trace, seeded=True)
     return repair.layout, repair.after
 
 
 def _phases(
     layout: Layout,
     protocol: Protocol,
-    profile: Profile,
+    rules: RuleSet,
     adjuster: Adjuster | None,
     optimise: bool,
     refine: bool,
@@ -86,11 +86,11 @@ def _phases(
 ) -> tuple[Layout, Assessment]:
     """Return a layout after optimization, completion and refinement, and its assessment with navigation."""
     if optimise:
-        layout, assessment = optimise_assessed(layout, protocol, profile, adjuster, trace, refine)
+        layout, assessment = optimise_assessed(layout, protocol, rules, adjuster, trace, refine)
         if complete and assessment.missing:
             layout, assessment = _completed(layout, assessment, protocol, adjuster, refine, trace)
     else:
-        assessment = evaluate_layout(layout, protocol, profile, navigation=True)
+        assessment = evaluate_layout(layout, protocol, rules, navigation=True)
     if refine:
         layout, assessment = refine_assessed(layout, assessment, protocol, adjuster, optimise, trace)
     return layout, assessment
@@ -105,9 +105,9 @@ def _completed(
     trace: Recorder | None,
 ) -> tuple[Layout, Assessment]:
     """Return the layout with what it lacks, optimized again."""
-    state = with_missing(State.of(layout, protocol, assessment.profile, navigation=refine, seeded=True))
+    state = with_missing(State.of(layout, protocol, assessment.rules, navigation=refine, seeded=True))
     if state.layout is layout:
         return layout, assessment
     if trace is not None:
         trace.update("complete", None, state.layout)
-    return optimise_assessed(state.layout, protocol, assessment.profile, adjuster, trace, refine)
+    return optimise_assessed(state.layout, protocol, assessment.rules, adjuster, trace, refine)

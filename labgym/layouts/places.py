@@ -20,7 +20,6 @@ from labgym.layouts.floors import SPLITS, FloorDraw, Population, population_of
 from labgym.layouts.generate import generate_assessed, resolve_request
 from labgym.layouts.model import Layout
 from labgym.layouts.rules.objective import evaluate_layout
-from labgym.layouts.rules.thresholds import VERSION_2
 from labgym.layouts.style import Style
 from labgym.layouts.version1 import published_protocols
 
@@ -129,13 +128,13 @@ class Place:
         return layout.replace(id=name, provenance=provenance)
 
     def check(self, tidy: Layout) -> None:
-        """Check that the tidy layout holds all of its protocols together by the rules of touchstone-v2.
+        """Check that the tidy layout holds all of its protocols together by the rule set `touchstone`.
 
         Raises:
             InfeasibleError: a rule is broken; names the first violation.
         """
         protocol = combination(tidy.protocols, tidy.catalog)
-        assessment = evaluate_layout(tidy, protocol, metrics=VERSION_2)
+        assessment = evaluate_layout(tidy, protocol)
         if assessment.v:
             first = next(iter(assessment.violations.items))
             raise InfeasibleError(

@@ -26,9 +26,10 @@ from labgym.layouts.infeasibility import (
 )
 from labgym.layouts.model import Layout
 from labgym.layouts.request import Request
+from labgym.layouts.rules import facility
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.egress import MARGIN, narrow_ways
-from labgym.layouts.rules.facility.issues import placing_issues
+from labgym.layouts.rules.site import Site
 from labgym.layouts.walls import choose_walls
 
 ATTEMPTS = 6
@@ -151,5 +152,7 @@ def _errors(plan: Plan) -> list[str]:
         f"the widest way from {way.entrance} to {way.destinations[0]} is {way.width:.2f} m"
         for way in narrow_ways(arrangement, margin=MARGIN)
     ]
-    issues = [issue for issue in placing_issues(arrangement) if not fixed.issuperset(issue.ids)]
+    issues = [
+        issue for issue in facility.issues(facility.PLACING, Site(arrangement)) if not fixed.issuperset(issue.ids)
+    ]
     return [issue.message for issue in issues if issue.severity == "error"] + narrow

@@ -11,6 +11,7 @@ from labgym.layouts.habits import Habits
 from labgym.layouts.holdings import Holdings
 from labgym.layouts.placement import Placement, resized
 from labgym.layouts.roles import stand_ins
+from labgym.layouts.rules.rule_sets import RuleSet
 from labgym.layouts.rules.thresholds import Profile
 from labgym.layouts.style import Style
 from labgym.layouts.variants import Furniture, draw_variants
@@ -22,6 +23,7 @@ class Request:
     """Everything that decides a generated layout.
 
     Attributes:
+        rules: rule set that the layout satisfies, with its thresholds.
         protocol: what the laboratory is for; of several protocols, their combination.
         seed: 0 to 2^53 - 1.
         catalog: source of every asset. habits: where furniture usually stands.
@@ -36,7 +38,7 @@ class Request:
 
     protocol: Protocol
     floor: Floor
-    profile: Profile
+    rules: RuleSet
     seed: int
     catalog: Catalog
     habits: Habits
@@ -46,6 +48,11 @@ class Request:
     family: str = ""
     holdings: Holdings | None = None
     clutter: int = 0
+
+    @property
+    def profile(self) -> Profile:
+        """The thresholds that the layout satisfies."""
+        return self.rules.profile
 
     @property
     def room(self) -> Room:

@@ -23,7 +23,7 @@ Method = Literal["grid", "exact"]
 """How the free positions of a disc are determined.
 
 "grid": on the 5 cm occupancy grid dilated by the disc, which refuses passages up to 15 cm wider than the disc. Version
-1: touchstone-v1, LabPointNav-v0 and everything published with them.
+1: the rule set `paper`, LabPointNav-v0 and everything published with them.
 "exact": by the exact clearance from every footprint and wall. Version 2.
 """
 METHODS: tuple[Method, ...] = ("grid", "exact")

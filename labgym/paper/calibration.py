@@ -23,7 +23,7 @@ from labgym.eval.scoring.score import score
 from labgym.layouts.generate import resolve_request
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.presence import missing_assets
-from labgym.layouts.rules.thresholds import VERSION
+from labgym.layouts.rules.rule_sets import PAPER
 from labgym.layouts.splits import manifest
 from labgym.layouts.version1 import published_protocols
 from labgym.paper.sampler import Rates, SamplerFile, SamplerProposer
@@ -124,7 +124,7 @@ def _proposal(rates: Rates, protocol: str, seed: int, room: str) -> Proposal:
     request = resolve_request(published_protocols()[protocol], seed, room, "default", None, ())
     layout = SamplerProposer(rates).propose(request)
     absent = missing_assets(Arrangement.of(layout), request.protocol, frozenset())
-    return Proposal(score(layout, contacts=False, metrics=VERSION), not absent)
+    return Proposal(score(layout, contacts=False, rules=PAPER), not absent)
 
 
 def value(name: str, some: Iterable[Proposal]) -> float:

@@ -14,8 +14,9 @@ from labgym.layouts.moves import Move, Place, Settle, apply, may_move, replaced,
 from labgym.layouts.placement import FLOOR, WALL, Placement
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.presence import resolved
+from labgym.layouts.rules.rule_sets import PAPER
 from labgym.layouts.rules.storage import STORAGE_CLASSES
-from labgym.layouts.rules.thresholds import MOVABLE, VERSION
+from labgym.layouts.rules.thresholds import MOVABLE
 from labgym.navigation import goal_poses
 
 MAX_PIECES = 5
@@ -96,7 +97,7 @@ def damaged(layout: Layout, kind: str, pieces: int, generator: Generator) -> Dam
 
 
 def _faults(layout: Layout, kind: Kind) -> int:
-    return kind.figure(evaluate_layout(layout, layout.protocol, navigation=kind.navigation, metrics=VERSION))
+    return kind.figure(evaluate_layout(layout, layout.protocol, navigation=kind.navigation, rules=PAPER))
 
 
 def _furniture(layout: Layout) -> list[str]:
@@ -238,7 +239,7 @@ def _out_of_bounds(assessment: Assessment) -> int:
 
 
 def _not_stored(assessment: Assessment) -> int:
-    return sum(instance.hard for instance in assessment.storage)
+    return sum(instance.hard for instance in assessment.of("storage"))
 
 
 def _cost(assessment: Assessment) -> int:

@@ -18,15 +18,15 @@ from labgym.layouts.floor import Column, Floor, KeepOut, Rectangle, Space
 from labgym.layouts.floors import FAMILIES, draw_floor
 from labgym.layouts.relocation import free_places
 from labgym.layouts.repair import fast_repair
+from labgym.layouts.rules import facility, rule_set
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.bounds import bounds_faults
 from labgym.layouts.rules.building import ManyRooms, OneRoom
 from labgym.layouts.rules.egress import narrow_ways
 from labgym.layouts.rules.facility.backs import back_distance
-from labgym.layouts.rules.facility.exits import exit_issues
 from labgym.layouts.rules.facility.fronts import blocked_front
-from labgym.layouts.rules.facility.issues import placing_issues
 from labgym.layouts.rules.facility.showers import shower_walks
+from labgym.layouts.rules.site import Site
 from labgym.layouts.rules.thresholds import profile
 from labgym.layouts.rules.zones import front_zone
 from labgym.navigation import goal_pose
@@ -112,7 +112,8 @@ def test_the_entrances_agree():
         assert many.pose == pytest.approx(one.pose)
         assert outline(many.area).symmetric_difference(outline(one.area)).area < 1e-9
     assert MANY.workplaces[0].area == pytest.approx(ONE.workplaces[0].area)
-    assert [issue.rule for issue in exit_issues(ROOM, profile("default"))] == []
+    empty = Layout(id="empty", floor=ROOM.floor, placements=())
+    assert facility.issues(facility.EXITS, Site(Arrangement.of(empty))) == []
 
 
 # Many rooms
@@ -220,7 +221,9 @@ def test_both_sides_of_a_door_stay_free_and_the_leaf_has_its_swing():
     assert outline(lab_side).symmetric_difference(box(4.8, 1.4, 6.0, 2.6)).area < 1e-9
     assert outline(store_side).symmetric_difference(box(6.1, 1.5, 7.0, 2.5)).area < 1e-9
     for x, y, blocked in ((5.2, 2.0, "lab"), (6.6, 2.0, "store"), (7.3, 2.0, None), (6.6, 3.0, None)):
-        rules = [issue.rule for issue in placing_issues(lab(floor, put("x", "WasteBin", x, y)))]
+        rules = [
+            issue.rule for issue in facility.issues(facility.PLACING, Site(lab(floor, put("x", "WasteBin", x, y))))
+        ]
         assert ("door_area" in rules) == (blocked is not None), (x, y)
 
 
@@ -228,10 +231,10 @@ def test_furniture_in_a_keep_out_is_an_error():
     rooms = two_rooms()
     area = KeepOut(id="hatch", x=2.0, y=4.0, width=1.0, depth=1.0, yaw=0.3, reason="floor hatch")
     floor = Floor(walls=rooms.walls, spaces=rooms.spaces, keep_outs=(area,))
-    (issue,) = placing_issues(lab(floor, put("bin", "WasteBin", 2.3, 4.2)))
+    (issue,) = facility.issues(facility.PLACING, Site(lab(floor, put("bin", "WasteBin", 2.3, 4.2))))
     assert (issue.rule, issue.severity, issue.ids) == ("keep_out", "error", ("bin",))
     assert issue.message == "bin in the keep-out 'hatch' (floor hatch): move it out"
-    assert placing_issues(lab(floor, put("bin", "WasteBin", 3.0, 4.2))) == []
+    assert facility.issues(facility.PLACING, Site(lab(floor, put("bin", "WasteBin", 3.0, 4.2)))) == []
 
 
 @pytest.mark.parametrize("width", [0.7, 0.8, 1.0])
@@ -313,9 +316,8 @@ def test_exits_are_counted_for_each_laboratory():
     apart = Floor(walls=walls, spaces=floor.spaces)
 
     def rules(floor: Floor):
-        from labgym.layouts.rules.facility import facility_issues
-
-        return [(issue.rule, issue.message) for issue in facility_issues(lab(floor), profile("code"))]
+        site = Site(lab(floor), None, profile("code"))
+        return [(issue.rule, issue.message) for issue in facility.issues(rule_set("paper").facility, site)]
 
     assert [rule for rule, _ in rules(floor)] == ["exit_width"]
     assert "the door between 'lab' and 'store' at (6.05, 2.00) is 0.80 m wide" in rules(floor)[0][1]
@@ -325,5 +327,6 @@ def test_exits_are_counted_for_each_laboratory():
 
 
 def test_a_room_without_a_door_is_an_error_of_its_score():
-    (issue,) = exit_issues(Room(width=4.0, depth=4.0, doors=()), profile("default"))
+    empty = Layout(id="empty", floor=Room(width=4.0, depth=4.0, doors=()).floor, placements=())
+    (issue,) = facility.issues(facility.EXITS, Site(Arrangement.of(empty)))
     assert (issue.rule, issue.severity, issue.message) == ("no_exit", "error", "no exit for 16 m²: add a door")

@@ -90,7 +90,7 @@ def places_not_reached(layout: Layout) -> list[str]:
 
 def test_every_door_of_a_generated_laboratory_leads_to_every_place_by_a_way_of_90_cm(layout: Layout) -> None:
     assert places_not_reached(layout) == []
-    assert evaluate_layout(layout, layout.protocol, navigation=True).cost == 0
+    assert evaluate_layout(layout, layout.protocol, navigation=True, rules="paper").cost == 0
 
 
 def test_the_emergency_shower_of_a_generated_laboratory_has_its_clear_radius(layout: Layout) -> None:
@@ -158,12 +158,12 @@ def test_a_cabinet_in_the_doorway_is_an_error_of_the_score_and_the_optimiser_mov
     door = source.room.doors[0]
     cabinet = next(item for item in source.placements if source.asset(item.id).subtype == "toxic_cabinet")
     blocked = apply(source, Place(cabinet.id, door.offset, 0.3, 0.0))
-    report = score(blocked, contacts=False)
+    report = score(blocked, contacts=False, rules="paper")
     errors = {issue.rule: issue.message for issue in report.warnings if issue.severity == "error"}
     assert cabinet.id in errors["door_area"]
     assert "egress" in errors
     protocol = protocols()["sub_01"]
-    after = evaluate_layout(optimise(blocked, protocol), protocol, navigation=True)
+    after = evaluate_layout(optimise(blocked, protocol, rules="paper"), protocol, navigation=True, rules="paper")
     assert after.v == 0
     assert "door_area" not in {issue.rule for issue in after.errors}
     assert "egress" not in {issue.rule for issue in after.errors}

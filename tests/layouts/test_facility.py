@@ -12,10 +12,10 @@ from labgym.eval import score
 from labgym.eval.scoring.layout_report import RuleScore
 from labgym.layouts import Door, Layout, Placement, Room
 from labgym.layouts.floors import draw_floor
+from labgym.layouts.rules import evaluate_layout, rule_set
 from labgym.layouts.rules.arrangement import Arrangement
-from labgym.layouts.rules.facility import FacilityIssue, facility_issues
 from labgym.layouts.rules.facility.showers import shower_walks
-from labgym.layouts.rules.thresholds import profile
+from labgym.layouts.rules.rule import FacilityIssue
 from labgym.layouts.rules.zones import door_area, doorway, front_zone
 
 DOORS = (Door(wall="front", offset=1.2), Door(wall="left", offset=1.2))
@@ -37,7 +37,7 @@ def lab(*changed: Placement, without: tuple[str, ...] = (), room: Room = ROOM) -
 
 
 def issues(layout: Layout, thresholds: str = "default") -> tuple[FacilityIssue, ...]:
-    return facility_issues(Arrangement.of(layout), profile(thresholds))
+    return evaluate_layout(layout, rules=rule_set("paper", thresholds)).issues
 
 
 def test_a_good_laboratory_has_no_issues() -> None:
@@ -186,7 +186,7 @@ def test_a_front_zone_begins_at_the_front_and_ends_at_its_depth(yaw: float) -> N
 
 
 def rules(layout: Layout) -> dict[str, RuleScore]:
-    return {rule.rule: rule for rule in score(layout, contacts=False).consistency_proxy.rules}
+    return {rule.rule: rule for rule in score(layout, rules="paper", contacts=False).consistency_proxy.rules}
 
 
 PROXY_FAULTS = {
@@ -233,7 +233,7 @@ def test_the_proxy_counts_what_stands_on_the_furniture_and_along_the_walls() -> 
 
 
 def test_each_dimension_is_ten_times_the_mean_of_its_rules() -> None:
-    proxy = score(lab(), contacts=False).consistency_proxy
+    proxy = score(lab(), rules="paper", contacts=False).consistency_proxy
     for dimension in ("realism", "layout", "completeness"):
         own = [rule.score for rule in proxy.rules if rule.dimension == dimension]
         assert getattr(proxy, dimension) == pytest.approx(10.0 * sum(own) / len(own))

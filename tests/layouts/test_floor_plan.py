@@ -20,7 +20,7 @@ from labgym.layouts.floor import Door, Room
 from labgym.layouts.floor_plan import solve
 from labgym.layouts.habits import Habits
 from labgym.layouts.request import Request
-from labgym.layouts.rules.thresholds import profile
+from labgym.layouts.rules import rule_set
 from labgym.layouts.tabletop import GAP, Item, pack
 from labgym.protocols import protocols
 
@@ -85,7 +85,7 @@ def test_a_thing_too_high_for_its_shelf_is_left_out():
 @pytest.mark.parametrize("name", sorted(protocols()))
 def test_no_cabinet_holds_two_reagents_that_must_not_meet(name):
     protocol, catalog = protocols()[name], Catalog.load()
-    cabinets = plan_cabinets(Request(protocol, ROOM.floor, profile("default"), 0, catalog, Habits.published()))
+    cabinets = plan_cabinets(Request(protocol, ROOM.floor, rule_set(), 0, catalog, Habits.published()))
     stored = [reagent.name for cabinet in cabinets for reagent in cabinet.reagents]
     assert sorted(stored) == sorted(use.name for use in protocol.reagents)
     for cabinet in cabinets:

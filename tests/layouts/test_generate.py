@@ -12,6 +12,7 @@ from labgym.assets import Catalog
 from labgym.errors import InfeasibleError, OptionError, SearchLimitWarning, UnknownNameError
 from labgym.layouts import Door, Room, generate, room_presets
 from labgym.layouts.propose import ProceduralProposer
+from labgym.layouts.rules import rule_set
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.layouts.rules.zones import door_area, standing_in
 from labgym.protocols import protocols
@@ -34,7 +35,7 @@ def floor_objects(layout):
 
 
 def test_a_generated_layout_has_no_violation_and_everything_the_protocol_needs(layout):
-    assessment = evaluate_layout(layout, layout.protocol, navigation=True)
+    assessment = evaluate_layout(layout, layout.protocol, navigation=True, rules="paper")
     assert assessment.v == 0
     assert assessment.missing == ()
     assert assessment.fitness == pytest.approx(1.0)
@@ -100,7 +101,7 @@ def test_islands_keep_an_aisle(layout):
 
 
 def test_doors_stay_free(layout):
-    arrangement = evaluate_layout(layout).arrangement
+    arrangement = evaluate_layout(layout, rules="paper").arrangement
     for door in layout.room.doors:
         assert standing_in(arrangement, door_area(layout.room, door)) == ()
 
@@ -120,7 +121,7 @@ def test_seeds_and_protocols_make_different_rooms():
 @pytest.mark.parametrize("profile", ["strict", "paper"])
 def test_other_profiles_are_satisfied_too(profile):
     layout = generate("sub_01", 2, "roomy", profile=profile)
-    assessment = evaluate_layout(layout, protocols()["sub_01"], profile, navigation=True)
+    assessment = evaluate_layout(layout, protocols()["sub_01"], rule_set(profile=profile), navigation=True)
     assert assessment.v == 0
     assert assessment.missing == ()
 
@@ -154,7 +155,7 @@ def test_a_room_that_is_furnished_less_because_searches_stopped_is_a_warning(fur
 def test_an_unusual_room_is_furnished():
     doors = (Door(wall="back", offset=3.0), Door(wall="right", offset=3.0))
     layout = generate("sub_02", 0, Room(width=12.0, depth=6.0, doors=doors))
-    assert evaluate_layout(layout, protocols()["sub_02"], navigation=True).v == 0
+    assert evaluate_layout(layout, protocols()["sub_02"], navigation=True, rules="paper").v == 0
 
 
 @pytest.mark.parametrize("seed", [-1, 2**53, 1.5, True, "0"])

@@ -15,6 +15,7 @@ from labgym.layouts.language.commands import surface_pose
 from labgym.layouts.moves import Move, Place, Settle, apply
 from labgym.layouts.optimise import optimise, optimise_assessed
 from labgym.layouts.placement import FLOOR
+from labgym.layouts.rules import PAPER
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.layouts.trace import Recorder
 from labgym.llm import LanguageModelError
@@ -45,7 +46,7 @@ def commands(*listed: dict[str, object]) -> str:
 
 
 def adjusted(adjuster, layout, level, trace=None):
-    return adjuster.adjust(layout, PROTOCOL, evaluate_layout(layout, PROTOCOL), level, trace)
+    return adjuster.adjust(layout, PROTOCOL, evaluate_layout(layout, PROTOCOL, rules="paper"), level, trace)
 
 
 def test_a_command_that_improves_the_layout_is_accepted(layout, unstored, loopback, model_at):
@@ -53,7 +54,7 @@ def test_a_command_that_improves_the_layout_is_accepted(layout, unstored, loopba
     loopback.says(commands(back))
     adjuster = LanguageAdjuster(model_at())
     result = adjusted(adjuster, spoilt, "desktop")
-    assert evaluate_layout(result, PROTOCOL).v == evaluate_layout(layout, PROTOCOL).v == 0
+    assert evaluate_layout(result, PROTOCOL, rules="paper").v == evaluate_layout(layout, PROTOCOL, rules="paper").v == 0
     assert math.dist(result.placement(back["id"]).position, layout.placement(back["id"]).position) < 2e-3
     assert (adjuster.accepted, dict(adjuster.refused)) == (1, {})
 
@@ -63,7 +64,7 @@ def test_the_model_is_told_what_is_wrong_with_ids_and_amounts(unstored, loopback
     loopback.says(commands(back))
     adjusted(LanguageAdjuster(model_at()), spoilt, "desktop")
     question = loopback.requests[0]["messages"][1]["content"]
-    for violation in evaluate_layout(spoilt, PROTOCOL).violations.items:
+    for violation in evaluate_layout(spoilt, PROTOCOL, rules="paper").violations.items:
         assert violation.message in question
     form = loopback.requests[0]["response_format"]["json_schema"]
     assert form["strict"] is True
@@ -76,11 +77,11 @@ def test_furniture_moves_rotates_and_swaps_at_room_level(layout, loopback, model
     bench = next(p for p in layout.placements if p.support == FLOOR and p.asset == "SinkBench")
     turned = apply(layout, Place(bench.id, bench.position[0], bench.position[1], bench.yaw + 0.6))
     loopback.says(commands({"command": "rotate", "id": bench.id, "yaw": math.degrees(bench.yaw)}))
-    assert evaluate_layout(adjusted(LanguageAdjuster(model_at()), turned, "room"), PROTOCOL).cost == 0
+    assert evaluate_layout(adjusted(LanguageAdjuster(model_at()), turned, "room"), PROTOCOL, rules="paper").cost == 0
     moved = apply(layout, Move(bench.id, 0.4, 0.3))
     x, y, _ = bench.position
     loopback.says(commands({"command": "move", "id": bench.id, "x": x, "y": y}))
-    assert evaluate_layout(adjusted(LanguageAdjuster(model_at()), moved, "room"), PROTOCOL).cost == 0
+    assert evaluate_layout(adjusted(LanguageAdjuster(model_at()), moved, "room"), PROTOCOL, rules="paper").cost == 0
 
 
 def test_two_items_swap_their_places(layout, loopback, model_at):
@@ -89,7 +90,7 @@ def test_two_items_swap_their_places(layout, loopback, model_at):
     other = next(p for p in layout.children("FumeHood_1"))
     loopback.says(commands({"command": "swap", "first": first.id, "second": other.id}))
     recorder = Recorder()
-    recorder.begin(spoilt, PROTOCOL, evaluate_layout(spoilt).profile)
+    recorder.begin(spoilt, PROTOCOL, PAPER)
     adjusted(LanguageAdjuster(model_at()), spoilt, "desktop", recorder)
     recorder.update("optimise", "desktop", spoilt)
     trial = recorder.trace().iterations[-1].trials[0]
@@ -101,7 +102,7 @@ def test_commands_that_only_help_together_are_accepted_together(layout, loopback
     first, second = layout.find("EyewashStation"), layout.find("WasteStation")
     spoilt = apply(layout, Place(first.id, *second.position[:2], second.yaw))
     spoilt = apply(spoilt, Place(second.id, *first.position[:2], first.yaw))
-    before = evaluate_layout(spoilt, PROTOCOL)
+    before = evaluate_layout(spoilt, PROTOCOL, rules="paper")
     loopback.says(
         commands(
             *(
@@ -112,7 +113,7 @@ def test_commands_that_only_help_together_are_accepted_together(layout, loopback
         )
     )
     result = adjusted(LanguageAdjuster(model_at()), spoilt, "room")
-    after = evaluate_layout(result, PROTOCOL)
+    after = evaluate_layout(result, PROTOCOL, rules="paper")
     assert before.cost > 0
     assert after.better_than(before)
 
@@ -129,8 +130,8 @@ def test_refusals_are_counted_and_traced_with_their_reasons(layout, unstored, lo
     )
     adjuster = LanguageAdjuster(model_at())
     recorder = Recorder()
-    start = evaluate_layout(spoilt, PROTOCOL)
-    recorder.begin(spoilt, PROTOCOL, start.profile)
+    start = evaluate_layout(spoilt, PROTOCOL, rules="paper")
+    recorder.begin(spoilt, PROTOCOL, start.rules)
     assert adjuster.adjust(spoilt, PROTOCOL, start, "desktop", recorder) is spoilt
     recorder.update("optimise", "desktop", spoilt)
     assert adjuster.accepted == 0
@@ -206,7 +207,7 @@ def test_a_model_that_never_improves_anything_is_asked_about_each_state_once(uns
     stored = next(p.id for p in spoilt.placements if p.support == "FlammableCabinet_1")
     loopback.says(commands({**back, "id": stored, "support": "FumeHood_1", "surface": 0, "x": 0.1, "y": 0.1}))
     adjuster = LanguageAdjuster(model_at())
-    start = evaluate_layout(spoilt, PROTOCOL)
+    start = evaluate_layout(spoilt, PROTOCOL, rules="paper")
     for _ in range(3):
         assert adjuster.adjust(spoilt, PROTOCOL, start, "desktop") is spoilt
     assert len(loopback.requests) == 2
@@ -217,7 +218,7 @@ def test_the_optimiser_takes_the_model_and_never_adds_a_violation(unstored, loop
     loopback.says(commands(back))
     recorder = Recorder()
     adjuster = LanguageAdjuster(model_at())
-    _, assessment = optimise_assessed(spoilt, PROTOCOL, adjuster=adjuster, trace=recorder)
+    _, assessment = optimise_assessed(spoilt, PROTOCOL, adjuster=adjuster, trace=recorder, rules="paper")
     assert assessment.v == 0
     assert adjuster.accepted >= 1
     accepted = [t for step in recorder.trace().iterations for t in step.trials if t.verdict == "accepted"]
@@ -225,7 +226,7 @@ def test_the_optimiser_takes_the_model_and_never_adds_a_violation(unstored, loop
 
 
 def test_a_sound_layout_asks_nothing(layout, loopback, model_at):
-    assert optimise(layout, PROTOCOL, adjuster=LanguageAdjuster(model_at())) is layout
+    assert optimise(layout, PROTOCOL, adjuster=LanguageAdjuster(model_at()), rules="paper") is layout
     assert loopback.requests == []
 
 
@@ -233,11 +234,11 @@ def test_a_sound_layout_asks_nothing(layout, loopback, model_at):
 @pytest.mark.parametrize("level", ["room", "desktop"])
 def test_random_commands_never_make_a_layout_worse(layout, loopback, model_at, level, seed):
     spoilt = apply(layout, Move(layout.find("EyewashStation").id, 0.3, 0.3))
-    before = evaluate_layout(spoilt, PROTOCOL)
+    before = evaluate_layout(spoilt, PROTOCOL, rules="paper")
     answers_at_random(loopback, seed)
     adjuster = LanguageAdjuster(model_at())
     result = adjuster.adjust(spoilt, PROTOCOL, before, level)
-    after = evaluate_layout(result, PROTOCOL)
+    after = evaluate_layout(result, PROTOCOL, rules="paper")
     assert result is spoilt or after.better_than(before)
     assert {p.id for p in result.placements} == {p.id for p in spoilt.placements}
     result.check_references()
@@ -251,5 +252,5 @@ def test_the_command_repair_takes_the_model(unstored, loopback, monkeypatch, tmp
     file = spoilt.save(tmp_path / "spoilt.json")
     code = main(["repair", str(file), "--adjuster", "llm", "--out", str(tmp_path / "repaired.json")])
     assert (code, capsys.readouterr().err) == (0, "")
-    assert evaluate_layout(Layout.load(tmp_path / "repaired.json"), PROTOCOL).v == 0
+    assert evaluate_layout(Layout.load(tmp_path / "repaired.json"), PROTOCOL, rules="paper").v == 0
     assert main(["repair", str(file), "--adjuster", "magic", "--out", str(tmp_path / "other.json")]) == 2

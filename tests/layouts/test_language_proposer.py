@@ -384,7 +384,7 @@ def test_nonsense_ends_in_a_valid_layout_or_in_one_line(solved, loopback, model_
         loopback.says(json.dumps(answer))
     method = Method(proposer=LanguageProposer(model_at()), on_failure="keep")
     layout, assessment = generate_assessed(REQUEST, method)
-    independent = evaluate_layout(Layout.parse(layout.to_json()), REQUEST.protocol, navigation=True)
+    independent = evaluate_layout(Layout.parse(layout.to_json()), REQUEST.protocol, navigation=True, rules="paper")
     assert independent.v == assessment.v
     assert (independent.v, independent.missing) == (0, ())
     assert (ADDED in layout.provenance.options) == (nonsense is _nothing)
@@ -405,7 +405,7 @@ def test_a_layout_without_what_is_required_ends_in_one_line(loopback, model_at):
 
 def test_everything_at_the_origin_is_a_layout_with_violations(proposed):
     layout = proposed(_all_at_the_origin)
-    assert evaluate_layout(layout, REQUEST.protocol).v > 10
+    assert evaluate_layout(layout, REQUEST.protocol, rules="paper").v > 10
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -418,5 +418,5 @@ def test_random_answers_within_the_form_are_layouts(loopback, model_at, seed):
     items = [p for p in layout.placements if p.support != "floor"]
     assert {p.id for p in items} <= set(offer.items)
     assert {p.asset for p in layout.placements} - {p.asset for p in items} <= set(offer.furniture)
-    missing = evaluate_layout(layout, request.protocol).missing
+    missing = evaluate_layout(layout, request.protocol, rules="paper").missing
     assert not missing or layout.provenance.options["notes"], "what is missing is noted"

@@ -108,7 +108,7 @@ def test_the_refinement_without_optimization_repairs_nothing(published: Layout) 
     spoilt = apply(layout, Move(rack.id, x - rack.position[0], y - rack.position[1]))
     dx, dy = (spoilt.placement(first).position[i] - spoilt.placement(second).position[i] for i in (0, 1))
     spoilt = apply(spoilt, Move(second, dx, dy))
-    before = evaluate_layout(spoilt, protocol, navigation=True)
+    before = evaluate_layout(spoilt, protocol, navigation=True, rules="paper")
     assert sum(not move.feasible for move in before.transitions or ()) > 0
     refined, after = refine_assessed(spoilt, before, protocol, repair=False)
     assert all(move.feasible for move in after.transitions or ())

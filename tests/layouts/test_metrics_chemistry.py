@@ -275,7 +275,9 @@ def test_chemistry_and_collisions_do_not_depend_on_where_the_laboratory_lies_and
         put("acetone", "Acetone", 4.9, 4.9, shelf, 0.3, on="acids", slot=0),
     )
     moved = tuple(carried(placement, yaw, dx, dy) for placement in lab)
-    before, after = (evaluate_layout(Layout(id="t", floor=HALL.floor, placements=p)) for p in (shifted(lab), moved))
+    before, after = (
+        evaluate_layout(Layout(id="t", floor=HALL.floor, placements=p), rules="paper") for p in (shifted(lab), moved)
+    )
     assert before.v == after.v > 0
     assert before.fitness == pytest.approx(after.fitness, abs=1e-9)
     for first, second in zip(before.instances, after.instances, strict=True):

@@ -21,7 +21,7 @@ def layout() -> Layout:
 
 
 def assess(layout: Layout) -> Assessment:
-    return evaluate_layout(layout, PROTOCOL, navigation=True)
+    return evaluate_layout(layout, PROTOCOL, navigation=True, rules="paper")
 
 
 def moved_alone(layout: Layout, placement: str, dx: float, dy: float) -> Layout:
@@ -55,7 +55,7 @@ def test_objects_left_behind_by_their_furniture_return_to_it(layout: Layout, ben
     edited = moved_alone(layout, bench, 0.9 * forward[0], 0.9 * forward[1])
     before = assess(edited)
     assert before.v >= len(children)
-    after = optimise(edited, PROTOCOL)
+    after = optimise(edited, PROTOCOL, rules="paper")
     assert assess(after).v == 0
     surface_of = Polygon(after.box(bench).corners()).buffer(0.01)
     # Glassware that the apparatus on it held may come to stand on the furniture itself.
@@ -71,7 +71,7 @@ def test_a_cabinet_left_in_the_middle_of_the_room_returns_to_a_wall(layout: Layo
     x, y = box.x, box.y - box.depth / 2.0 - 0.3
     parked = apply(layout, Place(cabinet.id, x, y, turn))
     assert distance_to_wall(parked, cabinet.id) > 0.15
-    after = optimise(parked, PROTOCOL)
+    after = optimise(parked, PROTOCOL, rules="paper")
     assert assess(after).cost == 0
     assert distance_to_wall(after, cabinet.id) <= 0.15
 
@@ -83,7 +83,7 @@ def test_a_stool_left_in_a_doorway_is_put_aside(layout: Layout) -> None:
     x, y, _ = stool.position
     edited = moved_alone(layout, stool.id, door.offset - x, 0.35 - y)
     assert [issue.rule for issue in assess(edited).errors] == ["door_area"]
-    after = optimise(edited, PROTOCOL)
+    after = optimise(edited, PROTOCOL, rules="paper")
     assert (assess(after).v, assess(after).errors) == (0, ())
     x, y, _ = after.placement(stool.id).position
     assert abs(x - door.offset) > 0.6 or y > 1.2
@@ -92,8 +92,8 @@ def test_a_stool_left_in_a_doorway_is_put_aside(layout: Layout) -> None:
 def test_a_cabinet_that_faces_its_wall_is_turned_round(layout: Layout) -> None:
     cabinet = next(item for item in layout.placements if layout.asset(item.id).storage_class == "Flammable")
     edited = apply(layout, Rotate(cabinet.id, cabinet.yaw + math.pi))
-    assert evaluate_layout(edited, PROTOCOL).v == 0
-    after = optimise(edited, PROTOCOL)
+    assert evaluate_layout(edited, PROTOCOL, rules="paper").v == 0
+    after = optimise(edited, PROTOCOL, rules="paper")
     assert assess(after).cost == 0
     box = after.box(cabinet.id)
     x, y = box.to_world(0.0, box.depth / 2.0 + 0.5)
@@ -105,7 +105,7 @@ def pinned(layout: Layout, *ids: str) -> Layout:
     return replaced(layout, {item: layout.placement(item).model_copy(update={"fixed": True}) for item in ids})
 
 
-@pytest.mark.parametrize("repair", [fast_repair, optimise, lambda spoilt: refine(spoilt, PROTOCOL)])
+@pytest.mark.parametrize("repair", [fast_repair, optimise, lambda spoilt: refine(spoilt, PROTOCOL, rules="paper")])
 def test_fixed_objects_never_move(layout: Layout, repair) -> None:
     fixed = ("SinkBench_1", "IslandBench_1" if "IslandBench_1" in layout.by_id else "FumeHood_1")
     sink = layout.box(fixed[0])
@@ -113,11 +113,11 @@ def test_fixed_objects_never_move(layout: Layout, repair) -> None:
     for other in ("GlasswareCabinet_1", "PreparationBench_1"):
         item = spoilt.placement(other)
         spoilt = apply(spoilt, Move(other, sink.x + 0.2 - item.position[0], sink.y - item.position[1]))
-    assert evaluate_layout(spoilt, PROTOCOL).v > 0
+    assert evaluate_layout(spoilt, PROTOCOL, rules="paper").v > 0
     after = repair(spoilt)
     for item in fixed:
         assert after.placement(item) == spoilt.placement(item)
-    assert evaluate_layout(after, PROTOCOL).v < evaluate_layout(spoilt, PROTOCOL).v
+    assert evaluate_layout(after, PROTOCOL, rules="paper").v < evaluate_layout(spoilt, PROTOCOL, rules="paper").v
 
 
 def test_two_fixed_objects_that_collide_are_reported_and_stay(layout: Layout) -> None:
@@ -125,7 +125,7 @@ def test_two_fixed_objects_that_collide_are_reported_and_stay(layout: Layout) ->
     item = layout.placement("GlasswareCabinet_1")
     spoilt = apply(layout, Move(item.id, sink.position[0] - item.position[0], sink.position[1] - item.position[1]))
     spoilt = pinned(spoilt, sink.id, item.id)
-    after = optimise(spoilt, PROTOCOL)
+    after = optimise(spoilt, PROTOCOL, rules="paper")
     assert after.placement(sink.id) == spoilt.placement(sink.id)
     assert after.placement(item.id) == spoilt.placement(item.id)
     assert any(set(collision.ids) == {sink.id, item.id} for collision in assess(after).collisions)
@@ -176,9 +176,9 @@ def test_furniture_is_rearranged_where_single_moves_do_not_help(damage: str) -> 
     for item, (x, y, yaw) in edits.items():
         spoilt = apply(spoilt, Place(item, x, y, yaw))
     protocol = protocols()[name]
-    assert evaluate_layout(spoilt, protocol, navigation=True).cost > 0
-    after = optimise(spoilt, protocol)
-    assert evaluate_layout(after, protocol, navigation=True).cost == 0
+    assert evaluate_layout(spoilt, protocol, navigation=True, rules="paper").cost > 0
+    after = optimise(spoilt, protocol, rules="paper")
+    assert evaluate_layout(after, protocol, navigation=True, rules="paper").cost == 0
     assert {item.id for item in after.placements} == {item.id for item in spoilt.placements}
     for item in edits:
         if not item.startswith("IslandBench"):
@@ -195,6 +195,6 @@ def test_a_board_behind_tall_furniture_moves_and_fixed_furniture_stays(layout: L
     spoilt = apply(layout, Place(board.id, x, y, tall.yaw))
     spoilt = pinned(spoilt, *(item.id for item in layout.placements if item.support == "floor"))
     assert assess(spoilt).v > 0
-    after = optimise(spoilt, PROTOCOL)
+    after = optimise(spoilt, PROTOCOL, rules="paper")
     assert assess(after).v == 0
     assert all(after.placement(item.id) == item for item in spoilt.placements if item.support == "floor")

@@ -7,8 +7,8 @@ import pytest
 from labgym.layouts import Layout, Placement, load_published
 from labgym.layouts.optimise import optimise_assessed
 from labgym.layouts.phases import improved
+from labgym.layouts.rules import PAPER
 from labgym.layouts.rules.objective import evaluate_layout
-from labgym.layouts.rules.thresholds import profile
 from labgym.layouts.trace import Recorder
 from labgym.navigation import goal_poses
 
@@ -23,12 +23,12 @@ def in_the_way(asset: str) -> tuple[Layout, Placement]:
 
 def test_without_ways_an_object_at_a_goal_pose_stays():
     blocked, stool = in_the_way("LabStool")
-    assert evaluate_layout(blocked, blocked.protocol).v == 0
-    assert evaluate_layout(blocked, blocked.protocol, navigation=True).v > 0
-    kept, assessment = optimise_assessed(blocked, blocked.protocol, ways=False)
+    assert evaluate_layout(blocked, blocked.protocol, rules="paper").v == 0
+    assert evaluate_layout(blocked, blocked.protocol, navigation=True, rules="paper").v > 0
+    kept, assessment = optimise_assessed(blocked, blocked.protocol, ways=False, rules="paper")
     assert kept.placement("InTheWay") == stool
     assert any(not move.feasible for move in assessment.transitions)
-    cleared, assessment = optimise_assessed(blocked, blocked.protocol)
+    cleared, assessment = optimise_assessed(blocked, blocked.protocol, rules="paper")
     assert cleared.placement("InTheWay") != stool
     assert all(move.feasible for move in assessment.transitions)
 
@@ -36,14 +36,13 @@ def test_without_ways_an_object_at_a_goal_pose_stays():
 @pytest.mark.parametrize("asset", ["LabStool", "EquipmentRack"])
 def test_without_facility_rules_only_the_refinement_clears_the_way(asset):
     blocked, placement = in_the_way(asset)
-    limits = profile("default")
-    assert evaluate_layout(blocked, blocked.protocol).v == 0
-    optimised, assessment = improved(blocked, blocked.protocol, limits, refine=False, facility=False)
+    assert evaluate_layout(blocked, blocked.protocol, rules="paper").v == 0
+    optimised, assessment = improved(blocked, blocked.protocol, PAPER, refine=False, facility=False)
     assert optimised.placement("InTheWay") == placement
-    assert assessment.profile == limits
+    assert assessment.rules == PAPER
     assert any(not move.feasible for move in assessment.transitions)
     recorder = Recorder()
-    _, assessment = improved(blocked, blocked.protocol, limits, trace=recorder, facility=False)
+    _, assessment = improved(blocked, blocked.protocol, PAPER, trace=recorder, facility=False)
     assert all(move.feasible for move in assessment.transitions)
     moves = [one for one in recorder.trace().iterations if one.change and not one.change.empty]
     assert {one.phase for one in moves} == {"refine"}

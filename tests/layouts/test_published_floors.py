@@ -84,9 +84,9 @@ def test_published_floors_name_the_furnisher_that_made_them(split):
 def test_a_published_floor_and_its_drives_have_no_fault():
     layout = load_published("floors-test", published("floors-test")[1])
     suite = load_suite("floors-test")
-    # The floor was published before touchstone-v2 had its safety rules: it breaks some of those, and nothing else.
-    assert [fault for fault in faults(layout, suite.drives[layout.id]) if not fault.endswith("touchstone-v2")] == []
-    assessment = evaluate_layout(layout, layout.protocol, navigation=True, metrics="touchstone-v2")
+    # The floor was published before `touchstone` had its safety rules: it breaks some of those, and nothing else.
+    assert [fault for fault in faults(layout, suite.drives[layout.id]) if not fault.endswith("touchstone")] == []
+    assessment = evaluate_layout(layout, layout.protocol, navigation=True, rules="touchstone")
     safety = {rule.name for rule in RULES}
     hard = {issue.rule for issue in assessment.issues if issue.severity == "error"}
     assert hard <= safety

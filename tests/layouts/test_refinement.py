@@ -132,7 +132,9 @@ def test_two_pieces_in_one_place_both_make_way() -> None:
     for side, item in zip((-0.35, 0.35), pieces, strict=False):
         position = spoilt.placement(item).position
         spoilt = apply(spoilt, Move(item, x + side - position[0], y - position[1]))
-    assert any(not one.feasible for one in evaluate_layout(spoilt, protocol, navigation=True).transitions or ())
-    after = evaluate_layout(refine(spoilt, protocol), protocol, navigation=True)
+    assert any(
+        not one.feasible for one in evaluate_layout(spoilt, protocol, navigation=True, rules="paper").transitions or ()
+    )
+    after = evaluate_layout(refine(spoilt, protocol, rules="paper"), protocol, navigation=True, rules="paper")
     assert all(one.feasible for one in after.transitions or ())
     assert after.cost == 0

@@ -35,7 +35,7 @@ def shaken(layout, seed, spread=0.12):
 @pytest.mark.parametrize("seed", range(4))
 def test_fast_repair_mends_shaken_layouts(layout, seed):
     spoilt = shaken(layout, seed)
-    before, after = evaluate_layout(spoilt), evaluate_layout(fast_repair(spoilt))
+    before, after = evaluate_layout(spoilt, rules="paper"), evaluate_layout(fast_repair(spoilt), rules="paper")
     wrong = len(before.bounds) + len(before.collisions)
     left = len(after.bounds) + len(after.collisions)
     assert wrong >= 5
@@ -46,14 +46,14 @@ def test_fast_repair_mends_shaken_layouts(layout, seed):
 def test_the_optimiser_never_adds_a_violation(layout, seed):
     protocol = protocols()["sub_01"]
     spoilt = shaken(layout, seed)
-    before = evaluate_layout(spoilt, protocol)
-    after = evaluate_layout(optimise(spoilt, protocol), protocol)
+    before = evaluate_layout(spoilt, protocol, rules="paper")
+    after = evaluate_layout(optimise(spoilt, protocol, rules="paper"), protocol, rules="paper")
     assert after.v < before.v
 
 
 def test_a_good_layout_is_left_alone(layout):
-    assert optimise(layout, protocols()["sub_01"]) is layout
-    assert refine(layout, protocols()["sub_01"]) is layout
+    assert optimise(layout, protocols()["sub_01"], rules="paper") is layout
+    assert refine(layout, protocols()["sub_01"], rules="paper") is layout
 
 
 def test_a_push_separates_two_boxes_by_the_least(layout):
@@ -79,9 +79,9 @@ def test_a_reagent_on_a_bench_is_put_into_a_cabinet(layout):
     protocol = protocols()["sub_01"]
     reagent = next(p.id for p in layout.placements if p.asset == "Acetone")
     spoilt = apply(layout, Settle(reagent, "PreparationBench_1", 0, 0.3, 0.0))
-    assert evaluate_layout(spoilt, protocol).v > 0
-    mended = optimise(spoilt, protocol)
-    assert evaluate_layout(mended, protocol).v == 0
+    assert evaluate_layout(spoilt, protocol, rules="paper").v > 0
+    mended = optimise(spoilt, protocol, rules="paper")
+    assert evaluate_layout(mended, protocol, rules="paper").v == 0
     assert mended.asset(mended.placement(reagent).support).storage_class is not None
 
 
@@ -107,9 +107,9 @@ def test_refinement_turns_a_bench_that_faces_the_wall(layout):
     protocol = protocols()["sub_01"]
     bench = "ValidationPlatform_1"
     spoilt = apply(layout, Rotate(bench, layout.placement(bench).yaw + math.pi))
-    before = evaluate_layout(spoilt, protocol, navigation=True)
+    before = evaluate_layout(spoilt, protocol, navigation=True, rules="paper")
     assert any(not transition.feasible for transition in before.transitions)
-    after = evaluate_layout(refine(spoilt, protocol), protocol, navigation=True)
+    after = evaluate_layout(refine(spoilt, protocol, rules="paper"), protocol, navigation=True, rules="paper")
     assert all(transition.feasible for transition in after.transitions)
     assert after.v < before.v
 
@@ -120,9 +120,9 @@ def test_refinement_moves_what_blocks_the_robot(layout):
     x, y = hood.to_world(0.0, hood.depth / 2.0 + 0.6)
     stool = Placement(id="LabStool_99", asset="LabStool", position=(x, y, 0.0))
     spoilt = layout.replace(placements=(*layout.placements, stool))
-    assert any(not t.feasible for t in evaluate_layout(spoilt, protocol, navigation=True).transitions)
-    mended = refine(spoilt, protocol)
-    assert evaluate_layout(mended, protocol, navigation=True).v == 0
+    assert any(not t.feasible for t in evaluate_layout(spoilt, protocol, navigation=True, rules="paper").transitions)
+    mended = refine(spoilt, protocol, rules="paper")
+    assert evaluate_layout(mended, protocol, navigation=True, rules="paper").v == 0
     assert "LabStool_99" in mended.by_id
 
 
@@ -133,9 +133,9 @@ def test_the_optimiser_repairs_a_shaken_floor_and_leaves_furniture_in_its_spaces
     standing = [item.id for item in layout.placements if item.support == "floor"]
     for item in generator.choice(standing, 3, replace=False):
         spoilt = apply(spoilt, Move(str(item), *map(float, generator.normal(0.0, 0.6, 2))))
-    before = evaluate_layout(spoilt, layout.protocol, navigation=True)
-    repaired = optimise(spoilt, layout.protocol)
-    after = evaluate_layout(repaired, layout.protocol, navigation=True)
+    before = evaluate_layout(spoilt, layout.protocol, navigation=True, rules="paper")
+    repaired = optimise(spoilt, layout.protocol, rules="paper")
+    after = evaluate_layout(repaired, layout.protocol, navigation=True, rules="paper")
     assert before.cost > 0
     assert after.cost == 0
     for item in standing:

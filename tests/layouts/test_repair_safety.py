@@ -1,4 +1,4 @@
-"""Repair under touchstone-v2 cures what makes a laboratory unsafe, as a checker that shares no code with it finds."""
+"""Repair cures what makes a laboratory unsafe, as a checker that shares no code with it finds."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from outside.safety_checker import Laboratory, faults, reactive
 from labgym.layouts import Layout, generate
 from labgym.layouts.moves import Place, Rotate, Settle, apply, lifted, replaced
 from labgym.layouts.repairs import Repair, repair_layout
-from labgym.layouts.rules import thresholds
+from labgym.layouts.rules import rule_set
 
-V2 = thresholds.profile("default", "touchstone-v2")
+V2 = rule_set("touchstone")
 LABORATORIES = [("red_05", 3, "12x9"), ("cyc_02", 5, "12x9")]
 
 
@@ -22,7 +22,7 @@ def kinds(layout: Layout) -> set[str]:
 
 
 def repaired(layout: Layout) -> Repair:
-    return repair_layout(layout, profile=V2)
+    return repair_layout(layout, rules=V2)
 
 
 @cache

@@ -20,7 +20,7 @@ from labgym.layouts.repairs.furniture import flush
 from labgym.layouts.repairs.rank import State
 from labgym.layouts.repairs.reinsertion import reinserted
 from labgym.layouts.repairs.resettling import lying
-from labgym.layouts.rules import thresholds
+from labgym.layouts.rules import rule_set, thresholds
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.egress import blocked_places
 from labgym.layouts.rules.objective import evaluate_layout
@@ -28,7 +28,7 @@ from labgym.layouts.settling import free_spots, homes
 from labgym.paper.damage import damaged
 from labgym.paper.spoiling import SPOILINGS
 
-SECOND = thresholds.profile("default", "touchstone-v2")
+SECOND = rule_set("touchstone")
 
 
 @pytest.fixture(scope="module")
@@ -57,7 +57,7 @@ def on_floor(layout: Layout, item: str, x: float, y: float) -> Layout:
 
 
 def test_a_sound_layout_is_returned_as_it_is(room):
-    result = repair_layout(room)
+    result = repair_layout(room, rules="paper")
     assert result.layout is room
     assert result.changes == ()
     assert result.problems == ()
@@ -76,14 +76,14 @@ def test_items_that_lie_on_the_floor_return_to_surfaces(room):
     spoilt = room
     for k, item in enumerate(items):
         spoilt = on_floor(spoilt, item, 2.0 + 0.5 * k, 4.0)
-    after = repair_layout(spoilt).layout
+    after = repair_layout(spoilt, rules="paper").layout
     for item in items:
         placement = after.placement(item)
         assert placement.support in after.by_id
         surface = after.surface(placement.support, placement.slot)
         assert Polygon(surface.corners()).buffer(0.005).covers(outline(after, item))
         assert placement.position[2] == pytest.approx(surface.z0, abs=0.005)
-    assert evaluate_layout(after, after.protocol, navigation=True).cost == 0
+    assert evaluate_layout(after, after.protocol, navigation=True, rules="paper").cost == 0
     assert all(after.placement(p.id) == p for p in room.placements if p.id not in items)
 
 
@@ -91,15 +91,15 @@ def test_many_items_on_the_floor_return_to_surfaces_with_few_assessments(room):
     spoilt = SPOILINGS["instruments_on_floor"].spoil(room, room.protocol)
     fallen = lying(spoilt)
     assert len(fallen) > 20
-    result = repair_layout(spoilt, units=10 * len(room.placements))
+    result = repair_layout(spoilt, units=10 * len(room.placements), rules="paper")
     assert result.problems == ()
     assert lying(result.layout) == ()
-    assert evaluate_layout(result.layout, room.protocol, navigation=True).cost == 0
+    assert evaluate_layout(result.layout, room.protocol, navigation=True, rules="paper").cost == 0
 
 
 def test_furniture_returns_under_the_load_that_it_has_left(room):
     spoilt, ids = harmed(room, "load_left", 2)
-    result = repair_layout(spoilt)
+    result = repair_layout(spoilt, rules="paper")
     assert result.problems == ()
     moved = {change.id for change in result.changes}
     assert moved <= set(ids)
@@ -110,8 +110,8 @@ def test_furniture_returns_under_the_load_that_it_has_left(room):
 
 def test_what_the_protocol_requires_and_is_missing_is_added(room):
     spoilt, _ = harmed(room, "removed", 3)
-    before = evaluate_layout(spoilt, room.protocol)
-    result = repair_layout(spoilt)
+    before = evaluate_layout(spoilt, room.protocol, rules="paper")
+    result = repair_layout(spoilt, rules="paper")
     assert before.missing
     assert result.after.missing == ()
     assert result.problems == ()
@@ -123,7 +123,7 @@ def test_what_the_protocol_requires_and_is_missing_is_added(room):
 def test_fixed_objects_stay_exactly_where_they_are(room):
     spoilt, _ = harmed(room, "furniture_stacked", 3)
     spoilt = pinned(spoilt, "SinkBench_1", *[p.id for p in spoilt.placements if p.asset == "HotPlate"])
-    after = repair_layout(spoilt).layout
+    after = repair_layout(spoilt, rules="paper").layout
     for placement in spoilt.placements:
         if placement.fixed:
             assert after.placement(placement.id) == placement
@@ -135,21 +135,21 @@ def test_what_cannot_be_repaired_is_named_with_the_reason(room):
     first, second = "SinkBench_1", "GlasswareCabinet_1"
     here, there = room.placement(second).position, room.placement(first).position
     spoilt = pinned(apply(room, Move(second, there[0] - here[0], there[1] - here[1])), first, second)
-    result = repair_layout(spoilt)
+    result = repair_layout(spoilt, rules="paper")
     assert result.problems
     assert any(first in problem and second in problem for problem in result.problems)
 
 
 def test_a_repair_moves_little(room):
     spoilt = apply(room, Rotate("FumeHood_1", room.placement("FumeHood_1").yaw + math.pi))
-    result = repair_layout(spoilt)
+    result = repair_layout(spoilt, rules="paper")
     assert result.problems == ()
     assert [change.id for change in result.changes] == ["FumeHood_1"]
 
 
 def test_the_same_layout_is_repaired_in_the_same_way(room):
     spoilt, _ = harmed(room, "moved", 2)
-    assert repair_layout(spoilt).layout.hash == repair_layout(spoilt).layout.hash
+    assert repair_layout(spoilt, rules="paper").layout.hash == repair_layout(spoilt, rules="paper").layout.hash
 
 
 def test_free_spots_are_inside_their_surface_and_overlap_nothing(room):
@@ -175,8 +175,8 @@ def test_free_spots_are_inside_their_surface_and_overlap_nothing(room):
 def test_a_required_piece_that_is_out_of_bounds_comes_back_and_is_not_added_again(room):
     front = room.box("FumeHood_1").front
     spoilt = apply(room, Move("FumeHood_1", -0.4 * front[0], -0.4 * front[1]))
-    assert "FumeHood" in (evaluate_layout(spoilt, room.protocol).missing or ())
-    result = repair_layout(spoilt)
+    assert "FumeHood" in (evaluate_layout(spoilt, room.protocol, rules="paper").missing or ())
+    result = repair_layout(spoilt, rules="paper")
     assert result.problems == ()
     assert [change.id for change in result.changes] == ["FumeHood_1"]
 
@@ -184,8 +184,8 @@ def test_a_required_piece_that_is_out_of_bounds_comes_back_and_is_not_added_agai
 def test_a_vessel_returns_to_its_hood_under_touchstone_2(room):
     vessel = next(p.id for p in room.placements if p.asset == "GraduatedCylinder" and p.support.startswith("FumeHood"))
     spoilt = apply(room, Settle(vessel, "PreparationBench_1", 0, 0.0, 0.0))
-    assert room.asset(repair_layout(spoilt).layout.root(vessel).id).subtype == "workbench"
-    result = repair_layout(spoilt, profile=SECOND)
+    assert room.asset(repair_layout(spoilt, rules="paper").layout.root(vessel).id).subtype == "workbench"
+    result = repair_layout(spoilt, rules=SECOND)
     assert result.problems == ()
     assert room.asset(result.layout.root(vessel).id).fume_hood
 
@@ -193,7 +193,7 @@ def test_a_vessel_returns_to_its_hood_under_touchstone_2(room):
 @pytest.mark.parametrize("way", ["no_extinguisher", "bare_necessities", "one_flask_on_floor"])
 def test_safety_equipment_and_glass_are_put_in_place_under_touchstone_2(room, way):
     spoilt = SPOILINGS[way].spoil(room, room.protocol)
-    result = repair_layout(spoilt, profile=SECOND)
+    result = repair_layout(spoilt, rules=SECOND)
     assert result.before.v > 0
     assert result.problems == ()
     assert evaluate_layout(result.layout, room.protocol, SECOND, navigation=True).v == 0
@@ -201,7 +201,7 @@ def test_safety_equipment_and_glass_are_put_in_place_under_touchstone_2(room, wa
 
 def test_wall_units_return_to_walls(room):
     units = [p.id for p in room.placements if p.support == "wall"]
-    after = repair_layout(SPOILINGS["wall_units_on_floor"].spoil(room, room.protocol)).layout
+    after = repair_layout(SPOILINGS["wall_units_on_floor"].spoil(room, room.protocol), rules="paper").layout
     width, depth = room.room.width, room.room.depth
     for unit in units:
         placement = after.placement(unit)
@@ -213,10 +213,10 @@ def test_wall_units_return_to_walls(room):
 
 def test_furniture_that_is_taken_out_comes_back_without_overlaps(room):
     spoilt, ids = harmed(room, "furniture_stacked", 3)
-    state = reinserted(State.of(spoilt, room.protocol, "default"), ids)
+    state = reinserted(State.of(spoilt, room.protocol, "paper"), ids)
     standing = [p.id for p in state.layout.placements if p.support == "floor"]
     assert sorted(p.id for p in state.layout.placements) == sorted(p.id for p in spoilt.placements)
-    assert state.rank.cost < State.of(spoilt, room.protocol, "default").rank.cost
+    assert state.rank.cost < State.of(spoilt, room.protocol, "paper").rank.cost
     for item in ids:
         for other in standing:
             if other != item:
@@ -256,18 +256,18 @@ def test_a_bench_returns_behind_the_one_that_it_stood_back_to_back_with():
     layout = layout.replace(
         placements=(*(p for p in layout.placements if layout.asset(p.id).size.depth < 1.2), first, second)
     )
-    sound = State.of(layout, None, "default")
+    sound = State.of(layout, None, "paper")
     assert not sound.assessment.errors
     spoilt = apply(layout, Place("behind", 5.6, 2.2, 0.7))
-    assert State.of(spoilt, None, "default").rank.cost > 0
-    after = repair_layout(spoilt).layout
+    assert State.of(spoilt, None, "paper").rank.cost > 0
+    after = repair_layout(spoilt, rules="paper").layout
     assert after.placement("front") == first
     assert outline(after, "behind").distance(outline(after, "front")) < 0.01
     assert math.cos(after.placement("behind").yaw - first.yaw) == pytest.approx(-1.0)
 
 
 def test_what_hangs_over_an_edge_within_the_tolerance_is_moved_back(room):
-    state = State.of(room, room.protocol, "default")
+    state = State.of(room, room.protocol, "paper")
     item = next(p for p in room.placements if p.asset == "Laptop" and not room.children(p.id))
     surface = room.surface(item.support, item.slot)
     reach = surface.to_local(*[float(c) for c in room.box(item.id).corners()[0]])
@@ -278,7 +278,7 @@ def test_what_hangs_over_an_edge_within_the_tolerance_is_moved_back(room):
     origin, there = surface.to_world(0.0, 0.0), surface.to_world(*((shift, 0.0) if axis == 0 else (0.0, shift)))
     hanging = apply(room, Move(item.id, there[0] - origin[0], there[1] - origin[1]))
     assert not Polygon(surface.corners()).buffer(0.004, join_style="mitre").covers(outline(hanging, item.id))
-    after = flush(replace(state, layout=hanging, assessment=evaluate_layout(hanging, room.protocol)), ())
+    after = flush(replace(state, layout=hanging, assessment=evaluate_layout(hanging, room.protocol, rules="paper")), ())
     assert Polygon(surface.corners()).buffer(1e-6).covers(outline(after.layout, item.id))
 
 
@@ -295,7 +295,7 @@ def test_a_place_of_work_inside_of_furniture_counts_as_a_narrow_way(room):
 
 def test_a_repair_stops_at_its_limit_of_work_and_says_so(room):
     spoilt, _ = harmed(room, "furniture_stacked", 4)
-    result = repair_layout(spoilt, units=300)
+    result = repair_layout(spoilt, units=300, rules="paper")
     assert result.after.cost <= result.before.cost
     assert "limit of work" in result.problems[-1]
-    assert repair_layout(spoilt, units=300).layout.hash == result.layout.hash
+    assert repair_layout(spoilt, units=300, rules="paper").layout.hash == result.layout.hash

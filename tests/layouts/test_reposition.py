@@ -38,7 +38,7 @@ def test_furniture_takes_along_what_stands_on_it(layout):
 def test_an_object_stays_on_its_surface(layout):
     moved = reposition(layout, "Beaker_1", 3.8, 2.4)
     assert (moved.placement("Beaker_1").support, moved.placement("Beaker_1").yaw) == ("IslandBench1800_1", 0.3)
-    assert evaluate_layout(moved).violations.of("bounds") == ()
+    assert evaluate_layout(moved, rules="paper").violations.of("bounds") == ()
 
 
 def test_an_object_changes_to_the_surface_below_its_new_place(layout):
@@ -48,7 +48,7 @@ def test_an_object_changes_to_the_surface_below_its_new_place(layout):
     assert beaker.support == "PreparationBench_1"
     assert beaker.position == pytest.approx((*sink.position[:2], moved.surface(beaker.support, beaker.slot).z0))
     assert beaker.yaw == pytest.approx(0.3)
-    assert evaluate_layout(moved).violations.of("bounds") == ()
+    assert evaluate_layout(moved, rules="paper").violations.of("bounds") == ()
 
 
 def test_a_place_without_a_surface_is_refused_with_the_distance(layout):

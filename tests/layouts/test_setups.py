@@ -65,11 +65,11 @@ def test_assembling_adds_stands_and_neither_removes_nor_renames_anything() -> No
 
 
 def test_an_assembled_layout_breaks_no_rule_and_loses_no_score() -> None:
-    before, after = (evaluate_layout(layout, None, DEFAULT) for layout in (loose(), made(loose())))
+    before, after = (evaluate_layout(layout, None, "paper") for layout in (loose(), made(loose())))
     assert after.v == 0
     assert after.collisions == ()
-    assert len(after.glass) == len(before.glass)
-    assert min(instance.satisfaction for instance in after.glass) == 1.0
+    assert len(after.of("glass")) == len(before.of("glass"))
+    assert min(instance.satisfaction for instance in after.of("glass")) == 1.0
     assert after.fitness >= before.fitness
     assert contacts(made(loose())) == ()
 
@@ -80,7 +80,7 @@ def test_glass_in_a_stand_is_as_far_from_the_edge_as_its_stand() -> None:
     surface, box = layout.surface("hood", 0), layout.box(stand.id)
     corners = np.array([surface.to_local(x, y) for x, y in box.corners()])
     edge = float((np.array([surface.width, surface.depth]) / 2.0 - np.abs(corners)).min())
-    (flask,) = (each for each in evaluate_layout(layout, None, DEFAULT).glass if each.ids == ("flask",))
+    (flask,) = (each for each in evaluate_layout(layout, None, "paper").of("glass") if each.ids == ("flask",))
     assert flask.distance == pytest.approx(edge, abs=1e-6)
 
 
@@ -94,7 +94,7 @@ def test_pieces_of_two_apparatus_still_collide() -> None:
         x, y, z = piece.position
         moved[piece.id] = piece.model_copy(update={"position": (x + dx, y + dy, z)})
     stacked = layout.replace(placements=tuple(moved.get(p.id, p) for p in layout.placements))
-    pairs = {frozenset(collision.ids) for collision in evaluate_layout(stacked, None, DEFAULT).collisions}
+    pairs = {frozenset(collision.ids) for collision in evaluate_layout(stacked, None, "paper").collisions}
     assert frozenset((stands[0].id, stands[1].id)) in pairs
     assert pairs <= {frozenset((contact.a, contact.b)) for contact in contacts(stacked)}
 
@@ -104,7 +104,7 @@ def test_fixed_pieces_stay_and_the_others_are_not_assembled_without_them() -> No
     assert layout.placement("flask") == loose("flask").placement("flask")
     assert not any(p.asset.startswith("RefluxStand") for p in layout.placements)
     assert any(p.asset == "FiltrationStand" for p in layout.placements)
-    assert evaluate_layout(layout, None, DEFAULT).v == 0
+    assert evaluate_layout(layout, None, "paper").v == 0
 
 
 def test_an_apparatus_without_room_is_left_in_pieces() -> None:
@@ -125,7 +125,7 @@ def test_a_generated_floor_has_assembled_glassware_and_all_that_the_protocol_req
     (stand,) = (p for p in layout.placements if p.asset == "AdditionStandOilBath")
     held = {p.asset for p in layout.children(stand.id)}
     assert held == {"MagneticHotplateStirrer", "OilBath", "ThreeNeckFlask", "RefluxCondenser", "DroppingFunnel"}
-    assessment = evaluate_layout(layout, layout.protocol, DEFAULT, navigation=True)
+    assessment = evaluate_layout(layout, layout.protocol, "paper", navigation=True)
     assert (assessment.v, assessment.missing, assessment.errors) == (0, (), ())
     assert contacts(layout) == ()
 
@@ -138,6 +138,6 @@ def test_a_hood_takes_a_missing_piece_from_a_bench_unless_the_protocol_ties_it_t
     apart = layout.replace(placements=(bench, *kept))
     taken = made(apart)
     assert taken.asset(taken.placement("flask").support).name == "RefluxStandOilBath"
-    assert evaluate_layout(taken, None, DEFAULT).v == 0
+    assert evaluate_layout(taken, None, "paper").v == 0
     tied = assembled(apart, DEFAULT, np.random.default_rng(1), {"RoundBottomFlask"})
     assert tied.root("flask").id == "bench"

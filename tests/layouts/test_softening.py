@@ -12,10 +12,9 @@ from labgym.layouts import Layout
 from labgym.layouts.repairs import repair_layout
 from labgym.layouts.repairs.rank import State
 from labgym.layouts.repairs.softening import MOVES, softened, without_surplus
-from labgym.layouts.rules import evaluate_layout, thresholds
-from labgym.layouts.rules.touchstone2.assessment import Assessment2
+from labgym.layouts.rules import Assessment, evaluate_layout, rule_set
 
-V2 = thresholds.profile("default", "touchstone-v2")
+V2 = rule_set("touchstone")
 LEFT = -math.pi / 2
 ACID_WIDTH, BASE_WIDTH = 0.08, 0.075
 """Widths of the two bottles, meters."""
@@ -39,9 +38,9 @@ def state(layout: Layout) -> State:
     return State.of(layout, layout.protocol, V2)
 
 
-def judged(layout: Layout) -> Assessment2:
+def judged(layout: Layout) -> Assessment:
     assessment = evaluate_layout(layout, layout.protocol, V2, navigation=True)
-    assert isinstance(assessment, Assessment2)
+    assert isinstance(assessment, Assessment)
     return assessment
 
 
@@ -77,7 +76,7 @@ def test_incompatible_reagents_of_a_faultless_layout_are_moved_apart() -> None:
     assert gap(before, "acid", "base") == pytest.approx(distance)
     instances = len(start.instances)
     assert start.fitness == pytest.approx(1.0 - 0.5 * (1.0 - distance / FULL_M) / instances)
-    result = repair_layout(before, profile=V2)
+    result = repair_layout(before, rules=V2)
     after = judged(result.layout)
     assert after.v == 0
     assert pair(result.layout) == 1.0
@@ -110,7 +109,7 @@ def test_a_hood_near_a_door_moves_away_from_it() -> None:
     assert judged(before).v == 0
     door = LineString([(0.7, 0.0), (1.7, 0.0)])
     assert Polygon(before.box("hood").corners()).distance(door) < 3.0
-    result = repair_layout(before, profile=V2)
+    result = repair_layout(before, rules=V2)
     assert judged(result.layout).v == 0
     assert Polygon(result.layout.box("hood").corners()).distance(door) >= 3.0
     reason = next(change.reason for change in result.changes if change.id == "hood")
@@ -119,11 +118,11 @@ def test_a_hood_near_a_door_moves_away_from_it() -> None:
 
 def test_what_is_fixed_stays_and_a_layout_that_cannot_be_improved_is_the_same_object() -> None:
     layout = neighbors(acids=True, bases=True, acid=True, base=True)
-    result = repair_layout(layout, profile=V2)
+    result = repair_layout(layout, rules=V2)
     assert result.layout is layout
     assert (result.changes, result.problems) == ((), ())
     perfect = orderly_laboratory()
-    assert repair_layout(perfect, profile=V2).layout is perfect
+    assert repair_layout(perfect, rules=V2).layout is perfect
 
 
 def test_a_layout_with_a_fault_is_not_softened() -> None:
@@ -139,7 +138,7 @@ def test_soft_terms_improve_although_the_building_has_no_exit() -> None:
     for wall in data["floor"]["walls"]:
         wall["openings"] = []
     before = Layout.parse(data, "no exit")
-    result = repair_layout(before, profile=V2)
+    result = repair_layout(before, rules=V2)
     assert (judged(before).v, judged(result.layout).v) == (1, 1)
     assert pair(result.layout) == 1.0
     assert len(result.problems) == 1
@@ -148,14 +147,14 @@ def test_soft_terms_improve_although_the_building_has_no_exit() -> None:
 
 def test_a_report_says_why_each_object_was_changed() -> None:
     scale = put("scale", "ElectronicScale", 3.6, 7.55, 0.9, on="hood", slot=0)
-    result = repair_layout(orderly_laboratory(scale, without=("detector", "spills")), profile=V2)
+    result = repair_layout(orderly_laboratory(scale, without=("detector", "spills")), rules=V2)
     reasons = {change.id: change.reason for change in result.changes}
     assert "fume hoods" in reasons["scale"]
     assert reasons["GasDetector_1"] == reasons["SpillKit_1"] == "required and missing"
 
 
 def test_softening_is_deterministic() -> None:
-    first, second = (repair_layout(neighbors(), profile=V2).layout.hash for _ in range(2))
+    first, second = (repair_layout(neighbors(), rules=V2).layout.hash for _ in range(2))
     assert first == second
 
 
@@ -165,7 +164,7 @@ BOARDS = tuple(put(f"board_{k}", "NoticeBoard", x, 0.02, 1.2, on="wall") for k, 
 def test_surplus_optional_pieces_are_removed_and_the_report_says_why() -> None:
     before = orderly_laboratory(*BOARDS)
     assert judged(before).v == 0
-    result = repair_layout(before, profile=V2)
+    result = repair_layout(before, rules=V2)
     assert [(change.id, change.kind) for change in result.changes] == [("board_1", "removed")]
     assert "2 NoticeBoard in one laboratory, at most 1 are useful" in result.changes[0].reason
     assert {one.id for one in before.placements} - {one.id for one in result.layout.placements} == {"board_1"}
@@ -175,9 +174,9 @@ def test_surplus_optional_pieces_are_removed_and_the_report_says_why() -> None:
 def test_fixed_surplus_pieces_stay() -> None:
     boards = tuple(board.model_copy(update={"fixed": True}) for board in BOARDS)
     layout = orderly_laboratory(*boards)
-    assert repair_layout(layout, profile=V2).layout is layout
+    assert repair_layout(layout, rules=V2).layout is layout
     last = orderly_laboratory(BOARDS[0], boards[1])
-    assert {one.id for one in last.placements} - {p.id for p in repair_layout(last, profile=V2).layout.placements} == {
+    assert {one.id for one in last.placements} - {p.id for p in repair_layout(last, rules=V2).layout.placements} == {
         "board_0"
     }
 
@@ -207,4 +206,4 @@ def test_pieces_that_the_protocol_requires_stay() -> None:
 
 def test_touchstone_1_has_no_limit_of_optional_pieces() -> None:
     layout = orderly_laboratory(*BOARDS)
-    assert list(without_surplus(State.of(layout, layout.protocol, "default"))) == []
+    assert list(without_surplus(State.of(layout, layout.protocol, "paper"))) == []

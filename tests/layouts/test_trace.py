@@ -31,7 +31,7 @@ def recorded() -> tuple[Layout, Trace]:
 
 def test_the_phases_repair_a_fallible_proposal(recorded: tuple[Layout, Trace]) -> None:
     layout, trace = recorded
-    assessment = evaluate_layout(layout, protocols()[PROTOCOL], navigation=True)
+    assessment = evaluate_layout(layout, protocols()[PROTOCOL], navigation=True, rules="paper")
     assert (assessment.v, assessment.errors, assessment.missing) == (0, (), ())
     assert "failures" not in layout.provenance.options
     assert {item.id for item in trace.start.placements} < {item.id for item in layout.placements}
@@ -78,12 +78,12 @@ def test_a_state_changes_exactly_if_a_trial_was_accepted(recorded: tuple[Layout,
 def test_a_repair_is_recorded_stage_by_stage() -> None:
     spoilt = apply(island_laboratory(), Move("IslandBench1800_1", 1.4, 2.6))
     recorder = Recorder()
-    repaired = repair_layout(spoilt, trace=recorder).layout
+    repaired = repair_layout(spoilt, trace=recorder, rules="paper").layout
     trace = recorder.trace()
     assert trace.start == spoilt
     assert trace.final().placements == repaired.placements != spoilt.placements
     assert "repair" in {iteration.phase for iteration in trace.iterations}
-    assert repair_layout(spoilt).layout == repaired
+    assert repair_layout(spoilt, rules="paper").layout == repaired
 
 
 def test_recording_changes_nothing(recorded: tuple[Layout, Trace]) -> None:
@@ -95,7 +95,7 @@ def test_recording_changes_nothing(recorded: tuple[Layout, Trace]) -> None:
 def test_a_phase_alone_begins_its_own_trace(recorded: tuple[Layout, Trace]) -> None:
     layout, _ = recorded
     recorder = Recorder()
-    same, _ = optimise_assessed(layout, protocols()[PROTOCOL], trace=recorder)
+    same, _ = optimise_assessed(layout, protocols()[PROTOCOL], trace=recorder, rules="paper")
     trace = recorder.trace()
     assert trace.start is layout is same
     assert len(trace.iterations) == 1

@@ -92,7 +92,7 @@ def test_the_refinement_sends_the_robot_to_the_other_hood_if_the_first_is_blocke
     pieces = tuple(item.model_copy(update={"fixed": True}) for item in (*first.placements, crate))
     blocked = first.replace(placements=pieces)
     protocol, recorder = get(PROTOCOL), Recorder()
-    before = evaluate_layout(blocked, protocol, navigation=True)
+    before = evaluate_layout(blocked, protocol, navigation=True, rules="paper")
     assert not all(move.feasible for move in before.transitions or ())
     after, assessment = refine_assessed(blocked, before, protocol, trace=recorder)
     assert all(move.feasible for move in assessment.transitions or ())

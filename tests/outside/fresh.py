@@ -1,7 +1,7 @@
 """Furnishes fresh rooms and floors, and counts what breaks rules: PYTHONPATH=tests python -m outside.fresh --out ROWS.
 
 Every preset, sizes of rooms, every family, all protocols and combinations of them occur; every third request has a
-protocol with water-reactive reagents. A row of the output is one request: CPU time, and what breaks touchstone-v2.
+protocol with water-reactive reagents. A row of the output is one request: CPU time, and which rules it breaks.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from typing import Any
 from labgym.errors import LabgymError
 from labgym.layouts import generate
 from labgym.layouts.combination import combination
+from labgym.layouts.rules import rule_set
 from labgym.layouts.rules.objective import evaluate_layout
-from labgym.layouts.rules.thresholds import profile
 from labgym.protocols import protocols
 
-LIMITS = profile("default", "touchstone-v2")
+LIMITS = rule_set("touchstone")
 WATER_REACTIVE = ("red_05", "red_01", "red_05", "alk_02", "pro_03", "red_05", "fgt_01", "alk_04")
 PLACES: tuple[dict[str, str], ...] = (
     {"room": "bay"},
@@ -65,14 +65,14 @@ def main() -> None:
             case, start = request(k), time.process_time()
             row: dict[str, Any] = {"k": k, "seed": arguments.seed + k, **case}
             try:
-                layout = generate(seed=arguments.seed + k, profile=LIMITS, **case)  # as the command does
+                layout = generate(seed=arguments.seed + k, rules=LIMITS, **case)  # as the command does
             except LabgymError as error:
                 row |= {"error": type(error).__name__, "message": str(error)}
                 total[row["error"]] += 1
             else:
                 row["cpu"] = round(time.process_time() - start, 2)
                 together = combination(layout.protocols, layout.catalog)
-                judged = evaluate_layout(layout, together, metrics="touchstone-v2", navigation=True)
+                judged = evaluate_layout(layout, together, rules="touchstone", navigation=True)
                 row |= {"objects": len(layout.placements), "v": judged.v}
                 row["violations"] = [[each.kind, each.message] for each in judged.violations.items]
                 row["issues"] = [[each.rule, each.severity, each.message] for each in judged.issues]

@@ -40,14 +40,14 @@ def outline(layout: Layout, each: str) -> Polygon:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_damage_raises_the_figure_that_it_should(room, kind):
-    before = evaluate_layout(room, room.protocol, navigation=True)
+    before = evaluate_layout(room, room.protocol, navigation=True, rules="paper")
     assert (before.v, before.missing) == (0, ())
     for pieces in (1, 3):
-        after = evaluate_layout(damage(room, kind, pieces).layout, room.protocol, navigation=True)
+        after = evaluate_layout(damage(room, kind, pieces).layout, room.protocol, navigation=True, rules="paper")
         figures = {
             "items_stacked": len(after.collisions),
             "items_shoved": len(after.out_of_bounds),
-            "reagents_out": sum(instance.satisfaction == 0.0 for instance in after.storage),
+            "reagents_out": sum(instance.satisfaction == 0.0 for instance in after.of("storage")),
             "load_left": len(after.out_of_bounds),
             "furniture_stacked": len(after.collisions),
             "goal_pose": sum(not transition.feasible for transition in after.transitions),

@@ -105,7 +105,7 @@ def test_supports_are_the_objects_that_the_locations_name(folder):
     ethanol = layout.placement("Ethanol")
     assert ethanol.support == "ReagentCabinet"
     assert layout.surface("ReagentCabinet", ethanol.slot).z0 == pytest.approx(0.8)
-    assert evaluate_layout(layout).v == 0
+    assert evaluate_layout(layout, rules="paper").v == 0
 
 
 def test_of_two_carriers_of_one_name_the_nearest_carries(folder):
@@ -125,7 +125,7 @@ def test_a_location_without_a_surface_is_noted_and_the_pose_kept(folder):
     assert imported.layout.placement("Beaker_1").position[2] == 0.5
     for words in ("'chair': LabStool has no surface", "'moon': no object has that name", "its bottom at 0.8 m"):
         assert any(words in note for note in imported.notes)
-    assert evaluate_layout(imported.layout).out_of_bounds == {"Beaker_1", "RotaryEvaporator"}
+    assert evaluate_layout(imported.layout, rules="paper").out_of_bounds == {"Beaker_1", "RotaryEvaporator"}
 
 
 def test_notes_say_what_the_file_does_not(folder):
@@ -220,11 +220,11 @@ def test_a_crowded_scene_can_be_repaired(folder):
     objects = [*OBJECTS, thing("Chair", 5.5, 5.7), thing("Pipette", 4.52, 4.1, 0.8, on="experimental_platform")]
     objects[1] = thing("FumeHood", 7.0, 6.75, turn=180)
     layout = read_labbuilder(folder(objects), protocols=(TOUR,), doors=(Door(wall="front", offset=4.0),)).layout
-    before = evaluate_layout(layout, TOUR, navigation=True)
+    before = evaluate_layout(layout, TOUR, navigation=True, rules="paper")
     assert before.out_of_bounds == {"FumeHood"}
     assert [collision.ids for collision in before.collisions] == [("Beaker", "Pipette")]
-    after = refine(optimise(layout, TOUR), TOUR)
-    assert evaluate_layout(after, TOUR, navigation=True).v == 0
+    after = refine(optimise(layout, TOUR, rules="paper"), TOUR, rules="paper")
+    assert evaluate_layout(after, TOUR, navigation=True, rules="paper").v == 0
     assert [placement.size for placement in after.placements] == [placement.size for placement in layout.placements]
 
 

@@ -16,7 +16,6 @@ from labgym.layouts import Layout, Placement, generate
 from labgym.layouts.generate import resolve_request
 from labgym.layouts.placement import FLOOR
 from labgym.layouts.request import Request
-from labgym.layouts.rules import thresholds
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.presence import resolved
 from labgym.layouts.rules.storage import in_own_class
@@ -42,7 +41,7 @@ def proposal(protocol: str, **rates: float) -> tuple[Layout, Assessment]:
     """A proposal in the preset `bay` with a fixed rack where the hood usually stands, and its assessment."""
     asked = request(protocol, fixed=(PILLAR,))
     layout = SamplerProposer(Rates(**rates)).propose(asked)
-    return layout, evaluate_layout(layout, asked.protocol, navigation=True)
+    return layout, evaluate_layout(layout, asked.protocol, navigation=True, rules="paper")
 
 
 def outline(layout: Layout, each: str) -> Polygon:
@@ -129,7 +128,7 @@ def round_positions(layout: Layout, _: Assessment) -> bool:
 
 
 def near_hazards(_: Layout, assessment: Assessment) -> bool:
-    return any(i.satisfaction < 1.0 for i in (*assessment.flammable, *assessment.incompatible))
+    return any(i.satisfaction < 1.0 for i in (*assessment.of("flammable"), *assessment.of("incompatible")))
 
 
 def left_out(layout: Layout, _: Assessment) -> bool:
@@ -141,7 +140,7 @@ def wrong_cabinet(layout: Layout, assessment: Assessment) -> bool:
 
 
 def dangerous_glass(_: Layout, assessment: Assessment) -> bool:
-    return any(instance.satisfaction < 0.5 for instance in assessment.glass)
+    return any(instance.satisfaction < 0.5 for instance in assessment.of("glass"))
 
 
 FAULTS: dict[str, Callable[[Layout, Assessment], bool]] = {
@@ -176,7 +175,9 @@ def test_every_kind_of_error_has_a_test() -> None:
 @pytest.mark.parametrize("protocol", sorted(protocols()))
 def test_without_errors_the_layout_of_every_protocol_is_flawless(protocol: str) -> None:
     asked = request(protocol)
-    assessment = evaluate_layout(SamplerProposer(Rates()).propose(asked), asked.protocol, navigation=True)
+    assessment = evaluate_layout(
+        SamplerProposer(Rates()).propose(asked), asked.protocol, navigation=True, rules="paper"
+    )
     assert assessment.v == 0
     assert assessment.missing == ()
 
@@ -251,10 +252,9 @@ def test_the_published_rates_are_the_assumed_ones_times_the_factors() -> None:
     assert set(published.factors) == set(GROUPS)
 
 
-def test_under_touchstone_2_the_safety_equipment_is_added_that_a_proposal_lacks() -> None:
-    second = thresholds.profile("default", "touchstone-v2")
-    assert missing_kinds(generate("red_02", 0, proposer="sampler"))
-    assert not missing_kinds(generate("red_02", 0, profile=second, proposer="sampler"))
+def test_under_touchstone_the_safety_equipment_is_added_that_a_proposal_lacks() -> None:
+    assert missing_kinds(generate("red_02", 0, rules="paper", proposer="sampler"))
+    assert not missing_kinds(generate("red_02", 0, proposer="sampler"))
 
 
 def missing_kinds(layout: Layout) -> list[str]:

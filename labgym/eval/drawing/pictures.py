@@ -25,7 +25,7 @@ from labgym.eval.drawing.plan_drawing import (
 from labgym.eval.drawing.plan_panel import PANEL_INCHES, Panel
 from labgym.layouts.model import Layout
 from labgym.layouts.rules import Violation
-from labgym.layouts.rules.facility import FacilityIssue
+from labgym.layouts.rules.rule import FacilityIssue
 from labgym.navigation import Pose
 from labgym.navigation.goals import location_pose
 from labgym.protocols import Protocol

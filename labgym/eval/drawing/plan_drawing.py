@@ -19,7 +19,7 @@ from labgym.layouts.floor import Door, Floor, Room
 from labgym.layouts.model import Layout
 from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules import Violation
-from labgym.layouts.rules.facility import FacilityIssue
+from labgym.layouts.rules.rule import FacilityIssue
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

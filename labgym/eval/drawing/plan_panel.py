@@ -13,7 +13,7 @@ from labgym.eval.drawing.plan_labels import FONT, readable_name
 from labgym.layouts.floor import Floor
 from labgym.layouts.model import Layout
 from labgym.layouts.rules import Violation
-from labgym.layouts.rules.facility import FacilityIssue
+from labgym.layouts.rules.rule import FacilityIssue
 from labgym.protocols import Protocol
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from labgym.eval.drawing.plan_drawing import draw_goals, draw_objects, draw_plan
 from labgym.eval.drawing.plan_labels import FONT
 from labgym.layouts.combination import combination
 from labgym.layouts.model import Layout
-from labgym.layouts.rules import thresholds
+from labgym.layouts.rules import rule_set
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.trace import Iteration, Trace
 from labgym.navigation.goals import Pose, location_pose
@@ -74,9 +74,9 @@ def trace_states(trace: Trace, most: int = MOST_FRAMES) -> list[State]:
 
     Raises:
         DocumentError: as `Trace.states`.
-        UnknownNameError: the trace names a profile that does not exist.
+        UnknownNameError: the trace names a rule set or a profile that does not exist.
     """
-    protocol, limits = trace_protocol(trace), thresholds.profile(trace.profile, trace.metrics)
+    protocol, rules = trace_protocol(trace), rule_set(trace.rules, trace.profile)
     states, before = [], trace.start
     for number, (iteration, layout) in enumerate(trace.states()):
         if number == 0 or iteration.accepted:
@@ -84,7 +84,7 @@ def trace_states(trace: Trace, most: int = MOST_FRAMES) -> list[State]:
         before = layout
     chosen = {round(index) for index in np.linspace(0, len(states) - 1, min(most, len(states)))}
     return [
-        State(*state, evaluate_layout(state[2], protocol, limits, navigation=True))
+        State(*state, evaluate_layout(state[2], protocol, rules, navigation=True))
         for index, state in enumerate(states)
         if index in chosen
     ]

@@ -149,7 +149,7 @@ def _provenance(results: ResultsFolder) -> tuple[tuple[str, str], ...]:
     facts: list[tuple[str, str]] = []
     if results.scores:
         first = next(iter(results.scores.values()))
-        facts.append(("layout metrics", f"{first.version}, profile {first.profile}"))
+        facts.append(("layout metrics", f"rules {first.rules}, profile {first.profile}"))
     for suite in dict.fromkeys(one.summary.suite.label for one in results.evaluations):
         names = [one.name for one in results.evaluations if one.summary.suite.label == suite]
         facts.append((f"suite {suite}", ", ".join(names)))

@@ -8,46 +8,25 @@ from typing import Protocol
 from labgym.eval.driving.intervals import Estimate
 from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.reports.paper import paper
-from labgym.eval.scoring.layout_report import LayoutSummary
-from labgym.layouts.rules.thresholds import VERSION_2
+from labgym.eval.scoring.layout_report import COLUMNS, LayoutSummary
+from labgym.layouts.rules.rule_sets import PAPER
 from labgym.table import Table, number
 
-LAYOUT_COLUMNS = (
-    ("obj", "Obj", 1),
-    ("ob", "OB ↓", 2),
-    ("cn", "CN ↓", 2),
-    ("asset", "Asset ↑", 3),
-    ("step_nav", "Step nav ↑", 3),
-    ("prot_nav", "Prot nav ↑", 3),
-    ("flam", "Flam ↑", 3),
-    ("store", "Store ↑", 3),
-    ("incomp", "Incomp ↑", 3),
-    ("glass", "Glass ↑", 3),
-)
+LAYOUT_COLUMNS = tuple((name, column.heading, column.digits) for name, column in COLUMNS.items() if column.paper)
 """Layout metrics in the paper's order: field of the report, heading, number of digits."""
-
-LAYOUT_COLUMNS_2 = (
-    *LAYOUT_COLUMNS,
-    ("door_nav", "Door nav ↑", 3),
-    ("fronts", "Fronts ↑", 3),
-    ("near", "Near ↑", 3),
-    ("ventilate", "Ventilate ↑", 3),
-    ("safety", "Safety ↑", 3),
-    ("facility", "Facility ↑", 3),
-    ("reach", "Reach ↑", 3),
-    ("walk", "Walk, m ↓", 1),
-    ("v", "v ↓", 2),
+OWN_COLUMNS = tuple(
+    (name, column.heading, column.digits)
+    for name, column in COLUMNS.items()
+    if column.heading and not (column.paper or column.judged)
 )
-"""Layout metrics of touchstone-v2."""
-
-
-SEMANTIC_COLUMNS = (("real", "Real ↑", 2), ("lay", "Lay ↑", 2), ("comp", "Comp ↑", 2))
+"""Further layout metrics of the rule set `touchstone`."""
+SEMANTIC_COLUMNS = tuple((name, column.heading, column.digits) for name, column in COLUMNS.items() if column.judged)
 """Scores of a vision-language model, in tables of layouts that one has judged."""
 
 
-def layout_columns(versions: Sequence[str]) -> tuple[tuple[str, str, int], ...]:
-    """Return the columns of a table of layouts that were scored under some versions of the metrics."""
-    return LAYOUT_COLUMNS_2 if tuple(versions) == (VERSION_2,) else LAYOUT_COLUMNS
+def layout_columns(rules: Sequence[str]) -> tuple[tuple[str, str, int], ...]:
+    """Return the columns of a table of layouts that were scored under some rule sets."""
+    return LAYOUT_COLUMNS if PAPER.name in rules else (*LAYOUT_COLUMNS, *OWN_COLUMNS)
 
 
 NAVIGATION_ROWS = (
@@ -95,7 +74,7 @@ def layout_table(summary: LayoutSummary, name: str = "labgym") -> Table:
         name: name of the first row.
     """
     judged = all(key in summary.metrics and summary.metrics[key].count for key, _, _ in SEMANTIC_COLUMNS)
-    columns = layout_columns(summary.versions)
+    columns = layout_columns(summary.rules)
     shown = (*columns, *SEMANTIC_COLUMNS) if judged else columns
     means = {key: summary.mean(key) for key, _, _ in shown}
     printed = paper().layouts.row("LabBuilder")
@@ -104,10 +83,10 @@ def layout_table(summary: LayoutSummary, name: str = "labgym") -> Table:
         for key, heading, _ in shown
         if summary.metrics[key].nulls
     ]
-    notes = [f"Means over layouts, {', '.join(summary.versions)}, profile {', '.join(summary.profiles)}."]
+    notes = [f"Means over layouts, rules {', '.join(summary.rules)}, profile {', '.join(summary.profiles)}."]
     if absent:
         notes.append(f"Means over the layouts to which the metric applies: {', '.join(absent)}.")
-    if columns is LAYOUT_COLUMNS_2:
+    if columns is not LAYOUT_COLUMNS:
         notes.append("Step nav and Door nav are pooled over the drives of all layouts.")
     if judged:
         notes.append("Real, Lay and Comp: points of 10 by a vision-language model; the paper's model was another one.")

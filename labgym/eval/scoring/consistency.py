@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Literal
 
 from labgym.eval.scoring.layout_report import ConsistencyProxy, RuleScore
 from labgym.layouts.placement import FLOOR, WALL
@@ -45,8 +44,6 @@ layout are 0 in version 2."""
 BARE_TOPS = 0.2
 """Share of work surfaces in use under which completeness is 0 in version 2 (LabBuilder: over 80% empty)."""
 
-Version = Literal[1, 2]
-
 ESSENTIALS: dict[str, frozenset[str]] = {
     "bench": frozenset({"workbench"}),
     "hood": frozenset({"ventilation"}),
@@ -67,15 +64,15 @@ SAFETY: dict[str, frozenset[str]] = {
 """Subtypes of safety equipment; version 2 counts what is missing."""
 
 
-def consistency_proxy(assessment: Assessment, protocol: Protocol | None, version: Version = 1) -> ConsistencyProxy:
+def consistency_proxy(assessment: Assessment) -> ConsistencyProxy:
     """Return scores for realism, layout and completeness by rules, at most 10 each.
+
+    The rule set chooses the version of the rules.
 
     Args:
         assessment: with navigation; without it, version 2 judges neither ways out nor transitions.
-        protocol: what the laboratory is for.
-        version: version of the rules.
     """
-    arrangement = assessment.arrangement
+    arrangement, protocol, version = assessment.arrangement, assessment.protocol, assessment.rules.proxy
     listed = [*_realism(arrangement), *_layout(arrangement, protocol), *_completeness(assessment, protocol)]
     if version == 2:
         listed += _faults(assessment)

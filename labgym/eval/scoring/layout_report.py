@@ -2,18 +2,40 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar, Literal
+from dataclasses import dataclass
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
 from labgym.documents import Document, Record
 from labgym.eval.scoring.judgement import DIMENSIONS, Judgement
 from labgym.layouts.floor.fields import Growing
-from labgym.layouts.rules.facility import FacilityIssue
 from labgym.layouts.rules.regulations import Ruling
+from labgym.layouts.rules.rule import FacilityIssue
 
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 Count = Annotated[int, Field(ge=0)]
+Bit = Annotated[int, Field(ge=0, le=1)]
+
+
+@dataclass(frozen=True)
+class Column:
+    """A field of a report that is a metric.
+
+    Attributes:
+        heading: in tables; empty for metrics that tables leave out.
+        digits: number of decimals there.
+        paper: whether the paper has this column.
+        judged: whether a vision-language model gives it.
+        pooled_by: field with the number of drives behind a share of drives. Under rule sets other than `paper` the
+            drives of all layouts are pooled.
+    """
+
+    heading: str = ""
+    digits: int = 3
+    paper: bool = False
+    judged: bool = False
+    pooled_by: str = ""
 
 
 class Gated(Record):
@@ -91,20 +113,35 @@ class ReportedViolation(Record):
 class LayoutReport(Growing, Document):
     """LabTouchstone metrics of one layout. A metric that does not apply is None and is left out of means.
 
+    Fields marked with a `Column` are metrics: `aggregate` averages them, and tables show them. What a rule set does not
+    measure is None or empty.
+
     Attributes:
         layout, layout_hash, protocol: the layout and the protocol that it was scored for.
-        profile, version: the thresholds and the definitions.
+        rules, profile: the rule set and its thresholds.
         obj: number of placed objects, without doors, windows and robots.
         ob: number of objects out of bounds.
         cn: number of colliding pairs. cn_sw: those that also share more than 1e-4 m3.
         cn_mj: number of pairs in contact in MuJoCo; None if contacts were not computed.
-        asset: 1 if all required assets are placed, else 0; None without a protocol. missing: the absent assets.
-        step_nav: share of the protocol's transitions with a collision-free path. prot_nav: 1 if all have one, else 0.
-        transitions: number of transitions.
+        asset: 1 if all required assets, and all safety equipment that the rule set requires, are placed, else 0; None
+            without a protocol. missing: what is absent.
+        step_nav: share of the protocol's transitions with a collision-free path. transitions: their number.
+        door_nav: share of the doors of the rooms in use from which the robot reaches the first step there. entries:
+            number of those doors.
+        prot_nav: 1 if all drives of the rule set have a path, else 0.
         flam, store, incomp, glass: chemical safety. gated: the same scores multiplied by `asset`.
         incomp_contained: Incomp, with separate closed cabinets counted as separated.
         store_class: share of reagents in a cabinet of their storage class.
-        instances: number of instances behind each chemical score.
+        instances: number of instances behind the score of each term.
+        fronts: mean free share of the depth that the catalog requires in front of furniture.
+        near, ventilate: mean satisfaction of the protocol's constraints.
+        safety: share of the required kinds of safety equipment that are placed.
+        facility: mean over the facility rules that apply; facility_rules: share of objects that keep each.
+        hard_facility: number of broken facility rules that count in v.
+        walk: walking distance of the protocol's workflow, meters; None if a walk is blocked. between_steps, fetching:
+            its two parts. trips: number of trips to fetch something.
+        reach: share of the items of the steps within the arm's envelope. out_of_reach: the other placements.
+        regulations: rulings of each clause by regulation profile: US, EN, CN. They count in no score.
         v, fitness: the generator's objective; v includes navigation.
         physical, s_phys: at most 35 points. s_chem: at most 35 points, None if no chemical score applies.
         real, lay, comp, s_consist: scores of a vision-language model: means over its samples, at most 10 each, and
@@ -121,38 +158,54 @@ class LayoutReport(Growing, Document):
     layout: str
     layout_hash: str
     protocol: str | None
+    rules: str
     profile: str
-    version: str
-    obj: Count
-    ob: Count
-    cn: Count
-    cn_sw: Count
-    cn_mj: Count | None
-    asset: Annotated[int, Field(ge=0, le=1)] | None
+    obj: Annotated[Count, Column("Obj", 1, paper=True)]
+    ob: Annotated[Count, Column("OB ↓", 2, paper=True)]
+    cn: Annotated[Count, Column("CN ↓", 2, paper=True)]
+    cn_sw: Annotated[Count, Column()]
+    cn_mj: Annotated[Count | None, Column()]
+    asset: Annotated[Bit | None, Column("Asset ↑", 3, paper=True)]
     missing: tuple[str, ...]
-    step_nav: Share | None
-    prot_nav: Annotated[int, Field(ge=0, le=1)] | None
-    transitions: Count
-    flam: Share | None
-    store: Share | None
-    incomp: Share | None
-    glass: Share | None
+    step_nav: Annotated[Share | None, Column("Step nav ↑", 3, paper=True, pooled_by="transitions")] = None
+    prot_nav: Annotated[Bit | None, Column("Prot nav ↑", 3, paper=True)] = None
+    transitions: Count = 0
+    flam: Annotated[Share | None, Column("Flam ↑", 3, paper=True)] = None
+    store: Annotated[Share | None, Column("Store ↑", 3, paper=True)] = None
+    incomp: Annotated[Share | None, Column("Incomp ↑", 3, paper=True)] = None
+    glass: Annotated[Share | None, Column("Glass ↑", 3, paper=True)] = None
     gated: Gated
-    incomp_contained: Share | None
-    store_class: Share | None
+    incomp_contained: Annotated[Share | None, Column()]
+    store_class: Annotated[Share | None, Column()]
     instances: dict[str, Count]
-    v: Count
-    fitness: Share
+    door_nav: Annotated[Share | None, Column("Door nav ↑", 3, pooled_by="entries")] = None
+    entries: Count = 0
+    fronts: Annotated[Share | None, Column("Fronts ↑", 3)] = None
+    near: Annotated[Share | None, Column("Near ↑", 3)] = None
+    ventilate: Annotated[Share | None, Column("Ventilate ↑", 3)] = None
+    safety: Annotated[Share | None, Column("Safety ↑", 3)] = None
+    facility: Annotated[Share | None, Column("Facility ↑", 3)] = None
+    facility_rules: dict[str, Share] = Field(default_factory=dict)
+    hard_facility: Annotated[Count | None, Column()] = None
+    reach: Annotated[Share | None, Column("Reach ↑", 3)] = None
+    out_of_reach: tuple[str, ...] = ()
+    walk: Annotated[float | None, Column("Walk, m ↓", 1)] = None
+    between_steps: Annotated[float | None, Column()] = None
+    fetching: Annotated[float | None, Column()] = None
+    trips: Annotated[Count | None, Column()] = None
+    regulations: dict[str, tuple[Ruling, ...]] = Field(default_factory=dict)
+    v: Annotated[Count, Column("v ↓", 2)]
+    fitness: Annotated[Share, Column()]
     physical: PhysicalScore
-    s_phys: float
-    s_chem: float | None
-    real: float | None = None
-    lay: float | None = None
-    comp: float | None = None
-    s_consist: float | None = None
+    s_phys: Annotated[float, Column()]
+    s_chem: Annotated[float | None, Column()]
+    real: Annotated[float | None, Column("Real ↑", 2, judged=True)] = None
+    lay: Annotated[float | None, Column("Lay ↑", 2, judged=True)] = None
+    comp: Annotated[float | None, Column("Comp ↑", 2, judged=True)] = None
+    s_consist: Annotated[float | None, Column()] = None
     consistency_proxy: ConsistencyProxy
-    total: float | None = None
-    total_with_proxy: float | None = None
+    total: Annotated[float | None, Column()] = None
+    total_with_proxy: Annotated[float | None, Column()] = None
     violations: tuple[ReportedViolation, ...]
     warnings: tuple[FacilityIssue, ...]
     judgement: Judgement | None = None
@@ -172,54 +225,13 @@ class LayoutReport(Growing, Document):
         return not (self.violations or self.missing or errors)
 
 
-class LayoutReport2(LayoutReport):
-    """touchstone-v2 metrics of one layout; the fields of version 1 have the definitions of version 2.
-
-    Attributes:
-        asset: 1 if all required assets and all required safety equipment are placed. missing: what is absent of both.
-        prot_nav: 1 if all transitions and all drives from doors have a path.
-        door_nav: share of the doors of the rooms in use from which the robot reaches the first step there.
-        entries: number of those doors.
-        fronts: mean free share of the depth that the catalog requires in front of furniture.
-        near, ventilate: mean satisfaction of the protocol's constraints.
-        safety: share of the required kinds of safety equipment that are placed.
-        facility: mean over the facility rules that apply; facility_rules: share of objects that keep each.
-        hard_facility: number of broken facility rules that count in v.
-        walk: walking distance of the protocol's workflow, meters; None if a walk is blocked. between_steps, fetching:
-            its two parts. trips: number of trips to fetch something.
-        reach: share of the items of the steps within the arm's envelope. out_of_reach: the other placements.
-        regulations: rulings of each clause by regulation profile: US, EN, CN. They count in no score.
-    """
-
-    SCHEMA: ClassVar[str] = "labgym.layout-report/2"
-
-    door_nav: Share | None
-    entries: Count
-    fronts: Share | None
-    near: Share | None
-    ventilate: Share | None
-    safety: Share | None
-    facility: Share | None
-    facility_rules: dict[str, Share]
-    hard_facility: Count
-    walk: float | None
-    between_steps: float | None
-    fetching: float | None
-    trips: Count | None
-    reach: Share | None
-    out_of_reach: tuple[str, ...]
-    regulations: dict[str, tuple[Ruling, ...]]
-
-
-def parse_report(data: Any, source: object = "document") -> LayoutReport:
-    """Validate the plain data of a report of either version.
-
-    Raises:
-        DocumentError: another schema, or an invalid field; names the source and the field.
-    """
-    if isinstance(data, dict) and data.get("schema") == LayoutReport2.SCHEMA:
-        return LayoutReport2.parse(data, source)
-    return LayoutReport.parse(data, source)
+COLUMNS: dict[str, Column] = {
+    name: column
+    for name, info in LayoutReport.model_fields.items()
+    for column in info.metadata
+    if isinstance(column, Column)
+}
+"""The metrics of a report by field, in the order of tables."""
 
 
 class MetricMean(Record):
@@ -239,14 +251,14 @@ class LayoutSummary(Document):
     """Means over layouts by metric: `metrics[name].mean`.
 
     Attributes:
-        layouts: number of reports. profiles, versions: their thresholds and definitions, sorted.
+        layouts: number of reports. rules, profiles: their rule sets and thresholds, sorted.
     """
 
     SCHEMA: ClassVar[str] = "labgym.layout-summary/1"
 
     layouts: Count
+    rules: tuple[str, ...]
     profiles: tuple[str, ...]
-    versions: tuple[str, ...]
     metrics: dict[str, MetricMean]
 
     def mean(self, metric: str) -> float | None:

@@ -10,11 +10,11 @@ from pathlib import Path
 from labgym.documents import canonical_hash
 from labgym.errors import DocumentError, OptionError
 from labgym.eval.scoring.judging.options import JudgeOptions
-from labgym.eval.scoring.layout_report import LayoutReport, parse_report
+from labgym.eval.scoring.layout_report import LayoutReport
 from labgym.eval.scoring.score import score
 from labgym.layouts.batch import catalog_digest
 from labgym.layouts.model import Layout
-from labgym.layouts.rules import thresholds
+from labgym.layouts.rules import TOUCHSTONE, RuleSet, rule_set
 from labgym.llm import LanguageModel, LanguageModelConfig
 from labgym.navigation import resolve_protocol
 from labgym.protocols import Protocol
@@ -26,17 +26,19 @@ PER_SHARD = 10
 
 Job = tuple[Layout, Protocol | None]
 """A layout, and the protocol to score it for; None for the layout's own."""
+RuleSetName = tuple[str, str]
+"""Names of a rule set and of its thresholds."""
 
 
 def score_layouts(
     layouts: Callable[[], Iterable[Layout]],
     out: str | Path | None = None,
     protocol: Protocol | str | Path | None = None,
-    profile: str = "default",
+    profile: str | None = None,
     executor: ExecutorOptions | None = None,
     fresh: bool = False,
     progress: bool = True,
-    metrics: str | None = None,
+    rules: str = TOUCHSTONE.name,
     judge: JudgeOptions | None = None,
 ) -> Iterator[LayoutReport]:
     """Yield the scores of layouts in their order.
@@ -50,32 +52,32 @@ def score_layouts(
         executor: where layouts are scored; the scores do not depend on it.
         fresh: move the files of the folder aside and start anew.
         progress: whether to show a progress bar.
-        metrics: version of the definitions; by default the profile's.
+        rules: name of the rule set.
         judge: how the model that the environment of each worker configures judges the layouts; None for no judge.
 
     Raises:
         LanguageModelError: a judge, but no model is configured or reachable, or it gives no usable answer.
-        UnknownNameError: there is no such profile or version.
+        UnknownNameError: there is no such rule set or profile.
         OptionError: the folder holds something else or is in use.
         DocumentError: a layout cannot be read, or names an asset or a support that does not exist.
         LabgymError: workers died, or have another version of labgym or another catalog.
     """
-    thresholds.profile(profile, metrics)
+    chosen = rule_set(rules, profile)
     model = None if judge is None else LanguageModelConfig.from_environment().model
     jobs = ((layout, _target(layout, protocol)) for layout in layouts())
     guard = {"catalog": catalog_digest}
     if out is None:
         parts = {}
-        shards = _shards(jobs, profile, metrics, judge)
+        shards = _shards(jobs, chosen, judge)
         for shard, output in run_shards(shards, None, executor, "score", "layout", guard, progress=progress):
             parts[shard.name] = output.files[_part(shard.name)]
         yield from (_report(line, "score") for name in sorted(parts) for line in parts[name].splitlines())
         return
-    identity, count = _identity(layouts(), protocol, profile, metrics, judge, model)
+    identity, count = _identity(layouts(), protocol, chosen, judge, model)
     with RunFolder.open(out, identity, fresh) as folder:
         if not folder.finished:
             names = []
-            shards = _shards(jobs, profile, metrics, judge)
+            shards = _shards(jobs, chosen, judge)
             for shard, _ in run_shards(shards, folder, executor, "score", "layout", guard, count, progress):
                 names.append(shard.name)
             folder.finish({SCORES: ((folder.path / _part(name)).read_bytes() for name in sorted(names))})
@@ -97,34 +99,29 @@ def read_scores(folder: str | Path) -> Iterator[LayoutReport]:
             yield _report(line, f"{path}:{number}")
 
 
-def score_shard(
-    name: str, jobs: tuple[Job, ...], profile: str, metrics: str | None = None, judge: JudgeOptions | None = None
-) -> ShardOutput:
+def score_shard(name: str, jobs: tuple[Job, ...], rules: RuleSetName, judge: JudgeOptions | None = None) -> ShardOutput:
     """Return the file of a shard: a report per line."""
-    reports = (report.to_json() for report in _reports(jobs, profile, metrics, judge))
+    reports = (report.to_json() for report in _reports(jobs, rule_set(*rules), judge))
     lines = (json.dumps(report, ensure_ascii=False, allow_nan=False) for report in reports)
     return ShardOutput({_part(name): "".join(f"{line}\n" for line in lines).encode()})
 
 
-def _reports(
-    jobs: tuple[Job, ...], profile: str, metrics: str | None, judge: JudgeOptions | None
-) -> Iterator[LayoutReport]:
-    limits = thresholds.profile(profile, metrics)
+def _reports(jobs: tuple[Job, ...], rules: RuleSet, judge: JudgeOptions | None) -> Iterator[LayoutReport]:
     if judge is None:
-        yield from (score(layout, protocol, limits) for layout, protocol in jobs)
+        yield from (score(layout, protocol, rules) for layout, protocol in jobs)
         return
     from labgym.eval.scoring.judging.judge import Judge  # imported here because it loads the renderer
 
     with LanguageModel.from_environment() as model:
         for layout, protocol in jobs:
-            yield Judge(model, judge).completed(score(layout, protocol, limits), layout, protocol)
+            yield Judge(model, judge).completed(score(layout, protocol, rules), layout, protocol)
 
 
-def _shards(jobs: Iterator[Job], profile: str, metrics: str | None, judge: JudgeOptions | None) -> Iterator[Shard]:
+def _shards(jobs: Iterator[Job], rules: RuleSet, judge: JudgeOptions | None) -> Iterator[Shard]:
     index = 0
     while batch := tuple(islice(jobs, PER_SHARD)):
         inputs = [[layout.id, layout.hash] for layout, _ in batch]
-        arguments = (f"{index:07d}", batch, profile, metrics, *(() if judge is None else (judge,)))
+        arguments = (f"{index:07d}", batch, (rules.name, rules.profile.name), *(() if judge is None else (judge,)))
         yield Shard(f"{index:07d}", score_shard, arguments, len(batch), inputs)
         index += 1
 
@@ -132,8 +129,7 @@ def _shards(jobs: Iterator[Job], profile: str, metrics: str | None, judge: Judge
 def _identity(
     layouts: Iterable[Layout],
     protocol: Protocol | str | Path | None,
-    profile: str,
-    metrics: str | None,
+    rules: RuleSet,
     judge: JudgeOptions | None,
     model: str | None,
 ) -> tuple[RunIdentity, int]:
@@ -148,8 +144,8 @@ def _identity(
         layouts=canonical_hash(names),
         count=len(names),
         protocol=target,
-        profile=profile,
-        metrics=thresholds.profile(profile, metrics).metrics,
+        rules=rules.name,
+        profile=rules.profile.name,
         catalog=catalog_digest(),
         **({} if judge is None else {"judge": [model, judge.label, judge.samples]}),
     )
@@ -169,4 +165,4 @@ def _report(line: bytes, source: str) -> LayoutReport:
         data = json.loads(line)
     except ValueError as error:
         raise DocumentError(source, "", f"not valid JSON ({error})") from None
-    return parse_report(data, source)
+    return LayoutReport.parse(data, source)

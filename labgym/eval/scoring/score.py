@@ -3,44 +3,36 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import asdict
 from pathlib import Path
 
 from labgym.eval.scoring.consistency import consistency_proxy
 from labgym.eval.scoring.layout_report import (
+    COLUMNS,
     Gated,
     LayoutReport,
-    LayoutReport2,
     LayoutSummary,
     MetricMean,
     PhysicalScore,
     ReportedViolation,
 )
-from labgym.eval.scoring.version2 import METRICS_2, version_2
 from labgym.layouts.model import Layout
 from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.arrangement import Arrangement
-from labgym.layouts.rules.facility import facility_issues
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
-from labgym.layouts.rules.satisfaction import mean, penalised, worst_mean
+from labgym.layouts.rules.rule_sets import PAPER, TOUCHSTONE, RuleSet, rule_set
+from labgym.layouts.rules.satisfaction import penalised, worst_mean
 from labgym.layouts.rules.separation import contained
 from labgym.layouts.rules.storage import in_own_class
-from labgym.layouts.rules.thresholds import OVERLAP_VOLUME, PENETRATION, VERSION, VERSION_2, Profile
-from labgym.layouts.rules.touchstone2.assessment import Assessment2
+from labgym.layouts.rules.thresholds import OVERLAP_VOLUME, PENETRATION, Profile
 from labgym.navigation import resolve_protocol
+from labgym.navigation.feasibility import Transition
 from labgym.protocols import Protocol
 
 CHEMISTRY_POINTS = 35.0
 """Points of S_chem, in equal shares of the scores that apply."""
-
-METRICS = (
-    "obj", "ob", "cn", "cn_sw", "cn_mj", "asset", "step_nav", "prot_nav", "flam", "store", "incomp", "glass",
-    "incomp_contained", "store_class", "v", "fitness", "s_phys", "s_chem", "real", "lay", "comp", "s_consist",
-    "total", "total_with_proxy",
-)  # fmt: skip
-"""Fields of a report that `aggregate` averages, in addition to the gated scores and the proxy."""
 
 GATED = ("flam", "store", "incomp", "glass")
 PROXY = ("realism", "layout", "completeness", "total")
@@ -49,74 +41,56 @@ PROXY = ("realism", "layout", "completeness", "total")
 def score(
     layout: Layout,
     protocol: Protocol | str | Path | None = None,
-    profile: str | Profile = "default",
+    rules: str | RuleSet = TOUCHSTONE,
+    profile: str | Profile | None = None,
     contacts: bool = True,
-    metrics: str | None = None,
 ) -> LayoutReport:
     """Return the LabTouchstone metrics of a layout.
 
     Args:
         layout: the layout.
         protocol: a protocol, its id or its .json file; by default the layout's first, if it has one.
-        profile: name of the thresholds, or a `Profile`.
+        rules: rule set or its name: `touchstone`, or `paper`, the definitions of the paper's columns.
+        profile: thresholds or their name; by default those of the rule set.
         contacts: whether to compile the scene and count contacts in MuJoCo (`cn_mj`).
-        metrics: version of the definitions, `touchstone-v1` or `touchstone-v2`; by default the profile's, which is
-            touchstone-v1 for all named profiles. `labgym score` takes touchstone-v2.
-
-    Returns:
-        A `LayoutReport2` under touchstone-v2.
 
     Raises:
-        UnknownNameError: the protocol, the profile or the version does not exist.
+        UnknownNameError: the protocol, the rule set or the profile does not exist.
         DocumentError: the layout names an asset or a support that does not exist, or is inconsistent.
     """
     layout.check_references()
     target = layout.protocol if protocol is None else resolve_protocol(layout, protocol)
-    assessment = evaluate_layout(layout, target, profile, navigation=True, metrics=metrics)
-    report = _report(layout, target, assessment, contacts)
-    return version_2(report, assessment) if isinstance(assessment, Assessment2) else report
+    return _report(evaluate_layout(layout, target, rule_set(rules, profile), navigation=True), contacts)
 
 
-def _report(layout: Layout, target: Protocol | None, assessment: Assessment, contacts: bool) -> LayoutReport:
-    flam, incomp = worst_mean(assessment.flammable), worst_mean(assessment.incompatible)
-    store, glass = mean(assessment.storage), mean(assessment.glass)
-    asset = None if assessment.missing is None else int(not assessment.missing)
-    feasible = [transition.feasible for transition in assessment.transitions or ()]
-    separated = contained(assessment.arrangement, assessment.incompatible)
-    ventilate = mean(assessment.ventilation) if isinstance(assessment, Assessment2) else None
-    physical, s_chem = _physical(assessment), _chemical_points((flam, incomp, store, glass, ventilate))
-    proxy = consistency_proxy(assessment, target, 2 if isinstance(assessment, Assessment2) else 1)
+def _report(assessment: Assessment, contacts: bool) -> LayoutReport:
+    layout, target, rules = assessment.arrangement.layout, assessment.protocol, assessment.rules
+    scores = {term.metric: term.score(assessment.of(term.name)) for term in rules.terms}
+    shares = {rule.metric: _feasible(assessment.drives_of(rule.name)) for rule in rules.drives}
+    asset = None if assessment.missing is None else int(not assessment.lacking)
+    physical = _physical(assessment)
+    s_chem = _chemical_points([scores[term.metric] for term in rules.terms if term.chemical])
+    proxy = consistency_proxy(assessment)
+    separated = contained(assessment.arrangement, assessment.of("incompatible"))
+    figures = {name: value for measure in rules.figures for name, value in measure(assessment).items()}
     return LayoutReport(
         layout=layout.id,
         layout_hash=layout.hash,
         protocol=None if target is None else target.id,
-        profile=assessment.profile.name,
-        version=VERSION,
+        rules=rules.name,
+        profile=rules.profile.name,
         obj=len(assessment.arrangement),
         ob=len(assessment.out_of_bounds),
         cn=len(assessment.collisions),
         cn_sw=sum(collision.volume > OVERLAP_VOLUME for collision in assessment.collisions),
         cn_mj=_contact_pairs(assessment.arrangement) if contacts else None,
         asset=asset,
-        missing=assessment.missing or (),
-        step_nav=sum(feasible) / len(feasible) if feasible else None,
-        prot_nav=int(all(feasible)) if feasible else None,
-        transitions=len(feasible),
-        flam=flam,
-        store=store,
-        incomp=incomp,
-        glass=glass,
-        gated=Gated(
-            flam=_gate(asset, flam), store=_gate(asset, store), incomp=_gate(asset, incomp), glass=_gate(asset, glass)
-        ),
+        missing=assessment.lacking,
+        prot_nav=int(all(drive.feasible for drive in assessment.drives)) if assessment.drives else None,
+        gated=Gated(**{name: _gate(asset, scores.get(name)) for name in GATED}),
         incomp_contained=worst_mean(penalised(separated, assessment.faulty)),
         store_class=in_own_class(assessment.arrangement),
-        instances={
-            "flam": len(assessment.flammable),
-            "store": len(assessment.storage),
-            "incomp": len(assessment.incompatible),
-            "glass": len(assessment.glass),
-        },
+        instances={term.metric: len(assessment.of(term.name)) for term in rules.terms},
         v=assessment.v,
         fitness=assessment.fitness,
         physical=physical,
@@ -125,43 +99,36 @@ def _report(layout: Layout, target: Protocol | None, assessment: Assessment, con
         consistency_proxy=proxy,
         total_with_proxy=None if s_chem is None else physical.total + s_chem + proxy.total,
         violations=tuple(ReportedViolation(**asdict(violation)) for violation in assessment.violations.items),
-        warnings=assessment.issues
-        if isinstance(assessment, Assessment2)
-        else facility_issues(assessment.arrangement, assessment.profile),
+        warnings=assessment.issues,
+        **{**scores, **shares, **{rule.name: len(assessment.drives_of(rule.name)) for rule in rules.drives}, **figures},
     )
 
 
 def aggregate(reports: Iterable[LayoutReport]) -> LayoutSummary:
     """Return the means over layouts by metric; nulls are left out of the means and counted.
 
-    Gated scores are named `gated_flam` and so on, scores of the proxy `proxy_realism` and so on. Under touchstone-v2
-    the transitions of all layouts are pooled: `step_nav` and `door_nav` are means over drives, not over layouts.
+    Gated scores are named `gated_flam` and so on, scores of the proxy `proxy_realism` and so on. Shares of drives are
+    means over layouts under the rule set `paper`; under others the drives of all layouts are pooled.
     """
-    names = (*METRICS, *(f"gated_{name}" for name in GATED), *(f"proxy_{name}" for name in PROXY))
+    names = (*COLUMNS, *(f"gated_{name}" for name in GATED), *(f"proxy_{name}" for name in PROXY))
     columns: dict[str, list[float | None]] = {name: [] for name in names}
-    further: dict[str, list[float | None]] = {name: [] for name in METRICS_2}
-    drives: dict[str, list[int]] = {"step_nav": [], "door_nav": []}
+    drives: dict[str, list[int]] = {name: [] for name, column in COLUMNS.items() if column.pooled_by}
     definitions = set()
     for report in reports:  # One at a time: a million reports take gigabytes.
-        definitions.add((report.profile, report.version))
+        definitions.add((report.profile, report.rules))
         gated, proxy = report.gated, report.consistency_proxy
-        values = [getattr(report, name) for name in METRICS]
+        values = [getattr(report, name) for name in COLUMNS]
         values += [getattr(gated, name) for name in GATED] + [getattr(proxy, name) for name in PROXY]
         for column, value in zip(columns.values(), values, strict=True):
             column.append(value)
-        if isinstance(report, LayoutReport2):
-            drives["step_nav"].append(report.transitions)
-            drives["door_nav"].append(report.entries)
-            for name, own in further.items():
-                own.append(getattr(report, name))
-    versions = {version for _, version in definitions}
-    pooled = versions == {VERSION_2}
-    if pooled:
-        columns |= further
+        for name, counts in drives.items():
+            counts.append(getattr(report, COLUMNS[name].pooled_by))
+    rules = {name for _, name in definitions}
+    pooled = PAPER.name not in rules
     return LayoutSummary(
         layouts=len(columns["obj"]),
+        rules=tuple(sorted(rules)),
         profiles=tuple(sorted({profile for profile, _ in definitions})),
-        versions=tuple(sorted(versions)),
         metrics={name: _mean(column, drives.get(name) if pooled else None) for name, column in columns.items()},
     )
 
@@ -178,11 +145,15 @@ def _mean(column: list[float | None], weights: list[int] | None = None) -> Metri
     return MetricMean(mean=mean, count=len(values), nulls=len(column) - len(values))
 
 
+def _feasible(drives: Sequence[Transition]) -> float | None:
+    return sum(drive.feasible for drive in drives) / len(drives) if drives else None
+
+
 def _gate(asset: int | None, value: float | None) -> float | None:
     return None if asset is None or value is None else asset * value
 
 
-def _chemical_points(scores: tuple[float | None, ...]) -> float | None:
+def _chemical_points(scores: Iterable[float | None]) -> float | None:
     applicable = [value for value in scores if value is not None]
     return CHEMISTRY_POINTS * sum(applicable) / len(applicable) if applicable else None
 
@@ -194,8 +165,7 @@ def _physical(assessment: Assessment) -> PhysicalScore:
     standing = {placement.id for placement in placements} - desktop
     colliding = frozenset[str]().union(*(collision.ids for collision in assessment.collisions))
     misplaced = {fault.id for fault in assessment.bounds if fault.cause != "height"}
-    if isinstance(assessment, Assessment2):
-        misplaced |= {front.ids[0] for front in assessment.fronts if front.hard}
+    misplaced |= assessment.blocked
     floating = {fault.id for fault in assessment.bounds if fault.cause == "height"}
     return PhysicalScore(
         tabletop_bounds=10.0 * _clean(desktop, misplaced),

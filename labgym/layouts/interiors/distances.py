@@ -1,4 +1,4 @@
-"""Distances that touchstone-v2 asks of the places where protocols work: heat from flammables, and short trips."""
+"""Distances between the places where protocols work: heat from flammables, and short trips."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from labgym.layouts.brief import Content, Proximity, Separation, Unit
 from labgym.layouts.briefing import MARGIN
 from labgym.layouts.request import Request
+from labgym.layouts.rules.nearness import PLACES_DISTANCE_M
 from labgym.layouts.rules.safety.hazards import burning
 from labgym.layouts.rules.separation import heat_band
-from labgym.layouts.rules.touchstone2.nearness import NEIGHBORS
 from labgym.protocols import Protocol
 
 
@@ -59,7 +59,7 @@ def proximities_of(request: Request, units: Sequence[Unit]) -> tuple[Proximity, 
             if rule.kind == "near" and {rule.subject, rule.object} <= set(protocol.locations):
                 one, other = first.get(rule.subject), first.get(rule.object)
                 if one is not None and other is not None and one.id != other.id:
-                    pair = Proximity(one.id, other.id, NEIGHBORS - MARGIN, rule.reason)
+                    pair = Proximity(one.id, other.id, PLACES_DISTANCE_M - MARGIN, rule.reason)
                     pairs.setdefault(frozenset((one.id, other.id)), pair)
     return tuple(pairs.values())
 

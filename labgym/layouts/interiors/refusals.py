@@ -19,8 +19,9 @@ from labgym.layouts.interiors.units import unit_of
 from labgym.layouts.model import Layout
 from labgym.layouts.pieces import pieces
 from labgym.layouts.request import Request
-from labgym.layouts.rules.building import building_of
-from labgym.layouts.rules.facility.exits import building_exit_issues
+from labgym.layouts.rules import facility
+from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.site import Site
 
 
 def check_floor(request: Request, grounds: Sequence[Ground]) -> None:
@@ -31,7 +32,7 @@ def check_floor(request: Request, grounds: Sequence[Ground]) -> None:
             objects that break a rule.
     """
     layout = Layout(id="empty", floor=request.floor, placements=(), catalog=request.catalog)
-    exits = building_exit_issues(building_of(layout), request.profile)
+    exits = facility.issues(facility.EXITS, Site(Arrangement.of(layout), None, request.profile))
     conflicts = [issue.message for issue in exits if issue.severity == "error"]
     if all(ground.use == "corridor" for ground in grounds):
         conflicts.append("all spaces are corridors: give one the use 'laboratory'")

@@ -12,8 +12,10 @@ from labgym.layouts.optimise import optimise_assessed
 from labgym.layouts.refinement.blockages import Blockage, blockages
 from labgym.layouts.refinement.fixes import deduplicated, responsible, rotation_fixes, translations
 from labgym.layouts.relocation import free_places
-from labgym.layouts.rules.objective import Assessment, evaluate_layout, judged_transitions
-from labgym.layouts.rules.thresholds import Profile
+from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.objective import Assessment, evaluate_layout, judged_drives
+from labgym.layouts.rules.rule_sets import TOUCHSTONE, RuleSet
+from labgym.layouts.rules.site import Site
 from labgym.layouts.trace import Recorder
 from labgym.layouts.work import LimitedAdjuster, Work, WorkLimitError
 from labgym.navigation import Transition
@@ -35,7 +37,7 @@ Update = tuple[Command, ...]
 Judge = Callable[[Layout], tuple[Layout, Assessment]]
 
 
-def refine(layout: Layout, protocol: Protocol, profile: str | Profile = "default") -> Layout:
+def refine(layout: Layout, protocol: Protocol, rules: str | RuleSet = TOUCHSTONE) -> Layout:
     """Return a layout in which more transitions are feasible, all of them if the space allows it.
 
     Each iteration judges the transitions, locates what blocks the infeasible ones, and derives updates from it: turns
@@ -45,7 +47,7 @@ def refine(layout: Layout, protocol: Protocol, profile: str | Profile = "default
     feasible, no update is accepted, the unreachable rate has not dropped `PATIENCE` times, or the limit of work is
     reached. Fixed objects never move. Deterministic.
     """
-    return refine_assessed(layout, evaluate_layout(layout, protocol, profile, navigation=True), protocol)[0]
+    return refine_assessed(layout, evaluate_layout(layout, protocol, rules, navigation=True), protocol)[0]
 
 
 def refine_assessed(
@@ -69,10 +71,9 @@ def refine_assessed(
         solver: whether the repair of an update may place furniture anew with the constraint solver.
     """
     if trace is not None:
-        trace.begin(layout, protocol, current.profile)
-    profile = current.profile
+        trace.begin(layout, protocol, current.rules)
     limited = LimitedAdjuster(adjuster if adjuster is not None else RuleAdjuster(), Work(UNITS))
-    judge = partial(_repaired, protocol=protocol, profile=profile, adjuster=limited, repair=repair, solver=solver)
+    judge = partial(_repaired, protocol=protocol, rules=current.rules, adjuster=limited, repair=repair, solver=solver)
     least, stalled = len(_failures(current)), 0
     for _ in range(ITERATIONS):
         if least == 0 or stalled >= PATIENCE:
@@ -93,12 +94,12 @@ def refine_assessed(
 
 
 def _repaired(
-    layout: Layout, protocol: Protocol, profile: Profile, adjuster: Adjuster | None, repair: bool, solver: bool
+    layout: Layout, protocol: Protocol, rules: RuleSet, adjuster: Adjuster | None, repair: bool, solver: bool
 ) -> tuple[Layout, Assessment]:
     """Return an updated layout after its repair, and its assessment with navigation."""
     if repair:
-        return optimise_assessed(layout, protocol, profile, adjuster, solver=solver)
-    return layout, evaluate_layout(layout, protocol, profile, navigation=True)
+        return optimise_assessed(layout, protocol, rules, adjuster, solver=solver)
+    return layout, evaluate_layout(layout, protocol, rules, navigation=True)
 
 
 def _update(
@@ -107,7 +108,8 @@ def _update(
     """Return the best accepted update, or None if none improves the layout."""
     failures = _failures(current)
     places = [place for failure in failures for place in blockages(layout, failure)]
-    for proposals in (_commands(layout, failures, places, protocol), _new_places(layout, places)):
+    unreachable = partial(_unreachable, rules=current.rules, protocol=protocol)
+    for proposals in (_commands(layout, failures, places, unreachable), _new_places(layout, places)):
         best: tuple[Layout, Assessment] | None = None
         for commands in proposals:
             candidate, assessment = judge(_applied(layout, commands))
@@ -124,7 +126,7 @@ def _update(
 
 
 def _commands(
-    layout: Layout, failures: Sequence[Transition], places: Sequence[Blockage], protocol: Protocol
+    layout: Layout, failures: Sequence[Transition], places: Sequence[Blockage], unreachable: Callable[[Layout], int]
 ) -> Iterator[Update]:
     """Yield all updates together, then the single commands that free the most transitions before any repair."""
     turns = tuple(dict.fromkeys(turn for place in places for turn in rotation_fixes(layout, place)))
@@ -136,8 +138,8 @@ def _commands(
     pushed = (push.command for place in places for push in translations(layout, place))
     every: list[Command] = [*_reassignments(layout, failures), *turns, *pushed]
     singles = list(dict.fromkeys(every))[:MOST_SINGLES]
-    unreachable = {command: _unreachable(apply(layout, command), protocol) for command in singles}
-    for command in sorted(singles, key=unreachable.__getitem__)[:SINGLES]:
+    counts = {command: unreachable(apply(layout, command)) for command in singles}
+    for command in sorted(singles, key=counts.__getitem__)[:SINGLES]:
         yield (command,)
 
 
@@ -178,5 +180,6 @@ def _failures(assessment: Assessment) -> list[Transition]:
     return [transition for transition in assessment.transitions or () if not transition.feasible]
 
 
-def _unreachable(layout: Layout, protocol: Protocol) -> int:
-    return sum(not transition.feasible for transition in judged_transitions(layout, protocol))
+def _unreachable(layout: Layout, rules: RuleSet, protocol: Protocol) -> int:
+    drives = judged_drives(rules, Site(Arrangement.of(layout), protocol)) or {}
+    return sum(not drive.feasible for drive in drives.get("transitions", ()))

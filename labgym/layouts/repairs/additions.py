@@ -18,11 +18,10 @@ from labgym.layouts.repairs.furniture import middles
 from labgym.layouts.repairs.hanging import added_on_wall
 from labgym.layouts.repairs.rank import State
 from labgym.layouts.repairs.safeguards import faults_of
+from labgym.layouts.rules.equipment import missing_equipment
 from labgym.layouts.rules.presence import missing_assets
 from labgym.layouts.rules.safety.rooms import Lacking, lacking_equipment
 from labgym.layouts.rules.storage import STORAGE_CLASSES
-from labgym.layouts.rules.touchstone2.assessment import Assessment2
-from labgym.layouts.rules.touchstone2.equipment import missing_equipment
 from labgym.layouts.settling import free_spots, homes
 from labgym.protocols import Protocol
 
@@ -38,15 +37,13 @@ def with_missing(state: State) -> State:
     """Return a state with the required assets that it lacks, as far as they find a place.
 
     Furniture comes first, then reagents, then other objects. Each piece is added where the rank stays best. A reagent
-    without a cabinet of its class gets one. Under touchstone-v2 safety equipment is required too.
+    without a cabinet of its class gets one. Safety equipment that the rule set requires counts, too.
     """
     # An object that is out of bounds counts as missing, but is not added: it is put back.
     absent: tuple[str, ...] = ()
     if state.protocol is not None:
         absent = missing_assets(state.assessment.arrangement, state.protocol, frozenset())
-    if isinstance(state.assessment, Assessment2):
-        equipment = state.assessment.equipment
-        absent += missing_equipment(state.assessment.arrangement, equipment, frozenset())
+    absent += missing_equipment(state.assessment.arrangement, state.assessment.equipment, frozenset())
     for asset in sorted((state.layout.catalog.find(name) for name in absent), key=_order):
         if asset.kind == "reagent" and not _has_cabinet(state.layout, asset):
             state = _with_one(state, _cabinet_for(state.layout, asset)) or state
@@ -55,8 +52,8 @@ def with_missing(state: State) -> State:
 
 
 def with_equipment(state: State) -> State:
-    """Return the state with the safety equipment that rooms lack under touchstone-v2, as far as it finds a place."""
-    if not isinstance(state.assessment, Assessment2):
+    """Return the state with the safety equipment that rooms lack under its rule set, as far as it finds a place."""
+    if not state.assessment.rules.equipment:
         return state
     for lacking in lacking_equipment(state.assessment.site):
         present = faults_of(state)
@@ -73,7 +70,7 @@ def with_equipment(state: State) -> State:
 
 def with_cabinets(state: State) -> State:
     """Return the state with each reagent out of storage in a new cabinet, if the layout has none of its class."""
-    for instance in state.assessment.storage:
+    for instance in state.assessment.of("storage"):
         reagent = instance.ids[0]
         asset = state.layout.asset(reagent)
         if not instance.hard or _has_cabinet(state.layout, asset) or not may_move(state.layout, reagent):
@@ -134,7 +131,6 @@ def _candidates(state: State, asset: Asset) -> Iterator[Layout]:
 
 def _in_room(state: State, lacking: Lacking) -> Iterator[Layout]:
     """Yield layouts with equipment that a room lacks on the walls, or at all berths, of the room."""
-    assert isinstance(state.assessment, Assessment2)
     layout, asset, site = state.layout, state.layout.catalog.get(lacking.asset), state.assessment.site
     if asset.placing == WALL:
         for height in heights(site, asset, lacking):

@@ -15,8 +15,8 @@ from labgym.layouts.repairs.changes import moved_furniture
 from labgym.layouts.repairs.rank import State
 from labgym.layouts.repairs.reinsertion import reinserted
 from labgym.layouts.rules.arrangement import Arrangement
-from labgym.layouts.rules.facility import FacilityIssue
-from labgym.layouts.rules.facility.services import supply_issues
+from labgym.layouts.rules.rule import FacilityIssue
+from labgym.layouts.rules.supplies import unsupplied
 
 BERTHS = 40
 """Maximum number of poses tried for a piece that a warning concerns."""
@@ -39,11 +39,11 @@ def advised(before: State, state: State) -> State:
         if state.layout.placement(item).support != FLOOR or not may_move(state.layout, item):
             continue
         places = islice(berths(state.layout, item), BERTHS)
-        unsupplied = any(item in issue.ids and issue.rule == "supply" for issue in warnings)
-        supply = len(supply_issues(state.assessment.arrangement)) if unsupplied else math.inf
+        lacks_supply = any(item in issue.ids and issue.rule == "supply" for issue in warnings)
+        supply = len(unsupplied(state.assessment.arrangement)) if lacks_supply else math.inf
         for command in chain(places, swaps(state.layout, item) if item in named else ()):
             candidate = apply(state.layout, command)
-            if unsupplied and len(supply_issues(Arrangement.of(candidate))) >= supply:
+            if lacks_supply and len(unsupplied(Arrangement.of(candidate))) >= supply:
                 continue
             proposed = state.with_layout_at_most(candidate, state.rank.cost)
             if proposed is not None and proposed.rank < state.rank and not rules_of(proposed) - rules_of(state):

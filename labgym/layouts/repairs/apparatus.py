@@ -15,8 +15,8 @@ from labgym.layouts.settling import free_spots
 def gathered(state: State) -> State:
     """Return the state after the pieces of each apparatus went to one piece of furniture, if that helps.
 
-    Only touchstone-v2 has such rules: one by one the pieces would stay apart. Vessels go to their hood, with the pieces
-    of their apparatus; other pieces to the furniture of one of them.
+    Only some rule sets have such rules: one by one the pieces would stay apart. Vessels go to their hood, with the
+    pieces of their apparatus; other pieces to the furniture of one of them.
     """
     for instance in _apart(state):
         if instance not in _apart(state):

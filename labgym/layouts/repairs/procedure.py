@@ -27,8 +27,8 @@ from labgym.layouts.repairs.safeguards import broken_rules, safeguarded
 from labgym.layouts.repairs.softening import softened, without_surplus
 from labgym.layouts.repairs.ways import widened
 from labgym.layouts.rules.objective import Assessment
+from labgym.layouts.rules.rule_sets import TOUCHSTONE, RuleSet, rule_set
 from labgym.layouts.rules.storage import STORAGE_CLASSES
-from labgym.layouts.rules.thresholds import Profile
 from labgym.layouts.trace import Recorder
 from labgym.layouts.work import UNITS, LimitedAdjuster, Work, WorkLimitError
 from labgym.protocols import Protocol
@@ -60,7 +60,7 @@ class Repair:
 def repair_layout(
     layout: Layout,
     protocol: Protocol | None = None,
-    profile: str | Profile = "default",
+    rules: str | RuleSet = TOUCHSTONE,
     adjuster: Adjuster | None = None,
     trace: Recorder | None = None,
     units: int = UNITS,
@@ -70,7 +70,7 @@ def repair_layout(
 
     Items return to surfaces and reagents to their cabinets, furniture is pushed apart, returned to walls or placed anew
     by the solver, what the protocol requires and is missing is added, and the optimization and the refinement for
-    navigation run over the rest. Under touchstone-v2 broken safety rules are cured one by one. A stage is kept if the
+    navigation run over the rest. Broken safety rules of the rule set are cured one by one. A stage is kept if the
     layout has fewer faults after it; what need not have moved is put back. Then optional pieces beyond their greatest
     number are removed, and in a layout without faults a few objects move for soft terms alone (`softening`). Fixed
     objects stay exactly where they are. A layout so large or so broken that its repair reaches a limit of work is
@@ -79,16 +79,16 @@ def repair_layout(
     Args:
         layout: any layout.
         protocol: what the layout is for; by default all protocols of the layout together.
-        profile: thresholds.
+        rules: rule set, with its thresholds.
         adjuster: proposes commands in the optimization; rules and search by default.
         trace: records the state after each stage, and the iterations of the optimization and the refinement.
         units: limit of work (`labgym.layouts.work`).
         seeded: whether the layout is drawn by a seed (`State.seeded`).
     """
     protocol = protocol if protocol is not None else _protocol_of(layout)
-    start = replace(State.of(layout, protocol, profile, seeded=seeded), work=Work(units))
+    start = replace(State.of(layout, protocol, rules, seeded=seeded), work=Work(units))
     if trace is not None:
-        trace.begin(layout, protocol, start.profile)
+        trace.begin(layout, protocol, rule_set(rules))
     progress = Progress(start, trace)
     unfinished: tuple[str, ...] = ()
     try:
@@ -247,7 +247,7 @@ def _better(state: State, layout: Layout) -> State:
 def _optimised(state: State, adjuster: Adjuster | None, trace: Recorder | None) -> State:
     """Return the state after the optimization and, if only ways are left to clear, the refinement for navigation."""
     limited = LimitedAdjuster(adjuster if adjuster is not None else RuleAdjuster(), state.work)
-    layout, assessment = optimise_assessed(state.layout, state.protocol, state.profile, limited, trace)
+    layout, assessment = optimise_assessed(state.layout, state.protocol, state.assessment.rules, limited, trace)
     blocked = sum(not leg.feasible for leg in assessment.drives)
     if state.protocol is not None and blocked and blocked == assessment.v:
         # The solver has tried by now; for every update of the refinement it would take minutes.

@@ -10,6 +10,7 @@ from labgym.layouts.model import Layout
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.egress import MARGIN, blocked_places, narrow_exits
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
+from labgym.layouts.rules.rule_sets import RuleSet
 from labgym.layouts.rules.thresholds import Profile
 from labgym.layouts.work import Work
 from labgym.protocols import Protocol
@@ -137,24 +138,24 @@ class State:
         cls,
         layout: Layout,
         protocol: Protocol | None,
-        profile: str | Profile,
+        rules: str | RuleSet,
         navigation: bool = True,
         seeded: bool = False,
     ) -> State:
         """Assess a layout; without navigation also all its later versions."""
-        assessment = evaluate_layout(layout, protocol, profile, navigation)
+        assessment = evaluate_layout(layout, protocol, rules, navigation)
         return cls(layout, assessment, protocol, navigation, seeded=seeded)
 
     def with_layout(self, layout: Layout) -> State:
         """Return the state of another version of the layout."""
-        profile, earlier = self.assessment.profile, self.assessment
-        assessment = evaluate_layout(layout, self.protocol, profile, self.navigation, earlier)
+        rules, earlier = self.assessment.rules, self.assessment
+        assessment = evaluate_layout(layout, self.protocol, rules, self.navigation, earlier)
         self.work.spend(assessment)
         return replace(self, layout=layout, assessment=assessment)
 
     def assessed(self, layout: Layout, protocol: Protocol | None) -> Assessment:
         """Return the assessment without ways of a version of the layout, or of a part of it."""
-        assessment = evaluate_layout(layout, protocol, self.assessment.profile)
+        assessment = evaluate_layout(layout, protocol, self.assessment.rules)
         self.work.spend(assessment)
         return assessment
 
@@ -167,7 +168,7 @@ class State:
         if assessment.cost > cost:
             return None
         if self.navigation:
-            assessment = assessment.with_navigation(self.protocol)
+            assessment = assessment.with_navigation()
         return replace(self, layout=layout, assessment=assessment)
 
     @property

@@ -7,15 +7,15 @@ from collections.abc import Iterator
 from labgym.layouts.model import Layout
 from labgym.layouts.moves import may_move
 from labgym.layouts.repairs.rank import State
-from labgym.layouts.rules.facility import FacilityIssue, facility_issues
+from labgym.layouts.rules.facility.showers import HOOD_TO_SHOWER
 from labgym.layouts.rules.objective import Assessment
-from labgym.layouts.rules.touchstone2.assessment import Assessment2
+from labgym.layouts.rules.rule import FacilityIssue
 
 
 def problems(state: State) -> tuple[str, ...]:
     """Return what is wrong with a layout and why it stays, one sentence for each fault.
 
-    Hard facility errors count under every version of the metrics, also those that no moved object can change: a
+    Hard facility errors count under every rule set, also those that no moved object can change: a
     building without an exit, fixed objects in a way out, no shower that is reached from a hood.
     """
     assessment, layout = state.assessment, state.layout
@@ -37,11 +37,12 @@ def problems(state: State) -> tuple[str, ...]:
 def _errors(assessment: Assessment) -> Iterator[FacilityIssue]:
     """Yield the facility errors of the layout, then those of the building and of fixed objects, and absent showers."""
     yield from assessment.errors
-    if "facility" in assessment.profile.left_out:
+    if not assessment.rules.facility_in_cost:
         return
     yielded = {issue.message for issue in assessment.errors}
-    for issue in facility_issues(assessment.arrangement, assessment.profile):
-        absent = issue.rule == "shower_walk" and issue.value is None and not isinstance(assessment, Assessment2)
+    advised = HOOD_TO_SHOWER in assessment.rules.facility
+    for issue in assessment.issues:
+        absent = advised and issue.rule == HOOD_TO_SHOWER.name and issue.value is None
         if (issue.severity == "error" or absent) and issue.message not in yielded:
             yield issue
 

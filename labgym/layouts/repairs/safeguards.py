@@ -1,4 +1,4 @@
-"""Broken safety rules of touchstone-v2: what breaks one goes, or is hung, where it breaks none."""
+"""Broken safety rules: what breaks one goes, or is hung, where it breaks none."""
 
 from __future__ import annotations
 
@@ -17,14 +17,13 @@ from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.repairs.berths import berths
 from labgym.layouts.repairs.rank import State
 from labgym.layouts.rules.arrangement import Arrangement
-from labgym.layouts.rules.facility import FacilityIssue
+from labgym.layouts.rules.rule import FacilityIssue
 from labgym.layouts.rules.safety.heights import HEAVY_GAS_TOP_M, REAGENT_HEIGHT_M
 from labgym.layouts.rules.safety.rules import RULES
-from labgym.layouts.rules.safety.site import Site
 from labgym.layouts.rules.safety.standing import forbidden
 from labgym.layouts.rules.safety.walls import opening_boxes
+from labgym.layouts.rules.site import Site
 from labgym.layouts.rules.thresholds import WALL_TOLERANCE
-from labgym.layouts.rules.touchstone2.assessment import Assessment2
 from labgym.layouts.settling import free_spots, homes
 from labgym.protocols import Protocol
 
@@ -42,9 +41,7 @@ EQUIPMENT_WALKS = frozenset({name for name in ORDER if name.endswith("_walk")})
 
 
 def broken_rules(state: State) -> list[FacilityIssue]:
-    """Return the hard safety rules that a layout breaks; none under touchstone-v1."""
-    if not isinstance(state.assessment, Assessment2):
-        return []
+    """Return the hard safety rules of the rule set that a layout breaks."""
     issues = (issue for issue in state.assessment.hard_issues if issue.rule in ORDER)
     return sorted(issues, key=lambda issue: (ORDER[issue.rule], issue.ids))
 
@@ -132,7 +129,7 @@ def rehung(
     here = layout.placement(item)
     asset = layout.asset(item)
     rest = layout.replace(placements=tuple(placement for placement in layout.placements if placement.id != item))
-    site = Site.of(Arrangement.of(layout), protocol)
+    site = Site(Arrangement.of(layout), protocol)
     openings = [box for _, box in opening_boxes(site)]
     ways = Passages(rest) if asset.subtype == "fire" and rest.floor.spaces else None
 

@@ -13,10 +13,9 @@ from labgym.layouts.repairs.rank import State
 from labgym.layouts.repairs.safeguards import elsewhere
 from labgym.layouts.rules.objective import Assessment
 from labgym.layouts.rules.presence import resolved
-from labgym.layouts.rules.safety.pieces import OPTIONAL_PIECES
+from labgym.layouts.rules.safety.pieces import OPTIONAL, OPTIONAL_PIECES
 from labgym.layouts.rules.safety.rules import RULES
 from labgym.layouts.rules.satisfaction import mean
-from labgym.layouts.rules.touchstone2.assessment import Assessment2
 from labgym.layouts.settling import free_spots, homes
 
 MOVES = 6
@@ -59,9 +58,9 @@ def without_surplus(state: State) -> Iterator[tuple[State, str]]:
     """Yield the states after optional pieces beyond their greatest number were removed, each with the reason.
 
     Empty pieces go first, of these the last one of the layout; the load of others is put elsewhere. Pieces that are
-    fixed or that a protocol of the layout requires stay. Only touchstone-v2 limits optional pieces.
+    fixed or that a protocol of the layout requires stay. A rule set without such a rule limits none.
     """
-    if not isinstance(state.assessment, Assessment2):
+    if not any(rule is OPTIONAL for rule in state.assessment.rules.facility):
         return
     for role, most in OPTIONAL_PIECES.items():
         pieces = [p.id for p in reversed(state.layout.placements) if state.layout.asset(p.id).role == role]

@@ -1,7 +1,19 @@
-"""The rules of LabTouchstone for layouts, which the generator optimises and the score reports."""
+"""The rules for layouts, which the generator optimizes and the score reports: one engine, rule sets as data."""
 
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
-from labgym.layouts.rules.thresholds import VERSION, Profile, profile
+from labgym.layouts.rules.rule_sets import PAPER, RULE_SETS, TOUCHSTONE, RuleSet, rule_set
+from labgym.layouts.rules.thresholds import Profile
 from labgym.layouts.rules.violations import Violation, Violations
 
-__all__ = ["VERSION", "Assessment", "Profile", "Violation", "Violations", "evaluate_layout", "profile"]
+__all__ = [
+    "PAPER",
+    "RULE_SETS",
+    "TOUCHSTONE",
+    "Assessment",
+    "Profile",
+    "RuleSet",
+    "Violation",
+    "Violations",
+    "evaluate_layout",
+    "rule_set",
+]

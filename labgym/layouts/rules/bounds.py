@@ -8,11 +8,18 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from labgym.assets import Asset
 from labgym.geometry import BoxArray
 from labgym.geometry.overlap import paired_inset
 from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.thresholds import HEIGHT_TOLERANCE, ROOM_TOLERANCE, SURFACE_TOLERANCE, WALL_TOLERANCE
+
+FREE_STANDING_HEIGHT_M = 1.2
+"""Desktop assets of this height and more, such as gas cylinders, also stand on the floor, meters: on a bench of 0.9 m
+they would end above the 1.9 to 2.1 m that a standing person reaches."""
+PORTABLE = frozenset({"container", "spill", "fire", "carton"})
+"""Subtypes of floor assets that also stand on furniture: containers on a waste station, a spill kit on a shelf."""
 
 Cause = Literal["room", "surface", "height", "support"]
 
@@ -24,7 +31,7 @@ class BoundsFault:
     Attributes:
         cause: `room` (in a wall or a column, or outside of all rooms), `surface` (over the edge of its support, or, if
             wall-mounted, away from every wall or over an opening), `height` (above or below its support), `support`
-            (on something that does not carry such an object; touchstone-v2 only).
+            (on something that does not carry such an object; `support_faults` only).
         amount: by how much, meters; 0 for `support`.
     """
 
@@ -69,3 +76,33 @@ def _wall_gap(arrangement: Arrangement) -> NDArray[np.float64]:
     """Distance of each footprint's nearest side to a wall, negative beyond; its farther end counts, shape (n,)."""
     gaps = arrangement.building.gaps(arrangement.corners)
     return np.asarray(np.sort(gaps, axis=-1)[..., 1].min(axis=0))
+
+
+def support_faults(arrangement: Arrangement) -> tuple[BoundsFault, ...]:
+    """Return a fault for each object that stands on the wrong kind of support.
+
+    Desktop assets stand on other objects, floor assets on the floor (portable ones also on furniture), and wall assets
+    hang on a wall.
+    """
+    return tuple(
+        BoundsFault(placement.id, "support", 0.0)
+        for placement, asset in zip(arrangement.placements, arrangement.assets, strict=True)
+        if not _carried(arrangement, placement.support, asset)
+    )
+
+
+def fallen(arrangement: Arrangement, row: int) -> bool:
+    """Return whether an object, or what finally carries it, is a desktop asset on the floor or on a wall."""
+    root = arrangement.layout.root(arrangement.placements[row].id)
+    asset = arrangement.layout.asset(root.id)
+    return asset.placing == "desktop" and not _carried(arrangement, root.support, asset)
+
+
+def _carried(arrangement: Arrangement, support: str, asset: Asset) -> bool:
+    if asset.placing == "floor":
+        return support == FLOOR or (support != WALL and asset.subtype in PORTABLE)
+    if asset.placing == "wall":
+        return support == WALL
+    if support == FLOOR:
+        return asset.size.height >= FREE_STANDING_HEIGHT_M
+    return support != WALL and arrangement.layout.asset(support).subtype != "seat"

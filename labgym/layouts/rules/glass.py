@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from labgym.geometry import BoxArray
 from labgym.geometry.overlap import paired_inset
 from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.bounds import fallen
+from labgym.layouts.rules.rule import Term
 from labgym.layouts.rules.satisfaction import Instance
 from labgym.layouts.rules.thresholds import Profile
 
@@ -29,6 +33,25 @@ def glass_instances(arrangement: Arrangement, profile: Profile) -> tuple[Instanc
     return tuple(instances)
 
 
+def all_glass_instances(arrangement: Arrangement, profile: Profile) -> tuple[Instance, ...]:
+    """Return the instances of `glass_instances`, and one that scores 0 for each glass instrument on the floor.
+
+    Glass on an object that lies on the floor, such as a beaker on a fallen hotplate, is on the floor too.
+    """
+    low = {
+        arrangement.placements[row].id
+        for row, asset in enumerate(arrangement.assets)
+        if asset.kind == "instrument" and asset.hazards.glass_container and fallen(arrangement, row)
+    }
+    standing = tuple(one for one in glass_instances(arrangement, profile) if one.ids[0] not in low)
+    on_floor = (
+        Instance("glass", (placement.id,), 0.0, 0.0, 0.0, False, "glass on the floor")
+        for placement in arrangement.placements
+        if placement.id in low
+    )
+    return (*standing, *on_floor)
+
+
 def _standing(arrangement: Arrangement, row: int) -> int:
     """Return the row of what stands on the surface: of the stand for a piece of an apparatus on one."""
     stand = arrangement.layout.apparatus(arrangement.placements[row].id)
@@ -43,3 +66,17 @@ def _at_risk(arrangement: Arrangement, row: int) -> bool:
         return False
     carrier = arrangement.row(arrangement.placements[_standing(arrangement, row)].support)
     return arrangement.assets[carrier].storage_class is None
+
+
+GLASS_ON_SURFACES = Term(
+    name="glass",
+    metric="glass",
+    requires="Glassware stands away from the edges of its surface",
+    source="Prudent Practices; profile `glass`",
+    instances=lambda site: glass_instances(site.arrangement, site.profile),
+)
+GLASS = replace(
+    GLASS_ON_SURFACES,
+    requires="Glassware stands on furniture, away from the edges of its surface",
+    instances=lambda site: all_glass_instances(site.arrangement, site.profile),
+)

@@ -1,63 +1,84 @@
-"""The assessment of a layout: every rule computed once, for the optimizer and the score."""
+"""The assessment of a layout: every rule of a rule set computed once, for the optimizer and the score."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from labgym.layouts.model import Layout
-from labgym.layouts.rules import thresholds
 from labgym.layouts.rules.arrangement import Arrangement
-from labgym.layouts.rules.bounds import BoundsFault, bounds_faults
+from labgym.layouts.rules.bounds import BoundsFault
 from labgym.layouts.rules.collisions import Collision, collisions
-from labgym.layouts.rules.egress import narrow_exits
-from labgym.layouts.rules.facility import FacilityIssue
-from labgym.layouts.rules.facility.exits import egress_issues
-from labgym.layouts.rules.facility.issues import equipment_issues, placing_issues
-from labgym.layouts.rules.glass import glass_instances
+from labgym.layouts.rules.equipment import Requirement, missing_equipment, required_equipment
 from labgym.layouts.rules.presence import missing_assets
+from labgym.layouts.rules.reach import ItemReach, item_reaches
+from labgym.layouts.rules.regulations.premises import Premises
+from labgym.layouts.rules.rule import FacilityIssue, FacilityRule
+from labgym.layouts.rules.rule_sets import TOUCHSTONE, RuleSet, rule_set
 from labgym.layouts.rules.satisfaction import Instance, penalised
-from labgym.layouts.rules.separation import flammable_instances, incompatible_instances
-from labgym.layouts.rules.storage import storage_instances
-from labgym.layouts.rules.thresholds import VERSION_2, Profile
+from labgym.layouts.rules.site import Site
+from labgym.layouts.rules.thresholds import Profile
 from labgym.layouts.rules.violations import (
     Violations,
     bounds_violations,
-    chemical_violations,
     collision_violations,
+    facility_violation,
+    missing_violations,
     navigation_violations,
+    term_violations,
 )
-from labgym.navigation.feasibility import Transition, legs, transitions
-from labgym.navigation.plan import OBSTACLE_HEIGHT
+from labgym.layouts.rules.workflow import Workflow, walking_distance
+from labgym.navigation.feasibility import Leg, Transition, judge_legs
+from labgym.navigation.occupancy import occupancy
+from labgym.navigation.plan import OBSTACLE_HEIGHT, PLANNING_RADIUS
+from labgym.navigation.visibility import ShortestPaths
 from labgym.protocols import Protocol
 
 GEOMETRY_WEIGHT = 0.5
 CHEMISTRY_WEIGHT = 0.5
 """Weights of F; the paper leaves them open."""
 
+Drives = Mapping[str, tuple[Transition, ...]]
+"""Verdicts on drives, by the name of their rule."""
+
 
 @dataclass(frozen=True)
 class Assessment:
-    """All rules of one layout under one profile.
+    """All rules of one layout under one rule set.
 
     Attributes:
-        flammable, incompatible, storage, glass: instances, the geometry penalty applied.
-        missing: required assets that are not placed, None without a protocol.
-        transitions: None without navigation or without a protocol.
-        navigation: whether ways were evaluated: the protocol's transitions and egress.
+        site: the layout as the rules read it, with the protocol that it is assessed for.
+        measured: instances of each term by its name, the geometry penalty applied.
+        driven: verdicts on the drives; None without navigation or without a protocol.
+        navigation: whether ways were evaluated: the drives of the robot, ways out, walks of people.
     """
 
-    profile: Profile
-    arrangement: Arrangement
+    rules: RuleSet
+    site: Site
     bounds: tuple[BoundsFault, ...]
     collisions: tuple[Collision, ...]
-    flammable: tuple[Instance, ...]
-    incompatible: tuple[Instance, ...]
-    storage: tuple[Instance, ...]
-    glass: tuple[Instance, ...]
-    missing: tuple[str, ...] | None
-    transitions: tuple[Transition, ...] | None
+    measured: Mapping[str, tuple[Instance, ...]]
+    driven: Drives | None = None
     navigation: bool = False
+    _issues: dict[str, tuple[FacilityIssue, ...]] = field(default_factory=dict, compare=False, repr=False)
+    """Issues that have been computed, by rule. They do not depend on `navigation`."""
+
+    @property
+    def arrangement(self) -> Arrangement:
+        """The layout's objects as arrays."""
+        return self.site.arrangement
+
+    @property
+    def protocol(self) -> Protocol | None:
+        """The protocol that the layout is assessed for."""
+        return self.site.protocol
+
+    @property
+    def profile(self) -> Profile:
+        """The thresholds."""
+        return self.rules.profile
 
     @cached_property
     def out_of_bounds(self) -> frozenset[str]:
@@ -69,23 +90,76 @@ class Assessment:
         """Ids of the objects that are out of bounds or collide."""
         return self.out_of_bounds.union(*(collision.ids for collision in self.collisions))
 
-    @property
+    @cached_property
+    def blocked(self) -> frozenset[str]:
+        """Ids of the objects in no fault of their own that cannot be used: their front is blocked."""
+        terms = (term.name for term in self.rules.terms if term.lowers == "geometry")
+        return frozenset(one.ids[0] for term in terms for one in self.measured[term] if one.hard)
+
+    def of(self, term: str) -> tuple[Instance, ...]:
+        """Return the instances of a term; empty if the rule set does not have it."""
+        return self.measured.get(term, ())
+
+    @cached_property
     def instances(self) -> tuple[Instance, ...]:
-        """All chemical instances."""
-        return self.flammable + self.incompatible + self.storage + self.glass
+        """All instances of the terms whose mean satisfaction is half of F: chemistry and the protocol's constraints."""
+        terms = (term.name for term in self.rules.terms if term.lowers == "satisfaction")
+        return tuple(one for term in terms for one in self.measured[term])
+
+    @cached_property
+    def missing(self) -> tuple[str, ...] | None:
+        """Assets that the protocol requires and that are not placed in bounds; None without a protocol."""
+        if self.protocol is None:
+            return None
+        return missing_assets(self.arrangement, self.protocol, self.out_of_bounds)
+
+    @cached_property
+    def equipment(self) -> tuple[Requirement, ...]:
+        """The safety equipment that is required."""
+        return required_equipment(self.arrangement, self.protocol, self.rules.equipment)
+
+    @cached_property
+    def unequipped(self) -> tuple[str, ...]:
+        """Safety equipment that is required and missing, as assets to add."""
+        return missing_equipment(self.arrangement, self.equipment, self.out_of_bounds)
+
+    @property
+    def lacking(self) -> tuple[str, ...]:
+        """Assets and safety equipment that are required and not placed."""
+        return (*(self.missing or ()), *self.unequipped)
+
+    @property
+    def transitions(self) -> tuple[Transition, ...] | None:
+        """The protocol's transitions; None without navigation or without a protocol."""
+        return None if self.driven is None else self.driven["transitions"]
+
+    def drives_of(self, rule: str) -> tuple[Transition, ...]:
+        """Return the verdicts on the drives of a rule; empty without navigation or without a protocol."""
+        return () if self.driven is None else self.driven.get(rule, ())
+
+    @cached_property
+    def drives(self) -> tuple[Transition, ...]:
+        """All drives that count in v(L); empty without navigation."""
+        return () if self.driven is None else tuple(drive for own in self.driven.values() for drive in own)
 
     @cached_property
     def v(self) -> int:
-        """Number of hard violations: OB + CN + pairs under d_low + reagents not stored + infeasible transitions."""
-        chemical = sum(instance.hard for instance in self.instances)
-        unreachable = sum(not transition.feasible for transition in self.transitions or ())
-        return len(self.out_of_bounds) + len(self.collisions) + chemical + unreachable
+        """Number of hard violations.
+
+        OB + CN + hard instances of terms + infeasible drives + errors of hard facility rules + missing assets and
+        safety equipment if the rule set counts them.
+        """
+        instances = sum(one.hard for own in self.measured.values() for one in own)
+        infeasible = sum(not drive.feasible for drive in self.drives)
+        missing = len(self.lacking) if self.rules.missing_is_hard else 0
+        broken = sum(len(self._broken(rule)) for rule in self._hard_rules)
+        return len(self.out_of_bounds) + len(self.collisions) + instances + infeasible + missing + broken
 
     @cached_property
     def fitness(self) -> float:
         """F in [0, 1]: half the share of objects in no violation, half the mean satisfaction."""
         count, instances = len(self.arrangement), self.instances
-        geometry = 1.0 - len(self.faulty) / count if count else 1.0
+        geometry = 1.0 - len(self.faulty | self.blocked) / count if count else 1.0
         chemistry = sum(instance.satisfaction for instance in instances) / len(instances) if instances else 1.0
         return GEOMETRY_WEIGHT * geometry + CHEMISTRY_WEIGHT * chemistry
 
@@ -96,142 +170,202 @@ class Assessment:
             (
                 *bounds_violations(self.arrangement, self.bounds),
                 *collision_violations(self.collisions),
-                *chemical_violations(self.instances),
-                *navigation_violations(self.arrangement, self.transitions or ()),
+                *(found for term in self.rules.terms for found in term_violations(term, self.measured[term.name])),
+                *missing_violations(self.lacking if self.rules.missing_is_hard else ()),
+                *navigation_violations(self.arrangement, self.drives),
+                *(facility_violation(issue) for issue in self.hard_issues),
             )
         )
 
+    def issues_of(self, rule: FacilityRule) -> tuple[FacilityIssue, ...]:
+        """Return the issues of a facility rule."""
+        if rule.name not in self._issues:
+            self._issues[rule.name] = tuple(rule.issues(self.site))
+        return self._issues[rule.name]
+
+    @cached_property
+    def issues(self) -> tuple[FacilityIssue, ...]:
+        """Every facility rule that the layout breaks, fixed objects included."""
+        return tuple(issue for rule in self.rules.facility for issue in self.issues_of(rule))
+
+    @cached_property
+    def hard_issues(self) -> tuple[FacilityIssue, ...]:
+        """Errors of hard facility rules: the building first, then ways if there is navigation."""
+        issues = (issue for rule in self._hard_rules for issue in self.issues_of(rule))
+        return tuple(issue for issue in issues if issue.severity == "error")
+
     @cached_property
     def errors(self) -> tuple[FacilityIssue, ...]:
-        """Facility rules that the generator and the optimizer never leave broken; egress only with navigation.
+        """Facility errors that the generator and the optimizer never leave behind; ways out only with navigation.
 
-        They do not count in v(L). Issues that concern fixed objects alone are left out: nothing can be moved. Empty if
-        the profile leaves facility rules out.
+        Issues that concern fixed objects alone are left out: nothing can be moved. Empty if the rule set leaves
+        facility errors out of the cost.
         """
-        if "facility" in self.profile.left_out:
-            return ()
-        issues = (*self._placing, *(self._egress if self.navigation else ()))
-        fixed = {placement.id for placement in self.arrangement.placements if placement.fixed}
-        return tuple(issue for issue in issues if issue.severity == "error" and not fixed.issuperset(issue.ids))
+        issues = (issue for rule in self._placing_rules for issue in self.issues_of(rule))
+        return tuple(issue for issue in issues if issue.severity == "error" and not self._fixed.issuperset(issue.ids))
 
     @cached_property
     def warnings(self) -> tuple[FacilityIssue, ...]:
-        """Facility rules that are advice, as far as objects can be moved to follow them: not the number of exits."""
-        issues = (*self._placing, *equipment_issues(self.arrangement))
-        return tuple(issue for issue in issues if issue.severity == "warning")
+        """Rules on placing that are advice, as far as objects can be moved to follow them: not the number of exits."""
+        rules = (rule for rule in self.rules.facility if rule.group == "placing" and not rule.ways)
+        return tuple(issue for rule in rules for issue in self.issues_of(rule) if issue.severity == "warning")
 
-    @property
+    @cached_property
     def advice(self) -> tuple[FacilityIssue, ...]:
-        """Every rule that is advice and that moved objects may follow: the facility warnings."""
-        return self.warnings
-
-    @cached_property
-    def _placing(self) -> tuple[FacilityIssue, ...]:
-        return tuple(placing_issues(self.arrangement))
-
-    @cached_property
-    def _egress(self) -> tuple[FacilityIssue, ...]:
-        return tuple(egress_issues(self.arrangement))
-
-    def with_navigation(self, protocol: Protocol | None) -> Assessment:
-        """Return the assessment with navigation, as `evaluate_layout(..., navigation=True)`; the rest is kept."""
-        if self.navigation:
-            return self
-        moves = None if protocol is None else judged_transitions(self.arrangement.layout, protocol)
-        assessment = replace(self, transitions=moves, navigation=True)
-        if "_placing" in self.__dict__:
-            assessment.__dict__["_placing"] = self._placing
-        return assessment
+        """Every rule that is advice and that moved objects may follow; walks only with navigation."""
+        rules = (rule for rule in self.rules.facility if rule.group == "safety" and (self.navigation or not rule.ways))
+        safety = (issue for rule in rules for issue in self.issues_of(rule) if issue.severity == "warning")
+        return (*self.warnings, *safety)
 
     @cached_property
     def cost(self) -> int:
-        """v(L) plus the number of facility errors: the quantity that the optimizer minimizes."""
-        if "errors" in self.__dict__ or "facility" in self.profile.left_out:
-            return self.v + len(self.errors)
-        concerned = [issue.ids for issue in self._placing if issue.severity == "error"]
-        concerned += narrow_exits(self.arrangement) if self.navigation else []  # The messages' widths take longer.
-        fixed = {placement.id for placement in self.arrangement.placements if placement.fixed}
-        return self.v + sum(not fixed.issuperset(ids) for ids in concerned)
+        """v(L) plus the facility errors that v(L) does not contain: the quantity that the optimizer minimizes."""
+        terms = {term.name for term in self.rules.terms}
+        rules = (rule for rule in self._placing_rules if rule.name not in self.rules.hard and rule.term not in terms)
+        return self.v + sum(not self._fixed.issuperset(ids) for rule in rules for ids in self._broken(rule))
+
+    def _broken(self, rule: FacilityRule) -> list[tuple[str, ...]]:
+        """Return the objects of each error of a rule, without its message if that is faster."""
+        if rule.broken is not None and rule.name not in self._issues:
+            return rule.broken(self.site)
+        return [issue.ids for issue in self.issues_of(rule) if issue.severity == "error"]
+
+    @cached_property
+    def _hard_rules(self) -> list[FacilityRule]:
+        hard = [rule for rule in self.rules.facility if rule.name in self.rules.hard and rule.severity == "error"]
+        building = [rule for rule in hard if rule.group == "building"]
+        ways = [rule for rule in hard if rule.ways and self.navigation]
+        return [*building, *ways, *(rule for rule in hard if rule.group != "building" and not rule.ways)]
+
+    @cached_property
+    def _placing_rules(self) -> list[FacilityRule]:
+        """Rules whose errors the optimizer minimizes."""
+        if not self.rules.facility_in_cost:
+            return []
+        placing = (rule for rule in self.rules.facility if rule.group == "placing" and rule.severity == "error")
+        return [rule for rule in placing if self.navigation or not rule.ways]
+
+    @cached_property
+    def _fixed(self) -> frozenset[str]:
+        return frozenset(placement.id for placement in self.arrangement.placements if placement.fixed)
+
+    @cached_property
+    def facility(self) -> dict[str, float]:
+        """Share of the objects that keep each facility rule, in [0, 1]; only rules that apply to something."""
+        shares = {rule.name: rule.share(self.site, self.issues_of(rule)) for rule in self.rules.facility}
+        return {name: share for name, share in shares.items() if share is not None}
 
     @property
-    def drives(self) -> tuple[Transition, ...]:
-        """The drives that count in v(L); empty without navigation."""
-        return self.transitions or ()
+    def facility_score(self) -> float | None:
+        """Mean share over the facility rules that apply, None if none does."""
+        return math.fsum(self.facility.values()) / len(self.facility) if self.facility else None
+
+    @cached_property
+    def premises(self) -> Premises:
+        """The walks of people, for the workflow and for regulations."""
+        return Premises(self.arrangement)
+
+    @cached_property
+    def workflow(self) -> Workflow | None:
+        """The walks of the protocol's workflow; None without a protocol."""
+        return None if self.protocol is None else walking_distance(self.arrangement, self.protocol, self.premises)
+
+    @cached_property
+    def reaches(self) -> tuple[ItemReach, ...]:
+        """Whether an arm reaches each item that a step uses; empty without a protocol."""
+        return () if self.protocol is None else item_reaches(self.arrangement, self.protocol)
 
     @property
-    def lacking(self) -> tuple[str, ...]:
-        """Assets that are required and not placed, without those that are out of bounds; empty without a protocol."""
-        return self.missing or ()
+    def reach(self) -> float | None:
+        """Share of the items that are in reach, None without any."""
+        return sum(item.reached for item in self.reaches) / len(self.reaches) if self.reaches else None
 
     @property
     def perfect(self) -> bool:
-        """Whether nothing can be improved: no violation, no facility error, full fitness."""
-        return self.v == 0 and self.fitness > 1.0 - 1e-9 and not self.errors
+        """Whether nothing can be improved: full fitness and no fault; with tie-breakers a shorter walk always can."""
+        return not self.cost and self.fitness > 1.0 - 1e-9 and not self.errors and not self.rules.tie_breakers
 
     def better_than(self, other: Assessment) -> bool:
-        """Whether to accept this layout over another: a lower cost, or the same cost and a higher fitness."""
-        return self.cost < other.cost or (self.cost == other.cost and self.fitness > other.fitness + 1e-12)
+        """Whether to accept this layout over another: a lower cost, or the same cost and a higher fitness.
+
+        With the rule set's tie-breakers, of equal ones a better reach, then a shorter walk wins.
+        """
+        if self.cost != other.cost:
+            return self.cost < other.cost
+        if abs(self.fitness - other.fitness) > 1e-12:
+            return self.fitness > other.fitness
+        if not self.rules.tie_breakers:
+            return False
+        own, others = self._tie, other._tie
+        return own[0] > others[0] + 1e-12 or (own[0] > others[0] - 1e-12 and own[1] < others[1] - 1e-6)
+
+    @property
+    def _tie(self) -> tuple[float, float]:
+        walk = math.inf if self.workflow is None or self.workflow.length is None else self.workflow.length
+        return self.reach or 0.0, walk
+
+    def with_navigation(self) -> Assessment:
+        """Return the assessment with navigation, as `evaluate_layout(..., navigation=True)`; the rest is kept."""
+        if self.navigation:
+            return self
+        return replace(self, driven=judged_drives(self.rules, self.site), navigation=True)
 
 
 def evaluate_layout(
     layout: Layout,
     protocol: Protocol | None = None,
-    profile: str | Profile = "default",
+    rules: str | RuleSet = TOUCHSTONE,
     navigation: bool = False,
     earlier: Assessment | None = None,
-    metrics: str | None = None,
 ) -> Assessment:
-    """Apply every rule to a layout.
+    """Apply every rule of a rule set to a layout.
 
     Args:
         layout: the layout.
-        protocol: required assets and transitions; None leaves both out.
-        profile: name of the thresholds, or a profile; its `metrics` choose the version of the definitions.
-        navigation: whether to plan the protocol's transitions and check egress, which takes as long as all the rest.
-        earlier: assessment of another state of the layout, whose transitions are taken over if neither floor nor
-            obstacles nor goal poses have changed. It changes no result.
-        metrics: version of the definitions, `touchstone-v1` or `touchstone-v2`; by default the profile's.
+        protocol: required assets and drives; None leaves both out.
+        rules: a rule set or its name: `touchstone` or `paper`; other thresholds as in `rule_set("touchstone", "code")`.
+        navigation: whether to plan the protocol's drives and check ways out, which takes as long as all the rest.
+        earlier: assessment of another state of the layout, whose drives are taken over if nothing that they depend on
+            has changed. It changes no result.
 
     Raises:
-        UnknownNameError: the profile, the version, an asset or a support does not exist.
+        UnknownNameError: the rule set, an asset or a support does not exist.
     """
-    limits, arrangement = thresholds.profile(profile, metrics), Arrangement.of(layout)
-    bounds, overlaps = bounds_faults(arrangement), collisions(arrangement)
-    out_of_bounds = frozenset(fault.id for fault in bounds)
-    faulty = out_of_bounds.union(*(collision.ids for collision in overlaps))
-    version_2 = limits.metrics == VERSION_2
-    drives = navigation and protocol is not None and not version_2
-    basis = Assessment(
-        profile=limits,
-        arrangement=arrangement,
-        bounds=bounds,
-        collisions=overlaps,
-        flammable=penalised(flammable_instances(arrangement, limits), faulty),
-        incompatible=penalised(incompatible_instances(arrangement, limits), faulty),
-        storage=() if "storage" in limits.left_out else penalised(storage_instances(arrangement), faulty),
-        glass=penalised(glass_instances(arrangement, limits), faulty),
-        missing=None if protocol is None else missing_assets(arrangement, protocol, out_of_bounds),
-        transitions=judged_transitions(layout, protocol, earlier) if drives and protocol is not None else None,
-        navigation=navigation,
-    )
-    if not version_2:
-        return basis
-    from labgym.layouts.rules.touchstone2.assessment import assess  # it extends the assessment of this module
-
-    return assess(basis, protocol, earlier)
+    rules = rule_set(rules)
+    arrangement = Arrangement.of(layout)
+    site = Site(arrangement, protocol, rules.profile)
+    bounds = tuple(fault for check in rules.bounds for fault in check(arrangement))
+    found = {term.name: tuple(term.instances(site)) for term in rules.terms}
+    basis = Assessment(rules, site, bounds, collisions(arrangement), found, navigation=navigation)
+    voided = {"faulty": basis.faulty, "unusable": basis.faulty | basis.blocked}
+    measured = {
+        term.name: penalised(found[term.name], voided[term.void]) if term.lowers == "satisfaction" else found[term.name]
+        for term in rules.terms
+    }
+    driven = judged_drives(rules, site, earlier) if navigation else None
+    return replace(basis, measured=measured, driven=driven)
 
 
-def judged_transitions(layout: Layout, protocol: Protocol, earlier: Assessment | None = None) -> tuple[Transition, ...]:
-    """Judge a protocol's transitions: in a rectangular room on touchstone-v1's grid, elsewhere by exact clearance.
+def judged_drives(rules: RuleSet, site: Site, earlier: Assessment | None = None) -> Drives | None:
+    """Judge the drives of a rule set; None without a protocol.
 
     Args:
         earlier: as in `evaluate_layout`.
     """
-    if earlier is not None and earlier.transitions is not None:
-        other = earlier.arrangement.layout
-        unmoved = other.floor is layout.floor and list(other.obstacles(OBSTACLE_HEIGHT)) == list(
-            layout.obstacles(OBSTACLE_HEIGHT)
-        )
-        if unmoved and legs(layout, protocol) == [move.leg for move in earlier.transitions]:
-            return earlier.transitions
-    return transitions(layout, protocol, method="grid" if layout.floor.is_rectangle else "exact")
+    if site.protocol is None:
+        return None
+    layout = site.arrangement.layout
+    legs: dict[str, list[Leg]] = {rule.name: rule.legs(site) for rule in rules.drives}
+    if earlier is not None and earlier.driven is not None and _unmoved(layout, earlier.arrangement.layout):
+        if legs == {name: [drive.leg for drive in own] for name, own in earlier.driven.items()}:
+            return earlier.driven
+    on_grid = rules.paths == "grid" and layout.floor.is_rectangle
+    space = occupancy(layout).dilated(PLANNING_RADIUS) if on_grid else ShortestPaths(layout)
+    return {name: judge_legs(layout, own, space) for name, own in legs.items()}
+
+
+def _unmoved(layout: Layout, other: Layout) -> bool:
+    """Whether the robot meets the same floor and the same obstacles in two layouts."""
+    if other.floor is not layout.floor:
+        return False
+    return list(other.obstacles(OBSTACLE_HEIGHT)) == list(layout.obstacles(OBSTACLE_HEIGHT))

@@ -10,7 +10,8 @@ from itertools import combinations
 from labgym.assets import Asset, Hazard, incompatible
 from labgym.geometry import pairwise_distance
 from labgym.layouts.rules.arrangement import Arrangement
-from labgym.layouts.rules.satisfaction import Instance
+from labgym.layouts.rules.rule import Term
+from labgym.layouts.rules.satisfaction import Instance, worst_mean
 from labgym.layouts.rules.storage import closed_cabinet
 from labgym.layouts.rules.thresholds import Band, Profile
 
@@ -87,3 +88,31 @@ def hazard_between(first: Asset, second: Asset, pairs: str) -> Hazard | None:
 def _partitioned(arrangement: Arrangement, instance: Instance) -> bool:
     cabinets = [closed_cabinet(arrangement, arrangement.index[placement]) for placement in instance.ids]
     return None not in cabinets and len(set(cabinets)) == len(cabinets)
+
+
+def apart(instance: Instance) -> tuple[float, str, str]:
+    """Return how a pair that is too close is described: meters short, what is wrong, what to do."""
+    gap = instance.distance or 0.0
+    short, (first, second) = instance.limit - gap, instance.ids
+    message = f"{first} is {gap:.2f} m from {second}, under {instance.limit:g} m: {instance.note}"
+    return short, message, f"move {first} and {second} {short:.2f} m further apart"
+
+
+STORED_FLAMMABLES = Term(
+    name="flammable",
+    metric="flam",
+    requires="Flammable reagents keep their distance from heat sources",
+    source="fire-code practice; profile `heat` and `flame`",
+    instances=lambda site: flammable_instances(site.arrangement, site.profile),
+    remedy=apart,
+    score=worst_mean,
+)
+STORED_INCOMPATIBLES = Term(
+    name="incompatible",
+    metric="incomp",
+    requires="Incompatible reagents keep their distance from each other",
+    source="IFC 5003.9.8; profile `incompatible`",
+    instances=lambda site: incompatible_instances(site.arrangement, site.profile),
+    remedy=apart,
+    score=worst_mean,
+)

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from labgym.geometry import rotate
 from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.rule import Term
 from labgym.layouts.rules.satisfaction import Instance
 from labgym.layouts.rules.thresholds import CONTAINMENT_TOLERANCE, HEIGHT_TOLERANCE
 
@@ -24,6 +26,27 @@ def storage_instances(arrangement: Arrangement) -> tuple[Instance, ...]:
         ids = (arrangement.placements[row].id,)
         note = "" if stored else "not in a storage cabinet"
         instances.append(Instance("storage", ids, None, 0.0, float(stored), not stored, note))
+    return tuple(instances)
+
+
+def class_instances(arrangement: Arrangement) -> tuple[Instance, ...]:
+    """Return one instance for each placed reagent: 1 on a shelf of a cabinet of its class, else 0 and hard.
+
+    The classes are the catalog's (segregation of incompatible chemicals: Prudent Practices, 5.E.2; IFC 5003.9.8).
+    A reagent without a class is at home in any reagent cabinet.
+    """
+    instances = []
+    for row in arrangement.reagents:
+        cabinet, chemistry = storage_cabinet(arrangement, row), arrangement.assets[row].chemistry
+        own = None if chemistry is None else chemistry.storage_class
+        if cabinet is None:
+            note = "not in a storage cabinet"
+        elif own is not None and arrangement.assets[cabinet].storage_class != own:
+            note = f"of storage class {own}, in a cabinet of class {arrangement.assets[cabinet].storage_class}"
+        else:
+            note = ""
+        ids = (arrangement.placements[row].id,)
+        instances.append(Instance("storage", ids, None, 0.0, float(not note), bool(note), note))
     return tuple(instances)
 
 
@@ -84,3 +107,24 @@ def _on_shelf(arrangement: Arrangement, row: int, cabinet: int) -> bool:
     """Whether an object's bottom is at the height of one of a cabinet's shelves."""
     bottom = arrangement.placements[row].position[2] - arrangement.placements[cabinet].position[2]
     return any(abs(bottom - surface.z) <= HEIGHT_TOLERANCE + 1e-9 for surface in arrangement.assets[cabinet].surfaces)
+
+
+def _in_a_cabinet(instance: Instance) -> tuple[float, str, str]:
+    reagent = instance.ids[0]
+    return 1.0, f"{reagent} is {instance.note}", f"put {reagent} on a shelf of a reagent cabinet"
+
+
+STORED = Term(
+    name="storage",
+    metric="store",
+    requires="Reagents stand on the shelves of reagent cabinets",
+    source="Prudent Practices, 5.E.2",
+    instances=lambda site: storage_instances(site.arrangement),
+    remedy=_in_a_cabinet,
+)
+STORED_BY_CLASS = replace(
+    STORED,
+    requires="Reagents stand on the shelves of cabinets of their storage class",
+    source="Prudent Practices, 5.E.2; IFC 5003.9.8",
+    instances=lambda site: class_instances(site.arrangement),
+)

@@ -1,4 +1,4 @@
-"""Every threshold of the layout metrics and its source; a report names the profile that it used."""
+"""Every threshold of the layout rules and its source; a report names the profile that it used."""
 
 from __future__ import annotations
 
@@ -9,16 +9,6 @@ from labgym.errors import UnknownNameError
 from labgym.layouts.floor.exits import CALIFORNIA, NFPA_45
 
 Severity = Literal["warning", "error"]
-
-Metrics = Literal["touchstone-v1", "touchstone-v2"]
-
-VERSION: Metrics = "touchstone-v1"
-"""The definitions of the paper's columns; a report that names another version is not comparable."""
-
-VERSION_2: Metrics = "touchstone-v2"
-"""The definitions of the commands, which a spoilt layout cannot pass; see `labgym.layouts.rules.touchstone2`."""
-
-VERSIONS: tuple[Metrics, ...] = (VERSION, VERSION_2)
 
 ROOM_TOLERANCE = 0.010
 """A footprint may reach this far beyond the room's interior, meters: skirting and plaster tolerances."""
@@ -108,11 +98,6 @@ class Profile:
         second_exit: severity of a missing second exit; a layout with an error is not generated.
         second_exit_area: largest laboratory with one exit, square meters.
         second_exit_source: where that limit comes from.
-        metrics: version of the metric definitions that these thresholds are applied with.
-        tie_breakers: whether, of two layouts with equal v and F, the one with the better reach and the shorter walk is
-            preferred (touchstone-v2 only). Off for benchmark splits.
-        left_out: rules that are not applied: `facility` errors, which the paper's cost does not contain, or `storage`,
-            which nobody can know without annotations of assets.
     """
 
     name: str
@@ -124,9 +109,6 @@ class Profile:
     second_exit: Severity = "warning"
     second_exit_area: float = NFPA_45
     second_exit_source: str = "NFPA 45, class B"
-    metrics: Metrics = VERSION
-    tie_breakers: bool = False
-    left_out: frozenset[Literal["facility", "storage"]] = frozenset()
 
 
 PROFILES = {
@@ -173,25 +155,14 @@ PROFILES["code"] = replace(
 )
 
 
-def profile(name: str | Profile, metrics: str | None = None) -> Profile:
+def profile(name: str | Profile) -> Profile:
     """Return the thresholds of that name; a `Profile` is returned unchanged.
 
-    Args:
-        name: name of the thresholds, or a profile.
-        metrics: version of the metric definitions; by default the profile's own, which is touchstone-v1 for all named
-            profiles. The commands name touchstone-v2.
-
     Raises:
-        UnknownNameError: no profile, or no version, has that name.
+        UnknownNameError: no profile has that name.
     """
-    if metrics is not None and metrics not in VERSIONS:
-        raise UnknownNameError("version of the metrics", metrics, VERSIONS)
     if isinstance(name, Profile):
-        limits = name
-    elif name in PROFILES:
-        limits = PROFILES[name]
-    else:
+        return name
+    if name not in PROFILES:
         raise UnknownNameError("profile", name, PROFILES)
-    if metrics is None or metrics == limits.metrics:
-        return limits
-    return replace(limits, metrics=VERSION_2 if metrics == VERSION_2 else VERSION)
+    return PROFILES[name]

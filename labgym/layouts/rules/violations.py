@@ -4,19 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Literal
 
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.bounds import BoundsFault
 from labgym.layouts.rules.collisions import Collision
+from labgym.layouts.rules.rule import FacilityIssue, Term
 from labgym.layouts.rules.satisfaction import Instance
 from labgym.navigation.feasibility import Transition
-
-Kind = Literal[
-    "bounds", "collision", "flammable", "incompatible", "storage", "navigation",
-    "front", "near", "ventilation", "missing", "facility",
-]  # fmt: skip
-"""Kinds of hard violations; those of the last line exist in touchstone-v2 only."""
 
 
 @dataclass(frozen=True)
@@ -24,13 +18,14 @@ class Violation:
     """One hard violation.
 
     Attributes:
+        kind: `bounds`, `collision`, `missing`, `navigation`, `facility`, or the name of a term.
         ids: placements that take part; for navigation, the placements of the two locations that exist.
         amount: meters out of bounds, of penetration or short of the least distance; 1 for counts.
         message: the violation in one line.
         suggestion: the remedy in one line.
     """
 
-    kind: Kind
+    kind: str
     ids: tuple[str, ...]
     amount: float
     message: str
@@ -48,7 +43,7 @@ class Violations:
         """v(L)."""
         return len(self.items)
 
-    def of(self, *kinds: Kind) -> tuple[Violation, ...]:
+    def of(self, *kinds: str) -> tuple[Violation, ...]:
         """Return the violations of some kinds."""
         return tuple(item for item in self.items if item.kind in kinds)
 
@@ -71,24 +66,23 @@ def collision_violations(collisions: Iterable[Collision]) -> list[Violation]:
     return violations
 
 
-def chemical_violations(instances: Iterable[Instance]) -> list[Violation]:
-    """Return one violation for each pair below its least distance and for each reagent that is not stored."""
-    violations = []
-    for instance in instances:
-        if not instance.hard:
-            continue
-        if instance.distance is None:
-            reagent = instance.ids[0]
-            message, remedy = f"{reagent} is {instance.note}", f"put {reagent} on a shelf of a reagent cabinet"
-            violations.append(Violation("storage", instance.ids, 1.0, message, remedy))
-            continue
-        kind: Kind = "flammable" if instance.rule == "flammable" else "incompatible"
-        short = instance.limit - instance.distance
-        first, second = instance.ids
-        message = f"{first} is {instance.distance:.2f} m from {second}, under {instance.limit:g} m: {instance.note}"
-        remedy = f"move {first} and {second} {short:.2f} m further apart"
-        violations.append(Violation(kind, instance.ids, short, message, remedy))
-    return violations
+def term_violations(term: Term, instances: Iterable[Instance]) -> list[Violation]:
+    """Return one violation for each hard instance of a term."""
+    if term.remedy is None:
+        return []
+    return [Violation(term.name, one.ids, *term.remedy(one)) for one in instances if one.hard]
+
+
+def missing_violations(names: Iterable[str]) -> list[Violation]:
+    """Return one violation for each asset that is required and not placed."""
+    return [Violation("missing", (), 1.0, f"{name} is required but missing", f"add {name}") for name in names]
+
+
+def facility_violation(issue: FacilityIssue) -> Violation:
+    """Return the violation for a facility rule that is hard."""
+    amount = 1.0 if issue.value is None else abs(issue.limit - issue.value)
+    problem, _, remedy = issue.message.rpartition(": ")
+    return Violation("facility", issue.ids, amount, problem or issue.message, remedy if problem else "see the rule")
 
 
 def navigation_violations(arrangement: Arrangement, transitions: Iterable[Transition]) -> list[Violation]:

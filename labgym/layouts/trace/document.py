@@ -11,7 +11,6 @@ from pydantic import BeforeValidator, Field, JsonValue, PlainSerializer, WithJso
 from labgym.documents import Document, Record
 from labgym.errors import DocumentError, LabgymError
 from labgym.layouts.model import Layout
-from labgym.layouts.rules.thresholds import VERSION, Metrics
 from labgym.layouts.trace.changes import StateChange
 
 MOST_ITERATIONS = 1000
@@ -152,7 +151,7 @@ class Trace(Document):
 
     Attributes:
         profile: name of the thresholds.
-        metrics: version of the metric definitions that the figures are for.
+        rules: name of the rule set that the figures are for.
         protocol: id of the protocol that the figures are for; of several protocols, of their combination.
         start: the first state.
         iterations: in order; the first one has the figures of the first state, and no change.
@@ -161,7 +160,7 @@ class Trace(Document):
     SCHEMA: ClassVar[str] = "labgym.trace/1"
 
     profile: Name
-    metrics: Metrics = VERSION
+    rules: Name = "touchstone"
     protocol: Name | None = None
     start: EmbeddedLayout
     iterations: Annotated[tuple[Iteration, ...], Field(min_length=1, max_length=MOST_ITERATIONS)]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from labgym.errors import OptionError
 from labgym.layouts.model import Layout
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
-from labgym.layouts.rules.thresholds import Profile
+from labgym.layouts.rules.rule_sets import RuleSet
 from labgym.layouts.trace.changes import StateChange
 from labgym.layouts.trace.document import (
     MOST_ITERATIONS,
@@ -40,12 +40,12 @@ class Recorder:
         self._current: Layout | None = None
         self._assessment: Assessment | None = None
         self._protocol: Protocol | None = None
-        self._profile: Profile | None = None
+        self._rules: RuleSet | None = None
         self._iterations: list[Iteration] = []
         self._trials: list[Trial] = []
         self._tried = 0
 
-    def begin(self, layout: Layout, protocol: Protocol | None, profile: Profile, phase: Phase = "propose") -> None:
+    def begin(self, layout: Layout, protocol: Protocol | None, rules: RuleSet, phase: Phase = "propose") -> None:
         """Take the first state; another call changes nothing, so that each phase may begin the trace.
 
         Args:
@@ -55,8 +55,8 @@ class Recorder:
         if self._start is not None:
             return
         self._start = self._current = layout
-        self._protocol, self._profile = protocol, profile
-        self._assessment = evaluate_layout(layout, protocol, profile, navigation=True)
+        self._protocol, self._rules = protocol, rules
+        self._assessment = evaluate_layout(layout, protocol, rules, navigation=True)
         self._iterations.append(Iteration(phase=phase, hash=layout.hash, figures=_figures(self._assessment)))
 
     def trial(
@@ -121,8 +121,7 @@ class Recorder:
         if (change.empty and not tried) or len(self._iterations) >= MOST_ITERATIONS:
             return
         if not change.empty:
-            profile = self._assessment.profile
-            self._assessment = evaluate_layout(layout, self._protocol, profile, navigation=True)
+            self._assessment = evaluate_layout(layout, self._protocol, self._assessment.rules, navigation=True)
             self._current = layout
         self._iterations.append(
             Iteration(
@@ -142,11 +141,11 @@ class Recorder:
         Raises:
             OptionError: the trace has not begun.
         """
-        if self._start is None or self._profile is None:
+        if self._start is None or self._rules is None:
             raise OptionError("the trace has no first state: call begin")
         return Trace(
-            profile=self._profile.name,
-            metrics=self._profile.metrics,
+            profile=self._rules.profile.name,
+            rules=self._rules.name,
             protocol=None if self._protocol is None else self._protocol.id,
             start=self._start,
             iterations=tuple(self._iterations),
@@ -176,15 +175,10 @@ def _figures(assessment: Assessment) -> Figures:
 
 
 def _faults(assessment: Assessment) -> dict[str, int]:
-    """Return the number of hard violations by kind, and of facility errors."""
-    counts = Counter(instance.rule for instance in assessment.instances if instance.hard)
-    return {
-        "bounds": len(assessment.out_of_bounds),
-        "collision": len(assessment.collisions),
-        **counts,
-        "navigation": _unreachable(assessment),
-        "facility": len(assessment.errors),
-    }
+    """Return the number of hard violations by kind; facility errors are added to those of facility rules."""
+    counts = Counter(violation.kind for violation in assessment.violations.items)
+    counts["facility"] += len(assessment.errors)
+    return counts
 
 
 def _increase(before: Mapping[str, int], after: Mapping[str, int]) -> dict[str, int]:

@@ -39,7 +39,7 @@ class SceneRow(Record):
         scene: name of its file. query: the request that it was generated for.
         objects: number of objects that were read. unknown: what was left out, with reasons; assumptions too.
         route: assets that the goal pairs lead to.
-        before, after: metrics of touchstone-v1 of the scene as it is, and repaired.
+        before, after: metrics under the rule set `paper` of the scene as it is, and repaired.
         transitions: number of transitions. feasible_before, feasible_after: those with a path.
         driven, reached, touching: drives of the policy in the repaired scene, those that reach the goal, and those
             with contacts.
@@ -79,7 +79,7 @@ def mean_table(rows: Sequence[SceneRow]) -> FigureTable:
         columns=columns,
         lines=(*lines, printed),
         notes=(
-            "touchstone-v1, not weighted by asset availability: the files do not say what their protocols require. "
+            "Rule set paper, not weighted by asset availability: the files do not say what their protocols require. "
             "Brackets: 95% intervals over scenes.",
             "The paper's line is of 30 scenes, of which these are some, by its own program.",
         ),

@@ -15,7 +15,7 @@ from labgym.eval.scoring.score import score
 from labgym.layouts import Layout
 from labgym.layouts.repairs import repair_layout
 from labgym.layouts.rules.objective import evaluate_layout
-from labgym.layouts.rules.thresholds import VERSION, profile
+from labgym.layouts.rules.rule_sets import PAPER
 from labgym.paper.labbuilder.reading import read_labbuilder
 from labgym.paper.labbuilder.routes import PAIRS_FILE, read_goals, route_protocol, usual_places, visited
 from labgym.paper.labbuilder.scene_tables import (
@@ -104,7 +104,7 @@ class LabBuilderStudy(Study[SceneRow]):
             source="Table 2",
             summary=tuple(summary),
             facts={
-                "metrics": "touchstone-v1, profile default",
+                "rules": "paper, profile default",
                 "scenes": ", ".join(row.scene for row in rows),
                 "repair": "as labgym repair, rule adjuster",
                 "policy": POLICY,
@@ -146,7 +146,7 @@ def _measured(path: Path) -> tuple[SceneRow, dict[str, bytes]]:
     places = visited(bare, read_goals(path.with_name(PAIRS_FILE), path.stem)) or usual_places(bare)
     protocol = route_protocol(bare, places)
     before = bare if protocol is None else bare.replace(protocols=(protocol,))
-    after = repair_layout(before, protocol, profile("default", VERSION)).layout
+    after = repair_layout(before, protocol, PAPER).layout
     drives = _driven(after) if protocol is not None and protocol.moves else []
     written = {SCENE_FILE: scene_data(after), SIZES_FILE: sizes_data(after), PAIRS_FILE: pairs_data(after)}
     poses = {placement.id: (placement.position, placement.yaw) for placement in before.placements}
@@ -156,8 +156,8 @@ def _measured(path: Path) -> tuple[SceneRow, dict[str, bytes]]:
         objects=len(bare.placements),
         notes=tuple(note for note in imported.notes if not note.startswith("no protocol")),
         route=places,
-        before=report_metrics(score(before, protocol, metrics=VERSION)),
-        after=report_metrics(score(after, protocol, metrics=VERSION)),
+        before=report_metrics(score(before, protocol, rules=PAPER)),
+        after=report_metrics(score(after, protocol, rules=PAPER)),
         transitions=_transitions(before, protocol)[0],
         feasible_before=_transitions(before, protocol)[1],
         feasible_after=_transitions(after, protocol)[1],
@@ -181,7 +181,7 @@ def _driven(layout: Layout) -> list[EpisodeRow]:
 
 def _transitions(layout: Layout, protocol: Protocol | None) -> tuple[int, int]:
     """Return the number of transitions, and of those with a path."""
-    moves = evaluate_layout(layout, protocol, navigation=True, metrics=VERSION).transitions or ()
+    moves = evaluate_layout(layout, protocol, navigation=True, rules=PAPER).transitions or ()
     return len(moves), sum(move.feasible for move in moves)
 
 

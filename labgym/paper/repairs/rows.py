@@ -6,7 +6,7 @@ import time
 
 from labgym.documents import Record
 from labgym.layouts.repairs import repair_layout
-from labgym.layouts.rules.thresholds import Profile
+from labgym.layouts.rules.rule_sets import PAPER, RuleSet
 from labgym.paper.repairs.cases import Case, patient
 from labgym.paper.repairs.verdict import verdict
 
@@ -51,7 +51,7 @@ class RepairRow(Record):
         return self.moved / self.objects
 
 
-def repair_row(case: Case, seed: int, profile: str | Profile = "default") -> tuple[RepairRow, float]:
+def repair_row(case: Case, seed: int, rules: str | RuleSet = PAPER) -> tuple[RepairRow, float]:
     """Return the row of a case, and the processor time of the repair in seconds: damage, repair and judge a laboratory.
 
     Raises:
@@ -60,9 +60,9 @@ def repair_row(case: Case, seed: int, profile: str | Profile = "default") -> tup
     ill = patient(case, seed)
     layout = ill.damage.layout
     start = time.process_time()
-    result = repair_layout(layout, profile=profile)
+    result = repair_layout(layout, rules=rules)
     seconds = time.process_time() - start
-    judged = verdict(ill.sound, result.layout, layout.protocol, profile)
+    judged = verdict(ill.sound, result.layout, layout.protocol, rules)
     kinds = [change.kind for change in result.changes]
     row = RepairRow(
         kind=case.kind,

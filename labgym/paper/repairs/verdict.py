@@ -8,9 +8,8 @@ from dataclasses import dataclass
 
 from labgym.eval.outside import WrittenPlan, findings
 from labgym.layouts.model import Layout
-from labgym.layouts.rules.facility import facility_issues
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
-from labgym.layouts.rules.thresholds import Profile
+from labgym.layouts.rules.rule_sets import PAPER, RuleSet
 from labgym.protocols import Protocol
 
 
@@ -40,10 +39,10 @@ class Verdict:
         return not (self.v or self.missing or self.free_standing or self.errors or self.warnings or self.outside)
 
 
-def verdict(sound: Layout, after: Layout, protocol: Protocol | None, profile: str | Profile = "default") -> Verdict:
+def verdict(sound: Layout, after: Layout, protocol: Protocol | None, rules: str | RuleSet = PAPER) -> Verdict:
     """Return the verdict on a repaired layout, given the layout before the damage."""
-    assessment = evaluate_layout(after, protocol, profile, navigation=True)
-    earlier = evaluate_layout(sound, protocol, profile)
+    assessment = evaluate_layout(after, protocol, rules, navigation=True)
+    earlier = evaluate_layout(sound, protocol, rules)
     errors = [issue for issue in assessment.errors if issue.rule != "back_to_wall"]
     return Verdict(
         v=assessment.v,
@@ -56,8 +55,7 @@ def verdict(sound: Layout, after: Layout, protocol: Protocol | None, profile: st
 
 
 def _warnings(assessment: Assessment) -> Counter[str]:
-    issues = facility_issues(assessment.arrangement, assessment.profile)
-    return Counter(issue.rule for issue in issues if issue.severity == "warning")
+    return Counter(issue.rule for issue in assessment.issues if issue.severity == "warning")
 
 
 def _findings(layout: Layout) -> Counter[str]:

@@ -23,8 +23,7 @@ applies; or the protocol's lists, steps and constraints, of which only the descr
 def blindfolded(request: Request, hidden: Hidden) -> Request:
     """Return a request without something."""
     if hidden == "annotations":
-        profile = replace(request.profile, left_out=request.profile.left_out | {"storage"})
-        return replace(request, catalog=bare_catalog(request.catalog), profile=profile)
+        return replace(request, catalog=bare_catalog(request.catalog), rules=request.rules.without("storage"))
     if hidden == "protocol":
         return replace(request, protocol=described(request.protocol, request.catalog))
     return request

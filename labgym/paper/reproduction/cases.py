@@ -16,8 +16,7 @@ from labgym.eval.scoring.score import score
 from labgym.layouts.generate import generate_assessed, resolve_request
 from labgym.layouts.method import Method
 from labgym.layouts.model import Layout
-from labgym.layouts.rules import thresholds
-from labgym.layouts.rules.thresholds import VERSION, VERSION_2
+from labgym.layouts.rules.rule_sets import PAPER, TOUCHSTONE
 from labgym.llm import LanguageModel
 from labgym.llm.errors import LanguageModelError
 from labgym.llm.rounds import UNUSABLE
@@ -71,8 +70,8 @@ class LayoutRow(Record):
         valid: whether it has no violation, no facility error and all required assets.
         v: number of hard violations.
         transitions: number of the protocol's transitions.
-        metrics: metrics of touchstone-v1 by name; None if one does not apply.
-        valid_2, metrics_2: the same under touchstone-v2.
+        metrics: metrics under the rule set `paper` by name; None if one does not apply.
+        valid_2, metrics_2: the same under `touchstone`.
         failure: why there is no layout.
     """
 
@@ -131,10 +130,10 @@ def measure(
         return rows_output(
             name, [LayoutRow(variant=variant.key, protocol=protocol.id, seed=seed, failure=str(error)[:500])]
         )
-    report = score(layout, protocol, profile, metrics=VERSION)
+    report = score(layout, protocol, PAPER, profile)
     if judge is not None:
         report = judged(report, layout, protocol, judge)
-    second = score(layout, protocol, profile, contacts=False, metrics=VERSION_2)
+    second = score(layout, protocol, TOUCHSTONE, profile, contacts=False)
     row = LayoutRow(
         variant=variant.key,
         protocol=protocol.id,
@@ -176,7 +175,7 @@ def layout_of(variant: Variant, protocol: Protocol, seed: int, profile: str) -> 
     Raises:
         InfeasibleError: the room cannot hold what the variant must place.
     """
-    request = resolve_request(protocol, seed, ROOM, thresholds.profile(profile, VERSION), None, ())
+    request = resolve_request(protocol, seed, ROOM, profile, None, (), rules=PAPER)
     layout, _ = generate_assessed(blindfolded(request, variant.hidden), variant.method)
     if variant.hidden == "nothing":
         return layout

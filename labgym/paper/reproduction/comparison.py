@@ -77,7 +77,7 @@ class LayoutStudy(Study[LayoutRow]):
             source=printed.source.partition(":")[0],
             summary=self.summary(rows),
             facts={
-                "metrics": f"touchstone-v1 and touchstone-v2, profile {self.profile}",
+                "rules": f"paper and touchstone, profile {self.profile}",
                 "protocols": f"{len(self.protocols)}: {', '.join(protocol.id for protocol in self.protocols)}",
                 "seeds": f"{self.seeds[0]} to {self.seeds[-1]}" if len(self.seeds) > 1 else str(self.seeds[0]),
                 "room": f"preset {ROOM}",
@@ -99,7 +99,7 @@ class LayoutStudy(Study[LayoutRow]):
             own = [row for row in rows if row.variant == variant.key]
             first, second = sum(row.valid for row in own), sum(row.valid_2 for row in own)
             lines.append(f"{variant.title}: {first} and {second} of {len(own)}")
-        return (f"Valid layouts under touchstone-v1 and touchstone-v2: {'; '.join(lines)}.",)
+        return (f"Valid layouts under the rule sets paper and touchstone: {'; '.join(lines)}.",)
 
     def sections(self, rows: Sequence[LayoutRow], folder: Path) -> Sequence[Section]:
         """Return the layouts of some protocols by every variant, and the failures."""

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from labgym.eval.reports.paper import PaperTable
+from labgym.eval.scoring.layout_report import COLUMNS
 from labgym.layouts.method import Method
 from labgym.paper.reproduction.cases import LayoutRow, Variant
 from labgym.paper.reproduction.figures import Cell, Column, FigureTable, Line, Scale, mean_cell, paper_line
@@ -68,24 +69,14 @@ OWN_COLUMNS = (
 )
 SECOND_COLUMNS = (
     Metric("valid", "Valid ↑", 3, "share"),
-    Metric("ob", "OB ↓", 2, "amount"),
-    Metric("cn", "CN ↓", 2, "amount"),
-    Metric("asset", "Asset ↑", 3, "share"),
-    Metric("step_nav", "Step nav ↑", 3, "share"),
-    Metric("prot_nav", "Prot nav ↑", 3, "share"),
-    Metric("door_nav", "Door nav ↑", 3, "share"),
-    *PLAIN,
-    Metric("fronts", "Fronts ↑", 3, "share"),
-    Metric("near", "Near ↑", 3, "share"),
-    Metric("ventilate", "Ventilate ↑", 3, "share"),
-    Metric("safety", "Safety ↑", 3, "share"),
-    Metric("facility", "Facility ↑", 3, "share"),
-    Metric("reach", "Reach ↑", 3, "share"),
-    Metric("walk", "Walk, m ↓", 1, "amount"),
-    Metric("v", "v ↓", 2, "amount"),
+    *(
+        Metric(name, column.heading, column.digits, "share" if column.digits == 3 else "amount")
+        for name, column in COLUMNS.items()
+        if column.heading and not column.judged and name != "obj"
+    ),
 )
-POOLED = {"step_nav": "transitions", "door_nav": "entries"}
-"""Metrics of touchstone-v2 that are shares of drives, by the number of drives: the drives of all layouts are pooled."""
+POOLED = {name: column.pooled_by for name, column in COLUMNS.items() if column.pooled_by}
+"""Shares of drives, by the number of drives: under `touchstone` the drives of all layouts are pooled."""
 SAMPLER = "sampler"
 """Name of the proposer whose rates were fitted to the paper."""
 NAVIGATION = frozenset({"step_nav"})
@@ -116,7 +107,7 @@ def paper_table(rows: Sequence[LayoutRow], variants: Sequence[Variant], printed:
         columns=columns,
         lines=(*lines, *(paper_line(row, columns) for row in printed.rows)),
         notes=(
-            "touchstone-v1. Brackets: 95% intervals clustered by protocol; the paper gives none.",
+            "Rule set paper. Brackets: 95% intervals clustered by protocol; the paper gives none.",
             GATE_NOTE,
             THRESHOLD_NOTE,
             *([FITTED_NOTE] if any(cell.fitted for line in lines for cell in line.cells.values()) else []),
@@ -142,10 +133,10 @@ def own_table(rows: Sequence[LayoutRow], variants: Sequence[Variant]) -> FigureT
 
 
 def second_table(rows: Sequence[LayoutRow], variants: Sequence[Variant]) -> FigureTable:
-    """Return the table under touchstone-v2, which a bad layout cannot pass."""
+    """Return the table under the rule set `touchstone`, which a bad layout cannot pass."""
     return FigureTable(
-        key="touchstone-v2",
-        title="The same layouts under touchstone-v2",
+        key="touchstone",
+        title="The same layouts under the rule set `touchstone`",
         columns=tuple(metric.column for metric in SECOND_COLUMNS),
         lines=variant_lines(rows, variants, SECOND_COLUMNS, second=True),
         notes=(
@@ -162,7 +153,7 @@ def variant_lines(
     Args:
         rows, variants: the layouts, and what made them.
         metrics: the columns.
-        second: whether the metrics are those of touchstone-v2.
+        second: whether the metrics are those of the rule set `touchstone`.
     """
     lines = []
     for variant in variants:
@@ -176,7 +167,7 @@ def variant_lines(
 
 
 def fitted_figures(method: Method) -> frozenset[str]:
-    """Return the figures of a method to which the rates of the sampler were fitted, under touchstone-v1.
+    """Return the figures of a method to which the rates of the sampler were fitted, under the rule set `paper`.
 
     They are those of its proposals: objects out of bounds and collisions until they are optimized, step navigation
     until facility rules or the refinement clear the ways.

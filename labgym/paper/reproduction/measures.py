@@ -4,10 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from labgym.eval.scoring.layout_report import LayoutReport
-from labgym.eval.scoring.score import GATED, METRICS, PROXY
-from labgym.eval.scoring.version2 import HEADLINE
+from labgym.eval.scoring.layout_report import COLUMNS, LayoutReport
+from labgym.eval.scoring.score import GATED, PROXY
 
+PAPER_METRICS = (
+    "obj", "ob", "cn", "cn_sw", "cn_mj", "asset", "step_nav", "prot_nav", "flam", "store", "incomp", "glass",
+    "incomp_contained", "store_class", "v", "fitness", "s_phys", "s_chem", "real", "lay", "comp", "s_consist",
+    "total", "total_with_proxy",
+)  # fmt: skip
+"""Metrics under the rule set `paper`."""
+HEADLINE = (
+    *(name for name, column in COLUMNS.items() if column.heading and not column.judged),
+    "fitness",
+    "s_phys",
+    "s_chem",
+)
+"""Metrics under the rule set `touchstone`; every way to spoil a layout worsens one of them."""
 DIGITS = 9
 """Decimals of metrics in rows."""
 
@@ -15,7 +27,7 @@ DIGITS = 9
 def report_metrics(report: LayoutReport) -> dict[str, float | None]:
     """Return the metrics of a report by name, as `aggregate` names them."""
     values: Mapping[str, float | None] = {
-        **{name: getattr(report, name) for name in METRICS},
+        **{name: getattr(report, name) for name in PAPER_METRICS},
         **{f"gated_{name}": getattr(report.gated, name) for name in GATED},
         **{f"proxy_{name}": getattr(report.consistency_proxy, name) for name in PROXY},
     }
@@ -23,8 +35,8 @@ def report_metrics(report: LayoutReport) -> dict[str, float | None]:
 
 
 def report_metrics_2(report: LayoutReport) -> dict[str, float | None]:
-    """Return the headline metrics of a report under touchstone-v2 by name, and the numbers of drives."""
-    names = (*HEADLINE, "transitions", "entries", "walk")
+    """Return the headline metrics of a report under the rule set `touchstone` by name, and the numbers of drives."""
+    names = (*HEADLINE, "transitions", "entries")
     return _rounded({name: getattr(report, name) for name in names})
 
 

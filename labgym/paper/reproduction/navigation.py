@@ -123,7 +123,7 @@ class NavigationStudy(Study[DriveRow]):
                 "protocols": f"{len(self.protocols)}: {', '.join(protocol.id for protocol in self.protocols)}",
                 "seeds": f"layouts {self.seeds[0]} to {self.seeds[-1]}, policies {DRIVE_SEED}",
                 "room": f"preset {ROOM}",
-                "rules": "success within 0.5 m, as in the published suites; touchstone-v1",
+                "rules": "success within 0.5 m, as in the published suites; rule set paper",
                 "kernels": kernel_mode(None).name,
                 **code_facts(),
             },

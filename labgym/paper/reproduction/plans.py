@@ -9,7 +9,7 @@ from labgym.eval.drawing.plan_drawing import draw_goals, draw_objects, draw_plan
 from labgym.eval.reports.report import Picture
 from labgym.layouts.model import Layout
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
-from labgym.layouts.rules.thresholds import VERSION
+from labgym.layouts.rules.rule_sets import PAPER, rule_set
 from labgym.navigation import goal_poses
 from labgym.paper.reproduction.page import Plate
 from labgym.protocols import Protocol
@@ -25,7 +25,7 @@ MOST_LINES = 8
 
 def layout_plate(title: str, layout: Layout, protocol: Protocol | None, profile: str = "default") -> Plate:
     """Return the plan of a layout with its violations in red and a list of them."""
-    assessment = evaluate_layout(layout, protocol, profile, navigation=True, metrics=VERSION)
+    assessment = evaluate_layout(layout, protocol, rule_set(PAPER, profile), navigation=True)
     violations = assessment.violations.items
     listed = [f"{number}. {item.message}" for number, item in enumerate(violations[:MOST_LINES], start=1)]
     if len(violations) > MOST_LINES:

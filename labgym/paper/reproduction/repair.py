@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 from labgym.counts import whole_number
 from labgym.documents import Record
 from labgym.errors import OptionError
-from labgym.layouts.rules.thresholds import VERSION
+from labgym.layouts.rules.rule_sets import PAPER, rule_set
 from labgym.layouts.rules.thresholds import profile as resolve_profile
 from labgym.paper.damage import KINDS
 from labgym.paper.repairs.cases import CLUTTER, DRAWS, PIECES, PLACES, Case, cases
@@ -98,7 +98,7 @@ class RepairStudy(Study[RepairRow]):
             f"A repair moves {statistics.mean(row.moved_share for row in rows):.1%} of the objects on average.",
         )
         facts = {
-            "metrics": f"{VERSION}, profile {self.profile}",
+            "rules": f"{PAPER.name}, profile {self.profile}",
             "cases": f"{len(KINDS)} kinds x {len(self.pieces)} numbers of pieces x {self.draws}, seed {self.seed}",
             "laboratories": f"generated: {', '.join(PLACES)}; levels of clutter {sorted(set(CLUTTER))}",
             **code_facts(),
@@ -136,8 +136,8 @@ class RepairStudy(Study[RepairRow]):
 
 def repair_cases(name: str, group: Sequence[Case], seed: int, profile: str) -> ShardOutput:
     """Return the rows of some cases; their processor times, which differ from run to run, are in a separate file."""
-    limits = resolve_profile(profile, VERSION)
-    results = [repair_row(case, seed, limits) for case in group]
+    rules = rule_set(PAPER, profile)
+    results = [repair_row(case, seed, rules) for case in group]
     seconds = json.dumps([time for _, time in results]).encode()
     return rows_output(name, (row for row, _ in results), {f"{SHARDS}/{name}-seconds.json": seconds})
 

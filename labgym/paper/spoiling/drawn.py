@@ -1,4 +1,4 @@
-"""Ways to spoil a layout at random, by kind: each draw breaks a safety rule of touchstone-v2 that the layout kept."""
+"""Ways to spoil a layout at random, by kind: each draw breaks a safety rule that the layout kept."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.safety.heights import REAGENT_HEIGHT_M, mounting
 from labgym.layouts.rules.safety.rooms import REQUIREMENTS
-from labgym.layouts.rules.safety.site import Site
 from labgym.layouts.rules.safety.square import furniture_rows
 from labgym.layouts.rules.safety.standing import forbidden
+from labgym.layouts.rules.site import Site
 from labgym.paper.spoiling.objects import ids_where
 from labgym.protocols import Protocol
 
@@ -150,7 +150,7 @@ def skewed(layout: Layout, _: Protocol, generator: np.random.Generator) -> Layou
 
 def equipment_missing(layout: Layout, protocol: Protocol, generator: np.random.Generator) -> Layout:
     """Remove a kind of required equipment from one room that needs it, or carry it to a room that does not."""
-    site = Site.of(Arrangement.of(layout), protocol)
+    site = Site(Arrangement.of(layout), protocol)
     rooms = sorted(set(site.rooms.tolist()))
     needed = [
         (site.rows_in(room, one.accepted), room)
@@ -215,4 +215,4 @@ DRAWN: Mapping[str, DrawnSpoiling] = {
         "a room without equipment that it needs", frozenset(one.name for one in REQUIREMENTS), equipment_missing
     ),
 }
-"""Kinds of faults that touchstone-v2 missed before it had safety rules, drawn with a random generator."""
+"""Kinds of faults that `touchstone` missed before it had safety rules, drawn with a random generator."""

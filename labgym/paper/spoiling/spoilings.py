@@ -18,7 +18,7 @@ class Spoiling:
 
     Attributes:
         title: what is done, in words.
-        figures: headline figures of touchstone-v2, each of which it worsens if it changes the layout.
+        figures: headline figures of the rule set `touchstone`, each of which it worsens if it changes the layout.
         spoil: returns the spoilt layout, or the same object if there is nothing of the kind to spoil.
     """
 
@@ -86,4 +86,4 @@ SPOILINGS: Mapping[str, Spoiling] = {
     "wall_units_on_floor": Spoiling("wall units on the floor", ("ob", "v"), furniture.wall_units_on_floor),
     "hood_at_door": Spoiling("a hood next to a door", ("facility",), furniture.hood_at_door),
 }
-"""Ways to spoil a layout by name; the first five passed touchstone-v1 at full score."""
+"""Ways to spoil a layout by name; the first five passed the rule set `paper` at full score."""

@@ -135,7 +135,7 @@ def test_a_placement_that_violates_a_rule_is_outlined_in_red_and_listed():
     bench, hood = layout().placements
     moved = hood.model_copy(update={"position": (3.2, 2.6, 0.0)})
     colliding = layout().replace(placements=(bench, moved))
-    violations = evaluate_layout(colliding).violations.items
+    violations = evaluate_layout(colliding, rules="paper").violations.items
     assert [violation.kind for violation in violations] == ["collision"]
     red = [int(palette.ALARM[i : i + 2], 16) / 255 for i in (1, 3, 5)]
     # The right edge of the hood, which is 1.5 m wide.
@@ -155,7 +155,7 @@ def test_a_long_list_of_violations_ends_with_their_number_and_the_panel_stays_in
     (bench, _) = layout().placements
     stack = tuple(bench.model_copy(update={"id": f"bench_{k}"}) for k in range(5))
     crowded = layout().replace(placements=stack)
-    violations = evaluate_layout(crowded).violations.items
+    violations = evaluate_layout(crowded, rules="paper").violations.items
     assert len(violations) == 10
     figure = topdown(crowded, violations=violations)
     assert "and 4 more" in picture_text(figure)

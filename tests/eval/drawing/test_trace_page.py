@@ -29,7 +29,7 @@ def spoilt() -> Layout:
 @pytest.fixture(scope="module")
 def trace(spoilt: Layout) -> Trace:
     recorder, protocol = Recorder(), spoilt.protocols[0]
-    layout, assessment = optimise_assessed(spoilt, protocol, trace=recorder)
+    layout, assessment = optimise_assessed(spoilt, protocol, trace=recorder, rules="paper")
     refine_assessed(layout, assessment, protocol, trace=recorder)
     return recorder.trace()
 

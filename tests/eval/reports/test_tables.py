@@ -44,7 +44,7 @@ def summary(**means: float | None) -> LayoutSummary:
         key: MetricMean(mean=means.get(key, 0.5), count=2 if key in means else 3, nulls=1 if key in means else 0)
         for key, _, _ in LAYOUT_COLUMNS
     }
-    return LayoutSummary(layouts=3, profiles=("default",), versions=("touchstone-v1",), metrics=metrics)
+    return LayoutSummary(layouts=3, profiles=("default",), rules=("paper",), metrics=metrics)
 
 
 def test_text_columns_have_one_width_and_figures_are_right_aligned():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from labgym.eval.scoring.layout_report import ConsistencyProxy
 from labgym.layouts import Layout, load_published
 from labgym.layouts.moves import Place, Settle, apply, descendants
 from labgym.layouts.placement import FLOOR, WALL
-from labgym.layouts.rules.objective import evaluate_layout
+from labgym.layouts.rules import PAPER, evaluate_layout
 from labgym.layouts.rules.presence import resolved
 from labgym.paper.damage import KINDS, damaged
 
@@ -20,8 +21,8 @@ LAYOUT = load_published("test", "test-alk_02")
 
 
 def proxy(layout: Layout, version: int) -> ConsistencyProxy:
-    protocol = LAYOUT.protocol
-    return consistency_proxy(evaluate_layout(layout, protocol, navigation=True), protocol, version)
+    rules = replace(PAPER, proxy=version)
+    return consistency_proxy(evaluate_layout(layout, LAYOUT.protocol, rules, navigation=True))
 
 
 @pytest.fixture(scope="module")

@@ -49,7 +49,7 @@ def _rendered(layout, protocol):
 
 @pytest.fixture(scope="module")
 def report() -> LayoutReport:
-    return score(LAYOUT, contacts=False, metrics="touchstone-v1")
+    return score(LAYOUT, contacts=False, rules="paper")
 
 
 def verdict(realism=8.0, layout=7.0, completeness=6.0, zeros=()):

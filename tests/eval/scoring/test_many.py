@@ -75,15 +75,13 @@ def test_a_folder_of_other_scores_is_refused_by_what_differs(tmp_path):
 
 def test_the_command_prints_the_means_over_a_folder_and_writes_the_rows(folder, alone, tmp_path, capsys):
     passing = sum(report.passed for report in alone.values())
-    assert main(["score", str(folder), "--out", str(tmp_path / "s"), "--check", "--metrics", "touchstone-v1"]) == int(
-        passing < 3
-    )
+    assert main(["score", str(folder), "--out", str(tmp_path / "s"), "--check"]) == int(passing < 3)
     printed = capsys.readouterr().out
     assert "Layout metrics, 3 layouts" in printed
     assert f"{passing} of 3 layouts pass" in printed
     rows = [json.loads(line) for line in (tmp_path / "s" / "scores.jsonl").read_text().splitlines()]
     assert sorted(row["layout"] for row in rows) == sorted(NAMES)
-    assert main(["score", *NAMES, "--json", "--metrics", "touchstone-v1"]) == 0
+    assert main(["score", *NAMES, "--json"]) == 0
     assert json.loads(capsys.readouterr().out) == aggregate(alone.values()).to_json()
 
 

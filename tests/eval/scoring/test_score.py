@@ -59,7 +59,7 @@ def lab(*changed: Placement, without: tuple[str, ...] = (), room: Room | None = 
 
 
 def report(layout: Layout, profile: str = "default") -> LayoutReport:
-    return score(layout, PROTOCOL, profile, contacts=False, metrics="touchstone-v1")
+    return score(layout, PROTOCOL, "paper", profile, contacts=False)
 
 
 def test_the_clean_laboratory_is_perfect() -> None:
@@ -124,14 +124,14 @@ def test_a_planted_fault_shows_in_its_own_metric_only(fault: str) -> None:
 
 @pytest.mark.parametrize("fault", [None, *FAULTS])
 def test_mujoco_counts_the_same_collisions(fault: str | None) -> None:
-    found = score(lab(*([FAULTS[fault][0]] if fault else [])), PROTOCOL, metrics="touchstone-v1")
+    found = score(lab(*([FAULTS[fault][0]] if fault else [])), PROTOCOL, rules="paper")
     assert found.cn_mj == found.cn
 
 
 def test_mujocos_count_leaves_doors_windows_and_the_robot_out_as_well() -> None:
     inside = put("robot", "MobileManipulator", 7.0, 3.0)
     window = put("window", "LabWindow", 4.0, 7.95, 0.9, math.pi, on="wall")
-    assert score(lab(inside, window), PROTOCOL, metrics="touchstone-v1").cn_mj == 0
+    assert score(lab(inside, window), PROTOCOL, rules="paper").cn_mj == 0
 
 
 def test_a_missing_asset_shows_in_the_asset_bit_and_gates_the_chemistry() -> None:
@@ -170,7 +170,7 @@ def test_nulls_where_a_metric_does_not_apply() -> None:
     empty = score(
         Layout(id="empty", floor=Room(width=5.0, depth=5.0).floor, placements=()),
         contacts=False,
-        metrics="touchstone-v1",
+        rules="paper",
     )
     unknown = (
         "asset", "step_nav", "prot_nav", "flam", "store", "incomp", "glass", "s_chem", "total", "cn_mj",
@@ -208,8 +208,8 @@ def test_the_protocol_may_be_given_by_id_or_named_by_the_layout() -> None:
     name = next(iter(protocols()))
     layout = Layout(id="empty", protocols=(get(name),), floor=Room(width=5.0, depth=5.0).floor, placements=())
     named, given = (
-        score(layout, contacts=False, metrics="touchstone-v1"),
-        score(layout.replace(protocols=()), name, contacts=False, metrics="touchstone-v1"),
+        score(layout, contacts=False, rules="paper"),
+        score(layout.replace(protocols=()), name, contacts=False, rules="paper"),
     )
     assert named.protocol == given.protocol == name
     assert named.asset == given.asset == 0
@@ -218,13 +218,13 @@ def test_the_protocol_may_be_given_by_id_or_named_by_the_layout() -> None:
 
 def test_bad_arguments_name_what_exists() -> None:
     with pytest.raises(UnknownNameError, match="profile 'loose' not found"):
-        score(lab(), PROTOCOL, "loose")
+        score(lab(), PROTOCOL, profile="loose", rules="paper")
     with pytest.raises(UnknownNameError, match=r"protocol \(an id or a \.json file\) 'nonsense' not found"):
-        score(lab(), "nonsense")
+        score(lab(), "nonsense", rules="paper")
     with pytest.raises(DocumentError, match=r"field placements.\d+.asset: asset 'NoSuchThing' not found"):
-        score(lab(put("x", "NoSuchThing", 1.0, 1.0)), PROTOCOL)
+        score(lab(put("x", "NoSuchThing", 1.0, 1.0)), PROTOCOL, rules="paper")
     with pytest.raises(LabgymError, match="slot 3 of 'bench'"):
-        score(lab(put("jack", "LabJack", 7.6, 3.4, 0.9, on="bench", slot=3)), PROTOCOL)
+        score(lab(put("jack", "LabJack", 7.6, 3.4, 0.9, on="bench", slot=3)), PROTOCOL, rules="paper")
 
 
 def test_a_report_and_a_summary_survive_the_disk(tmp_path: Path) -> None:

@@ -107,7 +107,7 @@ def banded(distance: float, d_min: float, d_low: float) -> float:
 
 
 def test_a_shaken_laboratory_scores_what_plain_loops_over_polygons_find(shaken: Layout) -> None:
-    report = score(shaken, metrics="touchstone-v1")
+    report = score(shaken, rules="paper")
     wrong, pairs = out_of_bounds(shaken), colliding(shaken)
     faulty = wrong.union(*pairs)
     assert {v.ids[0] for v in report.violations if v.kind == "bounds"} == wrong

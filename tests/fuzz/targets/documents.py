@@ -19,7 +19,7 @@ from fuzz.mutation import mutated_json
 from fuzz.target import Case, Target
 from labgym.documents import Document
 from labgym.layouts import Layout, load_published, published
-from labgym.layouts.rules.thresholds import profile
+from labgym.layouts.rules import PAPER
 from labgym.layouts.sites import FloorFile
 from labgym.layouts.trace import Recorder, Trace
 
@@ -74,7 +74,7 @@ def _prepare(kind: type[Document]) -> Callable[[Random | None], Case]:
         seeds = [old.upgraded().to_json(), old.to_json(), rooms.to_json()]
     if kind is Trace:
         recorder = Recorder()
-        recorder.begin(Layout(id="rooms", floor=two_rooms(), placements=()), None, profile("default"))
+        recorder.begin(Layout(id="rooms", floor=two_rooms(), placements=()), None, PAPER)
         seeds = [recorder.trace().to_json()]
     if kind is FloorFile:
         seeds = [FloorFile(**two_rooms().model_dump()).to_json()]

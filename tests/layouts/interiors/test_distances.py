@@ -1,4 +1,4 @@
-"""Distances of touchstone-v2 between the places where protocols work, on furnished floors."""
+"""Distances of the rule set `touchstone` between the places where protocols work, on furnished floors."""
 
 import math
 
@@ -12,8 +12,8 @@ from labgym.layouts.interiors import FloorProposer
 from labgym.layouts.interiors.distances import neighborhoods
 from labgym.layouts.interiors.distribution import distribute
 from labgym.layouts.placement import FLOOR
+from labgym.layouts.rules import rule_set
 from labgym.layouts.rules.objective import evaluate_layout
-from labgym.layouts.rules.thresholds import profile
 from labgym.layouts.surroundings import grounds
 from labgym.navigation import goal_pose
 
@@ -39,11 +39,16 @@ def test_neighboring_places_share_a_space_and_flammables_keep_from_the_heat_of_o
         assert all(Polygon(layout.box(item).corners()).distance(hot) >= 1.0 for item in inside)
 
 
-def test_floors_of_several_protocols_have_no_violation_of_touchstone_2(layout):
-    limits = profile("default", "touchstone-v2")
+def test_floors_of_several_protocols_have_no_violation_(layout):
+    limits = rule_set("touchstone")
     for protocol in layout.protocols:
         assessment = evaluate_layout(layout, protocol, limits)
-        of_places = [*assessment.near, *assessment.ventilation, *assessment.flammable, *assessment.incompatible]
+        of_places = [
+            *assessment.of("near"),
+            *assessment.of("ventilation"),
+            *assessment.of("flammable"),
+            *assessment.of("incompatible"),
+        ]
         assert not [instance for instance in of_places if instance.hard]
         assert np.mean([instance.satisfaction for instance in of_places]) >= 0.99
 

@@ -31,7 +31,7 @@ def furnished(name: str) -> Layout:
 
 
 def at_walls(layout: Layout) -> list[str]:
-    assessment = evaluate_layout(layout)
+    assessment = evaluate_layout(layout, rules="paper")
     rows = range(len(assessment.arrangement))
     return [layout.placements[row].id for row in rows if one_sided(assessment.arrangement, row)]
 
@@ -80,6 +80,9 @@ def test_optimise_repairs_shaken_furniture_of_a_suite():
     for item in [item for item in at_walls(layout) if back_gap(layout, item) <= BACK_GAP][:2]:
         box = layout.box(item)
         damaged = apply(damaged, Place(item, *box.to_world(0.3, 0.7), box.yaw + 0.7))
-    before, after = (evaluate_layout(each, layout.protocol) for each in (damaged, optimise(damaged, layout.protocol)))
+    before, after = (
+        evaluate_layout(each, layout.protocol, rules="paper")
+        for each in (damaged, optimise(damaged, layout.protocol, rules="paper"))
+    )
     assert before.cost > 0
     assert after.cost == 0

@@ -19,8 +19,6 @@ from labgym.layouts import Layout
 from labgym.layouts.generate import resolve_request
 from labgym.layouts.method import Method
 from labgym.layouts.rules.objective import evaluate_layout
-from labgym.layouts.rules.thresholds import VERSION, VERSION_2
-from labgym.layouts.rules.thresholds import profile as limits
 from labgym.llm import LanguageModel
 from labgym.llm.errors import LanguageModelError
 from labgym.paper.reproduction import cases
@@ -61,12 +59,12 @@ def test_a_row_has_the_scores_of_its_layout(folder, rows):
     for row in rows:
         layout = Layout.load(folder / row.file)
         assert layout.hash == row.hash
-        report = score(layout, PROTOCOL)
+        report = score(layout, PROTOCOL, rules="paper")
         assert (report.v, report.passed) == (row.v, row.valid)
         for name in ("ob", "cn", "asset", "step_nav", "flam", "glass"):
             assert row.metrics[name] == pytest.approx(getattr(report, name))
         assert row.metrics["gated_glass"] == pytest.approx(report.asset * report.glass)
-        second = score(layout, PROTOCOL, metrics="touchstone-v2")
+        second = score(layout, PROTOCOL, rules="touchstone")
         assert (row.metrics_2["v"], row.metrics_2["facility"]) == (second.v, pytest.approx(second.facility))
     assert rows[0].v > 0
     assert rows[1].valid
@@ -185,7 +183,7 @@ def test_a_protocol_without_a_layout_is_a_row(monkeypatch):
 
 def test_a_judge_s_scores_are_in_the_paper_s_columns_and_unusable_answers_leave_them_empty(folder, rows, monkeypatch):
     layout = Layout.load(folder / rows[1].file)
-    report = score(layout, PROTOCOL)
+    report = score(layout, PROTOCOL, rules="paper")
     monkeypatch.setattr(LanguageModel, "from_environment", classmethod(lambda _: nullcontext()))
     monkeypatch.setattr(Judge, "completed", lambda _, one, *__: one.model_copy(update={"real": 7.0}))
     assert report_metrics(cases.judged(report, layout, PROTOCOL, JudgeOptions()))["real"] == 7.0
@@ -218,18 +216,18 @@ def test_without_annotations_the_catalog_has_geometry_alone():
         assert asset.size == catalog.get(asset.name).size
 
 
-@pytest.mark.parametrize("metrics", [VERSION, VERSION_2])
-def test_without_annotations_no_rule_of_chemistry_applies(folder, rows, metrics):
+@pytest.mark.parametrize("rules", ["paper", "touchstone"])
+def test_without_annotations_no_rule_of_chemistry_applies(folder, rows, rules):
     layout = Layout.load(folder / rows[0].file)
-    request = resolve_request(PROTOCOL, 7, "bay", limits("default", metrics), None, ())
-    known = evaluate_layout(layout, PROTOCOL, request.profile)
-    assert known.storage
-    assert known.glass
+    request = resolve_request(PROTOCOL, 7, "bay", None, None, (), rules=rules)
+    known = evaluate_layout(layout, PROTOCOL, request.rules)
+    assert known.of("storage")
+    assert known.of("glass")
     blind = blindfolded(request, "annotations")
     bare = layout.replace(catalog=blind.catalog)
     relations = {"near", "ventilation"}  # Of the protocol, which is known.
-    assert {instance.rule for instance in evaluate_layout(bare, PROTOCOL, blind.profile).instances} <= relations
-    assert evaluate_layout(bare, PROTOCOL, request.profile).storage
+    assert {instance.rule for instance in evaluate_layout(bare, PROTOCOL, blind.rules).instances} <= relations
+    assert evaluate_layout(bare, PROTOCOL, request.rules).of("storage")
 
 
 def test_without_the_protocol_its_description_is_all_that_is_left():

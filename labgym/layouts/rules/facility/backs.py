@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from labgym.geometry import BoxArray, OrientedBox, pairwise_distance
 from labgym.layouts.placement import FLOOR
 from labgym.layouts.rules.arrangement import Arrangement
-from labgym.layouts.rules.facility.issue import FacilityIssue, issue
+from labgym.layouts.rules.rule import FacilityRule, Finding
 from labgym.layouts.rules.thresholds import BACK_GAP, MOVABLE, ONE_SIDED
+
+if TYPE_CHECKING:
+    from labgym.layouts.rules.site import Site
 
 TALL = 1.5
 """Furniture of this height and more stands against a wall and not back to back, meters."""
@@ -36,9 +41,8 @@ def one_sided(arrangement: Arrangement, row: int) -> bool:
     )
 
 
-def back_issues(arrangement: Arrangement) -> list[FacilityIssue]:
-    """Return an error for each piece of one-sided furniture that stands off the walls."""
-    issues = []
+def _check(site: Site) -> Iterator[Finding]:
+    arrangement = site.arrangement
     for row, placement in enumerate(arrangement.placements):
         if not one_sided(arrangement, row):
             continue
@@ -46,10 +50,8 @@ def back_issues(arrangement: Arrangement) -> list[FacilityIssue]:
         if gap > BACK_GAP and not _back_to_back(arrangement, row):
             distance = None if math.isinf(gap) else gap
             what = "faces no wall" if distance is None else f"is {gap:.2f} m from a wall, over {BACK_GAP:g} m"
-            message = f"the back of {placement.id} {what}: move it to a wall"
-            source = "planning practice: supply lines, anchoring"
-            issues.append(issue("back_to_wall", (placement.id,), distance, BACK_GAP, message, source, "error"))
-    return issues
+            message = f"the back of {placement.id} {what}"
+            yield Finding((placement.id,), distance, BACK_GAP, message, "move it to a wall")
 
 
 def _back_to_back(arrangement: Arrangement, row: int) -> bool:
@@ -79,3 +81,17 @@ def _shows_back(other: OrientedBox, box: OrientedBox) -> bool:
     dx, dy = box.x - other.x, box.y - other.y
     toward = other.front[0] * dx + other.front[1] * dy
     return toward <= 0.0 and (other.depth < ONE_SIDED or abs(toward) < other.depth / 2.0)
+
+
+RULES = (
+    FacilityRule(
+        name="back_to_wall",
+        requires="Furniture that is used from one side stands with its back against a wall or other low furniture",
+        limit=f"{BACK_GAP:g} m",
+        source="planning practice: supply lines, anchoring",
+        severity="error",
+        count=lambda site: sum(one_sided(site.arrangement, row) for row in range(len(site.arrangement))),
+        check=_check,
+        group="placing",
+    ),
+)

@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
 from labgym.layouts.rules.arrangement import Arrangement
-from labgym.layouts.rules.facility.issue import FacilityIssue, issue
+from labgym.layouts.rules.rule import FacilityRule, Finding
 from labgym.layouts.rules.thresholds import CORROSIVE_HEIGHT
+
+if TYPE_CHECKING:
+    from labgym.layouts.rules.site import Site
 
 
 def corrosive_liquids(arrangement: Arrangement) -> list[int]:
@@ -13,14 +19,24 @@ def corrosive_liquids(arrangement: Arrangement) -> list[int]:
     return [row for row in arrangement.reagents if assets[row].hazards.corrosive and assets[row].phase == "liquid"]
 
 
-def corrosive_issues(arrangement: Arrangement) -> list[FacilityIssue]:
-    """Return a warning for each liquid acid or base above eye level."""
-    issues = []
-    for row in corrosive_liquids(arrangement):
-        bottom = float(arrangement.boxes.z[row, 0])
+def _check(site: Site) -> Iterator[Finding]:
+    for row in corrosive_liquids(site.arrangement):
+        bottom = float(site.arrangement.boxes.z[row, 0])
         if bottom > CORROSIVE_HEIGHT:
-            reagent = arrangement.placements[row].id
-            message = f"corrosive {reagent} stands at {bottom:.2f} m, above {CORROSIVE_HEIGHT} m: use a lower shelf"
-            source = "university chemical storage practice"
-            issues.append(issue("corrosive_height", (reagent,), bottom, CORROSIVE_HEIGHT, message, source))
-    return issues
+            reagent = site.arrangement.placements[row].id
+            message = f"corrosive {reagent} stands at {bottom:.2f} m, above {CORROSIVE_HEIGHT} m"
+            yield Finding((reagent,), bottom, CORROSIVE_HEIGHT, message, "use a lower shelf")
+
+
+RULES = (
+    FacilityRule(
+        name="corrosive_height",
+        requires="Liquid acids and bases stand below eye level",
+        limit=f"{CORROSIVE_HEIGHT:g} m to the bottom",
+        source="university chemical storage practice",
+        severity="warning",
+        count=lambda site: len(corrosive_liquids(site.arrangement)),
+        check=_check,
+        group="placing",
+    ),
+)

@@ -2,54 +2,112 @@
 
 from __future__ import annotations
 
-from labgym.layouts.floor import Room
-from labgym.layouts.rules.arrangement import Arrangement
-from labgym.layouts.rules.building import Building, OneRoom
-from labgym.layouts.rules.egress import narrow_ways
-from labgym.layouts.rules.facility.issue import FacilityIssue, issue
-from labgym.layouts.rules.thresholds import EGRESS_WIDTH, Profile
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from labgym.layouts.rules.building import Workplace
+from labgym.layouts.rules.egress import narrow_exits, narrow_ways
+from labgym.layouts.rules.rule import FacilityRule, Finding
+from labgym.layouts.rules.thresholds import EGRESS_WIDTH
+
+if TYPE_CHECKING:
+    from labgym.layouts.rules.site import Site
 
 EXIT_WIDTH = 0.914
 """Clear width of a laboratory's exit door, meters (California Building Code, 24 CCR: 36 in)."""
 
 
-def exit_issues(room: Room, profile: Profile) -> list[FacilityIssue]:
-    """Return what is wrong with the number and width of a room's doors."""
-    return building_exit_issues(OneRoom(room), profile)
-
-
-def building_exit_issues(building: Building, profile: Profile) -> list[FacilityIssue]:
-    """Return what is wrong with the number and width of a building's doors."""
-    issues = []
-    for label, width in dict.fromkeys((entrance.label, entrance.width) for entrance in building.entrances):
+def _narrow_doors(site: Site) -> Iterator[Finding]:
+    for label, width in _doors(site):
         if width < EXIT_WIDTH - 0.005:
-            message = f"{label} is {width:.2f} m wide; an exit needs {EXIT_WIDTH:.2f} m: widen it"
-            issues.append(issue("exit_width", (), width, EXIT_WIDTH, message, "24 CCR (California Building Code)"))
-    for place in building.workplaces:
-        doors = sum(entrance.space == place.space for entrance in building.entrances)
-        if not doors:
-            message = f"no exit for {place.area:.0f} m²{place.where}: add a door"
-            issues.append(issue("no_exit", (), 0.0, 1.0, message, "OSHA 29 CFR 1910.36(b)", "error"))
-        elif place.area > profile.second_exit_area and doors < 2:
-            source = profile.second_exit_source
-            message = (
-                f"only one exit for {place.area:.0f} m²{place.where}; above {profile.second_exit_area} m² two are "
-                f"required ({source}): add a door"
+            yield Finding(
+                (), width, EXIT_WIDTH, f"{label} is {width:.2f} m wide; an exit needs {EXIT_WIDTH:.2f} m", "widen it"
             )
-            issues.append(issue("second_exit", (), float(doors), 2.0, message, source, profile.second_exit))
-    return issues
 
 
-def egress_issues(arrangement: Arrangement) -> list[FacilityIssue]:
-    """Return an error for each door that no way of the required width joins with every place of work."""
-    issues = []
-    for way in narrow_ways(arrangement):
+def _doors(site: Site) -> tuple[tuple[str, float], ...]:
+    entrances = site.arrangement.building.entrances
+    return tuple(dict.fromkeys((entrance.label, entrance.width) for entrance in entrances))
+
+
+def _exits(site: Site) -> Iterator[tuple[Workplace, int]]:
+    """Yield each place of work with the number of its doors."""
+    building = site.arrangement.building
+    for place in building.workplaces:
+        yield place, sum(entrance.space == place.space for entrance in building.entrances)
+
+
+def _without_exit(site: Site) -> Iterator[Finding]:
+    for place, doors in _exits(site):
+        if not doors:
+            yield Finding((), 0.0, 1.0, f"no exit for {place.area:.0f} m²{place.where}", "add a door")
+
+
+def _with_one_exit(site: Site) -> Iterator[Finding]:
+    limit, source = site.profile.second_exit_area, site.profile.second_exit_source
+    for place, doors in _exits(site):
+        if doors == 1 and place.area > limit:
+            message = (
+                f"only one exit for {place.area:.0f} m²{place.where}; above {limit} m² two are required ({source})"
+            )
+            yield Finding((), float(doors), 2.0, message, "add a door", source, site.profile.second_exit)
+
+
+def _blocked_ways(site: Site) -> Iterator[Finding]:
+    for way in narrow_ways(site.arrangement):
         first, count = way.destinations[0], len(way.destinations) - 1
         where = first + (f" and {count} more" if count else "")
         message = (
-            f"the widest way from {way.entrance} to {where} is {way.width:.2f} m; "
-            f"{EGRESS_WIDTH:.2f} m is required: widen the passage"
+            f"the widest way from {way.entrance} to {where} is {way.width:.2f} m; {EGRESS_WIDTH:.2f} m is required"
         )
-        source = "OSHA 29 CFR 1910.36(g); NFPA 101"
-        issues.append(issue("egress", way.destinations, way.width, EGRESS_WIDTH, message, source, "error"))
-    return issues
+        yield Finding(way.destinations, way.width, EGRESS_WIDTH, message, "widen the passage")
+
+
+RULES = (
+    FacilityRule(
+        name="exit_width",
+        requires="Doors are wide enough for an exit",
+        limit=f"{EXIT_WIDTH:g} m",
+        source="24 CCR (California Building Code)",
+        severity="warning",
+        count=lambda site: len(_doors(site)),
+        check=_narrow_doors,
+        group="building",
+        per_object=False,
+    ),
+    FacilityRule(
+        name="no_exit",
+        requires="Each laboratory has an exit",
+        limit="1 door",
+        source="OSHA 29 CFR 1910.36(b)",
+        severity="error",
+        count=lambda site: len(site.arrangement.building.workplaces),
+        check=_without_exit,
+        group="building",
+        per_object=False,
+    ),
+    FacilityRule(
+        name="second_exit",
+        requires="A large laboratory has two exits",
+        limit="2 doors above the area of the profile (`second_exit_area`)",
+        source="NFPA 45",
+        severity="error",
+        count=lambda site: len(site.arrangement.building.workplaces),
+        check=_with_one_exit,
+        group="building",
+        per_object=False,
+    ),
+)
+EGRESS = FacilityRule(
+    name="egress",
+    requires="From each exit a way out leads to every place of work",
+    limit=f"{EGRESS_WIDTH:g} m wide",
+    source="OSHA 29 CFR 1910.36(g); NFPA 101",
+    severity="error",
+    count=lambda site: sum(entrance.exit for entrance in site.arrangement.building.entrances),
+    check=_blocked_ways,
+    group="placing",
+    ways=True,
+    per_object=False,
+    broken=lambda site: narrow_exits(site.arrangement),
+)

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 from labgym.geometry import distance
 from labgym.layouts.placement import FLOOR
 from labgym.layouts.rules.arrangement import Arrangement
-from labgym.layouts.rules.facility.issue import FacilityIssue, issue
+from labgym.layouts.rules.rule import FacilityRule, Finding, Term
+from labgym.layouts.rules.satisfaction import Instance
 from labgym.layouts.rules.thresholds import MOVABLE, Severity
 from labgym.layouts.rules.zones import front_zone, standing_in_front
+
+if TYPE_CHECKING:
+    from labgym.layouts.rules.site import Site
 
 
 def blocked_front(arrangement: Arrangement, row: int, depth: float) -> tuple[float, tuple[str, ...]] | None:
@@ -35,9 +40,32 @@ def blocked_fronts(
     return blocked
 
 
-def front_issues(arrangement: Arrangement) -> list[FacilityIssue]:
-    """Return an issue for each piece of furniture whose clearance in front is blocked; a warning for movable ones."""
-    issues = []
+def front_instances(arrangement: Arrangement) -> tuple[Instance, ...]:
+    """Return one instance for each piece of floor furniture with a clearance in the catalog, movable ones left out.
+
+    The satisfaction is the free share of that depth; a blocked front is a hard violation. The first id is the
+    furniture, the others are what blocks it; without others it is a wall.
+    """
+    rows = arrangement.workplaces
+    if not rows:
+        return ()
+    depths = [arrangement.assets[row].clearance for row in rows]
+    instances = []
+    for row, depth, blocked in zip(rows, depths, blocked_fronts(arrangement, rows, depths), strict=True):
+        own = arrangement.placements[row].id
+        if blocked is None:
+            instances.append(Instance("front", (own,), depth, depth, 1.0, False))
+            continue
+        free, blockers = blocked
+        share = min(max(free, 0.0) / depth, 1.0)
+        note = f"blocked by {', '.join(blockers)}" if blockers else "faces a wall"
+        instances.append(Instance("front", (own, *blockers), free, depth, share, True, note))
+    return tuple(instances)
+
+
+def _blocked(site: Site) -> Iterator[Finding]:
+    """Yield the furniture whose clearance in front is blocked; that of movable objects is a warning."""
+    arrangement = site.arrangement
     assets = arrangement.assets
     rows = [
         row
@@ -51,13 +79,44 @@ def front_issues(arrangement: Arrangement) -> list[FacilityIssue]:
         placement, asset, (free, blockers) = arrangement.placements[row], assets[row], front
         message = f"{placement.id} needs {asset.clearance:g} m clear in front but "
         if blockers:
-            message += f"has {free:.2f} m: move {', '.join(blockers)}"
+            problem, remedy = f"has {free:.2f} m", f"move {', '.join(blockers)}"
         elif free < asset.clearance:
-            message += f"has {free:.2f} m: turn it away from the wall"
+            problem, remedy = f"has {free:.2f} m", "turn it away from the wall"
         else:  # a wall next to the middle of the front, or a piece that stands outside
-            message += "part of that is in a wall or outside: move it"
+            problem, remedy = "part of that is in a wall or outside", "move it"
         ids = (placement.id, *blockers)
         severity: Severity = "warning" if asset.subtype in MOVABLE else "error"
-        source = "catalog clearance"
-        issues.append(issue("front_clearance", ids, free, asset.clearance, message, source, severity))
-    return issues
+        yield Finding(ids, free, asset.clearance, message + problem, remedy, severity=severity)
+
+
+def _clear(front: Instance) -> tuple[float, str, str]:
+    free, own = front.distance or 0.0, front.ids[0]
+    message = f"{own} needs {front.limit:g} m clear in front but has {free:.2f} m: {front.note}"
+    remedy = f"move {', '.join(front.ids[1:])} away" if front.ids[1:] else f"turn {own} away from the wall"
+    return max(front.limit - free, 0.0), message, remedy
+
+
+FRONTS = Term(
+    name="front",
+    metric="fronts",
+    requires="The catalog's clearance in front of floor furniture is free",
+    source="catalog clearance",
+    instances=lambda site: front_instances(site.arrangement),
+    remedy=_clear,
+    lowers="geometry",
+    chemical=False,
+)
+RULES = (
+    FacilityRule(
+        name="front_clearance",
+        requires="The catalog's clearance in front of floor furniture is free",
+        limit="by asset",
+        source="catalog clearance",
+        severity="error",
+        count=lambda site: len(site.arrangement.workplaces),
+        check=_blocked,
+        group="placing",
+        scores_warnings=False,
+        term=FRONTS.name,
+    ),
+)

@@ -2,34 +2,55 @@
 
 from __future__ import annotations
 
-from labgym.layouts.rules.arrangement import Arrangement
-from labgym.layouts.rules.facility.issue import FacilityIssue, issue
-from labgym.layouts.rules.zones import standing_in
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from labgym.layouts.rules.rule import FacilityRule, Finding
+from labgym.layouts.rules.zones import DOOR_AREA, standing_in
+
+if TYPE_CHECKING:
+    from labgym.layouts.rules.site import Site
 
 
-def door_area_issues(arrangement: Arrangement) -> list[FacilityIssue]:
-    """Return an error for each area inside a door in which objects stand."""
-    issues = []
-    for entrance in arrangement.building.entrances:
+def _in_doors(site: Site) -> Iterator[Finding]:
+    for entrance in site.arrangement.building.entrances:
         zone = entrance.area
-        blockers = standing_in(arrangement, zone, loose=True, space=entrance.space)
+        blockers = standing_in(site.arrangement, zone, loose=True, space=entrance.space)
         if blockers:
-            message = (
-                f"{', '.join(blockers)} in the {zone.width:.2f} x {zone.depth:.2f} m area inside {entrance.label}: "
-                "move it out"
-            )
-            source = "OSHA 29 CFR 1910.36 and .37"
-            issues.append(issue("door_area", blockers, None, zone.depth, message, source, "error"))
-    return issues
+            area = f"the {zone.width:.2f} x {zone.depth:.2f} m area inside {entrance.label}"
+            yield Finding(blockers, None, zone.depth, f"{', '.join(blockers)} in {area}", "move it out")
 
 
-def keep_out_issues(arrangement: Arrangement) -> list[FacilityIssue]:
-    """Return an error for each keep-out of the floor in which objects stand."""
-    issues = []
-    for area in arrangement.layout.floor.keep_outs:
-        blockers = standing_in(arrangement, area.box, loose=True)
+def _in_keep_outs(site: Site) -> Iterator[Finding]:
+    for area in site.arrangement.layout.floor.keep_outs:
+        blockers = standing_in(site.arrangement, area.box, loose=True)
         if blockers:
             reason = f" ({area.reason})" if area.reason else ""
-            message = f"{', '.join(blockers)} in the keep-out {area.id!r}{reason}: move it out"
-            issues.append(issue("keep_out", blockers, None, 0.0, message, "the floor's keep-outs", "error"))
-    return issues
+            message = f"{', '.join(blockers)} in the keep-out {area.id!r}{reason}"
+            yield Finding(blockers, None, 0.0, message, "move it out")
+
+
+RULES = (
+    FacilityRule(
+        name="door_area",
+        requires="Nothing stands in the area inside a door",
+        limit=f"{DOOR_AREA:g} x {DOOR_AREA:g} m, or the width of the door",
+        source="OSHA 29 CFR 1910.36 and .37",
+        severity="error",
+        count=lambda site: len(site.arrangement.building.entrances),
+        check=_in_doors,
+        group="placing",
+        per_object=False,
+    ),
+    FacilityRule(
+        name="keep_out",
+        requires="Nothing stands in the keep-outs of the floor",
+        limit="each keep-out",
+        source="the floor's keep-outs",
+        severity="error",
+        count=lambda site: len(site.arrangement.layout.floor.keep_outs),
+        check=_in_keep_outs,
+        group="placing",
+        per_object=False,
+    ),
+)

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from labgym.geometry import BoxArray, OrientedBox, distance, pairwise_distance
 from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.arrangement import Arrangement
-from labgym.layouts.rules.facility.issue import FacilityIssue, issue
 from labgym.layouts.rules.open_doors import with_open_doors
+from labgym.layouts.rules.rule import FacilityRule, Finding
 from labgym.layouts.rules.thresholds import SHOWER_RADIUS
 from labgym.layouts.rules.zones import HEADROOM
 from labgym.navigation import PLANNING_RADIUS, goal_pose, occupancy
 from labgym.navigation.grid_search import distance_field
+
+if TYPE_CHECKING:
+    from labgym.layouts.rules.site import Site
 
 SHOWER_WALK = 16.8
 """Walk from a hood to a safety shower: 10 s at walking pace, 55 ft (ANSI/ISEA Z358.1-2014), meters."""
@@ -37,9 +42,8 @@ def shower_walks(arrangement: Arrangement) -> dict[str, float]:
     return walks
 
 
-def shower_space_issues(arrangement: Arrangement) -> list[FacilityIssue]:
-    """Return an error for each object in the clear space around a shower."""
-    issues = []
+def _crowded(site: Site) -> Iterator[Finding]:
+    arrangement = site.arrangement
     for row in arrangement.showers:
         shower = arrangement.placements[row].id
         box = arrangement.box(row)
@@ -61,23 +65,37 @@ def shower_space_issues(arrangement: Arrangement) -> list[FacilityIssue]:
         for other, gap in nearest.items():
             placement = arrangement.placements[other]
             if gap < SHOWER_RADIUS - 1e-3:
-                message = (
-                    f"{placement.id} is {gap:.2f} m from the center of {shower}, under {SHOWER_RADIUS} m: "
-                    f"move it {SHOWER_RADIUS - gap:.2f} m away"
-                )
-                source = "ANSI/ISEA Z358.1-2014"
-                ids = (shower, placement.id)
-                issues.append(issue("shower_clear", ids, gap, SHOWER_RADIUS, message, source, "error"))
-    return issues
+                message = f"{placement.id} is {gap:.2f} m from the center of {shower}, under {SHOWER_RADIUS} m"
+                remedy = f"move it {SHOWER_RADIUS - gap:.2f} m away"
+                yield Finding((shower, placement.id), gap, SHOWER_RADIUS, message, remedy)
 
 
-def shower_walk_issues(arrangement: Arrangement) -> list[FacilityIssue]:
-    """Return a warning for each hood from which the walk to the nearest shower is too long."""
-    issues = []
-    for hood, walk in shower_walks(arrangement).items():
+def _far(site: Site) -> Iterator[Finding]:
+    for hood, walk in shower_walks(site.arrangement).items():
         if walk > SHOWER_WALK:
             length = walk if math.isfinite(walk) else None
             way = "no way leads" if length is None else f"the walk is {walk:.1f} m"
-            message = f"{way} from {hood} to an emergency shower; at most {SHOWER_WALK} m is allowed: add a shower"
-            issues.append(issue("shower_walk", (hood,), length, SHOWER_WALK, message, "ANSI/ISEA Z358.1-2014"))
-    return issues
+            message = f"{way} from {hood} to an emergency shower; at most {SHOWER_WALK} m is allowed"
+            yield Finding((hood,), length, SHOWER_WALK, message, "add a shower")
+
+
+SHOWER_CLEAR = FacilityRule(
+    name="shower_clear",
+    requires="Nothing stands in the clear space around an emergency shower",
+    limit=f"{SHOWER_RADIUS:g} m",
+    source="ANSI/ISEA Z358.1-2014",
+    severity="error",
+    count=lambda site: len(site.arrangement.showers),
+    check=_crowded,
+    group="placing",
+)
+HOOD_TO_SHOWER = FacilityRule(
+    name="shower_walk",
+    requires="From each hood a safety shower is near; people open interior doors",
+    limit=f"{SHOWER_WALK:g} m walk",
+    source="ANSI/ISEA Z358.1-2014",
+    severity="warning",
+    count=lambda site: len(site.arrangement.hoods),
+    check=_far,
+    group="placing",
+)

@@ -11,6 +11,7 @@ import numpy as np
 from labgym.geometry import OrientedBox, distance, penetration
 from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.egress import WIDEST, narrow_ways
+from labgym.layouts.rules.equipment import EXTINGUISHERS
 from labgym.layouts.rules.facility.corrosives import corrosive_liquids
 from labgym.layouts.rules.facility.fronts import blocked_fronts
 from labgym.layouts.rules.regulations.clause import Measured
@@ -18,7 +19,6 @@ from labgym.layouts.rules.regulations.premises import Premises
 from labgym.layouts.rules.separation import incompatible_instances
 from labgym.layouts.rules.storage import closed_cabinet
 from labgym.layouts.rules.thresholds import profile
-from labgym.layouts.rules.touchstone2.equipment import EXTINGUISHERS
 from labgym.layouts.rules.zones import HEADROOM, front_zone, standing_in
 
 Measure = Callable[[Premises], list[Measured]]

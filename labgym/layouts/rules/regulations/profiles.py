@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 from labgym.errors import UnknownNameError
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.regulations import china, europe, united_states
 from labgym.layouts.rules.regulations.clause import Clause, Ruling
 from labgym.layouts.rules.regulations.premises import Premises
+
+if TYPE_CHECKING:
+    from labgym.layouts.rules.objective import Assessment
 
 REGULATIONS: Mapping[str, tuple[Clause, ...]] = {
     "US": united_states.CLAUSES,
@@ -34,3 +38,9 @@ def rulings(arrangement: Arrangement, name: str, premises: Premises | None = Non
         raise UnknownNameError("regulation profile", name, REGULATIONS)
     measured = Premises(arrangement) if premises is None else premises
     return tuple(clause.rule(measured) for clause in REGULATIONS[name])
+
+
+def regulation_figures(assessment: Assessment) -> dict[str, dict[str, tuple[Ruling, ...]]]:
+    """Return the rulings of each clause by regulation profile."""
+    arrangement, premises = assessment.arrangement, assessment.premises
+    return {"regulations": {name: rulings(arrangement, name, premises) for name in REGULATIONS}}

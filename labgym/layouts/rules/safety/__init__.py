@@ -1,4 +1,4 @@
-"""Safety rules of touchstone-v2: reagents against the building, equipment, heights, and what stands where.
+"""Safety rules: reagents against the building, equipment, heights, and what stands where.
 
-`rules.RULES` lists them as data; `site.Site` is a layout as they read it.
+`rules.RULES` lists them as data.
 """

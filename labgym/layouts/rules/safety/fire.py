@@ -8,9 +8,9 @@ import numpy as np
 
 from labgym.geometry import pairwise_distance
 from labgym.layouts.rules.building import Entrance
+from labgym.layouts.rules.rule import FacilityRule, Finding
 from labgym.layouts.rules.safety.hazards import burning
-from labgym.layouts.rules.safety.rule import Finding, SafetyRule
-from labgym.layouts.rules.safety.site import Site
+from labgym.layouts.rules.site import Site
 
 DOOR_DISTANCE_M = 1.0
 """Least distance in plan of flammables and oxidizers from a door of their room, meters (NFPA 30, 9.5.1 and OSHA
@@ -94,7 +94,7 @@ def _oxidizers(site: Site) -> list[tuple[int, tuple[int, ...], frozenset[int]]]:
 
 
 RULES = (
-    SafetyRule(
+    FacilityRule(
         name="flammable_door",
         requires="Flammables and oxidizers are stored and used away from the doors of their room",
         limit=f"{DOOR_DISTANCE_M:g} m in plan",
@@ -103,7 +103,7 @@ RULES = (
         count=lambda site: len(_places(site)),
         check=_near_doors(DOOR_DISTANCE_M, exits_only=False),
     ),
-    SafetyRule(
+    FacilityRule(
         name="flammable_exit",
         requires="Flammables and oxidizers are stored and used away from doors that lead out",
         limit=f"{EXIT_DISTANCE_M:g} m in plan",
@@ -112,7 +112,7 @@ RULES = (
         count=lambda site: len(_places(site)),
         check=_near_doors(EXIT_DISTANCE_M, exits_only=True),
     ),
-    SafetyRule(
+    FacilityRule(
         name="oxidizer_heat",
         requires="Oxidizers are stored and used away from ovens, furnaces and burners",
         limit=f"{OVEN_DISTANCE_M:g} m",
@@ -121,7 +121,7 @@ RULES = (
         count=lambda site: len(_oxidizers(site)),
         check=_near_ovens(OVEN_DISTANCE_M),
     ),
-    SafetyRule(
+    FacilityRule(
         name="oxidizer_heat_preferred",
         requires="Oxidizers are stored and used well away from ovens, furnaces and burners",
         limit=f"{OVEN_PREFERRED_M:g} m",

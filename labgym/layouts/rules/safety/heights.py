@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 from labgym.assets import Asset
 from labgym.layouts.placement import WALL
+from labgym.layouts.rules.rule import FacilityRule, Finding
 from labgym.layouts.rules.safety.hazards import GasDensity, detected_gas
-from labgym.layouts.rules.safety.rule import Finding, SafetyRule
-from labgym.layouts.rules.safety.site import Site
+from labgym.layouts.rules.site import Site
 
 REAGENT_HEIGHT_M = 1.40
 """Greatest height of a reagent's bottom, meters: below the eyes of a small woman (ISO 7250-3, 5th percentile 1.43 m;
@@ -140,7 +140,7 @@ def _detector_heights(site: Site) -> Iterator[Finding]:
 
 
 RULES = (
-    SafetyRule(
+    FacilityRule(
         name="wall_height",
         requires="What hangs on a wall is at the height for it: extinguishers from 0.10 to 1.53 m (1.07 m above 18 kg)",
         limit="by kind (`MOUNTINGS`)",
@@ -149,7 +149,7 @@ RULES = (
         count=lambda site: len(_hanging(site)),
         check=_wall_heights,
     ),
-    SafetyRule(
+    FacilityRule(
         name="reagent_height",
         requires="Reagents stand below eye level",
         limit=f"{REAGENT_HEIGHT_M:g} m to the bottom",
@@ -158,7 +158,7 @@ RULES = (
         count=lambda site: len(site.arrangement.reagents),
         check=_reagent_heights,
     ),
-    SafetyRule(
+    FacilityRule(
         name="heavy_height",
         requires=f"Items of {HEAVY_KG:g} kg and more stand below shoulder level",
         limit=f"{HEAVY_HEIGHT_M:g} m to the bottom",
@@ -167,7 +167,7 @@ RULES = (
         count=lambda site: len(_heavy(site)),
         check=_heavy_heights,
     ),
-    SafetyRule(
+    FacilityRule(
         name="detector_height",
         requires="A gas detector hangs high for a gas lighter than air, low for a heavier one",
         limit=f"bottom at {LIGHT_GAS_BOTTOM_M:g} m or more, top at {HEAVY_GAS_TOP_M:g} m or less",

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from labgym.layouts.rules.safety.rule import Finding, SafetyRule
-from labgym.layouts.rules.safety.site import Site
+from labgym.layouts.rules.rule import FacilityRule, Finding
+from labgym.layouts.rules.site import Site
 
 OPTIONAL_PIECES: dict[str, int] = {
     "IceMachine": 1,
@@ -38,14 +38,13 @@ def _check(site: Site) -> Iterator[Finding]:
         yield Finding(extra, float(limit + len(extra)), float(limit), message, f"remove {', '.join(extra)}")
 
 
-RULES = (
-    SafetyRule(
-        name="optional_pieces",
-        requires="Optional pieces are shared: one ice machine for a laboratory, not one for each room",
-        limit="by role (`OPTIONAL_PIECES`)",
-        source="planning practice (assumption)",
-        severity="warning",
-        count=lambda site: len({asset.role for asset in site.arrangement.assets} & OPTIONAL_PIECES.keys()),
-        check=_check,
-    ),
+OPTIONAL = FacilityRule(
+    name="optional_pieces",
+    requires="Optional pieces are shared: one ice machine for a laboratory, not one for each room",
+    limit="by role (`OPTIONAL_PIECES`)",
+    source="planning practice (assumption)",
+    severity="warning",
+    count=lambda site: len({asset.role for asset in site.arrangement.assets} & OPTIONAL_PIECES.keys()),
+    check=_check,
 )
+RULES = (OPTIONAL,)

@@ -10,8 +10,8 @@ import numpy as np
 
 from labgym.geometry import OrientedBox, distance
 from labgym.layouts.placement import FLOOR
-from labgym.layouts.rules.safety.rule import Finding, SafetyRule
-from labgym.layouts.rules.safety.site import Site
+from labgym.layouts.rules.rule import FacilityRule, Finding
+from labgym.layouts.rules.site import Site
 from labgym.layouts.rules.thresholds import BACK_GAP, ONE_SIDED
 from labgym.layouts.rules.zones import front_zone
 
@@ -121,7 +121,7 @@ def _uneven(site: Site) -> Iterator[Finding]:
 
 
 RULES = (
-    SafetyRule(
+    FacilityRule(
         name="exit_swing",
         requires="Doors that lead out open outward",
         limit="each exit",
@@ -130,7 +130,7 @@ RULES = (
         count=lambda site: len(_exits(site)),
         check=_inward,
     ),
-    SafetyRule(
+    FacilityRule(
         name="hood_traffic",
         requires="The sash of a hood is off the straight ways between doors of its room",
         limit=f"{HOOD_TRAFFIC_M:g} m",
@@ -139,7 +139,7 @@ RULES = (
         count=lambda site: len(site.arrangement.hoods),
         check=_crossed,
     ),
-    SafetyRule(
+    FacilityRule(
         name="islands_in_line",
         requires="Islands of a room stand in rows or columns",
         limit=f"{ALIGNED_M:g} m out of line",
@@ -148,7 +148,7 @@ RULES = (
         count=lambda site: sum(map(len, islands(site).values())),
         check=_unaligned,
     ),
-    SafetyRule(
+    FacilityRule(
         name="even_aisles",
         requires="Aisles between the islands of a room have one width",
         limit=f"{EVEN_AISLES_M:g} m",

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
+from labgym.layouts.rules.rule import FacilityRule, Finding
 from labgym.layouts.rules.safety.hazards import CLASS_B, CLASS_D, calls_for_detector, fire_classes
-from labgym.layouts.rules.safety.rule import Finding, SafetyRule
-from labgym.layouts.rules.safety.site import Site
+from labgym.layouts.rules.site import Site
 
 NAMED = 3
 """Placements that a finding about a room names at most."""
@@ -134,7 +134,7 @@ def _missing(site: Site, one: RoomRequirement) -> Mapping[int, tuple[str, ...]]:
     return {room: own for room, own in _needing(site, one).items() if not site.rows_in(room, one.accepted)}
 
 
-def _rule(one: RoomRequirement) -> SafetyRule:
+def _rule(one: RoomRequirement) -> FacilityRule:
     def check(site: Site) -> Iterator[Finding]:
         for room, causes in _missing(site, one).items():
             named = ", ".join(causes[:NAMED]) + (f" and {len(causes) - NAMED} more" if len(causes) > NAMED else "")
@@ -142,7 +142,7 @@ def _rule(one: RoomRequirement) -> SafetyRule:
             message = f"room {site.name(room)} with {named} has 0 {kinds}, 1 is required"
             yield Finding(causes, 0.0, 1.0, message, f"add {one.asset} to the room")
 
-    return SafetyRule(
+    return FacilityRule(
         name=one.name,
         requires=one.requires,
         limit="1 per room",

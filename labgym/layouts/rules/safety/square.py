@@ -9,8 +9,8 @@ import numpy as np
 
 from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.arrangement import Arrangement
-from labgym.layouts.rules.safety.rule import Finding, SafetyRule
-from labgym.layouts.rules.safety.site import Site
+from labgym.layouts.rules.rule import FacilityRule, Finding
+from labgym.layouts.rules.site import Site
 from labgym.layouts.rules.thresholds import MOVABLE
 
 SKEW_LIMIT_RAD = math.radians(2.0)
@@ -42,7 +42,7 @@ def _check(site: Site) -> Iterator[Finding]:
 
 
 RULES = (
-    SafetyRule(
+    FacilityRule(
         name="square",
         requires="Furniture and wall items are parallel to the nearest wall or to the axes of their space",
         limit=f"{math.degrees(SKEW_LIMIT_RAD):g} degrees",

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from labgym.assets import Asset
 from labgym.layouts.placement import FLOOR, WALL
-from labgym.layouts.rules.safety.rule import Finding, SafetyRule
-from labgym.layouts.rules.safety.site import Site
+from labgym.layouts.rules.rule import FacilityRule, Finding
+from labgym.layouts.rules.site import Site
 
 Kind = Callable[[Asset], bool]
 
@@ -194,7 +194,7 @@ def _check(site: Site) -> Iterator[Finding]:
 
 
 RULES = (
-    SafetyRule(
+    FacilityRule(
         name="misplaced",
         requires="Objects stand where they belong: no computers in hoods, no waste or chemicals on desks, no heat in "
         "cabinets",

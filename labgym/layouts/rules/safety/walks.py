@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 from labgym.layouts.rules.facility.showers import SHOWER_WALK
 from labgym.layouts.rules.regulations.premises import PERSON
+from labgym.layouts.rules.rule import FacilityRule, Finding
 from labgym.layouts.rules.safety.hazards import CLASS_B, CLASS_D, FireClass, fire_classes
 from labgym.layouts.rules.safety.roadmap import ARM_REACH_M
-from labgym.layouts.rules.safety.rule import Finding, SafetyRule
-from labgym.layouts.rules.safety.site import Site
+from labgym.layouts.rules.site import Site
 from labgym.layouts.rules.thresholds import Severity
 
 CLASS_B_WALK_M = 15.2
@@ -97,7 +97,7 @@ def _finding(site: Site, walk: Walk, row: int, goals: list[int], length: float) 
     return Finding((own, *named), value, walk.limit, message, f"move {', '.join(named)} nearer, or free the way")
 
 
-def _rule(walk: Walk) -> SafetyRule:
+def _rule(walk: Walk) -> FacilityRule:
     def check(site: Site) -> Iterator[Finding]:
         roadmap, starts = site.roadmap, walk.starts(site)
         for room in dict.fromkeys(site.room(row) for row in starts):
@@ -113,7 +113,7 @@ def _rule(walk: Walk) -> SafetyRule:
                 if length > walk.limit + 1e-9:
                     yield _finding(site, walk, row, goals, length)
 
-    return SafetyRule(
+    return FacilityRule(
         name=walk.name,
         requires=walk.requires,
         limit=f"{walk.limit:g} m walk",
@@ -139,7 +139,7 @@ def _out_of_reach(site: Site) -> Iterator[Finding]:
 
 RULES = (
     *(_rule(walk) for walk in WALKS),
-    SafetyRule(
+    FacilityRule(
         name="extinguisher_reach",
         requires="A person can walk to every extinguisher",
         limit=f"{ARM_REACH_M:g} m from a way {2 * PERSON:g} m wide",

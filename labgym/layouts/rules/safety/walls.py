@@ -9,9 +9,9 @@ import numpy as np
 
 from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
 from labgym.layouts.placement import WALL
+from labgym.layouts.rules.rule import FacilityRule, Finding
 from labgym.layouts.rules.safety.hazards import CLASS_B, CLASS_D
-from labgym.layouts.rules.safety.rule import Finding, SafetyRule
-from labgym.layouts.rules.safety.site import Site
+from labgym.layouts.rules.site import Site
 from labgym.layouts.rules.thresholds import MOVABLE, WALL_TOLERANCE
 from labgym.layouts.rules.zones import front_zone, standing_in
 
@@ -74,7 +74,7 @@ def _obstructed(site: Site) -> Iterator[Finding]:
 
 
 RULES = (
-    SafetyRule(
+    FacilityRule(
         name="wall_opening",
         requires="What hangs on a wall covers no door, passage, window or glazing",
         limit=f"{WALL_TOLERANCE:g} m over the edge",
@@ -83,7 +83,7 @@ RULES = (
         count=lambda site: len(_hanging(site)),
         check=_covering,
     ),
-    SafetyRule(
+    FacilityRule(
         name="extinguisher_front",
         requires="Nothing stands in front of an extinguisher",
         limit=f"{EXTINGUISHER_FRONT_M:g} m",

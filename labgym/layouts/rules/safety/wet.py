@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from labgym.geometry import BoxArray, OrientedBox
+from labgym.layouts.rules.rule import FacilityRule, Finding
 from labgym.layouts.rules.safety.hazards import water_reactive
-from labgym.layouts.rules.safety.rule import Finding, SafetyRule
-from labgym.layouts.rules.safety.site import Site
+from labgym.layouts.rules.site import Site
 
 WET_DISTANCE_M = 1.0
 """Least distance in plan of a water-reactive or pyrophoric reagent from a wet fitting, meters: the reach of splashes
@@ -81,7 +81,7 @@ def _check(site: Site) -> Iterator[Finding]:
 
 
 RULES = (
-    SafetyRule(
+    FacilityRule(
         name="water_distance",
         requires="Reagents that react with water or ignite in air are stored and handled away from sinks, eyewashes, "
         "showers and ice machines, stored away from water points too, and never under one",

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from labgym.geometry.frames import PlanarPose
 from labgym.layouts.rules.arrangement import Arrangement
-from labgym.layouts.rules.touchstone2.placing import Whereabouts
+from labgym.layouts.rules.whereabouts import Whereabouts
 from labgym.navigation.goals import goal_pose, location_pose
 from labgym.protocols import Protocol
+
+if TYPE_CHECKING:
+    from labgym.layouts.rules.objective import Assessment
 
 ARM_REACH = 1.30
 """Reach of the arm from its shoulder, meters: Universal Robots UR10e, working radius 1300 mm (technical
@@ -74,3 +78,11 @@ def _distance(arrangement: Arrangement, row: int, pose: PlanarPose) -> float:
     """Distance from the shoulder at a pose to the middle of an object, meters."""
     (x, y), (low, high) = arrangement.boxes.centre[row].tolist(), arrangement.boxes.z[row].tolist()
     return math.dist((x, y, (low + high) / 2.0), (pose[0], pose[1], SHOULDER_HEIGHT))
+
+
+def reach_figures(assessment: Assessment) -> dict[str, float | tuple[str, ...] | None]:
+    """Return the share of the items in reach, and the placements out of reach."""
+    return {
+        "reach": assessment.reach,
+        "out_of_reach": tuple(item.item for item in assessment.reaches if not item.reached),
+    }

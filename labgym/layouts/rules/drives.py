@@ -1,4 +1,4 @@
-"""Every door is a start of navigation: from the doors of each room in use the robot reaches the first step there."""
+"""Drives that must be possible: from step to step, and from the doors of each room in use to the first step there."""
 
 from __future__ import annotations
 
@@ -6,12 +6,13 @@ import math
 
 from labgym.geometry import wrap_angle
 from labgym.layouts.rules.arrangement import Arrangement
-from labgym.navigation.feasibility import Leg
+from labgym.layouts.rules.rule import DriveRule
+from labgym.navigation.feasibility import Leg, legs
 from labgym.navigation.goals import Pose, location_pose
 from labgym.navigation.plan import PLANNING_RADIUS
 from labgym.protocols import Protocol
 
-INSIDE = PLANNING_RADIUS + 0.05
+ENTRY_DISTANCE_M = PLANNING_RADIUS + 0.05
 """Distance of the robot's center from the inner face of the wall when it has come in, meters."""
 
 
@@ -26,16 +27,28 @@ def entry_legs(arrangement: Arrangement, protocol: Protocol) -> list[Leg]:
         if target is not None and target.id in arrangement.index:
             root = layout.root(target.id).id
             first.setdefault(arrangement.spaces[arrangement.row(root)], location)
-    legs: list[Leg] = []
+    entries: list[Leg] = []
     for entrance in arrangement.building.entrances:
         first_stop = first.get(entrance.space)
         if first_stop is None:
             continue
         x, y, yaw = entrance.pose
         start: Pose = (
-            x - INSIDE * math.sin(yaw),
-            y + INSIDE * math.cos(yaw),
+            x - ENTRY_DISTANCE_M * math.sin(yaw),
+            y + ENTRY_DISTANCE_M * math.cos(yaw),
             wrap_angle(yaw + math.pi / 2.0),
         )
-        legs.append((entrance.label, first_stop, start, location_pose(layout, first_stop)))
-    return legs
+        entries.append((entrance.label, first_stop, start, location_pose(layout, first_stop)))
+    return entries
+
+
+TRANSITIONS = DriveRule(
+    name="transitions",
+    metric="step_nav",
+    legs=lambda site: [] if site.protocol is None else legs(site.arrangement.layout, site.protocol),
+)
+ENTRIES = DriveRule(
+    name="entries",
+    metric="door_nav",
+    legs=lambda site: [] if site.protocol is None else entry_legs(site.arrangement, site.protocol),
+)

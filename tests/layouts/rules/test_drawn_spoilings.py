@@ -1,4 +1,4 @@
-"""Five kinds of faults drawn at random: none passes touchstone-v2, and each is real by measures of shapely."""
+"""Five kinds of faults drawn at random: none passes `touchstone`, and each is real by measures of shapely."""
 
 from __future__ import annotations
 
@@ -12,8 +12,7 @@ from shapely.geometry import Polygon, box
 
 from labgym.eval import score
 from labgym.layouts import Layout, generate
-from labgym.layouts.rules import evaluate_layout
-from labgym.layouts.rules.touchstone2.assessment import Assessment2
+from labgym.layouts.rules import Assessment, evaluate_layout
 from labgym.paper.spoiling import DRAWN
 
 DRAWS = 40
@@ -25,9 +24,9 @@ def bases() -> tuple[Layout, ...]:
     return published_in_order(), generate("sub_02", 704, family="ell")
 
 
-def assess(layout: Layout) -> Assessment2:
-    assessment = evaluate_layout(layout, layout.protocol, metrics="touchstone-v2")
-    assert isinstance(assessment, Assessment2)
+def assess(layout: Layout) -> Assessment:
+    assessment = evaluate_layout(layout, layout.protocol, rules="touchstone")
+    assert isinstance(assessment, Assessment)
     return assessment
 
 
@@ -51,7 +50,7 @@ def moved(before: Layout, after: Layout) -> list[str]:
 
 def test_the_bases_pass_touchstone_v2(bases: tuple[Layout, ...]) -> None:
     for base in bases:
-        report = score(base, contacts=False, metrics="touchstone-v2")
+        report = score(base, contacts=False, rules="touchstone")
         assert report.passed, (report.violations, report.missing, report.warnings)
 
 

@@ -1,4 +1,4 @@
-"""A layout as the safety rules read it: rooms, what they hold and handle, wet fittings, distances in plan, walks."""
+"""A layout as the rules read it: rooms, what they hold and handle, wet fittings, distances in plan, walks."""
 
 from __future__ import annotations
 
@@ -13,10 +13,11 @@ from labgym.assets import Asset
 from labgym.geometry import BoxArray, OrientedBox, pairwise_distance
 from labgym.layouts.floor.spaces import OUTSIDE
 from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.handling import Handling, handlings
 from labgym.layouts.rules.safety.hazards import hazardous
 from labgym.layouts.rules.safety.roadmap import Roadmap
 from labgym.layouts.rules.supplies import WET
-from labgym.layouts.rules.touchstone2.handling import Handling, handlings
+from labgym.layouts.rules.thresholds import PROFILES, Profile
 from labgym.protocols import Protocol
 
 PLAN_HEIGHTS_M = (0.0, 1.0)
@@ -25,21 +26,21 @@ PLAN_HEIGHTS_M = (0.0, 1.0)
 
 @dataclass(frozen=True)
 class Site:
-    """A layout and the protocols that are run in it.
+    """A layout, the protocols that are run in it, and the thresholds that apply.
 
     Attributes:
-        protocols: the protocol that the layout is assessed for, and those that the layout embeds.
+        protocol: the protocol that the layout is assessed for.
     """
 
     arrangement: Arrangement
-    protocols: tuple[Protocol, ...]
+    protocol: Protocol | None = None
+    profile: Profile = PROFILES["default"]
 
-    @classmethod
-    def of(cls, arrangement: Arrangement, protocol: Protocol | None) -> Site:
-        """Return the site of a layout."""
-        named = () if protocol is None else (protocol,)
-        own = [one for one in arrangement.layout.protocols if one != protocol]
-        return cls(arrangement, (*named, *own))
+    @cached_property
+    def protocols(self) -> tuple[Protocol, ...]:
+        """The protocol that the layout is assessed for, and those that the layout embeds."""
+        named = () if self.protocol is None else (self.protocol,)
+        return (*named, *(other for other in self.arrangement.layout.protocols if other != self.protocol))
 
     @cached_property
     def rooms(self) -> NDArray[np.intp]:
@@ -65,6 +66,11 @@ class Site:
     def handled_by(self) -> tuple[tuple[Handling, ...], ...]:
         """Reagents and vessels of each protocol at its locations."""
         return tuple(handlings(self.arrangement, protocol) for protocol in self.protocols)
+
+    @property
+    def handled_now(self) -> tuple[Handling, ...]:
+        """Reagents and vessels of the protocol that the layout is assessed for; empty without one."""
+        return () if self.protocol is None else self.handled_by[0]
 
     @cached_property
     def handled(self) -> tuple[Handling, ...]:

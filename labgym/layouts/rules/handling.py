@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from labgym.geometry import pairwise_distance
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.satisfaction import Instance
-from labgym.layouts.rules.separation import hazard_between, heat_band
+from labgym.layouts.rules.separation import (
+    STORED_FLAMMABLES,
+    STORED_INCOMPATIBLES,
+    flammable_instances,
+    hazard_between,
+    heat_band,
+    incompatible_instances,
+)
 from labgym.layouts.rules.storage import closed_cabinet
 from labgym.layouts.rules.thresholds import Profile
-from labgym.layouts.rules.touchstone2.placing import Whereabouts
+from labgym.layouts.rules.whereabouts import Whereabouts
 from labgym.protocols import Protocol
 
 
@@ -137,3 +144,21 @@ def _gaps(arrangement: Arrangement, rows: tuple[int, ...], others: list[int]) ->
         return []
     gaps: list[float] = pairwise_distance(arrangement.take(list(rows)), arrangement.take(others)).min(axis=0).tolist()
     return gaps
+
+
+FLAMMABLES = replace(
+    STORED_FLAMMABLES,
+    requires="Flammable reagents keep their distance from heat sources, where they stand and where they are used",
+    instances=lambda site: (
+        *flammable_instances(site.arrangement, site.profile),
+        *flammable_handling(site.arrangement, site.handled_now, site.profile),
+    ),
+)
+INCOMPATIBLES = replace(
+    STORED_INCOMPATIBLES,
+    requires="Incompatible reagents keep their distance from each other, where they stand and where they are used",
+    instances=lambda site: (
+        *incompatible_instances(site.arrangement, site.profile),
+        *incompatible_handling(site.arrangement, site.handled_now, site.profile),
+    ),
+)

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from labgym.assets import Asset
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.presence import resolved
 from labgym.layouts.rules.safety.hazards import CLASS_B, CLASS_D, calls_for_detector, fire_classes, hazardous
 from labgym.protocols import Protocol
+
+if TYPE_CHECKING:
+    from labgym.layouts.rules.objective import Assessment
 
 Hazard = Callable[[Asset], bool]
 
@@ -65,13 +69,15 @@ REQUIREMENTS = (
 """What laboratories need, and the reagents and cylinders that call for it; see `safety.rooms` for each room."""
 
 
-def required_equipment(arrangement: Arrangement, protocol: Protocol | None) -> tuple[Requirement, ...]:
-    """Return what the reagents of a layout, and those that its protocol requires, call for."""
+def required_equipment(
+    arrangement: Arrangement, protocol: Protocol | None, requirements: Iterable[Requirement] = REQUIREMENTS
+) -> tuple[Requirement, ...]:
+    """Return those requirements that the reagents of a layout, and those that its protocol requires, call for."""
     catalog = arrangement.layout.catalog
     names = () if protocol is None else resolved(tuple(use.name for use in protocol.reagents), catalog)
     stored = [asset for asset in arrangement.assets if asset.kind == "reagent" or asset.subtype == "gas_cylinder"]
     reagents = dict.fromkeys([*stored, *map(catalog.get, names)])
-    return tuple(one for one in REQUIREMENTS if any(one.calls(reagent) for reagent in reagents))
+    return tuple(one for one in requirements if any(one.calls(reagent) for reagent in reagents))
 
 
 def missing_equipment(
@@ -84,3 +90,9 @@ def missing_equipment(
         if placement.id not in out_of_bounds
     }
     return tuple(one.asset for one in required if placed.isdisjoint(one.accepted))
+
+
+def equipment_figures(assessment: Assessment) -> dict[str, float | None]:
+    """Return the share of the required kinds of safety equipment that are placed, None if none is required."""
+    required, missing = len(assessment.equipment), len(assessment.unequipped)
+    return {"safety": 1.0 - missing / required if required else None}

@@ -13,12 +13,11 @@ from polygon_paths import PolygonPaths
 from labgym.layouts import Door, Layout, Placement, Room, load_published
 from labgym.layouts.floor import Floor, Opening, Rectangle, Space, Wall
 from labgym.layouts.moves import Place, apply
-from labgym.layouts.rules import evaluate_layout
+from labgym.layouts.rules import Assessment, evaluate_layout
 from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.drives import entry_legs
 from labgym.layouts.rules.thresholds import MOVABLE
-from labgym.layouts.rules.touchstone2.assessment import Assessment2
-from labgym.layouts.rules.touchstone2.entries import entry_legs
-from labgym.layouts.rules.touchstone2.workflow import walking_distance
+from labgym.layouts.rules.workflow import walking_distance
 from labgym.navigation import goal_poses
 from labgym.protocols import get
 
@@ -56,20 +55,20 @@ def test_drives_from_doors_agree_with_free_space_by_shapely(layout: Layout, bloc
     door = layout.room.doors[0]
     bench = next(each.id for each in layout.placements if layout.asset(each.id).subtype == "workbench")
     changed = apply(layout, Place(bench, door.offset, 1.0, 0.0)) if blocked else layout
-    assessment = evaluate_layout(changed, changed.protocol, navigation=True, metrics="touchstone-v2")
-    assert isinstance(assessment, Assessment2)
+    assessment = evaluate_layout(changed, changed.protocol, navigation=True, rules="touchstone")
+    assert isinstance(assessment, Assessment)
     room = shapely.box(0.0, 0.0, layout.room.width, layout.room.depth).buffer(-ROBOT)
     shapes = [
         shapely.Polygon(box.corners()).buffer(ROBOT - 1e-6, quad_segs=32) for box in obstacles(changed, movable=True)
     ]
     free = shapely.difference(room, shapely.union_all(shapes))
     parts = list(getattr(free, "geoms", [free]))
-    for drive in assessment.entries or ():
+    for drive in assessment.drives_of("entries"):
         assert drive.start is not None
         assert drive.goal is not None
         ends = shapely.Point(drive.start[:2]), shapely.Point(drive.goal[:2])
         assert drive.feasible == any(part.covers(ends[0]) and part.covers(ends[1]) for part in parts)
-    assert all(drive.feasible for drive in assessment.entries or ()) != blocked
+    assert all(drive.feasible for drive in assessment.drives_of("entries")) != blocked
 
 
 def two_rooms(state: str) -> Layout:
@@ -110,11 +109,11 @@ def test_the_facility_score_counts_the_objects_that_keep_each_rule() -> None:
     floor = Room(width=9.0, depth=9.0, doors=(Door(wall="front", offset=1.5),)).floor
 
     def scored(*placements: Placement) -> dict[str, float]:
-        assessment = evaluate_layout(Layout(id="f", floor=floor, placements=placements), metrics="touchstone-v2")
-        assert isinstance(assessment, Assessment2)
-        total = sum(assessment.facility.rules.values()) / len(assessment.facility.rules)
-        assert assessment.facility.total == pytest.approx(total)
-        return dict(assessment.facility.rules)
+        assessment = evaluate_layout(Layout(id="f", floor=floor, placements=placements), rules="touchstone")
+        assert isinstance(assessment, Assessment)
+        total = sum(assessment.facility.values()) / len(assessment.facility)
+        assert assessment.facility_score == pytest.approx(total)
+        return dict(assessment.facility)
 
     far, near = put("far", "FumeHood", 6.0, 8.57, yaw=math.pi), put("near", "FumeHood", 0.43, 2.6, yaw=-math.pi / 2.0)
     assert scored(far, near)["hood_door"] == 0.5

@@ -1,4 +1,4 @@
-"""touchstone-v2 by hand: supports, glass on the floor, storage classes, near, ventilation, handling, reach, walks."""
+"""`touchstone` by hand: supports, glass on the floor, storage classes, near, ventilation, handling, reach, walks."""
 
 from __future__ import annotations
 
@@ -11,24 +11,23 @@ from laboratories import orderly_laboratory as laboratory
 from laboratories import put
 
 from labgym.layouts import Door, Placement, Room
-from labgym.layouts.rules import evaluate_layout
+from labgym.layouts.rules import Assessment, evaluate_layout, rule_set
 from labgym.layouts.rules.arrangement import Arrangement
-from labgym.layouts.rules.touchstone2.assessment import Assessment2
-from labgym.layouts.rules.touchstone2.reach import ARM_REACH, SHOULDER_HEIGHT, item_reaches
-from labgym.layouts.rules.touchstone2.workflow import walking_distance
+from labgym.layouts.rules.reach import ARM_REACH, SHOULDER_HEIGHT, item_reaches
+from labgym.layouts.rules.workflow import walking_distance
 from labgym.protocols import Step
 
 HALF = math.pi / 2.0
 
 
-def assess(*changed: Placement, without: tuple[str, ...] = (), navigation: bool = False) -> Assessment2:
+def assess(*changed: Placement, without: tuple[str, ...] = (), navigation: bool = False) -> Assessment:
     layout = laboratory(*changed, without=without)
-    assessment = evaluate_layout(layout, PROTOCOL, navigation=navigation, metrics="touchstone-v2")
-    assert isinstance(assessment, Assessment2)
+    assessment = evaluate_layout(layout, PROTOCOL, navigation=navigation, rules="touchstone")
+    assert isinstance(assessment, Assessment)
     return assessment
 
 
-def kinds(assessment: Assessment2) -> dict[str, int]:
+def kinds(assessment: Assessment) -> dict[str, int]:
     """Number of violations by kind."""
     items = assessment.violations.items
     assert len(items) == assessment.v
@@ -38,8 +37,8 @@ def kinds(assessment: Assessment2) -> dict[str, int]:
 def test_a_laboratory_in_order_has_no_violation_and_full_fitness() -> None:
     clean = assess(navigation=True)
     assert (kinds(clean), clean.fitness, clean.perfect) == ({}, 1.0, True)
-    assert len(clean.entries or ()) == 2
-    assert all(value == 1.0 for value in clean.facility.rules.values())
+    assert len(clean.drives_of("entries")) == 2
+    assert all(value == 1.0 for value in clean.facility.values())
 
 
 WRONG_SUPPORTS = {
@@ -51,11 +50,11 @@ WRONG_SUPPORTS = {
 
 
 @pytest.mark.parametrize("placement", WRONG_SUPPORTS.values(), ids=WRONG_SUPPORTS)
-def test_the_wrong_kind_of_support_is_out_of_bounds_in_version_2_only(placement: Placement) -> None:
+def test_the_wrong_kind_of_support_is_out_of_bounds_under_touchstone_only(placement: Placement) -> None:
     assessment = assess(placement)
     assert assessment.out_of_bounds == {placement.id}
     assert "belongs" in assessment.violations.of("bounds")[0].message
-    assert not evaluate_layout(laboratory(placement), PROTOCOL).out_of_bounds
+    assert not evaluate_layout(laboratory(placement), PROTOCOL, "paper").out_of_bounds
 
 
 def test_portable_equipment_may_stand_on_furniture_and_a_cylinder_on_the_floor() -> None:
@@ -65,13 +64,13 @@ def test_portable_equipment_may_stand_on_furniture_and_a_cylinder_on_the_floor()
 
 def test_glass_on_the_floor_scores_0_and_so_does_glass_on_what_fell() -> None:
     on_floor = assess(put("flask", "RoundBottomFlask", 4.0, 4.0))
-    assert [(one.ids, one.satisfaction) for one in on_floor.glass] == [(("flask",), 0.0)]
-    assert evaluate_layout(laboratory(put("flask", "RoundBottomFlask", 4.0, 4.0)), PROTOCOL).glass == ()
+    assert [(one.ids, one.satisfaction) for one in on_floor.of("glass")] == [(("flask",), 0.0)]
+    assert evaluate_layout(laboratory(put("flask", "RoundBottomFlask", 4.0, 4.0)), PROTOCOL, "paper").of("glass") == ()
     stand = put("stand", "AdditionStand", 4.0, 4.0)
     height = laboratory(stand).surface("stand", 0).z0
     on_stand = assess(stand, put("flask", "RoundBottomFlask", 4.0, 4.0, height, on="stand", slot=0))
     assert on_stand.out_of_bounds >= {"stand"}
-    assert [one.satisfaction for one in on_stand.glass] == [0.0]
+    assert [one.satisfaction for one in on_stand.of("glass")] == [0.0]
 
 
 def test_a_reagent_in_a_cabinet_of_another_class_is_not_stored() -> None:
@@ -81,9 +80,9 @@ def test_a_reagent_in_a_cabinet_of_another_class_is_not_stored() -> None:
 
 
 def test_the_pieces_of_an_apparatus_are_near_up_to_an_arms_reach() -> None:
-    near = assess().near
+    near = assess().of("near")
     assert [(one.satisfaction, one.hard) for one in near] == [(1.0, False)]
-    far = assess(put("plate", "MagneticHotplateStirrer", 7.6, 3.4, 0.9, on="bench", slot=0)).near[0]
+    far = assess(put("plate", "MagneticHotplateStirrer", 7.6, 3.4, 0.9, on="bench", slot=0)).of("near")[0]
     flask, plate = laboratory().box("flask"), laboratory().asset("plate").size
     dx, dy = (
         7.6 - plate.width / 2.0 - flask.x - flask.width / 2.0,
@@ -95,18 +94,18 @@ def test_the_pieces_of_an_apparatus_are_near_up_to_an_arms_reach() -> None:
 
 
 def test_harmful_vapors_stay_in_the_hood() -> None:
-    assert [one.satisfaction for one in assess().ventilation] == [1.0]
+    assert [one.satisfaction for one in assess().of("ventilation")] == [1.0]
     out = assess(put("flask", "RoundBottomFlask", 7.6, 4.4, 0.9, on="bench", slot=0))
-    assert [(one.satisfaction, one.hard) for one in out.ventilation] == [(0.5, True)]
+    assert [(one.satisfaction, one.hard) for one in out.of("ventilation")] == [(0.5, True)]
     assert "RoundBottomFlask outside of FumeHood" in out.violations.of("ventilation")[0].message
     turned = assess(put("hood", "FumeHood", 4.0, 7.575))
-    assert [one.satisfaction for one in turned.ventilation] == [0.0]
+    assert [one.satisfaction for one in turned.of("ventilation")] == [0.0]
 
 
 def test_flammables_count_where_they_are_used_but_not_for_the_protocols_own_heat() -> None:
-    assert [one for one in assess().flammable if "is used" in one.note] == []
+    assert [one for one in assess().of("flammable") if "is used" in one.note] == []
     burner = put("burner", "BunsenBurner", 4.0, 7.3, 0.9, on="hood", slot=0)
-    near = next(one for one in assess(burner).flammable if "is used" in one.note)
+    near = next(one for one in assess(burner).of("flammable") if "is used" in one.note)
     layout = laboratory(burner)
     flask, flame = layout.box("flask"), layout.box("burner")
     gap = flask.y - flask.depth / 2.0 - flame.y - flame.depth / 2.0
@@ -119,19 +118,19 @@ def test_heat_that_another_protocol_of_the_layout_uses_there_does_not_count() ->
     step = Step(index=1, location="FumeHood", action="Heat", text="Heat.", uses=("BunsenBurner",))
     other = PROTOCOL.model_copy(update={"id": "other", "instruments": ("BunsenBurner",), "steps": (step,)})
     shared = laboratory(burner).replace(protocols=(PROTOCOL, other))
-    assessment = evaluate_layout(shared, PROTOCOL, metrics="touchstone-v2")
-    assert [one for one in assessment.flammable if "is used" in one.note] == []
+    assessment = evaluate_layout(shared, PROTOCOL, rules="touchstone")
+    assert [one for one in assessment.of("flammable") if "is used" in one.note] == []
 
 
 def test_an_open_incompatible_reagent_counts_where_another_is_used() -> None:
     acid = put("acid", "NitricAcid", 3.85, 7.55, 0.9, on="hood", slot=0)
-    used = [one for one in assess(acid).incompatible if "where it is used" in one.note]
+    used = [one for one in assess(acid).of("incompatible") if "where it is used" in one.note]
     assert [(one.ids, one.hard) for one in used] == [(("hood", "acid"), True)]
 
 
 def test_a_cabinet_that_faces_the_wall_and_a_blocked_hood_are_hard() -> None:
     turned = assess(put("general", "GeneralCabinet", 0.23, 5.5, yaw=HALF), without=("salt",))
-    front = {one.ids[0]: one for one in turned.fronts}["general"]
+    front = {one.ids[0]: one for one in turned.of("front")}["general"]
     assert front.hard
     assert front.satisfaction < 0.05
     blocked = assess(put("island", "LabBench1800", 4.0, 6.2, yaw=math.pi))
@@ -142,7 +141,7 @@ def test_a_cabinet_that_faces_the_wall_and_a_blocked_hood_are_hard() -> None:
         - layout.box("island").y
         - layout.box("island").depth / 2.0
     )
-    assert {one.ids[0]: one.distance for one in blocked.fronts}["hood"] == pytest.approx(gap)
+    assert {one.ids[0]: one.distance for one in blocked.of("front")}["hood"] == pytest.approx(gap)
 
 
 def test_missing_safety_equipment_and_missing_assets_count_in_v() -> None:
@@ -161,7 +160,7 @@ def test_hazardous_reagents_call_for_a_shower_an_eyewash_a_hand_wash_sink_and_a_
 def test_stools_before_the_doors_stop_the_robot_but_are_no_egress_issue() -> None:
     stools = [put(f"stool{k}", "LabStool", x, 0.45) for k, x in enumerate((1.2, 6.0))]
     assessment = assess(*stools, navigation=True)
-    assert [drive.feasible for drive in assessment.entries or ()] == [False, False]
+    assert [drive.feasible for drive in assessment.drives_of("entries")] == [False, False]
     assert [drive.feasible for drive in assessment.transitions or ()] == [True]
     assert kinds(assessment) == {"navigation": 2, "facility": 2}
     assert {issue.rule for issue in assessment.issues} == {"door_area"}
@@ -170,7 +169,7 @@ def test_stools_before_the_doors_stop_the_robot_but_are_no_egress_issue() -> Non
 def test_a_missing_second_exit_is_a_warning_and_hard_under_the_profile_code() -> None:
     floor = Room(width=8.0, depth=8.0, doors=(Door(wall="front", offset=1.2),)).floor
     layout = laboratory().replace(floor=floor)
-    default, code = (evaluate_layout(layout, PROTOCOL, name, metrics="touchstone-v2") for name in ("default", "code"))
+    default, code = (evaluate_layout(layout, PROTOCOL, rule_set(profile=name)) for name in ("default", "code"))
     assert (default.v, code.v) == (0, 1)
     assert "only one exit" in code.violations.of("facility")[0].message
 
@@ -217,8 +216,8 @@ def test_tie_breakers_prefer_the_shorter_walk_only_when_asked() -> None:
     )
     near, far = assess(), assess(*moved)
     assert not near.better_than(far)
-    profile = replace(near.profile, tie_breakers=True)
-    near, far = replace(near, profile=profile), replace(far, profile=profile)
+    rules = replace(near.rules, tie_breakers=True)
+    near, far = replace(near, rules=rules), replace(far, rules=rules)
     assert (near.cost, near.fitness, near.reach) == (far.cost, far.fitness, far.reach)
     assert near.better_than(far)
     assert not far.better_than(near)

@@ -7,16 +7,17 @@ from collections.abc import Mapping
 
 from labgym.geometry import pairwise_distance
 from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.rule import Term
 from labgym.layouts.rules.satisfaction import Instance
-from labgym.layouts.rules.touchstone2.placing import Whereabouts
+from labgym.layouts.rules.whereabouts import Whereabouts
 from labgym.navigation import goal_pose
 from labgym.protocols import Protocol
 from labgym.protocols.model import SpatialConstraint
 
-APPARATUS = 0.85
+APPARATUS_DISTANCE_M = 0.85
 """Greatest distance between the pieces of one apparatus, meters: the reach of a Franka-class arm (0.855 m)."""
 
-NEIGHBORS = 2.74
+PLACES_DISTANCE_M = 2.74
 """Greatest distance between the goal poses of two places with several trips between them, meters: 9 ft, the longest leg
 of a work triangle (NKBA Kitchen Planning Guidelines, guideline 3; laboratories have no such standard)."""
 
@@ -37,7 +38,7 @@ def near_instances(arrangement: Arrangement, protocol: Protocol) -> tuple[Instan
             continue
         firsts, seconds = whereabouts.of_name(constraint.subject), whereabouts.of_name(constraint.object)
         places = constraint.subject in protocol.locations and constraint.object in protocol.locations
-        limit = NEIGHBORS if places else APPARATUS
+        limit = PLACES_DISTANCE_M if places else APPARATUS_DISTANCE_M
         pairs = [(first, second) for first in firsts for second in seconds if first != second]
         note = f"{constraint.subject} near {constraint.object}: {constraint.reason}"
         if not pairs:
@@ -66,3 +67,20 @@ def _between_poses(arrangement: Arrangement, first: int, second: int) -> float:
     boxes = (arrangement.box(row) for row in (first, second))
     (ax, ay, _), (bx, by, _) = (goal_pose(box) for box in boxes)
     return math.hypot(ax - bx, ay - by)
+
+
+def _together(instance: Instance) -> tuple[float, str, str]:
+    gap = instance.distance or 0.0
+    message = f"{instance.ids[0]} is {gap:.2f} m from {instance.ids[1]}: {instance.note}"
+    return gap - instance.limit, message, f"place them on one surface, at most {instance.limit:g} m apart"
+
+
+NEAR = Term(
+    name="near",
+    metric="near",
+    requires="What a protocol requires close together is close together",
+    source="the protocol's constraints; NKBA guideline 3 for places of work",
+    instances=lambda site: () if site.protocol is None else near_instances(site.arrangement, site.protocol),
+    remedy=_together,
+    chemical=False,
+)

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.regulations.premises import Premises
-from labgym.layouts.rules.touchstone2.placing import Whereabouts
+from labgym.layouts.rules.whereabouts import Whereabouts
 from labgym.protocols import Protocol
+
+if TYPE_CHECKING:
+    from labgym.layouts.rules.objective import Assessment
 
 
 @dataclass(frozen=True)
@@ -78,3 +82,11 @@ def walking_distance(arrangement: Arrangement, protocol: Protocol, premises: Pre
 
 def _finite(length: float) -> float:
     return length if math.isfinite(length) else 0.0
+
+
+def workflow_figures(assessment: Assessment) -> dict[str, float | None]:
+    """Return the walking distance of the workflow and its parts, meters, and the number of trips."""
+    walk = assessment.workflow
+    if walk is None:
+        return {}
+    return {"walk": walk.length, "between_steps": walk.between, "fetching": walk.fetching, "trips": walk.trips}

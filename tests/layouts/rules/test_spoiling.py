@@ -1,4 +1,4 @@
-"""Ways to spoil a layout: each worsens the headline figures of touchstone-v2 that it names, on two families."""
+"""Ways to spoil a layout: each worsens the headline figures that it names, on two families."""
 
 from __future__ import annotations
 
@@ -9,17 +9,16 @@ import pytest
 from laboratories import published_in_order
 
 from labgym.layouts import Layout, generate
-from labgym.layouts.rules import evaluate_layout
+from labgym.layouts.rules import Assessment, evaluate_layout
 from labgym.layouts.rules.satisfaction import mean, worst_mean
-from labgym.layouts.rules.touchstone2.assessment import Assessment2
 from labgym.paper.damage import KINDS, damaged
 from labgym.paper.spoiling import SPOILINGS
 
 LESS_IS_BETTER = {"ob", "cn", "v"}
-PASSED_VERSION_1 = (
+PASSED_PAPER = (
     "sink_in_door", "bare_necessities", "wrong_cabinets", "cabinet_faces_wall", "stools_in_doors", "no_extinguisher",
 )  # fmt: skip
-"""Spoilt layouts with the v and F of the untouched one under touchstone-v1."""
+"""Spoilt layouts with the v and F of the untouched one under the rule set `paper`."""
 
 
 WITH_WAYS = {"prot_nav", "door_nav", "facility"}
@@ -31,26 +30,24 @@ class Case:
     """An untouched layout and its assessments without and with ways."""
 
     layout: Layout
-    without_ways: Assessment2
-    with_ways: Assessment2
+    without_ways: Assessment
+    with_ways: Assessment
 
 
-def assess(layout: Layout, ways: bool) -> Assessment2:
-    assessment = evaluate_layout(layout, layout.protocol, navigation=ways, metrics="touchstone-v2")
-    assert isinstance(assessment, Assessment2)
-    return assessment
+def assess(layout: Layout, ways: bool) -> Assessment:
+    return evaluate_layout(layout, layout.protocol, navigation=ways)
 
 
-def figure(assessment: Assessment2, name: str) -> float | None:
+def figure(assessment: Assessment, name: str) -> float | None:
     """A headline figure, computed from the assessment."""
-    drives = (*(assessment.transitions or ()), *(assessment.entries or ()))
-    entries = assessment.entries or ()
+    drives = (*(assessment.transitions or ()), *assessment.drives_of("entries"))
+    entries = assessment.drives_of("entries")
     lists = {
-        "store": assessment.storage,
-        "glass": assessment.glass,
-        "fronts": assessment.fronts,
-        "near": assessment.near,
-        "ventilate": assessment.ventilation,
+        "store": assessment.of("storage"),
+        "glass": assessment.of("glass"),
+        "fronts": assessment.of("front"),
+        "near": assessment.of("near"),
+        "ventilate": assessment.of("ventilation"),
     }
     if name in lists:
         return mean(lists[name])
@@ -63,9 +60,9 @@ def figure(assessment: Assessment2, name: str) -> float | None:
         "safety": lambda: 1.0 - len(assessment.unequipped) / len(assessment.equipment),
         "prot_nav": lambda: float(all(drive.feasible for drive in drives)),
         "door_nav": lambda: sum(drive.feasible for drive in entries) / len(entries),
-        "flam": lambda: worst_mean(assessment.flammable),
-        "incomp": lambda: worst_mean(assessment.incompatible),
-        "facility": lambda: assessment.facility.total,
+        "flam": lambda: worst_mean(assessment.of("flammable")),
+        "incomp": lambda: worst_mean(assessment.of("incompatible")),
+        "facility": lambda: assessment.facility_score,
         "reach": lambda: assessment.reach,
     }[name]()
 
@@ -103,12 +100,12 @@ def test_every_way_to_spoil_a_layout_worsens_its_headline_figures(cases: dict[st
     assert applied
 
 
-@pytest.mark.parametrize("name", PASSED_VERSION_1)
-def test_some_of_them_pass_version_1_unnoticed(cases: dict[str, Case], name: str) -> None:
+@pytest.mark.parametrize("name", PASSED_PAPER)
+def test_some_of_them_pass_the_rule_set_paper_unnoticed(cases: dict[str, Case], name: str) -> None:
     layout = cases["room"].layout
     assert layout.protocol is not None
     spoilt = SPOILINGS[name].spoil(layout, layout.protocol)
-    before, after = (evaluate_layout(one, layout.protocol, navigation=True) for one in (layout, spoilt))
+    before, after = (evaluate_layout(one, layout.protocol, rules="paper", navigation=True) for one in (layout, spoilt))
     assert (after.v, after.fitness, after.missing) == (before.v, before.fitness, before.missing)
 
 

@@ -1,4 +1,4 @@
-"""Safety rules of touchstone-v2: each answers to its planted fault with the value that shapely measures."""
+"""Safety rules of the rule set `touchstone`: each answers to its planted fault with the value that shapely measures."""
 
 from __future__ import annotations
 
@@ -19,24 +19,23 @@ from labgym.eval import score
 from labgym.layouts import Layout, Placement, load_published
 from labgym.layouts.floor import Floor, Service
 from labgym.layouts.repairs import repair_layout
-from labgym.layouts.rules import evaluate_layout, thresholds
-from labgym.layouts.rules.facility import FacilityIssue
+from labgym.layouts.rules import Assessment, evaluate_layout, rule_set
+from labgym.layouts.rules.rule import FacilityIssue
 from labgym.layouts.rules.safety.hazards import fire_classes, water_reactive
 from labgym.layouts.rules.safety.heights import MOUNTINGS
 from labgym.layouts.rules.safety.rules import RULES
 from labgym.layouts.rules.safety.standing import forbidden
-from labgym.layouts.rules.touchstone2.assessment import Assessment2
 from labgym.protocols import ReagentUse, Step
 from labgym.protocols.constraints import derive
 
 HALF = math.pi / 2.0
 CATALOG = Catalog.load()
-V2 = thresholds.profile("default", "touchstone-v2")
+V2 = rule_set("touchstone")
 
 
-def assess(layout: Layout, navigation: bool = False) -> Assessment2:
-    assessment = evaluate_layout(layout, layout.protocol, navigation=navigation, metrics="touchstone-v2")
-    assert isinstance(assessment, Assessment2)
+def assess(layout: Layout, navigation: bool = False) -> Assessment:
+    assessment = evaluate_layout(layout, layout.protocol, navigation=navigation, rules="touchstone")
+    assert isinstance(assessment, Assessment)
     return assessment
 
 
@@ -324,7 +323,7 @@ def test_a_person_can_walk_to_every_extinguisher(asset: str, gap: float) -> None
 @pytest.mark.parametrize("asset", ["FireExtinguisher", "ClassDExtinguisher"])
 def test_repair_brings_an_extinguisher_out_of_a_pocket(asset: str) -> None:
     on = {"on": "floor"} if asset == "ClassDExtinguisher" else {"on": "wall", "z": 0.6}
-    result = repair_layout(pocket(0.3, put("extinguisher", asset, 0.14, 4.5, yaw=-HALF, **on)), profile=V2)
+    result = repair_layout(pocket(0.3, put("extinguisher", asset, 0.14, 4.5, yaw=-HALF, **on)), rules=V2)
     assert (result.after.v, result.problems) == (0, ())
     assert faults(result.layout.to_json()) == []
 
@@ -430,10 +429,10 @@ def test_furniture_is_square_within_two_degrees(degrees: float) -> None:
 
 
 def test_the_check_of_a_score_fails_on_a_safety_rule() -> None:
-    assert score(orderly_laboratory(), BY_HAND, contacts=False, metrics="touchstone-v2").passed
+    assert score(orderly_laboratory(), BY_HAND, contacts=False, rules="touchstone").passed
     spoilt = orderly_laboratory(put("laptop", "Laptop", 3.6, 7.6, 0.9, on="hood", slot=0))
-    assert not score(spoilt, BY_HAND, contacts=False, metrics="touchstone-v2").passed
-    assert score(spoilt, BY_HAND, contacts=False, metrics="touchstone-v1").passed
+    assert not score(spoilt, BY_HAND, contacts=False, rules="touchstone").passed
+    assert score(spoilt, BY_HAND, contacts=False, rules="paper").passed
 
 
 def test_every_water_reactive_of_the_catalog_is_known_by_its_statements() -> None:
