@@ -11,9 +11,11 @@ import numpy as np
 
 from labgym.envs.labnav.episodes import LabNavEpisode, straight
 from labgym.envs.labnav.necks import widest_disc
-from labgym.envs.labnav.tasks import LabNavTask
+from labgym.envs.labnav.task import LabNavTask
+from labgym.envs.labnav.tasks import task_of
 from labgym.envs.parts.endings import TouchedEnding
 from labgym.envs.point_nav import LabPointNavEnv
+from labgym.envs.state import State
 from labgym.envs.tasks import Task
 from labgym.eval.driving.drive import Route
 from labgym.eval.labnav.foresight import track_of
@@ -105,6 +107,12 @@ def fields_of(
         "delay": delay_of(recorder.latency),
         "outcomes": plain(outcomes),
     }
+
+
+def scored(row: LabNavRow, state: State) -> LabNavRow:
+    """Return the row of an episode with its score; `state` is that at the end."""
+    outcomes = {name: presence.outcome for name, presence in state.presences.items()}
+    return row.model_copy(update={"score": task_of(row.task).score(row, outcomes, state.conditions)})
 
 
 def _neck(task: Task) -> float | None:

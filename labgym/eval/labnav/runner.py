@@ -22,8 +22,9 @@ from labgym.eval.driving.runner import (
     policy_source,
 )
 from labgym.eval.driving.shard import policy_process
-from labgym.eval.labnav.drive import LabNavDrive, drive_floor
+from labgym.eval.labnav.drive import drive_floor
 from labgym.eval.labnav.foresight import check_foresight, executor_for, in_place, track_of
+from labgym.eval.labnav.results import LabNavDrive
 from labgym.eval.labnav.row import LabNavRoute, LabNavRow, LabNavTime
 from labgym.eval.labnav.suites import LabNavSuite, load_labnav
 from labgym.eval.labnav.summary import LabNavSummary, summarise

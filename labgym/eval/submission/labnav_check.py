@@ -16,9 +16,10 @@ from labgym.eval.driving.drive import Route
 from labgym.eval.driving.evaluation import in_one_line
 from labgym.eval.driving.files import EPISODES, ROUTES, SUMMARY, TIMES, read_lines
 from labgym.eval.driving.runner import catalog_digest
-from labgym.eval.labnav.drive import LabNavDrive, drive_floor
+from labgym.eval.labnav.drive import drive_floor
 from labgym.eval.labnav.evaluation import KIND, summary_differences
 from labgym.eval.labnav.foresight import in_place, track_of
+from labgym.eval.labnav.results import LabNavDrive
 from labgym.eval.labnav.row import LabNavRoute, LabNavRow, LabNavTime
 from labgym.eval.labnav.suites import LabNavSuite, load_labnav
 from labgym.eval.labnav.summary import LabNavSummary
