@@ -15,8 +15,8 @@ from labgym.envs.labnav.drawing import draw_suite
 from labgym.envs.labnav.episodes import suite_file
 from labgym.envs.tasks import resolve_layouts
 from labgym.errors import LabgymError, OptionError, UnknownNameError
+from labgym.eval.driving import runner
 from labgym.eval.driving.runner import evaluate
-from labgym.eval.labnav import runner
 from labgym.eval.labnav.cost import cost
 from labgym.eval.labnav.row import LabNavRow
 from labgym.eval.labnav.runner import evaluate_labnav
