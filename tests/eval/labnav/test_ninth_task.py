@@ -13,7 +13,7 @@ from labgym.envs.labnav.terms import spl
 from labgym.errors import LabgymError, UnknownNameError
 from labgym.eval.labnav.runner import evaluate_labnav
 from labgym.eval.labnav.suites import LabNavSuite
-from labgym.eval.submission.labnav_check import check_labnav
+from labgym.eval.submission.check import check_submission
 
 
 def half_of_spl(result, outcomes, conditions):
@@ -40,7 +40,7 @@ def test_a_ninth_task_is_drawn_driven_scored_and_checked(ninth, tmp_path):
     (summary,) = report.summary.tasks
     assert summary.score.value == pytest.approx(sum(row.score for row in report.rows) / 3.0)
     assert report.summary.labnav is None
-    verdict = check_labnav(tmp_path / "ninth", suite=suite, progress=False)
+    verdict = check_submission(tmp_path / "ninth", suite=suite, progress=False)
     assert verdict.problems == ()
 
 
