@@ -13,7 +13,7 @@ from gymnasium import spaces
 from labgym.datasets.options import POINT, DriveOptions
 from labgym.datasets.recording import RecordedEnv, Steps
 from labgym.envs.config import PointNavConfig
-from labgym.envs.labnav.task import LabNavTask
+from labgym.envs.labnav.task import LabNavTask, LegResult, Result
 from labgym.envs.labnav.terms import spl
 from labgym.envs.parts.announced import announced_goal
 from labgym.envs.parts.odometry import OdometrySensor
@@ -82,30 +82,6 @@ class Episode:
     facts: EpisodeFacts
     steps: Steps
     dropped: tuple[EpisodeFacts, ...] = ()
-
-
-@dataclass(frozen=True)
-class FinishedLeg:
-    """The results of a drive of a chain on which its score depends (`labgym.envs.labnav.task.LegResult`)."""
-
-    success: bool
-    docked: bool
-    shortest: float
-    path_length: float
-
-
-@dataclass(frozen=True)
-class Finished:
-    """The results of an episode on which its score depends (`labgym.envs.labnav.task.Result`)."""
-
-    success: bool
-    shortest: float
-    path_length: float
-    time: float
-    final_distance: float
-    final_heading: float
-    legs: tuple[FinishedLeg, ...] = ()
-    goals: int = 1
 
 
 class RecordedLeg(LegDrive):
@@ -240,7 +216,7 @@ class Drives:
         env, state = self.env, self.env.state
         observation: Mapping[str, Any] = first
         count = 1 + len(state.task.following)
-        legs: list[FinishedLeg] = []
+        legs: list[LegResult] = []
         endings: list[str] = []
         while not env.over:
             shortest = shortest_from(state, 0.0)
@@ -249,7 +225,7 @@ class Drives:
             _check(leg)
             finish, driven = leg.finish(state), state.path_length - leg.driven
             reached = finish.parked and finish.inside and not finish.spilt
-            legs.append(FinishedLeg(reached, reached and finish.docked, shortest, driven))
+            legs.append(LegResult(reached, reached and finish.docked, shortest, driven))
             endings.append(ending_of(finish))
             if leg.parked and not env.over:
                 observation = env.stop()
@@ -261,10 +237,10 @@ class Drives:
         score = self._score(success, length, tuple(legs))
         return {"success": success, "score": score, "ending": ending, "shortest": length}
 
-    def _score(self, success: bool, shortest: float, legs: tuple[FinishedLeg, ...] = ()) -> float:
+    def _score(self, success: bool, shortest: float, legs: tuple[LegResult, ...] = ()) -> float:
         """Return the score of the episode that is over."""
         state = self.env.state
-        finished = Finished(
+        result = Result(
             success=success,
             shortest=shortest,
             path_length=state.path_length,
@@ -275,7 +251,7 @@ class Drives:
             goals=1 + len(state.task.following),
         )
         outcomes = {name: presence.outcome for name, presence in state.presences.items()}
-        return self._task.score(finished, outcomes, state.conditions)
+        return self._task.score(result, outcomes, state.conditions)
 
 
 def environment_config(options: DriveOptions) -> PointNavConfig:

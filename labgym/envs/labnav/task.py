@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any
 
 from labgym.envs.labnav.properties import DEFAULT_WEIGHTS, ScoreWeights, TaskProperties
 from labgym.envs.parts.announced import AnnouncedGoalSensor, OdometryVelocitySensor
@@ -36,72 +36,40 @@ WHEELS = (0.02, 1.0)
 """Errors of the wheels in all tasks but `odometry`: `scale` and `veer` of `SlippingActions`."""
 
 
-class LegResult(Protocol):
-    """The results of a drive of a chain on which its score depends."""
+@dataclass(frozen=True)
+class LegResult:
+    """The results of a drive of a chain on which the score depends.
 
-    @property
-    def success(self) -> bool:
-        """Whether the robot rested in the goal's disc."""
-        ...
+    Attributes:
+        success: whether the robot rested in the goal's disc. docked: whether within 0.10 m and 0.10 rad of the pose.
+        shortest: L* from where the drive began, meters. path_length: P, meters.
+    """
 
-    @property
-    def docked(self) -> bool:
-        """Whether it rested within 0.10 m and 0.10 rad of the goal pose."""
-        ...
-
-    @property
-    def shortest(self) -> float:
-        """L* from where the drive began, meters."""
-        ...
-
-    @property
-    def path_length(self) -> float:
-        """P, meters."""
-        ...
+    success: bool
+    docked: bool
+    shortest: float
+    path_length: float
 
 
-class Result(Protocol):
-    """The results of an episode on which its score depends."""
+@dataclass(frozen=True)
+class Result:
+    """The results of an episode on which its score depends.
 
-    @property
-    def success(self) -> bool:
-        """S: whether the robot rested in the goal's disc without a contact that ends the drive."""
-        ...
+    Attributes:
+        success: S, whether the robot rested in the goal's disc without a contact that ends the drive.
+        shortest, path_length: L* and P, meters. time: T, seconds.
+        final_distance, final_heading: from the goal pose at the end, meters and radians.
+        legs: of a chain, the drives that were begun. goals: number of drives.
+    """
 
-    @property
-    def shortest(self) -> float:
-        """L*, meters."""
-        ...
-
-    @property
-    def path_length(self) -> float:
-        """P, meters."""
-        ...
-
-    @property
-    def time(self) -> float:
-        """T, seconds."""
-        ...
-
-    @property
-    def final_distance(self) -> float:
-        """Distance from the goal at the end, meters."""
-        ...
-
-    @property
-    def final_heading(self) -> float:
-        """Deviation from the goal's heading at the end, radians."""
-        ...
-
-    @property
-    def legs(self) -> Sequence[LegResult]:
-        """The drives of a chain that were begun; empty for one drive."""
-        ...
-
-    @property
-    def goals(self) -> int:
-        """Number of drives of the episode."""
-        ...
+    success: bool
+    shortest: float
+    path_length: float
+    time: float
+    final_distance: float
+    final_heading: float
+    legs: tuple[LegResult, ...] = ()
+    goals: int = 1
 
 
 Score = Callable[[Result, Mapping[str, Any], Mapping[str, Any]], float]

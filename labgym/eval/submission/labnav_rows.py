@@ -26,6 +26,7 @@ from labgym.envs.tasks import Task
 from labgym.envs.world import world_of
 from labgym.errors import LabgymError
 from labgym.eval.driving.drive import Route
+from labgym.eval.labnav.results import score_of
 from labgym.eval.labnav.row import LabNavRow
 from labgym.eval.labnav.rules import delay_of
 from labgym.eval.labnav.shift import shortest_at
@@ -90,21 +91,12 @@ def labnav_row_problems(
     yield from _ending_problems(row, terms.seconds, task_of(part.task).radius)
     try:
         yield from _outcome_problems(row, part, episode)
-        expected_score = recomputed_score(row, episode)
+        expected_score = score_of(row, row.outcomes, episode.conditions)
     except (KeyError, TypeError, ValueError, AttributeError, LabgymError) as error:
         yield f"outcomes do not have what the score of {row.task} needs ({type(error).__name__}: {str(error)[:80]})"
         return
     if abs(row.score - expected_score) > EXACT:
         yield f"score is {row.score:.9g}, recomputed {expected_score:.9g}"
-
-
-def recomputed_score(row: LabNavRow, episode: LabNavEpisode) -> float:
-    """Return the score that follows from the other fields of a row.
-
-    Raises:
-        KeyError, TypeError, ValueError, AttributeError: the outcomes of the conditions are not those of the task.
-    """
-    return task_of(row.task).score(row, row.outcomes, episode.conditions)
 
 
 def labnav_route_problems(

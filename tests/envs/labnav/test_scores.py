@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from types import SimpleNamespace
 
 import gymnasium as gym
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from labgym.envs.labnav.task import LegResult, Result
 from labgym.envs.labnav.tasks import FIGURE_TASKS, TASKS, task_of
 from labgym.envs.labnav.tasks.carry import carry
 from labgym.envs.labnav.tasks.dock import dock
@@ -24,12 +24,8 @@ TIME = st.floats(0.1, 1000.0)
 WAY = st.floats(0.0, 1000.0)
 
 
-def leg(success, docked, shortest, path_length):
-    return SimpleNamespace(success=success, docked=docked, shortest=shortest, path_length=path_length)
-
-
 def shift(legs, goals):
-    return task_of("shift").score(SimpleNamespace(legs=legs, goals=goals), {}, {})
+    return task_of("shift").score(Result(False, 0.0, 0.0, 0.0, 0.0, 0.0, tuple(legs), goals), {}, {})
 
 
 @settings(max_examples=60, deadline=None)
@@ -42,7 +38,7 @@ def test_every_score_is_a_share_and_0_without_success(length, time, driven, near
         people(success, length, time, near),
         dock(success, near / 1000.0, rise),
         carry(success, length, time, rise, 0.01),
-        shift([leg(success, rise < 0.05, length, driven)], 3),
+        shift([LegResult(success, rise < 0.05, length, driven)], 3),
     ]
     assert all(0.0 <= one <= 1.0 for one in every)
     assert success or every == [0.0] * 6
@@ -85,16 +81,16 @@ def test_the_liquid_may_rise_to_the_freeboard_and_counts_nothing_at_twice_of_it(
 
 
 def test_a_shift_is_the_mean_over_all_legs_also_those_never_begun():
-    whole, half = leg(True, True, 5.0, 5.0), leg(True, False, 5.0, 10.0)
+    whole, half = LegResult(True, True, 5.0, 5.0), LegResult(True, False, 5.0, 10.0)
     assert shift([whole, half], 5) == pytest.approx((1.0 + 0.25) / 5)
     assert shift([whole] * 5, 5) == 1.0
-    assert shift([leg(True, True, 0.0, driven) for driven in (0.0, 0.3)], 2) == 0.0
+    assert shift([LegResult(True, True, 0.0, driven) for driven in (0.0, 0.3)], 2) == 0.0
 
 
 def test_every_task_of_the_figure_scores_its_results():
-    result = SimpleNamespace(
+    result = Result(
         success=True, shortest=10.0, path_length=20.0, time=20.0, final_distance=0.05, final_heading=0.0,
-        legs=[leg(True, True, 5.0, 10.0)], goals=2,
+        legs=(LegResult(True, True, 5.0, 10.0),), goals=2,
     )  # fmt: skip
     outcomes = {"changes": {"pushed": {}}, "people": {"close_seconds": 5.0}, "payload": {"highest": 0.015}}
     beaker = {"radius": 0.04, "depth": 0.1, "freeboard": 0.01, "damping": 0.005}
