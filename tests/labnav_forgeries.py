@@ -10,7 +10,7 @@ import numpy as np
 from labgym.envs.labnav.episodes import LabNavEpisode, LabNavEpisodes, straight
 from labgym.envs.labnav.tasks import config_of
 from labgym.envs.tasks import Task
-from labgym.eval.labnav.drive import score_from
+from labgym.eval.labnav.results import score_of
 from labgym.eval.labnav.row import LabNavRow
 
 DT = 0.1
@@ -112,4 +112,4 @@ def forged_row(part: LabNavEpisodes, episode: LabNavEpisode, task: Task, route: 
         contacts=0,
         outcomes=quiet_outcomes(part, episode, task, route),
     ).model_copy(update=fields)
-    return row.model_copy(update={"score": score_from(row, row.outcomes, episode.conditions)} | fields)
+    return row.model_copy(update={"score": score_of(row, row.outcomes, episode.conditions)} | fields)

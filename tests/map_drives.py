@@ -11,6 +11,7 @@ import numpy as np
 
 from labgym.envs import LabPointNavEnv
 from labgym.envs.conditions.beaker import Beaker
+from labgym.envs.labnav.tasks import task_of
 from labgym.envs.robot import ROBOT
 from labgym.envs.sensors import LIDAR_RAYS
 from labgym.geometry import compose, rotate, wrap_angle
@@ -120,7 +121,7 @@ def drive(
             rng=np.random.default_rng(seed),
             robot=ROBOT,
             truth=GroundTruth(old or true, pair, start) if policy.privileged else None,
-            task=task,
+            task=task_of(task).properties,
             heading=wrap_angle(mapped[2] - start[2]) if docking else None,
             beaker=beaker,
         )

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from labgym.cards.labnav import headed
 from labgym.cards.results import CardResults
 from labgym.documents import json_bytes, write_bytes, write_text
-from labgym.envs.labnav.names import ALL
+from labgym.envs.labnav.tasks import FIGURE_TASKS
 from labgym.errors import OptionError
 from labgym.eval.drawing.pictures import save_picture
 from labgym.eval.labnav.figure import geometric
@@ -155,13 +155,13 @@ def _input_table() -> str:
 
 def _choices(options: ImitationOptions | ReinforcementOptions) -> str:
     """Return the arguments of a training for its tasks and seed."""
-    tasks = "" if options.tasks == tuple(ALL) else f" --tasks {','.join(options.tasks)}"
+    tasks = "" if options.tasks == tuple(FIGURE_TASKS) else f" --tasks {','.join(options.tasks)}"
     return f"{tasks} --seed {options.seed}"
 
 
 def _seeds(runs: Sequence[Path], histories: list[list[dict[str, Any]]]) -> str:
     """Return the table of the scores of all seeds in their last evaluation."""
-    tasks = [task for task in ALL if task in histories[0][-1]["scores"]]
+    tasks = [task for task in FIGURE_TASKS if task in histories[0][-1]["scores"]]
     rows = []
     for run, history in zip(runs, histories, strict=True):
         seed = json.loads((run / OPTIONS).read_text(encoding="utf-8"))["seed"]

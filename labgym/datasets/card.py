@@ -6,9 +6,8 @@ import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
-from labgym.datasets.options import TRAINING_SPLITS, DriveOptions
+from labgym.datasets.options import POINT, TRAINING_SPLITS, DriveOptions
 from labgym.datasets.shard import Attempt, mean
-from labgym.envs.labnav.names import POINT
 from labgym.policies.registry import BUILT_IN
 
 SEES = {

@@ -10,20 +10,18 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-from labgym.datasets.options import DriveOptions
+from labgym.datasets.options import POINT, DriveOptions
 from labgym.datasets.recording import RecordedEnv, Steps
 from labgym.envs.config import PointNavConfig
-from labgym.envs.labnav.names import POINT
-from labgym.envs.labnav.tasks import LabNavTask, sensors_of
+from labgym.envs.labnav.task import LabNavTask, LegResult, Result
+from labgym.envs.labnav.terms import spl
 from labgym.envs.parts.announced import announced_goal
 from labgym.envs.parts.odometry import OdometrySensor
 from labgym.envs.parts.protocols import Sensor
 from labgym.envs.point_nav import Observation
+from labgym.envs.presets import configured
 from labgym.envs.state import Pose, State
 from labgym.errors import LabgymError
-from labgym.eval.driving.navigation_metrics import spl
-from labgym.eval.labnav import scores
-from labgym.eval.labnav.drive import Finished, score_of
 from labgym.eval.labnav.leg import LabNavDriver, LegDrive, Recorder
 from labgym.eval.labnav.results import plain
 from labgym.eval.labnav.rules import ending_of
@@ -35,7 +33,12 @@ DRAWS = 200
 """Number of environment seeds that are tried for a drive of the task: not every floor has one."""
 FAILURES = 20
 """Number of drives that may fail in a row where only successful ones are kept."""
-POINT_TASK = LabNavTask(POINT, "drive to a point and rest there", {})
+POINT_TASK = LabNavTask(
+    POINT,
+    "drive to a point and rest there",
+    {},
+    lambda result, outcomes, conditions: spl(result.success, result.shortest, result.path_length),  # noqa: ARG005
+)
 """The task "point" for the expert: it rests at the goal, and may say when."""
 
 
@@ -108,10 +111,10 @@ class Drives:
         config = environment_config(options)
         expert: tuple[Sensor, ...]
         if options.labnav is None:
-            usual = PointNavConfig.of(config, {"observation": driver.observation}).observed
+            usual = configured(config, {"observation": driver.observation}).observed
             expert = (OdometrySensor(), *usual)
         else:
-            expert = sensors_of(self._task.level(options.level), driver.observation)
+            expert = self._task.level(options.level).sensors(driver.observation)
         self.env = RecordedEnv(config, expert, options.max_steps)
 
     @property
@@ -189,10 +192,10 @@ class Drives:
         _check(leg)
         if not env.over:  # The robot rests elsewhere, and the expert has given up.
             env.give_up()
-        success = state.success
-        score = spl(success, state.shortest_path_length, state.path_length)
+        success, length = state.success, state.shortest_path_length
+        score = self._score(success, length)
         ending = "success" if success else "wrong place" if leg.parked else "time"
-        return {"success": success, "score": score, "ending": ending, "shortest": state.shortest_path_length}
+        return {"success": success, "score": score, "ending": ending, "shortest": length}
 
     def _single(self, observation: Observation) -> dict[str, Any]:
         """Drive to one goal and send STOP; the results are those before STOP."""
@@ -202,26 +205,18 @@ class Drives:
         _check(leg)
         finish = leg.finish(state)
         success = finish.parked and finish.inside
-        finished = Finished(
-            task=self._task.name,
-            success=success,
-            shortest=state.shortest_path_length,
-            time=state.time,
-            path_length=state.path_length,
-            final_distance=state.distance,
-            final_heading=wrap_angle(state.pose[2] - state.pair.goal[2]),
-        )
-        results = {"success": success, "score": score_of(finished, state), "ending": ending_of(finish)}
+        length = state.shortest_path_length
+        results = {"success": success, "score": self._score(success, length), "ending": ending_of(finish)}
         if finish.parked and not env.over:
             env.stop()
-        return {**results, "shortest": finished.shortest}
+        return {**results, "shortest": length}
 
     def _chain(self, first: Observation) -> dict[str, Any]:
         """Drive to all goals, each with STOP; after a drive that fails, the environment goes on by itself."""
         env, state = self.env, self.env.state
         observation: Mapping[str, Any] = first
         count = 1 + len(state.task.following)
-        legs: list[scores.Leg] = []
+        legs: list[LegResult] = []
         endings: list[str] = []
         while not env.over:
             shortest = shortest_from(state, 0.0)
@@ -230,7 +225,7 @@ class Drives:
             _check(leg)
             finish, driven = leg.finish(state), state.path_length - leg.driven
             reached = finish.parked and finish.inside and not finish.spilt
-            legs.append(scores.Leg(reached, reached and finish.docked, shortest, driven))
+            legs.append(LegResult(reached, reached and finish.docked, shortest, driven))
             endings.append(ending_of(finish))
             if leg.parked and not env.over:
                 observation = env.stop()
@@ -239,13 +234,30 @@ class Drives:
         failed = [each for each in endings if each != "success"]
         ending = "contact" if endings[-1] == "contact" else "success" if success else (*failed, "time")[0]
         length = math.fsum(leg.shortest for leg in legs)
-        return {"success": success, "score": scores.shift(legs, count), "ending": ending, "shortest": length}
+        score = self._score(success, length, tuple(legs))
+        return {"success": success, "score": score, "ending": ending, "shortest": length}
+
+    def _score(self, success: bool, shortest: float, legs: tuple[LegResult, ...] = ()) -> float:
+        """Return the score of the episode that is over."""
+        state = self.env.state
+        result = Result(
+            success=success,
+            shortest=shortest,
+            path_length=state.path_length,
+            time=state.time,
+            final_distance=state.distance,
+            final_heading=wrap_angle(state.pose[2] - state.pair.goal[2]),
+            legs=legs,
+            goals=1 + len(state.task.following),
+        )
+        outcomes = {name: presence.outcome for name, presence in state.presences.items()}
+        return self._task.score(result, outcomes, state.conditions)
 
 
 def environment_config(options: DriveOptions) -> PointNavConfig:
     """Return the configuration of the environment that `gym.make(options.spec)` makes."""
     kwargs = dict(options.spec.kwargs)
-    return PointNavConfig.of(kwargs.pop("config"), kwargs)
+    return configured(kwargs.pop("config"), kwargs)
 
 
 def _check(leg: LegDrive) -> None:

@@ -10,8 +10,8 @@ from gymnasium.envs.registration import EnvSpec
 from pydantic import Field
 
 from labgym.documents import Record
-from labgym.envs.labnav.names import POINT
-from labgym.envs.labnav.tasks import TASKS, LabNavTask, task_of
+from labgym.envs.labnav.task import LabNavTask
+from labgym.envs.labnav.tasks import TASKS, task_of
 from labgym.envs.presets import labnav_config_name, labnav_id
 from labgym.errors import OptionError, UnknownNameError
 from labgym.policies.registry import BUILT_IN
@@ -20,6 +20,8 @@ Format = Literal["parquet", "minari", "lerobot"]
 Sensors = Literal["lidar", "depth", "rgbd"]
 FORMATS: tuple[Format, ...] = get_args(Format)
 
+POINT = "point"
+"""The task of drives that rest at a point; it is none of LabNav's."""
 POINT_IDS = {"lidar": "LabPointNav-v1", "depth": "LabPointNavDepth-v1", "rgbd": "LabPointNavRGBD-v1"}
 TRAINING_SPLITS = ("floors-train", "train")
 VALIDATION_SPLITS = ("floors-val", "val")

@@ -15,6 +15,7 @@ from labgym.envs.episode import Episode
 from labgym.envs.parts.actions import VelocityActions
 from labgym.envs.parts.protocols import Sensor
 from labgym.envs.point_nav import LabPointNavEnv, Observation
+from labgym.envs.presets import configured
 
 GO, STOP = -1.0, 1.0
 """The third component of an action."""
@@ -64,7 +65,7 @@ class RecordedEnv(LabPointNavEnv):
     def __init__(self, config: PointNavConfig, sensors: Sequence[Sensor], limit: int) -> None:
         self._recorded = tuple(sensor.name for sensor in config.observed)
         added = tuple(each for each in sensors if each.name not in self._recorded)
-        super().__init__(config=PointNavConfig.of(config, {"sensors": (*config.observed, *added)}))
+        super().__init__(config=configured(config, {"sensors": (*config.observed, *added)}))
         self._limit = limit
         self._has_stop = isinstance(self._actions, VelocityActions) and self._actions.stop
         self.steps, self.ended = Steps(), ""

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from labgym.counts import whole_number
 from labgym.envs.assembly import STATIC, Moving, is_standard
 from labgym.envs.checks import positive, record_of
-from labgym.envs.effects import check_effects
-from labgym.envs.mapping_files import read_mapping
 from labgym.envs.parts import catalog  # noqa: F401 - registers all parts
 from labgym.envs.parts.endings import TouchEnding
 from labgym.envs.parts.measures import STANDARD, NamedMeasure
@@ -37,16 +35,14 @@ from labgym.envs.parts.robots import check_size
 from labgym.envs.parts.vectors import GoalSensor, VelocitySensor
 from labgym.envs.physics import check_physics
 from labgym.envs.pool import LayoutPool, PoolAddress
-from labgym.envs.protocol_tasks import ProtocolTasks
 from labgym.envs.residents import RESIDENT_MB, check_budget
 from labgym.envs.rewards import RewardWeights
 from labgym.envs.robot import ROBOT
 from labgym.envs.simulation import CHECK_STEPS
 from labgym.envs.stage import Senses
 from labgym.envs.state import Pose, State, Verdict
-from labgym.envs.tasks import TaskSource
 from labgym.envs.training import LayoutSource
-from labgym.errors import OptionError, UnknownArgumentError, UnknownNameError
+from labgym.errors import OptionError, UnknownNameError
 from labgym.layouts import Layout
 from labgym.navigation import METHODS, Method
 from labgym.protocols import Protocol
@@ -176,42 +172,6 @@ class PointNavConfig:
         if self.tasks is not None and not isinstance(self.tasks, Tasks):
             raise OptionError(f"tasks is a {type(self.tasks).__name__}, expected an object with draw and close")
 
-    @classmethod
-    def of(
-        cls, config: PointNavConfig | Mapping[str, Any] | str | Path | None, options: Mapping[str, Any]
-    ) -> PointNavConfig:
-        """Return a configuration with some fields replaced.
-
-        Args:
-            config: a configuration, a mapping of its fields, the path of a .json or .yaml file of one, or the id of a
-                registered environment; None for the defaults.
-            options: values of fields.
-
-        Raises:
-            UnknownArgumentError: no field has that name.
-            OptionError: a value is out of range or of the wrong type, or an argument has no effect.
-            DocumentError: the file is not a mapping, or names code ("module:Class"), which only a mapping may.
-            MissingDependencyError: PyYAML is not installed.
-        """
-        if isinstance(config, str | Path):
-            config = _named_config(config)
-            if isinstance(config, PointNavConfig) and config.drives.startswith(LABNAV):
-                config = _labnav_config(config, options)
-        if config is not None and not isinstance(config, PointNavConfig | Mapping):
-            raise OptionError(f"config is a {type(config).__name__}, expected a PointNavConfig, a mapping or a path")
-        names = [each.name for each in fields(cls)]
-        for name in (*(config if isinstance(config, Mapping) else ()), *options):
-            if name not in names:
-                raise UnknownArgumentError("the environment", name, names)
-        _check_observation(config, options)
-        if isinstance(config, PointNavConfig):
-            config, passed = replace(config, **options) if options else config, set(options)
-        else:
-            passed = {*(config or {}), *options}
-            config = cls(**{**(config or {}), **options})
-        check_effects(config, passed)
-        return config
-
     @property
     def observed(self) -> tuple[Sensor, ...]:
         """The sensors: those passed, or the usual ones of `observation`."""
@@ -263,31 +223,6 @@ class PointNavConfig:
         geometries = {sensor.sees for sensor in self.observed} - {None}
         return Senses("visual" if "visual" in geometries else "solid", self.distance_to_go)
 
-    def task_source(self) -> Tasks:
-        """Return the source of the tasks.
-
-        Raises:
-            UnknownNameError, OptionError, DocumentError: as `TaskSource`.
-        """
-        if self.tasks is not None:
-            return self.tasks
-        source = TaskSource(
-            self.split,
-            self.layout,
-            self.protocol,
-            self.profile,
-            self.episodes_per_layout,
-            self.training,
-            self.pool,
-            self.senses,
-            self.resident_mb,
-        )
-        if self.drives.startswith(LABNAV):
-            from labgym.envs.labnav.source import LabNavTasks
-
-            return LabNavTasks(source, self.drives)
-        return source if self.drives == "pair" else ProtocolTasks(source)
-
     def _set(self, name: str, value: object) -> None:
         object.__setattr__(self, name, value)
 
@@ -295,38 +230,6 @@ class PointNavConfig:
 def _drives(value: object) -> tuple[str, ...]:
     """Return the names of drives, with that of a LabNav task if the value is one; its source checks it."""
     return (*DRIVES, value) if isinstance(value, str) and value.startswith(LABNAV) else DRIVES
-
-
-def _named_config(name: str | Path) -> PointNavConfig | Mapping[str, Any]:
-    from labgym.envs.presets import preset
-
-    return read_mapping(name) if Path(name).suffix in (".json", ".yaml", ".yml") else preset(str(name))
-
-
-def _labnav_config(config: PointNavConfig, options: Mapping[str, Any]) -> PointNavConfig:
-    """Return the configuration of a LabNav task with the sensors of the observation in the options, if there is one."""
-    observation = options.get("observation", config.observation)
-    if "sensors" in options or observation == config.observation:
-        return config
-    from labgym.envs.presets import preset
-
-    return preset(f"{config.drives}-{observation}")
-
-
-def _check_observation(config: PointNavConfig | Mapping[str, Any] | None, options: Mapping[str, Any]) -> None:
-    """Refuse an observation that the sensors of the configuration would override.
-
-    Raises:
-        OptionError: the options have another observation than the configuration, and the configuration has sensors.
-    """
-    if "observation" not in options or options.get("sensors") is not None or config is None:
-        return
-    own = config if isinstance(config, Mapping) else vars(config)
-    if own.get("sensors") is not None and options["observation"] != own.get("observation", OBSERVATIONS[0]):
-        raise OptionError(
-            f"observation={options['observation']!r} has no effect, because this configuration lists its sensors: "
-            "pass sensors instead, such as sensors=['goal', 'velocity', 'depth']"
-        )
 
 
 def _named(measures: Any) -> Any:

@@ -15,8 +15,10 @@ from numpy.typing import NDArray
 
 from labgym.envs.assembly import assembly_of
 from labgym.envs.config import RENDER_MODES, PointNavConfig
+from labgym.envs.drive_source import task_source
 from labgym.envs.episode import Episode, stream
 from labgym.envs.parts.protocols import Actions, Condition, Sensor, Tasks
+from labgym.envs.presets import configured
 from labgym.envs.sensors import Camera
 from labgym.envs.setting import Setting
 from labgym.envs.state import State
@@ -247,8 +249,8 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
         """
         if split is not None:
             options["split"] = split
-        self._config = config = PointNavConfig.of(config, options)
-        self._tasks = config.task_source()
+        self._config = config = configured(config, options)
+        self._tasks = task_source(config)
         self._sensors, self._terms, self._endings, self._actions, self._robot, measures = copy.deepcopy(
             (config.observed, config.reward_terms, config.endings, config.actions, config.robot, config.measures)
         )

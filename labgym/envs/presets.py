@@ -1,12 +1,17 @@
-"""The configurations of the registered environments."""
+"""The configurations of the registered environments, and a user's configuration by name, file or mapping."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import fields, replace
 from functools import cache
+from pathlib import Path
+from typing import Any
 
-from labgym.envs.config import LABNAV, PointNavConfig
+from labgym.envs.config import LABNAV, OBSERVATIONS, PointNavConfig
+from labgym.envs.effects import check_effects
 from labgym.envs.labnav.tasks import HEADLINE, TASKS, config_of
+from labgym.envs.mapping_files import read_mapping
 from labgym.envs.parts.discrete import DiscreteActions
 from labgym.envs.parts.endings import REST_DISTANCE, RestEnding, StopEnding
 from labgym.envs.parts.goals import GoalEnding, GoalTerm
@@ -15,7 +20,7 @@ from labgym.envs.parts.measures import EXTENDED
 from labgym.envs.parts.rays import LidarSensor
 from labgym.envs.parts.vectors import PlaceSensor, PoseSensor, VelocitySensor
 from labgym.envs.tasks import FLOORS_TRAIN
-from labgym.errors import UnknownNameError
+from labgym.errors import OptionError, UnknownArgumentError, UnknownNameError
 
 FLOORS = "floors-test"
 """The split of version 1."""
@@ -80,3 +85,67 @@ def preset(name: str) -> PointNavConfig:
         kind = 'configuration (an id, "labnav-TASK-LEVEL-OBSERVATION", or a .json or .yaml file)'
         raise UnknownNameError(kind, name, presets())
     return _labnav(task, int(level), observation or "lidar")
+
+
+def configured(
+    config: PointNavConfig | Mapping[str, Any] | str | Path | None, options: Mapping[str, Any]
+) -> PointNavConfig:
+    """Return a configuration with some fields replaced.
+
+    Args:
+        config: a configuration, a mapping of its fields, the path of a .json or .yaml file of one, or the id of a
+            registered environment; None for the defaults.
+        options: values of fields.
+
+    Raises:
+        UnknownArgumentError: no field has that name.
+        OptionError: a value is out of range or of the wrong type, or an argument has no effect.
+        DocumentError: the file is not a mapping, or names code ("module:Class"), which only a mapping may.
+        MissingDependencyError: PyYAML is not installed.
+    """
+    if isinstance(config, str | Path):
+        config = _named_config(config)
+        if isinstance(config, PointNavConfig) and config.drives.startswith(LABNAV):
+            config = _labnav_config(config, options)
+    if config is not None and not isinstance(config, PointNavConfig | Mapping):
+        raise OptionError(f"config is a {type(config).__name__}, expected a PointNavConfig, a mapping or a path")
+    names = [each.name for each in fields(PointNavConfig)]
+    for name in (*(config if isinstance(config, Mapping) else ()), *options):
+        if name not in names:
+            raise UnknownArgumentError("the environment", name, names)
+    _check_observation(config, options)
+    if isinstance(config, PointNavConfig):
+        config, passed = replace(config, **options) if options else config, set(options)
+    else:
+        passed = {*(config or {}), *options}
+        config = PointNavConfig(**{**(config or {}), **options})
+    check_effects(config, passed)
+    return config
+
+
+def _named_config(name: str | Path) -> PointNavConfig | Mapping[str, Any]:
+    return read_mapping(name) if Path(name).suffix in (".json", ".yaml", ".yml") else preset(str(name))
+
+
+def _labnav_config(config: PointNavConfig, options: Mapping[str, Any]) -> PointNavConfig:
+    """Return the configuration of a LabNav task with the sensors of the observation in the options, if there is one."""
+    observation = options.get("observation", config.observation)
+    if "sensors" in options or observation == config.observation:
+        return config
+    return preset(f"{config.drives}-{observation}")
+
+
+def _check_observation(config: PointNavConfig | Mapping[str, Any] | None, options: Mapping[str, Any]) -> None:
+    """Refuse an observation that the sensors of the configuration would override.
+
+    Raises:
+        OptionError: the options have another observation than the configuration, and the configuration has sensors.
+    """
+    if "observation" not in options or options.get("sensors") is not None or config is None:
+        return
+    own = config if isinstance(config, Mapping) else vars(config)
+    if own.get("sensors") is not None and options["observation"] != own.get("observation", OBSERVATIONS[0]):
+        raise OptionError(
+            f"observation={options['observation']!r} has no effect, because this configuration lists its sensors: "
+            "pass sensors instead, such as sensors=['goal', 'velocity', 'depth']"
+        )

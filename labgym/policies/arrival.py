@@ -33,20 +33,20 @@ SETTLED = 10
 
 
 class Arrival:
-    """Brings the robot of a LabNav task to rest at its goal, by the policy's own estimate of the pose.
+    """Brings the robot to rest at its goal, by the policy's own estimate of the pose.
 
     Args:
         episode: the goal and its heading.
 
     Attributes:
-        active: whether the episode belongs to a task in which the robot has to stop.
+        active: whether the robot has to come to rest at its goal.
         short: distance from the goal at which the robot stops, meters.
         radius: greatest distance from the goal at the end, meters.
     """
 
     def __init__(self, episode: EpisodeStart) -> None:
         self._goal, self._heading, self._robot = episode.goal, episode.heading, episode.robot
-        self.active = bool(episode.task)
+        self.active = episode.task.rests
         docking = episode.heading is not None
         self.short = NEAR if docking else SHORT
         self.radius = DOCK_DISTANCE if docking else REST_DISTANCE

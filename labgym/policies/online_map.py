@@ -28,8 +28,6 @@ Array = NDArray[np.float64]
 Point = tuple[float, float]
 
 
-NOISY = frozenset({"odometry", "shift"})
-"""Tasks of LabNav in which the depth camera has errors."""
 SETTLED = 0.5
 """Turn rate below which the robot sets off after looking around, rad/s: faster, it would leave its path."""
 
@@ -97,7 +95,7 @@ class OnlineMapPolicy(Policy):
     def reset(self, episode: EpisodeStart) -> None:
         """Begin with an empty map in the start frame."""
         self._robot, self._goal = episode.robot, episode.goal
-        self._map = DepthMap(math.hypot(*episode.goal) + RANGE, episode.robot, noisy=episode.task in NOISY)
+        self._map = DepthMap(math.hypot(*episode.goal) + RANGE, episode.robot, noisy=episode.task.noise)
         self._route = _Route.none()
         self._look = _LookAround(math.atan2(episode.goal[1], episode.goal[0]), episode.robot)
         self._blockage = Blockage(episode.robot)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.envs.labnav.names import POINT, known_task
+from labgym.envs.labnav.properties import TRANSITION, TaskProperties
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.errors import LabgymError
 from labgym.policies.options import PolicyOptions
@@ -54,31 +54,23 @@ class EpisodeStart:
         rng: the only source of randomness that a policy may use; equal for equal episode and seed.
         robot: dimensions and limits of the robot.
         truth: the map; None unless the policy is privileged.
-        task: name of the LabNav task, such as "dock"; "" elsewhere.
+        task: properties of the task, by default those of the paper's transition.
         heading: heading that the robot must have at the goal, radians in the start frame; None if any will do.
         beaker: the liquid that the robot carries; None without one.
         world: the world as it is and will be; None unless the policy foresees it, in the privileged track of LabNav.
         goal_kind: kind of the goal. Instead of `goal`, observations have `goal_image`, uint8 (72, 128, 3), for "image",
             and nothing for "none". Only `labgym serve` has other goals than points.
-
-    Raises:
-        UnknownNameError: no LabNav task has that name.
     """
 
     goal: tuple[float, float]
     rng: np.random.Generator
     robot: RobotSpec = ROBOT
     truth: GroundTruth | None = None
-    task: str = ""
+    task: TaskProperties = TRANSITION
     heading: float | None = None
     beaker: Beaker | None = None
     world: Foreknowledge | None = None
     goal_kind: GoalKind = "point"
-
-    def __post_init__(self) -> None:
-        """Check the name of the task."""
-        if self.task not in ("", POINT):
-            known_task(self.task)
 
 
 class Policy(ABC):

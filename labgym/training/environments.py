@@ -13,7 +13,7 @@ from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv, VecEnv,
 import labgym  # noqa: F401 -- registers the environments
 from labgym.counts import MAX_PROCESSES, PROCESS_MB, SINGLE_MB, check_memory, whole_number
 from labgym.envs.config import PointNavConfig
-from labgym.envs.presets import presets
+from labgym.envs.presets import configured, presets
 from labgym.envs.vector.processes import processors
 from labgym.errors import MissingDependencyError, OptionError, UnknownNameError
 from labgym.training.layouts import SOURCES, FirstLayouts
@@ -130,7 +130,7 @@ def _together(environment: str, count: int, options: Mapping[str, Any], vectoriz
 
 def _config(environment: str, options: Mapping[str, Any]) -> PointNavConfig:
     parts = {name: value for name, value in options.items() if name != "max_episode_steps"}
-    return PointNavConfig.of(environment, parts)
+    return configured(environment, parts)
 
 
 def _is_goal(config: PointNavConfig) -> bool:

@@ -11,7 +11,7 @@ from labgym.eval.driving.drive import Drive
 from labgym.eval.driving.episode_row import Key
 from labgym.eval.driving.files import EPISODES, SUMMARY, drive_files
 from labgym.eval.driving.record import NavigationSummary
-from labgym.eval.labnav.drive import LabNavDrive
+from labgym.eval.labnav.results import LabNavDrive
 from labgym.eval.labnav.runner import drive_files as labnav_files
 from labgym.eval.labnav.suites import LabNavSuite
 from labgym.eval.labnav.summary import summarise

@@ -19,6 +19,7 @@ from labgym.envs import LabPointNavEnv, PointNavConfig
 from labgym.envs.parts.noise import Gaussian
 from labgym.envs.parts.protocols import Sensor
 from labgym.envs.parts.rays import LidarSensor
+from labgym.envs.presets import configured
 from labgym.envs.state import State
 from labgym.errors import DocumentError, LabgymError, OptionError, UnknownNameError
 from labgym.layouts import Layout
@@ -188,23 +189,23 @@ def test_endings_give_their_verdicts(layout: Layout) -> None:
 
 def test_a_labnav_environment_has_the_sensors_of_the_observation_that_is_asked_for() -> None:
     for observation in ("lidar", "depth", "rgbd"):
-        config = PointNavConfig.of("LabNavCarry-v0", {"observation": observation, "split": "floors-val"})
-        assert config.observed == PointNavConfig.of(f"labnav-carry-2-{observation}", {}).observed
+        config = configured("LabNavCarry-v0", {"observation": observation, "split": "floors-val"})
+        assert config.observed == configured(f"labnav-carry-2-{observation}", {}).observed
         assert (config.split, config.drives) == ("floors-val", "labnav-carry-2")
-    harder = PointNavConfig.of("labnav-odometry-3", {"observation": "depth"})
-    assert harder == PointNavConfig.of("labnav-odometry-3-depth", {})
+    harder = configured("labnav-odometry-3", {"observation": "depth"})
+    assert harder == configured("labnav-odometry-3-depth", {})
     with pytest.raises(UnknownNameError, match="depth, lidar, rgbd"):
-        PointNavConfig.of("LabNavCarry-v0", {"observation": "radar"})
+        configured("LabNavCarry-v0", {"observation": "radar"})
 
 
 def test_an_observation_is_refused_where_sensors_of_the_configuration_would_override_it() -> None:
-    for config in ("LabPointNavGoal-v1", PointNavConfig.of("LabNavCarry-v0", {}), {"sensors": ["goal", "lidar"]}):
+    for config in ("LabPointNavGoal-v1", configured("LabNavCarry-v0", {}), {"sensors": ["goal", "lidar"]}):
         with pytest.raises(OptionError, match="observation='depth' has no effect"):
-            PointNavConfig.of(config, {"observation": "depth"})
+            configured(config, {"observation": "depth"})
         with pytest.raises(OptionError, match="observation='depth' has no effect"):
-            PointNavConfig.of(config, {"observation": "depth", "sensors": ["depth"]})
-        assert PointNavConfig.of(config, {"sensors": ["depth"]}).observed[0].name == "depth"
-        assert PointNavConfig.of(config, {"observation": "lidar"}).observed[-1].name != "depth"
+            configured(config, {"observation": "depth", "sensors": ["depth"]})
+        assert configured(config, {"sensors": ["depth"]}).observed[0].name == "depth"
+        assert configured(config, {"observation": "lidar"}).observed[-1].name != "depth"
 
 
 CODE = {

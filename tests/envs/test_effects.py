@@ -6,8 +6,7 @@ import pytest
 from laboratories import island_laboratory
 
 from labgym.envs import LabPointNavEnv
-from labgym.envs.config import PointNavConfig
-from labgym.envs.presets import presets
+from labgym.envs.presets import configured, presets
 from labgym.errors import LabgymError, OptionError, UnknownNameError
 from labgym.layouts.splits import published
 
@@ -44,20 +43,20 @@ class OneTask:
     ],
 )
 def test_an_argument_that_another_one_replaces_is_refused(arguments, name):
-    for make in (lambda: LabPointNavEnv(**arguments), lambda: PointNavConfig.of(arguments, {})):
+    for make in (lambda: LabPointNavEnv(**arguments), lambda: configured(arguments, {})):
         with pytest.raises(OptionError, match=f"^{name}=.* has no effect"):
             make()
 
 
 def test_onward_names_endings_that_exist():
     with pytest.raises(UnknownNameError, match="ending in onward 'tuoch'"):
-        PointNavConfig.of(None, {"drives": "protocol", "onward": ["tuoch"]})
-    assert PointNavConfig.of(None, {"drives": "protocol", "onward": ["touch"]}).onward == ("touch",)
+        configured(None, {"drives": "protocol", "onward": ["tuoch"]})
+    assert configured(None, {"drives": "protocol", "onward": ["touch"]}).onward == ("touch",)
 
 
 def test_a_fixed_layout_replaces_the_split_of_an_id_without_complaint():
     for name in presets():
-        assert PointNavConfig.of(name, {"layout": LAYOUT}).layout is LAYOUT
+        assert configured(name, {"layout": LAYOUT}).layout is LAYOUT
 
 
 ARGUMENTS = {

@@ -8,6 +8,8 @@ from laboratories import island_laboratory
 from map_drives import drive
 
 from labgym.envs import LabPointNavEnv
+from labgym.envs.labnav.properties import TRANSITION, TaskProperties
+from labgym.envs.labnav.tasks import task_of
 from labgym.navigation import goal_pairs
 from labgym.policies import EpisodeStart, make_policy
 from labgym.policies.arrival import Arrival, shortened
@@ -16,6 +18,7 @@ from labgym.policies.reckoning import DeadReckoning
 LAYOUT = island_laboratory()
 PAIRS = goal_pairs(LAYOUT)
 AROUND, DIRECT = PAIRS[1], PAIRS[2]
+AISLE = task_of("aisle").properties
 
 
 @pytest.fixture(scope="module")
@@ -25,7 +28,7 @@ def env():
     made.close()
 
 
-def start(heading: float | None = None, task: str = "aisle") -> EpisodeStart:
+def start(heading: float | None = None, task: TaskProperties = AISLE) -> EpisodeStart:
     return EpisodeStart(goal=(2.0, 0.0), rng=np.random.default_rng(0), task=task, heading=heading)
 
 
@@ -77,7 +80,7 @@ def test_dead_reckoning_is_the_motion_of_the_robot_without_contact(env):
 
 
 def test_outside_of_tasks_an_arrival_changes_nothing_and_never_stops():
-    arrival = Arrival(start(task=""))
+    arrival = Arrival(start(task=TRANSITION))
     action = np.array([1.0, 0.3])
     assert arrival.limited(action, (1.99, 0.0, 0.0)) is action
     assert not arrival.reached((2.0, 0.0, 0.0), np.zeros(2))

@@ -9,6 +9,7 @@ from map_drives import drive
 
 from labgym.envs import LabPointNavEnv
 from labgym.envs.conditions.beaker import Beaker
+from labgym.envs.labnav.tasks import task_of
 from labgym.errors import LabgymError
 from labgym.navigation import GoalPair, goal_pairs, shortest_path
 from labgym.policies import EpisodeStart, GroundTruth, make_policy
@@ -100,7 +101,10 @@ def test_the_next_goal_keeps_the_map_and_the_estimated_pose():
     def start(goal, at):
         pair = GoalPair(0, at, goal, "anywhere", "anywhere")
         return EpisodeStart(
-            goal=(1.0, 0.0), rng=np.random.default_rng(0), task="shift", truth=GroundTruth(LAYOUT, pair, at)
+            goal=(1.0, 0.0),
+            rng=np.random.default_rng(0),
+            task=task_of("shift").properties,
+            truth=GroundTruth(LAYOUT, pair, at),
         )
 
     policy.reset(start(AROUND.goal, AROUND.start))

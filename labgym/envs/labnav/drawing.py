@@ -14,7 +14,8 @@ from labgym.envs.conditions.parked import plain_things
 from labgym.envs.episode import stream
 from labgym.envs.labnav.episodes import Draws, LabNavEpisode, LabNavEpisodes, LabNavLeg, Split
 from labgym.envs.labnav.necks import has_neck, neck_things
-from labgym.envs.labnav.tasks import Level, config_of, task_of
+from labgym.envs.labnav.task import Level
+from labgym.envs.labnav.tasks import config_of, task_of
 from labgym.envs.parts.protocols import Condition
 from labgym.envs.tasks import Task
 from labgym.errors import OptionError

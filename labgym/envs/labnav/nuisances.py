@@ -11,7 +11,8 @@ from dataclasses import replace
 from typing import Any
 
 from labgym.envs.labnav.episodes import LabNavEpisode
-from labgym.envs.labnav.tasks import Level, task_of
+from labgym.envs.labnav.task import Level
+from labgym.envs.labnav.tasks import task_of
 from labgym.envs.labnav.worlds import prepared
 from labgym.envs.world import world_of
 from labgym.errors import UnknownNameError

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from labgym.envs.config import PointNavConfig
+from labgym.envs.presets import configured
 from labgym.envs.vector.processes import ProcessPointNavEnv
 from labgym.errors import OptionError
 
@@ -42,7 +43,7 @@ def vector_env(
         LabgymError: as `LabPointNavEnv`.
     """
     settings = {name: options.pop(name) for name in SETTINGS if name in options}
-    config = PointNavConfig.of(config, {"physics": "planar", **options})
+    config = configured(config, {"physics": "planar", **options})
     kernel = threads is not None or device is not None
     if processes is None and (kernel or _kernel_has(config)):
         from labgym.envs.vector.env import VectorPointNavEnv

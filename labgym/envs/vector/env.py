@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from labgym.counts import whole_number
 from labgym.envs.config import PointNavConfig
 from labgym.envs.distance_to_go import GridDistanceToGo
+from labgym.envs.drive_source import task_source
 from labgym.envs.parts.actions import VelocityActions
 from labgym.envs.parts.endings import RestEnding
 from labgym.envs.parts.protocols import Tasks
@@ -24,6 +25,7 @@ from labgym.envs.parts.robots import DifferentialDrive
 from labgym.envs.parts.vectors import GoalSensor, VelocitySensor
 from labgym.envs.planar.batch import Batch
 from labgym.envs.planar.routes import CompiledDistanceToGo, compiled_to_go
+from labgym.envs.presets import configured
 from labgym.envs.vector.arguments import check_running, environment_count, mode_of, seeds_of, split_mask
 from labgym.envs.vector.columns import (
     ENDINGS,
@@ -95,7 +97,7 @@ class VectorPointNavEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any
         self._limit = None if max_episode_steps is None else whole_number("max_episode_steps", max_episode_steps)
         self.autoreset_mode = mode_of(autoreset_mode)
         self.metadata = {"render_modes": [], "autoreset_mode": self.autoreset_mode}
-        config = PointNavConfig.of(config, {"physics": "planar", **options})
+        config = configured(config, {"physics": "planar", **options})
         check_kernel(config, device)
         if device is not None and threads is not None:
             raise OptionError(f"threads is {threads!r} with device {device!r}: pass one of the two")
@@ -114,7 +116,7 @@ class VectorPointNavEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any
         self._endings = [
             (each.name, Rest(each, self.num_envs) if isinstance(each, RestEnding) else each) for each in config.endings
         ]
-        self._tasks: list[Tasks] = [config.task_source() for _ in range(self.num_envs)]
+        self._tasks: list[Tasks] = [task_source(config) for _ in range(self.num_envs)]
         self._rngs: list[np.random.Generator | None] = [None] * self.num_envs
         self._columns = Columns.zeros(self.num_envs, config.control_dt)
         self._columns.terms = {name: np.zeros(self.num_envs) for name, _, _ in self._terms}

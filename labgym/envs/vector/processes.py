@@ -15,7 +15,7 @@ from gymnasium.vector.utils import batch_space, concatenate, create_empty_array
 from numpy.typing import NDArray
 
 from labgym.counts import MAX_PROCESSES, PROCESS_MB, check_memory, whole_number
-from labgym.envs.config import PointNavConfig
+from labgym.envs.presets import configured
 from labgym.envs.vector.arguments import check_running, environment_count, mode_of, seeds_of, split_mask
 from labgym.envs.vector.board import shared_board
 from labgym.envs.vector.worker import begin, call
@@ -67,7 +67,7 @@ class ProcessPointNavEnv(VectorEnv[Any, Any, NDArray[Any]]):
     ) -> None:
         limit = None if max_episode_steps is None else whole_number("max_episode_steps", max_episode_steps)
         self.autoreset_mode = mode_of(autoreset_mode)
-        config = PointNavConfig.of(config, options)
+        config = configured(config, options)
         if config.render_mode == "human":
             raise OptionError("a vector environment has no render_mode 'human': use 'rgb_array'")
         self.render_mode = config.render_mode

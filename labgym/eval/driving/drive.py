@@ -13,11 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.envs import LabPointNavEnv
+from labgym.envs.labnav.terms import spl
 from labgym.envs.robot import ROBOT
 from labgym.eval.driving.assignments import Assignment, assignment_between, assignments
 from labgym.eval.driving.episode_row import EpisodeRow, Pose
 from labgym.eval.driving.kinematics import first_jump, possible_contacts
-from labgym.eval.driving.navigation_metrics import soft_spl, spl
+from labgym.eval.driving.navigation_metrics import soft_spl
 from labgym.geometry import rotate, wrap_angle
 from labgym.layouts import Layout
 from labgym.policies import EpisodeStart, GroundTruth

@@ -65,17 +65,6 @@ NAVDP_METRICS = (
 """Metrics of `summarise` for suites with the NavDP benchmark's rules."""
 
 
-def spl(success: bool, shortest: float, driven: float) -> float:
-    """Return success weighted by path length, in [0, 1].
-
-    Args:
-        success: whether the goal was reached.
-        shortest: L*, meters, positive.
-        driven: P, meters.
-    """
-    return shortest / max(driven, shortest) if success else 0.0
-
-
 def soft_spl(initial: float, final: float, shortest: float, driven: float) -> float:
     """Return SPL with progress toward the goal instead of success, in [0, 1].
 

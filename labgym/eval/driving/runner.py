@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import contextlib
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar, Generic, TypeVar
 
 from labgym.assets import Catalog
 from labgym.counts import MAX_SEED, whole_number
-from labgym.documents import canonical_hash, files_digest, json_bytes
+from labgym.documents import Document, canonical_hash, files_digest, json_bytes
 from labgym.effects import refuse_idle
 from labgym.errors import LabgymError, OptionError
 from labgym.eval.driving.assignments import episode_keys
@@ -27,7 +28,6 @@ from labgym.layouts import Layout
 from labgym.policies import Policy
 from labgym.policies.fingerprint.policy import PolicyFingerprint, named_fingerprint, object_fingerprint
 from labgym.policies.kernels import NATIVE, KernelMode, kernel_facts, kernel_mode
-from labgym.policies.policy import Driver, Sensors
 from labgym.policies.process import PolicyProcess, PolicySource, ProcessLimits, close_shared_process, shared_process
 from labgym.policies.registry import SERVER, is_class_place, policy_place
 from labgym.runs import ExecutorOptions, RunFolder, RunIdentity, Shard, run_shards
@@ -120,125 +120,206 @@ def evaluate(
             ("fresh", fresh and out is None, "without out, the folder to start anew"),
         )
     )
-    mode = kernel_mode(kernels)
-    executor = executor or ExecutorOptions(workers=workers)
     # The policy is copied before the layouts are read, so that its code cannot put them into the copy.
     source = policy_source(policy, dict(options or {}))
     suite, layouts = _resolved(suite, layouts)
     suite = suite.repeated(repeats, jitter)
-    here = executor == ExecutorOptions()
+    executor = executor or ExecutorOptions(workers=workers)
+    with opened(policy, source, executor, limits, kernels, isolated) as running:
+        if running.driver.foresees:
+            raise OptionError(
+                f"policy {running.label!r} foresees the world, which only LabNav hands out: choose labnav-TASK"
+            )
+        return _Run(running, suite, layouts, seed).carried_out(out, fresh, progress)
+
+
+Content = dict[str, bytes]
+"""Content of the files of an evaluation by name."""
+FILES = (EPISODES, ROUTES, TIMES)
+Report = TypeVar("Report")
+
+
+@dataclass(frozen=True)
+class RunningPolicy:
+    """A policy that is open for an evaluation.
+
+    Attributes:
+        policy: as the user passed it. source: for processes. driver: the policy in its process, or in this one.
+        label: name of the policy in the rows. limits: of its process. mode: its kernels. executor: where it drives.
+    """
+
+    policy: str | Policy
+    source: PolicySource
+    driver: Policy | PolicyProcess
+    label: str
+    limits: ProcessLimits | None
+    mode: KernelMode
+    executor: ExecutorOptions
+
+    @property
+    def isolated(self) -> bool:
+        """Whether the policy drives in a separate process."""
+        return isinstance(self.driver, PolicyProcess)
+
+    @property
+    def arguments(self) -> tuple[Any, ...]:
+        """The policy, the digest of its files, its limits, kernels and label, as shards take them."""
+        policy = self.source if self.isolated else self.driver
+        return policy, files_digest(self.driver.files()), self.limits, self.mode.kind, self.label
+
+
+@contextlib.contextmanager
+def opened(
+    policy: str | Policy,
+    source: PolicySource,
+    executor: ExecutorOptions,
+    limits: ProcessLimits | None,
+    kernels: str | None,
+    isolated: bool = True,
+) -> Iterator[RunningPolicy]:
+    """Open a policy for an evaluation, and close it at the end.
+
+    Args:
+        policy, limits, kernels, isolated: as for `evaluate`. source: of the policy. executor: where shards are driven.
+
+    Raises:
+        OptionError: the executor does not suit the policy, or it is not isolated and the executor has workers.
+    """
+    mode, here = kernel_mode(kernels), executor == ExecutorOptions()
     if not isolated and not here:
         raise OptionError(f"isolated=False drives in this process; use workers=1, not {executor.workers}")
     with open_driver(policy, source, limits, mode, isolated) as driver:
         label = short_name(source.name) if isinstance(policy, str) and not is_class_place(policy) else driver.name
         if driver.exclusive and not here:
             raise OptionError(f"policy {label!r} drives one robot at a time; use the local executor with workers=1")
-        if driver.foresees:
-            raise OptionError(f"policy {label!r} foresees the world, which only LabNav hands out: choose labnav-TASK")
         if executor.kind == "dask":
             source = source.portable(driver.files())
-        run = _Run(
-            driver if not isolated else source,
-            files_digest(driver.files()),
-            label,
-            limits,
-            mode if isolated else NATIVE,
-            suite,
-            layouts,
-            seed,
-            driver.privileged,
-            driver.observation,
-            source.options,
-            {layout.id: episode_keys(layout, suite) for layout in layouts},
+        yield RunningPolicy(policy, source, driver, label, limits, mode if isolated else NATIVE, executor)
+
+
+class EvaluationRun(ABC, Generic[Report]):
+    """An evaluation: its shards, and the report on what they return.
+
+    Args:
+        running: the policy. shards: in the order of the suite. layouts: that are driven in. seed: of the policy.
+    """
+
+    kind: ClassVar[str]
+
+    def __init__(self, running: RunningPolicy, shards: Sequence[Shard], layouts: Iterable[Layout], seed: int) -> None:
+        self.running, self.shards, self.layouts, self.seed = running, tuple(shards), tuple(layouts), seed
+
+    @abstractmethod
+    def inputs(self) -> dict[str, Any]:
+        """Return what identifies the evaluation besides policy, seed, kernels, limits and catalog."""
+
+    @abstractmethod
+    def report(self, content: Content) -> Report:
+        """Return the report on rows, routes and times."""
+
+    @abstractmethod
+    def summary(self, report: Report) -> Document:
+        """Return the summary of a report."""
+
+    def documents(self) -> Content:
+        """Return further files of the evaluation."""
+        return {}
+
+    def carried_out(self, out: str | Path | None, fresh: bool, progress: bool) -> Report:
+        """Drive the shards that the folder does not hold, write the files, and return the report.
+
+        Args:
+            out: the folder; None writes nothing. fresh: move an existing folder aside. progress: show a progress bar.
+        """
+        running, driver = self.running, self.running.driver
+        policy = (
+            None if out is None else policy_fingerprint(running.policy, running.source, running.label, driver.files())
         )
-        fingerprint = None if out is None else policy_fingerprint(policy, source, label, driver.files())
-        if not here:
+        if running.executor != ExecutorOptions():
             close_shared_process()
-        if out is None or fingerprint is None:
-            return run.report(run.drive(None, executor, progress))
-        in_force = driver.kernels if isinstance(driver, PolicyProcess) else kernel_facts()
-        with RunFolder.open(out, run.identity(fingerprint), fresh, in_force) as folder:
-            return run.report(run.drive_into(folder, executor, progress))
-
-
-Content = dict[str, bytes]
-"""Content of the files of an evaluation by name."""
-
-
-@dataclass(frozen=True)
-class _Run:
-    """An evaluation: its arguments, its episodes and its report."""
-
-    policy: PolicySource | Driver
-    files: str
-    label: str
-    limits: ProcessLimits | None
-    kernels: KernelMode
-    suite: Suite
-    layouts: tuple[Layout, ...]
-    seed: int
-    privileged: bool
-    sensors: Sensors
-    options: dict[str, Any]
-    episodes: dict[str, tuple[Key, ...]]
-
-    def identity(self, policy: PolicyFingerprint) -> RunIdentity:
-        """Return the identity of the evaluation in a folder."""
-        return RunIdentity.of(
-            "eval",
-            suite=self.suite.model_dump(mode="json"),
-            layouts={layout.id: layout.hash for layout in self.layouts},
+        if out is None or policy is None:
+            return self.report(self._drive(None, progress))
+        identity = RunIdentity.of(
+            self.kind,
+            **self.inputs(),
             policy=policy.model_dump(),
             seed=self.seed,
-            isolated=isinstance(self.policy, PolicySource),
-            kernels=self.kernels.name,
-            limits=None if self.limits is None else asdict(self.limits),
+            kernels=running.mode.name,
+            limits=None if running.limits is None else asdict(running.limits),
             catalog=catalog_digest(self.layouts),
         )
+        in_force = driver.kernels if isinstance(driver, PolicyProcess) else kernel_facts()
+        with RunFolder.open(out, identity, fresh, in_force) as folder:
+            if folder.finished:
+                return self.report({name: (folder.path / name).read_bytes() for name in FILES})
+            content = self._drive(folder, progress)
+            report = self.report(content)
+            files = {name: content[name] for name in (EPISODES, ROUTES)}
+            files[SUMMARY] = json_bytes(self.summary(report).to_json())
+            folder.finish(files | self.documents(), measured={TIMES: content[TIMES]})
+            return report
 
-    def drive(self, folder: RunFolder | None, executor: ExecutorOptions, progress: bool) -> Content:
-        """Drive the episodes that the folder does not hold and return rows, routes and times in the suite's order."""
+    def _drive(self, folder: RunFolder | None, progress: bool) -> Content:
+        """Drive the shards that the folder does not hold; return rows, routes and times in the suite's order."""
+        guard, executor = {"catalog": installed_catalog}, self.running.executor
+        finished = {
+            shard.name: output.files
+            for shard, output in run_shards(
+                self.shards, folder, executor, self.running.label, "ep", guard, progress=progress
+            )
+        }
+        return {
+            name: b"".join(finished[shard.name][shard_file(shard.name, name)] for shard in self.shards)
+            for name in FILES
+        }
+
+
+class _Run(EvaluationRun[NavigationReport]):
+    """An evaluation of transitions."""
+
+    kind = "eval"
+
+    def __init__(self, running: RunningPolicy, suite: Suite, layouts: tuple[Layout, ...], seed: int) -> None:
+        self._suite = suite
         shards = [
             Shard(
                 layout.id,
                 drive_shard,
-                (self.policy, self.files, self.limits, self.kernels.kind, self.label, layout, self.suite, self.seed),
-                size=len(self.episodes[layout.id]),
+                (*running.arguments, layout, suite, seed),
+                size=len(episode_keys(layout, suite)),
             )
-            for layout in self.layouts
+            for layout in layouts
         ]
-        guard = {"catalog": installed_catalog}
-        finished = {
-            shard.name: output.files
-            for shard, output in run_shards(shards, folder, executor, self.label, "ep", guard, progress=progress)
-        }
+        super().__init__(running, shards, layouts, seed)
+
+    def inputs(self) -> dict[str, Any]:
+        """Return suite, layouts, and whether the policy is in a separate process."""
         return {
-            name: b"".join(finished[layout.id][shard_file(layout.id, name)] for layout in self.layouts)
-            for name in (EPISODES, ROUTES, TIMES)
+            "suite": self._suite.model_dump(mode="json"),
+            "layouts": {layout.id: layout.hash for layout in self.layouts},
+            "isolated": self.running.isolated,
         }
 
-    def drive_into(self, folder: RunFolder, executor: ExecutorOptions, progress: bool) -> Content:
-        """Return rows, routes and times of a folder; first drive what it does not hold, and write the summary."""
-        if folder.finished:
-            return {name: (folder.path / name).read_bytes() for name in (EPISODES, ROUTES, TIMES)}
-        content = self.drive(folder, executor, progress)
-        files = {name: content[name] for name in (EPISODES, ROUTES)}
-        files[SUMMARY] = json_bytes(self.report(content).summary.to_json())
-        if self.suite.split is None:
-            files |= {f"layouts/{layout.id}.json": json_bytes(layout.to_json()) for layout in self.layouts}
-        folder.finish(files, measured={TIMES: content[TIMES]})
-        return content
+    def documents(self) -> Content:
+        """Return the layouts, if they are not published."""
+        if self._suite.split is not None:
+            return {}
+        return {f"layouts/{layout.id}.json": json_bytes(layout.to_json()) for layout in self.layouts}
+
+    def summary(self, report: NavigationReport) -> NavigationSummary:
+        """Return the summary of a report."""
+        return report.summary
 
     def report(self, content: Content) -> NavigationReport:
         """Return the report on the episodes in the content of the files."""
         rows = tuple(parse_lines(EPISODES, content[EPISODES], EpisodeRow).values())
-        expected = sum(map(len, self.episodes.values()))
+        expected, running = sum(shard.size for shard in self.shards), self.running
         summary = NavigationSummary(
-            suite=self.suite,
-            policy=self.label,
-            options=self.options,
-            privileged=self.privileged,
-            sensors=self.sensors,
+            suite=self._suite,
+            policy=running.label,
+            options=running.source.options,
+            privileged=running.driver.privileged,
+            sensors=running.driver.observation,
             seed=self.seed,
             layouts={layout.id: layout.hash for layout in self.layouts},
             episodes=expected,

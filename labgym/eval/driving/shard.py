@@ -63,6 +63,6 @@ def policy_process(
     return process
 
 
-def shard_file(layout: str, name: str) -> str:
-    """Return the path of a file of a layout's shard, relative to the folder of the evaluation."""
-    return f"{SHARDS}/{layout}/{name}"
+def shard_file(shard: str, name: str) -> str:
+    """Return the path of a file of a shard, relative to the folder of the evaluation."""
+    return f"{SHARDS}/{shard}/{name}"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from labgym.envs.labnav.names import ALL
+from labgym.envs.labnav.tasks import FIGURE_TASKS
 from labgym.eval.labnav.suites import LabNavSuite
 
 SECONDS = {
@@ -20,7 +20,7 @@ def cost(suite: LabNavSuite, policy: str) -> str:
     text = f"{suite.name}: {suite.count} episodes of at most {suite.seconds:g} s simulated ({tasks})"
     each = SECONDS.get(policy)
     text += "." if each is None else f"; about {_hours(suite.drives * each)} of CPU time for {policy}."
-    missing = [task for task in ALL if task not in {part.task for part in suite.parts}]
+    missing = [task for task in FIGURE_TASKS if task not in {part.task for part in suite.parts}]
     if suite.name == "labnav" and missing:
         text += f" Not published yet: {', '.join(missing)}; without them there is no figure LabNav."
     return text

@@ -2,45 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Callable, Sequence
 
-from labgym.envs.conditions.payload import beaker_of
 from labgym.envs.labnav.episodes import EpisodeTasks, LabNavEpisode
-from labgym.envs.labnav.tasks import SECONDS, Level, config_of, task_of
+from labgym.envs.labnav.task import SECONDS, Level
+from labgym.envs.labnav.tasks import config_of, task_of
 from labgym.envs.point_nav import LabPointNavEnv
 from labgym.envs.robot import ROBOT
 from labgym.envs.state import State
-from labgym.errors import UnknownNameError
-from labgym.eval.driving.navigation_metrics import spl
-from labgym.eval.labnav import scores
 from labgym.eval.labnav.leg import LabNavDriver, LegDrive, Recorder
-from labgym.eval.labnav.results import Evaluated, LabNavDrive, fields_of
+from labgym.eval.labnav.results import Evaluated, LabNavDrive, fields_of, scored
 from labgym.eval.labnav.row import LabNavRow
 from labgym.eval.labnav.rules import delay_of, ending_of
 from labgym.eval.labnav.shift import drive_shift, shift_endings
 from labgym.layouts import Layout
-
-__all__ = ["Finished", "LabNavDrive", "LabNavDriver", "drive_floor", "score_from", "score_of"]
-
-
-@dataclass(frozen=True)
-class Finished:
-    """The facts about an episode of one drive on which its score depends, as in `LabNavRow`.
-
-    Attributes:
-        task: name. success: S. shortest, path_length: L* and P, meters. time: T, seconds.
-        final_distance, final_heading: from the goal pose, meters and radians.
-    """
-
-    task: str
-    success: bool
-    shortest: float
-    path_length: float
-    time: float
-    final_distance: float
-    final_heading: float
 
 
 def drive_floor(
@@ -112,71 +87,4 @@ def drive_once(
         stopped=leg.stopped,
         error=finish.error,
     )
-    row = row.model_copy(update={"score": score_of(row, env.state)})
-    return LabNavDrive.of(row, recorder)
-
-
-def score_of(row: LabNavRow | Finished, state: State) -> float:
-    """Return the score of an episode at its end.
-
-    Args:
-        row: the results, or those on which the score depends. state: at the end.
-    """
-    return score_from(row, {name: one.outcome for name, one in state.presences.items()}, state.conditions)
-
-
-def score_from(row: LabNavRow | Finished, outcomes: Mapping[str, Any], conditions: Mapping[str, Any]) -> float:
-    """Return the score of an episode of one drive; one of `carry` without a beaker counts as one of `aisle`.
-
-    Args:
-        row: the results, or those on which the score depends. outcomes, conditions: outcome and data of each
-            condition by its name.
-
-    Raises:
-        UnknownNameError: there is no such task, or it has several drives (`score_of_legs`).
-        KeyError, TypeError, ValueError, AttributeError: the outcomes of the conditions are not those of the task.
-    """
-    if row.task not in SCORES:
-        raise UnknownNameError("LabNav task of one drive", row.task, SCORES)
-    return SCORES[row.task](row, outcomes, conditions)
-
-
-def _timed(row: LabNavRow | Finished, outcomes: Mapping[str, Any], conditions: Mapping[str, Any]) -> float:  # noqa: ARG001
-    return scores.timed(row.success, row.shortest, row.time)
-
-
-def _moved(row: LabNavRow | Finished, outcomes: Mapping[str, Any], conditions: Mapping[str, Any]) -> float:  # noqa: ARG001
-    pushed = outcomes["changes"]["pushed"].values()
-    pushes = [(float(thing["mass"]), float(thing["way"])) for thing in pushed]
-    return scores.moved(row.success, row.shortest, row.path_length, pushes)
-
-
-def _people(row: LabNavRow | Finished, outcomes: Mapping[str, Any], conditions: Mapping[str, Any]) -> float:  # noqa: ARG001
-    return scores.people(row.success, row.shortest, row.time, float(outcomes["people"]["close_seconds"]))
-
-
-def _spl(row: LabNavRow | Finished, outcomes: Mapping[str, Any], conditions: Mapping[str, Any]) -> float:  # noqa: ARG001
-    return spl(row.success, row.shortest, row.path_length)
-
-
-def _dock(row: LabNavRow | Finished, outcomes: Mapping[str, Any], conditions: Mapping[str, Any]) -> float:  # noqa: ARG001
-    return scores.dock(row.success, row.final_distance, row.final_heading)
-
-
-def _carry(row: LabNavRow | Finished, outcomes: Mapping[str, Any], conditions: Mapping[str, Any]) -> float:
-    if "payload" not in conditions:
-        return _timed(row, outcomes, conditions)
-    freeboard, rise = beaker_of(conditions["payload"]).freeboard, float(outcomes["payload"]["highest"])
-    return scores.carry(row.success, row.shortest, row.time, rise, freeboard)
-
-
-SCORES: dict[str, Callable[[LabNavRow | Finished, Mapping[str, Any], Mapping[str, Any]], float]] = {
-    "aisle": _timed,
-    "moved": _moved,
-    "people": _people,
-    "odometry": _spl,
-    "dock": _dock,
-    "glass": _spl,
-    "carry": _carry,
-}
-"""Scores of the tasks of one drive, by the task's name."""
+    return LabNavDrive.of(scored(row, env.state), recorder)

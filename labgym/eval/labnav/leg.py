@@ -12,14 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.envs.conditions.leg_payload import carried
-from labgym.envs.labnav.tasks import PERSON_NEAR, LabNavTask
+from labgym.envs.labnav.task import PERSON_NEAR, LabNavTask
+from labgym.envs.labnav.terms import docking_error
 from labgym.envs.parts.announced import announced_goal
 from labgym.envs.parts.endings import nearest_person
 from labgym.envs.parts.protocols import Ending
 from labgym.envs.point_nav import LabPointNavEnv
 from labgym.envs.state import Pose, State
 from labgym.eval.driving.drive import episode_rng, policy_errors
-from labgym.eval.labnav import scores
 from labgym.eval.labnav.foresight import TrueWorld
 from labgym.eval.labnav.row import Stopped
 from labgym.eval.labnav.rules import Finish, Parking, braking_distance, delay_of, stay_of
@@ -163,7 +163,7 @@ class LegDrive:
             parked=self.parked,
             inside=state.distance <= task.radius,
             believed=math.dist(self._here[:2], self.goal[:2]) <= task.radius,
-            docked=not task.docks or scores.docking_error(state.distance, heading) <= 1.0,
+            docked=not task.docks or docking_error(state.distance, heading) <= 1.0,
             spilt=payload is not None and bool(payload.outcome["spilt"]),
             waited=self._recorder.waited - self._waited,
             error=self.error,
@@ -222,7 +222,7 @@ class LegDrive:
             goal=goal,
             rng=episode_rng(self._seed, goal),
             truth=truth,
-            task=self._task.name,
+            task=self._task.properties,
             heading=self.goal[2] if self._task.docks else None,
             beaker=carried(state),
             world=TrueWorld(state, self._env.actions, self._task.radius) if self._driver.foresees else None,

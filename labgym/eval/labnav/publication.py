@@ -166,8 +166,8 @@ class Publication:
         """The suites."""
         filtered = [SuiteName(task, level) for task in self.tasks for level in self.levels]
         # A shift is drawn without a filter of difficulty.
-        tasks = [task for task in self.tasks if task != "shift"] if self.unfiltered and HEADLINE in self.levels else []
-        return (*filtered, *(SuiteName(task, HEADLINE, False) for task in tasks))
+        tasks = self.tasks if self.unfiltered and HEADLINE in self.levels else ()
+        return (*filtered, *(SuiteName(task, HEADLINE, False) for task in tasks if not task_of(task).chain))
 
     @property
     def floor_names(self) -> tuple[str, ...]:

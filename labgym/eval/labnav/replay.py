@@ -16,9 +16,10 @@ from labgym.envs.tasks import Task
 from labgym.errors import DocumentError, LabgymError, OptionError, UnknownNameError
 from labgym.eval.driving.folders import short_name
 from labgym.eval.driving.runner import open_driver, policy_source
-from labgym.eval.labnav.drive import LabNavDrive, drive_floor
+from labgym.eval.labnav.drive import drive_floor
 from labgym.eval.labnav.evaluation import LabNavEvaluation
 from labgym.eval.labnav.foresight import in_place
+from labgym.eval.labnav.results import LabNavDrive
 from labgym.eval.labnav.row import LabNavRow
 from labgym.eval.labnav.suites import LabNavSuite, load_labnav
 from labgym.layouts import Layout

@@ -11,9 +11,11 @@ import numpy as np
 
 from labgym.envs.labnav.episodes import LabNavEpisode, straight
 from labgym.envs.labnav.necks import widest_disc
-from labgym.envs.labnav.tasks import LabNavTask
+from labgym.envs.labnav.task import LabNavTask, LegResult, Result
+from labgym.envs.labnav.tasks import task_of
 from labgym.envs.parts.endings import TouchedEnding
 from labgym.envs.point_nav import LabPointNavEnv
+from labgym.envs.state import State
 from labgym.envs.tasks import Task
 from labgym.eval.driving.drive import Route
 from labgym.eval.labnav.foresight import track_of
@@ -105,6 +107,32 @@ def fields_of(
         "delay": delay_of(recorder.latency),
         "outcomes": plain(outcomes),
     }
+
+
+def scored(row: LabNavRow, state: State) -> LabNavRow:
+    """Return the row of an episode with its score; `state` is that at the end."""
+    outcomes = {name: presence.outcome for name, presence in state.presences.items()}
+    return row.model_copy(update={"score": score_of(row, outcomes, state.conditions)})
+
+
+def score_of(row: LabNavRow, outcomes: Mapping[str, Any], conditions: Mapping[str, Any]) -> float:
+    """Return the score that follows from the other fields of a row, and from outcomes and data of the conditions.
+
+    Raises:
+        UnknownNameError: there is no such task.
+        KeyError, TypeError, ValueError, AttributeError: the outcomes are not those of the task.
+    """
+    result = Result(
+        success=row.success,
+        shortest=row.shortest,
+        path_length=row.path_length,
+        time=row.time,
+        final_distance=row.final_distance,
+        final_heading=row.final_heading,
+        legs=tuple(LegResult(leg.success, leg.docked, leg.shortest, leg.path_length) for leg in row.legs),
+        goals=row.goals,
+    )
+    return task_of(row.task).score(result, outcomes, conditions)
 
 
 def _neck(task: Task) -> float | None:

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.envs.labnav.tasks import LabNavTask
+from labgym.envs.labnav.task import LabNavTask
 from labgym.envs.robot import ROBOT
 from labgym.envs.state import Pose
 from labgym.errors import UnknownNameError

@@ -3,41 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from labgym.counts import MAX_SEED, whole_number
-from labgym.documents import files_digest, json_bytes
 from labgym.effects import refuse_idle
 from labgym.envs.labnav.episodes import LabNavEpisode
-from labgym.errors import DocumentError, OptionError
-from labgym.eval.driving.files import EPISODES, ROUTES, SUMMARY, TIMES, parse_lines, record_line
-from labgym.eval.driving.folders import short_name
-from labgym.eval.driving.runner import (
-    catalog_digest,
-    installed_catalog,
-    open_driver,
-    policy_fingerprint,
-    policy_source,
-)
-from labgym.eval.driving.shard import policy_process
-from labgym.eval.labnav.drive import LabNavDrive, drive_floor
+from labgym.errors import DocumentError
+from labgym.eval.driving.files import EPISODES, ROUTES, TIMES, parse_lines, record_line
+from labgym.eval.driving.runner import Content, EvaluationRun, RunningPolicy, opened, policy_source
+from labgym.eval.driving.shard import policy_process, shard_file
+from labgym.eval.labnav.drive import drive_floor
 from labgym.eval.labnav.foresight import check_foresight, executor_for, in_place, track_of
+from labgym.eval.labnav.results import LabNavDrive
 from labgym.eval.labnav.row import LabNavRoute, LabNavRow, LabNavTime
 from labgym.eval.labnav.suites import LabNavSuite, load_labnav
 from labgym.eval.labnav.summary import LabNavSummary, summarise
 from labgym.eval.labnav.thinking import Thinking, charged_latency, checked_latency
 from labgym.layouts import Layout
 from labgym.policies import Policy
-from labgym.policies.kernels import kernel_mode
-from labgym.policies.process import PolicyProcess, PolicySource, ProcessLimits, close_shared_process
-from labgym.policies.registry import BUILT_IN, is_class_place
-from labgym.runs import ExecutorOptions, RunFolder, RunIdentity, Shard, ShardOutput, run_shards
-from labgym.runs.folder import SHARDS
+from labgym.policies.process import PolicyProcess, PolicySource, ProcessLimits
+from labgym.policies.registry import BUILT_IN
+from labgym.runs import ExecutorOptions, RunIdentity, Shard, ShardOutput
 from labgym.runs.identity import IDENTITY_FILE
-
-FILES = (EPISODES, ROUTES, TIMES)
 
 
 @dataclass(frozen=True)
@@ -102,21 +91,14 @@ def evaluate_labnav(
             ("fresh", fresh and out is None, "without out, the folder to start anew"),
         )
     )
-    mode, executor = kernel_mode(kernels), executor or ExecutorOptions()
     source = policy_source(policy, dict(options or {}))
     suite = load_labnav(suite) if isinstance(suite, str) else suite
-    here = executor == ExecutorOptions()
-    with open_driver(policy, source, limits, mode, isolated=True) as driver:
+    with opened(policy, source, executor or ExecutorOptions(), limits, kernels) as running:
+        source, driver = running.source, running.driver
         assert isinstance(driver, PolicyProcess)
-        label = short_name(source.name) if isinstance(policy, str) and not is_class_place(policy) else driver.name
-        if driver.exclusive and not here:
-            raise OptionError(f"policy {label!r} drives one robot at a time; use the local executor with workers=1")
         if driver.foresees:
             check_foresight(source)
-        executor = executor_for(executor, driver.foresees)
-        here = executor == ExecutorOptions()
-        if executor.kind == "dask":
-            source = source.portable(driver.files())
+        running = replace(running, executor=executor_for(running.executor, driver.foresees))
         if latency is not None:
             latency = checked_latency(latency, driver.latency)
         elif source.pickled is None and source.name in BUILT_IN:
@@ -124,58 +106,29 @@ def evaluate_labnav(
         else:
             kept = None if out is None or fresh else kept_latency(Path(out))
             latency = charged_latency(driver, suite, seed) if kept is None else kept
-        run = _Run(source, driver, label, suite, seed, limits, mode.kind, latency)
-        fingerprint = None if out is None else policy_fingerprint(policy, source, label, driver.files())
-        if not here:
-            close_shared_process()
-        if out is None or fingerprint is None:
-            return run.report(run.drive(None, executor, progress))
-        identity = RunIdentity.of(
-            "labnav",
-            suite=suite.name,
-            episodes=suite.hash,
-            policy=fingerprint.model_dump(),
-            seed=seed,
-            latency=latency,
-            kernels=mode.name,
-            limits=None if limits is None else asdict(limits),
-            catalog=catalog_digest(run.layouts.values()),
-        )
-        with RunFolder.open(out, identity, fresh, driver.kernels) as folder:
-            if folder.finished:
-                return run.report({name: (folder.path / name).read_bytes() for name in FILES})
-            content = run.drive(folder, executor, progress)
-            report = run.report(content)
-            files = {name: content[name] for name in (EPISODES, ROUTES)}
-            files[SUMMARY] = json_bytes(report.summary.to_json())
-            folder.finish(files, measured={TIMES: content[TIMES]})
-            return report
+        return _Run(running, suite, seed, latency, driver.latency).carried_out(out, fresh, progress)
 
 
-class _Run:
-    """An evaluation: its arguments, its shards and its report."""
+class _Run(EvaluationRun[LabNavReport]):
+    """An evaluation of tasks of LabNav.
 
-    def __init__(
-        self,
-        source: PolicySource,
-        driver: PolicyProcess,
-        label: str,
-        suite: LabNavSuite,
-        seed: int,
-        limits: ProcessLimits | None,
-        kernels: str,
-        latency: float,
-    ) -> None:
-        self._suite, self._label, self._latency, self._declared = suite, label, latency, driver.latency
-        self.layouts = {(part.split, floor): part.layout(floor) for part in suite.parts for floor in part.floors}
-        policy = source, files_digest(driver.files()), limits, kernels, label
-        self._shards = [
+    Args:
+        running: the policy. suite: the suite. seed: of the policy. latency: by which its actions come late, seconds.
+        declared: latency that it declares.
+    """
+
+    kind = "labnav"
+
+    def __init__(self, running: RunningPolicy, suite: LabNavSuite, seed: int, latency: float, declared: float) -> None:
+        self._suite, self._latency, self._declared = suite, latency, declared
+        layouts = {(part.split, floor): part.layout(floor) for part in suite.parts for floor in part.floors}
+        shards = [
             Shard(
                 f"{part.name}/{floor}",
                 drive_shard,
                 (
-                    *policy,
-                    self.layouts[part.split, floor],
+                    *running.arguments,
+                    layouts[part.split, floor],
                     episodes,
                     part.task,
                     part.level,
@@ -189,34 +142,34 @@ class _Run:
             for part in suite.parts
             for floor, episodes in part.floors.items()
         ]
-        self._fields = {
-            "policy": label,
-            "options": source.options,
-            "track": track_of(driver),
-            "sensors": driver.observation,
-            "seed": seed,
-            "latency": latency,
-            "declared": driver.latency if latency != driver.latency else None,
-        }
+        super().__init__(running, shards, layouts.values(), seed)
 
-    def drive(self, folder: RunFolder | None, executor: ExecutorOptions, progress: bool) -> dict[str, bytes]:
-        """Drive the floors that the folder does not hold; return rows, routes and times in the suite's order."""
-        guard = {"catalog": installed_catalog}
-        finished = {
-            shard.name: output.files
-            for shard, output in run_shards(self._shards, folder, executor, self._label, "ep", guard, progress=progress)
-        }
-        return {
-            name: b"".join(finished[shard.name][f"{SHARDS}/{shard.name}/{name}"] for shard in self._shards)
-            for name in FILES
-        }
+    def inputs(self) -> dict[str, Any]:
+        """Return name and hash of the suite, and the latency."""
+        return {"suite": self._suite.name, "episodes": self._suite.hash, "latency": self._latency}
 
-    def report(self, content: dict[str, bytes]) -> LabNavReport:
+    def summary(self, report: LabNavReport) -> LabNavSummary:
+        """Return the summary of a report."""
+        return report.summary
+
+    def report(self, content: Content) -> LabNavReport:
         """Return the report on the content of the files."""
         rows = tuple(parse_lines(EPISODES, content[EPISODES], LabNavRow).values())
         times = tuple(parse_lines(TIMES, content[TIMES], LabNavTime).values())
         thinking = Thinking.of(times, self._declared, self._latency)
-        return LabNavReport(summarise(self._suite, rows, **self._fields), rows, times, thinking)
+        running = self.running
+        summary = summarise(
+            self._suite,
+            rows,
+            policy=running.label,
+            options=running.source.options,
+            track=track_of(running.driver),
+            sensors=running.driver.observation,
+            seed=self.seed,
+            latency=self._latency,
+            declared=self._declared if self._latency != self._declared else None,
+        )
+        return LabNavReport(summary, rows, times, thinking)
 
 
 def kept_latency(folder: Path) -> float | None:
@@ -253,8 +206,8 @@ def drive_shard(
     """
     driver = in_place(policy_process(policy, files, limits, kernels), policy)
     drives = drive_floor(driver, layout, episodes, task, level, label, suite, seed, seconds, latency=latency)
-    folder = f"{SHARDS}/{suite.partition('/')[0]}/{layout.id}"
-    return ShardOutput({f"{folder}/{name}": content for name, content in drive_files(drives).items()})
+    shard = f"{suite.partition('/')[0]}/{layout.id}"
+    return ShardOutput({shard_file(shard, name): content for name, content in drive_files(drives).items()})
 
 
 def drive_files(drives: Iterable[LabNavDrive]) -> dict[str, bytes]:

@@ -8,15 +8,14 @@ from dataclasses import replace
 
 from labgym.envs.conditions.leg_payload import carried
 from labgym.envs.labnav.episodes import LabNavEpisode
-from labgym.envs.labnav.tasks import LabNavTask, endings_of
+from labgym.envs.labnav.task import LabNavTask
 from labgym.envs.parts.endings import LimitEnding, TouchedEnding
 from labgym.envs.parts.protocols import Ending
 from labgym.envs.point_nav import LabPointNavEnv
 from labgym.envs.state import State
 from labgym.envs.world import World
-from labgym.eval.labnav import scores
 from labgym.eval.labnav.leg import LabNavDriver, LegDrive, Observation, Recorder
-from labgym.eval.labnav.results import Evaluated, LabNavDrive, fields_of
+from labgym.eval.labnav.results import Evaluated, LabNavDrive, fields_of, scored
 from labgym.eval.labnav.row import LabNavLegRow, LabNavRow
 from labgym.eval.labnav.rules import Ending as Outcome
 from labgym.eval.labnav.rules import ending_of
@@ -30,12 +29,12 @@ meters, and the number of points on each."""
 
 def shift_endings(task: LabNavTask) -> tuple[Ending, ...]:
     """Return the endings of a whole shift: the others end one of its drives."""
-    return tuple(each for each in endings_of(task, stop=False) if isinstance(each, TouchedEnding))
+    return tuple(each for each in task.endings(stop=False) if isinstance(each, TouchedEnding))
 
 
 def leg_endings(task: LabNavTask) -> tuple[Ending, ...]:
     """Return the endings of a drive of a shift, besides its time, which the evaluator limits."""
-    return tuple(each for each in endings_of(task, stop=False) if not isinstance(each, TouchedEnding | LimitEnding))
+    return tuple(each for each in task.endings(stop=False) if not isinstance(each, TouchedEnding | LimitEnding))
 
 
 def drive_shift(
@@ -69,7 +68,7 @@ def drive_shift(
     stopped = {leg.stopped for leg in legs} - {""}
     row = LabNavRow(
         **fields_of(evaluated, episode, env, driver, recorder),
-        score=score_of_legs(legs, count),
+        score=0.0,
         success=perfect,
         ending=_ending(legs),
         stopped="evaluator" if "evaluator" in stopped else "policy" if stopped else "",
@@ -77,13 +76,7 @@ def drive_shift(
         legs=tuple(legs),
         goals=count,
     )
-    return LabNavDrive.of(row, recorder)
-
-
-def score_of_legs(legs: Sequence[LabNavLegRow], count: int) -> float:
-    """Return the score of a shift of `count` drives, of which `legs` were begun."""
-    driven = [scores.Leg(leg.success, leg.docked, leg.shortest, leg.path_length) for leg in legs]
-    return scores.shift(driven, count)
+    return LabNavDrive.of(scored(row, state), recorder)
 
 
 def shortest_from(state: State, otherwise: float) -> float:

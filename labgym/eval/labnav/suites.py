@@ -15,8 +15,8 @@ from labgym.envs.labnav.episodes import (
     published_episodes,
     suite_file,
 )
-from labgym.envs.labnav.names import ALL
-from labgym.envs.labnav.tasks import HEADLINE, SECONDS, TASKS
+from labgym.envs.labnav.task import SECONDS
+from labgym.envs.labnav.tasks import FIGURE_TASKS, HEADLINE, TASKS
 from labgym.errors import DocumentError, OptionError, UnknownNameError
 from labgym.layouts import Layout
 
@@ -79,7 +79,7 @@ class LabNavSuite:
 
 def is_whole(name: str, tasks: Iterable[str]) -> bool:
     """Whether a suite of some tasks gives the figure LabNav: all tasks, and their whole drives."""
-    return name not in (MINI, CHECK) and set(tasks) == set(ALL)
+    return name not in (MINI, CHECK) and set(tasks) == set(FIGURE_TASKS)
 
 
 def is_labnav(suite: str) -> bool:

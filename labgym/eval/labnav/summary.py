@@ -10,10 +10,10 @@ from typing import Any, ClassVar
 from pydantic import Field
 
 from labgym.documents import Document, Record
-from labgym.envs.labnav.names import TaskName
 from labgym.envs.labnav.necks import RADII
+from labgym.envs.labnav.tasks import TaskName, task_of
+from labgym.envs.labnav.terms import PRECISE
 from labgym.eval.driving.intervals import Estimate, bounded_mean
-from labgym.eval.labnav import scores
 from labgym.eval.labnav.figure import arithmetic, figure, mean_score, nines
 from labgym.eval.labnav.row import LabNavRow, Track
 from labgym.eval.labnav.suites import LabNavSuite, is_whole
@@ -165,11 +165,10 @@ def _summary(
 
 
 def _task(rows: Sequence[LabNavRow], part: _Part) -> TaskSummary:
-    floors = [row.floor for row in rows]
+    task, floors = task_of(part.task), [row.floor for row in rows]
     score = mean_score([(row.floor, row.score) for row in rows])
     precise = [
-        float(row.success and row.final_distance <= scores.PRECISE[0] and abs(row.final_heading) <= scores.PRECISE[1])
-        for row in rows
+        float(row.success and row.final_distance <= PRECISE[0] and abs(row.final_heading) <= PRECISE[1]) for row in rows
     ]
     return TaskSummary(
         task=part.task,
@@ -185,7 +184,7 @@ def _task(rows: Sequence[LabNavRow], part: _Part) -> TaskSummary:
         endings=dict(sorted(Counter(row.ending for row in rows).items())),
         contact=dict(sorted(Counter(kind_of(row.contact) for row in rows if row.contact).items())),
         parked=sum(row.stopped == "evaluator" for row in rows),
-        precise=bounded_mean(precise, floors) if part.task == "dock" else None,
+        precise=bounded_mean(precise, floors) if task.docks and not task.chain else None,
         legs=_legs(rows),
         nines=nines(score),
         **{field: classes(rows, class_of) for field, class_of in DIFFICULTIES.items()},

@@ -9,7 +9,7 @@ from itertools import combinations
 import numpy as np
 from scipy.stats import rankdata, t
 
-from labgym.envs.labnav.names import ALL
+from labgym.envs.labnav.tasks import FIGURE_TASKS
 from labgym.eval.leaderboard.labnav import LabNavResult
 from labgym.table import Table, number
 
@@ -17,7 +17,7 @@ FEWEST = 4
 """Number of policies, or of floors, below which there is no correlation."""
 
 Pairs = Mapping[tuple[str, str], tuple[float | None, int]]
-"""Correlation, None without one, and the number of policies behind it, by two tasks in the order of `ALL`."""
+"""Correlation, None without one, and the number of policies behind it, by two tasks in the order of `FIGURE_TASKS`."""
 
 
 def spearman(a: Sequence[float], b: Sequence[float]) -> float | None:
@@ -51,10 +51,10 @@ def over_policies(results: Sequence[LabNavResult]) -> Pairs:
         task: {
             one.summary.policy: each.score.value for one in results for each in one.summary.tasks if each.task == task
         }
-        for task in ALL
+        for task in FIGURE_TASKS
     }
     pairs: dict[tuple[str, str], tuple[float | None, int]] = {}
-    for a, b in combinations(ALL, 2):
+    for a, b in combinations(FIGURE_TASKS, 2):
         both = [(means[a][name], means[b][name]) for name in means[a] if name in means[b]]
         shared = [(x, y) for x, y in both if x is not None and y is not None]
         pairs[a, b] = spearman([x for x, _ in shared], [y for _, y in shared]), len(shared)
@@ -68,7 +68,7 @@ def over_floors(results: Sequence[LabNavResult]) -> Pairs:
     """
     floors = [floor_means(result) for result in results]
     pairs: dict[tuple[str, str], tuple[float | None, int]] = {}
-    for a, b in combinations(ALL, 2):
+    for a, b in combinations(FIGURE_TASKS, 2):
         values = []
         for own in floors:
             shared = [floor for floor in own.get(a, {}) if floor in own.get(b, {})]
@@ -99,7 +99,9 @@ def correlation_tables(results: Sequence[LabNavResult]) -> tuple[Table, Table]:
     """
     policies, floors = over_policies(results), over_floors(results)
     absent = {
-        result.summary.policy: [task for task in ALL if task not in {each.task for each in result.summary.tasks}]
+        result.summary.policy: [
+            task for task in FIGURE_TASKS if task not in {each.task for each in result.summary.tasks}
+        ]
         for result in results
     }
     lacking = ", ".join(f"{policy} ({', '.join(tasks)})" for policy, tasks in absent.items() if tasks)
@@ -133,8 +135,8 @@ def _table(title: str, pairs: Pairs, notes: tuple[str, ...]) -> Table:
     def cell(a: str, b: str) -> str:
         return "1" if a == b else number(pairs[(a, b) if (a, b) in pairs else (b, a)][0], 2)
 
-    rows = tuple((a, *(cell(a, b) for b in ALL)) for a in ALL)
-    return Table(title, ("Task", *ALL), rows, notes)
+    rows = tuple((a, *(cell(a, b) for b in FIGURE_TASKS)) for a in FIGURE_TASKS)
+    return Table(title, ("Task", *FIGURE_TASKS), rows, notes)
 
 
 def _counts(pairs: Pairs) -> str:

@@ -11,6 +11,7 @@ from pydantic import Field
 from labgym.artefacts import artefacts
 from labgym.documents import Document, Record
 from labgym.envs.conditions.leg_payload import MOST_LEGS
+from labgym.envs.labnav.terms import leg_score
 from labgym.errors import DocumentError, OptionError
 from labgym.eval.driving.episode_row import Length, Share
 from labgym.eval.driving.evaluation import sessions_of
@@ -18,7 +19,6 @@ from labgym.eval.driving.files import EPISODES, SUMMARY, TIMES, read_lines
 from labgym.eval.labnav.figure import arithmetic, figure
 from labgym.eval.labnav.row import LabNavLegRow, LabNavRow, LabNavTime
 from labgym.eval.labnav.rules import Ending
-from labgym.eval.labnav.shift import score_of_legs
 from labgym.eval.labnav.suites import FIRST, PREFIX, LabNavSuite, load_labnav
 from labgym.eval.labnav.summary import LabNavSummary, TaskSummary
 from labgym.eval.labnav.thinking import Thinking, time_problems
@@ -48,7 +48,8 @@ class LegOutcome(Record):
     @classmethod
     def of(cls, leg: LabNavLegRow) -> LegOutcome:
         """Return the outcome of a drive."""
-        return cls(score=round(score_of_legs([leg], 1), DIGITS), ending=leg.ending, time=round(leg.time, DIGITS))
+        score = leg_score(leg.success, leg.docked, leg.shortest, leg.path_length)
+        return cls(score=round(score, DIGITS), ending=leg.ending, time=round(leg.time, DIGITS))
 
 
 class Outcome(Growing):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import combinations
 
-from labgym.envs.labnav.names import ALL
+from labgym.envs.labnav.tasks import FIGURE_TASKS
 from labgym.eval.driving.intervals import Estimate
 from labgym.eval.labnav.figure import paired_difference, significant, swaps
 from labgym.eval.labnav.suites import FIRST
@@ -32,7 +32,7 @@ def published_table(results: Sequence[LabNavResult]) -> Table:
                 KNOWLEDGE[summary.track],
                 _figure(summary.labnav),
                 number(summary.arithmetic, 1),
-                *(number(scores.get(task), 2) for task in ALL),
+                *(number(scores.get(task), 2) for task in FIGURE_TASKS),
                 number(_touched(result), 2),
             )
         )
@@ -40,7 +40,7 @@ def published_table(results: Sequence[LabNavResult]) -> Table:
     most = max(task.episodes for one in results for task in one.summary.tasks)
     return Table(
         title=f"LabNav, version {first.tasks[0].suite.rpartition('/')[2]}, {most} episodes per task",
-        columns=("Policy", "Knows", "LabNav ↑", "Mean ↑", *(f"{task} ↑" for task in ALL), "Touched ↓"),
+        columns=("Policy", "Knows", "LabNav ↑", "Mean ↑", *(f"{task} ↑" for task in FIGURE_TASKS), "Touched ↓"),
         rows=tuple(rows),
         notes=(
             "LabNav is 100 (exp(mean ln(s + 0.05)) - 0.05) over the eight mean scores s, with its 95% interval over "
@@ -81,7 +81,7 @@ def _pairs(results: Sequence[LabNavResult]) -> tuple[str, ...]:
 
 
 def _unfinished(results: Sequence[LabNavResult]) -> bool:
-    return any(len(result.summary.tasks) < len(ALL) for result in results)
+    return any(len(result.summary.tasks) < len(FIGURE_TASKS) for result in results)
 
 
 def _figure(estimate: Estimate | None) -> str:

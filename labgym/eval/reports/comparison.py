@@ -21,6 +21,7 @@ from labgym.eval.driving.paired import (
     differences,
     paired,
 )
+from labgym.eval.labnav.evaluation import LabNavEvaluation
 from labgym.eval.reports.results import distinguished
 from labgym.eval.reports.tables import NAVDP_ROWS, NAVIGATION_ROWS
 from labgym.table import Table, number
@@ -61,6 +62,19 @@ class ComparedEvaluation(Record):
     episodes: int
     shared: int
     mark: str = ""
+
+    @classmethod
+    def of(cls, evaluation: Evaluation | LabNavEvaluation, shared: int, mark: str = "") -> ComparedEvaluation:
+        """Return the side of an evaluation that shares so many episodes with the other."""
+        return cls(
+            name=evaluation.name,
+            policy=evaluation.summary.policy,
+            folder=str(evaluation.folder),
+            seed=evaluation.summary.seed,
+            episodes=len(evaluation.rows),
+            shared=shared,
+            mark=mark,
+        )
 
 
 class GroupDifference(Record):
@@ -172,7 +186,7 @@ def compare(a: Evaluation, b: Evaluation) -> Comparison:
         for grouping, classes in groupings.items()
         for name, pairs in classes.items()
     )
-    sides = (_side(one, len(pairing.pairs)) for one in (a, b))
+    sides = (ComparedEvaluation.of(one, len(pairing.pairs)) for one in (a, b))
     return Comparison(suite=a.summary.suite.label, a=next(sides), b=next(sides), groups=groups)
 
 
@@ -182,18 +196,6 @@ def comparison_tables(comparison: Comparison) -> tuple[Table, ...]:
     return tuple(
         _overall(comparison, names) if grouping == "all" else _by_group(comparison, grouping, heading, names)
         for grouping, heading in GROUPINGS.items()
-    )
-
-
-def _side(evaluation: Evaluation, shared: int) -> ComparedEvaluation:
-    summary = evaluation.summary
-    return ComparedEvaluation(
-        name=evaluation.name,
-        policy=summary.policy,
-        folder=str(evaluation.folder),
-        seed=summary.seed,
-        episodes=len(evaluation.rows),
-        shared=shared,
     )
 
 

@@ -77,7 +77,8 @@ def compare_labnav(folders: Sequence[str | Path]) -> tuple[LabNavComparison, tup
         names = {pair[0].key: class_of(pair[0]) for pair in pairs}
         for name in sorted({name for name in names.values() if name is not None}):
             groups.append(_difference(field, name, [pair for pair in pairs if names[pair[0].key] == name]))
-    sides = [_side(one, len(shared)) for one in (a, b)]
+    marks = ["" if one.thinking is None else one.thinking.mark for one in (a, b)]
+    sides = [ComparedEvaluation.of(one, len(shared), mark) for one, mark in zip((a, b), marks, strict=True)]
     suites = a.summary.suite, b.summary.suite
     return LabNavComparison(suites=suites, a=sides[0], b=sides[1], groups=tuple(groups)), (*a.problems, *b.problems)
 
@@ -134,15 +135,3 @@ def _same(row: LabNavRow, other: LabNavRow | None) -> bool:
     """Whether two rows are of the same episode of the same version of a suite."""
     fields = ("suite", "floor_hash", "shortest", "goals")
     return other is not None and all(getattr(row, name) == getattr(other, name) for name in fields)
-
-
-def _side(evaluation: LabNavEvaluation, shared: int) -> ComparedEvaluation:
-    return ComparedEvaluation(
-        name=evaluation.name,
-        policy=evaluation.summary.policy,
-        folder=str(evaluation.folder),
-        seed=evaluation.summary.seed,
-        episodes=len(evaluation.rows),
-        shared=shared,
-        mark="" if evaluation.thinking is None else evaluation.thinking.mark,
-    )

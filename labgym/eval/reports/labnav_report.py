@@ -8,7 +8,7 @@ from pathlib import Path
 
 from labgym import __version__
 from labgym.documents import write_text
-from labgym.envs.labnav.names import ALL
+from labgym.envs.labnav.tasks import FIGURE_TASKS
 from labgym.errors import DocumentError, OptionError
 from labgym.eval.labnav.evaluation import LabNavEvaluation
 from labgym.eval.labnav.suites import PREFIX
@@ -98,7 +98,7 @@ def _commits(result: LabNavResult) -> str:
 def _check_tasks(evaluations: Sequence[LabNavEvaluation]) -> None:
     for one in evaluations:
         if not one.summary.tasks:
-            raise DocumentError(one.folder, "tasks", f"none; the tasks of LabNav are {', '.join(ALL)}")
+            raise DocumentError(one.folder, "tasks", f"none; the tasks of LabNav are {', '.join(FIGURE_TASKS)}")
 
 
 def _provenance(evaluations: Sequence[LabNavEvaluation]) -> tuple[tuple[str, str], ...]:

@@ -8,7 +8,7 @@ from dataclasses import replace
 from itertools import combinations
 from typing import get_args
 
-from labgym.envs.labnav.names import ALL
+from labgym.envs.labnav.tasks import FIGURE_TASKS
 from labgym.eval.driving.intervals import Estimate, bounded_mean
 from labgym.eval.driving.paired import MetricDifference
 from labgym.eval.labnav.evaluation import LabNavEvaluation
@@ -72,7 +72,7 @@ def touched(evaluation: LabNavEvaluation) -> Estimate:
 def tasks_of(evaluations: Sequence[LabNavEvaluation]) -> tuple[str, ...]:
     """Return the tasks with their levels, such as "aisle-2", in the order of the benchmark."""
     names = {name for one in evaluations for name in one.tasks}
-    return tuple(sorted(names, key=lambda name: (ALL.index(name.rpartition("-")[0]), name)))
+    return tuple(sorted(names, key=lambda name: (FIGURE_TASKS.index(name.rpartition("-")[0]), name)))
 
 
 def score_tables(evaluations: Sequence[LabNavEvaluation]) -> tuple[Table, ...]:

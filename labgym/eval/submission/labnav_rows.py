@@ -18,6 +18,7 @@ from labgym.envs.conditions.payload import beaker_of
 from labgym.envs.conditions.walking import BESIDE, CLOSE
 from labgym.envs.labnav.episodes import LabNavEpisode, LabNavEpisodes, straight
 from labgym.envs.labnav.tasks import condition_names, task_of
+from labgym.envs.labnav.terms import docking_error
 from labgym.envs.labnav.worlds import prepared
 from labgym.envs.parts.endings import PERSON
 from labgym.envs.robot import ROBOT
@@ -25,11 +26,10 @@ from labgym.envs.tasks import Task
 from labgym.envs.world import world_of
 from labgym.errors import LabgymError
 from labgym.eval.driving.drive import Route
-from labgym.eval.labnav import scores
-from labgym.eval.labnav.drive import score_from
+from labgym.eval.labnav.results import score_of
 from labgym.eval.labnav.row import LabNavRow
 from labgym.eval.labnav.rules import delay_of
-from labgym.eval.labnav.shift import score_of_legs, shortest_at
+from labgym.eval.labnav.shift import shortest_at
 from labgym.eval.submission.outcome_checks import LiquidClaim, PeopleClaims, liquid_problems
 from labgym.eval.submission.route_checks import (
     POSITION_ERROR,
@@ -91,23 +91,12 @@ def labnav_row_problems(
     yield from _ending_problems(row, terms.seconds, task_of(part.task).radius)
     try:
         yield from _outcome_problems(row, part, episode)
-        expected_score = recomputed_score(row, episode)
+        expected_score = score_of(row, row.outcomes, episode.conditions)
     except (KeyError, TypeError, ValueError, AttributeError, LabgymError) as error:
         yield f"outcomes do not have what the score of {row.task} needs ({type(error).__name__}: {str(error)[:80]})"
         return
     if abs(row.score - expected_score) > EXACT:
         yield f"score is {row.score:.9g}, recomputed {expected_score:.9g}"
-
-
-def recomputed_score(row: LabNavRow, episode: LabNavEpisode) -> float:
-    """Return the score that follows from the other fields of a row.
-
-    Raises:
-        KeyError, TypeError, ValueError, AttributeError: the outcomes of the conditions are not those of the task.
-    """
-    if row.task == "shift":
-        return score_of_legs(row.legs, row.goals)
-    return score_from(row, row.outcomes, episode.conditions)
 
 
 def labnav_route_problems(
@@ -253,7 +242,7 @@ def _outcome_problems(row: LabNavRow, part: LabNavEpisodes, episode: LabNavEpiso
     for number, leg in enumerate(row.legs):
         if leg.success != (leg.ending in ("success", "undocked")) or leg.docked != (leg.ending == "success"):
             yield f"drive {number} ended by {leg.ending!r}, but success is {leg.success} and docked is {leg.docked}"
-        if leg.docked and scores.docking_error(leg.final_distance, leg.final_heading) > 1.0:
+        if leg.docked and docking_error(leg.final_distance, leg.final_heading) > 1.0:
             yield f"drive {number} is docked, {leg.final_distance:.3f} m from its pose"
     driven = math.fsum(leg.path_length for leg in row.legs)
     if row.legs and abs(driven - row.path_length) > 1e-6:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,11 +10,7 @@ from pydantic import ValidationError
 
 from labgym.documents import document_error, parse_json, read_json
 from labgym.errors import DocumentError
-from labgym.eval.driving.episode_row import EpisodeRow
-from labgym.eval.driving.evaluation import in_one_line, summary_differences
 from labgym.eval.driving.files import EPISODES, ROUTES, SUMMARY
-from labgym.eval.driving.record import NavigationSummary
-from labgym.eval.submission.published import Published
 from labgym.policies.kernels import PINNED
 from labgym.runs import RunProvenance, code_digest
 from labgym.runs.identity import IDENTITY_FILE, RunIdentity
@@ -69,26 +65,11 @@ class RunRecord:
         return self.identity is not None and self.identity.code == code_digest()
 
 
-def record_problems(
-    record: RunRecord, summary: NavigationSummary, published: Published, other_code: bool
-) -> Iterator[str]:
-    """Yield a sentence for each part of the record that is missing, or does not agree with the files or the suite.
-
-    Args:
-        record: the record of the run.
-        summary: the summary of the submission.
-        published: the published suite.
-        other_code: accept results of another version of labgym.
-    """
-    identity = () if record.identity is None else _identity_problems(record.identity, summary, published)
-    yield from run_problems(record, identity, other_code)
-
-
 def run_problems(record: RunRecord, identity: Iterable[str], other_code: bool) -> Iterator[str]:
     """Yield a sentence for each part of a run's record that is missing or does not agree with the files.
 
     Args:
-        record: the record of the run. identity: problems of its identity. other_code: as for `record_problems`.
+        record: the record of the run. identity: problems of its identity. other_code: accept another version of labgym.
     """
     yield from record.problems
     if record.identity is not None:
@@ -122,45 +103,6 @@ def stated_problems(identity: RunIdentity, kind: str, expected: Mapping[str, obj
             yield f"{IDENTITY_FILE} and {SUMMARY} differ in {name}"
     if identity.inputs.get("kernels") != PINNED.name:
         yield f"{IDENTITY_FILE}: not driven in kernels {PINNED.name}; the results of others depend on the machine"
-
-
-def summary_problems(
-    summary: NavigationSummary, rows: Sequence[EpisodeRow], published: Published, exactly: bool
-) -> Iterator[str]:
-    """Yield a sentence for each part of a summary that does not match the rows or the published suite.
-
-    Args:
-        summary: the summary of the submission.
-        rows: its rows.
-        published: the published suite.
-        exactly: whether the present code wrote the summary, so that intervals are equal too.
-    """
-    hashes = {name: layout.hash for name, layout in published.layouts.items()}
-    differing = [name for name in {**hashes, **summary.layouts} if hashes.get(name) != summary.layouts.get(name)]
-    if differing:
-        yield f"{SUMMARY}: other layouts than the published ones: {', '.join(name[:80] for name in differing[:5])}"
-    if summary.expected != published.episodes:
-        yield f"{SUMMARY}: expected is {summary.expected}, but the suite has {published.episodes} episodes"
-    if not rows:
-        return
-    names = summary_differences(summary, summary.recomputed(rows), exactly)
-    if names:
-        yield f"{SUMMARY} does not match the rows in {in_one_line(name[:80] for name in names[:10])}"
-
-
-def _identity_problems(identity: RunIdentity, summary: NavigationSummary, published: Published) -> Iterator[str]:
-    expected = {
-        "suite": summary.suite.model_dump(mode="json"),
-        "layouts": summary.layouts,
-        "seed": summary.seed,
-        "policy": summary.policy,
-    }
-    yield from stated_problems(identity, "eval", expected)
-    if identity.kind != "eval":
-        return
-    if identity.inputs.get("isolated") is not True:
-        yield f"{IDENTITY_FILE}: the policy was not driven in a separate process"
-    yield from catalog_problems(identity, published.catalog)
 
 
 def catalog_problems(identity: RunIdentity, catalog: str) -> Iterator[str]:

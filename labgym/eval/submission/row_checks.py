@@ -6,10 +6,11 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from labgym.envs.labnav.terms import spl
 from labgym.envs.world import World
 from labgym.eval.driving.assignments import Assignment
 from labgym.eval.driving.episode_row import EpisodeRow
-from labgym.eval.driving.navigation_metrics import soft_spl, spl
+from labgym.eval.driving.navigation_metrics import soft_spl
 from labgym.layouts import Layout
 from labgym.suites import Suite
 

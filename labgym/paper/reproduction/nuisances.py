@@ -8,14 +8,14 @@ from typing import Any, ClassVar
 
 from labgym.documents import Record
 from labgym.envs.labnav.episodes import LabNavEpisode, LabNavEpisodes
-from labgym.envs.labnav.names import ALL
 from labgym.envs.labnav.nuisances import NUISANCES, episode_without, nuisances_of, properties_without
-from labgym.envs.labnav.tasks import HEADLINE
+from labgym.envs.labnav.tasks import FIGURE_TASKS, HEADLINE
 from labgym.eval.driving.episode_row import Count, Length, Share
 from labgym.eval.driving.shard import policy_process
-from labgym.eval.labnav.drive import LabNavDriver, drive_floor
+from labgym.eval.labnav.drive import drive_floor
 from labgym.eval.labnav.figure import paired_difference, significant
 from labgym.eval.labnav.foresight import in_place
+from labgym.eval.labnav.leg import LabNavDriver
 from labgym.eval.labnav.row import LabNavRow
 from labgym.eval.labnav.rules import Ending
 from labgym.eval.labnav.suites import VAL, load_labnav
@@ -153,7 +153,7 @@ def nuisance_study(policy: str, tasks: Sequence[str] = (), level: int = HEADLINE
         UnknownNameError: a task, the level or the policy does not exist.
         LabgymError: the policy cannot be loaded.
     """
-    parts = tuple(part for task in tasks or ALL for part in load_labnav(f"{VAL}-{task}-{level}").parts)
+    parts = tuple(part for task in tasks or FIGURE_TASKS for part in load_labnav(f"{VAL}-{task}-{level}").parts)
     return NuisanceStudy(Entrant.of(policy), parts, seed)
 
 

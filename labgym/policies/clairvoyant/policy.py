@@ -31,10 +31,6 @@ DOCKED = (0.01, 0.01)
 """Errors below which a robot at rest has docked, meters and radians."""
 SHARES = (0.56, 0.5)
 """Shares of the acceleration that raises a liquid to the rim that are used along and across the way."""
-WORTHS = {"people": (0.3, 0.3, 0.0), "carry": (1.0, 0.0, 0.0), "shift": (0.1, 0.0, 1.0)}
-"""Weights of time, distance from people and length in the scores of tasks; elsewhere people matter little."""
-TOLERANT = {"shift": 0.07}
-"""Distance from the docking pose at which tasks let the robot end without a loss, meters."""
 
 
 class ClairvoyantPolicy(Policy):
@@ -63,8 +59,9 @@ class ClairvoyantPolicy(Policy):
         crowded = world.people([world.time]).shape[1] > 0
         # A robot that carries a liquid brakes by its own schedule.
         short = world.radius - 2.0 * INSIDE if (crowded or self._carries) and not self._docks else 0.0
-        self._tolerance = TOLERANT.get(episode.task, 0.0) if self._docks else 0.0
-        worth = Worth(1.0, *WORTHS.get(episode.task, (1.0, 0.1, 0.0)))
+        self._tolerance = episode.task.dock_slack if self._docks else 0.0
+        weights = episode.task.weights
+        worth = Worth(1.0, weights.time, weights.people, weights.length)
         errand = Errand(
             world=world,
             paths=floor.paths,

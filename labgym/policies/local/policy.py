@@ -17,7 +17,7 @@ from labgym.policies.local.inputs import SIZE, SIZES, Knowledge, Motion, Vector,
 from labgym.policies.policy import EpisodeStart, GroundTruth, Observation
 from labgym.policies.stack.old_map import OldMap
 from labgym.policies.stack.planner import Plan
-from labgym.policies.stack.policy import CREEP, DRIFTING, MISMOUNTED, PEOPLED, SEE_THROUGH, StackPolicy
+from labgym.policies.stack.policy import CREEP, StackPolicy
 from labgym.policies.tracking import approach_speed
 
 FILE = "policy.safetensors"
@@ -67,11 +67,11 @@ class LocalPolicy(StackPolicy):
         super()._begin(episode, truth, old)
         self._motion = Motion(episode.robot)
         self._knowledge = Knowledge(
-            drifts=episode.task in DRIFTING,
+            drifts=episode.task.drift,
             docks=self._docking,
-            glass=episode.task in SEE_THROUGH,
-            peopled=episode.task in PEOPLED,
-            mismounted=episode.task in MISMOUNTED,
+            glass=episode.task.glass,
+            peopled=episode.task.people,
+            mismounted=episode.task.mounting,
             freeboard=0.0 if episode.beaker is None else episode.beaker.freeboard,
             acceleration=self._controller.limits.acceleration,
             stops=self._arrival.active,

@@ -37,7 +37,6 @@ from labgym.policies.navdp.network import load_navdp
 from labgym.policies.navdp.options import NavDPOptions
 from labgym.policies.navdp.seen_obstacles import Clearance, SeenObstacles
 from labgym.policies.navdp.veto import checked_velocities, clear_ways
-from labgym.policies.online_map import NOISY
 from labgym.policies.options import PolicyOptions
 from labgym.policies.policy import EpisodeStart, GoalKind, Observation, Policy, Sensors
 from labgym.policies.tracking import PathTracker, turn_towards, velocities_to_action
@@ -85,9 +84,7 @@ class NavDPPolicy(Policy):
 
     def reset(self, episode: EpisodeStart) -> None:
         """Forget all frames, trajectories and obstacles."""
-        self._begin(
-            episode.robot, int(episode.rng.integers(2**62)), episode.goal_kind == "point", episode.task in NOISY
-        )
+        self._begin(episode.robot, int(episode.rng.integers(2**62)), episode.goal_kind == "point", episode.task.noise)
 
     def files(self) -> tuple[Path, ...]:
         """Return the weights and their configuration."""

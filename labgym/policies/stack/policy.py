@@ -34,10 +34,6 @@ from labgym.policies.tracking import PathTracker, TrackingOptions, approach_spee
 
 Array = NDArray[np.float64]
 
-DRIFTING = frozenset({"odometry", "shift"})
-"""Tasks whose odometry drifts; elsewhere it is exact, and a map that is out of date would only mislead."""
-PEOPLED = frozenset({"people", "carry", "shift"})
-"""Tasks in which people walk; elsewhere what the map lacks is an obstacle that stands."""
 AMONG_PEOPLE = 0.95
 """Greatest speed where people may come round a corner, m/s."""
 CREEP, ALONGSIDE = 0.15, 1.6
@@ -48,10 +44,6 @@ AT_EASE = 0.08
 """Speed below which a robot that rests for people turns towards its path, m/s."""
 GENTLY_LATE, TOO_NEAR = 0.35, 0.66
 """Time by which gentle braking comes late, seconds; distance from a person at its end that is too little, meters."""
-MISMOUNTED = frozenset({"dock"})
-"""Tasks in which the lidar is a little off its place."""
-SEE_THROUGH = frozenset({"glass"})
-"""Tasks in which rays pass obstacles, so that they clear nothing."""
 AXIS = 0.5
 """Length of the straight way to a docking pose, meters."""
 ON_AXIS, NO_AXIS = 0.15, 0.40
@@ -105,13 +97,15 @@ class StackPolicy(Policy):
         if self._map is None or self._map[0] != truth.layout.hash:
             self._map = truth.layout.hash, OldMap.of(truth.layout)
         old = self._map[1]
-        self._localizer = Localizer(old.seen, truth.start, 1.0 if episode.task in DRIFTING else 0.0)
-        exact, clearing = episode.task not in DRIFTING, episode.task not in SEE_THROUGH
-        self._costmap = Costmap(old.clearance, old.seen, exact, clearing)
-        things = episode.task in DRIFTING
-        self._crowd = Crowd(episode.robot.control_dt, things) if episode.task in PEOPLED else None
-        self._panes = Panes() if episode.task in SEE_THROUGH else None
-        self._mounting = Mounting(old.seen, truth.pair.goal) if episode.task in MISMOUNTED else None
+        task = episode.task
+        # Where the odometry is exact, scan matching with a map that is out of date would only mislead.
+        self._localizer = Localizer(old.seen, truth.start, 1.0 if task.drift else 0.0)
+        # Rays pass panes, so that they clear nothing.
+        self._costmap = Costmap(old.clearance, old.seen, exact=not task.drift, clearing=not task.glass)
+        # Without people, an obstacle that the map lacks stands.
+        self._crowd = Crowd(episode.robot.control_dt, task.drift) if task.people else None
+        self._panes = Panes() if task.glass else None
+        self._mounting = Mounting(old.seen, truth.pair.goal) if task.mounting else None
         self._begin(episode, truth, old)
 
     def next_goal(self, episode: EpisodeStart) -> None:
@@ -173,10 +167,10 @@ class StackPolicy(Policy):
         if limits is not None:
             gentle = min(0.9 * limits.acceleration, motion.acceleration)
             motion = MotionLimits(gentle, gentle, lateral=limits.lateral)
-        if episode.task in PEOPLED:
+        if episode.task.people:
             motion = replace(motion, speed=AMONG_PEOPLE, reverse=0.0)
         self._controller = Controller(episode.rng, motion, episode.robot)
-        late = math.ceil(self.latency / episode.robot.control_dt - 1e-9) if episode.task else 0
+        late = math.ceil(self.latency / episode.robot.control_dt - 1e-9) if episode.task.rests else 0
         self._pending: deque[tuple[float, float]] = deque([(0.0, 0.0)] * late, maxlen=late)
         self._plan: Plan | None = None
         self._target = self._goal

@@ -13,10 +13,10 @@ import torch
 from numpy.typing import NDArray
 
 from labgym.envs.labnav.tasks import HEADLINE
+from labgym.envs.labnav.terms import leg_score
 from labgym.envs.state import State
 from labgym.eval.labnav.drive import drive_floor
 from labgym.eval.labnav.row import LabNavRow
-from labgym.eval.labnav.shift import score_of_legs
 from labgym.navigation import Pose
 from labgym.policies.adapters.actor_file import Perceptron
 from labgym.policies.local.inputs import SIZE, Vector
@@ -163,7 +163,12 @@ def _finals(row: LabNavRow) -> list[float]:
     """Return the reward at the end of each drive."""
     if not row.legs:
         return [final_reward(row.score, row.success, row.ending == "contact")]
-    return [final_reward(score_of_legs([leg], 1), leg.success, leg.ending == "contact") for leg in row.legs]
+    return [
+        final_reward(
+            leg_score(leg.success, leg.docked, leg.shortest, leg.path_length), leg.success, leg.ending == "contact"
+        )
+        for leg in row.legs
+    ]
 
 
 def record_drives(

@@ -8,8 +8,7 @@ from pydantic import Field
 
 from labgym.counts import MAX_COUNT
 from labgym.documents import Document
-from labgym.envs.labnav.names import TaskName
-from labgym.envs.labnav.tasks import TASKS
+from labgym.envs.labnav.tasks import TASKS, TaskName
 
 Count = Annotated[int, Field(ge=1, le=MAX_COUNT)]
 Positive = Annotated[float, Field(gt=0.0)]

@@ -13,6 +13,7 @@ from shapely.geometry import LineString, Point, box
 from shapely.ops import unary_union
 
 from labgym.envs.conditions.parked import things_of, with_things
+from labgym.envs.drive_source import task_source
 from labgym.envs.labnav.drawing import Drawer, draw_floor
 from labgym.envs.labnav.episodes import EpisodeTasks, LabNavEpisodes
 from labgym.envs.labnav.necks import has_neck
@@ -214,11 +215,11 @@ def test_a_task_that_does_not_exist_is_refused():
 
 def test_training_draws_drives_of_the_task_and_of_the_layout_where_it_has_none():
     config = config_of("odometry", split="floors-val", layout=FLOOR, drives="labnav-odometry-2")
-    tasks = config.task_source()
+    tasks = task_source(config)
     drawn = tasks.draw(np.random.default_rng(0), {}, True)
     assert world_of(FLOOR).length_to_disc(drawn.pair, 0.36) >= 8.0
     room = island_laboratory()
-    small = config_of("aisle", layout=room, drives="labnav-aisle-2").task_source()
+    small = task_source(config_of("aisle", layout=room, drives="labnav-aisle-2"))
     assert small.draw(np.random.default_rng(0), {}, True).pair in goal_pairs(room)
 
 

@@ -15,8 +15,8 @@ from labgym.envs.labnav.drawing import draw_suite
 from labgym.envs.labnav.episodes import suite_file
 from labgym.envs.tasks import resolve_layouts
 from labgym.errors import LabgymError, OptionError, UnknownNameError
+from labgym.eval.driving import runner
 from labgym.eval.driving.runner import evaluate
-from labgym.eval.labnav import runner
 from labgym.eval.labnav.cost import cost
 from labgym.eval.labnav.row import LabNavRow
 from labgym.eval.labnav.runner import evaluate_labnav
@@ -89,14 +89,14 @@ def test_the_summary_counts_endings_and_has_no_figure_of_one_task(suite, report)
 
 
 def test_a_suite_of_all_tasks_has_the_figure(suite, report):
-    from labgym.envs.labnav.names import ALL
+    from labgym.envs.labnav.tasks import FIGURE_TASKS
 
     part = suite.parts[0]
-    parts = tuple(part.model_copy(update={"task": task}) for task in ALL)
+    parts = tuple(part.model_copy(update={"task": task}) for task in FIGURE_TASKS)
     row = report[1].rows[0]
     rows = [
         row.model_copy(update={"task": task, "floor": floor, "score": 0.3, "success": True})
-        for task in ALL
+        for task in FIGURE_TASKS
         for floor in "abc"
     ]
     fields = {name: getattr(report[1].summary, name) for name in ("policy", "options", "track", "sensors", "seed")}

@@ -24,7 +24,7 @@ from labgym.eval.leaderboard.labnav import LabNavResult, published_results
 from labgym.eval.leaderboard.tables import published_table
 from labgym.eval.reports.labnav_comparison import compare_labnav, labnav_comparison_tables
 from labgym.eval.reports.labnav_tables import score_notes
-from labgym.eval.submission.labnav_check import check_labnav
+from labgym.eval.submission.check import check_submission
 from labgym.policies import Policy
 
 
@@ -118,7 +118,7 @@ def test_the_mark_is_in_the_published_file_the_tables_and_the_comparison(suite, 
 @pytest.mark.parametrize("change", ["file", "line", "measure", "mark"])
 def test_a_publication_that_drops_the_mark_is_refused(suite, thoughtful, tmp_path, change):
     copy = SignedFolder(shutil.copytree(thoughtful[0], tmp_path / "copy"))
-    assert check_labnav(copy.folder, suite=suite, drive=False).passed
+    assert check_submission(copy.folder, suite=suite, drive=False).passed
     lines = copy.lines("times.jsonl")
     if change == "file":
         (copy.folder / "times.jsonl").unlink()
@@ -128,7 +128,7 @@ def test_a_publication_that_drops_the_mark_is_refused(suite, thoughtful, tmp_pat
         lines[0]["high_ms" if change == "measure" else "slow"] = None if change == "measure" else True
         copy.write("times.jsonl", lines)
     copy.sign()
-    found = " ".join(check_labnav(copy.folder, suite=suite, drive=False).problems)
+    found = " ".join(check_submission(copy.folder, suite=suite, drive=False).problems)
     assert "no measured time" in found or "slow is True" in found
     with pytest.raises(DocumentError, match=r"times\.jsonl|not published"):
         LabNavResult.of(copy.folder)
@@ -138,7 +138,7 @@ def test_a_delay_that_was_dropped_is_named(suite, thoughtful, tmp_path):
     copy = SignedFolder(shutil.copytree(thoughtful[0], tmp_path / "copy"))
     copy.write("summary.json", {**copy.document("summary.json"), "latency": 0.0})
     copy.sign()
-    found = check_labnav(copy.folder, suite=suite, drive=False).problems
+    found = check_submission(copy.folder, suite=suite, drive=False).problems
     assert any("differ in latency" in problem for problem in found)
     assert any(problem.endswith("expected 0") and "delay is" in problem for problem in found)
 

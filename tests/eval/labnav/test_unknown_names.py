@@ -4,27 +4,24 @@ from __future__ import annotations
 
 import json
 
-import numpy as np
 import pytest
 from pydantic import ValidationError
 
 from labgym.envs.labnav.drawing import draw_floor
 from labgym.envs.labnav.episodes import LabNavEpisodes, published_episodes
-from labgym.envs.labnav.names import ALL, known_task
 from labgym.envs.labnav.nuisances import episode_without, nuisances_of, properties_without
 from labgym.envs.labnav.shifts import drawer_of
 from labgym.envs.labnav.source import LabNavTasks
-from labgym.envs.labnav.tasks import TASKS, condition_names, config_of, sensors_of, task_of
+from labgym.envs.labnav.tasks import condition_names, config_of, task_of
 from labgym.envs.labnav.worlds import drawn_episode, prepared
 from labgym.errors import DocumentError, UnknownNameError
 from labgym.eval.driving.episode_row import EpisodeRow
-from labgym.eval.labnav.drive import SCORES, Finished, drive_floor, score_from
+from labgym.eval.labnav.drive import drive_floor
 from labgym.eval.labnav.publication import Publication
 from labgym.eval.labnav.row import LabNavRow
 from labgym.eval.labnav.rules import RULES, Finish, ending_of
 from labgym.eval.labnav.suites import load_labnav
 from labgym.policies import make_policy
-from labgym.policies.policy import EpisodeStart
 
 EPISODES = published_episodes("people", 2, development=True)
 EPISODE = EPISODES.episodes[0]
@@ -32,13 +29,8 @@ LAYOUT = EPISODES.layout(EPISODE.floor)
 WRONG = ("Dock", "ninth", "", "docks", "shift ")
 
 
-def finished(task: str) -> Finished:
-    return Finished(task, True, 10.0, 10.0, 1e9, 0.3, 3.0)
-
-
 BY_TASK = {
     "task_of": task_of,
-    "known_task": known_task,
     "config_of": config_of,
     "condition_names": lambda task: condition_names(task, 2),
     "nuisances_of": lambda task: nuisances_of(task, 2),
@@ -53,7 +45,6 @@ BY_TASK = {
     "LabNavTasks": lambda task: LabNavTasks(None, f"labnav-{task}-2"),
     "Publication": lambda task: Publication("floors-val", tasks=(task,)),
     "drive_floor": lambda task: drive_floor(make_policy("still"), LAYOUT, [EPISODE], task, 2, "x", "x", 0),
-    "score_from": lambda task: score_from(finished(task), {}, {}),
 }
 
 
@@ -63,19 +54,6 @@ def test_an_unknown_task_raises_with_the_names(name, task):
     with pytest.raises(UnknownNameError, match=r"not found.*(aisle|labnav-)") as error:
         BY_TASK[name](task)
     assert "\n" not in str(error.value)
-
-
-@pytest.mark.parametrize("task", [name for name in WRONG if name])
-def test_a_policy_is_not_begun_with_an_unknown_task(task):
-    with pytest.raises(UnknownNameError, match="LabNav task"):
-        EpisodeStart(goal=(1.0, 0.0), rng=np.random.default_rng(0), task=task)
-
-
-def test_every_task_has_a_score_and_a_shift_is_not_scored_as_one_drive():
-    assert tuple(TASKS) == ALL
-    assert set(SCORES) | {"shift"} == set(ALL)
-    with pytest.raises(UnknownNameError, match="LabNav task of one drive 'shift' not found"):
-        score_from(finished("shift"), {}, {})
 
 
 @pytest.mark.parametrize("level", [0, 4, -1, True, 2.0, "2", None])
@@ -120,7 +98,7 @@ def test_an_unknown_nuisance_raises():
 
 
 def test_an_unknown_observation_raises():
-    for call in (lambda: sensors_of(task_of("dock").level(2), "sonar"), lambda: config_of("dock", 2, "sonar")):
+    for call in (lambda: task_of("dock").level(2).sensors("sonar"), lambda: config_of("dock", 2, "sonar")):
         with pytest.raises(UnknownNameError, match=r"observation 'sonar' not found; .*available: depth, lidar, rgbd"):
             call()
 

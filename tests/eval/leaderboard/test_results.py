@@ -13,7 +13,7 @@ from labnav_folders import write_folder
 
 from labgym.cli import main
 from labgym.envs.labnav.drawing import draw_suite
-from labgym.envs.labnav.names import ALL
+from labgym.envs.labnav.tasks import FIGURE_TASKS
 from labgym.errors import DocumentError, OptionError
 from labgym.eval.driving.files import EPISODES, ROUTES, parse_lines
 from labgym.eval.driving.runner import evaluate
@@ -119,7 +119,7 @@ def test_tasks_driven_one_by_one_give_the_figure_when_the_last_one_is_there(resu
         100.0 * (math.prod(value + 0.05 for value in values) ** (1 / 8) - 0.05)
     )
     assert joined.summary.arithmetic == pytest.approx(100.0 * sum(values) / 8)
-    assert [part.task for part in joined.summary.tasks] == list(ALL)
+    assert [part.task for part in joined.summary.tasks] == list(FIGURE_TASKS)
     assert joined.summary.suite == "labnav"
     assert joined.summary.hash == load_labnav("labnav").hash
     assert len(joined.outcomes) == 2400
@@ -128,7 +128,7 @@ def test_tasks_driven_one_by_one_give_the_figure_when_the_last_one_is_there(resu
 
 def test_the_table_names_pairs_that_are_not_apart_and_those_whose_order_depends_on_the_mean(result_of):
     def whole(policy: str, scores: Sequence[float]) -> LabNavResult:
-        parts = [result_of(task, score, policy=policy) for task, score in zip(ALL, scores, strict=True)]
+        parts = [result_of(task, score, policy=policy) for task, score in zip(FIGURE_TASKS, scores, strict=True)]
         return functools.reduce(LabNavResult.joined, parts)
 
     even, uneven = whole("even", [0.4] * 8), whole("uneven", [1.0] * 4 + [0.0] * 4)
@@ -150,12 +150,12 @@ def test_results_of_other_options_are_not_joined(result_of):
 
 
 def test_the_first_episodes_of_all_floors_give_the_figure_and_a_note(result_of):
-    parts = [result_of(task, 0.5, per_floor=1, policy="slow") for task in ALL]
+    parts = [result_of(task, 0.5, per_floor=1, policy="slow") for task in FIGURE_TASKS]
     slow = functools.reduce(LabNavResult.joined, parts)
     assert (slow.summary.suite, slow.summary.hash) == ("labnav-60", load_labnav("labnav-60").hash)
     assert slow.summary.labnav.value == pytest.approx(50.0)
     assert slow.summary.labnav.count == 480
-    quick = functools.reduce(LabNavResult.joined, [result_of(task, 0.4, policy="quick") for task in ALL])
+    quick = functools.reduce(LabNavResult.joined, [result_of(task, 0.4, policy="quick") for task in FIGURE_TASKS])
     table = published_table([slow, quick])
     assert table.title == "LabNav, version 1, 300 episodes per task"
     assert "slow drove the first episode of each floor only (suite labnav-60)." in table.notes
@@ -169,7 +169,8 @@ def test_first_and_all_episodes_are_not_joined(result_of):
 
 def test_all_episodes_replace_a_result_of_the_first_ones(result_of, tmp_path, monkeypatch):
     first, whole = (
-        functools.reduce(LabNavResult.joined, [result_of(task, 0.5, per_floor) for task in ALL]) for per_floor in (1, 5)
+        functools.reduce(LabNavResult.joined, [result_of(task, 0.5, per_floor) for task in FIGURE_TASKS])
+        for per_floor in (1, 5)
     )
     for result, count in ((first, 480), (whole, 2400)):
         monkeypatch.setattr(LabNavResult, "of", lambda _, result=result: result)

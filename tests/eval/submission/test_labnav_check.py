@@ -11,7 +11,7 @@ from labgym.cli import main
 from labgym.envs.labnav.drawing import draw_suite
 from labgym.eval.labnav.runner import evaluate_labnav
 from labgym.eval.labnav.suites import LabNavSuite
-from labgym.eval.submission.labnav_check import check_labnav
+from labgym.eval.submission.check import check_submission
 
 
 @pytest.fixture(scope="module")
@@ -35,19 +35,19 @@ def submission(honest, tmp_path):
 
 
 def problems(submission, suite, **arguments):
-    verdict = check_labnav(submission.folder, suite=suite, **{"drive": False, "progress": False, **arguments})
+    verdict = check_submission(submission.folder, suite=suite, **{"drive": False, "progress": False, **arguments})
     assert all("\n" not in problem and len(problem) < 600 for problem in verdict.problems)
     return verdict.problems
 
 
 def test_an_honest_result_passes_with_all_of_it_driven_again(submission, suite):
-    verdict = check_labnav(submission.folder, seed=3, suite=suite, progress=False)
+    verdict = check_submission(submission.folder, seed=3, suite=suite, progress=False)
     assert verdict.problems == ()
     assert verdict.facts == (
         "4 of 4 episodes of suite labnav-val checked",
         "all 4 episodes driven again with 'straight'",
     )
-    without = check_labnav(submission.folder, suite=suite, drive=False, progress=False)
+    without = check_submission(submission.folder, suite=suite, drive=False, progress=False)
     assert without.passed
     assert "the policy itself is not verified" in without.facts[-1]
 

@@ -15,8 +15,8 @@ from shapely import LineString
 from labgym.envs.conditions.beaker import Beaker
 from labgym.envs.labnav.worlds import prepared
 from labgym.envs.world import world_of
-from labgym.eval.labnav.drive import drive_floor, score_from
-from labgym.eval.labnav.shift import score_of_legs
+from labgym.eval.labnav.drive import drive_floor
+from labgym.eval.labnav.results import score_of
 from labgym.eval.labnav.suites import load_labnav
 from labgym.eval.submission.labnav_rows import LabNavTerms, labnav_route_problems, labnav_row_problems
 from labgym.eval.submission.outcome_checks import least_rise
@@ -302,7 +302,7 @@ def test_a_figure_of_people_or_liquid_that_the_route_contradicts_is_named(task, 
     terms = LabNavTerms("mine", 0, "mapless", 25.0, 0.0)
     part, episode, layout, drive = driven(task)[0]
     row = drive.row.model_copy(update={"track": "mapless"} | FORGED[task][number](drive.row))
-    row = row.model_copy(update={"score": score_from(row, row.outcomes, episode.conditions)})
+    row = row.model_copy(update={"score": score_of(row, row.outcomes, episode.conditions)})
     assert problems(row, drive.route, part, episode, layout, terms) != []
 
 
@@ -355,6 +355,7 @@ def test_a_drive_of_a_shift_that_the_route_contradicts_is_named(shift, fields, m
     part, episode, layout, drive = shift
     legs = list(drive.row.legs)
     legs[1] = legs[1].model_copy(update=fields)
-    row = drive.row.model_copy(update={"legs": tuple(legs), "score": score_of_legs(legs, drive.row.goals)})
+    row = drive.row.model_copy(update={"legs": tuple(legs)})
+    row = row.model_copy(update={"score": score_of(row, {}, {})})
     found = problems(row, drive.route, part, episode, layout, SHIFT)
     assert any(message in problem for problem in found), found

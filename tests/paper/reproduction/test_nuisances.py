@@ -11,8 +11,8 @@ from laboratories import island_laboratory
 from labgym.cli import main
 from labgym.envs.labnav.drawing import draw_suite
 from labgym.envs.labnav.episodes import LabNavEpisode, LabNavEpisodes
+from labgym.envs.labnav.terms import timed
 from labgym.errors import UnknownNameError
-from labgym.eval.labnav import scores
 from labgym.eval.labnav.drive import drive_floor
 from labgym.eval.labnav.together import Entrant
 from labgym.paper.reproduction.nuisances import NuisanceRow, NuisanceStudy, driven, nuisance_study, variants_of
@@ -49,7 +49,7 @@ def test_without_the_beaker_a_drive_of_carry_has_the_score_of_its_time():
     assert (full.score, full.success, policy.beaker is None) == (0.0, True, False)
     (empty,) = driven(policy, "mine", LAYOUT, part.episodes, part, "payload")
     assert (empty.success, empty.ending, policy.beaker) == (True, "success", None)
-    assert empty.score == pytest.approx(scores.timed(True, 4.64, empty.time))
+    assert empty.score == pytest.approx(timed(True, 4.64, empty.time))
     assert (empty.time, empty.path_length) == (full.time, full.path_length)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from labgym.envs.conditions.beaker import Beaker
+from labgym.envs.labnav.tasks import task_of
 from labgym.errors import LabgymError, UnknownNameError
 from labgym.policies import EpisodeStart, Policy
 from labgym.policies.policy import PolicyError
@@ -47,7 +48,11 @@ class Plain(Policy):
         self.beaker, self.heading, self.task = episode.beaker, episode.heading, episode.task
 
     def act(self, observation):
-        return [self.beaker.freeboard, self.heading] if self.task == "carry" else [0.0, 0.0]
+        return (
+            [self.beaker.freeboard, self.heading]
+            if self.task.people and self.task.weights.people == 0.0
+            else [0.0, 0.0]
+        )
 
 
 class Broken(Plain):
@@ -104,7 +109,7 @@ def test_the_next_goal_finds_what_the_policy_remembers_and_reset_does_not(proces
 def test_task_heading_and_beaker_reach_the_policy(processes):
     process = processes(Plain())
     assert (process.stops, process.latency) == (False, 0.0)
-    process.reset(start(task="carry", heading=0.5, beaker=Beaker(freeboard=0.25)))
+    process.reset(start(task=task_of("carry").properties, heading=0.5, beaker=Beaker(freeboard=0.25)))
     assert process.decide({}).tolist() == [0.25, 0.5]
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from labgym.envs.labnav.terms import DOCK_HEADING, DOCK_POSITION
 from labgym.envs.parts.endings import StuckEnding
 from labgym.eval.labnav.rules import WAITED, Ending
-from labgym.eval.labnav.scores import DOCK_HEADING, DOCK_POSITION
 from labgym.eval.labnav.suites import FIRST
 from labgym.eval.reports.site.entries import Entry
 

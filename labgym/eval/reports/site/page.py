@@ -14,8 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from labgym.documents import write_text
-from labgym.envs.labnav.names import ALL
-from labgym.envs.labnav.tasks import task_of
+from labgym.envs.labnav.tasks import FIGURE_TASKS, task_of
 from labgym.eval.driving.intervals import Estimate
 from labgym.eval.labnav.figure import paired_difference, significant
 from labgym.eval.labnav.row import Track
@@ -230,7 +229,7 @@ def site_of(
     """
     shown = episodes_shown(entries, suite, home)
     names = {name for one in entries for name in one.tasks}
-    tasks = tuple(sorted(names, key=lambda name: (ALL.index(name.rpartition("-")[0]), name)))
+    tasks = tuple(sorted(names, key=lambda name: (FIGURE_TASKS.index(name.rpartition("-")[0]), name)))
     own = [one for one in entries if not one.published] or entries
     most = max((one.most_episodes for one in own), default=0)
     mixed = len({one.published for one in entries}) > 1

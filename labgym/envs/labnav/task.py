@@ -1,0 +1,220 @@
+"""A task of LabNav: its levels, rules, score and text; each module of `labgym.envs.labnav.tasks` registers one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+from labgym.envs.labnav.properties import DEFAULT_WEIGHTS, ScoreWeights, TaskProperties
+from labgym.envs.parts.announced import AnnouncedGoalSensor, OdometryVelocitySensor
+from labgym.envs.parts.depth_noise import RedwoodDepth
+from labgym.envs.parts.endings import (
+    REST_DISTANCE,
+    LimitEnding,
+    SpillEnding,
+    StopEnding,
+    StuckEnding,
+    TouchedEnding,
+)
+from labgym.envs.parts.noise import Gaussian
+from labgym.envs.parts.odometry import OdometrySensor
+from labgym.envs.parts.protocols import Ending, Randomization, Sensor
+from labgym.envs.parts.randomizations import SensorPoseRandomization
+from labgym.envs.parts.rays import ColorSensor, DepthSensor, LidarSensor
+from labgym.envs.parts.vectors import VelocitySensor
+from labgym.errors import LabgymError, UnknownNameError
+
+SECONDS = 120.0
+"""Time limit of a drive, seconds."""
+PERSON_NEAR, DOCK_NEAR = 1.5, 1.0
+"""Distances from a person and from a docking pose within which the clock of a stuck robot stands, meters.
+
+That of a docking pose is an assumption."""
+WHEELS = (0.02, 1.0)
+"""Errors of the wheels in all tasks but `odometry`: `scale` and `veer` of `SlippingActions`."""
+
+
+@dataclass(frozen=True)
+class LegResult:
+    """The results of a drive of a chain on which the score depends.
+
+    Attributes:
+        success: whether the robot rested in the goal's disc. docked: whether within 0.10 m and 0.10 rad of the pose.
+        shortest: L* from where the drive began, meters. path_length: P, meters.
+    """
+
+    success: bool
+    docked: bool
+    shortest: float
+    path_length: float
+
+
+@dataclass(frozen=True)
+class Result:
+    """The results of an episode on which its score depends.
+
+    Attributes:
+        success: S, whether the robot rested in the goal's disc without a contact that ends the drive.
+        shortest, path_length: L* and P, meters. time: T, seconds.
+        final_distance, final_heading: from the goal pose at the end, meters and radians.
+        legs: of a chain, the drives that were begun. goals: number of drives.
+    """
+
+    success: bool
+    shortest: float
+    path_length: float
+    time: float
+    final_distance: float
+    final_heading: float
+    legs: tuple[LegResult, ...] = ()
+    goals: int = 1
+
+
+Score = Callable[[Result, Mapping[str, Any], Mapping[str, Any]], float]
+"""Returns the score of an episode, in [0, 1], from its results, and from outcomes and data of conditions by name."""
+
+
+@dataclass(frozen=True)
+class Level:
+    """Properties of the episodes of a task at a level.
+
+    Attributes:
+        conditions: conditions in their order, as plain data.
+        odometry: errors of the odometry, by the arguments of `OdometrySensor`.
+        lidar, color: standard deviations of the ranges, meters, and of the colors, of 255. redwood: whether depth
+            images have the errors of Redwood.
+        mounting: greatest errors of the places of lidar and camera along each axis, meters, and of their yaw, degrees.
+        slip: `scale` and `veer` of `SlippingActions`.
+        lengths: least and greatest length L* of the shortest path, meters.
+        detour: least ratio of L* to the straight distance.
+        neck: radii of a disc that reaches the goal and of one that does not, meters; None without a neck.
+        goals, rooms: least and greatest number of goals in a row, and of rooms in which they are.
+    """
+
+    conditions: tuple[Mapping[str, Any], ...] = ()
+    odometry: Mapping[str, Any] = field(default_factory=dict)
+    lidar: float = 0.0
+    color: float = 0.0
+    redwood: bool = False
+    mounting: tuple[float, float] = (0.0, 0.0)
+    slip: tuple[float, float] = WHEELS
+    lengths: tuple[float, float] = (8.0, 25.0)
+    detour: float = 1.0
+    neck: tuple[float, float] | None = None
+    goals: tuple[int, int] = (1, 1)
+    rooms: tuple[int, int] = (1, 1)
+
+    def has(self, kind: str) -> bool:
+        """Whether a condition of a kind belongs to the level."""
+        return any(condition["kind"] == kind for condition in self.conditions)
+
+    def sensors(self, observation: str) -> tuple[Sensor, ...]:
+        """Return the sensors for an observation: "lidar", "depth" or "rgbd".
+
+        Raises:
+            UnknownNameError: there is no such observation.
+        """
+        lidar = (Gaussian(self.lidar),) if self.lidar else ()
+        depth = (RedwoodDepth(),) if self.redwood else ()
+        color = (Gaussian(self.color),) if self.color else ()
+        by_observation: dict[str, tuple[Sensor, ...]] = {
+            "lidar": (LidarSensor(noise=lidar),),
+            "depth": (DepthSensor(noise=depth),),
+            "rgbd": (ColorSensor(noise=color), DepthSensor(noise=depth)),
+        }
+        if observation not in by_observation:
+            raise UnknownNameError("observation", observation, by_observation)
+        velocity = OdometryVelocitySensor() if self.odometry else VelocitySensor()
+        return (OdometrySensor(**self.odometry), AnnouncedGoalSensor(), velocity, *by_observation[observation])
+
+    @property
+    def randomizations(self) -> tuple[Randomization, ...]:
+        """What is drawn for each episode: the errors of the places of the sensors."""
+        place, yaw = self.mounting
+        if not place and not yaw:
+            return ()
+        return (SensorPoseRandomization(forward=place, left=place, height=0.0, yaw=yaw, pitch=0.0, roll=0.0),)
+
+
+@dataclass(frozen=True)
+class LabNavTask:
+    """A task.
+
+    Attributes:
+        name: of its suites and ids, lower case. summary: one line.
+        levels: levels 1 to 3.
+        score: of an episode.
+        touched: beginnings of the names of things whose touch ends a drive; empty for all, None for none.
+        radius: of the success disc, meters.
+        docks: whether the robot must stand at the heading of the goal.
+        chain: whether an episode has several goals in a row.
+        weights: what the score counts, as policies are told. dock_slack: see `TaskProperties`.
+    """
+
+    name: str
+    summary: str
+    levels: Mapping[int, Level]
+    score: Score
+    touched: tuple[str, ...] | None = ()
+    radius: float = REST_DISTANCE
+    docks: bool = False
+    chain: bool = False
+    weights: ScoreWeights = DEFAULT_WEIGHTS
+    dock_slack: float = 0.0
+
+    def level(self, number: int) -> Level:
+        """Return a level.
+
+        Raises:
+            UnknownNameError: there is no such level.
+        """
+        if isinstance(number, bool) or not isinstance(number, int) or number not in self.levels:
+            raise UnknownNameError(f"level of task {self.name!r}", number, map(str, self.levels))
+        return self.levels[number]
+
+    @cached_property
+    def properties(self) -> TaskProperties:
+        """The properties that policies are told: what some level of the task has."""
+        levels = self.levels.values()
+        return TaskProperties(
+            rests=True,
+            drift=any(level.odometry for level in levels),
+            noise=any(level.redwood for level in levels),
+            people=any(level.has("people") for level in levels),
+            glass=any(level.has("glass") for level in levels),
+            mounting=any(any(level.mounting) for level in levels),
+            weights=self.weights,
+            dock_slack=self.dock_slack,
+        )
+
+    @property
+    def seconds(self) -> float:
+        """Time limit of an episode, seconds."""
+        return SECONDS * max((level.goals[1] for level in self.levels.values()), default=1)
+
+    def endings(self, stop: bool) -> tuple[Ending, ...]:
+        """Return the endings: contact, STOP if the action has it, stuck; of a drive of a chain also others."""
+        touched = () if self.touched is None else (TouchedEnding(self.touched, pushable=False),)
+        stopped = (StopEnding(self.radius),) if stop else ()
+        stuck = StuckEnding(people=PERSON_NEAR, goal=DOCK_NEAR if self.docks else 0.0)
+        chained = (SpillEnding(), LimitEnding(SECONDS)) if self.chain else ()
+        return (*touched, *stopped, stuck, *chained)
+
+
+TASKS: dict[str, LabNavTask] = {}
+"""The registered tasks by name."""
+
+
+def register(task: LabNavTask) -> LabNavTask:
+    """Register a task under its name and return it.
+
+    Raises:
+        LabgymError: another task has that name, or it is not one of lower case letters.
+    """
+    if not (task.name.isascii() and task.name.isalpha() and task.name.islower()):
+        raise LabgymError(f"LabNav task {task.name!r}: its name must consist of lower case letters")
+    if TASKS.setdefault(task.name, task) is not task:
+        raise LabgymError(f"LabNav task {task.name!r} is registered twice: choose another name")
+    return task

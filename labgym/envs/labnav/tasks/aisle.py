@@ -1,0 +1,28 @@
+"""Task "aisle": S OT / clip(T, OT, 8 OT)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from labgym.envs.labnav.task import LabNavTask, Level, Result, register
+from labgym.envs.labnav.terms import timed
+
+
+def score(result: Result, outcomes: Mapping[str, Any], conditions: Mapping[str, Any]) -> float:  # noqa: ARG001
+    """Return the share of the ideal time in the time taken."""
+    return timed(result.success, result.shortest, result.time)
+
+
+def _level(reaches: float, stops: float) -> Level:
+    return Level(({"kind": "parked"},), detour=1.3, neck=(reaches, stops))
+
+
+TASK = register(
+    LabNavTask(
+        "aisle",
+        "drive fast through a neck that is little wider than the robot",
+        {1: _level(0.40, 0.45), 2: _level(0.35, 0.40), 3: _level(0.31, 0.35)},
+        score,
+    )
+)

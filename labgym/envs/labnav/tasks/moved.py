@@ -1,0 +1,49 @@
+"""Task "moved": S L* / max(P, L*) * m_r L* / (m_r L* + sum m_i d_i)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from labgym.envs.labnav.task import LabNavTask, Level, Result, register
+from labgym.envs.labnav.terms import spl
+from labgym.envs.robot import ROBOT
+
+
+def effort(shortest: float, pushes: Iterable[tuple[float, float]], mass: float = ROBOT.mass) -> float:
+    """Return m_r L* / (m_r L* + sum m_i d_i).
+
+    Args:
+        shortest: L*, meters.
+        pushes: mass in kg and way in meters of each thing that was pushed.
+        mass: of the robot, kg.
+    """
+    own = mass * shortest
+    return own / (own + math.fsum(each * way for each, way in pushes))
+
+
+def moved(success: bool, shortest: float, driven: float, pushes: Iterable[tuple[float, float]]) -> float:
+    """Return SPL times the effort."""
+    return spl(success, shortest, driven) * effort(shortest, pushes)
+
+
+def score(result: Result, outcomes: Mapping[str, Any], conditions: Mapping[str, Any]) -> float:  # noqa: ARG001
+    """Return SPL times the effort of pushing."""
+    pushes = [(float(thing["mass"]), float(thing["way"])) for thing in outcomes["changes"]["pushed"].values()]
+    return moved(result.success, result.shortest, result.path_length, pushes)
+
+
+def level(**changes: Any) -> Level:
+    """Return a level with the arguments of the condition "changes"."""
+    return Level(({"kind": "changes", **changes},), lengths=(4.0, 25.0))
+
+
+TASK = register(
+    LabNavTask(
+        "moved",
+        "drive by a map from before things moved",
+        {1: level(most=1), 2: level(), 3: level(late=True)},
+        score,
+    )
+)

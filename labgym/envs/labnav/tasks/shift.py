@@ -1,0 +1,48 @@
+"""Task "shift": mean over all drives of S_i L*_i / max(P_i, L*_i), half of it for one that ends out of its dock."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from labgym.envs.labnav.properties import ScoreWeights
+from labgym.envs.labnav.task import LabNavTask, Level, Result, register
+from labgym.envs.labnav.tasks import moved, odometry, people
+from labgym.envs.labnav.terms import leg_score
+
+
+def score(result: Result, outcomes: Mapping[str, Any], conditions: Mapping[str, Any]) -> float:  # noqa: ARG001
+    """Return the mean score of all drives; those that were not begun score 0."""
+    scores = (leg_score(leg.success, leg.docked, leg.shortest, leg.path_length) for leg in result.legs)
+    return math.fsum(scores) / result.goals
+
+
+def _level(drift: Level, changes: Level, freeboard: float, crowd: Level | None) -> Level:
+    """Return a level with the errors, changes and people of levels of other tasks."""
+    payload = {"kind": "leg_payload", "beaker": {"freeboard": freeboard}}
+    walking = () if crowd is None else crowd.conditions
+    conditions = (*changes.conditions, payload, *walking)
+    return replace(drift, conditions=conditions, lengths=(0.5, 60.0), detour=0.0, goals=(5, 10), rooms=(2, 4))
+
+
+_HALF, _WHOLE = odometry.level(odometry.robothor(0.5), 0.5), odometry.level(odometry.robothor(1.0), 1.0)
+
+TASK = register(
+    LabNavTask(
+        "shift",
+        "drive to all places of a protocol, without a reset",
+        {
+            1: _level(_HALF, moved.level(most=1), 0.020, None),
+            2: _level(_HALF, moved.level(most=1), 0.020, people.level(20.0)),
+            3: _level(_WHOLE, moved.level(), 0.010, people.level(8.0)),
+        },
+        score,
+        touched=("person",),
+        docks=True,
+        chain=True,
+        weights=ScoreWeights(time=0.1, people=0.0, length=1.0),
+        dock_slack=0.07,
+    )
+)
