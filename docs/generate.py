@@ -1,9 +1,9 @@
-"""Write generated documentation: JSON Schemas, the environment's page, tables, and the heads of model cards.
+"""Write generated documentation: the environment's page, tables, and the heads of model cards.
 
-`python docs/generate.py` writes schemas and pages. With `--check` it writes nothing and exits 1 if a file is out of
-date. With `--run runs/default` it also writes layout metrics and pictures of that run into the README; with `--floors`
-the plans of the families of floors; with `--pictures` the rendered laboratories of the README and of docs/floors.md;
-with `--labnav` the pictures of LabNav's tasks, or of the tasks named after it.
+`python docs/generate.py` writes pages. With `--check` it writes nothing and exits 1 if a file is out of date. With
+`--rooms` it also scores the published rooms for the tables of layouts (a minute); with `--floors` it draws the plans of
+the families of floors; with `--pictures` the rendered laboratories of the README and of docs/floors.md; with `--labnav`
+the pictures of LabNav's tasks, or of the tasks named after it. The site has the JSON Schemas of `DOCUMENTS`.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import argparse
 import inspect
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -29,14 +29,16 @@ from labgym.assets.inference import Substructures
 from labgym.assets.reactivity import Reactivity
 from labgym.assets.search import Lookalikes
 from labgym.assets.shapes.joints import MECHANISMS
+from labgym.assets.specs import Specifications, quantity
+from labgym.assets.usd.attributes import ATTRIBUTES
 from labgym.cards.labnav import board, headed
-from labgym.documents import Document, tagged, write_bytes, write_text
+from labgym.documents import Document, tagged, write_text
 from labgym.envs import LabPointNavEnv
 from labgym.envs.goal_env import LabPointNavGoalEnv
 from labgym.envs.labnav.tasks import HEADLINE
 from labgym.envs.labnav.worlds import drawn_episode
 from labgym.errors import LabgymError
-from labgym.eval import LayoutReport, LayoutSummary
+from labgym.eval import LayoutReport, LayoutSummary, aggregate, score
 from labgym.eval.drawing.episode_picture import EpisodeWorld, episode_picture, save_episode_picture
 from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.leaderboard.correlation import correlation_tables
@@ -45,16 +47,15 @@ from labgym.eval.leaderboard.labnav import LabNavResult, published_results
 from labgym.eval.leaderboard.tables import published_table
 from labgym.eval.reports.comparison import Comparison
 from labgym.eval.reports.labnav_comparison import LabNavComparison
-from labgym.eval.reports.results import ResultsFolder
-from labgym.eval.reports.run_report import result_tables
-from labgym.eval.reports.tables import leaderboard
+from labgym.eval.reports.tables import layout_table, leaderboard
 from labgym.eval.scoring.layout_report import LayoutReport2
 from labgym.exchange.inventory import Inventory
-from labgym.layouts import Layout, generate
+from labgym.layouts import Layout, generate, load_published, published
 from labgym.layouts.clutter import add_clutter
 from labgym.layouts.floors import FAMILIES, FloorDraw, draw_floor
 from labgym.layouts.floors.ranges import BuildingRanges, described
 from labgym.layouts.rooms import RoomFile
+from labgym.layouts.rules.safety.rules import RULES
 from labgym.layouts.sealed import Commitment
 from labgym.layouts.sites import FloorFile
 from labgym.layouts.splits import Manifest
@@ -76,9 +77,16 @@ from labgym.table import Table
 
 DOCS = Path(__file__).resolve().parent
 README = DOCS.parent / "README.md"
+RESULTS = DOCS / "results.md"
 POLICIES = DOCS.parent / "policies"
-SHOWN = "test-alk_01"
-"""The published layout shown in the README's pictures."""
+FRONT_ROWS = 8
+"""Number of policies in the README's table of LabNav."""
+
+FRONT_COLUMNS = ("Policy", "Knows", "LabNav ↑", "Touched ↓")
+"""Columns of the README's table of LabNav."""
+
+RULE_SETS = ("touchstone-v2", "touchstone-v1")
+"""Rule sets in the table of the published rooms."""
 
 NUISANCES = "leaderboard/nuisances"
 """Folder of the published figures of `labgym reproduce nuisances`, in eval/."""
@@ -164,22 +172,97 @@ def environment_page(environment: type, goals: type) -> str:
 
 
 def pages() -> dict[Path, str]:
-    """Return the contents of all generated files in docs/ by path."""
-    schemas = {DOCS / "schemas" / f"{d.SCHEMA.partition('.')[2].replace('/', '-')}.json": schema(d) for d in DOCUMENTS}
-    floors, moving, labnav = DOCS / "floors.md", DOCS / "moving-parts.md", DOCS / "labnav.md"
-    classical = DOCS / "classical-policies.md"
-    text = with_tables(labnav.read_text(encoding="utf-8"), correlations(), "correlation of tasks")
-    readme = with_tables(README.read_text(encoding="utf-8"), results_tables(), "results of LabNav")
-    return {
-        **schemas,
-        README: with_tables(readme, lab30_table(), "results of lab30"),
-        DOCS / "environment.md": environment_page(LabPointNavEnv, LabPointNavGoalEnv),
-        labnav: with_tables(text, nuisance_table(), "nuisances"),
-        floors: with_tables(floors.read_text(encoding="utf-8"), parameter_tables()),
-        moving: with_tables(moving.read_text(encoding="utf-8"), moving_tables()),
-        classical: with_tables(classical.read_text(encoding="utf-8"), classical_table(), "LabNav"),
-        **{card: headed(card.read_text(encoding="utf-8")) for card in sorted(POLICIES.glob("*/CARD.md"))},
+    """Return the contents of all generated files by path."""
+    tables = {
+        README: {"results of LabNav": front_table()},
+        RESULTS: {
+            "results of LabNav": results_tables(),
+            "results of lab30": lab30_table(),
+            "correlation of tasks": correlations(),
+            "nuisances": nuisance_table(),
+        },
+        DOCS / "safety-rules.md": {"rules": safety_table()},
+        DOCS / "schemas.md": {"schemas": schema_table()},
+        DOCS / "specifications.md": {"specifications": specification_table(), "attributes": attribute_table()},
+        DOCS / "floors.md": {"tables": parameter_tables()},
+        DOCS / "moving-parts.md": {"tables": moving_tables()},
+        DOCS / "classical-policies.md": {"LabNav": classical_table()},
     }
+    files = {DOCS / "environment.md": environment_page(LabPointNavEnv, LabPointNavGoalEnv)}
+    for page, blocks in tables.items():
+        text = page.read_text(encoding="utf-8")
+        for name, block in blocks.items():
+            text = with_tables(text, block, name)
+        files[page] = text
+    return files | {card: headed(card.read_text(encoding="utf-8")) for card in sorted(POLICIES.glob("*/CARD.md"))}
+
+
+def markdown(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Return a table of Markdown whose cells may hold Markdown."""
+    lines = [columns, ["---"] * len(columns), *rows]
+    return "\n".join(f"| {' | '.join(cells)} |" for cells in lines)
+
+
+def safety_table() -> str:
+    """Return the table of the safety rules."""
+    rows = [(f"`{rule.name}`", rule.severity, rule.requires, rule.limit, rule.source) for rule in RULES]
+    return markdown(("rule", "severity", "requirement", "limit", "source"), rows)
+
+
+def schema_name(document: type[Document]) -> str:
+    """Return the name of the file that holds a document's schema on the site, without its suffix."""
+    return document.SCHEMA.partition(".")[2].replace("/", "-")
+
+
+def schema_table() -> str:
+    """Return the table of the JSON documents."""
+    rows = []
+    for document in sorted(DOCUMENTS, key=lambda document: document.SCHEMA):
+        summary = inspect.cleandoc(document.__doc__ or "").partition("\n\n")[0]
+        rows.append((f"`{document.SCHEMA}`", " ".join(summary.split()), f"`{document.__module__}.{document.__name__}`"))
+    return markdown(("schema", "document", "class"), rows)
+
+
+def specification_table() -> str:
+    """Return the table of the specifications of assets."""
+    fields = Specifications.model_fields.items()
+    rows = [(f"`{name}`", quantity(name)[1] or "-", str(field.description)) for name, field in fields]
+    return markdown(("specification", "unit", "meaning"), rows)
+
+
+def attribute_table() -> str:
+    """Return the table of the custom attributes of USD files, apart from specifications."""
+    shown = [each for each in ATTRIBUTES if not each.name.startswith("specs:")]
+    rows = [(f"`{each.full_name}`", each.type_name, each.meaning) for each in shown]
+    return markdown(("attribute", "type", "meaning"), rows)
+
+
+def front_table() -> str:
+    """Return the README's table of LabNav: the best policies, with few columns."""
+    results = published_results()
+    if not results:
+        return "No results are published yet."
+    table = published_table(results)
+    chosen = [table.columns.index(name) for name in FRONT_COLUMNS]
+    rows = tuple(tuple(row[index] for index in chosen) for row in table.rows[:FRONT_ROWS])
+    return Table("", FRONT_COLUMNS, rows).markdown()
+
+
+def rooms_table() -> str:
+    """Return the table of the published rooms under every rule set, with the paper's row."""
+    layouts = [load_published(split, name) for split in ("val", "test") for name in published(split)]
+    columns = ("Obj", "OB", "CN", "Asset", "Step nav", "Prot nav", "Flam", "Store", "Incomp", "Glass")
+    rows = []
+    for name in RULE_SETS:
+        reports = [score(layout, metrics=name) for layout in layouts]
+        table = layout_table(aggregate(reports), name)
+        headings = [heading.split(" ↑")[0].split(" ↓")[0] for heading in table.columns]
+        shown = [headings.index(column) for column in columns]
+        valid = sum(report.v == 0 for report in reports)
+        mean = sum(report.v for report in reports) / len(reports)
+        rows.append((f"`{name}`", f"{valid} of {len(reports)}", f"{mean:.2f}", *(table.rows[0][i] for i in shown)))
+    paper = (table.rows[1][0], "-", "-", *(table.rows[1][i] for i in shown))
+    return markdown(("rule set", "v = 0", "mean v", *columns), [*rows, paper])
 
 
 def moving_tables() -> str:
@@ -344,7 +427,7 @@ def main() -> int:
     """Write or check the generated files and return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--check", action="store_true")
-    parser.add_argument("--run", type=Path)
+    parser.add_argument("--rooms", action="store_true")
     parser.add_argument("--floors", action="store_true")
     parser.add_argument("--pictures", action="store_true")
     parser.add_argument("--labnav", nargs="*", choices=list(EPISODES))
@@ -356,11 +439,9 @@ def main() -> int:
     if arguments.labnav is not None:
         draw_episodes(DOCS / "pictures", arguments.labnav)
     files = pages()
-    if arguments.run:
-        layouts, *_ = result_tables(ResultsFolder.read(arguments.run))
-        files[README] = with_tables(files[README], layouts.titled_markdown())
-        for name, folder in (("overview", "views"), ("topdown", "pictures")):
-            write_bytes(DOCS / "pictures" / f"{name}.png", (arguments.run / folder / f"{SHOWN}.png").read_bytes())
+    if arguments.rooms:
+        table = rooms_table()
+        files |= {page: with_tables(files[page], table, "results of layouts") for page in (README, RESULTS)}
     stale = [path for path, text in files.items() if not path.is_file() or path.read_text(encoding="utf-8") != text]
     for path in stale:
         print(f"{'stale' if arguments.check else 'written'}: {path.relative_to(DOCS.parent)}")
