@@ -11,15 +11,19 @@ from __future__ import annotations
 import argparse
 import inspect
 import json
+import re
 import sys
-from collections.abc import Iterable, Sequence
+import typing
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 from PIL import Image
+from pydantic import BaseModel
 
 from labgym.artefacts import artefacts
 from labgym.assets import AssetFile
@@ -32,6 +36,7 @@ from labgym.assets.shapes.joints import MECHANISMS
 from labgym.assets.specs import Specifications, quantity
 from labgym.assets.usd.attributes import ATTRIBUTES
 from labgym.cards.labnav import board, headed
+from labgym.datasets.tables import episodes_schema, steps_schema
 from labgym.documents import Document, tagged, write_text
 from labgym.envs import LabPointNavEnv
 from labgym.envs.goal_env import LabPointNavGoalEnv
@@ -50,8 +55,10 @@ from labgym.eval.reports.labnav_comparison import LabNavComparison
 from labgym.eval.reports.tables import layout_table, leaderboard
 from labgym.eval.scoring.layout_report import LayoutReport2
 from labgym.exchange.inventory import Inventory
-from labgym.layouts import Layout, generate, load_published, published
+from labgym.layouts import Layout, Placement, generate, load_published, published
 from labgym.layouts.clutter import add_clutter
+from labgym.layouts.floor import Floor, Opening, Space, Wall
+from labgym.layouts.floor.spaces import Column, KeepOut, Service
 from labgym.layouts.floors import FAMILIES, FloorDraw, draw_floor
 from labgym.layouts.floors.ranges import BuildingRanges, described
 from labgym.layouts.rooms import RoomFile
@@ -61,6 +68,7 @@ from labgym.layouts.sites import FloorFile
 from labgym.layouts.splits import Manifest
 from labgym.layouts.trace import Trace
 from labgym.layouts.version1 import Layout1
+from labgym.llm.config import PREFIX, LanguageModelConfig
 from labgym.llm.replay import RecordedReply
 from labgym.paper.reproduction.figures import Cell, Figures
 from labgym.paper.reproduction.nuisances import NOTES
@@ -84,6 +92,9 @@ FRONT_ROWS = 8
 
 FRONT_COLUMNS = ("Policy", "Knows", "LabNav ↑", "Touched ↓")
 """Columns of the README's table of LabNav."""
+
+FLOOR_FIELDS = (Floor, Wall, Opening, Space, Column, Service, KeepOut)
+"""Classes whose fields docs/layouts.md lists."""
 
 RULE_SETS = ("touchstone-v2", "touchstone-v1")
 """Rule sets in the table of the published rooms."""
@@ -118,6 +129,11 @@ USES = {
 }
 PARTS = {"wall": "#484848", "pane": "#40a0e0", "sill": "#90b8d0", "leaf": "#c06030", "column": "#202020"}
 """Colors of spaces by use, and of solid parts, in the plans of floors."""
+
+SECTION = re.compile(r"^Attributes:\n((?:(?: {4}.*)?\n)+)", re.MULTILINE)
+FIELD = re.compile(r"^ {4}([A-Za-z_][\w, ]*): (.*(?:\n {5,}.*)*)", re.MULTILINE)
+INLINE = re.compile(r"(?<=\.) ([a-z_]\w*(?:, [a-z_]\w*)*): ")
+"""The section of a class's docstring that describes its fields, a description in it, and a further one in its line."""
 
 MARKS = "<!-- {name}: begin -->", "<!-- {name}: end -->"
 DOCUMENTS: tuple[type[Document], ...] = (
@@ -182,6 +198,9 @@ def pages() -> dict[Path, str]:
             "nuisances": nuisance_table(),
         },
         DOCS / "safety-rules.md": {"rules": safety_table()},
+        DOCS / "layouts.md": {"floor": field_table(FLOOR_FIELDS), "placements": field_table([Placement])},
+        DOCS / "language-models.md": {"settings": setting_table()},
+        DOCS / "training-data.md": {"steps": column_list(steps_schema), "episodes": column_list(episodes_schema)},
         DOCS / "schemas.md": {"schemas": schema_table()},
         DOCS / "specifications.md": {"specifications": specification_table(), "attributes": attribute_table()},
         DOCS / "floors.md": {"tables": parameter_tables()},
@@ -201,6 +220,55 @@ def markdown(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """Return a table of Markdown whose cells may hold Markdown."""
     lines = [columns, ["---"] * len(columns), *rows]
     return "\n".join(f"| {' | '.join(cells)} |" for cells in lines)
+
+
+def fields(docstring: str) -> dict[str, str]:
+    """Return the descriptions in the section "Attributes" of a class's docstring, by name of the field."""
+    section = SECTION.search(inspect.cleandoc(docstring) + "\n")
+    described = {}
+    for first, text in FIELD.findall(section[1] if section else ""):
+        parts = [first, *INLINE.split(" ".join(text.split()))]
+        for names, description in zip(parts[::2], parts[1::2], strict=True):
+            described |= dict.fromkeys(names.split(", "), description)
+    return described
+
+
+def field_table(classes: Sequence[type[BaseModel]]) -> str:
+    """Return the table of the fields of classes, with their choices or defaults and their descriptions."""
+    rows = []
+    for model in classes:
+        summary = " ".join(inspect.cleandoc(model.__doc__ or "").partition("\n\n")[0].split())
+        rows.append((f"**{model.__name__}**", "", summary))
+        described = fields(model.__doc__ or "")
+        for name, field in model.model_fields.items():
+            choices = typing.get_args(field.annotation) if typing.get_origin(field.annotation) is Literal else ()
+            plain = isinstance(field.default, bool | int | float | str) and field.default != ""
+            default = f"{field.default:g}" if isinstance(field.default, float) else str(field.default)
+            rows.append(
+                (f"`{name}`", ", ".join(map(str, choices)) or (default if plain else ""), described.get(name, ""))
+            )
+    return markdown(("field", "values or default", "meaning"), rows)
+
+
+def setting_table() -> str:
+    """Return the table of the environment variables of language models."""
+    described = fields(LanguageModelConfig.__doc__ or "")
+    rows = []
+    for name, field in LanguageModelConfig.model_fields.items():
+        default = (
+            "required"
+            if field.is_required()
+            else ""
+            if field.default is None or name == "api_key"
+            else str(field.default)
+        )
+        rows.append((f"`{PREFIX}{name.upper()}`", described[name], default))
+    return markdown(("variable", "meaning", "default"), rows)
+
+
+def column_list(schema: Callable[..., object]) -> str:
+    """Return the list of columns in the docstring of the function that makes a schema."""
+    return inspect.cleandoc(schema.__doc__ or "").partition("\n\n")[2]
 
 
 def safety_table() -> str:
