@@ -53,7 +53,6 @@ from labgym.eval.leaderboard.tables import published_table
 from labgym.eval.reports.comparison import Comparison
 from labgym.eval.reports.labnav_comparison import LabNavComparison
 from labgym.eval.reports.tables import layout_table, leaderboard
-from labgym.eval.scoring.layout_report import LayoutReport2
 from labgym.exchange.inventory import Inventory
 from labgym.layouts import Layout, Placement, generate, load_published, published
 from labgym.layouts.clutter import add_clutter
@@ -62,7 +61,7 @@ from labgym.layouts.floor.spaces import Column, KeepOut, Service
 from labgym.layouts.floors import FAMILIES, FloorDraw, draw_floor
 from labgym.layouts.floors.ranges import BuildingRanges, described
 from labgym.layouts.rooms import RoomFile
-from labgym.layouts.rules.safety.rules import RULES
+from labgym.layouts.rules import TOUCHSTONE
 from labgym.layouts.sealed import Commitment
 from labgym.layouts.sites import FloorFile
 from labgym.layouts.splits import Manifest
@@ -96,7 +95,7 @@ FRONT_COLUMNS = ("Policy", "Knows", "LabNav ↑", "Touched ↓")
 FLOOR_FIELDS = (Floor, Wall, Opening, Space, Column, Service, KeepOut)
 """Classes whose fields docs/layouts.md lists."""
 
-RULE_SETS = ("touchstone-v2", "touchstone-v1")
+SHOWN_SETS = ("touchstone", "paper")
 """Rule sets in the table of the published rooms."""
 
 NUISANCES = "leaderboard/nuisances"
@@ -154,7 +153,6 @@ DOCUMENTS: tuple[type[Document], ...] = (
     Trace,
     Suite,
     LayoutReport,
-    LayoutReport2,
     LayoutSummary,
     NavigationSummary,
     Comparison,
@@ -197,7 +195,8 @@ def pages() -> dict[Path, str]:
             "correlation of tasks": correlations(),
             "nuisances": nuisance_table(),
         },
-        DOCS / "safety-rules.md": {"rules": safety_table()},
+        DOCS / "metrics.md": {"rules": rule_table(safety=False)},
+        DOCS / "safety-rules.md": {"rules": rule_table(safety=True)},
         DOCS / "layouts.md": {"floor": field_table(FLOOR_FIELDS), "placements": field_table([Placement])},
         DOCS / "language-models.md": {"settings": setting_table()},
         DOCS / "training-data.md": {"steps": column_list(steps_schema), "episodes": column_list(episodes_schema)},
@@ -271,9 +270,10 @@ def column_list(schema: Callable[..., object]) -> str:
     return inspect.cleandoc(schema.__doc__ or "").partition("\n\n")[2]
 
 
-def safety_table() -> str:
-    """Return the table of the safety rules."""
-    rows = [(f"`{rule.name}`", rule.severity, rule.requires, rule.limit, rule.source) for rule in RULES]
+def rule_table(safety: bool) -> str:
+    """Return the table of the safety rules, or of the other facility rules."""
+    rules = [rule for rule in TOUCHSTONE.facility if (rule.group == "safety") == safety]
+    rows = [(f"`{rule.name}`", rule.severity, rule.requires, rule.limit, rule.source) for rule in rules]
     return markdown(("rule", "severity", "requirement", "limit", "source"), rows)
 
 
@@ -321,8 +321,8 @@ def rooms_table() -> str:
     layouts = [load_published(split, name) for split in ("val", "test") for name in published(split)]
     columns = ("Obj", "OB", "CN", "Asset", "Step nav", "Prot nav", "Flam", "Store", "Incomp", "Glass")
     rows = []
-    for name in RULE_SETS:
-        reports = [score(layout, metrics=name) for layout in layouts]
+    for name in SHOWN_SETS:
+        reports = [score(layout, rules=name) for layout in layouts]
         table = layout_table(aggregate(reports), name)
         headings = [heading.split(" ↑")[0].split(" ↓")[0] for heading in table.columns]
         shown = [headings.index(column) for column in columns]
