@@ -6,7 +6,7 @@
 # make lowest   install the oldest versions that pyproject.toml allows and run a command of every extra
 # make fuzz     read 10 000 damaged and hostile files per loader; ARGS="--fuzz-seed 7 -k onnx" chooses others
 # make lint     check formatting, lint, types and the import contract
-# make docs     regenerate the JSON Schemas and the environment page in docs/
+# make docs     regenerate the environment page and tables in docs/
 # make site     build the documentation as a site in runs/site; open runs/site/index.html
 # make clean    remove .venv, caches and runs
 # Pass arguments with ARGS: make run ARGS="--seed 1", make test ARGS="-k layouts"
@@ -57,12 +57,13 @@ site: install
 install: $(STAMP)
 
 # The stamp is written last, so an interrupted installation is resumed.
-$(STAMP): pyproject.toml constraints.txt
+$(STAMP): pyproject.toml requirements.lock .ci/pins
 	@command -v $(PYTHON) >/dev/null || { echo "labgym: error: $(PYTHON) not found; install Python 3.11 or newer, or choose another interpreter: make PYTHON=/path/to/python3" >&2; exit 2; }
 	@$(PYTHON) -c 'import sys; sys.version_info >= (3, 11) or sys.exit("labgym: error: Python 3.11 or newer is required, $(PYTHON) is %d.%d; choose another interpreter: make PYTHON=python3.11" % sys.version_info[:2])'
 	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || { echo "labgym: error: $(PYTHON) cannot create virtual environments; on Debian or Ubuntu: apt-get install python3-venv" >&2; exit 2; }
 	$(BIN)/python -m pip --version >/dev/null 2>&1 || $(PYTHON) -m venv --clear $(VENV)
-	$(BIN)/python -m pip install --disable-pip-version-check --constraint constraints.txt --editable '.[all,dev,docs]'
+	$(BIN)/python .ci/pins >$(VENV)/constraints.txt
+	$(BIN)/python -m pip install --disable-pip-version-check --constraint $(VENV)/constraints.txt --editable '.[all,dev,docs]'
 	@touch $@
 
 # The packages first, each checked by its hash; then labgym itself, which needs nothing more.

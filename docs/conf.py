@@ -12,7 +12,7 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
-sys.path[:0] = [str(ROOT), str(HERE / "site")]
+sys.path[:0] = [str(ROOT), str(HERE), str(HERE / "site")]
 
 from labgym import __version__  # noqa: E402 - of this checkout, which the line above puts first
 
@@ -21,8 +21,8 @@ author = project_copyright = "labgym contributors"
 release = version = __version__
 
 root_doc = "docs/index"
-SOURCES = {"docs", "policies", "README.md", "CHANGELOG.md"}
-include_patterns = ["docs/**", "README.md", "CHANGELOG.md", "policies/*/CARD.md"]
+SOURCES = {"docs", "policies", "README.md", "CHANGELOG.md", "CONTRIBUTING.md"}
+include_patterns = ["docs/**", "README.md", "CHANGELOG.md", "CONTRIBUTING.md", "policies/*/CARD.md"]
 exclude_patterns = [*sorted({path.name for path in ROOT.iterdir()} - SOURCES), "docs/site"]
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
 extensions = [
@@ -34,6 +34,7 @@ extensions = [
     "docstrings",
     "mathml",
     "repository",
+    "schemas",
 ]
 
 myst_enable_extensions = ["dollarmath"]

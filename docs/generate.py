@@ -1,9 +1,9 @@
-"""Write generated documentation: JSON Schemas, the environment's page, tables, and the heads of model cards.
+"""Write generated documentation: the environment's page, tables, and the heads of model cards.
 
-`python docs/generate.py` writes schemas and pages. With `--check` it writes nothing and exits 1 if a file is out of
-date. With `--run runs/default` it also writes layout metrics and pictures of that run into the README; with `--floors`
-the plans of the families of floors; with `--pictures` the rendered laboratories of the README and of docs/floors.md;
-with `--labnav` the pictures of LabNav's tasks, or of the tasks named after it.
+`python docs/generate.py` writes pages. With `--check` it writes nothing and exits 1 if a file is out of date. With
+`--rooms` it also scores the published rooms for the tables of layouts (a minute); with `--floors` it draws the plans of
+the families of floors; with `--pictures` the rendered laboratories of the README and of docs/floors.md; with `--labnav`
+the pictures of LabNav's tasks, or of the tasks named after it. The site has the JSON Schemas of `DOCUMENTS`.
 """
 
 from __future__ import annotations
@@ -11,15 +11,19 @@ from __future__ import annotations
 import argparse
 import inspect
 import json
+import re
 import sys
-from collections.abc import Sequence
+import typing
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 from PIL import Image
+from pydantic import BaseModel
 
 from labgym.artefacts import artefacts
 from labgym.assets import AssetFile
@@ -29,14 +33,17 @@ from labgym.assets.inference import Substructures
 from labgym.assets.reactivity import Reactivity
 from labgym.assets.search import Lookalikes
 from labgym.assets.shapes.joints import MECHANISMS
+from labgym.assets.specs import Specifications, quantity
+from labgym.assets.usd.attributes import ATTRIBUTES
 from labgym.cards.labnav import board, headed
-from labgym.documents import Document, tagged, write_bytes, write_text
+from labgym.datasets.tables import episodes_schema, steps_schema
+from labgym.documents import Document, tagged, write_text
 from labgym.envs import LabPointNavEnv
 from labgym.envs.goal_env import LabPointNavGoalEnv
 from labgym.envs.labnav.tasks import HEADLINE
 from labgym.envs.labnav.worlds import drawn_episode
 from labgym.errors import LabgymError
-from labgym.eval import LayoutReport, LayoutSummary
+from labgym.eval import LayoutReport, LayoutSummary, aggregate, score
 from labgym.eval.drawing.episode_picture import EpisodeWorld, episode_picture, save_episode_picture
 from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.leaderboard.correlation import correlation_tables
@@ -45,20 +52,22 @@ from labgym.eval.leaderboard.labnav import LabNavResult, published_results
 from labgym.eval.leaderboard.tables import published_table
 from labgym.eval.reports.comparison import Comparison
 from labgym.eval.reports.labnav_comparison import LabNavComparison
-from labgym.eval.reports.results import ResultsFolder
-from labgym.eval.reports.run_report import result_tables
-from labgym.eval.reports.tables import leaderboard
+from labgym.eval.reports.tables import layout_table, leaderboard
 from labgym.exchange.inventory import Inventory
-from labgym.layouts import Layout, generate
+from labgym.layouts import Layout, Placement, generate, load_published, published
 from labgym.layouts.clutter import add_clutter
+from labgym.layouts.floor import Floor, Opening, Space, Wall
+from labgym.layouts.floor.spaces import Column, KeepOut, Service
 from labgym.layouts.floors import FAMILIES, FloorDraw, draw_floor
 from labgym.layouts.floors.ranges import BuildingRanges, described
 from labgym.layouts.rooms import RoomFile
+from labgym.layouts.rules import TOUCHSTONE
 from labgym.layouts.sealed import Commitment
 from labgym.layouts.sites import FloorFile
 from labgym.layouts.splits import Manifest
 from labgym.layouts.trace import Trace
 from labgym.layouts.version1 import Layout1
+from labgym.llm.config import PREFIX, LanguageModelConfig
 from labgym.llm.replay import RecordedReply
 from labgym.paper.reproduction.figures import Cell, Figures
 from labgym.paper.reproduction.nuisances import NOTES
@@ -75,9 +84,19 @@ from labgym.table import Table
 
 DOCS = Path(__file__).resolve().parent
 README = DOCS.parent / "README.md"
+RESULTS = DOCS / "results.md"
 POLICIES = DOCS.parent / "policies"
-SHOWN = "test-alk_01"
-"""The published layout shown in the README's pictures."""
+FRONT_ROWS = 8
+"""Number of policies in the README's table of LabNav."""
+
+FRONT_COLUMNS = ("Policy", "Knows", "LabNav ↑", "Touched ↓")
+"""Columns of the README's table of LabNav."""
+
+FLOOR_FIELDS = (Floor, Wall, Opening, Space, Column, Service, KeepOut)
+"""Classes whose fields docs/layouts.md lists."""
+
+SHOWN_SETS = ("touchstone", "paper")
+"""Rule sets in the table of the published rooms."""
 
 NUISANCES = "leaderboard/nuisances"
 """Folder of the published figures of `labgym reproduce nuisances`, in eval/."""
@@ -109,6 +128,11 @@ USES = {
 }
 PARTS = {"wall": "#484848", "pane": "#40a0e0", "sill": "#90b8d0", "leaf": "#c06030", "column": "#202020"}
 """Colors of spaces by use, and of solid parts, in the plans of floors."""
+
+SECTION = re.compile(r"^Attributes:\n((?:(?: {4}.*)?\n)+)", re.MULTILINE)
+FIELD = re.compile(r"^ {4}([A-Za-z_][\w, ]*): (.*(?:\n {5,}.*)*)", re.MULTILINE)
+INLINE = re.compile(r"(?<=\.) ([a-z_]\w*(?:, [a-z_]\w*)*): ")
+"""The section of a class's docstring that describes its fields, a description in it, and a further one in its line."""
 
 MARKS = "<!-- {name}: begin -->", "<!-- {name}: end -->"
 DOCUMENTS: tuple[type[Document], ...] = (
@@ -162,22 +186,151 @@ def environment_page(environment: type, goals: type) -> str:
 
 
 def pages() -> dict[Path, str]:
-    """Return the contents of all generated files in docs/ by path."""
-    schemas = {DOCS / "schemas" / f"{d.SCHEMA.partition('.')[2].replace('/', '-')}.json": schema(d) for d in DOCUMENTS}
-    floors, moving, labnav = DOCS / "floors.md", DOCS / "moving-parts.md", DOCS / "labnav.md"
-    classical = DOCS / "classical-policies.md"
-    text = with_tables(labnav.read_text(encoding="utf-8"), correlations(), "correlation of tasks")
-    readme = with_tables(README.read_text(encoding="utf-8"), results_tables(), "results of LabNav")
-    return {
-        **schemas,
-        README: with_tables(readme, lab30_table(), "results of lab30"),
-        DOCS / "environment.md": environment_page(LabPointNavEnv, LabPointNavGoalEnv),
-        labnav: with_tables(text, nuisance_table(), "nuisances"),
-        floors: with_tables(floors.read_text(encoding="utf-8"), parameter_tables()),
-        moving: with_tables(moving.read_text(encoding="utf-8"), moving_tables()),
-        classical: with_tables(classical.read_text(encoding="utf-8"), classical_table(), "LabNav"),
-        **{card: headed(card.read_text(encoding="utf-8")) for card in sorted(POLICIES.glob("*/CARD.md"))},
+    """Return the contents of all generated files by path."""
+    tables = {
+        README: {"results of LabNav": front_table()},
+        RESULTS: {
+            "results of LabNav": results_tables(),
+            "results of lab30": lab30_table(),
+            "correlation of tasks": correlations(),
+            "nuisances": nuisance_table(),
+        },
+        DOCS / "metrics.md": {"rules": rule_table(safety=False)},
+        DOCS / "safety-rules.md": {"rules": rule_table(safety=True)},
+        DOCS / "layouts.md": {"floor": field_table(FLOOR_FIELDS), "placements": field_table([Placement])},
+        DOCS / "language-models.md": {"settings": setting_table()},
+        DOCS / "training-data.md": {"steps": column_list(steps_schema), "episodes": column_list(episodes_schema)},
+        DOCS / "schemas.md": {"schemas": schema_table()},
+        DOCS / "specifications.md": {"specifications": specification_table(), "attributes": attribute_table()},
+        DOCS / "floors.md": {"tables": parameter_tables()},
+        DOCS / "moving-parts.md": {"tables": moving_tables()},
+        DOCS / "classical-policies.md": {"LabNav": classical_table()},
     }
+    files = {DOCS / "environment.md": environment_page(LabPointNavEnv, LabPointNavGoalEnv)}
+    for page, blocks in tables.items():
+        text = page.read_text(encoding="utf-8")
+        for name, block in blocks.items():
+            text = with_tables(text, block, name)
+        files[page] = text
+    return files | {card: headed(card.read_text(encoding="utf-8")) for card in sorted(POLICIES.glob("*/CARD.md"))}
+
+
+def markdown(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Return a table of Markdown whose cells may hold Markdown."""
+    lines = [columns, ["---"] * len(columns), *rows]
+    return "\n".join(f"| {' | '.join(cells)} |" for cells in lines)
+
+
+def fields(docstring: str) -> dict[str, str]:
+    """Return the descriptions in the section "Attributes" of a class's docstring, by name of the field."""
+    section = SECTION.search(inspect.cleandoc(docstring) + "\n")
+    described = {}
+    for first, text in FIELD.findall(section[1] if section else ""):
+        parts = [first, *INLINE.split(" ".join(text.split()))]
+        for names, description in zip(parts[::2], parts[1::2], strict=True):
+            described |= dict.fromkeys(names.split(", "), description)
+    return described
+
+
+def field_table(classes: Sequence[type[BaseModel]]) -> str:
+    """Return the table of the fields of classes, with their choices or defaults and their descriptions."""
+    rows = []
+    for model in classes:
+        summary = " ".join(inspect.cleandoc(model.__doc__ or "").partition("\n\n")[0].split())
+        rows.append((f"**{model.__name__}**", "", summary))
+        described = fields(model.__doc__ or "")
+        for name, field in model.model_fields.items():
+            choices = typing.get_args(field.annotation) if typing.get_origin(field.annotation) is Literal else ()
+            plain = isinstance(field.default, bool | int | float | str) and field.default != ""
+            default = f"{field.default:g}" if isinstance(field.default, float) else str(field.default)
+            rows.append(
+                (f"`{name}`", ", ".join(map(str, choices)) or (default if plain else ""), described.get(name, ""))
+            )
+    return markdown(("field", "values or default", "meaning"), rows)
+
+
+def setting_table() -> str:
+    """Return the table of the environment variables of language models."""
+    described = fields(LanguageModelConfig.__doc__ or "")
+    rows = []
+    for name, field in LanguageModelConfig.model_fields.items():
+        default = (
+            "required"
+            if field.is_required()
+            else ""
+            if field.default is None or name == "api_key"
+            else str(field.default)
+        )
+        rows.append((f"`{PREFIX}{name.upper()}`", described[name], default))
+    return markdown(("variable", "meaning", "default"), rows)
+
+
+def column_list(schema: Callable[..., object]) -> str:
+    """Return the list of columns in the docstring of the function that makes a schema."""
+    return inspect.cleandoc(schema.__doc__ or "").partition("\n\n")[2]
+
+
+def rule_table(safety: bool) -> str:
+    """Return the table of the safety rules, or of the other facility rules."""
+    rules = [rule for rule in TOUCHSTONE.facility if (rule.group == "safety") == safety]
+    rows = [(f"`{rule.name}`", rule.severity, rule.requires, rule.limit, rule.source) for rule in rules]
+    return markdown(("rule", "severity", "requirement", "limit", "source"), rows)
+
+
+def schema_name(document: type[Document]) -> str:
+    """Return the name of the file that holds a document's schema on the site, without its suffix."""
+    return document.SCHEMA.partition(".")[2].replace("/", "-")
+
+
+def schema_table() -> str:
+    """Return the table of the JSON documents."""
+    rows = []
+    for document in sorted(DOCUMENTS, key=lambda document: document.SCHEMA):
+        summary = inspect.cleandoc(document.__doc__ or "").partition("\n\n")[0]
+        rows.append((f"`{document.SCHEMA}`", " ".join(summary.split()), f"`{document.__module__}.{document.__name__}`"))
+    return markdown(("schema", "document", "class"), rows)
+
+
+def specification_table() -> str:
+    """Return the table of the specifications of assets."""
+    fields = Specifications.model_fields.items()
+    rows = [(f"`{name}`", quantity(name)[1] or "-", str(field.description)) for name, field in fields]
+    return markdown(("specification", "unit", "meaning"), rows)
+
+
+def attribute_table() -> str:
+    """Return the table of the custom attributes of USD files, apart from specifications."""
+    shown = [each for each in ATTRIBUTES if not each.name.startswith("specs:")]
+    rows = [(f"`{each.full_name}`", each.type_name, each.meaning) for each in shown]
+    return markdown(("attribute", "type", "meaning"), rows)
+
+
+def front_table() -> str:
+    """Return the README's table of LabNav: the best policies, with few columns."""
+    results = published_results()
+    if not results:
+        return "No results are published yet."
+    table = published_table(results)
+    chosen = [table.columns.index(name) for name in FRONT_COLUMNS]
+    rows = tuple(tuple(row[index] for index in chosen) for row in table.rows[:FRONT_ROWS])
+    return Table("", FRONT_COLUMNS, rows).markdown()
+
+
+def rooms_table() -> str:
+    """Return the table of the published rooms under every rule set, with the paper's row."""
+    layouts = [load_published(split, name) for split in ("val", "test") for name in published(split)]
+    columns = ("Obj", "OB", "CN", "Asset", "Step nav", "Prot nav", "Flam", "Store", "Incomp", "Glass")
+    rows = []
+    for name in SHOWN_SETS:
+        reports = [score(layout, rules=name) for layout in layouts]
+        table = layout_table(aggregate(reports), name)
+        headings = [heading.split(" ↑")[0].split(" ↓")[0] for heading in table.columns]
+        shown = [headings.index(column) for column in columns]
+        valid = sum(report.v == 0 for report in reports)
+        mean = sum(report.v for report in reports) / len(reports)
+        rows.append((f"`{name}`", f"{valid} of {len(reports)}", f"{mean:.2f}", *(table.rows[0][i] for i in shown)))
+    paper = (table.rows[1][0], "-", "-", *(table.rows[1][i] for i in shown))
+    return markdown(("rule set", "v = 0", "mean v", *columns), [*rows, paper])
 
 
 def moving_tables() -> str:
@@ -342,7 +495,7 @@ def main() -> int:
     """Write or check the generated files and return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--check", action="store_true")
-    parser.add_argument("--run", type=Path)
+    parser.add_argument("--rooms", action="store_true")
     parser.add_argument("--floors", action="store_true")
     parser.add_argument("--pictures", action="store_true")
     parser.add_argument("--labnav", nargs="*", choices=list(EPISODES))
@@ -354,11 +507,9 @@ def main() -> int:
     if arguments.labnav is not None:
         draw_episodes(DOCS / "pictures", arguments.labnav)
     files = pages()
-    if arguments.run:
-        layouts, *_ = result_tables(ResultsFolder.read(arguments.run))
-        files[README] = with_tables(files[README], layouts.titled_markdown())
-        for name, folder in (("overview", "views"), ("topdown", "pictures")):
-            write_bytes(DOCS / "pictures" / f"{name}.png", (arguments.run / folder / f"{SHOWN}.png").read_bytes())
+    if arguments.rooms:
+        table = rooms_table()
+        files |= {page: with_tables(files[page], table, "results of layouts") for page in (README, RESULTS)}
     stale = [path for path, text in files.items() if not path.is_file() or path.read_text(encoding="utf-8") != text]
     for path in stale:
         print(f"{'stale' if arguments.check else 'written'}: {path.relative_to(DOCS.parent)}")

@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-import json
+import importlib.util
 import re
 import subprocess
 import sys
@@ -21,24 +21,37 @@ def test_generated_files_are_what_the_command_makes():
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+@pytest.fixture(scope="module")
+def schemas() -> dict[str, dict[str, object]]:
+    """The JSON Schemas of the site by name."""
+    spec = importlib.util.spec_from_file_location("labgym_docs_generate", ROOT / "docs" / "generate.py")
+    assert spec is not None
+    assert spec.loader is not None
+    generate = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(generate)
+    return {document.SCHEMA: generate.tagged(document.model_json_schema(), document) for document in generate.DOCUMENTS}
+
+
 @pytest.mark.parametrize(
-    ("schema", "data"),
+    "data",
     [
-        ("layout-1", load_published("test", published("test")[0]).to_json()),
-        ("layout-2", load_published("test", published("test")[0]).upgraded().to_json()),
-        ("protocol-1", protocols()["sub_01"].to_json()),
+        load_published("test", published("test")[0]).to_json(),
+        load_published("test", published("test")[0]).upgraded().to_json(),
+        protocols()["sub_01"].to_json(),
     ],
+    ids=lambda data: data["schema"],
 )
-def test_schemas_name_every_field_of_a_published_document(schema, data):
-    described = json.loads((ROOT / "docs" / "schemas" / f"{schema}.json").read_text())
+def test_schemas_name_every_field_of_a_published_document(schemas, data):
+    described = schemas[data["schema"]]
     assert data.keys() <= described["properties"].keys()
     assert set(described["required"]) <= data.keys()
     assert described["properties"]["schema"]["const"] == data["schema"]
 
 
-@pytest.mark.parametrize(
-    "page", ["README.md", "CHANGELOG.md", *(p.relative_to(ROOT).as_posix() for p in ROOT.glob("docs/**/*.md"))]
-)
+PAGES = [ROOT / name for name in ("README.md", "CHANGELOG.md", "CONTRIBUTING.md")]
+
+
+@pytest.mark.parametrize("page", [p.relative_to(ROOT).as_posix() for p in (*PAGES, *ROOT.glob("docs/**/*.md"))])
 def test_links_and_pictures_of_a_page_are_there(page):
     text = (ROOT / page).read_text(encoding="utf-8")
     for target in re.findall(r"\]\(([^)#]+)[^)]*\)", text):

@@ -53,7 +53,8 @@ ALLOWED: dict[str, frozenset[str]] = {}
 
 def sources() -> list[Path]:
     """Return the package's modules and the pages that readers see."""
-    pages = [ROOT / "README.md", ROOT / "CHANGELOG.md", ROOT / "Makefile", *ROOT.glob("docs/**/*.md")]
+    names = ("README.md", "CHANGELOG.md", "CONTRIBUTING.md", "Makefile")
+    pages = [*(ROOT / each for each in names), *ROOT.glob("docs/**/*.md")]
     return sorted([*ROOT.glob("labgym/**/*.py"), *ROOT.glob("labgym/**/*.j2"), *pages, *ROOT.glob("policies/**/*.md")])
 
 

@@ -1,4 +1,4 @@
-"""The README's `labgym` commands exist with the options shown, and those on shipped files work in their order."""
+"""The `labgym` commands of README and docs/commands.md exist with their options; those on shipped files work."""
 
 from __future__ import annotations
 
@@ -11,9 +11,17 @@ import pytest
 from labgym.cli import main
 from labgym.cli.app import GROUPS
 
-README = (Path(__file__).resolve().parents[1] / "README.md").read_text(encoding="utf-8")
-LINES = re.sub(r"\\\n\s*", "", README).splitlines()
-COMMANDS = [shlex.split(line, comments=True)[1:] for line in LINES if line.startswith("    labgym ")]
+ROOT = Path(__file__).resolve().parents[1]
+PAGES = ("README.md", "docs/commands.md")
+
+
+def commands(page: str) -> list[list[str]]:
+    """Return the words of each command of a page, without `labgym`."""
+    text = re.sub(r"\\\n\s*", "", (ROOT / page).read_text(encoding="utf-8"))
+    return [shlex.split(line, comments=True)[1:] for line in text.splitlines() if line.startswith("    labgym ")]
+
+
+COMMANDS = {page: commands(page) for page in PAGES}
 READERS = ("mine:GoToGoal", "runs/", "data.pb.gz", "models/")
 """Beginnings of arguments that stand for the reader's own files."""
 
@@ -29,7 +37,7 @@ def command_path(words: list[str]) -> list[str]:
     return [words[0], *([group.named(words[1:])[0]] if group else [])]
 
 
-@pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
+@pytest.mark.parametrize("words", [words for page in PAGES for words in COMMANDS[page]], ids=" ".join)
 def test_a_command_exists_and_takes_its_options(words, capsys):
     with pytest.raises(SystemExit) as end:
         main([*command_path(words), "--help"])
@@ -42,7 +50,7 @@ def test_a_command_exists_and_takes_its_options(words, capsys):
 def test_the_commands_on_shipped_files_work_in_their_order(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     ran = 0
-    for words in COMMANDS:
+    for words in COMMANDS["docs/commands.md"]:
         names = command_path(words)
         if words[0] in SLOW or any(word.startswith(READERS) for word in words):
             continue

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import builtins
 import inspect
-import re
 from typing import Any
 
 from docutils import nodes
+from generate import SECTION, fields
 from pydantic import BaseModel
 from sphinx import addnodes
 from sphinx.application import Sphinx
@@ -26,18 +26,6 @@ VALUES = ("attribute", "property", "data", "type")
 """Kinds of members that are values."""
 
 TYPE = ":type: "
-SECTION = re.compile(r"^Attributes:\n((?:(?: {4}.*)?\n)+)", re.MULTILINE)
-FIELD = re.compile(r"^ {4}([A-Za-z_][\w, ]*): (.*(?:\n {5,}.*)*)", re.MULTILINE)
-
-
-def fields(docstring: str) -> dict[str, str]:
-    """Return the descriptions in the section "Attributes" of a class's docstring, by name of the field."""
-    section = SECTION.search(inspect.cleandoc(docstring) + "\n")
-    described = {}
-    for names, text in FIELD.findall(section[1] if section else ""):
-        for name in names.split(", "):
-            described[name] = " ".join(text.split())
-    return described
 
 
 def skip(app: Sphinx, what: str, name: str, member: object, skipped: bool, options: object) -> bool | None:

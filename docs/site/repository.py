@@ -1,8 +1,7 @@
 """Links from pages to files and folders of the repository that are not pages of the site.
 
 A code host shows such a file or folder. Here the link leads to a page `files/PATH.html`, which shows the text of the
-file or the list of the folder's files. Files below docs/, such as the JSON Schemas, are downloads. A link to a page
-whose text is the page's file name shows the page's title.
+file or the list of the folder's files. A link to a page whose text is the page's file name shows the page's title.
 """
 
 from __future__ import annotations
