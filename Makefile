@@ -5,7 +5,7 @@
 # make lock     remake requirements.lock
 # make lowest   install the oldest versions that pyproject.toml allows and run a command of every extra
 # make fuzz     read 10 000 damaged and hostile files per loader; ARGS="--fuzz-seed 7 -k onnx" chooses others
-# make lint     check formatting, lint, types and the import contract
+# make lint     check formatting, lint, types, the import contract and the English
 # make docs     regenerate the JSON Schemas and the environment page in docs/
 # make site     build the documentation as a site in runs/site; open runs/site/index.html
 # make clean    remove .venv, caches and runs
@@ -38,6 +38,7 @@ lint: install
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/python .ci/language.py
 
 fuzz: install
 	$(BIN)/python -m pytest tests/fuzz --fuzz-cases 10000 --fuzz-out runs/fuzz $(ARGS)
