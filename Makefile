@@ -28,10 +28,11 @@ run: install
 	$(BIN)/labgym run $(ARGS)
 
 # Tests start hundreds of processes; byte code spares each of them the compilation of its modules. Some packages have
-# templates that do not compile.
+# templates that do not compile. Workers take files from each other only when they are idle, so that both seldom need
+# the same fixture.
 test: install
 	@$(BIN)/python -m compileall -q -j 0 $(VENV)/lib labgym >/dev/null 2>&1 || true
-	$(BIN)/python -m pytest -n auto $(ARGS)
+	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n auto --dist worksteal $(ARGS)
 
 lint: install
 	$(BIN)/ruff check
