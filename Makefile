@@ -5,7 +5,7 @@
 # make lock     remake requirements.lock
 # make lowest   install the oldest versions that pyproject.toml allows and run a command of every extra
 # make fuzz     read 10 000 damaged and hostile files per loader; ARGS="--fuzz-seed 7 -k onnx" chooses others
-# make lint     check formatting, lint, types and the import contract
+# make lint     check formatting, lint, types, the import contract and the English
 # make docs     regenerate the environment page and tables in docs/
 # make site     build the documentation as a site in runs/site; open runs/site/index.html
 # make clean    remove .venv, caches and runs
@@ -28,16 +28,18 @@ run: install
 	$(BIN)/labgym run $(ARGS)
 
 # Tests start hundreds of processes; byte code spares each of them the compilation of its modules. Some packages have
-# templates that do not compile.
+# templates that do not compile. Workers take files from each other only when they are idle, so that both seldom need
+# the same fixture.
 test: install
 	@$(BIN)/python -m compileall -q -j 0 $(VENV)/lib labgym >/dev/null 2>&1 || true
-	$(BIN)/python -m pytest -n auto $(ARGS)
+	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n auto --dist worksteal $(ARGS)
 
 lint: install
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/python .ci/language.py
 
 fuzz: install
 	$(BIN)/python -m pytest tests/fuzz --fuzz-cases 10000 --fuzz-out runs/fuzz $(ARGS)

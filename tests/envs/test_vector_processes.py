@@ -82,10 +82,16 @@ def test_depth_and_color_with_mujoco_equal_those_of_single_environments_to_the_b
 
 
 def test_without_autoreset_a_mask_resets_environments_of_both_processes() -> None:
-    same_as_single(
+    many = same_as_single(
         "LabPointNavDiscrete-v1", 14, AutoresetMode.DISABLED, 5,
         physics="planar", max_episode_steps=4, endings=["contact", "stop"],
-    ).close()  # fmt: skip
+    )  # fmt: skip
+    # A process that was lost before the call has been replaced by one without environments.
+    many.reset(seed=1)
+    assert many._pools[1].submit(os._exit, 1).exception() is not None
+    with pytest.raises(WorkersLostError, match="make the environment again"):
+        many.step(np.zeros(COUNT, np.int64))
+    many.close()
 
 
 def test_parts_that_the_kernel_lacks_run_in_processes_on_the_planar_physics() -> None:

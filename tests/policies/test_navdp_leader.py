@@ -87,7 +87,7 @@ def test_a_leader_goes_where_the_policy_s_best_trajectory_goes(learner: Path, ro
 
 def test_a_dataset_on_floors_with_a_learner_does_not_depend_on_the_workers(learner: Path, tmp_path: Path) -> None:
     leader = NavDPLeader.of(learner)
-    options = DataOptions(samples=16, shard=8, layout=8, drive=4, floors=1.0, led=0.5, learner=leader.digest)
+    options = DataOptions(samples=4, shard=2, layout=2, drive=2, floors=1.0, led=0.5, learner=leader.digest)
     for name, workers in (("one", 1), ("two", 2)):
         make_dataset(tmp_path / name, options, ExecutorOptions(workers=workers), progress=False, leader=leader)
     one, two = (DatasetManifest.load(tmp_path / name / "manifest.json") for name in ("one", "two"))
@@ -96,7 +96,7 @@ def test_a_dataset_on_floors_with_a_learner_does_not_depend_on_the_workers(learn
         for layout in shard.layouts:
             index = int(layout.id.removeprefix("floors-train-"))
             assert layout_at("floors-train", index).hash == layout.hash
-    assert len(load_dataset(tmp_path / "one")) == 16
+    assert len(load_dataset(tmp_path / "one")) == 4
 
 
 def test_the_learner_of_the_options_is_the_one_that_leads(learner: Path, tmp_path: Path) -> None:

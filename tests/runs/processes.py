@@ -58,7 +58,7 @@ class Marked:
                 continue
         return pids
 
-    def remaining(self, seconds: float = 5.0) -> list[int]:
+    def remaining(self, seconds: float = PATIENCE) -> list[int]:
         """Return the processes that are still alive after at most some seconds."""
         end = time.monotonic() + seconds
         while (pids := self.alive()) and time.monotonic() < end:

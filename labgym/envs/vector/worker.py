@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from labgym.envs.config import PointNavConfig
 from labgym.envs.point_nav import LabPointNavEnv
 from labgym.envs.vector.board import Board, BoardAddress
+from labgym.runs.local_pool import WorkerLostError
 
 Infos = dict[str, Any]
 
@@ -89,10 +90,10 @@ def call(name: str, *arguments: Any) -> Any:
     """Return the result of a method of the environments of this process.
 
     Raises:
-        RuntimeError: the process that had them was lost, and this one replaced it.
+        WorkerLostError: the process that had them was lost before the call, and this one replaced it.
     """
     if _rows is None:
-        raise RuntimeError("this worker process has no environments")
+        raise WorkerLostError("its replacement has no environments")
     return getattr(_rows, name)(*arguments)
 
 
