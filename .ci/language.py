@@ -58,7 +58,8 @@ VALUES = ("| `labgym:", "how: file (its texts")
 
 def sources() -> list[Path]:
     """Return the package's modules and the pages that readers see."""
-    pages = [ROOT / "README.md", "CONTRIBUTING.md", ROOT / "CHANGELOG.md", ROOT / "Makefile", *ROOT.glob("docs/**/*.md")]
+    names = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "Makefile")
+    pages = [*(ROOT / name for name in names), *ROOT.glob("docs/**/*.md")]
     return sorted([*ROOT.glob("labgym/**/*.py"), *ROOT.glob("labgym/**/*.j2"), *pages, *ROOT.glob("policies/**/*.md")])
 
 
