@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class ScoreWeights:
-    """What a score counts besides the success of a drive.
+    """Amounts that a score counts besides the success of a drive.
 
     Attributes:
         time: weight of OT / max(T, OT). people: of the distance from people. length: of L* / max(P, L*).

@@ -131,7 +131,7 @@ class Level:
 
     @property
     def randomizations(self) -> tuple[Randomization, ...]:
-        """What is drawn for each episode: the errors of the places of the sensors."""
+        """Return the randomization of each episode: errors of the places of the sensors."""
         place, yaw = self.mounting
         if not place and not yaw:
             return ()
@@ -150,7 +150,7 @@ class LabNavTask:
         radius: of the success disc, meters.
         docks: whether the robot must stand at the heading of the goal.
         chain: whether an episode has several goals in a row.
-        weights: what the score counts, as policies are told. dock_slack: see `TaskProperties`.
+        weights: what the score counts, which policies know. dock_slack: see `TaskProperties`.
     """
 
     name: str
@@ -176,7 +176,7 @@ class LabNavTask:
 
     @cached_property
     def properties(self) -> TaskProperties:
-        """The properties that policies are told: what some level of the task has."""
+        """Return the properties that policies know: those that some level of the task has."""
         levels = self.levels.values()
         return TaskProperties(
             rests=True,

@@ -65,7 +65,7 @@ class ComparedEvaluation(Record):
 
     @classmethod
     def of(cls, evaluation: Evaluation | LabNavEvaluation, shared: int, mark: str = "") -> ComparedEvaluation:
-        """Return the side of an evaluation that shares so many episodes with the other."""
+        """Return the side of an evaluation that has `shared` episodes in common with the other."""
         return cls(
             name=evaluation.name,
             policy=evaluation.summary.policy,

@@ -19,7 +19,7 @@ Bit = Annotated[int, Field(ge=0, le=1)]
 
 
 @dataclass(frozen=True)
-class Column:
+class MetricColumn:
     """A field of a report that is a metric.
 
     Attributes:
@@ -113,8 +113,8 @@ class ReportedViolation(Record):
 class LayoutReport(Growing, Document):
     """LabTouchstone metrics of one layout. A metric that does not apply is None and is left out of means.
 
-    Fields marked with a `Column` are metrics: `aggregate` averages them, and tables show them. What a rule set does not
-    measure is None or empty.
+    Fields marked with a `MetricColumn` are metrics: `aggregate` averages them, and tables show them. What a rule set does
+    not measure is None or empty.
 
     Attributes:
         layout, layout_hash, protocol: the layout and the protocol that it was scored for.
@@ -160,52 +160,52 @@ class LayoutReport(Growing, Document):
     protocol: str | None
     rules: str
     profile: str
-    obj: Annotated[Count, Column("Obj", 1, paper=True)]
-    ob: Annotated[Count, Column("OB ↓", 2, paper=True)]
-    cn: Annotated[Count, Column("CN ↓", 2, paper=True)]
-    cn_sw: Annotated[Count, Column()]
-    cn_mj: Annotated[Count | None, Column()]
-    asset: Annotated[Bit | None, Column("Asset ↑", 3, paper=True)]
+    obj: Annotated[Count, MetricColumn("Obj", 1, paper=True)]
+    ob: Annotated[Count, MetricColumn("OB ↓", 2, paper=True)]
+    cn: Annotated[Count, MetricColumn("CN ↓", 2, paper=True)]
+    cn_sw: Annotated[Count, MetricColumn()]
+    cn_mj: Annotated[Count | None, MetricColumn()]
+    asset: Annotated[Bit | None, MetricColumn("Asset ↑", 3, paper=True)]
     missing: tuple[str, ...]
-    step_nav: Annotated[Share | None, Column("Step nav ↑", 3, paper=True, pooled_by="transitions")] = None
-    prot_nav: Annotated[Bit | None, Column("Prot nav ↑", 3, paper=True)] = None
+    step_nav: Annotated[Share | None, MetricColumn("Step nav ↑", 3, paper=True, pooled_by="transitions")] = None
+    prot_nav: Annotated[Bit | None, MetricColumn("Prot nav ↑", 3, paper=True)] = None
     transitions: Count = 0
-    flam: Annotated[Share | None, Column("Flam ↑", 3, paper=True)] = None
-    store: Annotated[Share | None, Column("Store ↑", 3, paper=True)] = None
-    incomp: Annotated[Share | None, Column("Incomp ↑", 3, paper=True)] = None
-    glass: Annotated[Share | None, Column("Glass ↑", 3, paper=True)] = None
+    flam: Annotated[Share | None, MetricColumn("Flam ↑", 3, paper=True)] = None
+    store: Annotated[Share | None, MetricColumn("Store ↑", 3, paper=True)] = None
+    incomp: Annotated[Share | None, MetricColumn("Incomp ↑", 3, paper=True)] = None
+    glass: Annotated[Share | None, MetricColumn("Glass ↑", 3, paper=True)] = None
     gated: Gated
-    incomp_contained: Annotated[Share | None, Column()]
-    store_class: Annotated[Share | None, Column()]
+    incomp_contained: Annotated[Share | None, MetricColumn()]
+    store_class: Annotated[Share | None, MetricColumn()]
     instances: dict[str, Count]
-    door_nav: Annotated[Share | None, Column("Door nav ↑", 3, pooled_by="entries")] = None
+    door_nav: Annotated[Share | None, MetricColumn("Door nav ↑", 3, pooled_by="entries")] = None
     entries: Count = 0
-    fronts: Annotated[Share | None, Column("Fronts ↑", 3)] = None
-    near: Annotated[Share | None, Column("Near ↑", 3)] = None
-    ventilate: Annotated[Share | None, Column("Ventilate ↑", 3)] = None
-    safety: Annotated[Share | None, Column("Safety ↑", 3)] = None
-    facility: Annotated[Share | None, Column("Facility ↑", 3)] = None
+    fronts: Annotated[Share | None, MetricColumn("Fronts ↑", 3)] = None
+    near: Annotated[Share | None, MetricColumn("Near ↑", 3)] = None
+    ventilate: Annotated[Share | None, MetricColumn("Ventilate ↑", 3)] = None
+    safety: Annotated[Share | None, MetricColumn("Safety ↑", 3)] = None
+    facility: Annotated[Share | None, MetricColumn("Facility ↑", 3)] = None
     facility_rules: dict[str, Share] = Field(default_factory=dict)
-    hard_facility: Annotated[Count | None, Column()] = None
-    reach: Annotated[Share | None, Column("Reach ↑", 3)] = None
+    hard_facility: Annotated[Count | None, MetricColumn()] = None
+    reach: Annotated[Share | None, MetricColumn("Reach ↑", 3)] = None
     out_of_reach: tuple[str, ...] = ()
-    walk: Annotated[float | None, Column("Walk, m ↓", 1)] = None
-    between_steps: Annotated[float | None, Column()] = None
-    fetching: Annotated[float | None, Column()] = None
-    trips: Annotated[Count | None, Column()] = None
+    walk: Annotated[float | None, MetricColumn("Walk, m ↓", 1)] = None
+    between_steps: Annotated[float | None, MetricColumn()] = None
+    fetching: Annotated[float | None, MetricColumn()] = None
+    trips: Annotated[Count | None, MetricColumn()] = None
     regulations: dict[str, tuple[Ruling, ...]] = Field(default_factory=dict)
-    v: Annotated[Count, Column("v ↓", 2)]
-    fitness: Annotated[Share, Column()]
+    v: Annotated[Count, MetricColumn("v ↓", 2)]
+    fitness: Annotated[Share, MetricColumn()]
     physical: PhysicalScore
-    s_phys: Annotated[float, Column()]
-    s_chem: Annotated[float | None, Column()]
-    real: Annotated[float | None, Column("Real ↑", 2, judged=True)] = None
-    lay: Annotated[float | None, Column("Lay ↑", 2, judged=True)] = None
-    comp: Annotated[float | None, Column("Comp ↑", 2, judged=True)] = None
-    s_consist: Annotated[float | None, Column()] = None
+    s_phys: Annotated[float, MetricColumn()]
+    s_chem: Annotated[float | None, MetricColumn()]
+    real: Annotated[float | None, MetricColumn("Real ↑", 2, judged=True)] = None
+    lay: Annotated[float | None, MetricColumn("Lay ↑", 2, judged=True)] = None
+    comp: Annotated[float | None, MetricColumn("Comp ↑", 2, judged=True)] = None
+    s_consist: Annotated[float | None, MetricColumn()] = None
     consistency_proxy: ConsistencyProxy
-    total: Annotated[float | None, Column()] = None
-    total_with_proxy: Annotated[float | None, Column()] = None
+    total: Annotated[float | None, MetricColumn()] = None
+    total_with_proxy: Annotated[float | None, MetricColumn()] = None
     violations: tuple[ReportedViolation, ...]
     warnings: tuple[FacilityIssue, ...]
     judgement: Judgement | None = None
@@ -225,11 +225,11 @@ class LayoutReport(Growing, Document):
         return not (self.violations or self.missing or errors)
 
 
-COLUMNS: dict[str, Column] = {
+COLUMNS: dict[str, MetricColumn] = {
     name: column
     for name, info in LayoutReport.model_fields.items()
     for column in info.metadata
-    if isinstance(column, Column)
+    if isinstance(column, MetricColumn)
 }
 """The metrics of a report by field, in the order of tables."""
 

@@ -92,7 +92,7 @@ class Assessment:
 
     @cached_property
     def blocked(self) -> frozenset[str]:
-        """Ids of the objects in no fault of their own that cannot be used: their front is blocked."""
+        """Ids of the objects without a separate fault that cannot be used: their front is blocked."""
         terms = (term.name for term in self.rules.terms if term.lowers == "geometry")
         return frozenset(one.ids[0] for term in terms for one in self.measured[term] if one.hard)
 

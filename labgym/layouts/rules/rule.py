@@ -155,7 +155,7 @@ class FacilityRule:
     def share(self, site: Site, issues: Iterable[FacilityIssue]) -> float | None:
         """Return the share of the objects it applies to that keep the rule, None if it applies to none.
 
-        Several issues of one object count once; an issue without ids is an object of its own.
+        Several issues of one object count once; an issue without ids counts as one object.
         """
         count = self.count(site)
         if not count:

@@ -36,7 +36,7 @@ class RuleSet:
 
     Attributes:
         name: as in options and reports.
-        summary: what it is for, in one sentence.
+        summary: its purpose, in one sentence.
         bounds: each returns the objects of a layout that are out of bounds.
         terms: rules that are measured on instances.
         drives: drives of the robot that must be possible.
