@@ -39,7 +39,7 @@ from labgym.cards.labnav import board, headed
 from labgym.datasets.tables import episodes_schema, steps_schema
 from labgym.documents import Document, tagged, write_text
 from labgym.envs import LabPointNavEnv
-from labgym.envs.goal_env import LabPointNavGoalEnv
+from labgym.envs.goal_env import LabFloorNavGoalEnv
 from labgym.envs.labnav.tasks import HEADLINE
 from labgym.envs.labnav.worlds import drawn_episode
 from labgym.errors import LabgymError
@@ -182,7 +182,7 @@ def environment_page(environment: type, goals: type) -> str:
     """Return the page of the environments: the docstrings of the class and of that for relabeled goals."""
     text, more = (inspect.cleandoc(each.__doc__ or "") for each in (environment, goals))
     more = more.replace("\n## ", "\n### ")
-    return f"# LabPointNav\n\n{text}\n\n## LabPointNavGoal-v1\n\n{more}\n"
+    return f"# LabPointNav\n\n{text}\n\n## LabFloorNavGoal-v0\n\n{more}\n"
 
 
 def pages() -> dict[Path, str]:
@@ -206,7 +206,7 @@ def pages() -> dict[Path, str]:
         DOCS / "moving-parts.md": {"tables": moving_tables()},
         DOCS / "classical-policies.md": {"LabNav": classical_table()},
     }
-    files = {DOCS / "environment.md": environment_page(LabPointNavEnv, LabPointNavGoalEnv)}
+    files = {DOCS / "environment.md": environment_page(LabPointNavEnv, LabFloorNavGoalEnv)}
     for page, blocks in tables.items():
         text = page.read_text(encoding="utf-8")
         for name, block in blocks.items():

@@ -14,12 +14,12 @@ register(
 )
 
 for _name, _steps in (
-    ("LabPointNav-v1", 1500),
-    ("LabPointNavDepth-v1", 1500),
-    ("LabPointNavRGBD-v1", 1500),
-    ("LabPointNavDiscrete-v1", 500),
-    ("LabPointNavGoal-v1", 1500),
-    ("LabProtocolNav-v1", 6000),
+    ("LabFloorNav-v0", 1500),
+    ("LabFloorNavDepth-v0", 1500),
+    ("LabFloorNavRGBD-v0", 1500),
+    ("LabFloorNavDiscrete-v0", 500),
+    ("LabFloorNavGoal-v0", 1500),
+    ("LabProtocolNav-v0", 6000),
     ("LabNavAisle-v0", 1200),
     ("LabNavMoved-v0", 1200),
     ("LabNavPeople-v0", 1200),
@@ -29,10 +29,10 @@ for _name, _steps in (
     ("LabNavCarry-v0", 1200),
     ("LabNavShift-v0", 12000),
 ):
-    _goals = _name == "LabPointNavGoal-v1"
+    _goals = _name == "LabFloorNavGoal-v0"
     register(
         id=_name,
-        entry_point="labgym.envs." + ("goal_env:LabPointNavGoalEnv" if _goals else "point_nav:LabPointNavEnv"),
+        entry_point="labgym.envs." + ("goal_env:LabFloorNavGoalEnv" if _goals else "point_nav:LabPointNavEnv"),
         vector_entry_point=_VECTOR,
         max_episode_steps=_steps,
         kwargs={"config": _name},

@@ -19,7 +19,7 @@ from sphinx.application import Sphinx
 MACHINERY = {"model_config", "model_post_init", "ADDED", "SCHEMA"}
 """Members that serve pydantic and `Document`, not the reader."""
 
-PAGES = {"LabPointNavEnv": "docs/environment", "LabPointNavGoalEnv": "docs/environment"}
+PAGES = {"LabPointNavEnv": "docs/environment", "LabFloorNavGoalEnv": "docs/environment"}
 """Classes whose docstring is a page: the reference shows the first paragraph and links to the page."""
 
 VALUES = ("attribute", "property", "data", "type")

@@ -87,7 +87,7 @@ IDLE: Mapping[str, tuple[Idle, ...]] = {
     ),
     "score": (
         Idle(
-            ("protocol", "profile", "metrics", "out", "judge", "samples", "fresh", *EXECUTION),
+            ("protocol", "profile", "rules", "out", "judge", "samples", "fresh", *EXECUTION),
             lambda v: v.regulations is not None,
             "with --regulations, which prints the clauses of one layout: leave one of them out",
         ),

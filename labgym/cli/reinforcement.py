@@ -97,7 +97,7 @@ def sac(env: str = "LabPointNav-v0", training: Training = USUAL) -> int:
     return written(train_sac(hyperparameters, settings))
 
 
-def her(env: str = "LabPointNavGoal-v1", training: Training = USUAL) -> int:
+def her(env: str = "LabFloorNavGoal-v0", training: Training = USUAL) -> int:
     """Train by soft actor-critic with hindsight experience replay and a sparse reward (stable-baselines3).
 
     Args:

@@ -22,7 +22,7 @@ FORMATS: tuple[Format, ...] = get_args(Format)
 
 POINT = "point"
 """The task of drives that rest at a point; it is none of LabNav's."""
-POINT_IDS = {"lidar": "LabPointNav-v1", "depth": "LabPointNavDepth-v1", "rgbd": "LabPointNavRGBD-v1"}
+POINT_IDS = {"lidar": "LabFloorNav-v0", "depth": "LabFloorNavDepth-v0", "rgbd": "LabFloorNavRGBD-v0"}
 TRAINING_SPLITS = ("floors-train", "train")
 VALIDATION_SPLITS = ("floors-val", "val")
 SPLITS = (*TRAINING_SPLITS, *VALIDATION_SPLITS)

@@ -1,4 +1,4 @@
-"""The compiled scene of a robot in a layout, for the robot of version 0 or any other, with or without moving parts."""
+"""The compiled scene of a robot in a layout, for the differential robot or any other, with or without moving parts."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def assembly_of(world: World, robot: Robot, moving: Moving = STATIC) -> Assembly
 
 
 def is_standard(robot: Robot) -> bool:
-    """Whether the physics of a robot are those of the robot of version 0."""
+    """Whether the physics of a robot are those of the differential robot."""
     return type(robot) is DifferentialDrive and _physical(robot.size) == ROBOT
 
 

@@ -25,7 +25,7 @@ from labgym.errors import OptionError
 from labgym.geometry import wrap_angle
 
 SUCCESS_DISTANCE = 0.5
-"""The goal of version 0 is reached within this distance, meters."""
+"""The goal of `LabPointNav-v0` is reached within this distance, meters."""
 
 
 class Episode:
@@ -86,7 +86,7 @@ class Episode:
             moving=moving,
             palette=palette,
         )
-        # The base of version 0 has grip, and its rules do not look at how it slips.
+        # The differential robot has grip, and its rules do not look at how it slips.
         self._slides = not is_standard(robot)
         self._read()
         for condition, data, rng in conditions:

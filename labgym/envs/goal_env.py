@@ -1,4 +1,4 @@
-"""LabPointNavGoal-v1: goals that can be relabeled, for hindsight experience replay."""
+"""LabFloorNavGoal-v0: goals that can be relabeled, for hindsight experience replay."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from labgym.envs.parts.goals import reached, sparse
 from labgym.envs.point_nav import LabPointNavEnv
 
 
-class LabPointNavGoalEnv(LabPointNavEnv):
-    """`LabPointNav-v1` with the interface of Gymnasium-Robotics' goal environments, for hindsight experience replay.
+class LabFloorNavGoalEnv(LabPointNavEnv):
+    """`LabFloorNav-v0` with the interface of Gymnasium-Robotics' goal environments, for hindsight experience replay.
 
     ## Observation space
 
@@ -30,7 +30,7 @@ class LabPointNavGoalEnv(LabPointNavEnv):
     `terminated` within 0.36 m of the goal, at any speed: the robot need not stop, because a relabeled goal is a
     position that it passed. `truncated` after 1500 steps.
 
-    Arguments, reset options, action space and info are those of `LabPointNav-v1`.
+    Arguments, reset options, action space and info are those of `LabFloorNav-v0`.
     """
 
     def compute_reward(self, achieved_goal: ArrayLike, desired_goal: ArrayLike, info: Any) -> Any:  # noqa: ARG002

@@ -143,7 +143,7 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
     - `robot` ("differential"): the robot; "holonomic" also moves sideways and has three components of action and
       velocity; "wheels" stands on driven wheels and casters; `{"kind": "mjcf", "path": "robot.xml"}` is read from a
       file. docs/robots.md describes them and their dimensions. Goals are planned for a disc of radius 0.30 m, into
-      which every robot must fit; at a start it is the robot of version 0 that must touch nothing.
+      which every robot must fit; at a start it is the differential robot that must touch nothing.
     - `interactive` (False): drawers, doors, sashes, stools, trolleys and boxes move when they are pushed, and sensors
       see them where they are. `loose` (False): objects on surfaces, too. Progress, shortest paths and the sensor
       "occupancy" are those of the layout as it was. MuJoCo only, without exact readings.
@@ -193,7 +193,7 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
     ## Environments
 
     All ids are this class with another configuration (`labgym.envs.presets`), and take the same arguments and options.
-    Version 0 is described above; its rules do not change. Version 1 differs in the following:
+    `LabPointNav-v0` is described above. `LabFloorNav-v0` differs in the following:
 
     - `split`: "floors-test", published floors.
     - The robot must arrive and stop: `terminated` when it is within 0.36 m of the goal, slower than 0.05 m/s and
@@ -206,27 +206,26 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
 
     The ids, each with its limit in actions:
 
-    - `LabPointNav-v0` (600), `LabPointNav-v1` (1500).
-    - `LabPointNavDepth-v1` (1500), `LabPointNavRGBD-v1` (1500): version 1 with the observation "depth" or "rgbd".
-    - `LabPointNavDiscrete-v1` (500): version 1 with the action space `Discrete(4)`: 0 STOP, 1 forward by 0.25 m, 2 left
-      and 3 right by 15 degrees. An action lasts until the robot rests, about 1 s. STOP ends the episode, with success
-      within 0.36 m.
-    - `LabPointNavGoal-v1` (1500): version 1 with goals that can be relabeled, for hindsight experience replay;
-      described by `labgym.envs.goal_env.LabPointNavGoalEnv`.
-    - `LabProtocolNav-v1` (6000): version 1 with all drives of a protocol in one episode: where a goal is reached, the
-      next drive begins. Further info: `leg`, the drive in progress, from 0, and `legs`, their number; the other entries
-      are those of the drive in progress. The options "start" and "goal" do not exist.
+    - `LabPointNav-v0` (600), `LabFloorNav-v0` (1500).
+    - `LabFloorNavDepth-v0` (1500), `LabFloorNavRGBD-v0` (1500): `LabFloorNav-v0` with depth or color images.
+    - `LabFloorNavDiscrete-v0` (500): `LabFloorNav-v0` with the action space `Discrete(4)`: 0 STOP, 1 forward by
+      0.25 m, 2 left and 3 right by 15 degrees. An action lasts until the robot rests, about 1 s. STOP ends the
+      episode, with success within 0.36 m.
+    - `LabFloorNavGoal-v0` (1500): `LabFloorNav-v0` with goals that can be relabeled, for hindsight experience
+      replay; described by `labgym.envs.goal_env.LabFloorNavGoalEnv`.
+    - `LabProtocolNav-v0` (6000): `LabFloorNav-v0` with all drives of a protocol in one episode: where a goal is
+      reached, the next drive begins. Further info: `leg`, the drive in progress, from 0, and `legs`, their number; the
+      other entries are those of the drive in progress. The options "start" and "goal" do not exist.
     - `LabNavAisle-v0`, `LabNavMoved-v0`, `LabNavPeople-v0`, `LabNavOdometry-v0`, `LabNavDock-v0`, `LabNavGlass-v0`,
-      `LabNavCarry-v0` (1200): the tasks of LabNav at level 2, on training floors; docs/labnav.md describes them. The
-      action has a third component, above 0 for STOP.
+      `LabNavCarry-v0` (1200): the tasks of LabNav, on training floors; docs/labnav.md describes them. `level` (2)
+      is 1 to 3. The action has a third component, above 0 for STOP.
     - `LabNavShift-v0` (12000): likewise, with all drives of a shift in one episode, and the further info `leg` and
       `legs`. The next drive begins after STOP, after 30 s without progress, after a spill, and after 120 s; touching a
       person ends the episode.
 
     ## Versions
 
-    - v1: arrive and stop within 0.36 m on published floors; shortest paths end at the success disc.
-    - v0: first version.
+    - v0: first version of all ids.
     """
 
     metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": 10}  # noqa: RUF012

@@ -23,7 +23,7 @@ from labgym.envs.tasks import FLOORS_TRAIN
 from labgym.errors import OptionError, UnknownArgumentError, UnknownNameError
 
 FLOORS = "floors-test"
-"""The split of version 1."""
+"""The split of the ids on floors."""
 
 
 @cache
@@ -39,17 +39,17 @@ def presets() -> dict[str, PointNavConfig]:
     joint = JointSensor(sensors=(PoseSensor(), VelocitySensor(), LidarSensor()))
     return {
         "LabPointNav-v0": PointNavConfig(),
-        "LabPointNav-v1": first,
-        "LabPointNavDepth-v1": replace(first, observation="depth"),
-        "LabPointNavRGBD-v1": replace(first, observation="rgbd"),
-        "LabPointNavDiscrete-v1": replace(first, actions=DiscreteActions(), endings=(StopEnding(),)),
-        "LabPointNavGoal-v1": replace(
+        "LabFloorNav-v0": first,
+        "LabFloorNavDepth-v0": replace(first, observation="depth"),
+        "LabFloorNavRGBD-v0": replace(first, observation="rgbd"),
+        "LabFloorNavDiscrete-v0": replace(first, actions=DiscreteActions(), endings=(StopEnding(),)),
+        "LabFloorNavGoal-v0": replace(
             first,
             sensors=(joint, PlaceSensor("achieved_goal", "robot"), PlaceSensor("desired_goal", "goal")),
             rewards=(GoalTerm(),),
             endings=(GoalEnding(),),
         ),
-        "LabProtocolNav-v1": replace(first, drives="protocol", measures=(*EXTENDED, "leg", "legs")),
+        "LabProtocolNav-v0": replace(first, drives="protocol", measures=(*EXTENDED, "leg", "legs")),
         **{labnav_id(task): _labnav(task) for task in TASKS},
     }
 
@@ -95,7 +95,7 @@ def configured(
     Args:
         config: a configuration, a mapping of its fields, the path of a .json or .yaml file of one, or the id of a
             registered environment; None for the defaults.
-        options: values of fields.
+        options: values of fields; of a LabNav task, also its `level`.
 
     Raises:
         UnknownArgumentError: no field has that name.
@@ -106,7 +106,7 @@ def configured(
     if isinstance(config, str | Path):
         config = _named_config(config)
         if isinstance(config, PointNavConfig) and config.drives.startswith(LABNAV):
-            config = _labnav_config(config, options)
+            config, options = _labnav_config(config, options)
     if config is not None and not isinstance(config, PointNavConfig | Mapping):
         raise OptionError(f"config is a {type(config).__name__}, expected a PointNavConfig, a mapping or a path")
     names = [each.name for each in fields(PointNavConfig)]
@@ -127,12 +127,20 @@ def _named_config(name: str | Path) -> PointNavConfig | Mapping[str, Any]:
     return read_mapping(name) if Path(name).suffix in (".json", ".yaml", ".yml") else preset(str(name))
 
 
-def _labnav_config(config: PointNavConfig, options: Mapping[str, Any]) -> PointNavConfig:
-    """Return the configuration of a LabNav task with the sensors of the observation in the options, if there is one."""
+def _labnav_config(config: PointNavConfig, options: Mapping[str, Any]) -> tuple[PointNavConfig, Mapping[str, Any]]:
+    """Return a LabNav configuration with the level and the observation of the options, and the remaining options.
+
+    Raises:
+        UnknownNameError: the task has no such level.
+    """
+    task, level = config.drives.removeprefix(LABNAV).split("-")
     observation = options.get("observation", config.observation)
-    if "sensors" in options or observation == config.observation:
-        return config
-    return preset(f"{config.drives}-{observation}")
+    if "sensors" in options:
+        observation = config.observation
+    own = {name: value for name, value in options.items() if name != "level"}
+    if "level" not in options and observation == config.observation:
+        return config, own
+    return _labnav(task, options.get("level", int(level)), observation), own
 
 
 def _check_observation(config: PointNavConfig | Mapping[str, Any] | None, options: Mapping[str, Any]) -> None:

@@ -17,7 +17,7 @@ from labgym.geometry import wrap_angle
 Pose = tuple[float, float, float]
 
 CHECK_STEPS = 5
-"""Physics steps of the robot of version 0 between two checks for contacts: shorter contacts may go unnoticed."""
+"""Physics steps of the differential robot between two checks for contacts: shorter contacts may go unnoticed."""
 CHECK_INTERVAL = CHECK_STEPS * ROBOT.timestep
 """Time between two checks for contacts (25 ms), seconds."""
 

@@ -41,7 +41,7 @@ class State:
         pair: the drive in progress, from its start to its goal. leg: its place among the drives of the task, from 0.
         pose: (x, y, yaw) of the robot; yaw in (-pi, pi].
         velocity: forward velocity, m/s, and turn rate, rad/s. sideways: velocity to the left, m/s; 0 for the robot of
-            version 0, which has grip.
+            `LabPointNav-v0`, which has grip.
         distance: distance from the robot's center to the goal.
         collision: whether the robot touched something during the latest action.
         touches: number of control steps with a contact during the latest action.

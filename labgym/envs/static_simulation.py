@@ -1,4 +1,4 @@
-"""Physics of the robot of version 0 in a static scene, as `Simulation`, in half of the time."""
+"""Physics of the differential robot in a static scene, as `Simulation`, in half of the time."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from labgym.geometry import wrap_angle
 
 
 class StaticSimulation:
-    """The robot of version 0 in a compiled scene; nothing else moves.
+    """The differential robot in a compiled scene; nothing else moves.
 
     The robot is stepped in a model without the scene while it can touch nothing, and elsewhere in a model of the few
     boxes around it. The motion is that of `Simulation`, to the bit.
@@ -26,7 +26,7 @@ class StaticSimulation:
     Args:
         model: the scene with the robot.
         out_of_reach: where nothing is within reach.
-        robot: dimensions and limits of the robot of version 0, and the duration of its control step.
+        robot: dimensions and limits of the differential robot, and the duration of its control step.
 
     Attributes:
         model: the MuJoCo model of the scene; every contact involves the robot.

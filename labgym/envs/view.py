@@ -57,7 +57,7 @@ OVERSAMPLING = 1.25
 """Samples of a fast picture's pixel along each axis; averaging them costs less than OpenGL's antialiasing."""
 
 STANDARD = DifferentialDrive()
-"""The robot of version 0."""
+"""The differential robot."""
 
 NOT_DRAWN = 5
 """Geom group that MuJoCo does not draw by default."""

@@ -230,6 +230,7 @@ def reasons(
     floor: Floor | str | Path | None = None,
     family: str | None = None,
     holdings: Holdings | None = None,
+    rules: str | RuleSet = TOUCHSTONE,
 ) -> dict[str, str]:
     """Return why each object of a generated layout is there, by placement id.
 
@@ -238,17 +239,17 @@ def reasons(
     Raises:
         UnknownNameError, OptionError, InfeasibleError: as `generate`.
     """
-    request = resolve_request(protocol, seed, room, profile, catalog, fixed, floor, family, holdings)
+    request = resolve_request(protocol, seed, room, profile, catalog, fixed, floor, family, holdings, rules=rules)
     return FloorProposer().plan(request).reasons()
 
 
 def resolve_request(
     protocol: Protocol | str | Path | Sequence[Protocol | str | Path],
-    seed: int,
-    room: Room | str | Path | None,
-    profile: str | Profile | None,
-    catalog: Catalog | None,
-    fixed: Iterable[Placement],
+    seed: int = 0,
+    room: Room | str | Path | None = None,
+    profile: str | Profile | None = None,
+    catalog: Catalog | None = None,
+    fixed: Iterable[Placement] = (),
     floor: Floor | str | Path | None = None,
     family: str | None = None,
     holdings: Holdings | None = None,

@@ -12,9 +12,9 @@ Observation = dict[str, NDArray[np.float32]]
 
 
 class StartFrame(gym.ObservationWrapper[Observation, NDArray[np.float32], Observation]):
-    """`LabPointNavGoal-v1` with poses and positions in the start frame: origin at the robot's start, x ahead, y left.
+    """`LabFloorNavGoal-v0` with poses and positions in the start frame: origin at the robot's start, x ahead, y left.
 
-    `LabPointNavGoal-v1` gives poses in the room frame, which a robot without a map does not know. In the start frame
+    `LabFloorNavGoal-v0` gives poses in the room frame, which a robot without a map does not know. In the start frame
     they are what a `Policy` receives: odometry and goal. Rewards depend on distances alone and stay the same.
 
     Args:

@@ -199,7 +199,7 @@ def test_a_labnav_environment_has_the_sensors_of_the_observation_that_is_asked_f
 
 
 def test_an_observation_is_refused_where_sensors_of_the_configuration_would_override_it() -> None:
-    for config in ("LabPointNavGoal-v1", configured("LabNavCarry-v0", {}), {"sensors": ["goal", "lidar"]}):
+    for config in ("LabFloorNavGoal-v0", configured("LabNavCarry-v0", {}), {"sensors": ["goal", "lidar"]}):
         with pytest.raises(OptionError, match="observation='depth' has no effect"):
             configured(config, {"observation": "depth"})
         with pytest.raises(OptionError, match="observation='depth' has no effect"):

@@ -91,12 +91,12 @@ def test_the_ids_are_those_of_the_documentation() -> None:
         "LabNavPeople-v0",
         "LabNavShift-v0",
         "LabPointNav-v0",
-        "LabPointNav-v1",
-        "LabPointNavDepth-v1",
-        "LabPointNavDiscrete-v1",
-        "LabPointNavGoal-v1",
-        "LabPointNavRGBD-v1",
-        "LabProtocolNav-v1",
+        "LabFloorNav-v0",
+        "LabFloorNavDepth-v0",
+        "LabFloorNavDiscrete-v0",
+        "LabFloorNavGoal-v0",
+        "LabFloorNavRGBD-v0",
+        "LabProtocolNav-v0",
     ]
 
 
@@ -115,7 +115,7 @@ def test_both_checkers_are_silent(name: str, path: str, capsys: pytest.CaptureFi
 
 def test_a_caller_may_keep_and_change_the_data_in_an_info(path: str) -> None:
     arguments = {"conditions": ["wet_floor"], "randomizations": ["mass"], "measures": ["conditions", "randomization"]}
-    env = make("LabPointNav-v1", path, **arguments)
+    env = make("LabFloorNav-v0", path, **arguments)
     _, first = env.reset(seed=0)
     drawn = json.dumps(first)
     first["conditions"]["wet_floor"]["zones"].clear()
@@ -135,7 +135,7 @@ def test_the_same_seed_gives_the_same_bits_in_any_process(path: str, expected: d
 
 @pytest.mark.parametrize("method", ["spawn", "fork", "forkserver"])
 def test_workers_drive_as_this_process_does(path: str, expected: dict[str, str], method: str) -> None:
-    names = ["LabPointNav-v1", "LabPointNavDiscrete-v1"]
+    names = ["LabFloorNav-v0", "LabFloorNavDiscrete-v0"]
     with multiprocessing.get_context(method).Pool(1) as pool:
         assert pool.starmap(digest, [(name, path) for name in names]) == [expected[name] for name in names]
 

@@ -20,7 +20,7 @@ SIZE, STEPS = (160, 120), 5
 @pytest.mark.parametrize("inset", [False, True])
 def test_a_recorded_film_shows_what_render_returned(inset, tmp_path):
     single = gym.make(
-        "LabPointNav-v1", layout=island_laboratory(), render_mode="rgb_array", width=SIZE[0], height=SIZE[1]
+        "LabFloorNav-v0", layout=island_laboratory(), render_mode="rgb_array", width=SIZE[0], height=SIZE[1]
     )
     env = RecordVideo(MapInset(single) if inset else single, str(tmp_path / "films"))
     env.reset(seed=0)

@@ -1,4 +1,4 @@
-"""The rules of the environments of version 1."""
+"""The rules of the environments on floors."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ import pytest
 
 import labgym  # noqa: F401  (registers the environments)
 from labgym.envs.parts.discrete import FORWARD, LEFT, RIGHT, STOP
-from labgym.errors import OptionError
+from labgym.envs.presets import preset
+from labgym.errors import OptionError, UnknownNameError
 from labgym.geometry import wrap_angle
 from labgym.layouts import Layout
 from labgym.navigation import goal_pairs, shortest_path
@@ -28,8 +29,8 @@ def towards(state: Any) -> np.ndarray:
     return np.array([max(0.0, 1.0 - 2.0 * abs(bearing)) * min(1.0, state.distance), np.clip(2.0 * bearing, -1, 1)])
 
 
-def test_version_1_asks_the_robot_to_stop(layout: Layout) -> None:
-    env = gym.make("LabPointNav-v1", layout=layout).unwrapped
+def test_the_robot_must_stop_at_the_goal(layout: Layout) -> None:
+    env = gym.make("LabFloorNav-v0", layout=layout).unwrapped
     env.reset(seed=0, options=OPEN)
     passed, terminated = False, False
     while not terminated:
@@ -44,7 +45,7 @@ def test_version_1_asks_the_robot_to_stop(layout: Layout) -> None:
 
 
 def test_passing_the_goal_is_not_arriving(layout: Layout) -> None:
-    env = gym.make("LabPointNav-v1", layout=layout).unwrapped
+    env = gym.make("LabFloorNav-v0", layout=layout).unwrapped
     env.reset(seed=0, options={**OPEN, "goal": (4.8, 4.8)})
     nearest = math.inf
     for _ in range(14):
@@ -54,8 +55,8 @@ def test_passing_the_goal_is_not_arriving(layout: Layout) -> None:
     assert nearest < 0.1
 
 
-def test_shortest_paths_of_version_1_end_at_the_success_disc(layout: Layout) -> None:
-    env = gym.make("LabPointNav-v1", layout=layout).unwrapped
+def test_shortest_paths_end_at_the_success_disc(layout: Layout) -> None:
+    env = gym.make("LabFloorNav-v0", layout=layout).unwrapped
     for pair in goal_pairs(layout):
         _, info = env.reset(seed=0, options={"pair": pair.index})
         whole = shortest_path(layout, pair.start[:2], pair.goal[:2]).length
@@ -63,7 +64,7 @@ def test_shortest_paths_of_version_1_end_at_the_success_disc(layout: Layout) -> 
 
 
 def test_discrete_actions_move_the_robot_by_their_amounts(layout: Layout) -> None:
-    env = gym.make("LabPointNavDiscrete-v1", layout=layout).unwrapped
+    env = gym.make("LabFloorNavDiscrete-v0", layout=layout).unwrapped
     env.reset(seed=0, options=OPEN)
     for action in (FORWARD, FORWARD, LEFT, FORWARD, RIGHT, RIGHT, FORWARD):
         (x, y, yaw) = env.state.pose
@@ -78,7 +79,7 @@ def test_discrete_actions_move_the_robot_by_their_amounts(layout: Layout) -> Non
 
 @pytest.mark.parametrize(("goal", "success"), [((4.2, 4.8), True), ((5.5, 4.8), False)])
 def test_stop_ends_the_episode_wherever_the_robot_is(layout: Layout, goal: tuple, success: bool) -> None:
-    env = gym.make("LabPointNavDiscrete-v1", layout=layout)
+    env = gym.make("LabFloorNavDiscrete-v0", layout=layout)
     env.reset(seed=0, options={**OPEN, "goal": goal})
     _, reward, terminated, truncated, info = env.step(STOP)
     assert (terminated, truncated, info["is_success"], info["ending"]) == (True, False, success, "stop")
@@ -86,7 +87,7 @@ def test_stop_ends_the_episode_wherever_the_robot_is(layout: Layout, goal: tuple
 
 
 def test_a_wall_ends_a_discrete_step_early(layout: Layout) -> None:
-    env = gym.make("LabPointNavDiscrete-v1", layout=layout).unwrapped
+    env = gym.make("LabFloorNavDiscrete-v0", layout=layout).unwrapped
     env.reset(seed=0, options={"pair": 0})
     for _ in range(3):
         _, _, _, _, info = env.step(FORWARD)
@@ -96,7 +97,7 @@ def test_a_wall_ends_a_discrete_step_early(layout: Layout) -> None:
 
 
 def test_rewards_of_relabeled_goals_are_those_of_the_steps(layout: Layout) -> None:
-    env = gym.make("LabPointNavGoal-v1", layout=layout).unwrapped
+    env = gym.make("LabFloorNavGoal-v0", layout=layout).unwrapped
     observation, _ = env.reset(seed=0, options=OPEN)
     achieved, rewards, terminated = [], [], False
     while not terminated:
@@ -113,7 +114,7 @@ def test_rewards_of_relabeled_goals_are_those_of_the_steps(layout: Layout) -> No
 
 def test_hindsight_experience_replay_learns_from_it(layout: Layout) -> None:
     sb3 = pytest.importorskip("stable_baselines3")
-    env = gym.make("LabPointNavGoal-v1", layout=layout, max_episode_steps=40)
+    env = gym.make("LabFloorNavGoal-v0", layout=layout, max_episode_steps=40)
     model = sb3.SAC(
         "MultiInputPolicy", env, replay_buffer_class=sb3.HerReplayBuffer, learning_starts=80, train_freq=40,
         gradient_steps=4, batch_size=32, buffer_size=1000, seed=0, device="cpu", policy_kwargs={"net_arch": [32]},
@@ -126,7 +127,7 @@ def test_hindsight_experience_replay_learns_from_it(layout: Layout) -> None:
 
 
 def test_a_whole_protocol_is_one_episode(layout: Layout) -> None:
-    env = gym.make("LabProtocolNav-v1", layout=layout).unwrapped
+    env = gym.make("LabProtocolNav-v0", layout=layout).unwrapped
     pairs = goal_pairs(layout)
     _, info = env.reset(seed=0)
     assert (info["leg"], info["legs"]) == (0, len(pairs))
@@ -149,7 +150,7 @@ def test_a_whole_protocol_is_one_episode(layout: Layout) -> None:
 
 def test_a_delay_makes_the_robot_obey_later(layout: Layout) -> None:
     prompt, late = (
-        gym.make("LabPointNav-v1", layout=layout, actions={"kind": "velocity", "delay": delay}).unwrapped
+        gym.make("LabFloorNav-v0", layout=layout, actions={"kind": "velocity", "delay": delay}).unwrapped
         for delay in (0, 3)
     )
     for env in (prompt, late):
@@ -165,9 +166,21 @@ def test_a_delay_makes_the_robot_obey_later(layout: Layout) -> None:
 
 def test_a_third_component_stops(layout: Layout) -> None:
     arguments = {"actions": {"kind": "velocity", "stop": True}, "endings": ["stop"]}
-    env = gym.make("LabPointNav-v1", layout=layout, **arguments)
+    env = gym.make("LabFloorNav-v0", layout=layout, **arguments)
     assert env.action_space.shape == (3,)
     env.reset(seed=0, options=OPEN)
     assert not env.step(np.array([1.0, 0.0, -1.0], np.float32))[2]
     _, _, terminated, _, info = env.step(np.array([1.0, 0.0, 0.5], np.float32))
     assert (terminated, info["is_success"]) == (True, False)
+
+
+@pytest.mark.parametrize("level", [1, 3])
+def test_a_task_of_labnav_takes_a_level(level: int) -> None:
+    config = gym.make("LabNavCarry-v0", level=level, observation="depth").unwrapped.config
+    assert config == preset(f"labnav-carry-{level}-depth")
+
+
+@pytest.mark.parametrize("level", [0, 4, True, "two"])
+def test_an_unknown_level_is_refused(level: object) -> None:
+    with pytest.raises(UnknownNameError, match="available: 1, 2, 3"):
+        gym.make("LabNavCarry-v0", level=level)

@@ -112,7 +112,7 @@ def test_the_picture_shows_furniture_and_wheels_where_they_are(room: Layout) -> 
 
 
 def test_discrete_actions_drive_a_robot_on_wheels(room: Layout) -> None:
-    env = LabPointNavEnv(layout=room, config="LabPointNavDiscrete-v1", robot="wheels")
+    env = LabPointNavEnv(layout=room, config="LabFloorNavDiscrete-v0", robot="wheels")
     env.reset(seed=0, options=START)
     info = env.step(1)[4]
     assert info["pose"][0] == pytest.approx(1.45, abs=0.01)

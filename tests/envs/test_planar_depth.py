@@ -144,7 +144,7 @@ def test_nothing_is_seen_without_triangles_and_through_one_from_its_side() -> No
 
 def test_the_environment_on_the_kernel_sees_what_it_sees_with_mujoco() -> None:
     planar, mujoco = (
-        gym.make("LabPointNavDepth-v1", layout=island_laboratory(), physics=physics) for physics in ("planar", "mujoco")
+        gym.make("LabFloorNavDepth-v0", layout=island_laboratory(), physics=physics) for physics in ("planar", "mujoco")
     )
     first, second = (env.reset(seed=2)[0] for env in (planar, mujoco))
     np.testing.assert_allclose(first["depth"], second["depth"], rtol=3e-6)

@@ -225,11 +225,11 @@ class Fixed:
 def environment(**options):
     pair = GoalPair(0, START, (6.5, 1.0, 0.0), "anywhere", "anywhere")
     task = Task(LAYOUT, LAYOUT.protocol, pair, pushable=MASSES)
-    return gym.make("LabPointNav-v1", tasks=Fixed(task), **options).unwrapped
+    return gym.make("LabFloorNav-v0", tasks=Fixed(task), **options).unwrapped
 
 
 def test_the_scene_at_the_start_looks_like_that_of_fixed_things():
-    env, static = environment(exact=True), gym.make("LabPointNav-v1", layout=LAYOUT, exact=True).unwrapped
+    env, static = environment(exact=True), gym.make("LabFloorNav-v0", layout=LAYOUT, exact=True).unwrapped
     there, _ = env.reset(seed=0)
     fixed, _ = static.reset(seed=0, options={"start": START, "goal": (6.5, 1.0)})
     np.testing.assert_allclose(there["lidar"], fixed["lidar"], atol=1e-5)
@@ -294,7 +294,7 @@ def test_a_thing_can_be_away_and_come_back():
 def test_what_cannot_be_pushed_is_refused():
     def check(match, layout=LAYOUT, masses=MASSES, **options):
         pair = GoalPair(0, START, (6.5, 1.0, 0.0), "anywhere", "anywhere")
-        env = gym.make("LabPointNav-v1", tasks=Fixed(Task(layout, None, pair, pushable=masses)), **options)
+        env = gym.make("LabFloorNav-v0", tasks=Fixed(Task(layout, None, pair, pushable=masses)), **options)
         with pytest.raises(OptionError, match=match):
             env.reset(seed=0)
 

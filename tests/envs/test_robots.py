@@ -118,7 +118,7 @@ def test_the_robot_is_stepped_alone_with_the_motion_in_the_scene_to_the_bit(worl
     assert alone > 20
 
 
-def test_robots_share_compiled_scenes_and_only_the_standard_one_shares_that_of_version_0(world: World) -> None:
+def test_robots_share_compiled_scenes_and_only_the_standard_one_shares_its_own(world: World) -> None:
     assert assembly_of(world, DifferentialDrive()).model is world.model
     assert (
         assembly_of(world, DifferentialDrive(replace(ROBOT, control_dt=0.05, camera_height=0.6))).model is world.model

@@ -60,9 +60,9 @@ def test_a_missing_argument_is_named():
     "make",
     [
         lambda **options: LabPointNavEnv(**options),
-        lambda **options: gym.make("LabPointNav-v1", **options),
+        lambda **options: gym.make("LabFloorNav-v0", **options),
         lambda **options: gym.make("LabNavPeople-v0", **options),
-        lambda **options: gym.make_vec("LabPointNav-v1", 2, vectorization_mode="vector_entry_point", **options),
+        lambda **options: gym.make_vec("LabFloorNav-v0", 2, vectorization_mode="vector_entry_point", **options),
         lambda **options: LabPointNavEnv(config=options),
     ],
 )

@@ -16,7 +16,7 @@ from labgym.errors import OptionError
 
 pytest.importorskip("numba")
 
-ID, VERSION_1 = "LabPointNav-v0", "LabPointNav-v1"
+ID, VERSION_1 = "LabPointNav-v0", "LabFloorNav-v0"
 COUNT = 5
 KEPT = {"NEXT_STEP": AutoresetMode.NEXT_STEP, "SAME_STEP": AutoresetMode.SAME_STEP}
 
@@ -44,7 +44,7 @@ CASES = {
     "one layout": {"layout": island_laboratory(), "max_episode_steps": 60},
     "exact": {"split": "test", "distance_to_go": "exact", "max_episode_steps": 15},
     "version 1": {"id": VERSION_1, "layout": island_laboratory(), "max_episode_steps": 15},
-    "depth": {"id": "LabPointNavDepth-v1", "layout": island_laboratory(), "max_episode_steps": 15},
+    "depth": {"id": "LabFloorNavDepth-v0", "layout": island_laboratory(), "max_episode_steps": 15},
     "parts": {
         "layout": island_laboratory(),
         "max_episode_steps": 50,

@@ -59,7 +59,7 @@ def same_as_single(name: str, steps: int, mode: AutoresetMode, seeds, **options)
 # Each of these starts two processes, which import labgym: 3 s.
 def test_depth_and_color_with_mujoco_equal_those_of_single_environments_to_the_bit() -> None:
     many = same_as_single(
-        "LabPointNavRGBD-v1", 12, AutoresetMode.NEXT_STEP, 7,
+        "LabFloorNavRGBD-v0", 12, AutoresetMode.NEXT_STEP, 7,
         physics="mujoco", max_episode_steps=5, distance_to_go="grid", render_mode="depth_array",
     )  # fmt: skip
     with pytest.raises(OptionError, match="must be 5 actions"):
@@ -83,7 +83,7 @@ def test_depth_and_color_with_mujoco_equal_those_of_single_environments_to_the_b
 
 def test_without_autoreset_a_mask_resets_environments_of_both_processes() -> None:
     many = same_as_single(
-        "LabPointNavDiscrete-v1", 14, AutoresetMode.DISABLED, 5,
+        "LabFloorNavDiscrete-v0", 14, AutoresetMode.DISABLED, 5,
         physics="planar", max_episode_steps=4, endings=["contact", "stop"],
     )  # fmt: skip
     # A process that was lost before the call has been replaced by one without environments.
@@ -97,7 +97,7 @@ def test_without_autoreset_a_mask_resets_environments_of_both_processes() -> Non
 def test_parts_that_the_kernel_lacks_run_in_processes_on_the_planar_physics() -> None:
     pytest.importorskip("numba")
     many = same_as_single(
-        "LabPointNavDiscrete-v1", 8, AutoresetMode.SAME_STEP, [3, 1, 4, 1, 5],
+        "LabFloorNavDiscrete-v0", 8, AutoresetMode.SAME_STEP, [3, 1, 4, 1, 5],
         physics="planar", max_episode_steps=3, distance_to_go="grid",
         sensors=["goal", {"kind": "lidar", "rays": 30, "noise": [{"kind": "gaussian", "sigma": 0.02}]}, "odometry"],
     )  # fmt: skip
@@ -153,5 +153,5 @@ def test_threads_and_processes_exclude_each_other(layout) -> None:
     pytest.importorskip("numba")
     with pytest.raises(OptionError, match="not both"):
         gym.make_vec(
-            "LabPointNav-v1", 2, vectorization_mode="vector_entry_point", layout=layout, threads=1, processes=1
+            "LabFloorNav-v0", 2, vectorization_mode="vector_entry_point", layout=layout, threads=1, processes=1
         )

@@ -15,7 +15,7 @@ from labgym.envs.window import DISPLAYS, MissingDisplayError, Window
 from labgym.errors import MissingDependencyError, OptionError
 from labgym.layouts import Layout
 
-ID = "LabPointNav-v1"
+ID = "LabFloorNav-v0"
 SIZE = {"width": 160, "height": 120}
 
 

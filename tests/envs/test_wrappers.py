@@ -20,7 +20,7 @@ from labgym.envs.wrappers import ActionRepeat, EgocentricMap, MapInset, Odometry
 from labgym.errors import OptionError
 from labgym.layouts import Layout
 
-ID = "LabPointNav-v1"
+ID = "LabFloorNav-v0"
 KINDS = {
     "repeat": (ActionRepeat, {"times": 3}),
     "map": (EgocentricMap, {"cells": 40, "resolution": 0.2, "name": "grid"}),
@@ -258,7 +258,7 @@ def test_gymnasiums_wrappers_take_the_pictures(layout: Layout) -> None:
 
 def test_what_does_not_fit_is_refused_in_one_line(layout: Layout) -> None:
     env = make(layout)
-    goals = gym.make("LabPointNavGoal-v1", layout=layout)
+    goals = gym.make("LabFloorNavGoal-v0", layout=layout)
     for wrapper, inside, arguments, message in (
         (ActionRepeat, env, {"times": 0}, "times is 0"),
         (EgocentricMap, env, {"cells": 0}, "cells"),

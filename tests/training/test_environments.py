@@ -50,12 +50,12 @@ def test_processes_take_parts_that_the_kernel_lacks(monkeypatch):
     pytest.importorskip("numba")
     from labgym.envs.vector.processes import ProcessPointNavEnv
 
-    made = make_environments("LabPointNavDiscrete-v1", 2, layout=LAYOUT)
+    made = make_environments("LabFloorNavDiscrete-v0", 2, layout=LAYOUT)
     assert isinstance(inner(made), DummyVecEnv)
     made.close()
     monkeypatch.setattr(module, "processors", lambda: 2)
     options = {"layout": LAYOUT, "max_episode_steps": 3, "physics": "planar"}
-    made = make_environments("LabPointNavDiscrete-v1", 2, "processes", **options)
+    made = make_environments("LabFloorNavDiscrete-v0", 2, "processes", **options)
     assert isinstance(inner(made).envs, ProcessPointNavEnv)
     made.seed(0)
     made.reset()
@@ -68,12 +68,12 @@ def test_processes_take_parts_that_the_kernel_lacks(monkeypatch):
 
 def test_goal_environments_run_one_after_the_other():
     pytest.importorskip("numba")
-    made = make_environments("LabPointNavGoal-v1", 2, layout=LAYOUT)
+    made = make_environments("LabFloorNavGoal-v0", 2, layout=LAYOUT)
     assert isinstance(inner(made), DummyVecEnv)
     made.close()
     for vectorization in ("kernel", "processes"):
         with pytest.raises(OptionError):
-            make_environments("LabPointNavGoal-v1", 2, vectorization, layout=LAYOUT)
+            make_environments("LabFloorNavGoal-v0", 2, vectorization, layout=LAYOUT)
 
 
 @pytest.mark.parametrize("vectorization", ["kernel", "dummy"])
@@ -164,7 +164,7 @@ def test_generated_layouts_are_counted_on_a_terminal(monkeypatch):
 
 def test_the_start_frame_has_its_origin_and_its_axis_at_the_start():
     pytest.importorskip("numba")
-    single = gym.make("LabPointNavGoal-v1", layout=LAYOUT, physics="planar", disable_env_checker=True)
+    single = gym.make("LabFloorNavGoal-v0", layout=LAYOUT, physics="planar", disable_env_checker=True)
     env = StartFrame(single)
     observation, info = env.reset(seed=4)
     x, y, yaw = start = info["pose"]
@@ -197,7 +197,7 @@ def test_layouts_count_for_the_training_split_of_an_id_and_for_one_that_is_passe
     ("name", "options"),
     [
         ("LabPointNav-v0", {}),
-        ("LabPointNav-v1", {}),
+        ("LabFloorNav-v0", {}),
         ("LabPointNav-v0", {"split": "val"}),
         ("LabNavAisle-v0", {"split": "floors-val"}),
         ("LabPointNav-v0", {"layout": LAYOUT}),

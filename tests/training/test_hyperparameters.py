@@ -21,7 +21,7 @@ from labgym.training.limits import ARGUMENTS, NORMALIZATION
 
 PACKAGED = [(name, each) for name in ARGUMENTS for each in yaml.safe_load((FOLDER / f"{name}.yml").read_text())]
 
-FLOORS = [("ppo", "LabPointNav-v1", FOLDER / "ppo-floors.yml")]
+FLOORS = [("ppo", "LabFloorNav-v0", FOLDER / "ppo-floors.yml")]
 
 
 @pytest.mark.parametrize(("algorithm", "environment", "file"), [(*each, None) for each in PACKAGED] + FLOORS)

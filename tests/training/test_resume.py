@@ -31,7 +31,7 @@ NETWORK = {"policy_kwargs": {"net_arch": [8]}, "eval_env_kwargs": {}}
 CASES = {
     "ppo": (train_ppo, "LabPointNav-v0", {"n_steps": 8, "batch_size": 8, "n_epochs": 2, "learning_rate": "lin_1e-3"}),
     "sac": (train_sac, "LabPointNav-v0", OFF_POLICY),
-    "her": (train_her, "LabPointNavGoal-v1", OFF_POLICY),
+    "her": (train_her, "LabFloorNavGoal-v0", OFF_POLICY),
 }
 
 

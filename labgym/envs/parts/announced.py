@@ -70,7 +70,7 @@ class OdometryVelocitySensor(Sensor):
 
     @property
     def space(self) -> spaces.Space[Any]:
-        """The limits of the robot of version 0."""
+        """The limits of the differential robot."""
         return VelocitySensor().space
 
     def reset(self, state: State, rng: np.random.Generator) -> None:  # noqa: ARG002

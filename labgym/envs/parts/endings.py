@@ -11,9 +11,9 @@ from labgym.envs.parts.registry import registered
 from labgym.envs.state import State, Verdict
 
 TOUCH_DISTANCE = 0.5
-"""Success distance of version 0, meters."""
+"""Success distance of `LabPointNav-v0`, meters."""
 REST_DISTANCE = 0.36
-"""Success distance of version 1, meters: that of the Habitat challenges."""
+"""Success distance of `LabFloorNav-v0`, meters: that of the Habitat challenges."""
 
 
 @registered("ending")

@@ -89,10 +89,10 @@ STANDARD = (
     "pose", "goal", "distance", "success", "collision", "contacts", "clearance", "path_length",
     "shortest_path_length", "layout", "protocol", "pair", "time", "reward_terms",
 )  # fmt: skip
-"""The info of version 0."""
+"""The info of `LabPointNav-v0`."""
 
 EXTENDED = (*STANDARD, "is_success", "cost", "ending", "achieved_goal", "desired_goal")
-"""The info of version 1."""
+"""The info of `LabFloorNav-v0`."""
 
 
 @registered("measure")

@@ -24,7 +24,7 @@ HOLONOMIC = replace(ROBOT, v_side=0.5)
 @registered("robot")
 @dataclass(frozen=True)
 class DifferentialDrive(Robot):
-    """A base that drives forward and turns, with grip sideways; by default the robot of version 0.
+    """A base that drives forward and turns, with grip sideways; by default the differential robot of `LabPointNav-v0`.
 
     Attributes:
         size: dimensions and limits, as `RobotSpec` or a mapping of those that differ from the default.

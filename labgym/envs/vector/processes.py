@@ -30,7 +30,7 @@ class WorkersLostError(LabgymError):
 class ProcessPointNavEnv(VectorEnv[Any, Any, NDArray[Any]]):
     """Many `LabPointNavEnv` in a few worker processes, which share memory for the observations.
 
-        envs = gym.make_vec("labgym:LabPointNavRGBD-v1", num_envs=16, vectorization_mode="vector_entry_point")
+        envs = gym.make_vec("labgym:LabFloorNavRGBD-v0", num_envs=16, vectorization_mode="vector_entry_point")
 
     Observations, rewards, ends of episodes and infos equal those of single environments with the same arguments and
     seeds to the bit; any part and any physics is supported. Each process steps its share of the environments one after

@@ -28,7 +28,7 @@ class MapInset(gym.Wrapper[Any, Any, Any, Any], gym.utils.RecordConstructorArgs)
 
     For films, put Gymnasium's own wrapper around it (it needs moviepy):
 
-        env = RecordVideo(MapInset(gym.make("LabPointNav-v1", render_mode="rgb_array")), "videos")
+        env = RecordVideo(MapInset(gym.make("LabFloorNav-v0", render_mode="rgb_array")), "videos")
 
     Observations, rewards and infos stay as they are.
 

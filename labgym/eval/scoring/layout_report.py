@@ -113,8 +113,8 @@ class ReportedViolation(Record):
 class LayoutReport(Growing, Document):
     """LabTouchstone metrics of one layout. A metric that does not apply is None and is left out of means.
 
-    Fields marked with a `MetricColumn` are metrics: `aggregate` averages them, and tables show them. What a rule set does
-    not measure is None or empty.
+    Fields marked with a `MetricColumn` are metrics: `aggregate` averages them, and tables show them. What a rule
+    set does not measure is None or empty.
 
     Attributes:
         layout, layout_hash, protocol: the layout and the protocol that it was scored for.

@@ -30,7 +30,7 @@ SIZES = {
     "achieved_goal": 2,
     "desired_goal": 2,
 }
-"""Lengths of the possible inputs: those of `LabPointNav-v0` and the goal up close, and those of `LabPointNavGoal-v1` in
+"""Lengths of the possible inputs: those of `LabPointNav-v0` and the goal up close, and those of `LabFloorNavGoal-v0` in
 the start frame."""
 
 

@@ -169,7 +169,7 @@ def test_options_out_of_range_are_refused():
 def environment(data, pose=START, layout=LAYOUT, **options):
     options = {"tasks": Fixed("changes", data, layout, pose), "conditions": ["changes"], "endings": (), **options}
     measures = ("pose", "contacts", "outcomes", "touched", "conditions")
-    return gym.make("LabPointNav-v1", disable_env_checker=True, measures=measures, **options).unwrapped
+    return gym.make("LabFloorNav-v0", disable_env_checker=True, measures=measures, **options).unwrapped
 
 
 def test_a_push_is_no_contact_and_its_way_and_mass_are_reported():
@@ -270,7 +270,7 @@ def test_a_copy_in_the_middle_of_an_episode_goes_on_to_the_bit(make, steps):
 def digest() -> str:
     """The digest of the data and the observations of drives among drawn changes."""
     env = gym.make(
-        "LabPointNav-v1", layout=LAYOUT, conditions=[{"kind": "changes", "spacing": 2.0}], disable_env_checker=True,
+        "LabFloorNav-v0", layout=LAYOUT, conditions=[{"kind": "changes", "spacing": 2.0}], disable_env_checker=True,
         measures=("pose", "conditions", "outcomes"), exact=True,
     )  # fmt: skip
     result = hashlib.sha256()
@@ -307,7 +307,7 @@ def test_conditions_combine_and_glass_shows_things_where_they_were_pushed():
     glass = {"panes": [pane], "void": 0.0, "true": 1.0, "steel": 0.0, "seed": 1}
     object.__setattr__(tasks.task, "conditions", {"changes": [TROLLEY], "glass": glass})
     both, plain = (
-        gym.make("LabPointNav-v1", tasks=each, conditions=names, endings=(), measures=("outcomes",)).unwrapped
+        gym.make("LabFloorNav-v0", tasks=each, conditions=names, endings=(), measures=("outcomes",)).unwrapped
         for each, names in (
             (tasks, ["changes", "glass", "payload"]),
             (Fixed("changes", [TROLLEY], LAYOUT, START), ["changes"]),

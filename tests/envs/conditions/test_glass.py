@@ -32,7 +32,7 @@ def data(panes=(), **changes):
 def make(given, **options):
     options = {"observation": "lidar", "measures": ("pose", "touched", "conditions"), "endings": (), **options}
     options = {"tasks": Fixed("glass", given), "conditions": ["glass"], **options}
-    return gym.make("LabPointNav-v1", disable_env_checker=True, **options)
+    return gym.make("LabFloorNav-v0", disable_env_checker=True, **options)
 
 
 def pane_ahead(distance, turn=0.0):
@@ -45,7 +45,7 @@ def pane_ahead(distance, turn=0.0):
 def test_a_lidar_sees_glass_near_its_normal_only(turn, seen, exact):
     env = make(data([pane_ahead(1.5, turn)]), exact=exact)
     lidar = env.reset(seed=0)[0]["lidar"]
-    plain = gym.make("LabPointNav-v1", tasks=Fixed("glass", data()), disable_env_checker=True, exact=exact)
+    plain = gym.make("LabFloorNav-v0", tasks=Fixed("glass", data()), disable_env_checker=True, exact=exact)
     behind = plain.reset(seed=0)[0]["lidar"]
     assert lidar[90] == pytest.approx(1.5 - 0.015 / math.cos(turn) if seen else behind[90], abs=1e-5)
     # At 20 degrees from ahead the ray still meets the pane, at more than ten degrees from its normal.

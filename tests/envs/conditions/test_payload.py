@@ -86,7 +86,7 @@ def test_a_car_that_turns_at_speed_spills_though_its_speed_is_constant():
 
 def make(**options):
     return gym.make(
-        "LabPointNav-v1",
+        "LabFloorNav-v0",
         layout=LAYOUT,
         measures=("pose", "path_length", "contacts", "outcomes", "conditions", "touched"),
         disable_env_checker=True,

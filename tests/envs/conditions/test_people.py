@@ -44,7 +44,7 @@ MEASURES = ("pose", "time", "touched", "conditions", "outcomes", "collision")
 
 def make(condition="people", **options):
     options = {"layout": LAYOUT, "measures": MEASURES, "endings": (), **options}
-    return gym.make("LabPointNav-v1", conditions=[condition], disable_env_checker=True, **options)
+    return gym.make("LabFloorNav-v0", conditions=[condition], disable_env_checker=True, **options)
 
 
 def begin(env, seed=3):

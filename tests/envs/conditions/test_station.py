@@ -153,7 +153,7 @@ def environment():
     pair = GoalPair(-1, (PAIR.goal[0] - 1.0, PAIR.goal[1], 0.0), PAIR.goal, "anywhere", "anywhere")
     object.__setattr__(tasks.task, "pair", pair)
     measures = ("pose", "outcomes", "goal")
-    return gym.make("LabPointNav-v1", tasks=tasks, conditions=["station"], measures=measures, endings=()).unwrapped
+    return gym.make("LabFloorNav-v0", tasks=tasks, conditions=["station"], measures=measures, endings=()).unwrapped
 
 
 def test_the_errors_are_those_to_the_true_pose_and_count_at_rest():

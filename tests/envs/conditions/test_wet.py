@@ -17,7 +17,7 @@ from labgym.errors import OptionError
 def make(data, **options):
     options = {"measures": ("pose", "outcomes"), "endings": (), **options}
     options = {"tasks": Fixed("wet_floor", data), "conditions": ["wet_floor"], **options}
-    return gym.make("LabPointNav-v1", disable_env_checker=True, **options)
+    return gym.make("LabFloorNav-v0", disable_env_checker=True, **options)
 
 
 def test_the_time_in_a_puddle_is_its_chord_over_the_speed():
