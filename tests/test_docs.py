@@ -24,8 +24,7 @@ def test_generated_files_are_what_the_command_makes():
 @pytest.mark.parametrize(
     ("schema", "data"),
     [
-        ("layout-1", load_published("test", published("test")[0]).to_json()),
-        ("layout-2", load_published("test", published("test")[0]).upgraded().to_json()),
+        ("layout-2", load_published("test", published("test")[0]).to_json()),
         ("protocol-1", protocols()["sub_01"].to_json()),
     ],
 )
