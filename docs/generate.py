@@ -66,7 +66,6 @@ from labgym.layouts.sealed import Commitment
 from labgym.layouts.sites import FloorFile
 from labgym.layouts.splits import Manifest
 from labgym.layouts.trace import Trace
-from labgym.layouts.version1 import Layout1
 from labgym.llm.config import PREFIX, LanguageModelConfig
 from labgym.llm.replay import RecordedReply
 from labgym.paper.reproduction.figures import Cell, Figures
@@ -143,7 +142,6 @@ DOCUMENTS: tuple[type[Document], ...] = (
     Substructures,
     Protocol,
     ExperimentFile,
-    Layout1,
     Layout,
     RoomFile,
     FloorFile,

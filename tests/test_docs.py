@@ -36,7 +36,6 @@ def schemas() -> dict[str, dict[str, object]]:
     "data",
     [
         load_published("test", published("test")[0]).to_json(),
-        load_published("test", published("test")[0]).upgraded().to_json(),
         protocols()["sub_01"].to_json(),
     ],
     ids=lambda data: data["schema"],

@@ -32,7 +32,7 @@ class Quitter(Policy):
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory) -> Path:
-    """A folder with mine.json and lab.json, made by the commands, and with older.json: version 1, not embedding it."""
+    """A folder with mine.json and lab.json, made by the commands, and with bare.json, which embeds no protocol."""
     folder = tmp_path_factory.mktemp("own")
     assert main(["protocols", "new", TEXT, "--out", str(folder / "mine.json")]) == 0
     assert main(["generate", str(folder / "mine.json"), "--out", str(folder / "lab.json")]) == 0
@@ -40,8 +40,8 @@ def folder(tmp_path_factory) -> Path:
     assert mine.id not in protocols()
     other = get("red_01").model_copy(update={"id": "mine"})
     other.save(folder / "other.json")
-    data = load_published("test", "test-red_01").to_json() | {"id": "older", "protocol": "mine"}
-    (folder / "older.json").write_text(json.dumps(data))
+    data = load_published("test", "test-red_01").to_json() | {"id": "bare", "protocols": []}
+    (folder / "bare.json").write_text(json.dumps(data))
     return folder
 
 
@@ -82,11 +82,11 @@ def test_every_command_takes_a_laboratory_of_a_user_s_own_protocol(name, folder,
 @pytest.mark.parametrize("name", ["score", "view", "eval", "record"])
 def test_a_layout_that_does_not_embed_its_protocol_takes_it_from_the_command_line(name, folder, monkeypatch, capsys):
     monkeypatch.chdir(folder)
-    command = commands("older.json", folder)[name]
+    command = commands("bare.json", folder)[name]
     if name == "eval":
         command = [*command[:-1], str(folder / "second")]
     assert main(command) == 2
-    assert "'mine' is not in the library and layout 'older' (version 1) does not embed it: give --protocol FILE" in (
+    assert "'mine' is not in the library and layout 'bare' (version 1) does not embed it: give --protocol FILE" in (
         capsys.readouterr().err
     )
     code = main([*command, "--protocol", "other.json"])
@@ -106,7 +106,7 @@ def test_the_environment_takes_a_layout_s_file_and_a_protocol_s_file(folder):
     with gym.make("LabPointNav-v0", layout=folder / "lab.json") as env:
         _, info = env.reset(seed=0)
         assert info["protocol"] == mine.id
-    with gym.make("LabPointNav-v0", layout=str(folder / "older.json"), protocol=str(folder / "other.json")) as env:
+    with gym.make("LabPointNav-v0", layout=str(folder / "bare.json"), protocol=str(folder / "other.json")) as env:
         _, info = env.reset(seed=0)
         assert info["protocol"] == "mine"
         _, info = env.reset(seed=0, options={"protocol": str(folder / "mine.json"), "layout": str(folder / "lab.json")})

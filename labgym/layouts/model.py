@@ -14,7 +14,6 @@ from labgym.assets.model import APPARATUS_STAND
 from labgym.documents import Document, canonical_hash, read_json
 from labgym.errors import DocumentError, LabgymError, UnknownNameError
 from labgym.geometry import OrientedBox
-from labgym.layouts import version1
 from labgym.layouts.canonical import canonical
 from labgym.layouts.embedded_protocol import EmbeddedProtocol
 from labgym.layouts.floor import Floor, Identifier, Room
@@ -23,9 +22,8 @@ from labgym.layouts.placement import FLOOR, WALL, Placement, placed_box, placed_
 from labgym.layouts.provenance import Provenance
 from labgym.layouts.references import check_placements
 from labgym.layouts.roles import with_role
-from labgym.layouts.version1 import Layout1, Version1Fields
 from labgym.layouts.zone import Assignments, Zones, zone_problem, zones_within
-from labgym.protocols import Protocol, protocols
+from labgym.protocols import Protocol
 
 OPEN_HEADROOM = 1000.0
 """Headroom of a surface with nothing above it, meters."""
@@ -33,9 +31,6 @@ OPEN_HEADROOM = 1000.0
 
 class Layout(Document, Growing):
     """A floor with placements and the protocols that it is for. Immutable; bound to a catalog.
-
-    A layout is written as version 2 of the document. A version 1 file can still be read: it stays version 1, with its
-    hash and its bytes, until it is changed in a way that version 1 cannot express.
 
     Attributes:
         protocols: the protocols that are carried out in the laboratory; the first is the one that episodes, scores and
@@ -45,9 +40,11 @@ class Layout(Document, Growing):
         provenance: how the layout was made.
         zones: functional zones.
         assignment: the zone in which the steps of a location are carried out, if the asset stands in several.
+        seed_hash: SHA-256, hexadecimal, that seeds draws in the laboratory instead of its hash. The published rooms of
+            `val` and `test` have it, so that their episodes are those of their first publication.
     """
 
-    ADDED: ClassVar[frozenset[str]] = frozenset({"zones", "assignment"})
+    ADDED: ClassVar[frozenset[str]] = frozenset({"zones", "assignment", "seed_hash"})
     SCHEMA: ClassVar[str] = "labgym.layout/2"
 
     id: Identifier
@@ -57,12 +54,12 @@ class Layout(Document, Growing):
     provenance: Provenance = Provenance()
     zones: Zones = ()
     assignment: Assignments = ()
+    seed_hash: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")] | None = None
 
     _catalog: Catalog = PrivateAttr()
-    _version_1: Version1Fields | None = PrivateAttr(default=None)
 
     def __init__(self, /, *, catalog: Catalog | None = None, **fields: Any) -> None:
-        """Make a layout of version 2.
+        """Make a layout.
 
         Args:
             catalog: the catalog that defines the placements' assets; by default `Catalog.load()`.
@@ -85,7 +82,7 @@ class Layout(Document, Growing):
 
     @classmethod
     def load(cls, path: str | Path, catalog: Catalog | None = None) -> Self:
-        """Read a layout file of version 1 or 2.
+        """Read a layout file.
 
         Args:
             path: a .json file.
@@ -98,37 +95,16 @@ class Layout(Document, Growing):
 
     @classmethod
     def parse(cls, data: Any, source: object = "document", catalog: Catalog | None = None) -> Self:
-        """Validate plain data of version 1 or 2, names included.
+        """Validate plain data, names included.
 
         Raises:
             DocumentError: names the source and the field.
         """
-        if isinstance(data, dict) and data.get("schema") == version1.SCHEMA:
-            layout = cls._of_version_1(Layout1.parse(data, source), source, catalog)
-        elif catalog is not None and isinstance(data, dict) and "catalog" not in data:
+        if catalog is not None and isinstance(data, dict) and "catalog" not in data:
             layout = super().parse({**data, "catalog": catalog}, source)  # an argument of the constructor, no field
         else:
             layout = super().parse(data, source)
         layout.check_references(source)
-        return layout
-
-    @classmethod
-    def _of_version_1(cls, document: Layout1, source: object, catalog: Catalog | None) -> Self:
-        try:
-            room = version1.to_room(document.room)
-        except ValueError as error:
-            raise DocumentError(source, "room", " ".join(str(error).split())) from None
-        name = document.protocol or ""
-        published = version1.published_protocols().get(name) or protocols().get(name)
-        layout = cls(
-            id=document.id,
-            protocols=() if published is None else (published,),
-            floor=room.floor,
-            placements=tuple(version1.to_placement(placement) for placement in document.placements),
-            provenance=document.provenance,
-            catalog=catalog,
-        )
-        layout._version_1 = Version1Fields(document.protocol, room)
         return layout
 
     def check_references(self, source: object = "layout") -> None:
@@ -150,31 +126,13 @@ class Layout(Document, Growing):
         return self._catalog
 
     @property
-    def version(self) -> int:
-        """Version of the document that `save` writes: 2, or 1 for an unchanged version 1 file."""
-        return 2 if self._version_1 is None else 1
-
-    @property
     def protocol(self) -> Protocol | None:
-        """The first protocol, None if the layout has none.
-
-        Raises:
-            LabgymError: a version 1 file names a protocol that is not in the library.
-        """
-        if self.protocols:
-            return self.protocols[0]
-        if self.protocol_id is not None:
-            raise LabgymError(
-                f"protocol {self.protocol_id!r} is not in the library and layout {self.id!r} (version 1) does not "
-                "embed it: give --protocol FILE"
-            )
-        return None
+        """The first protocol, None if the layout has none."""
+        return self.protocols[0] if self.protocols else None
 
     @property
     def protocol_id(self) -> str | None:
         """Id of the first protocol, None if the layout has none."""
-        if self._version_1 is not None:
-            return self._version_1.protocol
         return self.protocols[0].id if self.protocols else None
 
     @cached_property
@@ -184,8 +142,6 @@ class Layout(Document, Growing):
         Raises:
             LabgymError: the floor is not one rectangular room.
         """
-        if self._version_1 is not None:
-            return self._version_1.room
         try:
             return self.floor.room
         except LabgymError as error:
@@ -200,12 +156,10 @@ class Layout(Document, Growing):
     def hash(self) -> str:
         """SHA-256 of canonical JSON, lengths rounded to 0.1 mm and angles to 0.1 mrad.
 
-        Version 2 hashes the floor, the placements, the embedded protocols and the digests of the catalog entries
-        that are placed; version 1 the room, the placements and the protocol's id. Id, provenance and the floor's name
-        do not count, nor do fields that have their default value: a field added later changes no hash.
+        It covers the floor, the placements, the embedded protocols, the digests of the catalog entries that are placed,
+        zones and the seed of draws. Id, provenance and the floor's name do not count, nor do fields that have their
+        default value: a field added later changes no hash.
         """
-        if self._version_1 is not None:
-            return version1.hash_of(self._version_1, self.placements)
         functions = {name: canonical(getattr(self, name)) for name in self.ADDED if getattr(self, name)}
         return canonical_hash(
             {
@@ -217,6 +171,11 @@ class Layout(Document, Growing):
                 "assets": {p.asset: self.catalog.get(p.asset).digest for p in self.placements},
             }
         )
+
+    @property
+    def draw_seed(self) -> int:
+        """Seed of draws in the laboratory: the first 64 bits of `seed_hash`, or of the hash if that is None."""
+        return int((self.seed_hash or self.hash)[:16], 16)
 
     def placement(self, placement_id: str) -> Placement:
         """Return a placement by id.
@@ -344,8 +303,7 @@ class Layout(Document, Growing):
     def replace(self, **changes: Any) -> Layout:
         """Return a copy with some fields changed, bound to the same catalog (or to `catalog=`).
 
-        A version 1 layout becomes version 2 if its floor or its protocols are changed, or if a placement is given a
-        field that version 1 does not have. Zones lose the furniture that is removed.
+        Zones lose the furniture that is removed. `seed_hash` is kept only where nothing changes that the hash covers.
         """
         catalog = changes.pop("catalog", self._catalog)
         fields = {name: getattr(self, name) for name in type(self).model_fields} | changes
@@ -356,12 +314,8 @@ class Layout(Document, Growing):
         layout = Layout(**fields, catalog=catalog)
         if catalog is self._catalog:
             layout._take_over(self)
-        same_floor = layout.floor is self.floor or layout.floor == self.floor
-        unchanged = same_floor and layout.protocols == self.protocols and not layout.zones
-        if unchanged and not any(p.size or p.fixed or p.state for p in layout.placements):
-            layout._version_1 = self._version_1
-        elif self._version_1 is not None and "protocols" not in changes:
-            _ = self.protocol  # a protocol that is known by its id only would be lost
+        if self.seed_hash is not None and "seed_hash" not in changes and layout.hash != self.hash:
+            return layout.replace(seed_hash=None)
         return layout
 
     def _take_over(self, other: Layout) -> None:
@@ -379,18 +333,6 @@ class Layout(Document, Growing):
                 if name in other._boxes:
                     self._boxes[name] = other._boxes[name]
 
-    def upgraded(self) -> Layout:
-        """Return the layout as version 2, with its protocol embedded; version 2 layouts are unchanged.
-
-        Raises:
-            LabgymError: a version 1 file names a protocol that is not in the library.
-        """
-        if self._version_1 is None:
-            return self
-        _ = self.protocol
-        fields = {name: getattr(self, name) for name in type(self).model_fields}
-        return Layout(**fields, catalog=self._catalog)
-
     def for_protocol(self, protocol: Protocol) -> Layout:
         """Return the layout with a protocol as its first one; the layout itself if it already is.
 
@@ -400,12 +342,6 @@ class Layout(Document, Growing):
             return self
         others = tuple(other for other in self.protocols if other.id != protocol.id)
         return self.replace(protocols=(protocol, *others)[:5])
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the document as plain JSON data of its version, schema first."""
-        if self._version_1 is None:
-            return super().to_json()
-        return version1.to_version_1(self.id, self._version_1, self.placements, self.provenance).to_json()
 
     def __getstate__(self) -> dict[Any, Any]:
         # Only the fields and the catalog's reference travel to another process, not what is cached.

@@ -9,10 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
+from types import MappingProxyType
 
 import numpy as np
 
+from labgym.artefacts import artefacts
 from labgym.counts import whole_number
+from labgym.documents import read_json
 from labgym.errors import InfeasibleError, OptionError, UnknownNameError
 from labgym.layouts.clutter import add_clutter
 from labgym.layouts.combination import combination
@@ -21,7 +25,7 @@ from labgym.layouts.generate import generate_assessed, resolve_request
 from labgym.layouts.model import Layout
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.layouts.style import Style
-from labgym.layouts.version1 import published_protocols
+from labgym.protocols import Protocol
 
 FIRST_SEEDS = {
     "floors-train": 3 * 10**9,
@@ -58,6 +62,20 @@ CONTENT, STYLE, SCATTER = range(3)
 """Sub-streams of a seed: protocols and clutter level; style; positions of the clutter."""
 
 
+@lru_cache(maxsize=1)
+def published_protocols() -> MappingProxyType[str, Protocol]:
+    """Return the library's protocols by id as they were when the rooms were published; read once per process.
+
+    The rooms of `test` embed one each. A correction of the library changes no split.
+
+    Raises:
+        DocumentError: a room's file or its protocol is broken.
+    """
+    files = sorted((artefacts("layouts") / "test").glob("test-*.json"))
+    embedded = [(file, read_json(file)["protocols"][0]) for file in files]
+    return MappingProxyType({data["id"]: Protocol.parse(data, file) for file, data in embedded})
+
+
 @dataclass(frozen=True)
 class Place:
     """The arguments of one layout of a split.
@@ -68,7 +86,7 @@ class Place:
         population: family of the floor, and its ranges.
         floor: the floor before it is furnished.
         protocols: ids of one to five protocols, more on larger floors; as published with the layouts
-            (`labgym.layouts.version1.published_protocols`), so that a correction of the library changes no split.
+            (`published_protocols`), so that a correction of the library changes no split.
         clutter: level of clutter, 0 to 3.
     """
 

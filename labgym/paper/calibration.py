@@ -21,11 +21,11 @@ from labgym.eval.reports.paper import paper
 from labgym.eval.scoring.layout_report import LayoutReport
 from labgym.eval.scoring.score import score
 from labgym.layouts.generate import resolve_request
+from labgym.layouts.places import published_protocols
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.presence import missing_assets
 from labgym.layouts.rules.rule_sets import PAPER
 from labgym.layouts.splits import manifest
-from labgym.layouts.version1 import published_protocols
 from labgym.paper.sampler import Rates, SamplerFile, SamplerProposer
 from labgym.paper.sampler.rates import GROUPS, Figure
 

@@ -30,9 +30,9 @@ class AStarPolicy(Policy):
     """Plans once on the layout's map and follows the path. Privileged.
 
     It plans on the occupancy grid, with a preference for clearance. The grid refuses passages up to 15 cm wider than
-    the robot; on layouts of version 2 the policy therefore compares the plan with the exact shortest path, and follows
-    an exact path if the grid has none or a longer one. If there is no path, it turns in place. In tasks of LabNav it
-    plans on the old map, ends at rest, and drives gently with a beaker.
+    the robot; if the grid has no path, the policy follows an exact one. If there is none either, it turns in place. In
+    tasks of LabNav it follows an exact path also if that of the grid is clearly longer, plans on the old map, ends at
+    rest, and drives gently with a beaker.
     """
 
     name: ClassVar[str] = "astar"
@@ -59,9 +59,9 @@ class AStarPolicy(Policy):
             self._planned = truth.layout.hash, GridPlanner(occupancy(truth.layout))
         self._start = truth.start
         path = self._planned[1].plan(truth.start[:2], truth.pair.goal[:2])
-        if truth.layout.version > 1:
-            path = _or_exact(path, truth)
         self._arrival = Arrival(episode)
+        if path is None or self._arrival.active:
+            path = _or_exact(path, truth)
         self._tracker = None if path is None else _tracker(path, episode, self._arrival, truth.start)
 
     def act(self, observation: Observation) -> NDArray[np.floating[Any]]:

@@ -89,8 +89,8 @@ class RunFolder:
             kernels: numerical kernels of the policy's process, for the provenance of the session.
 
         Raises:
-            OptionError: another process writes into the folder, or it holds another run, results of release 0.1 or
-                other files, or its name is a file's.
+            OptionError: another process writes into the folder, or it holds another run or other files,
+                or its name is a file's.
         """
         path = folder_path(path)
         if fresh:
@@ -233,7 +233,7 @@ def _check_identity(path: Path, identity: RunIdentity) -> bool:
     """Return whether the folder already holds this run; False if it is empty.
 
     Raises:
-        OptionError: it holds another run, results of release 0.1 or other files.
+        OptionError: it holds another run or other files.
     """
     present = read_identity(path)
     if present is not None:

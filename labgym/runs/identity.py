@@ -9,14 +9,9 @@ from typing import Any, ClassVar
 from pydantic import ValidationError, field_validator
 
 from labgym.documents import Document, canonical_hash, document_error, parse_json, read_json
-from labgym.errors import OptionError
 from labgym.runs.code import code_digest
 
 IDENTITY_FILE = "run.json"
-OLDER = ("labgym.run/1", "labgym.navigation-run/1")
-"""Schemas of `run.json` in release 0.1."""
-OLDER_FILES = ("episodes.jsonl", "summary.json", "manifest.json", "options.json", "ledger.json")
-"""Files that folders of release 0.1 hold, some without a `run.json`."""
 REMEDY = "choose another folder, or move the old one aside and start anew with --fresh"
 MAX_PRINTED = 40
 """Longest value that a refusal prints, characters of JSON."""
@@ -75,17 +70,10 @@ def read_identity(folder: Path) -> RunIdentity | None:
     """Return the identity of the run stored in a folder, or None if the folder holds no run.
 
     Raises:
-        OptionError: the folder was written by release 0.1.
         DocumentError: `run.json` is broken.
     """
     path = folder / IDENTITY_FILE
-    older = [name for name in OLDER_FILES if (folder / name).exists()] if not path.exists() else []
     data = read_json(path) if path.exists() else None
-    if older or (isinstance(data, dict) and data.get("schema") in OLDER):
-        raise OptionError(
-            f"{folder} holds results of labgym 0.1, which `labgym report` reads and this version neither resumes nor "
-            f"changes; {REMEDY}"
-        )
     return None if data is None else RunIdentity.parse(data, path)
 
 

@@ -11,7 +11,7 @@ from labgym.assets.compatibility import rulebook, rules, traits
 from labgym.assets.flags import FLAGS
 from labgym.assets.inference import substructures
 from labgym.errors import UnknownNameError
-from labgym.layouts.version1 import published_protocols
+from labgym.layouts.places import published_protocols
 
 CATALOG = Catalog.load()
 REAGENTS = CATALOG.of_kind("reagent")

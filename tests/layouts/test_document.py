@@ -18,12 +18,12 @@ from labgym.documents import json_bytes
 from labgym.envs.tasks import resolve_layout
 from labgym.errors import DocumentError, LabgymError, UnknownNameError
 from labgym.geometry import OrientedBox
-from labgym.layouts import Door, Floor, Layout, Placement, Room, generate, load_published, published, version1
+from labgym.layouts import Door, Floor, Layout, Placement, Room, generate, load_published
 from labgym.layouts.floor import Opening, Rectangle, Space
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.presence import missing_assets
 from labgym.layouts.splits import manifest
-from labgym.navigation import goal_pairs, resolve_protocol
+from labgym.navigation import resolve_protocol
 from labgym.protocols import get
 
 ENTRIES = [(split, entry) for split in ("val", "test") for entry in manifest(split).layouts]
@@ -41,80 +41,41 @@ def file_of(split: str, layout_id: str):
     return artefacts("layouts") / split / f"{layout_id}.json"
 
 
-# Version 1
-
-
 @pytest.mark.parametrize("split, entry", ENTRIES, ids=[entry.id for _, entry in ENTRIES])
-def test_a_published_file_keeps_its_version_its_hash_and_its_bytes(split, entry, tmp_path):
+def test_a_published_file_keeps_its_hash_and_its_bytes(split, entry, tmp_path):
     path = file_of(split, entry.id)
     layout = Layout.load(path)
-    assert layout.version == 1
     assert layout.hash == entry.hash
     assert layout.replace(id="renamed").hash == entry.hash
     assert layout.save(tmp_path / "again.json").read_bytes() == path.read_bytes()
 
 
-def test_a_field_added_to_rooms_and_placements_changes_no_version_1_hash(monkeypatch):
-    class WiderPlacement(Placement):
-        mood: str = "shut"
-
-    class WiderRoom(Room):
-        finish: float = 0.5
-
-    entry = manifest("test").entry("test-sub_01")
-    layout = load_published("test", entry.id)
-    room = WiderRoom(**{name: getattr(layout.room, name) for name in Room.model_fields})
-    placements = tuple(
-        WiderPlacement(**{name: getattr(placement, name) for name in Placement.model_fields}, mood="open")
-        for placement in layout.placements
+def test_the_seeds_of_the_published_rooms_are_those_of_their_first_publication():
+    """Their digest was recorded from the manifests of that time."""
+    text = "\n".join(f"{entry.id} {load_published(split, entry.id).seed_hash}" for split, entry in ENTRIES)
+    assert (
+        hashlib.sha256(text.encode()).hexdigest() == (
+        "56a199caa598f10b08c25b3dea6640b93886250641dd44a1347f96ad0632ad61"
     )
-    assert version1.hash_of(version1.Version1Fields(layout.protocol_id, room), placements) == entry.hash
+    )
 
 
-def test_a_version_1_file_has_no_fields_of_version_2():
-    data = load_published("test", published("test")[0]).to_json()
-    for name in ("fixed", "size"):
-        changed = json.loads(json.dumps(data))
-        changed["placements"][0][name] = None
-        with pytest.raises(DocumentError, match=name):
-            Layout.parse(changed)
-    with pytest.raises(DocumentError, match="protocols"):
-        Layout.parse(data | {"protocols": []})
+def test_draws_are_seeded_by_the_hash_unless_the_document_names_another():
+    seeded = small(seed_hash="0123456789abcdef" + 48 * "f")
+    assert seeded.draw_seed == 0x0123456789ABCDEF
+    assert small().draw_seed == int(small().hash, 16) >> 192
+    assert seeded.hash != small().hash
+    assert "seed_hash" not in small().to_json()
+    with pytest.raises(ValidationError, match="seed_hash"):
+        small(seed_hash="0123")
 
 
-def test_an_edit_that_version_1_can_express_stays_version_1_and_one_that_it_cannot_becomes_version_2():
+def test_an_edit_draws_by_its_own_hash():
     layout = load_published("test", "test-sub_01")
     first, *rest = layout.placements
     moved = layout.replace(placements=(first.model_copy(update={"position": (1.0, 1.0, 0.0)}), *rest))
-    assert (moved.version, moved.hash == layout.hash) == (1, False)
-    fixed = layout.replace(placements=(first.model_copy(update={"fixed": True}), *rest))
-    assert fixed.version == 2
-    assert fixed.to_json()["protocols"][0]["id"] == "sub_01"
-
-
-def test_an_upgraded_layout_embeds_its_protocol_and_keeps_everything_else(tmp_path):
-    layout = load_published("test", "test-sub_01")
-    upgraded = layout.upgraded()
-    again = Layout.load(upgraded.save(tmp_path / "two.json"))
-    assert again.version == 2
-    assert again == upgraded
-    assert again.hash == upgraded.hash != layout.hash
-    assert (again.room, again.placements, again.protocol) == (layout.room, layout.placements, get("sub_01"))
-    assert goal_pairs(again) == goal_pairs(layout)
-
-
-def test_a_version_1_file_of_an_unknown_protocol_names_the_remedy():
-    data = load_published("test", "test-sub_01").to_json() | {"protocol": "mine"}
-    layout = Layout.parse(data)
-    assert layout.protocol_id == "mine"
-    for use in (lambda: layout.protocol, layout.upgraded, lambda: goal_pairs(layout)):
-        with pytest.raises(LabgymError, match=r"'mine' is not in the library .* does not embed it: give --protocol"):
-            use()
-    embedded = layout.for_protocol(OWN)
-    assert (embedded.version, embedded.protocol) == (2, OWN)
-
-
-# Version 2
+    assert (moved.seed_hash, moved.draw_seed) == (None, int(moved.hash[:16], 16))
+    assert layout.replace(id="renamed", placements=layout.placements).seed_hash == layout.seed_hash is not None
 
 
 def test_a_layout_embeds_its_protocols(tmp_path):
@@ -137,9 +98,9 @@ def test_a_protocol_is_named_by_its_id_among_those_of_the_layout_or_of_the_libra
         resolve_protocol(layout, "other")
 
 
-def test_generate_writes_version_2_with_its_protocol():
+def test_generate_embeds_its_protocol():
     layout = generate(OWN, seed=3)
-    assert (layout.version, layout.protocols) == (2, (OWN,))
+    assert layout.protocols == (OWN,)
 
 
 @pytest.mark.parametrize(
@@ -165,7 +126,7 @@ def test_the_hash_rounds_to_a_tenth_of_a_millimetre_and_leaves_out_labels():
     assert small(id="other", floor=named, placements=(moved, ACETONE)).hash == small().hash
 
 
-def test_a_field_added_with_a_default_changes_no_version_2_hash():
+def test_a_field_added_with_a_default_changes_no_hash():
     class WiderPlacement(Placement):
         mood: str = "shut"
         notes: dict[str, str] = Field(default_factory=dict)

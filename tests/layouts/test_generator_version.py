@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from labgym.layouts import GENERATOR, Layout, generate
-from labgym.layouts.version1 import published_protocols
+from labgym.layouts.places import published_protocols
 
 RECORD = json.loads((Path(__file__).parent / "generator.json").read_text())
 CASES = {"sub_01 bay 11": ("sub_01", 11, "bay"), "red_03 tight 12": ("red_03", 12, "tight"),

@@ -15,7 +15,7 @@ from labgym.navigation import goal_poses
 
 def in_the_way(asset: str) -> tuple[Layout, Placement]:
     """Return a sound laboratory with an object where the robot works at the hood, and the object."""
-    sound = load_published("test", "test-sub_01").upgraded()
+    sound = load_published("test", "test-sub_01")
     x, y, _ = goal_poses(sound)["FumeHood"]
     placement = Placement(id="InTheWay", asset=asset, position=(x, y, 0.0))
     return sound.replace(placements=(*sound.placements, placement)), placement

@@ -12,7 +12,7 @@ import pytest
 from laboratories import PROTOCOL, island_laboratory, put
 
 from labgym.errors import DocumentError, UnknownNameError
-from labgym.layouts import Layout, load_published, published
+from labgym.layouts import Layout
 from labgym.layouts.moves import Assign, apply
 from labgym.layouts.refinement import refine_assessed
 from labgym.layouts.rules.objective import evaluate_layout
@@ -113,14 +113,6 @@ def test_a_layout_without_zones_keeps_its_bytes_and_its_hash(layout: Layout, two
     assert layout.hash != two_hoods.hash
     other = apply(layout, Assign("FumeHood", zone_of(layout, "FumeHood_1")))
     assert len({layout.hash, other.hash}) == 2
-
-
-def test_a_version_1_layout_becomes_version_2_with_zones_only() -> None:
-    old = load_published("test", published("test")[0])
-    protocol = old.protocol
-    assert protocol is not None
-    assert old.replace(placements=old.placements).version == 1
-    assert zoned(old, protocol).version == 2
 
 
 def test_zones_are_read_as_they_were_written(layout: Layout, tmp_path: Path) -> None:

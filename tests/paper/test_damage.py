@@ -22,7 +22,7 @@ FURNITURE = ("load_left", "moved", "turned", "moved_and_turned", "furniture_stac
 
 @pytest.fixture(scope="module")
 def room() -> Layout:
-    return load_published("test", "test-sub_01").upgraded()
+    return load_published("test", "test-sub_01")
 
 
 def damage(layout: Layout, kind: str, pieces: int = 2, seed: int = 5) -> Damage:

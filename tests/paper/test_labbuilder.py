@@ -178,7 +178,7 @@ def test_a_layout_that_is_written_and_read_again_is_equal(folder, tmp_path):
 
 @pytest.mark.parametrize("name", published("test")[::9])
 def test_a_generated_layout_keeps_poses_supports_and_hash(tmp_path, name):
-    layout = load_published("test", name).upgraded()
+    layout = load_published("test", name)
     path = compile_layout(layout, tmp_path / "out", ["labbuilder"])[0]
     other = read_labbuilder(path, protocols=layout.protocols).layout
     for placement in layout.placements:

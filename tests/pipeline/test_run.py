@@ -121,19 +121,6 @@ def test_a_folder_of_another_run_is_left_alone(config, outcome):
         run_pipeline(RunConfig(out=config.out, seed=1, protocols=(PROTOCOL,)))
 
 
-def test_a_folder_of_release_0_1_is_refused_in_one_line_and_nothing_in_it_changes(tmp_path, capsys):
-    (tmp_path / "run.json").write_text('{"schema": "labgym.run/1", "seed": null, "protocols": []}')
-    (tmp_path / "navigation").mkdir()
-    before = {path.name: path.stat().st_mtime_ns for path in tmp_path.iterdir()}
-    assert main(["run", "--out", str(tmp_path), "--policies", "straight"]) == 2
-    message = capsys.readouterr().err
-    assert message.count("\n") == 1
-    assert "holds results of labgym 0.1, which `labgym report` reads" in message
-    assert "--fresh" in message
-    after = {path.name: path.stat().st_mtime_ns for path in tmp_path.iterdir()}
-    assert after == before
-
-
 def test_the_manifest_lists_the_layouts_scores_and_scenes_and_none_of_what_a_report_draws_again(config, outcome):
     manifest = RunManifest.read(config.folder)
     assert manifest is not None

@@ -9,7 +9,7 @@ import pytest
 
 from labgym.assets import Catalog
 from labgym.errors import DocumentError, OptionError, UnknownNameError
-from labgym.layouts.version1 import published_protocols
+from labgym.layouts.places import published_protocols
 from labgym.protocols import Protocol, check, derive, get, protocols, resolve, statistics, validate
 
 LIBRARY = protocols()

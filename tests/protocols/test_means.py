@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from labgym.assets import Catalog
-from labgym.layouts.version1 import published_protocols
+from labgym.layouts.places import published_protocols
 from labgym.protocols import Protocol, ReagentUse, Step, examine, protocols
 
 CATALOG = Catalog.load()

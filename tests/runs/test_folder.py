@@ -67,30 +67,6 @@ def test_a_folder_with_other_files_is_refused(tmp_path):
         pass
 
 
-@pytest.mark.parametrize(
-    ("name", "content"),
-    [
-        ("run.json", {"schema": "labgym.run/1", "seed": None, "protocols": []}),
-        ("run.json", {"schema": "labgym.navigation-run/1"}),
-        ("manifest.json", {"schema": "labgym.dataset/1"}),
-    ],
-)
-def test_a_folder_of_release_0_1_is_refused_with_the_remedy(tmp_path, name, content):
-    path = tmp_path / "run" / name
-    path.parent.mkdir()
-    path.write_text(json.dumps(content))
-    with (
-        pytest.raises(OptionError, match=r"labgym 0.1, which `labgym report` reads.*--fresh"),
-        RunFolder.open(tmp_path / "run", examples.identity()),
-    ):
-        pass
-    assert [entry.name for entry in path.parent.iterdir()] == [name]
-    assert json.loads(path.read_text()) == content
-    with RunFolder.open(tmp_path / "run", examples.identity(), fresh=True):
-        pass
-    assert json.loads((tmp_path / "run.old-1" / name).read_text()) == content
-
-
 def test_a_broken_identity_is_one_error(tmp_path):
     (tmp_path / "run.json").write_text("{")
     with pytest.raises(DocumentError, match=r"run\.json"), RunFolder.open(tmp_path, examples.identity()):

@@ -151,7 +151,7 @@ def draw_floor(
 ) -> tuple[tuple[LabNavEpisode, ...], Draws]:
     """Return episodes of a task on a floor, and how many drives were drawn for them.
 
-    They depend on the arguments and on the floor's hash alone.
+    They depend on the arguments and on the floor's `draw_seed` alone.
 
     Args:
         layout: the floor. task, level: of LabNav.
@@ -164,7 +164,7 @@ def draw_floor(
 
     drawer = drawer_of(layout, task, level) if filtered else Drawer(layout, task, level, filtered)
     kind = [] if filtered else [1]
-    rng = np.random.default_rng([seed, int(layout.hash[:16], 16), zlib.crc32(task.encode()), level, *kind])
+    rng = np.random.default_rng([seed, layout.draw_seed, zlib.crc32(task.encode()), level, *kind])
     episodes: list[LabNavEpisode] = []
     drawn = 0
     while len(episodes) < count and drawn < attempts:

@@ -66,14 +66,14 @@ def assignment_between(
 def jittered_start(layout: Layout, pair: GoalPair, repeat: int, jitter: Jitter) -> Pose:
     """Return the start of a repeat: uniform in a disc around the pair's start, and its heading in an interval.
 
-    The draws depend on the jitter's seed, the layout's hash, the pair and the repeat alone. Poses at which the robot
-    would touch something, or from which no path leads to the goal, are drawn again. A pair without a path, or without
-    such a pose in 1000 draws, keeps its start.
+    The draws depend on the jitter's seed, the layout's `draw_seed`, the pair and the repeat alone. Poses at which the
+    robot would touch something, or from which no path leads to the goal, are drawn again. A pair without a path, or
+    without such a pose in 1000 draws, keeps its start.
     """
     world = world_of(layout)
     if not math.isfinite(world.shortest_length(pair)):
         return pair.start
-    rng = np.random.default_rng([jitter.seed, int(layout.hash[:16], 16), pair.index, repeat])
+    rng = np.random.default_rng([jitter.seed, layout.draw_seed, pair.index, repeat])
     x, y, yaw = pair.start
     turn = math.radians(jitter.angle)
     for _ in range(DRAWS):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -18,14 +18,12 @@ from labgym.eval.driving.files import (
     TIMES,
     EpisodeRoute,
     EpisodeTime,
-    Lines,
     read_lines,
 )
 from labgym.eval.driving.folders import short_name
 from labgym.eval.driving.intervals import Estimate
 from labgym.eval.driving.navigation_metrics import planning_time
 from labgym.eval.driving.record import NavigationSummary
-from labgym.eval.driving.version1 import Provenance1, differences1, read_summary1, row1
 from labgym.layouts import Layout
 from labgym.runs import RunProvenance, code_digest
 from labgym.runs.identity import IDENTITY_FILE, RunIdentity
@@ -47,7 +45,7 @@ class Evaluation:
         rows, routes: by the suite's order; by episode.
         times: planning times by episode, milliseconds.
         code: digest of the code that drove.
-        provenance: versions, commit and machine of each session; one of labgym 0.1 has no machine.
+        provenance: versions, commit and machine of each session.
         problems: contradictions between the files of the folder, one sentence each.
     """
 
@@ -58,19 +56,38 @@ class Evaluation:
     routes: dict[Key, Route]
     times: dict[Key, float | None]
     code: str
-    provenance: tuple[RunProvenance | Provenance1, ...] = ()
+    provenance: tuple[RunProvenance, ...] = ()
     problems: tuple[str, ...] = ()
 
     @classmethod
     def read(cls, folder: str | Path) -> Evaluation:
-        """Read the folder of an evaluation, also of labgym 0.1.
+        """Read the folder of an evaluation.
 
         Raises:
             DocumentError: the folder has no summary, or the summary cannot be read.
         """
         folder = Path(folder)
-        older = read_summary1(folder / SUMMARY)
-        return _read1(folder, *older) if older is not None else _read2(folder)
+        summary = NavigationSummary.load(folder / SUMMARY)
+        rows = read_lines(folder / EPISODES, EpisodeRow)
+        routes = read_lines(folder / ROUTES, EpisodeRoute)
+        times = read_lines(folder / TIMES, EpisodeTime)
+        identity = identity_of(folder)
+        code = identity.code if identity is not None else ""
+        recomputed = summary.recomputed(tuple(rows.records.values()))
+        differing = summary_differences(summary, recomputed, exactly=code == code_digest())
+        problems = [*_mismatch(differing), *changed_files(folder), *rows.problems, *routes.problems, *times.problems]
+        problems += _incomplete(recomputed, rows.records, routes.records)
+        return cls(
+            folder=folder,
+            name=short_name(summary.policy),
+            summary=recomputed,
+            rows=tuple(rows.records.values()),
+            routes={key: route.poses for key, route in routes.records.items()},
+            times={key: time.planning_ms for key, time in times.records.items()},
+            code=code,
+            provenance=sessions_of(folder),
+            problems=located(folder, problems),
+        )
 
     def named(self, name: str) -> Evaluation:
         """Return the evaluation under another name."""
@@ -89,68 +106,6 @@ class Evaluation:
 def with_planning(metrics: Mapping[str, Estimate], times: Mapping[Key, float | None]) -> dict[str, Estimate]:
     """Return metrics, and if there are planning times also their mean."""
     return {**metrics, "planning_ms": planning_time(times)} if times else dict(metrics)
-
-
-def _read2(folder: Path) -> Evaluation:
-    summary = NavigationSummary.load(folder / SUMMARY)
-    rows = read_lines(folder / EPISODES, EpisodeRow)
-    routes = read_lines(folder / ROUTES, EpisodeRoute)
-    times = read_lines(folder / TIMES, EpisodeTime)
-    identity = identity_of(folder)
-    code = identity.code if identity is not None else ""
-    recomputed = summary.recomputed(tuple(rows.records.values()))
-    differing = summary_differences(summary, recomputed, exactly=code == code_digest())
-    problems = [*changed_files(folder), *rows.problems, *routes.problems, *times.problems]
-    measured = {key: time.planning_ms for key, time in times.records.items()}
-    return _evaluation(folder, recomputed, rows, routes, measured, code, sessions_of(folder), differing, problems)
-
-
-def _read1(folder: Path, summary: NavigationSummary, provenance: Provenance1) -> Evaluation:
-    times: dict[Key, float | None] = {}
-    rows = read_lines(folder / EPISODES, EpisodeRow, row1(times))
-    routes = read_lines(folder / ROUTES, EpisodeRoute)
-    recomputed = summary.recomputed(tuple(rows.records.values()))
-    differing = [name for name in COMPARED if getattr(summary, name) != getattr(recomputed, name)]
-    differing += differences1(summary.metrics, tuple(rows.records.values()), times.values())
-    problems = [*rows.problems, *routes.problems]
-    return _evaluation(folder, recomputed, rows, routes, times, provenance.code, (provenance,), differing, problems)
-
-
-def _evaluation(
-    folder: Path,
-    summary: NavigationSummary,
-    rows: Lines[EpisodeRow],
-    routes: Lines[EpisodeRoute],
-    times: dict[Key, float | None],
-    code: str,
-    provenance: tuple[RunProvenance | Provenance1, ...],
-    differing: Sequence[str],
-    problems: Sequence[str],
-) -> Evaluation:
-    """Return the evaluation of a folder.
-
-    Args:
-        folder: the folder.
-        summary: the summary, recomputed from the rows.
-        rows, routes: the lines of the files.
-        times: planning times by episode, milliseconds.
-        code: digest of the code that drove.
-        provenance: the sessions.
-        differing: figures in which the summary of the folder differs from the rows.
-        problems: of the files.
-    """
-    incomplete = _incomplete(summary, rows.records, routes.records)
-    return Evaluation(
-        folder=folder,
-        name=short_name(summary.policy),
-        summary=summary,
-        rows=tuple(rows.records.values()),
-        routes={key: route.poses for key, route in routes.records.items()},
-        times=times,
-        code=code,
-        provenance=provenance,
-        problems=located(folder, [*_mismatch(differing), *problems, *incomplete]),
-    )
 
 
 def summary_differences(summary: NavigationSummary, recomputed: NavigationSummary, exactly: bool) -> list[str]:

@@ -6,7 +6,7 @@ Rows and routes are the same in every run; planning times are measured and kept 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
@@ -123,18 +123,17 @@ def read_routes(path: str | Path) -> dict[Key, Route]:
     return {key: record.poses for key, record in read_lines(path, EpisodeRoute).checked(path, path.name).items()}
 
 
-def read_lines(path: Path, kind: type[T], parse: Callable[[object], T] | None = None) -> Lines[T]:
+def read_lines(path: Path, kind: type[T]) -> Lines[T]:
     """Return the records in a file, and a problem for each line that is left out.
 
     Args:
         path: the file.
         kind: type of the records.
-        parse: returns the record in the data of a line, or raises ValueError; by default validates the data.
     """
     if not path.is_file():
         return Lines({}, (f"{path.name} is missing",))
     with path.open("rb") as stream:
-        return _read(path.name, stream, parse or kind.model_validate)
+        return _read(path.name, stream, kind)
 
 
 def parse_lines(name: str, content: bytes, kind: type[T]) -> dict[Any, T]:
@@ -143,17 +142,17 @@ def parse_lines(name: str, content: bytes, kind: type[T]) -> dict[Any, T]:
     Raises:
         DocumentError: a line cannot be read or repeats an episode.
     """
-    return _read(name, BytesIO(content), kind.model_validate).checked(name, name)
+    return _read(name, BytesIO(content), kind).checked(name, name)
 
 
-def _read(name: str, stream: BinaryIO, parse: Callable[[object], T]) -> Lines[T]:
+def _read(name: str, stream: BinaryIO, kind: type[T]) -> Lines[T]:
     records: dict[Any, T] = {}
     problems: list[str] = []
     number = 0
     while line := stream.readline(MAX_LINE):
         number += 1
         try:
-            record = parse(parse_json(line, name))
+            record = kind.model_validate(parse_json(line, name))
         except ValueError as error:
             problems.append(f"{name} line {number} cannot be read ({_reason(error).removeprefix(f'{name}: ')})")
             continue

@@ -19,7 +19,7 @@ class NavigationSummary(Document):
     Attributes:
         suite: the whole suite with its version.
         policy: label of the policy. options: its arguments. privileged: whether it received the true map.
-        sensors: the policy's observation; None in summaries of release 0.1 older than this field.
+        sensors: the policy's observation.
         seed: random seed of the evaluation.
         layouts: hashes by layout id, in the suite's order.
         episodes: number of rows. expected: number of episodes of the suite.

@@ -142,7 +142,7 @@ EmbeddedLayout = Annotated[
     Layout,
     BeforeValidator(_layout),
     PlainSerializer(Layout.to_json, return_type=dict),
-    WithJsonSchema({"type": "object", "description": "A layout document: see layout-2.json and layout-1.json."}),
+    WithJsonSchema({"type": "object", "description": "A layout document: see layout-2.json."}),
 ]
 
 

@@ -59,7 +59,7 @@ def _warnings(assessment: Assessment) -> Counter[str]:
 
 
 def _findings(layout: Layout) -> Counter[str]:
-    plan = WrittenPlan(json.loads(json.dumps(layout.upgraded().to_json())))
+    plan = WrittenPlan(json.loads(json.dumps(layout.to_json())))
     return Counter(finding.kind for finding in findings(plan))
 
 

@@ -16,7 +16,7 @@ from labgym.eval.drawing import palette
 from labgym.eval.drawing.pictures import picture_bytes
 from labgym.eval.reports.paper import paper
 from labgym.eval.reports.report import Picture
-from labgym.layouts.version1 import published_protocols
+from labgym.layouts.places import published_protocols
 from labgym.paper.reproduction.figures import Cell, Column, Figures, FigureTable, Line, paper_line, plain_cells
 from labgym.paper.reproduction.page import Plate, Section
 from labgym.paper.reproduction.study import Study, code_facts, rows_output

@@ -25,8 +25,6 @@ from labgym.policies import EpisodeStart, Policy
 from labgym.runs.manifest import RunManifest
 from labgym.suites import Suite
 
-RELEASE_01 = Path(__file__).parent / "release01"
-"""An evaluation written by labgym 0.1: astar on two published layouts."""
 OUTPUT = ("episodes.jsonl", "routes.jsonl", "summary.json", "manifest.json")
 
 
@@ -271,37 +269,3 @@ def test_names_of_policies_are_short():
     assert short_name("http://127.0.0.1:8888") == "http://127.0.0.1:8888"
     assert default_folder("/data/nets/ppo-lab.onnx", "test") == Path("runs/ppo-lab-test")
     assert default_folder("mine:GoToGoal", "val") == Path("runs/mine_GoToGoal-val")
-
-
-def test_results_of_release_01_are_read_with_their_figures(tmp_path, capsys):
-    evaluation = Evaluation.read(RELEASE_01)
-    stored = json.loads((RELEASE_01 / "summary.json").read_text())
-    assert evaluation.problems == ()
-    for name in ("success", "spl", "soft_spl", "collision_free", "min_clearance", "time_to_goal", "planning_ms"):
-        assert evaluation.metrics[name].value == pytest.approx(stored["metrics"][name]["value"]), name
-        assert evaluation.metrics[name].count == stored["metrics"][name]["count"]
-    assert evaluation.provenance[0].commit.startswith("a02e05e")
-    folder = shutil.copytree(RELEASE_01, tmp_path / "old")
-    assert main(["report", str(folder)]) == 0
-    printed = capsys.readouterr().out
-    assert "astar" in printed
-    assert " 1.31" in printed  # the planning time that labgym 0.1 printed
-
-
-def test_tampering_with_results_of_release_01_is_noticed(tmp_path):
-    folder = Path(shutil.copytree(RELEASE_01, tmp_path / "old"))
-    edit(folder / "summary.json", lambda text: text.replace('"value": 1.0', '"value": 0.5', 1))
-    edit(folder / "episodes.jsonl", lambda text: text[:-3])
-    problems = Evaluation.read(folder).problems
-    assert any("summary.json does not match the rows in episodes" in problem for problem in problems)
-    assert any("line 6 cannot be read" in problem for problem in problems)
-
-
-def test_results_of_release_01_are_never_resumed(tmp_path):
-    folder = Path(shutil.copytree(RELEASE_01, tmp_path / "old"))
-    before = {path.name: path.read_bytes() for path in folder.iterdir()}
-    suite = Suite.model_validate({**json.loads((folder / "run.json").read_text())["suite"]})
-    with pytest.raises(OptionError, match=r"results of labgym 0\.1.*--fresh") as error:
-        evaluate("astar", suite, out=folder, progress=False)
-    assert "\n" not in str(error.value)
-    assert {path.name: path.read_bytes() for path in folder.iterdir() if path.name != ".lock"} == before

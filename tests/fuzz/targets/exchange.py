@@ -39,7 +39,7 @@ def _read_scene(folder: Path) -> None:
 
 def _scene() -> Callable[[Random | None], Case]:
     """Return the maker of scenes of a few benches and what stands on them, with their sizes; one file is damaged."""
-    layout = load_published("val", published("val")[0]).upgraded()
+    layout = load_published("val", published("val")[0])
     benches = [each for each in layout.placements if "Bench" in each.asset][:3]
     loads = [child for bench in benches for child in layout.children(bench.id)]
     with TemporaryDirectory() as place:
@@ -88,7 +88,7 @@ def _inventory(rng: Random | None) -> Case:
 
 def _files(form: str, name: str) -> dict[str, bytes]:
     """Return the files of an empty published room in a format, by name."""
-    layout = load_published("val", published("val")[0]).upgraded().replace(placements=())
+    layout = load_published("val", published("val")[0]).replace(placements=())
     with TemporaryDirectory() as place:
         folder = compile_layout(layout, Path(place) / "out" / name, [form])[0].parent
         return {path.name: path.read_bytes() for path in folder.iterdir()}

@@ -1,10 +1,9 @@
-"""Folders of runs: identity, ledger, manifest, episodes, routes, summary, of this version and of release 0.1."""
+"""Folders of runs: identity, ledger, manifest, episodes, routes, summary."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator
-from functools import partial
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -56,18 +55,12 @@ SUMMARY: dict[str, Any] = {
     "complete": True,
     "metrics": {"success": {"value": 1.0, "low": 0.9, "high": 1.0, "count": 2, "nulls": 0}},
 }
-SUMMARY_1 = SUMMARY | {
-    "schema": "labgym.navigation-summary/1",
-    "arguments": {},
-    "provenance": {"versions": {}, "commit": None, "dirty": None, "code": "0" * 64},
-}
 
 
 def targets() -> Iterator[Target]:
-    """Yield a target for each generation of run folders."""
+    """Yield the targets of run folders."""
     yield Target("run folder", _prepare, _open)
-    yield Target("results", lambda: partial(_results, False), _report)
-    yield Target("results of release 0.1", lambda: partial(_results, True), _report)
+    yield Target("results", lambda: _results, _report)
 
 
 def _identity() -> RunIdentity:
@@ -129,16 +122,14 @@ def _open(folder: Path) -> None:
             run.finish({"episodes.jsonl": b"row\n"})
 
 
-def _results(older: bool, rng: Random | None) -> Case:
-    extra = {"planning_ms": 1.5} if older else {}
+def _results(rng: Random | None) -> Case:
     files = {
-        "summary.json": json.dumps(SUMMARY_1 if older else SUMMARY).encode(),
-        "episodes.jsonl": b"".join(json.dumps(ROW | extra | {"pair": k}).encode() + b"\n" for k in range(2)),
+        "summary.json": json.dumps(SUMMARY).encode(),
+        "episodes.jsonl": b"".join(json.dumps(ROW | {"pair": k}).encode() + b"\n" for k in range(2)),
         "routes.jsonl": b"".join(json.dumps(ROUTE | {"pair": k}).encode() + b"\n" for k in range(2)),
+        "times.jsonl": b"".join(json.dumps(TIME | {"pair": k}).encode() + b"\n" for k in range(2)),
+        "run.json": json.dumps(_identity().to_json()).encode(),
     }
-    if not older:
-        files["times.jsonl"] = b"".join(json.dumps(TIME | {"pair": k}).encode() + b"\n" for k in range(2))
-        files["run.json"] = json.dumps(_identity().to_json()).encode()
     if rng is not None:
         name = rng.choice(sorted(files))
         files[name] = _changed(rng, name, files[name])
