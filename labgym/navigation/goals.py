@@ -126,5 +126,7 @@ def resolve_protocol(plan: FloorPlan, protocol: Protocol | str | Path | None) ->
     if protocol is not None:
         return protocols.resolve(protocol)
     if plan.protocol is None:
-        raise LabgymError("the layout has no protocol: pass one with protocol= (a Protocol, an id or a .json file)")
+        raise LabgymError(
+            "the layout has no protocol: give --protocol FILE, in Python protocol= (a Protocol, an id or a .json file)"
+        )
     return plan.protocol

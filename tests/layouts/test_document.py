@@ -53,10 +53,8 @@ def test_a_published_file_keeps_its_hash_and_its_bytes(split, entry, tmp_path):
 def test_the_seeds_of_the_published_rooms_are_those_of_their_first_publication():
     """Their digest was recorded from the manifests of that time."""
     text = "\n".join(f"{entry.id} {load_published(split, entry.id).seed_hash}" for split, entry in ENTRIES)
-    assert (
-        hashlib.sha256(text.encode()).hexdigest() == (
+    assert hashlib.sha256(text.encode()).hexdigest() == (
         "56a199caa598f10b08c25b3dea6640b93886250641dd44a1347f96ad0632ad61"
-    )
     )
 
 
