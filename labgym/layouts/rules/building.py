@@ -225,9 +225,10 @@ class Building:
         return _first_ahead(local, box.width / 2.0, box.depth / 2.0)
 
     def covers(self, zones: Sequence[OrientedBox]) -> NDArray[np.bool_]:
-        """Return which of n zones reach into no wall, column or open leaf, shape (n,)."""
+        """Return which of n zones lie in rooms and reach into no wall, column or open leaf, shape (n,)."""
         outlines = _outlines(BoxArray.of(zones))
-        return np.asarray((pairwise_penetration(outlines, self._solids) <= INTRUSION).all(axis=1))
+        free = (pairwise_penetration(outlines, self._solids) <= INTRUSION).all(axis=1)
+        return np.asarray(free & (self._nearest(outlines)[0] <= WEDGE))
 
     def lined(self, footprints: BoxArray, gap: float) -> float:
         """Return the share of points on the faces of walls in rooms before which a footprint stands within a gap."""
