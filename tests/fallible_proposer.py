@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from labgym.layouts import Layout
+from labgym.layouts.interiors import FloorProposer
 from labgym.layouts.moves import Move, apply
-from labgym.layouts.propose import ProceduralProposer
 from labgym.layouts.request import Request
 
 
@@ -15,7 +15,7 @@ class Shaken:
 
     def propose(self, request: Request) -> Layout:
         """Return a layout with collisions and objects out of bounds."""
-        layout = ProceduralProposer().propose(request)
+        layout = FloorProposer().propose(request)
         generator = np.random.default_rng(request.seed)
         furniture = [placement.id for placement in layout.placements if placement.support == "floor"]
         for name in generator.choice(furniture, 3, replace=False):
@@ -29,7 +29,7 @@ class Forgetful:
 
     def propose(self, request: Request) -> Layout:
         """Return a layout without the first required instrument that carries nothing."""
-        layout = ProceduralProposer().propose(request)
+        layout = FloorProposer().propose(request)
         carriers = {placement.support for placement in layout.placements}
         required = set(request.protocol.instruments)
         loose = (p for p in layout.placements if p.asset in required and p.id not in carriers)

@@ -274,7 +274,7 @@ def test_a_cabinet_in_the_doorway_fails_the_check_without_a_violation(call, tmp_
     code, out, _ = call("score", "blocked.json", "--check", *version)
     assert code == 1
     assert "violation:" not in out
-    assert "facility error: cabinet in the 1.20 x 1.20 m area inside the front door" in out
+    assert "facility error: cabinet in the 1.20 x 1.20 m area inside the exit of 'laboratory'" in out
 
 
 def test_assets_are_found_by_what_people_call_them(call):

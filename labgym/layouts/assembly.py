@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -10,13 +9,19 @@ from typing import Any
 from labgym.assets import Asset, Catalog
 from labgym.geometry import OrientedBox
 from labgym.layouts.brief import Brief
-from labgym.layouts.floor_plan import Pose
 from labgym.layouts.model import Layout
 from labgym.layouts.placement import FLOOR, Placement
 from labgym.layouts.provenance import Provenance
 from labgym.layouts.request import Request
-from labgym.navigation import goal_pairs
-from labgym.protocols import Protocol
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Center of a footprint in the floor's frame, meters, and yaw, radians."""
+
+    x: float
+    y: float
+    yaw: float
 
 
 @dataclass(frozen=True)
@@ -97,12 +102,6 @@ def _in_role(placement: Placement, asset: Asset, catalog: Catalog) -> Placement:
     """A placement that names the role of its asset, if that is not the asset's own."""
     own = catalog.get(placement.asset).role
     return placement if asset.role == own else placement.model_copy(update={"role": asset.role})
-
-
-def shortest_drive(layout: Layout, protocol: Protocol) -> float:
-    """Return the shortest straight-line distance between consecutive goal poses, meters; inf without drives."""
-    lengths = [math.dist(pair.start[:2], pair.goal[:2]) for pair in goal_pairs(layout, protocol)]
-    return min(lengths, default=math.inf)
 
 
 def _rounded(x: float, y: float, z: float) -> tuple[float, float, float]:

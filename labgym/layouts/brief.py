@@ -1,6 +1,6 @@
-"""The furnished brief: the furniture a room gets, what each piece holds, why, and what must hold between pieces.
+"""The furnished brief: the furniture a floor gets, what each piece holds, and why; demands between pieces.
 
-`briefing.write_brief` makes it once; wall choice, floor plan and assembly read it and ask nothing else.
+The proposer makes it once; the assembly reads it and asks nothing else.
 """
 
 from __future__ import annotations
@@ -11,10 +11,8 @@ from typing import Literal
 
 from labgym.assets import Asset
 from labgym.layouts.placement import Placement
-from labgym.layouts.rules.zones import DOOR_AREA
 from labgym.layouts.tabletop import Spot
 
-Wall = Literal["front", "back", "left", "right"]
 Stance = Literal["wall", "island", "peninsula"]
 Furnishing = Literal["full", "reduced", "required"]
 Hazard = Literal["reactive", "dry", "burning", "metal", "work"]
@@ -26,17 +24,14 @@ LEVELS: tuple[Furnishing, ...] = ("full", "reduced", "required")
 
 @dataclass(frozen=True)
 class Unit:
-    """A piece of floor furniture that the floor plan places.
+    """A piece of furniture that stands on the floor.
 
     Attributes:
         id: id of the future placement. asset: catalog entry.
         width, depth: footprint in meters; the front lies along the depth.
         front: free depth required in front, meters.
         stance: back against a wall, free on all sides (island), or one short end against a wall (peninsula).
-        walls: walls that it may stand against, preferred ones first.
         clear: distance that other furniture keeps on all sides, meters; 0 for the ordinary gap between neighbors.
-        anchors: preferred position along each wall, 0 to 1 from the wall's start; for an island its y ("island") and,
-            if it is not to stand in the middle, its x ("island_x").
         reason: why the room has it.
         supplies: kinds of service that it needs: water, gas, exhaust.
         hazards: of the reagents that it stores, and of those that protocols handle at it.
@@ -48,8 +43,6 @@ class Unit:
     depth: float
     front: float
     stance: Stance = "wall"
-    walls: tuple[Wall, ...] = ("back", "left", "right", "front")
-    anchors: Mapping[str, float] = field(default_factory=dict)
     clear: float = 0.0
     reason: str = ""
     supplies: tuple[str, ...] = ()
@@ -97,25 +90,16 @@ class Proximity:
 
 @dataclass(frozen=True)
 class Brief:
-    """Everything that the floor plan and the assembly need to know.
+    """Everything that the assembly needs to know.
 
     Attributes:
         contents: what each unit holds, by unit id, in the order in which the units were filled.
         fixed: placements that must stay, by id: units that the plan does not move, and objects on walls.
         wall_assets: catalog entries of the fixed objects on walls, by id.
-        hoods: ids of the units that are fume hoods.
-        aisle: clear width around islands, meters.
-        door_zone: clear depth inside each door, meters. hood_door: least distance of a hood from a door, meters.
     """
 
     units: tuple[Unit, ...]
-    separations: tuple[Separation, ...] = ()
-    nearness: tuple[Nearness, ...] = ()
     contents: Mapping[str, tuple[Content, ...]] = field(default_factory=dict)
     fixed: Mapping[str, Placement] = field(default_factory=dict)
     wall_assets: Mapping[str, Asset] = field(default_factory=dict)
-    hoods: tuple[str, ...] = ()
-    aisle: float = 1.2
-    door_zone: float = DOOR_AREA
-    hood_door: float = 1.0
     furnishing: Furnishing = "full"

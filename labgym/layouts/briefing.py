@@ -1,54 +1,19 @@
-"""Writes the furnished brief of a room: cabinets, furniture, contents, and the distances that hazards require."""
+"""Demands between pieces of furniture: neighborhoods by habit, and the distances that hazards require."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
 from itertools import combinations
 
-import numpy as np
-
-from labgym.layouts.brief import Brief, Content, Furnishing, Nearness, Separation, Unit
-from labgym.layouts.cabinets import Cabinet, conflict_between, plan_cabinets
-from labgym.layouts.furnishing import AISLE, HEAVY_AISLE, draw_sides, furniture
+from labgym.layouts.brief import Content, Nearness, Separation, Unit
+from labgym.layouts.cabinets import Cabinet, conflict_between
 from labgym.layouts.habits import Habits
-from labgym.layouts.placement import WALL
-from labgym.layouts.request import Request
 from labgym.layouts.rules.safety.hazards import burning
 from labgym.layouts.rules.separation import heat_band
 from labgym.layouts.rules.thresholds import Profile
-from labgym.layouts.stocking import stock
 
 MARGIN = 0.02
 """Added to every distance between hazards, meters, so that rounding never undercuts a threshold."""
-TIGHT_FRONT = 1.2
-"""Free depth in front of a hood in a room that is not fully furnished, meters; 1.5 otherwise."""
-
-
-def write_brief(request: Request, furnishing: Furnishing, generator: np.random.Generator) -> Brief:
-    """Return the furnished brief of a room.
-
-    Raises:
-        InfeasibleError: something that the protocol requires fits on no surface or shelf.
-    """
-    sides = draw_sides(generator)
-    cabinets = plan_cabinets(request)
-    units = furniture(request, cabinets, sides, furnishing, generator)
-    contents = stock(request, cabinets, units, generator)
-    full = furnishing == "full"
-    return Brief(
-        units=units if full else tuple(replace(unit, front=min(unit.front, TIGHT_FRONT)) for unit in units),
-        separations=tuple(separations_of(cabinets, contents, request.profile)),
-        nearness=tuple(nearness_of(units, request.habits)),
-        contents=contents,
-        fixed={placement.id: placement for placement in request.fixed},
-        wall_assets={
-            placement.id: request.fixed_asset(placement) for placement in request.fixed if placement.support == WALL
-        },
-        hoods=tuple(unit.id for unit in units if unit.asset.fume_hood),
-        aisle=HEAVY_AISLE if full else AISLE,
-        furnishing=furnishing,
-    )
 
 
 def nearness_of(units: Sequence[Unit], habits: Habits) -> Iterable[Nearness]:

@@ -49,15 +49,10 @@ def plan_cabinets(request: Request) -> tuple[Cabinet, ...]:
 
 
 def _offered(request: Request, storage: str, usual: str) -> Iterator[tuple[str, Asset]]:
-    """Yield ids and entries of cabinets for a storage class: fixed ones, then those that exist, then usual ones.
-
-    In a room that is furnished by the roles of its walls, fixed cabinets of another kind are obstacles.
-    """
-    alike = {usual}
-    if request.style is not None:
-        least = LEAST_SHELVES * _shelves(request.catalog.get(usual))
-        classed = [asset for asset in request.catalog if asset.storage_class == storage and asset.placing == "floor"]
-        alike |= {asset.name for asset in classed if _shelves(asset) >= least}
+    """Yield ids and entries of cabinets for a storage class: fixed ones, then those that exist, then usual ones."""
+    least = LEAST_SHELVES * _shelves(request.catalog.get(usual))
+    classed = [asset for asset in request.catalog if asset.storage_class == storage and asset.placing == "floor"]
+    alike = {usual, *(asset.name for asset in classed if _shelves(asset) >= least)}
     counts: Counter[str] = Counter()
     for placement in request.fixed:
         if placement.asset in alike:

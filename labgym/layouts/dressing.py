@@ -27,7 +27,7 @@ from labgym.layouts.rules.safety.pieces import OPTIONAL_PIECES
 from labgym.layouts.rules.safety.walks import CLASS_B_PREFERRED_M
 from labgym.layouts.rules.thresholds import PROTRUSION
 from labgym.layouts.rules.zones import HEADROOM
-from labgym.layouts.surroundings import door_of, main_door
+from labgym.layouts.surroundings import door_of
 
 STOOLS = 4
 """Maximum number of stools in a room, or in each space of a floor."""
@@ -95,8 +95,7 @@ class _Dresser:
         self.dressing = request.habits.dressing
         self.protocol = request.protocol
         self.holdings = request.holdings
-        self.by_space = request.style is not None
-        self.spaces: tuple[Space | None, ...] = layout.floor.spaces if self.by_space else (None,)
+        self.spaces = layout.floor.spaces
         self._located: dict[str, str | None] = {}
         self.passages = Passages(layout)
         self.baseline: Assessment | None = None
@@ -118,45 +117,44 @@ class _Dresser:
 
     def dress_walls(self) -> None:
         for space in self.spaces:
-            for accessory in self.dressing.walls if space is None else self.dressing.rooms.get(space.use, ()):
+            for accessory in self.dressing.rooms.get(space.use, ()):
                 near = self._point(accessory.near, space)
                 if near is not None and not self._is_equipped(accessory.asset, space):
                     self._hang(accessory.asset, near, space)
-            if space is not None and space.use in ("laboratory", "instrument"):
+            if space.use in ("laboratory", "instrument"):
                 self._reach_every_place(space)
-        if self.by_space:
-            self._mark_exits()
+        self._mark_exits()
 
     def dress_floor(self) -> None:
         for space in self.spaces:
             for accessory in self.dressing.floor:
                 near, asset = self._point(accessory.near, space), self.catalog.get(accessory.asset)
                 if near is not None:
-                    poses = along_walls(self.layout, asset, near, None if space is None else space.id)[:80]
+                    poses = along_walls(self.layout, asset, near, space.id)[:80]
                     accept = self._keeps_ways(asset, space)
                     self._add(on_floor(self.layout, asset, self.keepouts, poses, in_front=False, accept=accept))
         self._pull_up_stools()
 
-    def _is_equipped(self, name: str, space: Space | None) -> bool:
+    def _is_equipped(self, name: str, space: Space) -> bool:
         """Whether an asset is safety equipment that a space has already."""
-        if space is None or self.catalog.get(name).subtype not in ("fire", "sensor"):
+        if self.catalog.get(name).subtype not in ("fire", "sensor"):
             return False
         return any(self._role(p) == name and self._is_in(p, space) for p in self.layout.placements)
 
-    def _hang(self, name: str, near: tuple[float, float], space: Space | None) -> None:
-        where, asset = None if space is None else space.id, self.catalog.get(name)
+    def _hang(self, name: str, near: tuple[float, float], space: Space) -> None:
+        asset = self.catalog.get(name)
         accept = self._keeps_ways(asset, space)
         front = asset.clearance if asset.subtype == "fire" else 0.0
-        place = on_wall(self.layout, asset, self.keepouts, near, None, where, accept, front, WALL_PLACES)
+        place = on_wall(self.layout, asset, self.keepouts, near, None, space.id, accept, front, WALL_PLACES)
         self._add(place)
 
-    def _keeps_ways(self, asset: Asset, space: Space | None) -> Accept | None:
+    def _keeps_ways(self, asset: Asset, space: Space) -> Accept | None:
         """The condition that an object leaves the ways of a space wide; None if it stands in no way.
 
         A way also leads to each extinguisher.
         """
         emergency = asset.subtype == "fire"
-        if space is None or ((asset.size.depth <= PROTRUSION or asset.mount_height >= HEADROOM) and not emergency):
+        if (asset.size.depth <= PROTRUSION or asset.mount_height >= HEADROOM) and not emergency:
             return None
         return partial(self.passages.add, space.id, emergency=emergency)
 
@@ -248,18 +246,13 @@ class _Dresser:
                 self._add(on_floor(self.layout, asset, self.keepouts, [(x, y, yaw)], in_front=True))
                 pulled[space] += self.layout is not before
 
-    def _point(self, neighbor: str, space: Space | None) -> tuple[float, float] | None:
-        """Position of the first door, hood or placement of an asset, in a space or anywhere, or None."""
+    def _point(self, neighbor: str, space: Space) -> tuple[float, float] | None:
+        """Position of the first door, hood or placement of an asset in a space, or None."""
         if neighbor == "door":
-            door = main_door(self.layout.floor) if space is None else door_of(self.layout.floor, space.id)
+            door = door_of(self.layout.floor, space.id)
             if door is not None:
                 return door
-        if space is None:
-            placement = self.layout.find(neighbor)
-        else:
-            placement = next(
-                (p for p in self.layout.placements if self._is(p, neighbor) and self._is_in(p, space)), None
-            )
+        placement = next((p for p in self.layout.placements if self._is(p, neighbor) and self._is_in(p, space)), None)
         return None if placement is None else (placement.position[0], placement.position[1])
 
     def _is(self, placement: Placement, neighbor: str) -> bool:
@@ -270,9 +263,7 @@ class _Dresser:
         return self._space_of(placement) == space.id
 
     def _space_of(self, placement: Placement) -> str | None:
-        """Id of the space of a placement; None in a single room."""
-        if not self.by_space:
-            return None
+        """Id of the space of a placement, None outside all."""
         x, y, _ = placement.position
         if placement.id not in self._located:
             space = self.layout.floor.space_at(x, y)
@@ -306,9 +297,8 @@ class _Dresser:
             for placement in layout.placements
             if placement.support == FLOOR and placement.id != owner and self._role(placement) != seat
         ]
-        if self.by_space:
-            hung = [layout.box(p.id) for p in layout.placements if p.support == WALL]
-            low = [box for box in (*hung, *layout.floor.solids) if box.z0 < HEADROOM]
-            others = [replace(box, z0=0.0, z1=HEADROOM) for box in (*others, *low)]
+        hung = [layout.box(p.id) for p in layout.placements if p.support == WALL]
+        low = [box for box in (*hung, *layout.floor.solids) if box.z0 < HEADROOM]
+        others = [replace(box, z0=0.0, z1=HEADROOM) for box in (*others, *low)]
         gaps = pairwise_distance(BoxArray.of([stool]), BoxArray.of(others))
         return bool((gaps >= PASSAGE).all())

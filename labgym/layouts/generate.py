@@ -31,8 +31,7 @@ from labgym.layouts.method import DEFAULT, Dressing, Method, OnFailure
 from labgym.layouts.model import Layout
 from labgym.layouts.phases import improved, repaired
 from labgym.layouts.placement import FLOOR, WALL, Placement
-from labgym.layouts.propose import LIMIT_WORDS, ProceduralProposer, Proposer
-from labgym.layouts.proposers import SOLVER
+from labgym.layouts.proposers import SOLVER, Proposer
 from labgym.layouts.provenance import Provenance
 from labgym.layouts.request import Request
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
@@ -136,7 +135,7 @@ def generate(
     )
     layout = generate_assessed(request, method, trace)[0]
     options = layout.provenance.options
-    stopped = options.get("attempts", {}).get("stopped", 0) or LIMIT_WORDS in options.get("note", "")
+    stopped = options.get("attempts", {}).get("stopped", 0)
     if stopped and options.get("furnishing", "full") != "full":
         message = f"{layout.id}: {options['furnishing']} furnishing only: {options['note']}; try another seed"
         warnings.warn(message, SearchLimitWarning, stacklevel=2)
@@ -157,7 +156,7 @@ def generate_assessed(
     layout = proposer.propose(request)
     if method.zones and not layout.zones:
         layout = zoned(layout, protocol)
-    solved = isinstance(proposer, ProceduralProposer | FloorProposer)
+    solved = isinstance(proposer, FloorProposer)
     proposed = layout
     layout, assessment = improved(
         layout,

@@ -76,14 +76,13 @@ class Dressing(Record):
     """Objects that no protocol requires and that make a room look used.
 
     Attributes:
-        walls: hung on the walls of a single room. floor: bins.
+        floor: bins.
         rooms: hung on the walls of each space of a floor, by its use.
         surfaces: placed on a kind of furniture; none of them emits heat. islands: drawn for every island.
         shelves: drawn for every shelf of a kind of furniture.
         island_shelf: shelf along the middle of an empty island. seat: stool. seated: desks that get a seat.
     """
 
-    walls: tuple[Accessory, ...]
     rooms: dict[Use, tuple[Accessory, ...]]
     floor: tuple[Accessory, ...]
     surfaces: dict[str, tuple[str, ...]]

@@ -9,8 +9,7 @@ from labgym.errors import OptionError
 from labgym.layouts.adjust import Adjuster
 from labgym.layouts.adjusters import RULES, check_adjuster, make_adjuster
 from labgym.layouts.interiors import FloorProposer
-from labgym.layouts.propose import ProceduralProposer, Proposer
-from labgym.layouts.proposers import SOLVER, check_proposer, make_proposer
+from labgym.layouts.proposers import SOLVER, Proposer, check_proposer, make_proposer
 
 Dressing = Literal["solver", "always", "never"]
 OnFailure = Literal["raise", "keep"]
@@ -68,7 +67,7 @@ class Method:
     def dresses(self, proposer: Proposer) -> bool:
         """Return whether accessories are added to what a proposer proposes."""
         if self.dress == "solver":
-            return isinstance(proposer, ProceduralProposer | FloorProposer)
+            return isinstance(proposer, FloorProposer)
         return self.dress == "always"
 
     @property

@@ -1,4 +1,4 @@
-"""Proposers by name."""
+"""The interface of proposers, and proposers by name."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from pkgutil import resolve_name
 
 from labgym.errors import UnknownNameError
 from labgym.layouts.interiors import FloorProposer
-from labgym.layouts.propose import Proposer
+from labgym.layouts.model import Layout
+from labgym.layouts.request import Request
 
 SOLVER = "solver"
 """Name of the default: planning habits and a constraint solver."""
@@ -24,6 +25,13 @@ PROPOSERS: dict[str, str] = {
 """Module and class of each other proposer; the class is made without arguments, and its module imported only then."""
 ALIASES = {"holodeck-plus-llm": "holodeck+-llm"}
 """Other spellings that are accepted."""
+
+
+class Proposer(typing.Protocol):
+    """Makes a first layout (phase 1 of LabGen), which the later phases repair and verify."""
+
+    def propose(self, request: Request) -> Layout:
+        """Return a layout that holds everything the protocol requires; it may violate rules."""
 
 
 def proposer_names() -> tuple[str, ...]:

@@ -12,8 +12,7 @@ from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules import thresholds
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.bounds import bounds_faults
-from labgym.layouts.rules.building import building_of
-from labgym.layouts.rules.building.one_room import shift_inside
+from labgym.layouts.rules.building import building_of, shift_inside
 from labgym.layouts.rules.collisions import Collision, collisions
 from labgym.layouts.rules.thresholds import Profile
 

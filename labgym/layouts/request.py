@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 from labgym.assets import Asset, Catalog
-from labgym.layouts.floor import Floor, Room
+from labgym.layouts.floor import Floor
 from labgym.layouts.habits import Habits
 from labgym.layouts.holdings import Holdings
 from labgym.layouts.placement import Placement, resized
@@ -29,8 +29,7 @@ class Request:
         catalog: source of every asset. habits: where furniture usually stands.
         fixed: floor and wall objects that must stay where they are.
         several: the protocols that `protocol` combines, empty if it is one.
-        style: how the floor is furnished, for floors that are furnished space by space; None for a single room whose
-            walls have roles.
+        style: how densely and how regularly the floor is furnished.
         family: name of the family that the floor is of; empty for other floors.
         holdings: what exists; None if nothing is known about it.
         clutter: level of loose objects, 0 to 3.
@@ -44,7 +43,7 @@ class Request:
     habits: Habits
     fixed: tuple[Placement, ...] = ()
     several: tuple[Protocol, ...] = ()
-    style: Style | None = None
+    style: Style = field(default_factory=Style)
     family: str = ""
     holdings: Holdings | None = None
     clutter: int = 0
@@ -53,15 +52,6 @@ class Request:
     def profile(self) -> Profile:
         """The thresholds that the layout satisfies."""
         return self.rules.profile
-
-    @property
-    def room(self) -> Room:
-        """The floor as one rectangular room.
-
-        Raises:
-            LabgymError: the floor is not one rectangular room.
-        """
-        return self.floor.room
 
     @property
     def protocols(self) -> tuple[Protocol, ...]:
@@ -79,8 +69,7 @@ class Request:
             required = [piece.asset for piece in habits.furniture if piece.level == "required"]
             required += [*self.protocol.required_assets(), *(habits.always.keys() - set(self.protocol.locations))]
             return Furniture(self.catalog, stand_ins(self.catalog, required, self.holdings.counts))
-        variety = "plain" if self.style is None else self.style.variety
-        return Furniture(self.catalog, draw_variants(self.catalog, variety, self.seed))
+        return Furniture(self.catalog, draw_variants(self.catalog, self.style.variety, self.seed))
 
     def fixed_asset(self, placement: Placement) -> Asset:
         """Return the catalog entry of a fixed object, with the object's size if it has one.

@@ -25,50 +25,6 @@ Waiting = tuple[Asset, str]
 """An instrument that needs a place, and why it is in the room."""
 
 
-def stock(
-    request: Request, cabinets: Sequence[Cabinet], units: Sequence[Unit], generator: np.random.Generator
-) -> dict[str, tuple[Content, ...]]:
-    """Return what each unit holds, by unit id: reagents in cabinets, instruments on work surfaces.
-
-    Raises:
-        InfeasibleError: something that the protocol requires fits on no shelf or surface.
-    """
-    contents: dict[str, tuple[Content, ...]] = {}
-    for cabinet in cabinets:
-        contents[cabinet.id] = shelve(request, cabinet, generator)
-    by_id = {unit.id: unit for unit in units}
-    homeless: list[Waiting] = []
-    for unit_id, waiting in sorted(homes(request, units).items()):
-        contents[unit_id], remaining = stand(by_id[unit_id].asset, waiting, request.profile, generator)
-        homeless += remaining
-    benches = [unit for unit in units if unit.asset.subtype == "workbench" or unit.asset.fume_hood]
-    for unit in sorted(benches, key=lambda unit: (unit.id in contents, unit.stance == "wall", unit.id)):
-        present = contents.get(unit.id, ())
-        added, homeless = stand(unit.asset, homeless, request.profile, generator, present)
-        contents[unit.id] = (*present, *added)
-    if homeless:
-        names = ", ".join(asset.name for asset, _ in homeless)
-        raise InfeasibleError(request.protocol.id, [f"no work surface has space for {names}"], None)
-    return contents
-
-
-def homes(request: Request, units: Sequence[Unit]) -> dict[str, list[Waiting]]:
-    """Instruments by the unit on which they belong; heat sources first, so that they get their spot."""
-    first: dict[str, Unit] = {}
-    for unit in units:
-        first.setdefault(unit.asset.role, unit)
-    waiting_at: dict[str, list[Waiting]] = {}
-    for name in request.protocol.instruments:
-        asset = request.catalog.find(name)
-        if asset.placing != "floor":
-            unit_id, reason = home(request, asset, first)
-            waiting_at.setdefault(unit_id, []).append((asset, reason))
-    return {
-        unit_id: sorted(waiting, key=lambda entry: (entry[0].heat_class is None, entry[0].name))
-        for unit_id, waiting in waiting_at.items()
-    }
-
-
 def home(request: Request, instrument: Asset, units: Mapping[str, Unit]) -> tuple[str, str]:
     """Return the id of an instrument's unit and why: where the protocol puts it, where it is first used, by category.
 

@@ -67,15 +67,6 @@ def door_openings(floor: Floor) -> list[OrientedBox]:
     ]
 
 
-def main_door(floor: Floor) -> tuple[float, float] | None:
-    """Return the middle of the first door, None without doors."""
-    if floor.is_rectangle:
-        doors = floor.room.doors
-        return door_pose(floor.room, doors[0])[:2] if doors else None
-    exits = [doorway for doorway in floor.doorways if doorway.exit]
-    return exits[0].pose[:2] if exits else None
-
-
 def door_of(floor: Floor, space: str) -> tuple[float, float] | None:
     """Return the middle of the first door of a space, exits first; None without doors."""
     ways = sorted((way for way in floor.doorways if space in way.spaces), key=lambda way: not way.exit)

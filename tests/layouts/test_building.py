@@ -21,18 +21,83 @@ from labgym.layouts.repair import fast_repair
 from labgym.layouts.rules import facility, rule_set
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.bounds import bounds_faults
-from labgym.layouts.rules.building import ManyRooms, OneRoom
+from labgym.layouts.rules.building import Building
 from labgym.layouts.rules.egress import narrow_ways
 from labgym.layouts.rules.facility.backs import back_distance
 from labgym.layouts.rules.facility.fronts import blocked_front
 from labgym.layouts.rules.facility.showers import shower_walks
 from labgym.layouts.rules.site import Site
 from labgym.layouts.rules.thresholds import profile
-from labgym.layouts.rules.zones import front_zone
+from labgym.layouts.rules.zones import INTRUSION, door_area, doorway, front_zone
 from labgym.navigation import goal_pose
 
 ROOM = Room(width=8.0, depth=6.0, doors=(Door(wall="front", offset=1.5), Door(wall="right", offset=3.0, width=1.2)))
-ONE, MANY = OneRoom(ROOM), ManyRooms(ROOM.floor)
+
+
+class Sides:
+    """A rectangular room by its four sides: the reference for floors, which are read from their walls."""
+
+    def __init__(self, room: Room) -> None:
+        self.room = room
+
+    def clearance(self, xs, ys, reach):
+        across, along = np.minimum(xs, self.room.width - xs), np.minimum(ys, self.room.depth - ys)
+        return np.minimum(np.minimum(across[None, :], along[:, None]), reach)
+
+    def outside(self, boxes: BoxArray):
+        corners = boxes.corners()
+        low, high = corners.min(axis=1), corners.max(axis=1)
+        sides = np.maximum(-low, high - (self.room.width, self.room.depth)).max(axis=1)
+        ends = np.maximum(-boxes.z[:, 0], boxes.z[:, 1] - self.room.height)
+        return np.asarray(np.maximum(np.maximum(sides, ends), 0.0))
+
+    def gaps(self, points):
+        x, y = points[..., 0], points[..., 1]
+        return np.stack([x, y, self.room.width - x, self.room.depth - y])
+
+    def ahead(self, box: OrientedBox):
+        room, (fx, fy) = self.room, box.front
+        reaches = []
+        for x, y in box.corners()[2:]:
+            along_x = ((room.width if fx > 0 else 0.0) - x) / fx if abs(fx) > 1e-9 else math.inf
+            along_y = ((room.depth if fy > 0 else 0.0) - y) / fy if abs(fy) > 1e-9 else math.inf
+            reaches.append(min(along_x, along_y))
+        return float(max(min(reaches), 0.0))
+
+    def covers(self, zones):
+        return np.array([penetrates(self.room, zone) <= INTRUSION for zone in zones])
+
+    def lined(self, footprints: BoxArray, gap: float):
+        room, corners = self.room, footprints.corners()
+        length = 0.0
+        for along, across, side, far in ((0, 1, room.width, room.depth), (1, 0, room.depth, room.width)):
+            for near_wall in (corners[..., across], far - corners[..., across]):
+                close = near_wall.min(axis=1) <= gap if len(footprints) else np.zeros(0, dtype=bool)
+                spans = [(float(c[:, along].min()), float(c[:, along].max())) for c in corners[close]]
+                length += covered(spans, side)
+        return length / (2.0 * (room.width + room.depth))
+
+    def skew(self, boxes: BoxArray):
+        return np.array([abs(math.remainder(yaw, math.pi / 2.0)) for yaw in boxes.yaw.tolist()])
+
+
+def penetrates(room: Room, zone: OrientedBox) -> float:
+    x0, y0, x1, y1 = zone.bounds()
+    return max(-x0, -y0, x1 - room.width, y1 - room.depth)
+
+
+def covered(spans: list[tuple[float, float]], length: float) -> float:
+    """Return the length of [0, length] that a union of intervals covers."""
+    covered, reached = 0.0, 0.0
+    for start, end in sorted(spans):
+        start, end = max(start, reached), min(end, length)
+        if end > start:
+            covered += end - start
+            reached = end
+    return covered
+
+
+ONE, MANY = Sides(ROOM), Building(ROOM.floor)
 
 
 def outline(solid: OrientedBox) -> Polygon:
@@ -52,7 +117,7 @@ def lab(floor: Floor, *placements) -> Arrangement:
     return Arrangement.of(Layout(id="lab", floor=floor, placements=placements))
 
 
-# One room, read in two ways
+# A room by its walls and by its sides
 
 
 def test_boxes_reach_as_far_out_of_a_room_as_into_its_walls():
@@ -106,12 +171,13 @@ def test_the_angles_to_the_walls_and_the_lined_share_agree():
     assert MANY.lined(wall_units, 0.15) == pytest.approx(4.5 / 28.0, abs=0.02)
 
 
-def test_the_entrances_agree():
-    for one, many in zip(ONE.entrances, MANY.entrances, strict=True):
-        assert (one.exit, one.width, one.space) == (many.exit, many.width, many.space)
-        assert many.pose == pytest.approx(one.pose)
-        assert outline(many.area).symmetric_difference(outline(one.area)).area < 1e-9
-    assert MANY.workplaces[0].area == pytest.approx(ONE.workplaces[0].area)
+def test_the_entrances_are_the_doors():
+    for door, entrance in zip(ROOM.doors, MANY.entrances, strict=True):
+        opening = doorway(ROOM, door)
+        assert (entrance.exit, entrance.width, entrance.space) == (True, door.width, 0)
+        assert entrance.pose == pytest.approx((opening.x, opening.y, opening.yaw))
+        assert outline(entrance.area).symmetric_difference(outline(door_area(ROOM, door))).area < 1e-9
+    assert MANY.workplaces[0].area == pytest.approx(ROOM.width * ROOM.depth)
     empty = Layout(id="empty", floor=ROOM.floor, placements=())
     assert facility.issues(facility.EXITS, Site(Arrangement.of(empty))) == []
 
@@ -192,7 +258,7 @@ def test_bounds_by_polygons(name):
     low, high = (x0 - 1, y0 - 1, 0.2, 0.2, -3), (x1 + 1, y1 + 1, 1.5, 0.9, 3)
     rows = np.random.default_rng(0).uniform(low, high, (250, 5)).tolist()
     boxes = [OrientedBox(*row, 0.0, 1.0) for row in rows]
-    amounts = ManyRooms(floor).outside(BoxArray.of(boxes)).tolist()
+    amounts = Building(floor).outside(BoxArray.of(boxes)).tolist()
     for solid, amount in zip(boxes, amounts, strict=True):
         footprint = outline(solid)
         if any(room.buffer(1e-6).covers(footprint) for room in rooms):
@@ -215,7 +281,7 @@ def test_the_rules_of_a_space_look_at_that_space_only():
 
 def test_both_sides_of_a_door_stay_free_and_the_leaf_has_its_swing():
     floor = two_rooms()  # the leaf opens into the laboratory
-    areas = {(entrance.label.split(" at ")[0], entrance.space): entrance for entrance in ManyRooms(floor).entrances}
+    areas = {(entrance.label.split(" at ")[0], entrance.space): entrance for entrance in Building(floor).entrances}
     lab_side = areas["the door between 'lab' and 'store'", 0].area
     store_side = areas["the door between 'lab' and 'store'", 1].area
     assert outline(lab_side).symmetric_difference(box(4.8, 1.4, 6.0, 2.6)).area < 1e-9
@@ -299,7 +365,7 @@ def test_free_places_are_in_the_same_room_at_its_walls():
     places = free_places(layout, "rack", 100)
     assert len(places) > 10
     store = box(6.1, 0.0, 9.1, 5.0)
-    kept_free = unary_union([outline(entrance.area) for entrance in ManyRooms(floor).entrances if entrance.space == 1])
+    kept_free = unary_union([outline(entrance.area) for entrance in Building(floor).entrances if entrance.space == 1])
     size = layout.asset("rack").size
     for place in places:
         footprint = OrientedBox(place.x, place.y, size.width, size.depth, place.yaw)

@@ -11,7 +11,7 @@ from shapely import Polygon
 from labgym.assets import Catalog
 from labgym.errors import InfeasibleError, OptionError, SearchLimitWarning, UnknownNameError
 from labgym.layouts import Door, Room, generate, room_presets
-from labgym.layouts.propose import ProceduralProposer
+from labgym.layouts.interiors import FloorProposer
 from labgym.layouts.rules import rule_set
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.layouts.rules.zones import door_area, standing_in
@@ -140,8 +140,8 @@ def test_a_room_that_is_too_small_says_what_clashes_and_what_fits():
 def test_a_room_that_is_furnished_less_because_searches_stopped_is_a_warning(furnishing, count):
     class Hurried:
         def propose(self, request):
-            layout = ProceduralProposer().propose(request)
-            options = {"furnishing": furnishing, "note": "7 of 7 attempts reached the solver's effort limit"}
+            layout = FloorProposer().propose(request)
+            options = {"furnishing": furnishing, "note": "no place for LabBench_1", "attempts": {"stopped": 7}}
             return layout.replace(provenance=layout.provenance.model_copy(update={"options": options}))
 
     with warnings.catch_warnings(record=True) as caught:

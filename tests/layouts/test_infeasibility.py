@@ -3,7 +3,6 @@
 import pytest
 
 import labgym.layouts.interiors.furnisher as furnisher
-import labgym.layouts.propose as propose
 from labgym.cli import main
 from labgym.errors import InfeasibleError, SearchLimitError
 from labgym.layouts import Door, Room, generate, room_presets
@@ -35,16 +34,6 @@ def test_walls_that_are_too_short_are_compared_with_what_can_be_used_of_them():
     needed, usable = numbers[1], numbers[2]
     assert usable < needed
     assert usable < 16.0 - 1.2
-
-
-def test_constraints_that_clash_in_a_room_with_roles_of_walls_are_named(monkeypatch):
-    monkeypatch.setattr(propose, "PATIENT", 0.04)
-    monkeypatch.setattr(propose, "THOROUGH", 0.2)
-    with pytest.raises(InfeasibleError) as caught:
-        generate("alk_02", room=Room(width=5.0, depth=5.0, doors=FRONT), proposer=propose.ProceduralProposer())
-    assert caught.value.conflicts
-    assert all("clearance" in conflict or "together with" in conflict for conflict in caught.value.conflicts)
-    assert caught.value.smallest_preset in room_presets()
 
 
 def test_a_solver_that_stops_at_its_limit_says_so_and_not_that_the_room_is_too_small(monkeypatch):

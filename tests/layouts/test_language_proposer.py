@@ -15,12 +15,12 @@ from labgym.errors import OptionError, ProposalError, UnrepairedError
 from labgym.layouts import Placement, generate
 from labgym.layouts.batch import generate_batch
 from labgym.layouts.generate import ADDED, generate_assessed
+from labgym.layouts.interiors import FloorProposer
 from labgym.layouts.language import LanguageProposer
 from labgym.layouts.language.grounding import FILLED, SPACING
 from labgym.layouts.language.offer import offer_of
 from labgym.layouts.method import Method
 from labgym.layouts.model import Layout
-from labgym.layouts.propose import ProceduralProposer
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.layouts.rules.presence import resolved
 from labgym.llm import LanguageModelError
@@ -32,7 +32,7 @@ KEY = "sk-loopback-0123456789"
 @pytest.fixture(scope="module")
 def solved() -> Layout:
     """A valid layout, which the answers of the tests describe."""
-    return ProceduralProposer().propose(REQUEST)
+    return FloorProposer().propose(REQUEST)
 
 
 @pytest.fixture

@@ -133,7 +133,7 @@ def test_two_fixed_objects_that_collide_are_reported_and_stay(layout: Layout) ->
 
 def test_a_fixed_object_in_a_door_area_is_named_at_once() -> None:
     sink = Placement(id="old_sink", asset="SinkBench", position=(1.5, 0.4, 0.0))
-    with pytest.raises(InfeasibleError, match=r"old_sink in the 1\.20 x 1\.20 m area inside the front door"):
+    with pytest.raises(InfeasibleError, match=r"old_sink in the 1\.20 x 1\.20 m area inside the exit of 'laboratory'"):
         generate("sub_01", 4, "bay", fixed=(sink,))
 
 

@@ -15,7 +15,7 @@ from labgym.layouts.floor import Doorway, Floor, Space, Wall
 from labgym.layouts.ground.backing import PARALLEL, LocalWall, backed, faces
 from labgym.layouts.ground.outline import Span, missing, outline
 from labgym.layouts.ground.segments import Gate, Pose, Segment
-from labgym.layouts.rules.building.many_rooms import swing_area
+from labgym.layouts.rules.building import swing_area
 from labgym.layouts.rules.supplies import Supplies
 
 Use = Literal["laboratory", "instrument", "store", "write-up", "corridor"]

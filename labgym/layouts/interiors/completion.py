@@ -25,7 +25,7 @@ def complete(
     request: Request, needs: Needs, rooms: Mapping[str, Interior], generator: np.random.Generator
 ) -> list[Unit]:
     """Add further pieces and fill all spaces; return the further pieces that found no place."""
-    habits, style = request.habits, request.style if request.style is not None else Style()
+    habits, style = request.habits, request.style
     partners: dict[str, list[str]] = {}
     for near in nearness_of((*needs.required, *needs.further), habits):
         partners.setdefault(near.first, []).append(near.second)

@@ -11,10 +11,9 @@ from typing import Literal
 import numpy as np
 
 from labgym.errors import InfeasibleError
-from labgym.layouts.assembly import Plan
+from labgym.layouts.assembly import Plan, Pose
 from labgym.layouts.brief import Brief, Unit
 from labgym.layouts.equipping import equipped
-from labgym.layouts.floor_plan import Pose
 from labgym.layouts.interiors.completion import complete
 from labgym.layouts.interiors.interior import Interior
 from labgym.layouts.interiors.needs import EXTRA_HOODS, Needs, needs_of, relaxed
@@ -25,7 +24,6 @@ from labgym.layouts.model import Layout
 from labgym.layouts.placement import WALL
 from labgym.layouts.request import Request
 from labgym.layouts.rooms import room_presets
-from labgym.layouts.style import Style
 from labgym.layouts.surroundings import grounds as grounds_of
 
 DISTRIBUTIONS = 4
@@ -130,10 +128,9 @@ def _assembled(
         contents=needs.contents,
         fixed=fixed,
         wall_assets=on_walls,
-        hoods=tuple(unit.id for unit in units.values() if unit.asset.fume_hood),
         furnishing="reduced" if left else "full",
     )
-    style = request.style if request.style is not None else Style()
+    style = request.style
     values = {name: value for name, value in asdict(style).items() if name != "hood_walls"}
     options: dict[str, object] = {"style": {**values, "kinds": list(style.kinds)}}
     if request.furniture.chosen:

@@ -9,7 +9,6 @@ from labgym.errors import InfeasibleError, SearchLimitError
 from labgym.layouts.brief import Content, Unit
 from labgym.layouts.cabinets import plan_cabinets
 from labgym.layouts.ground import Ground
-from labgym.layouts.infeasibility import fixed_conflicts
 from labgym.layouts.interiors.distribution import wall_length
 from labgym.layouts.interiors.fixed_pieces import fixed_pieces
 from labgym.layouts.interiors.furnisher import Outcome
@@ -21,6 +20,7 @@ from labgym.layouts.pieces import pieces
 from labgym.layouts.request import Request
 from labgym.layouts.rules import facility
 from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.objective import evaluate_layout
 from labgym.layouts.rules.site import Site
 
 
@@ -43,7 +43,7 @@ def check_floor(request: Request, grounds: Sequence[Ground]) -> None:
         f"{name} is {height:.2f} m high, but the ceiling is {highest:.2f} m: at least {height:.2f} m is required"
         for name, height in sorted(tall.items())
     ]
-    conflicts += fixed_conflicts(request)
+    conflicts += _fixed_conflicts(request)
     standing = fixed_pieces(request, (), grounds)
     for ground in grounds if request.fixed else ():
         room = Interior(ground)
@@ -54,6 +54,17 @@ def check_floor(request: Request, grounds: Sequence[Ground]) -> None:
                 break
     if conflicts:
         raise InfeasibleError(_sentence(request, "cannot hold"), conflicts, None, remedy="change the floor")
+
+
+def _fixed_conflicts(request: Request) -> list[str]:
+    """Return what is wrong with the fixed objects alone: outside, overlapping, in doors, keep-outs or off services."""
+    if not request.fixed:
+        return []
+    fixed = Layout(id="fixed", floor=request.floor, placements=request.fixed, catalog=request.catalog)
+    assessment = evaluate_layout(fixed, None, request.rules)
+    conflicts = [f"fixed: {violation.message}" for violation in assessment.violations.items]
+    issues = [issue for issue in facility.issues(facility.PLACING, assessment.site) if issue.severity == "error"]
+    return conflicts + [f"fixed: {i.message}" for i in issues if i.rule in ("door_area", "keep_out", "supply")]
 
 
 def check_holdings(request: Request, units: Sequence[Unit], contents: Mapping[str, tuple[Content, ...]]) -> None:

@@ -80,8 +80,8 @@ def _remote(
     return dict(apart)
 
 
-def _hood_walls(ground: Ground, style: Style | None) -> frozenset[str]:
-    walls = {wall for space, wall in (style.hood_walls if style is not None else ()) if space == ground.space}
+def _hood_walls(ground: Ground, style: Style) -> frozenset[str]:
+    walls = {wall for space, wall in style.hood_walls if space == ground.space}
     return frozenset(segment.id for segment in ground.segments if walls.intersection(segment.walls))
 
 

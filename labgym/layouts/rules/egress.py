@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.geometry import OrientedBox
-from labgym.layouts.floor import Floor, Room
+from labgym.layouts.floor import Floor
 from labgym.layouts.floor.solids import leaf
 from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.arrangement import Arrangement
-from labgym.layouts.rules.building import Building, Entrance, ManyRooms, OneRoom
+from labgym.layouts.rules.building import Building, Entrance
 from labgym.layouts.rules.clearance import cells_to, lower_to_boxes
 from labgym.layouts.rules.thresholds import EGRESS_WIDTH, MOVABLE, PROTRUSION
 from labgym.layouts.rules.zones import HEADROOM
@@ -93,17 +93,17 @@ def blocked_places(arrangement: Arrangement, width: float = EGRESS_WIDTH) -> tup
 
 def _scene(
     arrangement: Arrangement, width: float, leaves: bool
-) -> tuple[Room | Floor, tuple[OrientedBox, ...], tuple[OrientedBox, ...], tuple[_Place, ...]]:
+) -> tuple[Floor, tuple[OrientedBox, ...], tuple[OrientedBox, ...], tuple[_Place, ...]]:
     """Return the building, the objects and the leaves that are in the way, and the places of work."""
-    building, floor = arrangement.building, arrangement.layout.floor
-    open_leaves = tuple(_open_leaves(floor)) if leaves and not floor.is_rectangle else ()
+    floor = arrangement.layout.floor
+    open_leaves = tuple(_open_leaves(floor)) if leaves else ()
     obstacles, places = tuple(_obstacles(arrangement)), tuple(_places(arrangement, width))
-    return building.room if isinstance(building, OneRoom) else floor, obstacles, open_leaves, places
+    return floor, obstacles, open_leaves, places
 
 
 @lru_cache(maxsize=64)
 def _narrow_exits(
-    floor: Room | Floor,
+    floor: Floor,
     obstacles: tuple[OrientedBox, ...],
     leaves: tuple[OrientedBox, ...],
     destinations: tuple[_Place, ...],
@@ -127,7 +127,7 @@ def _narrow_exits(
 
 @lru_cache(maxsize=64)
 def _narrow_ways(
-    floor: Room | Floor,
+    floor: Floor,
     obstacles: tuple[OrientedBox, ...],
     leaves: tuple[OrientedBox, ...],
     narrow: tuple[tuple[int, tuple[_Place, ...]], ...],
@@ -140,13 +140,9 @@ def _narrow_ways(
     )
 
 
-def _exits(floor: Room | Floor) -> tuple[Building, list[Entrance]]:
-    building = _building(floor)
+def _exits(floor: Floor) -> tuple[Building, list[Entrance]]:
+    building = Building(floor)
     return building, [entrance for entrance in building.entrances if entrance.exit]
-
-
-def _building(floor: Room | Floor) -> Building:
-    return OneRoom(floor) if isinstance(floor, Room) else ManyRooms(floor)
 
 
 @dataclass(frozen=True)
@@ -208,8 +204,8 @@ class _Clearance:
     values: Array
 
     @classmethod
-    def of(cls, floor: Room | Floor, obstacles: tuple[OrientedBox, ...], leaves: tuple[OrientedBox, ...]) -> _Clearance:
-        x0, y0, x1, y1 = bounds = _building(floor).bounds
+    def of(cls, floor: Floor, obstacles: tuple[OrientedBox, ...], leaves: tuple[OrientedBox, ...]) -> _Clearance:
+        x0, y0, x1, y1 = bounds = Building(floor).bounds
         values = _among(floor, obstacles)
         if leaves:
             values = values.copy()
@@ -282,12 +278,12 @@ class _Area:
 
 
 @lru_cache(maxsize=2)
-def _among(floor: Room | Floor, obstacles: tuple[OrientedBox, ...]) -> Array:
+def _among(floor: Floor, obstacles: tuple[OrientedBox, ...]) -> Array:
     """Return the clearance of grid points from walls and obstacles, (ny, nx) meters, read-only.
 
     The rule and its strict version ask for the same obstacles one after the other.
     """
-    x0, y0, x1, y1 = _building(floor).bounds
+    x0, y0, x1, y1 = Building(floor).bounds
     values = _between_walls(floor).copy()
     lower_to_boxes(values, _nodes(x0, x1), _nodes(y0, y1), obstacles, WIDEST / 2.0)
     values.setflags(write=False)
@@ -295,9 +291,9 @@ def _among(floor: Room | Floor, obstacles: tuple[OrientedBox, ...]) -> Array:
 
 
 @lru_cache(maxsize=2)
-def _between_walls(floor: Room | Floor) -> Array:
+def _between_walls(floor: Floor) -> Array:
     """Return the clearance of grid points from walls, (ny, nx) meters, read-only."""
-    building = _building(floor)
+    building = Building(floor)
     x0, y0, x1, y1 = building.bounds
     values = building.clearance(_nodes(x0, x1), _nodes(y0, y1), WIDEST / 2.0)
     values.setflags(write=False)

@@ -8,8 +8,6 @@ from labgym.layouts.model import Layout
 
 def with_open_doors(layout: Layout) -> Layout:
     """Return a layout in which passages take the place of closed interior doors."""
-    if layout.floor.is_rectangle:
-        return layout
     closed = closed_doors(layout.floor)
     if not closed:
         return layout
@@ -19,8 +17,6 @@ def with_open_doors(layout: Layout) -> Layout:
 
 def with_closed_doors(layout: Layout) -> Layout:
     """Return a layout in which every interior door is closed."""
-    if layout.floor.is_rectangle:
-        return layout
     inner = ((way.wall, way.opening) for way in layout.floor.doorways if not way.exit)
     ajar = frozenset((wall, way) for wall, way in inner if way.kind == "door" and way.state == "open")
     if not ajar:

@@ -117,10 +117,3 @@ def _standing(arrangement: Arrangement, loose: bool) -> list[int]:
         for row, (placement, asset) in enumerate(zip(arrangement.placements, arrangement.assets, strict=True))
         if placement.support in (FLOOR, WALL) and (loose or asset.subtype not in LOOSE)
     ]
-
-
-def in_room(room: Room, zone: OrientedBox) -> bool:
-    """Whether a zone lies inside the room."""
-    x0, y0, x1, y1 = zone.bounds()
-    beyond = max(-x0, -y0, x1 - room.width, y1 - room.depth)
-    return beyond <= INTRUSION

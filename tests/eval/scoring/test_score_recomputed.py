@@ -15,7 +15,7 @@ from labgym.assets import Catalog, incompatible
 from labgym.eval import score
 from labgym.geometry import OrientedBox
 from labgym.layouts import Layout, Placement, Room, generate
-from labgym.layouts.propose import ProceduralProposer
+from labgym.layouts.interiors import FloorProposer
 from labgym.protocols import protocols
 
 CATALOG = Catalog.load()
@@ -25,7 +25,7 @@ CATALOG = Catalog.load()
 def shaken(request: pytest.FixtureRequest) -> Layout:
     """A generated laboratory with a third of its objects moved by centimetres to decimetres."""
     # Of the older proposer, which assembles no apparatus: pieces of one apparatus touch, and that is no collision.
-    layout = generate(protocols()[request.param], seed=1, proposer=ProceduralProposer())
+    layout = generate(protocols()[request.param], seed=1, proposer=FloorProposer())
     rng = np.random.default_rng(7)
     return layout.replace(placements=tuple(jolted(placement, rng) for placement in layout.placements))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
@@ -31,12 +32,13 @@ def blocked_fronts(
     building = arrangement.building
     standing = standing_in_front(arrangement, list(zip(rows, zones, strict=True)))
     blocked: list[tuple[float, tuple[str, ...]] | None] = []
-    for box, blockers, covered in zip(boxes, standing, building.covers(zones), strict=True):
+    for box, depth, blockers, covered in zip(boxes, depths, standing, building.covers(zones), strict=True):
         if not blockers and covered:
             blocked.append(None)
             continue
         gaps = [distance(box, arrangement.layout.box(blocker)) for blocker in blockers]
-        blocked.append((min([*gaps, building.ahead(box)]), blockers))
+        ahead = building.ahead(box)  # inf outside the floor, before which no wall stands
+        blocked.append((min([*gaps, ahead if math.isfinite(ahead) else depth]), blockers))
     return blocked
 
 

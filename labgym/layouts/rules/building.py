@@ -1,4 +1,4 @@
-"""Any floor, read from its walls, columns and spaces."""
+"""A floor as the rules read it: how far things reach out of its rooms, how near walls are, and its doors."""
 
 from __future__ import annotations
 
@@ -23,11 +23,12 @@ from labgym.geometry import (
 from labgym.geometry.frames import PlanarPose
 from labgym.geometry.overlap import separating_push
 from labgym.layouts.floor import OUTSIDE, Doorway, Floor
-from labgym.layouts.rules.building.interface import Array, Entrance, Workplace
-from labgym.layouts.rules.building.one_room import shift_inside
+from labgym.layouts.model import Layout
 from labgym.layouts.rules.clearance import lower_to_boxes
 from labgym.layouts.rules.thresholds import EGRESS_WIDTH, ROOM_TOLERANCE
 from labgym.layouts.rules.zones import DOOR_AREA, HEADROOM, INTRUSION
+
+Array = NDArray[np.float64]
 
 WEDGE = 0.35
 """A point outside all regions that is at most this far from one, with no wall between, is in the wedge that a region of
@@ -45,8 +46,42 @@ FACE = 0.1
 
 
 @dataclass(frozen=True)
-class ManyRooms:
-    """Any floor: spaces that walls enclose.
+class Entrance:
+    """A door or a passage as seen from one of its spaces.
+
+    Attributes:
+        label: its name in messages.
+        space: index of the space.
+        exit: whether it leads out of the floor.
+        width: clear width, meters.
+        area: the floor inside it that stays free.
+        opening: the opening itself, as a thin box on the face of the wall.
+        pose: (x, y, yaw) of its middle on the face of the wall, front toward the space.
+        passage: whether it has no leaf.
+    """
+
+    label: str
+    space: int
+    exit: bool
+    width: float
+    area: OrientedBox
+    opening: OrientedBox
+    pose: PlanarPose
+    passage: bool = False
+
+
+@dataclass(frozen=True)
+class Workplace:
+    """A space in which people work: its index, where it is in messages, and its floor area in square meters."""
+
+    space: int
+    where: str
+    area: float
+
+
+@dataclass(frozen=True)
+class Building:
+    """Spaces that walls enclose; points and boxes are in the floor's frame, lengths in meters.
 
     A wall ends a room along its whole length, also where it has an opening: nothing stands in a doorway.
     """
@@ -56,8 +91,9 @@ class ManyRooms:
     @property
     def workplaces(self) -> tuple[Workplace, ...]:
         """The laboratories and instrument rooms."""
+        several = len(self.floor.spaces) > 1
         return tuple(
-            Workplace(index, f" in {space.id!r}", space.area)
+            Workplace(index, f" in {space.id!r}" if several else "", space.area)
             for index, space in enumerate(self.floor.spaces)
             if space.use in ("laboratory", "instrument")
         )
@@ -89,7 +125,10 @@ class ManyRooms:
         return frozenset(index for index, name in enumerate(names) if name in reached)
 
     def clearance(self, xs: Array, ys: Array, reach: float) -> Array:
-        """Return the distance of grid points from walls, panes and columns."""
+        """Return the distance of grid points from walls, panes and columns, shape (ny, nx), at most `reach`.
+
+        Every interior door stands wide open. Not positive in walls.
+        """
         values = np.full((len(ys), len(xs)), reach)
         solid = [part.box for part in self.floor.parts if part.kind not in ("leaf", "lintel")]
         lower_to_boxes(values, xs, ys, solid, reach)
@@ -131,7 +170,7 @@ class ManyRooms:
         return np.asarray(self._regions[1][self._nearest(boxes)[1]], dtype=np.intp)
 
     def outside(self, boxes: BoxArray) -> Array:
-        """Return how far n boxes reach into walls and columns, or stand outside of all spaces, shape (n,)."""
+        """Return how far n boxes reach into walls, columns, floor and ceiling, or out of all spaces, shape (n,)."""
         if not len(boxes):
             return np.zeros(0)
         away, nearest = self._nearest(boxes)
@@ -156,7 +195,10 @@ class ManyRooms:
         return bool((pairwise_penetration(BoxArray.of([line]), walls) > 0.0).any())
 
     def gaps(self, points: Array) -> Array:
-        """Return the distances of points from the face of each wall, shape (m, ...); inf beyond its ends."""
+        """Return the distances of points (..., 2) from the face of each of m walls, shape (m, ...).
+
+        Inf beyond the ends of a wall.
+        """
         walls = BoxArray.of(self.floor.wall_boxes)
         flat = np.asarray(points, dtype=np.float64).reshape(-1, 2)
         local = np.abs(np.einsum("mnd,mkd->mnk", flat[None] - walls.centre[:, None], walls.axes()))
@@ -183,12 +225,13 @@ class ManyRooms:
         return _first_ahead(local, box.width / 2.0, box.depth / 2.0)
 
     def covers(self, zones: Sequence[OrientedBox]) -> NDArray[np.bool_]:
-        """Return which of n zones reach into no wall, column or open leaf, shape (n,)."""
+        """Return which of n zones lie in rooms and reach into no wall, column or open leaf, shape (n,)."""
         outlines = _outlines(BoxArray.of(zones))
-        return np.asarray((pairwise_penetration(outlines, self._solids) <= INTRUSION).all(axis=1))
+        free = (pairwise_penetration(outlines, self._solids) <= INTRUSION).all(axis=1)
+        return np.asarray(free & (self._nearest(outlines)[0] <= WEDGE))
 
     def lined(self, footprints: BoxArray, gap: float) -> float:
-        """Return the share of points on the faces of walls in rooms before which a footprint is within a gap."""
+        """Return the share of points on the faces of walls in rooms before which a footprint stands within a gap."""
         faces = [
             (*wall.point(s, side * wall.thickness / 2.0), wall.yaw, side)
             for wall in self.floor.walls
@@ -206,7 +249,10 @@ class ManyRooms:
         return float((pairwise_penetration(lines, _outlines(footprints)) > -1e-9).any(axis=1).mean())
 
     def skew(self, boxes: BoxArray) -> Array:
-        """Return the angle of n boxes to the nearest wall, or to the frame of their space if that is less."""
+        """Return the angle of n boxes to the nearest wall, or to the frame of their space if that is less.
+
+        Shape (n,), radians in [0, pi / 4].
+        """
         if not len(boxes):
             return np.zeros(0)
         walls = _outlines(BoxArray.of(self.floor.wall_boxes))
@@ -246,7 +292,7 @@ class ManyRooms:
         return inside and bool((pairwise_distance(dot, self._solids) > radius).all())
 
     def wall_poses(self, box: OrientedBox, gap: float, step: float) -> list[PlanarPose]:
-        """Return poses of a box in its space with the back to the face of a wall, wall by wall."""
+        """Return poses of a box in its space with the back to a wall at a gap, every `step` along the walls."""
         poses = []
         start, inset = gap + box.width / 2.0, gap + box.depth / 2.0
         for wall in self.floor.walls:
@@ -257,7 +303,7 @@ class ManyRooms:
         return self._free(box, poses, 0.0)
 
     def open_poses(self, box: OrientedBox, aisle: float, step: float) -> list[PlanarPose]:
-        """Return poses of a box in its space, parallel to its frame, with an aisle to every wall."""
+        """Return poses of a box in its space, parallel to its frame, with an aisle to every wall, on a grid."""
         space = self.floor.spaces[int(self.spaces(BoxArray.of([box]))[0])]
         xs = np.arange(min(r.x0 for r in space.region), max(r.x1 for r in space.region), step)
         ys = np.arange(min(r.y0 for r in space.region), max(r.y1 for r in space.region), step)
@@ -277,6 +323,11 @@ class ManyRooms:
         return [poses[row] for row in here[self.outside(inside) <= 0.0].tolist()]
 
 
+def building_of(layout: Layout) -> Building:
+    """Return the building of a layout."""
+    return Building(layout.floor)
+
+
 def swing_area(way: Doorway, space: str) -> OrientedBox:
     """Return the floor inside a doorway that stays free in a space, as a box of standing height.
 
@@ -290,6 +341,15 @@ def swing_area(way: Doorway, space: str) -> OrientedBox:
         width, depth = way.width, EGRESS_WIDTH
     x, y = x - math.sin(yaw) * depth / 2.0, y + math.cos(yaw) * depth / 2.0
     return OrientedBox(x, y, width, depth, yaw, 0.0, HEADROOM)
+
+
+def shift_inside(low: float, high: float, least: float, most: float) -> float:
+    """Return the displacement that brings [low, high] into [least, most]; to the middle if it is too long."""
+    if high - low > most - least:
+        return (least + most - low - high) / 2.0
+    if low < least:
+        return least - low
+    return most - high if high > most else 0.0
 
 
 def _outline(box: OrientedBox) -> OrientedBox:
