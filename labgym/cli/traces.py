@@ -65,8 +65,9 @@ def _recorded(source: str, profile: str, protocol: str | None) -> Trace:
     """Return the trace of the repair of a layout."""
     from labgym.envs.tasks import resolve_layout
     from labgym.layouts.repairs import repair_layout
+    from labgym.layouts.rules import rule_set
     from labgym.layouts.trace import Recorder
 
     layout, recorder = resolve_layout(source, protocol), Recorder()
-    repair_layout(layout, None if protocol is None else layout.protocol, profile, trace=recorder)
+    repair_layout(layout, None if protocol is None else layout.protocol, rule_set(profile=profile), trace=recorder)
     return recorder.trace()
