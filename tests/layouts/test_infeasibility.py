@@ -44,9 +44,9 @@ def test_a_solver_that_stops_at_its_limit_says_so_and_not_that_the_room_is_too_s
     assert "cannot hold" not in str(caught.value)
 
 
-@pytest.mark.parametrize("room", ["40x40", "20x30"])
-def test_a_large_room_is_fully_furnished(room):
-    assert generate("sub_01", 1, room).provenance.options["furnishing"] == "full"
+@pytest.mark.parametrize(("room", "rules"), [("40x40", "paper"), ("20x30", "touchstone")])
+def test_a_large_room_is_fully_furnished(room, rules):
+    assert generate("sub_01", 1, room, rules=rules).provenance.options["furnishing"] == "full"
 
 
 def test_reduced_furnishing_is_explained_by_the_command(tmp_path, capsys):
