@@ -82,6 +82,11 @@ def expected(path: str) -> dict[str, str]:
 
 def test_the_ids_are_those_of_the_documentation() -> None:
     assert IDS == [
+        "LabFloorNav-v0",
+        "LabFloorNavDepth-v0",
+        "LabFloorNavDiscrete-v0",
+        "LabFloorNavGoal-v0",
+        "LabFloorNavRGBD-v0",
         "LabNavAisle-v0",
         "LabNavCarry-v0",
         "LabNavDock-v0",
@@ -91,11 +96,6 @@ def test_the_ids_are_those_of_the_documentation() -> None:
         "LabNavPeople-v0",
         "LabNavShift-v0",
         "LabPointNav-v0",
-        "LabFloorNav-v0",
-        "LabFloorNavDepth-v0",
-        "LabFloorNavDiscrete-v0",
-        "LabFloorNavGoal-v0",
-        "LabFloorNavRGBD-v0",
         "LabProtocolNav-v0",
     ]
 
