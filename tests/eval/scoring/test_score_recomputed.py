@@ -14,7 +14,8 @@ from shapely.geometry import MultiPoint, Point, Polygon, box
 from labgym.assets import Catalog, incompatible
 from labgym.eval import score
 from labgym.geometry import OrientedBox
-from labgym.layouts import Layout, Placement, Room, generate
+from labgym.layouts import Layout, Placement, Room
+from labgym.layouts.generate import resolve_request
 from labgym.layouts.interiors import FloorProposer
 from labgym.protocols import protocols
 
@@ -24,8 +25,8 @@ CATALOG = Catalog.load()
 @pytest.fixture(scope="module", params=["sub_01", "alk_02", "red_03"])
 def shaken(request: pytest.FixtureRequest) -> Layout:
     """A generated laboratory with a third of its objects moved by centimetres to decimetres."""
-    # Of the older proposer, which assembles no apparatus: pieces of one apparatus touch, and that is no collision.
-    layout = generate(protocols()[request.param], seed=1, proposer=FloorProposer())
+    # The solver's plan, before apparatus are assembled: pieces of one apparatus touch, and that is no collision.
+    layout = FloorProposer().plan(resolve_request(protocols()[request.param], seed=1)).layout()
     rng = np.random.default_rng(7)
     return layout.replace(placements=tuple(jolted(placement, rng) for placement in layout.placements))
 
