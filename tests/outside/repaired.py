@@ -28,7 +28,7 @@ from labgym.layouts import Layout
 from labgym.layouts.combination import combination
 from labgym.layouts.moves import Place, apply, replaced
 from labgym.layouts.repairs import repair_layout
-from labgym.layouts.rules import evaluate_layout, rule_set
+from labgym.layouts.rules import evaluate_layout
 from labgym.layouts.rules.safety.hazards import water_reactive
 from labgym.layouts.rules.supplies import WET
 from labgym.paper.damage import KINDS, damaged
@@ -122,13 +122,12 @@ def spoilt(k: int, seed: int, paths: list[Path]) -> tuple[str, str, Layout, Layo
 
 def case(k: int, seed: int, paths: list[Path]) -> dict[str, Any]:
     """Return the row of a case."""
-    profile = rule_set("touchstone")
     kind, name, sound, harmed = spoilt(k, seed, paths)
     start = time.process_time()
-    result = repair_layout(harmed, profile=profile, rules="paper")
+    result = repair_layout(harmed)
     seconds = time.process_time() - start
     after = result.layout
-    judged = evaluate_layout(after, combination(after.protocols, after.catalog), profile, navigation=True)
+    judged = evaluate_layout(after, combination(after.protocols, after.catalog), navigation=True)
     found = [str(fault) for fault in faults(after.to_json())]
     return {
         "k": k,

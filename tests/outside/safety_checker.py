@@ -67,7 +67,7 @@ LOOSE = {
     "gas_cylinder",
 }
 """Subtypes of floor objects that people push or carry: they may stand askew."""
-PERSON_M, CELL_M, GRID_EXCESS = 0.25, 0.05, 1.03
+PERSON_M, CELL_M, GRID_EXCESS = 0.25, 0.025, 1.03
 """Half the width of a walking person, side of a grid cell, and how much ways over 16 neighbors overstate at most.
 
 People are narrower by 0.8 cells on each side, so that a way just as wide as they are holds cells that touch.

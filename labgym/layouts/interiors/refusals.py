@@ -62,7 +62,8 @@ def _fixed_conflicts(request: Request) -> list[str]:
         return []
     fixed = Layout(id="fixed", floor=request.floor, placements=request.fixed, catalog=request.catalog)
     assessment = evaluate_layout(fixed, None, request.rules)
-    conflicts = [f"fixed: {violation.message}" for violation in assessment.violations.items]
+    placing = (violation for violation in assessment.violations.items if violation.kind in ("bounds", "collision"))
+    conflicts = [f"fixed: {violation.message}" for violation in placing]
     issues = [issue for issue in facility.issues(facility.PLACING, assessment.site) if issue.severity == "error"]
     return conflicts + [f"fixed: {i.message}" for i in issues if i.rule in ("door_area", "keep_out", "supply")]
 

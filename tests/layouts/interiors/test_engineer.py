@@ -113,7 +113,7 @@ def test_fixed_pieces_stay_take_their_role_and_are_obstacles():
         Placement(id="old_bench", asset="IslandBench1800", position=(2.0, 3.0, 0.0), yaw=0.2),
     )
     floor = ell()
-    layout = generate("sub_01", 2, floor=floor, fixed=pieces)
+    layout = generate("sub_01", 2, floor=floor, fixed=pieces, rules="paper")
     for piece in pieces:
         placed = layout.placement(piece.id)
         assert (placed.position, placed.yaw, placed.fixed) == (piece.position, piece.yaw, True)

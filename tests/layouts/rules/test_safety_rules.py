@@ -442,6 +442,6 @@ def test_every_water_reactive_of_the_catalog_is_known_by_its_statements() -> Non
 
 
 def test_the_documentation_lists_every_rule_with_severity_limit_and_source() -> None:
-    text = (Path(__file__).parents[3] / "docs" / "metrics.md").read_text()
+    text = (Path(__file__).parents[3] / "docs" / "safety-rules.md").read_text()
     for rule in RULES:
         assert f"| `{rule.name}` | {rule.severity} | {rule.requires} | {rule.limit} | {rule.source} |" in text
