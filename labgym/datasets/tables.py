@@ -49,8 +49,8 @@ def steps_schema(observation: spaces.Dict, action: spaces.Box) -> pa.Schema:
     - `timestamp`: seconds since the start. `leg`: number of the drive in progress, 0 but in `shift`.
     - `observation.*`: what the policy may see before the action, as in the environment. `rgb` is a PNG.
     - `action`: as the environment receives it. `reward`, `terminated`, `truncated`: what it returns.
-    - `privileged.*`: what no policy may see: true pose and goal pose, (x, y, yaw) in the room frame, meters and
-      radians, before the action; whether the robot touched something during the action.
+    - `privileged.pose`, `privileged.goal`: true pose and goal pose, (x, y, yaw) in the room frame, meters and radians,
+      before the action. `privileged.contact`: whether the robot touched something during the action.
     """
     pa = arrow()
     columns = [

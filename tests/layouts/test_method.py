@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import warnings
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,9 @@ from labgym.layouts.method import Method
 from labgym.layouts.moves import Move, apply
 from labgym.layouts.proposers import PROPOSERS, make_proposer, proposer_names
 from labgym.layouts.refinement import refine_assessed
+from labgym.layouts.rules import rule_set
 from labgym.layouts.rules.objective import evaluate_layout
+from labgym.layouts.rules.rule_sets import RuleSet
 from labgym.layouts.trace import Recorder
 from labgym.protocols import protocols
 
@@ -189,3 +192,10 @@ def test_a_bad_option_of_the_command_is_one_line(
     assert err.startswith("labgym: error: ")
     assert err.count("\n") == 1
     assert expected in err
+
+
+@pytest.mark.parametrize("rules", [rule_set("touchstone"), rule_set("paper", "strict")])
+def test_workers_receive_rule_sets_by_name(rules: RuleSet) -> None:
+    data = pickle.dumps(rules)
+    assert len(data) < 2000
+    assert pickle.loads(data) == rules

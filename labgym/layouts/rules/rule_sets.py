@@ -74,6 +74,12 @@ class RuleSet:
         """Return the rule set without a term."""
         return replace(self, terms=tuple(one for one in self.terms if one.name != term))
 
+    def __reduce__(self) -> str | tuple[Any, ...]:
+        """Return what pickle stores: the name and the thresholds of a rule set of the table, so that workers get it."""
+        if self.name in RULE_SETS and replace(RULE_SETS[self.name], profile=self.profile) == self:
+            return rule_set, (self.name, self.profile)
+        return super().__reduce__()
+
 
 PAPER = RuleSet(
     name="paper",
