@@ -30,7 +30,7 @@ class AStarPolicy(Policy):
     """Plans once on the layout's map and follows the path. Privileged.
 
     It plans on the occupancy grid, with a preference for clearance. The grid refuses passages up to 15 cm wider than
-    the robot; if the grid has no path, the policy follows an exact one. If there is none either, it turns in place. In
+    the robot; if the grid has no path, the policy follows an exact one. Without an exact one, it turns in place. In
     tasks of LabNav it follows an exact path also if that of the grid is clearly longer, plans on the old map, ends at
     rest, and drives gently with a beaker.
     """
