@@ -5,9 +5,17 @@ from __future__ import annotations
 import numpy as np
 from shapely import Polygon
 
-from labgym.layouts.floor import Floor, Opening, Rectangle, Space, Wall
+from labgym.geometry import OrientedBox
+from labgym.layouts.floor import Door, Floor, Opening, Rectangle, Room, Space, Wall
+from labgym.layouts.rules.zones import door_pose
 
 THICKNESS = 0.2
+
+
+def doorway(room: Room, door: Door) -> OrientedBox:
+    """Return the opening itself as a thin box on the wall's inner face."""
+    x, y, yaw = door_pose(room, door)
+    return OrientedBox(x, y, door.width, 0.0, yaw, 0.0, door.height)
 
 
 def two_rooms(**door) -> Floor:

@@ -134,9 +134,7 @@ def _labnav_config(config: PointNavConfig, options: Mapping[str, Any]) -> tuple[
         UnknownNameError: the task has no such level.
     """
     task, level = config.drives.removeprefix(LABNAV).split("-")
-    observation = options.get("observation", config.observation)
-    if "sensors" in options:
-        observation = config.observation
+    observation = config.observation if "sensors" in options else options.get("observation", config.observation)
     own = {name: value for name, value in options.items() if name != "level"}
     if "level" not in options and observation == config.observation:
         return config, own

@@ -24,6 +24,7 @@ from labgym.layouts.floors import SPLITS, FloorDraw, Population, population_of
 from labgym.layouts.generate import generate_assessed, resolve_request
 from labgym.layouts.model import Layout
 from labgym.layouts.rules.objective import evaluate_layout
+from labgym.layouts.rules.rule_sets import PAPER
 from labgym.layouts.style import Style
 from labgym.protocols import Protocol
 
@@ -58,6 +59,9 @@ the ways: a way of 0.90 m, which the rules ask for without them, is not hard to 
 DENSITY = 1.5
 """Loose objects of a floor as a multiple of those of `labgym generate --clutter` at the same level: 1.5 per 10 square
 meters on busy floors and 3 on crowded ones (assumption: floors in daily use)."""
+MADE_UNDER = PAPER
+"""Rule set that the generator satisfies in rooms and floors of the splits; those of floors are then checked under the
+default one. Another would change training layouts."""
 CONTENT, STYLE, SCATTER = range(3)
 """Sub-streams of a seed: protocols and clutter level; style; positions of the clutter."""
 
@@ -137,7 +141,7 @@ class Place:
             InfeasibleError: the floor does not hold the protocols.
         """
         chosen = [published_protocols()[name] for name in self.protocols]
-        request = resolve_request(chosen, self.seed, None, "default", None, (), self.floor.floor)
+        request = resolve_request(chosen, self.seed, floor=self.floor.floor, rules=MADE_UNDER)
         style = Style.of(self.floor.style).varied(np.random.default_rng([self.seed, STYLE]))
         layout, _ = generate_assessed(replace(request, style=style, family=self.population.family))
         options = {**layout.provenance.options, **({} if self.development else {"place": self.name})}

@@ -22,7 +22,7 @@ from labgym.documents import Document, Record
 from labgym.errors import DocumentError, InfeasibleError, UnknownNameError
 from labgym.layouts.generate import FURNISHER, GENERATOR, generate
 from labgym.layouts.model import Layout
-from labgym.layouts.places import layout_at
+from labgym.layouts.places import MADE_UNDER, layout_at
 from labgym.layouts.rooms import PUBLISHED_PRESETS
 from labgym.layouts.rules.thresholds import Profile
 from labgym.protocols import Protocol, protocols
@@ -191,7 +191,7 @@ def make_again(entry: PublishedLayout) -> Layout:
     if entry.place is not None:
         split, _, index = entry.place.partition("/")
         return layout_at(split, int(index)).replace(id=entry.id)
-    return generate(entry.protocol, entry.seed, entry.room).replace(id=entry.id)
+    return generate(entry.protocol, entry.seed, entry.room, rules=MADE_UNDER).replace(id=entry.id)
 
 
 def publish(split: str, layouts: Sequence[Layout], folder: Path) -> Manifest:
@@ -260,7 +260,7 @@ def train_layout(
         choice = choices[int(generator.integers(len(choices)))]
         room = rooms[int(generator.integers(len(rooms)))]
         try:
-            return generate(choice, int(generator.integers(TRAIN_SEEDS)), room, profile)
+            return generate(choice, int(generator.integers(TRAIN_SEEDS)), room, profile, rules=MADE_UNDER)
         except InfeasibleError:
             attempts -= 1
             if attempts == 0:

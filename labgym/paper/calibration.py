@@ -121,7 +121,7 @@ def proposals(rates: Rates, seeds: int = SEEDS, layouts: int | None = None) -> l
 
 
 def _proposal(rates: Rates, protocol: str, seed: int, room: str) -> Proposal:
-    request = resolve_request(published_protocols()[protocol], seed, room, "default", None, ())
+    request = resolve_request(published_protocols()[protocol], seed, room, rules=PAPER)
     layout = SamplerProposer(rates).propose(request)
     absent = missing_assets(Arrangement.of(layout), request.protocol, frozenset())
     return Proposal(score(layout, contacts=False, rules=PAPER), not absent)

@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from floor_shapes import polygon_walls, two_rooms
+from floor_shapes import doorway, polygon_walls, two_rooms
 from laboratories import put
 from shapely import LineString, Point, Polygon, box, unary_union
 from shapely.affinity import rotate, translate
@@ -28,7 +28,7 @@ from labgym.layouts.rules.facility.fronts import blocked_front
 from labgym.layouts.rules.facility.showers import shower_walks
 from labgym.layouts.rules.site import Site
 from labgym.layouts.rules.thresholds import profile
-from labgym.layouts.rules.zones import INTRUSION, door_area, doorway, front_zone
+from labgym.layouts.rules.zones import INTRUSION, door_area, front_zone
 from labgym.navigation import goal_pose
 
 ROOM = Room(width=8.0, depth=6.0, doors=(Door(wall="front", offset=1.5), Door(wall="right", offset=3.0, width=1.2)))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
+from floor_shapes import doorway
 from laboratories import put
 
 from labgym.assets import Catalog
@@ -16,7 +17,7 @@ from labgym.layouts.rules import evaluate_layout, rule_set
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.facility.showers import shower_walks
 from labgym.layouts.rules.rule import FacilityIssue
-from labgym.layouts.rules.zones import door_area, doorway, front_zone
+from labgym.layouts.rules.zones import door_area, front_zone
 
 DOORS = (Door(wall="front", offset=1.2), Door(wall="left", offset=1.2))
 ROOM = Room(width=8.0, depth=8.0, doors=DOORS)

@@ -65,6 +65,11 @@ def test_a_place_gives_the_same_layout_again_and_clutter_only_adds():
     assert [protocol.id for protocol in layout.protocols] == list(place.protocols)
 
 
+def test_training_floors_do_not_follow_the_default_rule_set():
+    # The rule set touchstone gives another layout at this place.
+    assert layout_at("floors-train", 2).hash.startswith("0e84435046")
+
+
 def test_a_floor_can_be_published_and_made_again_from_its_place(tmp_path):
     layout = layout_at("floors-train", 0)
     written = splits.publish("floors-train", [layout], tmp_path)

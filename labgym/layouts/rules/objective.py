@@ -335,12 +335,12 @@ def evaluate_layout(
     arrangement = Arrangement.of(layout)
     site = Site(arrangement, protocol, rules.profile)
     bounds = tuple(fault for check in rules.bounds for fault in check(arrangement))
-    found = {term.name: tuple(term.instances(site)) for term in rules.terms}
-    basis = Assessment(rules, site, bounds, collisions(arrangement), found, navigation=navigation)
+    instances = {term.name: tuple(term.instances(site)) for term in rules.terms}
+    basis = Assessment(rules, site, bounds, collisions(arrangement), instances, navigation=navigation)
     voided = {"faulty": basis.faulty, "unusable": basis.faulty | basis.blocked}
     measured = {
-        term.name: penalised(found[term.name], voided[term.void]) if term.lowers == "satisfaction" else found[term.name]
-        for term in rules.terms
+        term.name: penalised(own, voided[term.void]) if term.lowers == "satisfaction" else own
+        for term, own in zip(rules.terms, instances.values(), strict=True)
     }
     driven = judged_drives(rules, site, earlier) if navigation else None
     return replace(basis, measured=measured, driven=driven)

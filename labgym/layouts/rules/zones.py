@@ -38,12 +38,6 @@ def door_area(room: Room, door: Door, depth: float = DOOR_AREA) -> OrientedBox:
     return OrientedBox(x, y, door_span(door), depth, yaw, 0.0, HEADROOM)
 
 
-def doorway(room: Room, door: Door) -> OrientedBox:
-    """Return the opening itself as a thin box on the wall's inner face."""
-    x, y, yaw = door_pose(room, door)
-    return OrientedBox(x, y, door.width, 0.0, yaw, 0.0, door.height)
-
-
 def door_pose(room: Room, door: Door) -> tuple[float, float, float]:
     """Return (x, y, yaw) of a doorway's middle on the wall's inner face; the yaw's front is toward the room."""
     return {

@@ -9,6 +9,7 @@ import numpy as np
 
 from labgym.errors import InfeasibleError, LabgymError
 from labgym.layouts import Layout, generate
+from labgym.layouts.rules.rule_sets import PAPER
 from labgym.paper.damage import KINDS, MAX_PIECES, Damage, damaged
 from labgym.protocols import protocols
 
@@ -75,7 +76,7 @@ def patient(case: Case, seed: int) -> Patient:
         level = CLUTTER[int(generator.integers(len(CLUTTER)))]
         number = int(generator.integers(SEED_RANGE))
         try:
-            sound = generate(name, number, family=None if place == "room" else place, clutter=level)
+            sound = generate(name, number, family=None if place == "room" else place, clutter=level, rules=PAPER)
             return Patient(place, name, number, sound, damaged(sound, case.kind, case.pieces, generator))
         except InfeasibleError:
             continue

@@ -12,7 +12,6 @@ from labgym.geometry import OrientedBox, distance, penetration
 from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.egress import WIDEST, narrow_ways
 from labgym.layouts.rules.equipment import EXTINGUISHERS
-from labgym.layouts.rules.facility.corrosives import corrosive_liquids
 from labgym.layouts.rules.facility.fronts import blocked_fronts
 from labgym.layouts.rules.regulations.clause import Measured
 from labgym.layouts.rules.regulations.premises import Premises
@@ -304,9 +303,3 @@ def flammables_outside(premises: Premises) -> list[Measured]:
     cabinets = [closed_cabinet(arrangement, row) for row in liquids]
     outside = [cabinet is None or arrangement.assets[cabinet].storage_class != "Flammable" for cabinet in cabinets]
     return [Measured("flammable liquids", float(sum(outside)))] if liquids else []
-
-
-def corrosive_heights(premises: Premises) -> list[Measured]:
-    """Height of the bottom of each liquid acid and base, meters."""
-    heights = premises.arrangement.boxes.z[:, 0]
-    return [Measured(premises.name(row), float(heights[row])) for row in corrosive_liquids(premises.arrangement)]
