@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 import labgym
-from labgym.cli.problems import EXTRAS
+from labgym.cli.problems import EXTRAS, problem_line
 
 LAYOUT = "val-fgt_04"
 HIDE = """
@@ -195,7 +195,6 @@ def test_every_package_that_is_no_dependency_has_its_extra_in_the_message():
         (350_000, ["compile", LAYOUT, "--out", "scene"]),
         (500_000, ["compile", LAYOUT, "--out", "scene"]),
         (700_000, ["compile", LAYOUT, "--out", "scene"]),
-        (900_000, ["view", LAYOUT, "--camera", "overview"]),
         (1_000_000, ["view", LAYOUT, "--camera", "overview"]),
     ],
 )
@@ -206,3 +205,14 @@ def test_little_memory_is_one_line(kilobytes, words, tmp_path):
     assert done.returncode == 2, done.stderr
     assert "not enough memory" in done.stderr
     assert "Traceback" not in done.stderr
+
+
+def test_memory_that_ends_in_the_middle_of_the_work_is_one_line_too():
+    cause = OSError("libscipy.so: failed to map segment from shared object")
+    for error in (MemoryError(), cause):
+        assert "not enough memory for labgym view" in str(problem_line(error, "labgym view"))
+    try:
+        raise ImportError("scipy") from cause
+    except ImportError as error:
+        assert "not enough memory" in str(problem_line(error, "labgym view"))
+    assert problem_line(ValueError("no"), "labgym view") is None

@@ -6,13 +6,16 @@ import sys
 from collections.abc import Sequence
 
 from labgym.cli.outcome import BAD_INPUT
-from labgym.cli.problems import problem_line
+from labgym.cli.problems import memory_problem, problem_line
 
 __all__ = ["main"]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code; an error is one line on standard error, also in its imports."""
+    if (problem := memory_problem()) is not None:
+        print(f"labgym: error: {problem}", file=sys.stderr)
+        return BAD_INPUT
     try:
         from labgym.cli import app
     except (ImportError, MemoryError, SystemError) as error:

@@ -45,6 +45,26 @@ NO_MEMORY = (
 )
 """What the system's loader says of a library for which memory is short."""
 
+LEAST_ADDRESS_SPACE_BYTES = 2**30
+"""Least limit of the address space (`ulimit -v`). Below it libraries crash in their imports (measured on 2 cores: scipy
+at 0.5 to 0.6 GB, OpenBLAS at 0.8 GB); `labgym compile` takes 0.9 GB."""
+
+
+def memory_problem() -> str | None:
+    """Return the one line that refuses a limit of the address space under which libraries crash.
+
+    None if the limit is high enough, or where the system has none.
+    """
+    try:
+        import resource
+    except ImportError:  # Windows
+        return None
+    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
+    if limit == resource.RLIM_INFINITY or limit >= LEAST_ADDRESS_SPACE_BYTES:
+        return None
+    least = LEAST_ADDRESS_SPACE_BYTES // 1024
+    return f"not enough memory for labgym: ulimit -v is {limit // 1024}, raise it to {least} or more"
+
 
 def problem_line(error: BaseException, command: str) -> str | None:
     """Return the one line of an error: the extra to install, or that memory is short; None for another cause.

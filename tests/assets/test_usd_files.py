@@ -149,7 +149,7 @@ def test_specifications_are_custom_attributes_with_their_units():
 
 
 def test_every_custom_attribute_is_in_the_documentation():
-    page = (Path(__file__).parents[2] / "docs" / "assets.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[2] / "docs" / "specifications.md").read_text(encoding="utf-8")
     names = [attribute.full_name.removeprefix("labgym:specs:") for attribute in ATTRIBUTES]
     missing = [name for name in names if f"`{name}`" not in page]
     assert missing == []

@@ -11,6 +11,7 @@ from labgym.envs import tasks
 from labgym.envs.tasks import TaskSource, goal_pair, load, resolve_layout
 from labgym.errors import InfeasibleError, OptionError, UnknownNameError
 from labgym.layouts import Layout, splits
+from labgym.layouts.rules.rule_sets import RuleSet
 from labgym.layouts.splits import published
 from labgym.protocols import Protocol, get
 
@@ -29,7 +30,8 @@ def generated(layout: Layout, monkeypatch: pytest.MonkeyPatch) -> list[tuple]:
     """The calls of the generator, which returns the layout made by hand at once."""
     calls: list[tuple] = []
 
-    def generate(protocol: Protocol, seed: int, room: str, profile: str) -> Layout:
+    def generate(protocol: Protocol, seed: int, room: str, profile: str, *, rules: RuleSet) -> Layout:
+        assert rules is splits.MADE_UNDER
         calls.append((protocol.id, seed, room, profile))
         return layout.replace(id=f"{protocol.id}-{seed}")
 
@@ -96,11 +98,11 @@ def test_training_passes_over_rooms_that_cannot_hold_a_protocol(
 ) -> None:
     easy, tries = splits.generate, []
 
-    def fussy(*request: Any) -> Layout:
+    def fussy(*request: Any, rules: RuleSet) -> Layout:
         tries.append(request)
         if len(tries) < 3:
             raise InfeasibleError("room", ["too small"], "roomy")
-        return easy(*request)
+        return easy(*request, rules=rules)
 
     monkeypatch.setattr(splits, "generate", fussy)
     assert source("train").draw(rng(), {}, fresh=True).layout.id.startswith(generated[0][0])

@@ -58,12 +58,12 @@ def test_numbers_are_spread_over_all_layouts():
 
 def test_rooms_of_a_number_are_those_of_train_layout(monkeypatch):
     calls = []
-    monkeypatch.setattr(splits, "generate", lambda *arguments: calls.append(arguments))
+    monkeypatch.setattr(splits, "generate", lambda *arguments, rules: calls.append((*arguments, rules)))
     for _ in range(2):
         TrainingRooms(profile="strict")(12)
     assert calls[0] == calls[1]
     assert calls[0][1] < splits.TRAIN_SEEDS
-    assert calls[0][3] == "strict"
+    assert calls[0][3:] == ("strict", splits.MADE_UNDER)
 
 
 def test_a_source_that_cannot_be_used_is_refused():
