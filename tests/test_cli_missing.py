@@ -211,8 +211,7 @@ def test_memory_that_ends_in_the_middle_of_the_work_is_one_line_too():
     cause = OSError("libscipy.so: failed to map segment from shared object")
     for error in (MemoryError(), cause):
         assert "not enough memory for labgym view" in str(problem_line(error, "labgym view"))
-    try:
-        raise ImportError("scipy") from cause
-    except ImportError as error:
-        assert "not enough memory" in str(problem_line(error, "labgym view"))
+    wrapped = ImportError("scipy")
+    wrapped.__cause__ = cause
+    assert "not enough memory" in str(problem_line(wrapped, "labgym view"))
     assert problem_line(ValueError("no"), "labgym view") is None
