@@ -17,7 +17,7 @@ from runs import killing
 
 WORDS = (
     *("generate", "sub_01", "red_03", "--count", "4", "--shard", "2"),
-    *("--room", "bay_small", "--rules", "paper"),
+    *("--room", "bay_small"),
 )
 
 
