@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from labgym.assets.model import Asset
 from labgym.assets.shapes.parts import Part
+from labgym.counts import check_switch, is_real
 from labgym.errors import OptionError, UnknownNameError
 
 Builder = Callable[[Asset], Iterable[Part]]
@@ -67,8 +68,8 @@ def number(asset: Asset, name: str, default: float) -> float:
         OptionError: it is not a number.
     """
     value = asset.shape.parameters.get(name, default)
-    if isinstance(value, str | bool):
-        raise OptionError(f"shape parameter {name!r} of asset {asset.name!r} must be a number, got {value!r}")
+    if not is_real(value):
+        raise OptionError(f"shape parameter {name!r} of asset {asset.name!r} is {value!r}, expected a number")
     return float(value)
 
 
@@ -84,9 +85,8 @@ def flag(asset: Asset, name: str) -> bool:
         OptionError: it is neither true nor false.
     """
     value = asset.shape.parameters.get(name, False)
-    if not isinstance(value, bool):
-        raise OptionError(f"shape parameter {name!r} of asset {asset.name!r} must be true or false, got {value!r}")
-    return value
+    check_switch(f"shape parameter {name!r} of asset {asset.name!r}", value)
+    return bool(value)
 
 
 def text(asset: Asset, name: str, default: str) -> str:
@@ -97,5 +97,5 @@ def text(asset: Asset, name: str, default: str) -> str:
     """
     value = asset.shape.parameters.get(name, default)
     if not isinstance(value, str):
-        raise OptionError(f"shape parameter {name!r} of asset {asset.name!r} must be text, got {value!r}")
+        raise OptionError(f"shape parameter {name!r} of asset {asset.name!r} is {value!r}, expected text")
     return value
