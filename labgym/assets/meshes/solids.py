@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from labgym.assets.meshes.model import Faces, Points
-from labgym.assets.shapes.tessellate import local_mesh
+from labgym.assets.shapes.parts import local_mesh
 
 _FROM_Z = {"X": (2, 0, 1), "Y": (1, 2, 0), "Z": (0, 1, 2)}
 """Which coordinate of a solid along z becomes x, y and z of one along that axis."""

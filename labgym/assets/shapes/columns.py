@@ -6,17 +6,16 @@ import math
 from collections.abc import Iterator
 
 from labgym.assets.model import Asset
-from labgym.assets.shapes.flasks import GLASS, bulb
-from labgym.assets.shapes.parts import ALONG_X, ALONG_Y, Part, block, column, cylinder, revolved, rod, sphere
+from labgym.assets.shapes.parts import ALONG_X, ALONG_Y, Part, block, column, cylinder, revolved, rod, span, sphere
 from labgym.assets.shapes.registry import count, extents, flag, shape, text
-from labgym.assets.shapes.vessels import hollow
+from labgym.assets.shapes.vessels import GLASS, bulb, hollow
 
 
 def stopcock(x: float, z: float, edge: float, size: float = 0.012) -> Iterator[Part]:
     """A tap on an upright tube at x: a glass barrel, and a key whose handle reaches `edge` along x."""
     yield cylinder(GLASS, size * 1.5, size * 2.0, (x, 0.0, z), ALONG_X)
     yield cylinder("ptfe", size * 0.75, edge - x + 0.8 * size, ((edge + x - size) / 2.0 - 0.1 * size, 0.0, z), ALONG_X)
-    yield block("abs_blue", (edge - 0.006, edge), (-size, size), (z - size * 0.4, z + size * 0.4))
+    yield block("abs_blue", (edge - 0.006, edge), span(size), span(size * 0.4, z))
 
 
 @shape("sep_funnel")
@@ -124,7 +123,7 @@ def chromatography_column(asset: Asset) -> Iterator[Part]:
         yield column(colour, 2.0 * tube - 0.003, 0.0, 0.0, (height * z, height * (z + 0.025)))
     yield column("yellow_liquid", 2.0 * tube - 0.004, 0.0, 0.0, (height * 0.585, height * 0.7))
     yield from stopcock(0.0, low * 0.5, width / 2.0, 0.010)
-    yield block("ptfe", (-width / 2.0, -0.006), (-0.004, 0.004), (low * 0.5 - 0.004, low * 0.5 + 0.004))
+    yield block("ptfe", (-width / 2.0, -0.006), span(0.004), span(0.004, low * 0.5))
 
 
 @shape("burette")
@@ -145,7 +144,7 @@ def burette(asset: Asset) -> Iterator[Part]:
         z = height * (0.16 + 0.09 * k)
         yield column("paper", 2.0 * radius + 0.0006, 0.0, 0.0, (z, z + 0.002))
     yield from stopcock(0.0, height * 0.06, width / 2.0, 0.008)
-    yield block("ptfe", (-width / 2.0, 0.0), (-0.003, 0.003), (height * 0.06 - 0.003, height * 0.06 + 0.003))
+    yield block("ptfe", (-width / 2.0, 0.0), span(0.003), span(0.003, height * 0.06))
 
 
 @shape("tube")
@@ -192,7 +191,7 @@ def schlenk_line(asset: Asset) -> Iterator[Part]:
     half, back, front = width / 2.0, -depth / 2.0, depth / 2.0
     for x in (-half + 0.08, half - 0.08):
         yield column("stainless", 0.012, x, back + 0.03, (0.0, height))
-        yield block("cast_iron", (x - 0.05, x + 0.05), (back, back + 0.10), (0.0, 0.012))
+        yield block("cast_iron", span(0.05, x), (back, back + 0.10), (0.0, 0.012))
     upper, lower, y = height * 0.84, height * 0.64, back + 0.055
     for z in (upper, lower):
         yield cylinder(GLASS, 0.028, width - 0.002, (0.0, y, z), ALONG_X)
@@ -203,11 +202,6 @@ def schlenk_line(asset: Asset) -> Iterator[Part]:
         x = (k + 0.5) / ports * (width - 0.3) - (width - 0.3) / 2.0
         yield rod(GLASS, 0.012, (x, y, upper), (x, y + 0.03, lower - 0.02))
         yield cylinder("ptfe", 0.016, 0.045, (x, y + 0.03, (upper + lower) / 2.0), ALONG_Y)
-        yield block(
-            "abs_green",
-            (x - 0.02, x + 0.02),
-            (y + 0.05, y + 0.056),
-            ((upper + lower) / 2.0 - 0.005, (upper + lower) / 2.0 + 0.005),
-        )
+        yield block("abs_green", span(0.02, x), (y + 0.05, y + 0.056), span(0.005, (upper + lower) / 2.0))
         yield rod("rubber_orange", 0.011, (x, y + 0.03, lower - 0.02), (x + 0.02, front - 0.006, 0.04))
         yield rod("rubber_orange", 0.011, (x + 0.02, front - 0.0055, 0.045), (x + 0.05, front - 0.0055, 0.006))

@@ -1,12 +1,15 @@
-"""Shapes by name, and the parameters that an asset gives them."""
+"""Shapes by name, the parameters that an asset gives them, and the shape of imported assets."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 
+import numpy as np
+
+from labgym.assets.archive import SHAPE, geometry
 from labgym.assets.model import Asset
-from labgym.assets.shapes.parts import Part
+from labgym.assets.shapes.parts import UPRIGHT, Part
 from labgym.counts import check_switch, is_real
 from labgym.errors import OptionError, UnknownNameError
 
@@ -99,3 +102,15 @@ def text(asset: Asset, name: str, default: str) -> str:
     if not isinstance(value, str):
         raise OptionError(f"shape parameter {name!r} of asset {asset.name!r} is {value!r}, expected text")
     return value
+
+
+@shape(SHAPE)
+def imported(asset: Asset) -> Iterator[Part]:
+    """One part for each material of the mesh file."""
+    for piece in geometry(asset).pieces:
+        low, high = piece.vertices.min(axis=0), piece.vertices.max(axis=0)
+        width, depth, height = (high - low).tolist()
+        x, y, z = ((low + high) / 2.0).tolist()
+        centred = np.ascontiguousarray(piece.vertices - (low + high) / 2.0)
+        centred.setflags(write=False)
+        yield Part("mesh", (width, depth, height), (x, y, z), UPRIGHT, piece.material, triangles=(centred, piece.faces))
