@@ -28,8 +28,8 @@ from labgym.assets.shapes.registry import extents, flag, shape
 @shape("balance")
 def balance(asset: Asset) -> Iterator[Part]:
     """A balance with a pan and a sloping display; `shield` puts the pan in a glass draft shield."""
-    width, depth, height = extents(asset)
-    hw, hd, shield = width / 2.0, depth / 2.0, flag(asset, "shield")
+    width, _, height, hw, hd = extents(asset)
+    shield = flag(asset, "shield")
     deck = height * 0.24 if shield else height * 0.74
     step = hd * 0.30
     yield side_profile(
@@ -63,8 +63,7 @@ def balance(asset: Asset) -> Iterator[Part]:
 @shape("microscope")
 def microscope(asset: Asset) -> Iterator[Part]:
     """A light microscope: foot with lamp, stage, objectives, inclined eyepieces."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
+    _, _, height, hw, hd = extents(asset)
     yield rounded("plastic_white", span(hw * 0.8), span(hd), (0.0, height * 0.10), 0.04)
     yield column("lamp", 0.05, 0.0, hd * 0.25, (height * 0.10, height * 0.13))
     yield rounded("plastic_white", span(hw * 0.32), (-hd, -hd * 0.45), (height * 0.10, height * 0.80), 0.02)
@@ -82,8 +81,7 @@ def microscope(asset: Asset) -> Iterator[Part]:
 @shape("mixer")
 def mixer(asset: Asset) -> Iterator[Part]:
     """A vortex mixer, or with `platform` an orbital shaker with a rubber-topped tray."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
+    width, _, height, hw, hd = extents(asset)
     if flag(asset, "platform"):
         top = height * 0.66
         yield rounded("plastic_white", span(hw), (-hd, hd - 0.010), (0.010, top), 0.02)
@@ -123,8 +121,7 @@ def mixer(asset: Asset) -> Iterator[Part]:
 @shape("overhead_stirrer")
 def overhead_stirrer(asset: Asset) -> Iterator[Part]:
     """An overhead stirrer motor with display and knob, and its chuck and shaft below."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
+    width, depth, height, hw, hd = extents(asset)
     low = height * 0.40
     yield rounded("plastic_light", span(hw), (-hd * 0.45, hd - 0.012), (low, height), 0.02)
     yield from panel_screen("screen_green", span(hw * 0.6), hd - 0.012, (height * 0.74, height * 0.90))
@@ -138,8 +135,7 @@ def overhead_stirrer(asset: Asset) -> Iterator[Part]:
 @shape("monitor")
 def monitor(asset: Asset) -> Iterator[Part]:
     """A flat screen on a stand, showing a chromatogram."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
+    _, _, height, hw, hd = extents(asset)
     low, face = height * 0.24, hd * 0.25
     yield rounded("plastic_dark", span(hw * 0.42), span(hd), (0.0, 0.012), 0.03)
     yield block("plastic_dark", span(0.035), (-hd * 0.4, -hd * 0.2), (0.012, height * 0.6))
@@ -150,8 +146,7 @@ def monitor(asset: Asset) -> Iterator[Part]:
 @shape("laptop")
 def laptop(asset: Asset) -> Iterator[Part]:
     """An open laptop, its screen leaning back."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
+    width, _, height, hw, hd = extents(asset)
     yield rounded("aluminium", span(hw), (-hd * 0.88, hd), (0.0, 0.016), 0.01)
     yield block("plastic_black", span(hw * 0.88), (-hd * 0.55, hd * 0.15), (0.016, 0.0175))
     yield block("plastic_grey", span(hw * 0.22), (hd * 0.32, hd * 0.82), (0.016, 0.0168))

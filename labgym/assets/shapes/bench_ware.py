@@ -32,9 +32,8 @@ from labgym.errors import OptionError
 @shape("rod")
 def straight_tool(asset: Asset) -> Iterator[Part]:
     """A rod or a long hand tool, standing; `horizontal` lays it along x."""
-    width, depth, height = extents(asset)
+    width, depth, height, hw, hd = extents(asset)
     material = substance(text(asset, "material", "steel"))
-    hw, hd = width / 2.0, depth / 2.0
     if flag(asset, "horizontal"):
         yield Part("capsule", (height, height, width), (0.0, 0.0, hd), ALONG_X, material)
         yield cylinder(material, height, height * 0.25, (0.0, 0.0, hd), ALONG_X)
@@ -67,7 +66,7 @@ def straight_tool(asset: Asset) -> Iterator[Part]:
 @shape("pipette")
 def pipette(asset: Asset) -> Iterator[Part]:
     """A pipette, tip down; `bulb`, `micro` and `syringe` vary it."""
-    width, depth, height = extents(asset)
+    width, depth, height, *_ = extents(asset)
     r, hw, hd = min(width, depth) / 2.0, width / 2.0, depth / 2.0
     if flag(asset, "micro"):
         yield revolved("polypropylene", [(0.001, 0.0), (0.004, height * 0.24), (0.006, height * 0.25)])
@@ -106,7 +105,7 @@ def pipette(asset: Asset) -> Iterator[Part]:
 @shape("ring")
 def ring(asset: Asset) -> Iterator[Part]:
     """A ring lying flat; `rod` gives it the arm of a retort ring."""
-    width, depth, height = extents(asset)
+    width, depth, height, *_ = extents(asset)
     material = substance(text(asset, "material", "cork"))
     outer, arm = depth / 2.0, flag(asset, "rod")
     thick = height if arm else outer * 0.42
@@ -128,8 +127,7 @@ def ring(asset: Asset) -> Iterator[Part]:
 @shape("stand")
 def stand(asset: Asset) -> Iterator[Part]:
     """A retort stand; `tripod` is a burner's tripod, `pipettes` a carousel of pipettes."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
+    width, depth, height, hw, hd = extents(asset)
     if flag(asset, "tripod"):
         outer = width / 2.0
         yield revolved(
@@ -175,8 +173,8 @@ def stand(asset: Asset) -> Iterator[Part]:
 @shape("clamp")
 def clamp(asset: Asset) -> Iterator[Part]:
     """A three-pronged clamp lying along x."""
-    width, depth, height = extents(asset)
-    hw, hd, z = width / 2.0, depth / 2.0, height / 2.0
+    width, depth, height, hw, hd = extents(asset)
+    z = height / 2.0
     yield cylinder("chrome", min(0.012, height), width * 0.62, (-hw + width * 0.31, 0.0, z), ALONG_X)
     yield block("cast_iron", (hw * 0.1, hw * 0.38), span(0.016), (0.0, height))
     yield cylinder("chrome", 0.008, depth * 0.9, (hw * 0.24, 0.0, z), ALONG_Y)
@@ -188,8 +186,7 @@ def clamp(asset: Asset) -> Iterator[Part]:
 @shape("jack")
 def jack(asset: Asset) -> Iterator[Part]:
     """A scissor lift: two plates, crossed arms, and a spindle."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
+    width, _, height, hw, hd = extents(asset)
     yield block("aluminium", span(hw), span(hd), (0.0, 0.008))
     yield block("aluminium", span(hw), span(hd), (height - 0.008, height))
     reach, rise = width * 0.78, height - 0.03
@@ -205,7 +202,7 @@ def jack(asset: Asset) -> Iterator[Part]:
 @shape("plate")
 def flat_plate(asset: Asset) -> Iterator[Part]:
     """A wire gauze: a thin square with a ceramic disc."""
-    width, depth, height = extents(asset)
+    width, depth, height, *_ = extents(asset)
     yield block(substance(text(asset, "material", "steel")), span(width / 2.0), span(depth / 2.0), (0.0, height * 0.6))
     yield column("porcelain", min(width, depth) * 0.62, 0.0, 0.0, (0.0, height))
 
@@ -213,7 +210,7 @@ def flat_plate(asset: Asset) -> Iterator[Part]:
 @shape("balloon")
 def balloon(asset: Asset) -> Iterator[Part]:
     """A gas balloon on a needle adapter, standing on its tap."""
-    width, _, height = extents(asset)
+    width, _, height, *_ = extents(asset)
     yield ellipsoid("abs_red", (width, width, height * 0.82), (0.0, 0.0, height * 0.59))
     yield revolved("abs_red", [(0.010, height * 0.12), (0.014, height * 0.16), (0.022, height * 0.22)])
     yield hollow("ptfe", [(0.0, 0.0), (0.012, 0.0), (0.008, height * 0.15)], 0.003)
@@ -239,8 +236,7 @@ def apparatus_stand(asset: Asset) -> Iterator[Part]:
     radius of the flask), `cones` of rubber (x, y, bottom, top, radii there and of the hole), `bends` of glass (x
     and z of both ends; y), `rack` (plates with holes).
     """
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
+    _, _, height, hw, hd = extents(asset)
     if flag(asset, "rack"):
         yield from _rack(asset, hw, hd)
     else:
@@ -308,7 +304,7 @@ def _block(x: float, y: float, low: float, high: float, radius: float) -> Part:
 
 def _rack(asset: Asset, hw: float, hd: float) -> Iterator[Part]:
     """A rack of two posts and two plates; every slot of the asset has a sleeve in the upper one."""
-    _, _, height = extents(asset)
+    _, _, height, *_ = extents(asset)
     top = max(fitting.z1 for fitting in asset.fittings)
     yield rounded("plastic_white", span(hw), span(hd), (0.0, height), 0.008)
     for side in (-1.0, 1.0):

@@ -25,8 +25,7 @@ from labgym.assets.shapes.parts import (
     span,
     turned,
 )
-from labgym.assets.shapes.registry import count, extents, flag, shape, text
-from labgym.errors import UnknownNameError
+from labgym.assets.shapes.registry import choice, count, extents, flag, shape, text
 
 WALLS = {"amber": "amber_glass", "clear": "borosilicate", "plastic": "polyethylene"}
 BANDS = {
@@ -55,10 +54,7 @@ def wall(asset: Asset) -> str:
     Raises:
         UnknownNameError: the shape names a glass that does not exist.
     """
-    kind = text(asset, "glass", "clear")
-    if kind not in WALLS:
-        raise UnknownNameError("glass", kind, WALLS)
-    return WALLS[kind]
+    return WALLS[choice(asset, "glass", "clear", WALLS, "glass")]
 
 
 def label(asset: Asset, radius: float, low: float, high: float) -> Iterator[Part]:
@@ -91,7 +87,7 @@ def shouldered(radius: float, neck: float, low: float, high: float) -> list[Poin
 @shape("bottle")
 def bottle(asset: Asset) -> Iterator[Part]:
     """A narrow-necked bottle; `winchester`, `dropper`, `wash` (gas wash bottle) and `spout` vary it."""
-    width, depth, height = extents(asset)
+    width, depth, height, *_ = extents(asset)
     if flag(asset, "wash"):
         yield from _gas_wash_bottle(width, depth, height)
         return
@@ -144,7 +140,7 @@ def _squeeze_bottle(radius: float, height: float) -> Iterator[Part]:
 @shape("jar")
 def jar(asset: Asset) -> Iterator[Part]:
     """A wide-mouthed jar for solids with a screw cap."""
-    width, _, height = extents(asset)
+    width, _, height, *_ = extents(asset)
     radius, cap = width / 2.0 - 0.0006, height * 0.80
     neck = radius * 0.80
     plastic = text(asset, "glass", "plastic") == "plastic"
@@ -161,7 +157,7 @@ def jar(asset: Asset) -> Iterator[Part]:
 @shape("vial")
 def vial(asset: Asset) -> Iterator[Part]:
     """A small sample vial with a screw cap."""
-    width, _, height = extents(asset)
+    width, _, height, *_ = extents(asset)
     radius, shoulder = width / 2.0, height * 0.74
     yield revolved(
         "borosilicate", [*shouldered(radius, radius * 0.7, shoulder, shoulder + 0.006), (radius * 0.7, height * 0.85)]
@@ -173,8 +169,8 @@ def vial(asset: Asset) -> Iterator[Part]:
 @shape("drum")
 def waste_canister(asset: Asset) -> Iterator[Part]:
     """A plastic canister with a handle, a label and a screw cap."""
-    width, depth, height = extents(asset)
-    hw, hd, top, body = width / 2.0, depth / 2.0, height * 0.84, coating(text(asset, "colour", "blue"))
+    _, _, height, hw, hd = extents(asset)
+    top, body = height * 0.84, coating(text(asset, "colour", "blue"))
     yield rounded(body, span(hw), (-hd, hd - 0.004), (0.0, top), 0.04)
     yield rounded(body, span(hw * 0.86), span(hd * 0.86), (top, height * 0.89), 0.04)
     yield block("paper", span(hw * 0.6), (hd - 0.005, hd - 0.003), (height * 0.25, height * 0.62))
@@ -197,7 +193,7 @@ def waste_canister(asset: Asset) -> Iterator[Part]:
 @shape("rack")
 def rack(asset: Asset) -> Iterator[Part]:
     """A rack: for test tubes by default, with `bottles` for reagent bottles, with `pegs` a drying rack for a wall."""
-    width, depth, height = extents(asset)
+    width, depth, height, *_ = extents(asset)
     if "pegs" in asset.shape.parameters:
         yield from _peg_board(width, depth, height, count(asset, "pegs", 48))
     elif flag(asset, "bottles"):
@@ -269,8 +265,7 @@ def _peg_board(width: float, depth: float, height: float, pegs: int) -> Iterator
 @shape("box")
 def plain_box(asset: Asset) -> Iterator[Part]:
     """A box, packet or strip; `keyboard`, `sockets` and `dispenser` vary it."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
+    width, depth, height, hw, hd = extents(asset)
     body = coating(text(asset, "colour", "white"))
     if flag(asset, "keyboard"):
         yield from _keyboard(hw, hd, height)

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from labgym.assets.model import Asset
-from labgym.assets.shapes.fixtures import lines
+from labgym.assets.shapes.fixtures import frame, lines
 from labgym.assets.shapes.parts import (
     ALONG_X,
     ALONG_Y,
@@ -28,13 +28,12 @@ from labgym.assets.shapes.registry import count, extents, flag, shape
 @shape("door")
 def door(asset: Asset) -> Iterator[Part]:
     """A door with a glass panel, a kick plate and a lever."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
-    frame, leaf = 0.06, (-hd, hd - 0.02)
-    for x in ((-hw, -hw + frame), (hw - frame, hw)):
+    _, _, height, hw, hd = extents(asset)
+    jamb, leaf = 0.06, (-hd, hd - 0.02)
+    for x in ((-hw, -hw + jamb), (hw - jamb, hw)):
         yield block("door_frame", x, span(hd), (0.0, height))
-    yield block("door_frame", span(hw - frame), span(hd), (height - frame, height))
-    yield block("door_leaf", span(hw - frame), leaf, (0.005, height - frame))
+    yield block("door_frame", span(hw - jamb), span(hd), (height - jamb, height))
+    yield block("door_leaf", span(hw - jamb), leaf, (0.005, height - jamb))
     yield block(
         "window_glass", (hw * 0.15, hw * 0.60), (leaf[1] - 0.001, leaf[1] + 0.002), (height * 0.45, height * 0.85)
     )
@@ -45,8 +44,8 @@ def door(asset: Asset) -> Iterator[Part]:
 @shape("window")
 def window(asset: Asset) -> Iterator[Part]:
     """A two-casement window with daylight behind the panes, and a sill."""
-    width, depth, height = extents(asset)
-    hw, hd, rail = width / 2.0, depth / 2.0, 0.05
+    _, _, height, hw, hd = extents(asset)
+    rail = 0.05
     y = (-hd, hd - 0.04)
     for x in ((-hw, -hw + rail), (-rail / 2.0, rail / 2.0), (hw - rail, hw)):
         yield block("plastic_white", x, y, (0.03, height))
@@ -61,16 +60,14 @@ def window(asset: Asset) -> Iterator[Part]:
 @shape("whiteboard")
 def whiteboard(asset: Asset) -> Iterator[Part]:
     """A whiteboard with writing and a pen tray, or with `cork` a notice board with papers."""
-    width, depth, height = extents(asset)
-    hw, hd, rail = width / 2.0, depth / 2.0, 0.018
+    width, _, height, hw, hd = extents(asset)
+    rail = 0.018
     cork = flag(asset, "cork")
-    frame = "oak" if cork else "aluminium"
     face = hd - (0.006 if cork else 0.012)
     yield block("cork" if cork else "paper", span(hw - rail), (-hd, face), (rail, height - rail))
-    for x in ((-hw, -hw + rail), (hw - rail, hw)):
-        yield block(frame, x, (-hd, hd - (0.0 if cork else 0.008)), (0.0, height))
-    for z in ((0.0, rail), (height - rail, height)):
-        yield block(frame, span(hw - rail), (-hd, hd - (0.0 if cork else 0.008)), z)
+    yield from frame(
+        "oak" if cork else "aluminium", span(hw), (-hd, hd - (0.0 if cork else 0.008)), (0.0, height), rail
+    )
     if cork:
         papers = (
             (-0.62, 0.62, "paper"),
@@ -103,7 +100,7 @@ def whiteboard(asset: Asset) -> Iterator[Part]:
 @shape("clock")
 def clock(asset: Asset) -> Iterator[Part]:
     """A round wall clock at ten past ten."""
-    width, depth, height = extents(asset)
+    width, depth, height, *_ = extents(asset)
     hd, z = depth / 2.0, height / 2.0
     yield cylinder("plastic_black", min(width, height), depth - 0.006, (0.0, -0.003, z), ALONG_Y)
     yield cylinder("paper", min(width, height) * 0.90, depth - 0.004, (0.0, -0.002, z), ALONG_Y)
@@ -122,8 +119,7 @@ def clock(asset: Asset) -> Iterator[Part]:
 @shape("coat_hooks")
 def coat_hooks(asset: Asset) -> Iterator[Part]:
     """A board of coat hooks."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
+    width, _, height, hw, hd = extents(asset)
     yield block("oak", span(hw), (-hd, -hd + 0.018), (0.02, height))
     hooks = count(asset, "hooks", 6)
     for k in range(hooks):
@@ -136,7 +132,7 @@ def coat_hooks(asset: Asset) -> Iterator[Part]:
 @shape("robot")
 def robot(asset: Asset) -> Iterator[Part]:
     """A mobile manipulator at rest: a round base, a column, a folded arm."""
-    width, depth, height = extents(asset)
+    width, depth, height, *_ = extents(asset)
     radius = min(width, depth) / 2.0
     yield rounded("plastic_dark", span(width / 2.0), span(depth / 2.0), (0.03, 0.10), radius * 0.7)
     yield rounded("plastic_white", span(width * 0.48), span(depth * 0.48), (0.10, 0.34), radius * 0.7)
@@ -158,12 +154,8 @@ def robot(asset: Asset) -> Iterator[Part]:
 @shape("glass_screen")
 def glass_screen(asset: Asset) -> Iterator[Part]:
     """A sheet of glass that stands on the floor; `frame` gives it a metal frame."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
+    _, _, height, hw, hd = extents(asset)
     rail = 0.04 if flag(asset, "frame") else 0.0
     if rail:
-        for x in ((-hw, -hw + rail), (hw - rail, hw)):
-            yield block("stainless", x, span(hd), (0.0, height))
-        for z in ((0.0, rail), (height - rail, height)):
-            yield block("stainless", span(hw - rail), span(hd), z)
+        yield from frame("stainless", span(hw), span(hd), (0.0, height), rail)
     yield block("window_glass", span(hw - rail), span(hd), (rail, height - rail))

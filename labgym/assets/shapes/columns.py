@@ -21,7 +21,7 @@ def stopcock(x: float, z: float, edge: float, size: float = 0.012) -> Iterator[P
 @shape("sep_funnel")
 def separatory_funnel(asset: Asset) -> Iterator[Part]:
     """A pear-shaped separatory funnel with stopper, stopcock, and two layers inside."""
-    width, depth, height = extents(asset)
+    width, depth, height, *_ = extents(asset)
     radius, stem = depth / 2.0, 0.0045
     x, middle, tap = -width / 2.0 + radius, height * 0.66, height * 0.24
     shoulder = bulb(radius, middle, math.pi / 2.0, math.pi - 0.32, 6)
@@ -44,7 +44,7 @@ def separatory_funnel(asset: Asset) -> Iterator[Part]:
 @shape("dropping_funnel")
 def dropping_funnel(asset: Asset) -> Iterator[Part]:
     """A cylindrical addition funnel with a pressure-equalising arm."""
-    width, depth, height = extents(asset)
+    width, depth, height, *_ = extents(asset)
     radius, arm = depth / 2.0, 0.007
     x, edge = -width / 2.0 + depth / 2.0, width / 2.0 - arm / 2.0
     low, high = height * 0.42, height * 0.86
@@ -60,7 +60,7 @@ def dropping_funnel(asset: Asset) -> Iterator[Part]:
 @shape("condenser")
 def condenser(asset: Asset) -> Iterator[Part]:
     """A water condenser: a jacket round an inner tube, straight or with bulbs, and two hose barbs."""
-    width, depth, height = extents(asset)
+    width, depth, height, *_ = extents(asset)
     radius = depth / 2.0
     low, high = height * 0.14, height * 0.90
     jacket = [
@@ -85,7 +85,7 @@ def condenser(asset: Asset) -> Iterator[Part]:
 @shape("adapter")
 def adapter(asset: Asset) -> Iterator[Part]:
     """A glass adapter: an upright joint and a sloping side arm; `trap` adds a graduated trap under the arm."""
-    width, depth, height = extents(asset)
+    width, depth, height, *_ = extents(asset)
     r = depth / 2.0
     x, end = -width / 2.0 + r, width / 2.0 - r
     main = [(r * 0.62, 0.0), (r * 0.8, height * 0.25), (r * 0.5, height * 0.3), (r * 0.5, height * 0.78)]
@@ -111,7 +111,7 @@ def adapter(asset: Asset) -> Iterator[Part]:
 @shape("column")
 def chromatography_column(asset: Asset) -> Iterator[Part]:
     """A chromatography column with a reservoir; packed with sorbent and two colored bands."""
-    width, depth, height = extents(asset)
+    width, depth, height, *_ = extents(asset)
     radius, tube = depth / 2.0, depth * 0.34
     low = height * 0.16
     top = height - 0.022
@@ -129,7 +129,7 @@ def chromatography_column(asset: Asset) -> Iterator[Part]:
 @shape("burette")
 def burette(asset: Asset) -> Iterator[Part]:
     """A burette: a long graduated tube over a stopcock."""
-    width, depth, height = extents(asset)
+    width, depth, height, *_ = extents(asset)
     radius = 0.0065
     outline = [
         (0.0015, 0.0),
@@ -150,7 +150,7 @@ def burette(asset: Asset) -> Iterator[Part]:
 @shape("tube")
 def tube(asset: Asset) -> Iterator[Part]:
     """A round-bottomed tube; `cap`, `arms` (a cold trap), `bulb` (a drying tube) vary it."""
-    width, depth, height = extents(asset)
+    width, depth, height, *_ = extents(asset)
     radius = depth / 2.0
     if flag(asset, "bulb"):
         yield from _drying_tube(width, radius, height)
@@ -187,7 +187,7 @@ def _drying_tube(width: float, radius: float, height: float) -> Iterator[Part]:
 @shape("schlenk_line")
 def schlenk_line(asset: Asset) -> Iterator[Part]:
     """A double manifold with taps on a frame: one tube of inert gas, one of vacuum."""
-    width, depth, height = extents(asset)
+    width, depth, height, *_ = extents(asset)
     half, back, front = width / 2.0, -depth / 2.0, depth / 2.0
     for x in (-half + 0.08, half - 0.08):
         yield column("stainless", 0.012, x, back + 0.03, (0.0, height))

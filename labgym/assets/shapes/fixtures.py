@@ -39,6 +39,14 @@ def castors(x: float, y: float, height: float) -> Iterator[Part]:
             yield column("galvanised", 0.03, sx * x, sy * y, (wheel, height))
 
 
+def frame(material: str, x: Point, y: Point, z: Point, rail: float) -> Iterator[Part]:
+    """A rectangular frame: two stiles of the full height, and two rails between them."""
+    for stile in ((x[0], x[0] + rail), (x[1] - rail, x[1])):
+        yield block(material, stile, y, z)
+    for level in ((z[0], z[0] + rail), (z[1] - rail, z[1])):
+        yield block(material, (x[0] + rail, x[1] - rail), y, level)
+
+
 def knob(material: str, diameter: float, x: float, y: float, front: float, z: float) -> Iterator[Part]:
     """A round knob on a front at y, reaching `front`, with a pointer."""
     middle = y + 0.8 * (front - y)

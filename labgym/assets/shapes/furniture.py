@@ -12,8 +12,7 @@ from labgym.assets.shapes.fixtures import castors, drawer_handle
 from labgym.assets.shapes.joints import DRAWER_DEPTH_M, DRAWER_RIM_SHARE, door, drawer, hidden, moving
 from labgym.assets.shapes.materials import coating
 from labgym.assets.shapes.parts import Part, Point, block, column, rod, rounded, span, tube
-from labgym.assets.shapes.registry import count, extents, flag, shape, text
-from labgym.errors import UnknownNameError
+from labgym.assets.shapes.registry import choice, count, extents, flag, shape, text
 
 TOP_M = 0.034
 """Thickness of a worktop, meters."""
@@ -25,7 +24,15 @@ GAP_M = 0.004
 
 
 def cupboards(
-    x: Point, y: float, top: float, units: int, depth: float, side: float = 1.0, prefix: str = "", end: float = math.inf
+    x: Point,
+    y: float,
+    top: float,
+    units: int,
+    depth: float,
+    *,
+    side: float = 1.0,
+    prefix: str = "",
+    end: float = math.inf,
 ) -> Iterator[Part]:
     """Doors under drawers on a front at y that looks along `side` * y; handles reach 22 mm further.
 
@@ -68,7 +75,7 @@ def cupboards(
                 yield from pulled_out(name, panel, (left, right), front, z, min(DRAWER_DEPTH_M, depth), side)
             else:
                 leaf = (left, right), (y, front), z
-                yield from moving(door(name, "cupboard door", *leaf, "high" if k % 2 else "low", side), panel)
+                yield from moving(door(name, "cupboard door", leaf, "high" if k % 2 else "low", side), panel)
             yield from hidden(recess((left, right), y, z, side))
 
 
@@ -115,8 +122,7 @@ def worktop(width: float, depth: float, height: float, material: str = "epoxy_wh
 @shape("bench")
 def bench(asset: Asset) -> Iterator[Part]:
     """A laboratory bench: worktop over cupboards, or a steel frame; `casters` and `stone` vary it."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
+    width, depth, height, hw, hd = extents(asset)
     doors = count(asset, "doors", 2)
     if flag(asset, "stone"):
         yield from _balance_table(width, depth, height)
@@ -180,8 +186,7 @@ def _balance_table(width: float, depth: float, height: float) -> Iterator[Part]:
 @shape("island")
 def island(asset: Asset) -> Iterator[Part]:
     """A double-sided island: cupboards to both sides, a worktop with two colored edges."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
+    _, _, height, hw, hd = extents(asset)
     yield block("epoxy_white", span(hw), span(hd - 0.006), (height - TOP_M, height))
     front = hd - OVERHANG_M - 0.018
     yield block("laminate_grey", span(hw - 0.012), span(front), (KICK_M, height - TOP_M))
@@ -189,7 +194,9 @@ def island(asset: Asset) -> Iterator[Part]:
     for side in (-1.0, 1.0):
         yield block("edge_blue", span(hw), (side * (hd - 0.006), side * hd), (height - TOP_M, height))
         units, prefix = count(asset, "doors", 4), "front_" if side > 0.0 else "back_"
-        yield from cupboards(span(hw - 0.012), side * front, height - TOP_M, units, front - 0.02, side, prefix)
+        yield from cupboards(
+            span(hw - 0.012), side * front, height - TOP_M, units, front - 0.02, side=side, prefix=prefix
+        )
         yield block(
             "laminate_white", (side * (hw - 0.012), side * (hw - 0.002)), span(front), (KICK_M, height - TOP_M - GAP_M)
         )
@@ -198,8 +205,7 @@ def island(asset: Asset) -> Iterator[Part]:
 @shape("desk")
 def desk(asset: Asset) -> Iterator[Part]:
     """A write-up desk: an oak top over two pedestals of drawers."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
+    width, depth, height, hw, hd = extents(asset)
     yield rounded("oak", span(hw), span(hd), (height - 0.03, height), 0.02)
     pedestal = width * 0.32
     for side in (-1.0, 1.0):
@@ -254,8 +260,7 @@ TAP_M = 0.32
 @shape("sink_bench")
 def sink_bench(asset: Asset) -> Iterator[Part]:
     """A bench with a bowl let into its right part and a gooseneck tap; `hand` is a hand-wash basin."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
+    width, depth, height, hw, hd = extents(asset)
     if flag(asset, "hand"):
         yield from _hand_basin(width, depth, height)
         return
@@ -315,13 +320,9 @@ def modular_bench(asset: Asset) -> Iterator[Part]:
     Parameters: `top`; `front`, a color or oak; `support`: plinth, legs at the corners, or frame (C-shaped feet);
     `doors`, the number of units along each worked side; `double`.
     """
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
-    top, support = text(asset, "top", "white"), text(asset, "support", "plinth")
-    if top not in TOPS:
-        raise UnknownNameError("worktop", top, TOPS)
-    if support not in SUPPORTS:
-        raise UnknownNameError("support of a bench", support, SUPPORTS)
+    _, _, height, hw, hd = extents(asset)
+    top = choice(asset, "top", "white", TOPS, "worktop")
+    support = choice(asset, "support", "plinth", SUPPORTS, "support of a bench")
     yield block(TOPS[top], span(hw), span(hd), (height - TOP_M, height))
     double = flag(asset, "double")
     low = KICK_M if support == "plinth" else CLEARANCE_M

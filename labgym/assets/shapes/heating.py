@@ -24,16 +24,15 @@ from labgym.assets.shapes.parts import (
     tube,
     turned,
 )
-from labgym.assets.shapes.registry import extents, flag, shape, text
+from labgym.assets.shapes.registry import choice, extents, flag, shape
 from labgym.assets.shapes.vessels import bulb, hollow
-from labgym.errors import UnknownNameError
 
 
 @shape("hotplate")
 def hotplate(asset: Asset) -> Iterator[Part]:
     """A magnetic stirrer with a plate behind a sloping control panel; `heating` gives it two knobs and a display."""
-    width, depth, height = extents(asset)
-    hw, hd, heated = width / 2.0, depth / 2.0, flag(asset, "heating")
+    width, depth, height, hw, hd = extents(asset)
+    heated = flag(asset, "heating")
     low = height * 0.36
     outline = [(-hd, 0.006), (hd, 0.006), (hd, low), (hd * 0.42, height * 0.80), (-hd, height * 0.80)]
     yield side_profile("plastic_light", outline, span(hw))
@@ -56,7 +55,7 @@ def hotplate(asset: Asset) -> Iterator[Part]:
 @shape("mantle")
 def heating_mantle(asset: Asset) -> Iterator[Part]:
     """A heating mantle: a round housing with a woven nest, and a knob in front."""
-    width, depth, height = extents(asset)
+    width, depth, height, *_ = extents(asset)
     radius = width / 2.0
     body = radius * 0.90
     housing = [(radius, 0.0), (radius, 0.012), (body, 0.022), (body, height * 0.8), (body * 0.95, height)]
@@ -81,11 +80,8 @@ CONTENTS = {
 @shape("bath")
 def bath(asset: Asset) -> Iterator[Part]:
     """A bath of oil, water, sand or ice; `controller` gives it a housing with a display, `dewar` a vacuum wall."""
-    width, depth, height = extents(asset)
-    hw, hd, content = width / 2.0, depth / 2.0, text(asset, "content", "water")
-    if content not in CONTENTS:
-        raise UnknownNameError("bath content", content, CONTENTS)
-    filling, vessel = CONTENTS[content]
+    width, _, height, hw, hd = extents(asset)
+    filling, vessel = CONTENTS[choice(asset, "content", "water", CONTENTS, "bath content")]
     if not flag(asset, "controller"):
         yield from _round_bath(width / 2.0, height, filling, "cabinet_blue" if flag(asset, "dewar") else vessel)
         return
@@ -135,7 +131,7 @@ def _round_bath(radius: float, height: float, filling: str, shell: str) -> Itera
 @shape("gun")
 def heat_gun(asset: Asset) -> Iterator[Part]:
     """A heat gun on its foot: barrel along x, nozzle to +x, handle below."""
-    width, depth, height = extents(asset)
+    width, depth, height, *_ = extents(asset)
     hw, r = width / 2.0, depth / 2.0
     axis = height - r
     yield cylinder("abs_blue", depth, width * 0.5, (-hw + width * 0.25, 0.0, axis), ALONG_X)
@@ -152,7 +148,7 @@ def heat_gun(asset: Asset) -> Iterator[Part]:
 @shape("burner")
 def burner(asset: Asset) -> Iterator[Part]:
     """A Bunsen burner with a small blue flame, or without `gas` an alcohol lamp."""
-    width, depth, height = extents(asset)
+    width, depth, height, *_ = extents(asset)
     radius = width / 2.0
     flame = [(height * 0.02, height * 0.80), (height * 0.05, height * 0.86), (0.0, height)]
     if flag(asset, "gas"):
@@ -174,8 +170,7 @@ def burner(asset: Asset) -> Iterator[Part]:
 @shape("oven")
 def oven(asset: Asset) -> Iterator[Part]:
     """A drying oven: a door with a window and a bar handle under a control strip; `round_window` is a vacuum oven."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
+    _, _, height, hw, hd = extents(asset)
     face = hd - 0.028
     yield rounded("powder_white", span(hw), (-hd, face - 0.02), (0.025, height), 0.012)
     yield from feet(hw * 0.85, hd * 0.8, 0.025)
@@ -185,7 +180,7 @@ def oven(asset: Asset) -> Iterator[Part]:
     for x in (-hw * 0.7, hw * 0.7):
         yield from knob("plastic_light", 0.035, x, face, face + 0.018, (strip + height) / 2.0 + 0.003)
     leaf = (-hw + 0.006, hw - 0.006), (face - 0.02, face), (0.04, strip)
-    joint = door("door", "appliance door", *leaf, "low")
+    joint = door("door", "appliance door", leaf, "low")
     yield from moving(joint, [rounded("powder_white", *leaf, 0.008)])
     yield from moving(joint, _oven_window(asset, face))
     yield from moving(joint, _oven_handle(hw * 0.84, face, hd, height))
@@ -194,7 +189,7 @@ def oven(asset: Asset) -> Iterator[Part]:
 
 
 def _oven_window(asset: Asset, face: float) -> Iterator[Part]:
-    width, _, height = extents(asset)
+    width, _, height, *_ = extents(asset)
     hw = width / 2.0
     if flag(asset, "round_window"):
         size = min(width, height) * 0.42
@@ -215,8 +210,8 @@ def _oven_handle(x: float, face: float, front: float, height: float) -> Iterator
 @shape("furnace")
 def muffle_furnace(asset: Asset) -> Iterator[Part]:
     """A muffle furnace: an insulated box with a lift door over a control base, and a flue."""
-    width, depth, height = extents(asset)
-    hw, hd, base, top = width / 2.0, depth / 2.0, height * 0.26, height - 0.04
+    width, _, height, hw, hd = extents(asset)
+    base, top = height * 0.26, height - 0.04
     yield rounded("powder_grey", span(hw), (-hd, hd - 0.05), (0.0, base), 0.012)
     yield rounded("powder_white", span(hw), (-hd, hd - 0.06), (base + 0.006, top), 0.02)
     yield block("plastic_dark", span(hw * 0.9), (hd - 0.05, hd - 0.046), (base * 0.2, base * 0.85))
@@ -233,8 +228,7 @@ def muffle_furnace(asset: Asset) -> Iterator[Part]:
 @shape("rotavap")
 def rotary_evaporator(asset: Asset) -> Iterator[Part]:
     """A rotary evaporator: tower, tilted flask over a heated bath, upright condenser, receiving flask."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
+    _, _, height, hw, hd = extents(asset)
     yield rounded("plastic_white", span(hw), span(hd), (0.0, 0.05), 0.03)
     yield block("plastic_dark", span(hw * 0.25), (hd - 0.012, hd - 0.004), (0.012, 0.045))
     yield block("screen", span(hw * 0.14), (hd - 0.005, hd - 0.001), (0.016, 0.042))

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from labgym.assets.model import Asset, Cavity
-from labgym.assets.shapes.fixtures import diamond, drawer_handle, knob, panel_screen
+from labgym.assets.shapes.fixtures import diamond, drawer_handle, frame, knob, panel_screen
 from labgym.assets.shapes.furniture import GAP_M, KICK_M, recess
 from labgym.assets.shapes.joints import door, hidden, moving, sash
 from labgym.assets.shapes.materials import coating
@@ -26,19 +26,16 @@ from labgym.assets.shapes.parts import (
     span,
     sphere,
 )
-from labgym.assets.shapes.registry import count, extents, flag, number, shape, text
+from labgym.assets.shapes.registry import choice, count, extents, flag, number, shape, text
 from labgym.assets.shapes.storage import cavity
-from labgym.errors import UnknownNameError
 
 
 @shape("fume_hood")
 def fume_hood(asset: Asset) -> Iterator[Part]:
     """A fume hood with a raised sash, a dark lined inside, an airfoil sill and posts; `walk_in` opens to the floor."""
     hollow = cavity(asset)
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
-    x0, x1 = hollow.x - hollow.width / 2.0, hollow.x + hollow.width / 2.0
-    back, front = hollow.y - hollow.depth / 2.0, hollow.y + hollow.depth / 2.0
+    _, _, height, hw, hd = extents(asset)
+    x0, x1, back, front = hollow.edges
     post = hd - 0.03
     for x in ((-hw, x0 - LINING_M), (x1 + LINING_M, hw)):
         yield rounded("powder_grey", x, (front - 0.06, post), (hollow.z0, hollow.z1), 0.012)
@@ -111,7 +108,7 @@ def _base(hw: float, hd: float, top: float) -> Iterator[Part]:
         ]
         if hazard:
             leaf += diamond("flammable", 0.14, left + pitch / 2.0, face, (KICK_M + crown) / 2.0)
-        yield from moving(door(f"door_{k + 1}", "cupboard door", x, y, z, "high" if k % 2 else "low"), leaf)
+        yield from moving(door(f"door_{k + 1}", "cupboard door", (x, y, z), "high" if k % 2 else "low"), leaf)
         yield from hidden(recess(x, face - 0.02, z))
 
 
@@ -129,10 +126,8 @@ def _services(right: float, left: float, y: float, edge: float, low: float) -> I
 def glove_box(asset: Asset) -> Iterator[Part]:
     """A glove box on a stand: a sloping look, a window with glove ports, gloves inside, an antechamber at the side."""
     hollow = cavity(asset)
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
-    x0, x1 = hollow.x - hollow.width / 2.0, hollow.x + hollow.width / 2.0
-    back, front = hollow.y - hollow.depth / 2.0, hollow.y + hollow.depth / 2.0
+    _, depth, height, hw, hd = extents(asset)
+    x0, x1, back, front = hollow.edges
     left, right, face = -hw, min(x1 + (x0 + hw), hw), hd - 0.03
     yield block("stainless", (left, right), (-hd, face), (hollow.z0 - 0.05, hollow.z0))
     yield block("stainless", (left, right), (-hd, face), (hollow.z1, hollow.z1 + 0.05))
@@ -154,10 +149,7 @@ def glove_box(asset: Asset) -> Iterator[Part]:
 
 def _window(x0: float, x1: float, front: float, face: float, low: float, high: float) -> Iterator[Part]:
     rail = 0.035
-    for x in ((x0, x0 + rail), (x1 - rail, x1)):
-        yield block("powder_dark", x, (front + 0.004, face), (low, high))
-    for z in ((low, low + rail), (high - rail, high)):
-        yield block("powder_dark", (x0 + rail, x1 - rail), (front + 0.004, face), z)
+    yield from frame("powder_dark", (x0, x1), (front + 0.004, face), (low, high), rail)
     yield block("sash_glass", (x0 + rail, x1 - rail), (front + 0.012, front + 0.020), (low + rail, high - rail))
 
 
@@ -196,8 +188,7 @@ def _stand(left: float, right: float, hw: float, hd: float, top: float) -> Itera
 @shape("arm")
 def exhaust_arm(asset: Asset) -> Iterator[Part]:
     """An extraction arm on a wall: two jointed tubes along y with a bell at the end."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
+    _, _, height, hw, hd = extents(asset)
     yield block("powder_grey", span(hw), (-hd, -hd + 0.03), (height * 0.30, height * 0.80))
     bore, bell = 0.075, min(0.12, hw)
     elbow, end = (0.0, 0.0, height - bore / 2.0 - 0.02), (0.0, hd - bell, height * 0.5)
@@ -228,11 +219,10 @@ def modular_hood(asset: Asset) -> Iterator[Part]:
     by side) or framed (a grid of bars); `opening`, the height of the sash above the floor of the hood; `base`:
     cupboards, drawers or open (a frame with a shelf).
     """
-    width, depth, height = extents(asset)
-    hollow, hw, hd = cavity(asset), width / 2.0, depth / 2.0
+    _, _, height, hw, hd = extents(asset)
+    hollow = cavity(asset)
     casing, trim = coating(text(asset, "colour", "white")), coating(text(asset, "trim", "grey"))
-    x0, x1 = hollow.x - hollow.width / 2.0, hollow.x + hollow.width / 2.0
-    back, front = hollow.y - hollow.depth / 2.0, hollow.y + hollow.depth / 2.0
+    x0, x1, back, front = hollow.edges
     post = hd - REVEAL_M
     for x in ((-hw, x0 - LINING_M), (x1 + LINING_M, hw)):
         yield block(casing, x, (-hd, post), (hollow.z0, hollow.z1))
@@ -243,8 +233,10 @@ def modular_hood(asset: Asset) -> Iterator[Part]:
     yield column("galvanised", 0.25, 0.0, -0.05, (height - 0.06, height))
     yield block(trim, span(hw), (post, post + 0.012), (hollow.z1 + 0.02, hollow.z1 + 0.12))
     yield from panel_screen("screen_green", (hw - 0.24, hw - 0.12), post, (hollow.z1 + 0.14, hollow.z1 + 0.19))
-    yield from _panes(text(asset, "sash", "vertical"), hollow, front, hollow.z0 + number(asset, "opening", 0.46))
-    yield from _underframe(text(asset, "base", "cupboards"), trim, (hw, hd), hollow.z0)
+    yield from _panes(
+        choice(asset, "sash", "vertical", SASHES, "sash"), hollow, front, hollow.z0 + number(asset, "opening", 0.46)
+    )
+    yield from _underframe(choice(asset, "base", "cupboards", BASES, "base of a hood"), trim, (hw, hd), hollow.z0)
     for k, colour in enumerate(("abs_green", "safety_yellow", "abs_blue")):
         yield from knob(colour, 0.036, (x1 + hw) / 2.0, post, hd, hollow.z0 + 0.16 + 0.09 * k)
     yield block("plastic_white", span(0.03, (x0 - hw) / 2.0), (post, post + 0.01),
@@ -252,14 +244,9 @@ def modular_hood(asset: Asset) -> Iterator[Part]:
 
 
 def _panes(kind: str, hollow: Cavity, front: float, low: float) -> Iterator[Part]:
-    """Panes above the opening.
-
-    Raises:
-        UnknownNameError: there is no such sash.
-    """
-    if kind not in SASHES:
-        raise UnknownNameError("sash", kind, SASHES)
-    x0, x1, high = hollow.x - hollow.width / 2.0, hollow.x + hollow.width / 2.0, hollow.z1
+    """Panes above the opening."""
+    x0, x1, _, _ = hollow.edges
+    high = hollow.z1
     yield block("sash_glass", (x0, x1), (front + 0.010, front + 0.015), (low + 0.03, high))
     yield block("aluminium", (x0, x1), (front + 0.004, front + 0.022), (low, low + 0.035))
     bars = {"vertical": (), "sliding": (0.5,), "framed": (0.25, 0.5, 0.75)}[kind]
@@ -272,13 +259,7 @@ def _panes(kind: str, hollow: Cavity, front: float, low: float) -> Iterator[Part
 
 
 def _underframe(kind: str, trim: str, half: Point, top: float) -> Iterator[Part]:
-    """The part below the worktop.
-
-    Raises:
-        UnknownNameError: there is no such base.
-    """
-    if kind not in BASES:
-        raise UnknownNameError("base of a hood", kind, BASES)
+    """The part below the worktop."""
     hw, hd = half
     yield block("phenolic_black", span(hw), span(hd), (top - 0.04, top))
     face, crown = hd - 0.05, top - 0.04

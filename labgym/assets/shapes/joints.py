@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Literal
 from labgym.geometry import OrientedBox
 
 if TYPE_CHECKING:
-    from labgym.assets.shapes.parts import Part, Point, Vector
+    from labgym.assets.shapes.parts import Part, Point, Spans, Vector
 
 SWING_RAD = math.radians(110.0)
 """Angle to which doors of furniture open: concealed hinges of 110 degrees, the usual kind."""
@@ -134,25 +134,19 @@ def drawer(name: str, x: Point, front: float, z: Point, depth: float, side: floa
 
 
 def door(
-    name: str,
-    kind: str,
-    x: Point,
-    y: Point,
-    z: Point,
-    hinge: Literal["low", "high"],
-    side: float = 1.0,
-    closes: bool = False,
+    name: str, kind: str, leaf: Spans, hinge: Literal["low", "high"], side: float = 1.0, closes: bool = False
 ) -> Joint:
     """Return the joint of a door that is hinged on the edge of its outer face.
 
     Args:
         kind: name in `MECHANISMS`.
-        x, z: spans of the leaf. y: inner and outer face.
+        leaf: its ends along x, y (inner and outer face) and z.
         hinge: the end of x that is hinged.
         side: 1 if it opens toward +y, -1 toward -y.
         closes: whether it closes the asset's hollow.
     """
     mechanism = MECHANISMS[kind]
+    x, y, z = leaf
     width, height = x[1] - x[0], z[1] - z[0]
     turn = side if hinge == "low" else -side
     box = OrientedBox((x[0] + x[1]) / 2.0, (y[0] + y[1]) / 2.0, width, abs(y[1] - y[0]), 0.0, z[0], z[1])

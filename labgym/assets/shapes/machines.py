@@ -28,8 +28,7 @@ from labgym.assets.shapes.vessels import bulb, hollow
 @shape("pump")
 def pump(asset: Asset) -> Iterator[Part]:
     """A diaphragm pump with a solvent flask, or with `oil` a rotary vane pump lying along x."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
+    width, depth, height, hw, hd = extents(asset)
     if flag(asset, "oil"):
         barrel = min(depth, height * 0.72)
         yield block("cast_iron", span(hw), span(hd), (0.012, 0.03))
@@ -61,8 +60,7 @@ def pump(asset: Asset) -> Iterator[Part]:
 @shape("chiller")
 def chiller(asset: Asset) -> Iterator[Part]:
     """A recirculating chiller; `bath` gives it an open bath, `taps` makes it a water aspirator."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
+    width, depth, height, hw, hd = extents(asset)
     if flag(asset, "taps"):
         yield from _aspirator(width, depth, height)
         return
@@ -104,8 +102,8 @@ def _aspirator(width: float, depth: float, height: float) -> Iterator[Part]:
 @shape("centrifuge")
 def centrifuge(asset: Asset) -> Iterator[Part]:
     """A bench centrifuge: a sloping panel under a round lid."""
-    width, depth, height = extents(asset)
-    hw, hd, deck = width / 2.0, depth / 2.0, height * 0.86
+    width, depth, height, hw, hd = extents(asset)
+    deck = height * 0.86
     face = hd - 0.006
     yield side_profile(
         "plastic_white", [(-hd, 0.014), (face, 0.014), (face, height * 0.28), (hd * 0.62, deck), (-hd, deck)], span(hw)
@@ -145,8 +143,7 @@ def solvent_bottles(x: Point, y: float, z: float, height: float, amount: int) ->
 @shape("chromatograph")
 def chromatograph(asset: Asset) -> Iterator[Part]:
     """A stack of modules; `bottles` on top, `screen` and `columns` in front, `trolley` next to a mass spectrometer."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
+    width, depth, height, hw, hd = extents(asset)
     if flag(asset, "trolley"):
         yield from _on_trolley(width, depth, height, count(asset, "modules", 4))
         return
@@ -234,8 +231,7 @@ def _on_trolley(width: float, depth: float, height: float, modules: int) -> Iter
 @shape("nmr")
 def magnet(asset: Asset) -> Iterator[Part]:
     """A superconducting magnet on three legs, or a benchtop spectrometer."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
+    _, _, height, hw, hd = extents(asset)
     if flag(asset, "benchtop"):
         yield rounded("plastic_white", span(hw), (-hd, hd - FACE_M), (0.015, height * 0.93), 0.07)
         yield from feet(hw * 0.7, hd * 0.7, 0.015)
@@ -278,8 +274,7 @@ def magnet(asset: Asset) -> Iterator[Part]:
 @shape("reactor")
 def jacketed_reactor(asset: Asset) -> Iterator[Part]:
     """A jacketed glass reactor in a wheeled steel frame, with a stirrer motor and a bottom valve."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
+    _, _, height, hw, hd = extents(asset)
     yield from castors(hw - 0.04, hd - 0.04, 0.08)
     for sx in (-1.0, 1.0):
         yield block("stainless", (sx * hw, sx * (hw - 0.03)), span(hd), (0.08, 0.11))

@@ -18,6 +18,8 @@ Array = NDArray[np.float64]
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 Point = tuple[float, float]
+Spans = tuple[Point, Point, Point]
+"""Ends of a box along x, y and z, meters."""
 Primitive = Literal["box", "cylinder", "sphere", "ellipsoid", "capsule", "revolve", "prism", "mesh"]
 Triangles = tuple[Array, NDArray[np.int64]]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +14,7 @@ from labgym.counts import check_switch, is_real
 from labgym.errors import OptionError, UnknownNameError
 
 Builder = Callable[[Asset], Iterable[Part]]
+Extents = tuple[float, float, float, float, float]
 
 SHAPES: dict[str, Builder] = {}
 """Builder of each shape name."""
@@ -59,9 +60,10 @@ def _inverted(part: Part, height: float) -> Part:
     return replace(part, position=(x, -y, height - z), quaternion=(-b, a, -d, c))
 
 
-def extents(asset: Asset) -> tuple[float, float, float]:
-    """Return width, depth and height of an asset's bounding box."""
-    return asset.size.width, asset.size.depth, asset.size.height
+def extents(asset: Asset) -> Extents:
+    """Return width, depth and height of an asset's bounding box, half its width and half its depth, meters."""
+    width, depth = asset.size.width, asset.size.depth
+    return width, depth, asset.size.height, width / 2.0, depth / 2.0
 
 
 def number(asset: Asset, name: str, default: float) -> float:
@@ -90,6 +92,22 @@ def flag(asset: Asset, name: str) -> bool:
     value = asset.shape.parameters.get(name, False)
     check_switch(f"shape parameter {name!r} of asset {asset.name!r}", value)
     return bool(value)
+
+
+def choice(asset: Asset, name: str, default: str, words: Collection[str], kind: str) -> str:
+    """Return a shape parameter that is one of some words.
+
+    Args:
+        kind: what the parameter names, for the error.
+
+    Raises:
+        UnknownNameError: it is another word.
+        OptionError: it is not text.
+    """
+    word = text(asset, name, default)
+    if word not in words:
+        raise UnknownNameError(kind, word, words)
+    return word
 
 
 def text(asset: Asset, name: str, default: str) -> str:

@@ -27,7 +27,7 @@ from labgym.assets.shapes.vessels import hollow
 @shape("eyewash")
 def eyewash(asset: Asset) -> Iterator[Part]:
     """A pedestal eyewash: a green bowl with two nozzles, a push plate, a sign."""
-    width, depth, height = extents(asset)
+    width, depth, height, *_ = extents(asset)
     radius, rim = min(width, depth) / 2.0, height - 0.14
     yield column("powder_grey", radius * 1.3, 0.0, 0.0, (0.0, 0.02))
     yield column("signal_green", 0.06, 0.0, 0.0, (0.02, rim - 0.10))
@@ -47,8 +47,7 @@ def eyewash(asset: Asset) -> Iterator[Part]:
 @shape("shower")
 def emergency_shower(asset: Asset) -> Iterator[Part]:
     """An emergency shower: a green stand pipe, a yellow shower head over a hatched mat, a pull rod, an eye bowl."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
+    width, _, height, hw, hd = extents(asset)
     pipe, y = 0.05, -hd + 0.06
     yield block("safety_yellow", span(hw), span(hd), (0.0, 0.008))
     for k in range(5):
@@ -90,8 +89,7 @@ def emergency_shower(asset: Asset) -> Iterator[Part]:
 @shape("extinguisher")
 def extinguisher(asset: Asset) -> Iterator[Part]:
     """A fire extinguisher with a label, a lever, and a hose or, with `horn`, a discharge horn."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
+    _, _, height, hw, hd = extents(asset)
     body, horn = coating(text(asset, "colour", "red")), flag(asset, "horn")
     radius = hd if horn else min(hw, hd)
     x = -hw + radius if horn else 0.0
@@ -126,8 +124,7 @@ def extinguisher(asset: Asset) -> Iterator[Part]:
 @shape("kit")
 def kit(asset: Asset) -> Iterator[Part]:
     """A case on a wall; `sign` "cross" marks first aid, otherwise it is a fire blanket with pull tabs."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
+    width, _, height, hw, hd = extents(asset)
     body = coating(text(asset, "colour", "white"))
     first_aid = text(asset, "sign", "") == "cross"
     inset, top = (0.001, height - 0.003) if first_aid else (0.0, height)
@@ -149,8 +146,7 @@ def kit(asset: Asset) -> Iterator[Part]:
 @shape("sign")
 def sign(asset: Asset) -> Iterator[Part]:
     """A safety sign: a warning triangle over lines of print."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
+    width, _, height, hw, hd = extents(asset)
     face = hd - 0.0024
     yield block("paper", span(hw), (-hd, face), (0.0, height))
     yield block("safety_yellow", span(hw * 0.94), (face - 0.001, face + 0.0004), (height * 0.36, height * 0.98))
@@ -161,8 +157,7 @@ def sign(asset: Asset) -> Iterator[Part]:
 @shape("exit_sign")
 def exit_sign(asset: Asset) -> Iterator[Part]:
     """A green plate with a white door, a walking figure and an arrow toward the door."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
+    _, _, height, hw, hd = extents(asset)
     face, print_ = hd - 0.002, (hd - 0.002, hd)
     yield block("plastic_white", span(hw), (-hd, hd - 0.006), (0.0, height))
     yield block("signal_green", span(hw - 0.006), (hd - 0.006, face), (0.006, height - 0.006))

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from labgym.assets.model import SHELL, Asset, Cavity
-from labgym.assets.shapes.fixtures import bar_handle, diamond, gauge, knob, lines, louvres, panel_screen
+from labgym.assets.shapes.fixtures import bar_handle, diamond, frame, gauge, knob, lines, louvres, panel_screen
 from labgym.assets.shapes.joints import Joint, door, moving
 from labgym.assets.shapes.materials import coating, substance
-from labgym.assets.shapes.parts import ALONG_Y, Part, band, block, column, cylinder, revolved, rod, rounded, span
+from labgym.assets.shapes.parts import ALONG_Y, Part, Spans, band, block, column, cylinder, revolved, rod, rounded, span
 from labgym.assets.shapes.registry import count, extents, flag, shape, text
 from labgym.errors import OptionError
 
@@ -33,10 +33,10 @@ def cavity(asset: Asset) -> Cavity:
 
 def carcass(asset: Asset, material: str, lining: str | None = None, front: float | None = None) -> Iterator[Part]:
     """Sides, back, floor, top and shelves round an asset's hollow, up to `front` along y."""
-    width, depth, height = extents(asset)
-    hw, hd, hollow = width / 2.0, depth / 2.0, cavity(asset)
-    x0, x1 = hollow.x - hollow.width / 2.0, hollow.x + hollow.width / 2.0
-    back, face = hollow.y - hollow.depth / 2.0, hd if front is None else front
+    _, _, height, hw, hd = extents(asset)
+    hollow = cavity(asset)
+    x0, x1, back, inner = hollow.edges
+    face = hd if front is None else front
     yield block(material, span(hw), (-hd, face), (hollow.z1, height))
     yield block(material, (-hw, x0), (-hd, face), (0.0, hollow.z1))
     yield block(material, (x1, hw), (-hd, face), (0.0, hollow.z1))
@@ -44,15 +44,13 @@ def carcass(asset: Asset, material: str, lining: str | None = None, front: float
     yield block(lining or material, (x0, x1), (back, face), (hollow.z0 - min(SHELL, hollow.z0), hollow.z0))
     for surface in asset.surfaces:
         if hollow.z0 + SHELL < surface.z < hollow.z1:
-            inner = hollow.y + hollow.depth / 2.0
             yield block(lining or material, (x0, x1), (back, inner - 0.004), (surface.z - SHELL, surface.z))
 
 
 @shape("cabinet")
 def cabinet(asset: Asset) -> Iterator[Part]:
     """A chemicals cabinet with one or two doors, handles, vents and a hazard diamond; `glass` glazes the doors."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
+    width, _, height, hw, hd = extents(asset)
     colour = coating(text(asset, "colour", "grey"))
     hollow = cavity(asset)
     face = hd - HANDLE_M
@@ -68,9 +66,8 @@ def cabinet(asset: Asset) -> Iterator[Part]:
         # Two doors meet in the middle; a single one opens at its left edge as seen from the front.
         left = doors == 2 and k == 0
         kind = "glazed door" if glazed else "cabinet door"
-        joint = door(f"door_{k + 1}", kind, x, y, z, "low" if left else "high", closes=True)
-        leaf = glazed_door(colour, x, y, z) if glazed else _plain_door(colour, x, y, z, low)
-        yield from moving(joint, leaf)
+        joint = door(f"door_{k + 1}", kind, (x, y, z), "low" if left else "high", closes=True)
+        yield from moving(joint, glazed_door(colour, (x, y, z)) if glazed else _plain_door(colour, (x, y, z), low))
         edge = x[1] - 0.035 if left else x[0] + 0.035
         yield from moving(joint, _grip(edge, face, hd, height))
         joints.append(joint)
@@ -78,10 +75,9 @@ def cabinet(asset: Asset) -> Iterator[Part]:
         yield from _hazard_front(asset, text(asset, "sign", "warning"), joints, face)
 
 
-def _plain_door(
-    material: str, x: tuple[float, float], y: tuple[float, float], z: tuple[float, float], low: float
-) -> Iterator[Part]:
+def _plain_door(material: str, leaf: Spans, low: float) -> Iterator[Part]:
     """A plain door with vents above a height."""
+    x, y, z = leaf
     middle = (x[0] + x[1]) / 2.0
     yield block(material, x, y, z)
     yield from louvres(span(0.06, middle), y[1], (low + 0.03, low + 0.07), 3)
@@ -95,7 +91,7 @@ def _grip(edge: float, face: float, front: float, height: float) -> Iterator[Par
 
 
 def _hazard_front(asset: Asset, symbol: str, joints: Sequence[Joint], face: float) -> Iterator[Part]:
-    width, _, height = extents(asset)
+    width, _, height, *_ = extents(asset)
     doors = len(joints)
     size = min(0.24, 0.42 * width / doors, 0.34 * height)
     for k, joint in enumerate(joints):
@@ -108,15 +104,10 @@ def _hazard_front(asset: Asset, symbol: str, joints: Sequence[Joint], face: floa
     yield from moving(joints[0], [label, *lines(plate * 0.86, 0.04, 2, x, face + 0.001, z)])
 
 
-def glazed_door(
-    material: str, x: tuple[float, float], y: tuple[float, float], z: tuple[float, float]
-) -> Iterator[Part]:
+def glazed_door(material: str, leaf: Spans) -> Iterator[Part]:
     """A framed door with a pane."""
-    rail = 0.045
-    yield block(material, (x[0], x[0] + rail), y, z)
-    yield block(material, (x[1] - rail, x[1]), y, z)
-    yield block(material, (x[0] + rail, x[1] - rail), y, (z[0], z[0] + rail))
-    yield block(material, (x[0] + rail, x[1] - rail), y, (z[1] - rail, z[1]))
+    (x, y, z), rail = leaf, 0.045
+    yield from frame(material, x, y, z, rail)
     middle = (y[0] + y[1]) / 2.0
     yield block("sash_glass", (x[0] + rail, x[1] - rail), span(0.001, middle), (z[0] + rail, z[1] - rail))
 
@@ -124,16 +115,16 @@ def glazed_door(
 @shape("wall_cabinet")
 def wall_cabinet(asset: Asset) -> Iterator[Part]:
     """A wall cupboard with glazed doors."""
-    width, depth, height = extents(asset)
-    hw, hd, face = width / 2.0, depth / 2.0, depth / 2.0 - HANDLE_M
+    width, _, height, hw, hd = extents(asset)
+    face = hd - HANDLE_M
     yield from carcass(asset, "laminate_grey", "laminate_white", face - LEAF_M)
     doors = count(asset, "doors", 2)
     pitch = width / doors
     for k in range(doors):
         x = (-hw + k * pitch + 0.003, -hw + (k + 1) * pitch - 0.003)
         y, z = (face - LEAF_M, face), (0.004, height - 0.004)
-        joint = door(f"door_{k + 1}", "glazed door", x, y, z, "high" if k % 2 else "low", closes=True)
-        yield from moving(joint, glazed_door("laminate_white", x, y, z))
+        joint = door(f"door_{k + 1}", "glazed door", (x, y, z), "high" if k % 2 else "low", closes=True)
+        yield from moving(joint, glazed_door("laminate_white", (x, y, z)))
         edge = x[1] - 0.022 if k % 2 == 0 else x[0] + 0.022
         yield from moving(joint, bar_handle(edge, face, hd, (0.06, 0.18)))
 
@@ -141,11 +132,11 @@ def wall_cabinet(asset: Asset) -> Iterator[Part]:
 @shape("gas_cabinet")
 def gas_cabinet(asset: Asset) -> Iterator[Part]:
     """A ventilated cylinder cabinet: a door with a wired window, a duct collar on top."""
-    width, depth, height = extents(asset)
-    hw, hd, hollow = width / 2.0, depth / 2.0, cavity(asset)
+    width, depth, height, hw, hd = extents(asset)
+    hollow = cavity(asset)
     colour, face = coating(text(asset, "colour", "grey")), depth / 2.0 - HANDLE_M
     roof = height - 0.04
-    x0, x1, back = hollow.x - hollow.width / 2.0, hollow.x + hollow.width / 2.0, hollow.y - hollow.depth / 2.0
+    x0, x1, back, _ = hollow.edges
     yield block(colour, span(hw), (-hd, face - LEAF_M), (hollow.z1, roof))
     for side in ((-hw, x0), (x1, hw)):
         yield block(colour, side, (-hd, face - LEAF_M), (0.0, hollow.z1))
@@ -160,21 +151,20 @@ def gas_cabinet(asset: Asset) -> Iterator[Part]:
         *louvres(span(hw * 0.6), face, (0.10, 0.24), 6),
         *diamond("warning", 0.16, 0.0, face, height * 0.50),
     ]
-    yield from moving(door("door", "cabinet door", x, y, z, "high", closes=True), leaf)
+    yield from moving(door("door", "cabinet door", (x, y, z), "high", closes=True), leaf)
 
 
 @shape("fridge")
 def fridge(asset: Asset) -> Iterator[Part]:
     """A refrigerator, freezer or ice machine with one door."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
+    width, depth, height, hw, hd = extents(asset)
     face = hd - 0.035
     if flag(asset, "ice"):
         yield from _ice_machine(width, depth, height)
         return
     freezer, hollow = flag(asset, "freezer"), cavity(asset)
     body = "powder_white"
-    inner = max(face - 0.05, hollow.y + hollow.depth / 2.0)
+    inner = max(face - 0.05, hollow.edges[3])
     yield from carcass(asset, body, "plastic_light", inner)
     base = min(0.12, hollow.z0 * 0.8)
     yield block("powder_dark", span(hw - 0.001), (inner - 0.002, face - 0.02), (0.0, base))
@@ -182,9 +172,9 @@ def fridge(asset: Asset) -> Iterator[Part]:
     z = (base + 0.006, height - (0.16 if freezer else 0.10 if height > 1.0 else 0.07))
     yield block("plastic_light", span(hw), (inner, face - 0.01), (z[1] + 0.006, height))
     yield from panel_screen("screen", span(0.07), face - 0.01, (z[1] + 0.022, height - 0.016))
-    joint = door("door", "appliance door", span(hw), (inner, face), z, "high", closes=True)
+    joint = door("door", "appliance door", (span(hw), (inner, face), z), "high", closes=True)
     if flag(asset, "glass_door"):
-        yield from moving(joint, glazed_door("powder_grey", (-hw + 0.002, hw - 0.002), (inner, face), z))
+        yield from moving(joint, glazed_door("powder_grey", (span(hw - 0.002), (inner, face), z)))
         yield block("lamp", span(hw * 0.6), (hollow.y, hollow.y + 0.03), (hollow.z1 - 0.008, hollow.z1 - 0.001))
     else:
         yield from moving(joint, [rounded(body, span(hw), (inner, face), z, 0.012)])
@@ -213,11 +203,11 @@ def _ice_machine(width: float, depth: float, height: float) -> Iterator[Part]:
 @shape("shelf")
 def shelf(asset: Asset) -> Iterator[Part]:
     """Open shelving of steel or wood, standing on a floor or bench or hung on a wall."""
-    width, depth, height = extents(asset)
-    hw, hd, hollow = width / 2.0, depth / 2.0, cavity(asset)
+    _, _, height, hw, hd = extents(asset)
+    hollow = cavity(asset)
     steel = text(asset, "material", "steel") == "steel"
     board, frame = ("laminate_white", "powder_grey") if steel else (substance("wood"), "powder_dark")
-    x0, x1, back = hollow.x - hollow.width / 2.0, hollow.x + hollow.width / 2.0, hollow.y - hollow.depth / 2.0
+    x0, x1, back, _ = hollow.edges
     for x in ((-hw, x0), (x1, hw)):
         yield block(frame, x, span(hd), (0.0, height))
     # On a bench's middle it is looked through from behind.
@@ -235,8 +225,8 @@ def shelf(asset: Asset) -> Iterator[Part]:
 @shape("bin")
 def waste_bin(asset: Asset) -> Iterator[Part]:
     """A waste bin: a tapering box, with `lid` a pedal bin with a hazard mark."""
-    width, depth, height = extents(asset)
-    hw, hd, lid = width / 2.0, depth / 2.0, flag(asset, "lid")
+    width, _, height, hw, hd = extents(asset)
+    lid = flag(asset, "lid")
     colour = coating(text(asset, "colour", "grey"))
     top = height * 0.88 if lid else height
     if not lid:
@@ -255,9 +245,9 @@ def waste_bin(asset: Asset) -> Iterator[Part]:
 @shape("waste_station")
 def waste_station(asset: Asset) -> Iterator[Part]:
     """A waste bay: a steel tray with shelves, canister bays and a top board."""
-    width, depth, height = extents(asset)
-    hw, hd, hollow = width / 2.0, depth / 2.0, cavity(asset)
-    back, x0, x1 = hollow.y - hollow.depth / 2.0, hollow.x - hollow.width / 2.0, hollow.x + hollow.width / 2.0
+    _, _, height, hw, hd = extents(asset)
+    hollow = cavity(asset)
+    x0, x1, back, _ = hollow.edges
     for x in ((-hw, x0), (x1, hw)):
         yield block("powder_grey", x, span(hd), (0.0, height))
     yield block("powder_grey", (x0, x1), (-hd, back), (0.0, height))
@@ -277,7 +267,7 @@ BODIES = {"black": "gas_grey", "green": "gas_red", "grey": "gas_grey"}
 @shape("gas_cylinder")
 def gas_cylinder(asset: Asset) -> Iterator[Part]:
     """A gas cylinder: colored shoulder, valve with handwheel, regulator with two gauges, label."""
-    width, _, height = extents(asset)
+    width, _, height, *_ = extents(asset)
     radius, colour = width / 2.0, text(asset, "colour", "grey")
     body, shoulder = BODIES.get(colour, "gas_grey"), SHOULDERS.get(colour, "gas_grey")
     straight, neck = height * 0.80, height * 0.90

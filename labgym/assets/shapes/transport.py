@@ -20,8 +20,7 @@ from labgym.assets.shapes.parts import (
     side_profile,
     span,
 )
-from labgym.assets.shapes.registry import count, extents, flag, shape, text
-from labgym.errors import UnknownNameError
+from labgym.assets.shapes.registry import choice, count, extents, flag, shape, text
 
 TROLLEY_CASTOR_M = 0.12
 """Height of a trolley's castors, meters."""
@@ -34,8 +33,8 @@ TUBE_M = 0.022
 @shape("trolley")
 def trolley(asset: Asset) -> Iterator[Part]:
     """A service trolley: trays with rails between four tubes, on castors."""
-    width, depth, height = extents(asset)
-    hw, hd, half = width / 2.0, depth / 2.0, TUBE_M / 2.0
+    _, _, height, hw, hd = extents(asset)
+    half = TUBE_M / 2.0
     yield from castors(hw - 0.05, hd - 0.05, TROLLEY_CASTOR_M)
     for sx in (-1.0, 1.0):
         for sy in (-1.0, 1.0):
@@ -54,8 +53,7 @@ def trolley(asset: Asset) -> Iterator[Part]:
 @shape("cylinder_trolley")
 def cylinder_trolley(asset: Asset) -> Iterator[Part]:
     """A gas cylinder strapped to a two-wheeled trolley."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
+    _, _, height, hw, hd = extents(asset)
     wheel, radius = 0.25, 0.115
     y, back = hd - radius - 0.01, hd - 2.0 * radius - 0.03
     for sign in (-1.0, 1.0):
@@ -82,8 +80,8 @@ def cylinder_trolley(asset: Asset) -> Iterator[Part]:
 @shape("carton")
 def carton(asset: Asset) -> Iterator[Part]:
     """A closed cardboard box with tape along its flaps and a label."""
-    width, depth, height = extents(asset)
-    hw, hd, tape = width / 2.0, depth / 2.0, 0.001
+    width, _, height, hw, hd = extents(asset)
+    tape = 0.001
     yield block("cardboard", span(hw), (-hd, hd - tape), (0.0, height - tape))
     yield block("oil", span(hw), span(0.025), (height - tape, height))
     yield block("paper", (-0.3 * width, 0.0), (hd - tape, hd), (0.55 * height, 0.8 * height))
@@ -92,7 +90,7 @@ def carton(asset: Asset) -> Iterator[Part]:
 @shape("steel_drum")
 def steel_drum(asset: Asset) -> Iterator[Part]:
     """A steel drum with rims, two rolling hoops and bungs."""
-    width, _, height = extents(asset)
+    width, _, height, *_ = extents(asset)
     rim, radius = width / 2.0, width / 2.0 - 0.008
     colour = coating(text(asset, "colour", "blue"))
     profile = [(rim, 0.0), (rim, 0.015), (radius, 0.02)]
@@ -113,8 +111,8 @@ def steel_drum(asset: Asset) -> Iterator[Part]:
 @shape("pallet_truck")
 def pallet_truck(asset: Asset) -> Iterator[Part]:
     """A hand pallet truck: two forks, a pump on steered wheels, an upright handle; the forks point along +y."""
-    width, depth, height = extents(asset)
-    hw, hd, fork = width / 2.0, depth / 2.0, 0.16
+    _, _, height, hw, hd = extents(asset)
+    fork = 0.16
     heel = -hd + 0.36
     for sign in (-1.0, 1.0):
         x = sign * hw, sign * (hw - fork)
@@ -134,8 +132,7 @@ def pallet_truck(asset: Asset) -> Iterator[Part]:
 @shape("floor_sign")
 def floor_sign(asset: Asset) -> Iterator[Part]:
     """A folding sign that warns of a wet floor: two plates that lean against each other."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
+    _, _, height, hw, hd = extents(asset)
     thick = 0.012
     for sign in (-1.0, 1.0):
         outline = [(sign * (hd - thick), 0.0), (sign * hd, 0.0), (sign * thick, height), (0.0, height)]
@@ -151,7 +148,7 @@ def floor_sign(asset: Asset) -> Iterator[Part]:
 @shape("stool")
 def stool(asset: Asset) -> Iterator[Part]:
     """A round stool on a five-star base with a foot ring."""
-    width, _, height = extents(asset)
+    width, _, height, *_ = extents(asset)
     r = width / 2.0
     yield revolved(
         "seat", [(r * 0.74, height - 0.05), (r * 0.80, height - 0.03), (r * 0.78, height - 0.006), (r * 0.6, height)]
@@ -200,11 +197,9 @@ def modular_stool(asset: Asset) -> Iterator[Part]:
     Parameters: `colour` of the seat; `base`: star (on castors), legs or sled (two runners); `back`, with a backrest;
     `round`, a round seat in place of a square one. `seat`, the height of the seat as a share of the total height.
     """
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
-    seat, base = coating(text(asset, "colour", "blue")), text(asset, "base", "star")
-    if base not in STOOL_BASES:
-        raise UnknownNameError("base of a stool", base, STOOL_BASES)
+    _, _, height, hw, hd = extents(asset)
+    seat = coating(text(asset, "colour", "blue"))
+    base = choice(asset, "base", "star", STOOL_BASES, "base of a stool")
     back = flag(asset, "back")
     level = 0.62 * height if back else height
     if flag(asset, "round"):
@@ -248,8 +243,7 @@ def modular_trolley(asset: Asset) -> Iterator[Part]:
     Parameters: `trays`; `tray`: steel, wood or a color; `frame`, a color; `closed`, with panels on three sides;
     `handle`, a bar at one end.
     """
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
+    _, _, height, hw, hd = extents(asset)
     word = text(asset, "tray", "steel")
     tray = TRAYS[word] if word in TRAYS else coating(word)
     frame, post = coating(text(asset, "frame", "grey")), 0.03

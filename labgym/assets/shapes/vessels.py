@@ -43,7 +43,7 @@ def bulb(radius: float, centre: float, start: float, end: float, steps: int = 8)
 @shape("round_flask")
 def round_flask(asset: Asset) -> Iterator[Part]:
     """A round-bottomed flask with one to three necks; `pear`, `sidearm` and `long_neck` vary it."""
-    width, depth, height = extents(asset)
+    width, depth, height, *_ = extents(asset)
     necks, arm = count(asset, "necks", 1), flag(asset, "sidearm")
     radius = depth / 2.0
     x = -width / 2.0 + radius if necks == 2 or arm else 0.0
@@ -109,7 +109,7 @@ def conical(radius: float, neck: float, height: float) -> tuple[list[Point], lis
 @shape("erlenmeyer")
 def erlenmeyer(asset: Asset) -> Iterator[Part]:
     """A conical flask."""
-    width, _, height = extents(asset)
+    width, _, height, *_ = extents(asset)
     body, liquid = conical(width / 2.0, width * 0.19, height)
     yield revolved(GLASS, body)
     yield revolved("blue_liquid", liquid)
@@ -118,7 +118,7 @@ def erlenmeyer(asset: Asset) -> Iterator[Part]:
 @shape("filter_flask")
 def filter_flask(asset: Asset) -> Iterator[Part]:
     """A thick conical flask with a hose barb and a rubber cone on its mouth."""
-    width, depth, height = extents(asset)
+    width, depth, height, *_ = extents(asset)
     radius = depth / 2.0
     x, z = -width / 2.0 + radius, height * 0.80
     body, liquid = conical(radius, radius * 0.36, height)
@@ -145,7 +145,7 @@ def hollow(
 @shape("beaker")
 def beaker(asset: Asset) -> Iterator[Part]:
     """A beaker with some liquid; `lid` makes it a development chamber, `dewar` a silvered vacuum vessel."""
-    width, _, height = extents(asset)
+    width, _, height, *_ = extents(asset)
     radius = width / 2.0
     if flag(asset, "dewar"):
         yield hollow("cabinet_blue", [(0.0, 0.0), (radius - 0.0005, 0.0), (radius - 0.0005, height * 0.88)], 0.008)
@@ -183,7 +183,7 @@ def beaker(asset: Asset) -> Iterator[Part]:
 @shape("cylinder_measure")
 def measuring_cylinder(asset: Asset) -> Iterator[Part]:
     """A measuring cylinder on a hexagonal foot, with graduations."""
-    width, _, height = extents(asset)
+    width, _, height, *_ = extents(asset)
     radius = width * 0.25
     side = width / 2.0
     # A regular hexagon would miss the box in depth; a cut-cornered square reaches all sides.
@@ -208,7 +208,7 @@ def measuring_cylinder(asset: Asset) -> Iterator[Part]:
 @shape("dish")
 def dish(asset: Asset) -> Iterator[Part]:
     """A shallow vessel; `lid`, `pestle` and `desiccator` vary it."""
-    width, _, height = extents(asset)
+    width, _, height, *_ = extents(asset)
     radius, kind = width / 2.0, text(asset, "material", "glass")
     material = substance(kind)
     if flag(asset, "desiccator"):
@@ -252,7 +252,7 @@ def _desiccator(radius: float, height: float) -> Iterator[Part]:
 @shape("funnel")
 def funnel(asset: Asset) -> Iterator[Part]:
     """A conical funnel, its stem down."""
-    width, _, height = extents(asset)
+    width, _, height, *_ = extents(asset)
     radius, stem = width / 2.0, max(0.0035, width * 0.06)
     cone = [(stem * 0.8, 0.0), (stem, height - radius * 1.55), (radius, height - 0.003), (radius, height)]
     yield hollow(substance(text(asset, "material", "glass")), cone, 0.0016, pierced=True)
@@ -261,7 +261,7 @@ def funnel(asset: Asset) -> Iterator[Part]:
 @shape("buchner")
 def buchner(asset: Asset) -> Iterator[Part]:
     """A filter funnel: a straight bowl with a plate or frit, over a conical stem."""
-    width, _, height = extents(asset)
+    width, _, height, *_ = extents(asset)
     radius, kind = width / 2.0, text(asset, "material", "porcelain")
     floor, stem = height * (0.50 if kind == "porcelain" else 0.42), width * 0.10
     outline = [(stem * 0.75, 0.0), (stem, floor * 0.6), (radius * 0.9, floor), (radius * 0.95, height - 0.004)]
