@@ -15,9 +15,8 @@ from labgym.assets.catalog import Catalog
 from labgym.assets.compatibility import rulebook
 from labgym.assets.inference.bottle import CATEGORY as INFERRED_CATEGORY
 from labgym.assets.model import SHELL, Asset
-from labgym.assets.plausibility import faults
+from labgym.assets.plausibility import faults, size_problem
 from labgym.assets.search import normalise, surface_forms
-from labgym.assets.sizes import size_problem
 
 TOLERANCE = 1e-6
 MIN_TEXT = 30

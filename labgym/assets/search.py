@@ -17,9 +17,8 @@ from labgym.artefacts import artefacts
 from labgym.assets.archive import SHAPE
 from labgym.assets.measures import Measure, first_size, of_size, size_note
 from labgym.assets.model import Asset
-from labgym.assets.phrases import PhraseIndex
+from labgym.assets.phrases import MAX_EDITS, MIN_LENGTH, PhraseIndex, edits, misspells_substance, similarity
 from labgym.assets.qualifiers import QualifiedName, is_aqueous, is_hydrate, of_equipment, of_substance
-from labgym.assets.spelling import MAX_EDITS, MIN_LENGTH, edits, misspells_substance, similarity
 from labgym.documents import Document
 
 MAX_QUERY = 200

@@ -15,7 +15,8 @@ from labgym.assets import Catalog
 from labgym.assets.archive import Geometry, Piece, pack, unpack
 from labgym.assets.checks import check
 from labgym.assets.forge import Options, OwnAssets, annotate
-from labgym.assets.meshes import MeshError, convex, read_mesh
+from labgym.assets.meshes import MeshError, read_mesh
+from labgym.assets.meshes import physical as physical_phase
 from labgym.cli import main
 from labgym.errors import DocumentError, OptionError
 
@@ -105,7 +106,7 @@ def test_an_unusual_size_is_noted(tmp_path):
 @pytest.mark.parametrize("count", [1, 2])
 def test_the_number_of_convex_bodies_of_an_asset_is_limited(tmp_path, monkeypatch, count):
     pytest.importorskip("coacd")
-    assert convex.MAX_BODIES == 32
+    assert physical_phase.MAX_BODIES == 32
     monkeypatch.setattr(convex, "MAX_BODIES", 2 * count)
     scene = trimesh.Scene()
     for k in range(count):
@@ -118,10 +119,10 @@ def test_the_number_of_convex_bodies_of_an_asset_is_limited(tmp_path, monkeypatc
     assert count < physical.convex_bodies <= 2 * count
 
 
-@pytest.mark.parametrize(("limit", "value"), [("MEMORY", 64 * 1024**2), ("WALL_SECONDS", 0.01)])
+@pytest.mark.parametrize(("limit", "value"), [("MEMORY_BYTES", 64 * 1024**2), ("WALL_SECONDS", 0.01)])
 def test_a_decomposition_that_exceeds_its_limits_ends_alone_and_hulls_are_used(tmp_path, monkeypatch, limit, value):
     pytest.importorskip("coacd")
-    monkeypatch.setattr(convex, limit, value)
+    monkeypatch.setattr(physical_phase, limit, value)
     bowl().export(tmp_path / "bowl.glb")
     result = annotate(tmp_path / "bowl.glb")
     assert result.annotation.physical.decomposed_by == "convex hull"

@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from labgym.assets.archive import Geometry, Piece
-from labgym.assets.forge.naming import name_words
+from labgym.assets.forge.matching import name_words
 from labgym.assets.meshes import MeshPart, PhysicalMesh
 from labgym.assets.shapes import MATERIALS
 from labgym.assets.shapes.materials import FINISHES, SUPPLIES

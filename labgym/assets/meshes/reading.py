@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 
 from labgym.assets.meshes.glb import read_glb
-from labgym.assets.meshes.isolated import read_usd
 from labgym.assets.meshes.model import (
     LIMITS,
     Axis,
@@ -20,8 +19,8 @@ from labgym.assets.meshes.model import (
     Points,
     RawMesh,
 )
-from labgym.assets.meshes.obj import read_obj
-from labgym.assets.meshes.stl import read_stl
+from labgym.assets.meshes.stage import read_usd
+from labgym.assets.meshes.unitless import read_obj, read_stl
 from labgym.errors import OptionError, UnknownNameError
 
 UNITS = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 0.001, "um": 1e-6, "in": 0.0254, "ft": 0.3048, "yd": 0.9144}

@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 from labgym import __version__
 from labgym.assets import Catalog
-from labgym.assets.sizes import size_problem
+from labgym.assets.plausibility import size_problem
 from labgym.documents import document_error
 from labgym.errors import DocumentError
 from labgym.layouts import Layout
