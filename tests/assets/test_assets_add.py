@@ -107,7 +107,7 @@ def test_an_unusual_size_is_noted(tmp_path):
 def test_the_number_of_convex_bodies_of_an_asset_is_limited(tmp_path, monkeypatch, count):
     pytest.importorskip("coacd")
     assert physical_phase.MAX_BODIES == 32
-    monkeypatch.setattr(convex, "MAX_BODIES", 2 * count)
+    monkeypatch.setattr(physical_phase, "MAX_BODIES", 2 * count)
     scene = trimesh.Scene()
     for k in range(count):
         part = bowl()
