@@ -12,7 +12,7 @@ import pytest
 import trimesh
 
 from labgym.assets import Catalog
-from labgym.assets.archive import Geometry, Piece, pack, unpack
+from labgym.assets.archive import Geometry, MeshPiece, pack, unpack
 from labgym.assets.checks import check
 from labgym.assets.forge import Options, OwnAssets, annotate
 from labgym.assets.meshes import MeshError, read_mesh
@@ -159,7 +159,7 @@ def test_geometry_with_changed_bytes_is_read_or_refused(seed):
     random = np.random.default_rng(seed)
     body = trimesh.creation.box()
     points, faces = np.asarray(body.vertices, float), np.asarray(body.faces, np.int64)
-    content = bytearray(pack(Geometry((Piece(points, faces, "glass"),), ((points, faces),))))
+    content = bytearray(pack(Geometry((MeshPiece(points, faces, "glass"),), ((points, faces),))))
     for place in random.integers(0, len(content), 4):
         content[place] = random.integers(0, 256)
     with suppress(DocumentError):

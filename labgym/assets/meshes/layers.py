@@ -6,12 +6,12 @@ import zipfile
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from labgym.assets.meshes.model import Limits, MeshError, printable
+from labgym.assets.meshes.model import MeshError, MeshLimits, printable
 
 MAX_ENTRIES = 1024
 
 
-def check_package(path: Path, limits: Limits) -> None:
+def check_package(path: Path, limits: MeshLimits) -> None:
     """Check a usdz file's directory: only stored entries, as the format requires, within the size limit.
 
     Raises:
@@ -47,7 +47,7 @@ MATERIALS = ".mtlx"
 """Suffix of MaterialX files: they hold looks and no geometry, and not every build of OpenUSD reads them."""
 
 
-def check_layers(path: Path, limits: Limits) -> tuple[Any, ...]:
+def check_layers(path: Path, limits: MeshLimits) -> tuple[Any, ...]:
     """Follow sublayers, references and payloads from a USD file, in every variant, and check each file met.
 
     References to MaterialX files are removed from the layers in memory.
@@ -129,7 +129,7 @@ def _target(path: Path, folder: Path, layer: Any, reference: str) -> str:
     return f"{file}{bracket}{inside}"
 
 
-def _check_file(path: Path, file: Path, limits: Limits) -> int:
+def _check_file(path: Path, file: Path, limits: MeshLimits) -> int:
     """Return a file's size after checking its package directory."""
     if not file.is_file():
         raise MeshError(path, f"{file.name} is not a regular file")

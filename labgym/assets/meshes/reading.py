@@ -11,9 +11,9 @@ from labgym.assets.meshes.glb import read_glb
 from labgym.assets.meshes.model import (
     LIMITS,
     Axis,
-    Limits,
     MeshError,
     MeshFile,
+    MeshLimits,
     MeshPart,
     OptionSource,
     Points,
@@ -35,7 +35,11 @@ FORMATS = tuple(DEFAULT_UNITS)
 FAR = 1e6
 """Greatest coordinate in meters."""
 
-_READERS: dict[str, Callable[[Path, bytes, Limits], RawMesh]] = {".stl": read_stl, ".obj": read_obj, ".glb": read_glb}
+_READERS: dict[str, Callable[[Path, bytes, MeshLimits], RawMesh]] = {
+    ".stl": read_stl,
+    ".obj": read_obj,
+    ".glb": read_glb,
+}
 TO_Z_UP: dict[Axis, Points] = {
     "X": np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]),
     "Y": np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]),
@@ -45,7 +49,7 @@ TO_Z_UP: dict[Axis, Points] = {
 
 
 def read_mesh(
-    path: Path, unit: str | None = None, up: Axis | None = None, limits: Limits = LIMITS, scale: float | None = None
+    path: Path, unit: str | None = None, up: Axis | None = None, limits: MeshLimits = LIMITS, scale: float | None = None
 ) -> MeshFile:
     """Read a USD, GLB, OBJ or STL file into meters with z up. Textures and network addresses are never opened.
 

@@ -21,8 +21,8 @@ from labgym.assets.meshes.layers import check_layers, diagnostics
 from labgym.assets.meshes.model import (
     LIMITS,
     Faces,
-    Limits,
     MeshError,
+    MeshLimits,
     MeshPart,
     Points,
     RawMesh,
@@ -45,7 +45,7 @@ MAX_FILES = 1000
 SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 
 
-def read_usd(path: Path, limits: Limits = LIMITS) -> RawMesh:
+def read_usd(path: Path, limits: MeshLimits = LIMITS) -> RawMesh:
     """Return what `read_stage` reads, from a process with bounded memory and time.
 
     Raises:
@@ -69,7 +69,7 @@ def read_usd(path: Path, limits: Limits = LIMITS) -> RawMesh:
     return unpack(child.stdout)
 
 
-def memory_for(path: Path, limits: Limits = LIMITS) -> int:
+def memory_for(path: Path, limits: MeshLimits = LIMITS) -> int:
     """Return the address space for reading a file: it grows with the file and the USD files below its folder, bytes."""
     others = (file for file in islice(path.resolve().parent.rglob("*"), MAX_FILES) if file.suffix in SUFFIXES)
     size = path.stat().st_size + sum(file.stat().st_size for file in others if file.is_file())
@@ -105,7 +105,7 @@ def pack(raw: RawMesh) -> bytes:
 
 def main() -> None:
     """Read the file named by the first argument within the limits of the second, a JSON object; answer with `pack`."""
-    limits = Limits(**json.loads(sys.argv[2]))
+    limits = MeshLimits(**json.loads(sys.argv[2]))
     with answering(limits.memory) as stream:
         try:
             content = pack(read_stage(Path(sys.argv[1]), limits))
@@ -114,7 +114,7 @@ def main() -> None:
         stream.write(content)
 
 
-def read_stage(path: Path, limits: Limits = LIMITS) -> RawMesh:
+def read_stage(path: Path, limits: MeshLimits = LIMITS) -> RawMesh:
     """Return the visible meshes and solids of a USD file with their transforms, one part for each material of each.
 
     Guides, proxies and invisible prims are skipped; instances are expanded; subdivision is not applied.
@@ -146,7 +146,7 @@ def read_stage(path: Path, limits: Limits = LIMITS) -> RawMesh:
     return RawMesh(tuple(parts), name, unit, "Y" if up == "Y" else "Z" if up == "Z" else None, _metadata(stage, root))
 
 
-def _parts(path: Path, root: Any, limits: Limits) -> list[MeshPart]:
+def _parts(path: Path, root: Any, limits: MeshLimits) -> list[MeshPart]:
     from pxr import Usd, UsdGeom
 
     time = Usd.TimeCode.EarliestTime()
@@ -167,7 +167,7 @@ def _parts(path: Path, root: Any, limits: Limits) -> list[MeshPart]:
     return parts
 
 
-def _shown(path: Path, root: Any, limits: Limits) -> Iterator[Any]:
+def _shown(path: Path, root: Any, limits: MeshLimits) -> Iterator[Any]:
     """Yield the prims that a renderer shows, instances included."""
     from pxr import Usd, UsdGeom
 
@@ -190,7 +190,7 @@ def _shown(path: Path, root: Any, limits: Limits) -> Iterator[Any]:
             yield prim
 
 
-def _bodies(path: Path, prim: Any, time: Any, limits: Limits) -> Iterator[MeshPart]:
+def _bodies(path: Path, prim: Any, time: Any, limits: MeshLimits) -> Iterator[MeshPart]:
     from pxr import UsdGeom
 
     name = printable(prim.GetName())

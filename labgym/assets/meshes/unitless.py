@@ -10,8 +10,8 @@ import numpy as np
 
 from labgym.assets.meshes.model import (
     LIMITS,
-    Limits,
     MeshError,
+    MeshLimits,
     MeshPart,
     RawMesh,
     Rgba,
@@ -30,7 +30,7 @@ _VERTEX = re.compile(
 )
 
 
-def read_stl(path: Path, content: bytes, limits: Limits = LIMITS) -> RawMesh:
+def read_stl(path: Path, content: bytes, limits: MeshLimits = LIMITS) -> RawMesh:
     """Return the triangles of an STL file; corners with equal coordinates become one vertex.
 
     Raises:
@@ -60,7 +60,7 @@ def read_stl(path: Path, content: bytes, limits: Limits = LIMITS) -> RawMesh:
     return RawMesh((part,), path.stem, None, None, bounded_metadata({"title": name}))
 
 
-def _check_count(path: Path, count: int, limits: Limits) -> None:
+def _check_count(path: Path, count: int, limits: MeshLimits) -> None:
     if count > limits.faces:
         raise MeshError(path, f"has {count} faces, expected at most {limits.faces}; simplify the mesh")
 
@@ -74,7 +74,7 @@ class _Group:
     corners: list[int] = field(default_factory=list)
 
 
-def read_obj(path: Path, content: bytes, limits: Limits = LIMITS) -> RawMesh:
+def read_obj(path: Path, content: bytes, limits: MeshLimits = LIMITS) -> RawMesh:
     """Return the polygons of an OBJ file, one part for each object and material.
 
     Colors come from MTL files in the OBJ's own folder; a library named elsewhere is not opened. Curves, lines,
