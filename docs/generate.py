@@ -68,7 +68,7 @@ from labgym.layouts.splits import Manifest
 from labgym.layouts.trace import Trace
 from labgym.llm.config import PREFIX, LanguageModelConfig
 from labgym.llm.replay import RecordedReply
-from labgym.paper.reproduction.figures import Cell, Figures
+from labgym.paper.reproduction.figures import FigureCell, PublishedFigures
 from labgym.paper.reproduction.nuisances import NOTES
 from labgym.protocols import Protocol
 from labgym.protocols.experiments import ExperimentFile
@@ -157,7 +157,7 @@ DOCUMENTS: tuple[type[Document], ...] = (
     LabNavComparison,
     LabNavResult,
     Lab30Result,
-    Figures,
+    PublishedFigures,
     RecordedReply,
     Words,
     Vocabulary,
@@ -435,13 +435,13 @@ def nuisance_table() -> str:
     policies = {
         table.key: {(line.name, line.detail): line for line in table.lines}
         for path in sorted((artefacts("eval") / NUISANCES).glob("*.json"))
-        for table in Figures.load(path).tables
+        for table in PublishedFigures.load(path).tables
     }
     if not policies:
         return "No figures are published yet."
     keys = [("with", "{}"), ("without", "{} without"), ("difference", "{} difference")]
     names = dict.fromkeys(name for lines in policies.values() for name in lines)
-    missing = Cell(value=None)
+    missing = FigureCell(value=None)
     rows = [
         (task, detail, *(
             (lines[task, detail].cells[key] if (task, detail) in lines else missing).text(2)

@@ -1,10 +1,16 @@
-"""Counts that users pass: whole numbers of a range, and the memory that they require."""
+"""Numbers and switches that users pass, and the memory that counts require.
+
+Python's truth values are integers; here they are no numbers. Documents are validated by pydantic instead.
+"""
 
 from __future__ import annotations
 
+import math
 import os
 import resource
+import sys
 from pathlib import Path
+from typing import TypeGuard
 
 import numpy as np
 
@@ -26,13 +32,38 @@ PROCESS_MB = 150
 """Memory of a worker process without its layouts, megabytes."""
 
 
+def is_whole(value: object) -> TypeGuard[int]:
+    """Return whether a value is a whole number of Python or NumPy."""
+    return isinstance(value, int | np.integer) and not isinstance(value, bool)
+
+
+def is_real(value: object) -> TypeGuard[float]:
+    """Return whether a value is a real number of Python, possibly infinite; NaN is none."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= math.inf
+
+
+def is_finite(value: object) -> TypeGuard[float]:
+    """Return whether a value is a real number of Python that a float holds."""
+    return is_real(value) and abs(value) <= sys.float_info.max
+
+
+def check_switch(name: str, value: object) -> None:
+    """Check that a value is a truth value.
+
+    Raises:
+        OptionError: it is something else.
+    """
+    if not isinstance(value, bool):
+        raise OptionError(f"{name} is {repr(value)[:40]}, expected True or False")
+
+
 def whole_number(name: str, value: object, least: int = 1, most: int = MAX_COUNT) -> int:
     """Return a whole number of a range.
 
     Raises:
         OptionError: it is something else.
     """
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or not least <= value <= most:
+    if not is_whole(value) or not least <= value <= most:
         raise OptionError(f"{name} is {repr(value)[:40]}, expected a whole number from {least} to {most}")
     return int(value)
 

@@ -373,7 +373,7 @@ def _first_fault(value: Any, depth: int) -> tuple[list[str], str] | None:
             if fault is not None:
                 fault[0].append(str(key)[:80])
                 return fault
-    elif isinstance(value, int | float) and not isinstance(value, bool):
+    elif type(value) in (int, float):
         limit = MAX_INTEGER if isinstance(value, int) else MAX_MAGNITUDE
         if not abs(value) <= limit:
             return [], f"number {str(value)[:40]} is not finite or exceeds {limit:g} in magnitude"

@@ -127,7 +127,7 @@ class Quantity:
 
 
 @dataclass(frozen=True)
-class Condition:
+class StatedCondition:
     """A temperature, duration or pressure, and its position in a text.
 
     Attributes:
@@ -187,17 +187,17 @@ def strength(text: str, start: int, end: int) -> str:
     return f"{match[1]} {unit}"
 
 
-def temperatures(text: str) -> tuple[Condition, ...]:
+def temperatures(text: str) -> tuple[StatedCondition, ...]:
     """Return the temperatures that a text states as numbers, in degrees Celsius."""
     return tuple(_conditions(_temperature_pattern(), "temperature", text, 1))
 
 
-def pressures(text: str) -> tuple[Condition, ...]:
+def pressures(text: str) -> tuple[StatedCondition, ...]:
     """Return the pressures that a text states, in bar (absolute)."""
     return tuple(_conditions(_pressure_pattern(), "pressure", text, 9))
 
 
-def durations(text: str) -> tuple[Condition, ...]:
+def durations(text: str) -> tuple[StatedCondition, ...]:
     """Return the durations that a text states as numbers, in minutes."""
     return tuple(_conditions(_duration_pattern(), "time", text, 2))
 
@@ -227,14 +227,14 @@ def duration(text: str) -> float | None:
     return OVERNIGHT if _OVERNIGHT.search(text) else None
 
 
-def _conditions(pattern: re.Pattern[str], dimension: Dimension, text: str, digits: int) -> Iterator[Condition]:
+def _conditions(pattern: re.Pattern[str], dimension: Dimension, text: str, digits: int) -> Iterator[StatedCondition]:
     for match in pattern.finditer(text):
         value = _spoken_number(match[1])
         if match[2]:
             value = (value + float(match[2])) / 2.0
         spelling = " ".join(match[3].lower().split())
         value = _absolute(convert(value, UNITS_BY_SPELLING[dimension][compact(spelling)], BASE[dimension]), spelling)
-        yield Condition(match.start(), match.end(), match[0].strip(), round(value, digits))
+        yield StatedCondition(match.start(), match.end(), match[0].strip(), round(value, digits))
 
 
 def _numbered(text: str, kinds: tuple[Dimension, ...]) -> Iterator[Quantity]:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
 from labgym.cli import main
-from labgym.counts import check_memory, physical_memory, whole_number
+from labgym.counts import check_memory, check_switch, is_finite, is_real, is_whole, physical_memory, whole_number
 from labgym.envs import LabPointNavEnv, LayoutPool
 from labgym.errors import OptionError
 from labgym.eval import evaluate
@@ -64,3 +66,30 @@ def test_counts_of_commands_are_refused_with_their_range(line, name, capsys):
 def test_huge_counts_and_idle_ones_are_refused(make):
     with pytest.raises(OptionError):
         make()
+
+
+@pytest.mark.parametrize(
+    ("value", "whole", "real", "finite"),
+    [
+        (1, True, True, True),
+        (np.int64(7), True, False, False),
+        (-0.5, False, True, True),
+        (np.float64(2.5), False, True, True),
+        (math.inf, False, True, False),
+        (10**400, True, True, False),
+        (math.nan, False, False, False),
+        (True, False, False, False),
+        (np.True_, False, False, False),
+        ("1", False, False, False),
+        (None, False, False, False),
+    ],
+)
+def test_truth_values_texts_and_nan_are_no_numbers(value, whole, real, finite):
+    assert (is_whole(value), is_real(value), is_finite(value)) == (whole, real, finite)
+
+
+@pytest.mark.parametrize("value", [0, 1, "true", None])
+def test_a_switch_is_a_truth_value(value):
+    check_switch("stop", True)
+    with pytest.raises(OptionError, match=r"stop is .*, expected True or False"):
+        check_switch("stop", value)

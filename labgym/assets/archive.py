@@ -29,7 +29,7 @@ SAME_SIZE = 1e-3
 
 
 @dataclass(frozen=True)
-class Piece:
+class MeshPiece:
     """Triangles of one material in an asset's frame: vertices (n, 3) in meters, faces (m, 3) wound outwards."""
 
     vertices: Points
@@ -41,7 +41,7 @@ class Piece:
 class Geometry:
     """An imported asset's visible pieces, and the convex bodies (vertices, faces) that stand for it in collisions."""
 
-    pieces: tuple[Piece, ...]
+    pieces: tuple[MeshPiece, ...]
     convex: tuple[tuple[Points, Faces], ...]
 
 
@@ -73,7 +73,7 @@ def unpack(content: bytes, source: object) -> Geometry:
         arrays = np.load(io.BytesIO(content), allow_pickle=False)
         materials = json.loads(arrays["materials"].tobytes())
         bodies = [_body(arrays, k) for k in range((len(arrays.files) - 1) // 2)]
-        pieces = [Piece(*body, str(name)) for body, name in zip(bodies, materials, strict=False)]
+        pieces = [MeshPiece(*body, str(name)) for body, name in zip(bodies, materials, strict=False)]
     except DocumentError:
         raise
     except Exception as error:  # noqa: BLE001 - zipfile, zlib and numpy raise many types for a damaged file
@@ -143,7 +143,7 @@ def _fitted(geometry: Geometry, asset: Asset) -> Geometry:
     factor = np.where(np.abs(size - extents) > SAME_SIZE, size / np.maximum(extents, 1e-9), 1.0)
     if (factor == 1.0).all():
         return geometry
-    pieces = tuple(Piece(piece.vertices * factor, piece.faces, piece.material) for piece in geometry.pieces)
+    pieces = tuple(MeshPiece(piece.vertices * factor, piece.faces, piece.material) for piece in geometry.pieces)
     return Geometry(pieces, tuple((vertices * factor, faces) for vertices, faces in geometry.convex))
 
 

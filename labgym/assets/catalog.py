@@ -17,8 +17,8 @@ from pydantic import Field
 from labgym.artefacts import artefacts
 from labgym.assets.archive import SHAPE, find_geometry
 from labgym.assets.model import Asset, Kind
+from labgym.assets.plausibility import size_problem
 from labgym.assets.search import Match, SynonymIndex
-from labgym.assets.sizes import size_problem
 from labgym.documents import Document, canonical_hash
 from labgym.errors import DocumentError, LabgymError, UnknownNameError
 

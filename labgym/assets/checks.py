@@ -15,9 +15,8 @@ from labgym.assets.catalog import Catalog
 from labgym.assets.compatibility import rulebook
 from labgym.assets.inference.bottle import CATEGORY as INFERRED_CATEGORY
 from labgym.assets.model import SHELL, Asset
-from labgym.assets.plausibility import faults
+from labgym.assets.plausibility import faults, size_problem
 from labgym.assets.search import normalise, surface_forms
-from labgym.assets.sizes import size_problem
 
 TOLERANCE = 1e-6
 MIN_TEXT = 30
@@ -30,7 +29,7 @@ ALIKE = ("kind", "category", "subtype", "placing", "hazards", "storage_class", "
 
 
 @dataclass(frozen=True)
-class Problem:
+class CatalogProblem:
     """A problem in the catalog: the asset, the field and a message."""
 
     asset: str
@@ -38,7 +37,7 @@ class Problem:
     message: str
 
 
-def check(catalog: Catalog) -> tuple[Problem, ...]:
+def check(catalog: Catalog) -> tuple[CatalogProblem, ...]:
     """Return all problems of a catalog; empty for a sound one."""
     single = tuple(problem for asset in catalog for rule in RULES for problem in rule(asset))
     return single + tuple(names_are_unique(catalog)) + tuple(variants_agree(catalog))
@@ -55,27 +54,29 @@ def cas_is_valid(number: str) -> bool:
     return sum(place * digit for place, digit in enumerate(reversed(body), start=1)) % 10 == last
 
 
-def sizes_are_plausible(asset: Asset) -> Iterator[Problem]:
+def sizes_are_plausible(asset: Asset) -> Iterator[CatalogProblem]:
     """Yield implausible sides and densities for the category."""
     problem = size_problem(asset)
     if problem is not None:
-        yield Problem(asset.name, "size", problem)
+        yield CatalogProblem(asset.name, "size", problem)
     density = asset.mass / (asset.size.width * asset.size.depth * asset.size.height)
     if not DENSITY[0] <= density <= DENSITY[1]:
-        yield Problem(asset.name, "mass", f"{asset.mass:g} kg in its box is {density:.3g} kg/m3; expected {DENSITY}")
+        yield CatalogProblem(
+            asset.name, "mass", f"{asset.mass:g} kg in its box is {density:.3g} kg/m3; expected {DENSITY}"
+        )
 
 
-def texts_are_complete(asset: Asset) -> Iterator[Problem]:
+def texts_are_complete(asset: Asset) -> Iterator[CatalogProblem]:
     """Yield short descriptions and captions, and missing names in English or Chinese."""
     for field in ("description", "caption"):
         if len(getattr(asset, field).strip()) < MIN_TEXT:
-            yield Problem(asset.name, field, f"shorter than {MIN_TEXT} characters")
+            yield CatalogProblem(asset.name, field, f"shorter than {MIN_TEXT} characters")
     for field in ("synonyms_en", "synonyms_zh"):
         if not getattr(asset, field):
-            yield Problem(asset.name, field, "empty; give at least one")
+            yield CatalogProblem(asset.name, field, "empty; give at least one")
 
 
-def surfaces_fit(asset: Asset) -> Iterator[Problem]:
+def surfaces_fit(asset: Asset) -> Iterator[CatalogProblem]:
     """Yield surfaces outside the outline of a solid asset or the cavity of a hollow one, or above its fittings."""
     size, cavity = asset.size, asset.cavity
     if cavity is not None:
@@ -83,9 +84,9 @@ def surfaces_fit(asset: Asset) -> Iterator[Problem]:
         within &= abs(cavity.y) + cavity.depth / 2.0 <= size.depth / 2.0 + TOLERANCE
         within &= 0.0 <= cavity.z0 < cavity.z1 <= size.height + TOLERANCE
         if not within:
-            yield Problem(asset.name, "cavity", "reaches outside the bounding box")
+            yield CatalogProblem(asset.name, "cavity", "reaches outside the bounding box")
         if not asset.surfaces:
-            yield Problem(asset.name, "surfaces", "a hollow asset needs at least one surface inside")
+            yield CatalogProblem(asset.name, "surfaces", "a hollow asset needs at least one surface inside")
     x, y, width, depth = (0.0, 0.0, size.width, size.depth)
     top = max([size.height, *(fitting.z1 for fitting in asset.fittings)])
     if cavity is not None:
@@ -94,10 +95,10 @@ def surfaces_fit(asset: Asset) -> Iterator[Problem]:
         inside = abs(surface.x - x) + surface.width / 2.0 <= width / 2.0 + TOLERANCE
         inside &= abs(surface.y - y) + surface.depth / 2.0 <= depth / 2.0 + TOLERANCE
         if not inside or surface.z > top + TOLERANCE or (cavity is not None and surface.z < cavity.z0 - TOLERANCE):
-            yield Problem(asset.name, f"surfaces.{slot}", "lies outside the outline or the cavity")
+            yield CatalogProblem(asset.name, f"surfaces.{slot}", "lies outside the outline or the cavity")
 
 
-def headrooms_fit(asset: Asset) -> Iterator[Problem]:
+def headrooms_fit(asset: Asset) -> Iterator[CatalogProblem]:
     """Yield headrooms that do not end below the next shelf or the ceiling of the cavity."""
     if asset.cavity is None:
         return
@@ -106,54 +107,54 @@ def headrooms_fit(asset: Asset) -> Iterator[Problem]:
         above = [level - SHELL for level in levels if level > surface.z + TOLERANCE]
         ceiling = min([*above, asset.cavity.z1])
         if surface.headroom is None or surface.z + surface.headroom > ceiling + TOLERANCE:
-            yield Problem(asset.name, f"surfaces.{slot}.headroom", f"must end at {ceiling:g} m or lower")
+            yield CatalogProblem(asset.name, f"surfaces.{slot}.headroom", f"must end at {ceiling:g} m or lower")
 
 
-def kinds_agree(asset: Asset) -> Iterator[Problem]:
+def kinds_agree(asset: Asset) -> Iterator[CatalogProblem]:
     """Yield inconsistent kinds: chemistry, placing, heat, glass, storage and hoods."""
     if (asset.kind == "reagent") != (asset.chemistry is not None):
-        yield Problem(asset.name, "chemistry", "required for reagents and only for them")
+        yield CatalogProblem(asset.name, "chemistry", "required for reagents and only for them")
     if asset.kind == "reagent" and (asset.placing != "desktop" or asset.hazards.glass_container):
-        yield Problem(asset.name, "placing", "reagents must stand on surfaces and must not be glass equipment")
+        yield CatalogProblem(asset.name, "placing", "reagents must stand on surfaces and must not be glass equipment")
     if asset.hazards.heat_source != (asset.heat_class is not None):
-        yield Problem(asset.name, "heat_class", "required for heat sources and only for them")
+        yield CatalogProblem(asset.name, "heat_class", "required for heat sources and only for them")
     if asset.category == "glassware" and not asset.hazards.glass_container:
-        yield Problem(asset.name, "hazards.glass_container", "required for glassware")
+        yield CatalogProblem(asset.name, "hazards.glass_container", "required for glassware")
     if asset.storage_class is not None and asset.cavity is None:
-        yield Problem(asset.name, "cavity", "required for a storage cabinet")
+        yield CatalogProblem(asset.name, "cavity", "required for a storage cabinet")
     if asset.fume_hood and (asset.cavity is None or not asset.surfaces):
-        yield Problem(asset.name, "cavity", "a fume hood requires a work surface inside")
+        yield CatalogProblem(asset.name, "cavity", "a fume hood requires a work surface inside")
     if asset.mount_height > 0.0 and asset.placing != "wall":
-        yield Problem(asset.name, "mount_height", "only for wall-mounted assets")
+        yield CatalogProblem(asset.name, "mount_height", "only for wall-mounted assets")
 
 
-def chemistry_is_sound(asset: Asset) -> Iterator[Problem]:
+def chemistry_is_sound(asset: Asset) -> Iterator[CatalogProblem]:
     """Yield wrong CAS numbers, ratings out of range, undefined groups, and flags that contradict the data."""
     chemistry = asset.chemistry
     if chemistry is None:
         return
     if chemistry.cas is not None and not cas_is_valid(chemistry.cas):
-        yield Problem(asset.name, "chemistry.cas", f"{chemistry.cas!r} fails its check digit")
+        yield CatalogProblem(asset.name, "chemistry.cas", f"{chemistry.cas!r} fails its check digit")
     if chemistry.nfpa is not None and not all(0 <= rating <= 4 for rating in chemistry.nfpa):
-        yield Problem(asset.name, "chemistry.nfpa", f"{chemistry.nfpa} is not within 0 to 4")
+        yield CatalogProblem(asset.name, "chemistry.nfpa", f"{chemistry.nfpa} is not within 0 to 4")
     for group in chemistry.groups:
         if group not in rulebook().groups:
-            yield Problem(asset.name, "chemistry.groups", f"{group!r} is not defined in the rule book")
+            yield CatalogProblem(asset.name, "chemistry.groups", f"{group!r} is not defined in the rule book")
     if asset.category == INFERRED_CATEGORY:
         return  # its flags follow from its structure, not from data
     carried = flags.carried(asset)
     for flag, value in flags.expected(asset).items():
         if carried[flag] != value:
             message = f"is {carried[flag]}, by its data {value}: change it or list an exception"
-            yield Problem(asset.name, flag, message)
+            yield CatalogProblem(asset.name, flag, message)
 
 
-def specifications_are_plausible(asset: Asset) -> Iterator[Problem]:
+def specifications_are_plausible(asset: Asset) -> Iterator[CatalogProblem]:
     """Yield specifications that a device of that kind and size cannot have; see `labgym.assets.plausibility`."""
-    yield from (Problem(asset.name, f"specs.{name}", message) for name, message in faults(asset))
+    yield from (CatalogProblem(asset.name, f"specs.{name}", message) for name, message in faults(asset))
 
 
-def names_are_unique(catalog: Catalog) -> Iterator[Problem]:
+def names_are_unique(catalog: Catalog) -> Iterator[CatalogProblem]:
     """Yield names and synonyms that two assets share."""
     owners: dict[str, set[str]] = defaultdict(set)
     for asset in catalog:
@@ -161,23 +162,23 @@ def names_are_unique(catalog: Catalog) -> Iterator[Problem]:
             owners[normalise(form)].add(asset.name)
     for form, names in owners.items():
         if len(names) > 1 or not form:
-            yield Problem(min(names), "synonyms", f"{form!r} means {', '.join(sorted(names))}")
+            yield CatalogProblem(min(names), "synonyms", f"{form!r} means {', '.join(sorted(names))}")
 
 
-def variants_agree(catalog: Catalog) -> Iterator[Problem]:
+def variants_agree(catalog: Catalog) -> Iterator[CatalogProblem]:
     """Yield variants of missing assets or of variants, and variants that cannot take the role of their asset."""
     for asset in catalog:
         if asset.variant_of is None:
             if asset.held_out:
-                yield Problem(asset.name, "held_out", "only for variants")
+                yield CatalogProblem(asset.name, "held_out", "only for variants")
             continue
         role = catalog.get(asset.variant_of) if asset.variant_of in catalog else None
         if role is None or role.variant_of is not None:
-            yield Problem(asset.name, "variant_of", f"{asset.variant_of!r} must be an asset that is no variant")
+            yield CatalogProblem(asset.name, "variant_of", f"{asset.variant_of!r} must be an asset that is no variant")
             continue
         for field in ALIKE:
             if getattr(asset, field) != getattr(role, field):
-                yield Problem(asset.name, field, f"differs from that of {role.name}, of which it is a variant")
+                yield CatalogProblem(asset.name, field, f"differs from that of {role.name}, of which it is a variant")
 
 
 RULES = (

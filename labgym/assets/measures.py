@@ -24,7 +24,7 @@ _INCH_MARK = re.compile(r"(?<=\d)\s*[\"\u2033](?=\s|$)")
 
 
 @dataclass(frozen=True)
-class Measure:
+class StatedSize:
     """A size in a text.
 
     Attributes:
@@ -36,7 +36,7 @@ class Measure:
     value: float
 
 
-def first_size(text: str) -> tuple[Measure | None, str]:
+def first_size(text: str) -> tuple[StatedSize | None, str]:
     """Return the first size in a text, and the text without sizes."""
     text = _INCH_MARK.sub(" in", _FOOT_MARK.sub(" ft", text))
     match = SIZE.search(text)
@@ -45,7 +45,7 @@ def first_size(text: str) -> tuple[Measure | None, str]:
     for dimension in get_args(Dimension):
         value = value_of(f"{match[1].replace(',', '.')} {match[2]}", dimension)
         if value is not None:
-            return Measure(match[0].strip(), dimension, value), SIZE.sub(" ", text)
+            return StatedSize(match[0].strip(), dimension, value), SIZE.sub(" ", text)
     return None, text
 
 
@@ -63,7 +63,7 @@ def nominal_size(asset: Asset, dimension: Dimension) -> float | None:
     return None if millimetres is None else millimetres / 1000.0
 
 
-def of_size(family: Sequence[Asset], size: Measure) -> Asset:
+def of_size(family: Sequence[Asset], size: StatedSize) -> Asset:
     """Return the asset of a size: the same within 5 %, else the smallest that is larger, else the largest.
 
     If no size is known, the first of the family is returned.
@@ -75,7 +75,7 @@ def of_size(family: Sequence[Asset], size: Measure) -> Asset:
     return (same or larger or [asset for _, asset in sized[-1:]] or list(family))[0]
 
 
-def size_note(asset: Asset, size: Measure) -> str:
+def size_note(asset: Asset, size: StatedSize) -> str:
     """Return how an asset differs from a requested size, "" if it does not."""
     value = nominal_size(asset, size.dimension)
     if value is None:

@@ -114,6 +114,12 @@ class Cavity(Record):
     z1: Length
     open_front: bool = False
 
+    @property
+    def edges(self) -> tuple[float, float, float, float]:
+        """Left and right end along x, back and front end along y, meters."""
+        half_width, half_depth = self.width / 2.0, self.depth / 2.0
+        return self.x - half_width, self.x + half_width, self.y - half_depth, self.y + half_depth
+
 
 class Fitting(Record):
     """A solid box outside an asset's bounding box, in the asset's frame: a tap above a worktop, the rod of a stand.
@@ -247,8 +253,7 @@ class Asset(Record):
         size, cavity = self.size, self.cavity
         if cavity is None:
             return (OrientedBox(0.0, 0.0, size.width, size.depth, 0.0, 0.0, size.height),)
-        left, right = cavity.x - cavity.width / 2.0, cavity.x + cavity.width / 2.0
-        back, front = cavity.y - cavity.depth / 2.0, cavity.y + cavity.depth / 2.0
+        left, right, back, front = cavity.edges
         half_width, half_depth = size.width / 2.0, size.depth / 2.0
         spans = [
             (-half_width, half_width, -half_depth, half_depth, 0.0, cavity.z0),

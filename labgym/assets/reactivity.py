@@ -32,7 +32,7 @@ Text = Annotated[str, Field(min_length=1)]
 Pair = tuple[str, str]
 
 
-class Entry(Record):
+class ReactivityEntry(Record):
     """Group pairs that share an answer.
 
     Attributes:
@@ -62,7 +62,7 @@ class Entry(Record):
                 yield first, second
 
 
-class Rest(Record):
+class UnlistedPairs(Record):
     """The answer for pairs without an entry."""
 
     hazard: Text
@@ -85,8 +85,8 @@ class Reactivity(Document):
     charts: dict[Chart, Text]
     groups: dict[str, dict[Chart, Annotated[int, Field(ge=1)]]]
     kinds: dict[str, str]
-    rest: Rest
-    entries: tuple[Entry, ...]
+    rest: UnlistedPairs
+    entries: tuple[ReactivityEntry, ...]
 
     @model_validator(mode="after")
     def _kinds_are_groups(self) -> Self:
@@ -146,7 +146,7 @@ _MADE_OF: dict[str, tuple[str, ...]] = {
 
 
 @dataclass(frozen=True)
-class Cell:
+class ReactivityCell:
     """The answer for a pair of groups."""
 
     severity: Severity
@@ -156,7 +156,7 @@ class Cell:
 
 
 @dataclass(frozen=True)
-class Side:
+class ReactingGroup:
     """A reagent and the group or trait of it that reacts."""
 
     asset: str
@@ -167,9 +167,9 @@ class Side:
 class Reaction:
     """A cell that applies to two reagents, in the order of their names."""
 
-    first: Side
-    second: Side
-    cell: Cell
+    first: ReactingGroup
+    second: ReactingGroup
+    cell: ReactivityCell
 
     @property
     def rank(self) -> int:
@@ -183,7 +183,7 @@ def reactivity() -> Reactivity:
     return Reactivity.load(artefacts("assets") / "chemistry" / "reactivity.json")
 
 
-def cell(a: str, b: str) -> Cell:
+def cell(a: str, b: str) -> ReactivityCell:
     """Return the cell of two reactive groups; symmetric; every pair has one.
 
     Raises:
@@ -208,7 +208,7 @@ def reactions(a: Asset, b: Asset) -> tuple[Reaction, ...]:
     pairs = [(first, second) for first in mine for second in others if a.name != b.name or first == second]
     entered = {pair for pair in pairs if _sorted(*pair) in _entered()}
     result = [
-        Reaction(Side(a.name, first), Side(b.name, second), cells[_sorted(first, second)])
+        Reaction(ReactingGroup(a.name, first), ReactingGroup(b.name, second), cells[_sorted(first, second)])
         for first, second in pairs
         if _sorted(first, second) in cells
         if not any((narrow, second) in entered for narrow in _kinds(first))
@@ -257,19 +257,21 @@ def _entered() -> frozenset[Pair]:
 
 
 @lru_cache(maxsize=1)
-def _cells() -> Mapping[Pair, Cell]:
+def _cells() -> Mapping[Pair, ReactivityCell]:
     """Return every cell by its sorted pair: all pairs of groups, and those pairs of traits that have an entry."""
     matrix = reactivity()
     groups = sorted(matrix.groups)
-    rest = Cell("compatible", matrix.rest.hazard, (), matrix.rest.source)
+    rest = ReactivityCell("compatible", matrix.rest.hazard, (), matrix.rest.source)
     cells = {(a, b): rest for place, a in enumerate(groups) for b in groups[place:]}
     for entry in matrix.entries:
         for a, b in entry.pairs():
-            cells[_sorted(a, b)] = Cell(entry.severity, entry.hazard, entry.products, _source(matrix, entry, a, b))
+            cells[_sorted(a, b)] = ReactivityCell(
+                entry.severity, entry.hazard, entry.products, _source(matrix, entry, a, b)
+            )
     return cells
 
 
-def _source(matrix: Reactivity, entry: Entry, a: str, b: str) -> str:
+def _source(matrix: Reactivity, entry: ReactivityEntry, a: str, b: str) -> str:
     charts = []
     for chart in entry.charts:
         low, high = sorted((matrix.groups[a][chart], matrix.groups[b][chart]))

@@ -15,11 +15,10 @@ from rapidfuzz.distance import OSA, Indel
 
 from labgym.artefacts import artefacts
 from labgym.assets.archive import SHAPE
-from labgym.assets.measures import Measure, first_size, of_size, size_note
+from labgym.assets.measures import StatedSize, first_size, of_size, size_note
 from labgym.assets.model import Asset
-from labgym.assets.phrases import PhraseIndex
+from labgym.assets.phrases import MAX_EDITS, MIN_LENGTH, PhraseIndex, edits, misspells_substance, similarity
 from labgym.assets.qualifiers import QualifiedName, is_aqueous, is_hydrate, of_equipment, of_substance
-from labgym.assets.spelling import MAX_EDITS, MIN_LENGTH, edits, misspells_substance, similarity
 from labgym.documents import Document
 
 MAX_QUERY = 200
@@ -244,7 +243,7 @@ class SynonymIndex:
         note = "the catalog's is a hydrate" if text.excludes_water and is_hydrate(asset) else ""
         return replace(match, aside=text.qualifiers, note=note)
 
-    def _sized(self, match: Match, size: Measure) -> Match:
+    def _sized(self, match: Match, size: StatedSize) -> Match:
         asset, stem = self._assets[match.name], _FAMILY.sub("", match.name)
         family = [other for other in self._roles if _FAMILY.sub("", other.name) == stem]
         chosen = of_size([asset, *(other for other in family if other.subtype == asset.subtype)], size)

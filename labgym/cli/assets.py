@@ -20,7 +20,7 @@ from labgym.errors import LabgymError, OptionError
 
 if TYPE_CHECKING:
     from labgym.assets import Asset
-    from labgym.assets.forge import Annotator, OwnAssets
+    from labgym.assets.forge import Annotator, Described, OwnAssets
 
 Axis = Literal["X", "Y", "Z"]
 Direction = Literal["+x", "-x", "+y", "-y", "+z", "-z"]
@@ -259,14 +259,13 @@ def _activation_hint(own: OwnAssets) -> None:
 
 def _model_annotator() -> tuple[Annotator, str]:
     """Return the configured language model as an annotator, and its name."""
-    from labgym.assets.forge import Described
-    from labgym.assets.forge.llm_annotator import describe
+    from labgym.assets.forge.modelled import describe
     from labgym.llm import LanguageModel
 
     client = LanguageModel.from_environment()
 
     def annotator(measured: Mapping[str, Any], draft: Mapping[str, Any], pictures: Sequence[bytes]) -> Described:
-        return Described.model_validate(describe(client, Catalog.published(), measured, draft, pictures).model_dump())
+        return describe(client, Catalog.published(), measured, draft, pictures)
 
     return annotator, client.config.model
 

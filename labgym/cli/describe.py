@@ -13,7 +13,7 @@ from labgym.protocols import Protocol
 from labgym.table import Table, number
 
 if TYPE_CHECKING:
-    from labgym.assets.inference import Agreement, Inference
+    from labgym.assets.inference import Inference, LabelAgreement
     from labgym.eval.driving.episode_row import EpisodeRow
     from labgym.eval.labnav.row import LabNavRow
     from labgym.eval.scoring.layout_report import LayoutReport
@@ -109,7 +109,7 @@ def inference_details(inference: Inference) -> str:
     return "\n".join([*_facts(facts), "", table])
 
 
-def agreement_table(agreement: Agreement) -> str:
+def agreement_table(agreement: LabelAgreement) -> str:
     """Return how inferred groups and flags agree with the catalog: counts, precision, recall, disagreements."""
     rows = tuple(
         (

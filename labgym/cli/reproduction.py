@@ -24,7 +24,7 @@ from labgym.cli.scores import OptionalMode
 if TYPE_CHECKING:
     from labgym.eval.scoring.judgement import Mode
     from labgym.eval.scoring.judging.options import JudgeOptions
-    from labgym.paper.reproduction.figures import Figures
+    from labgym.paper.reproduction.figures import PublishedFigures
     from labgym.paper.reproduction.scope import Scope as StudyScope
     from labgym.paper.reproduction.study import Study
 
@@ -238,13 +238,13 @@ def _comparison(arguments: ScopeArguments, judge: Mode | None = None) -> Study[A
 
 
 def _ablation(arguments: ScopeArguments, judge: Mode | None = None) -> Study[Any]:
-    from labgym.paper.reproduction.ablation import AblationStudy, ablation_variants
+    from labgym.paper.reproduction.ablation import RepairAblation, ablation_variants
     from labgym.paper.reproduction.scope import model_name
 
     scope, model = arguments.scope("ablation"), model_name()
     proposers = ("sampler", "llm") if model else ("sampler",)
     variants = tuple(variant for proposer in proposers for variant in ablation_variants(proposer))
-    return AblationStudy(variants, scope.protocols, scope.seeds, model=model, judge=_judge(judge))
+    return RepairAblation(variants, scope.protocols, scope.seeds, model=model, judge=_judge(judge))
 
 
 def _judge(mode: Mode | None) -> JudgeOptions | None:
@@ -285,7 +285,7 @@ def _reproduced(study: Study[Any], run: RunArguments, name: str = "", foresees: 
     return written(folder / PAGE)
 
 
-def _print(figures: Figures) -> None:
+def _print(figures: PublishedFigures) -> None:
     for table in figures.tables:
         print(f"\n{table.table().text()}")
     print()

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import fields, replace
 from typing import Any, TypeVar, cast
 
-from labgym.counts import whole_number
+from labgym.counts import is_finite, whole_number
 from labgym.errors import OptionError, UnknownNameError
 
 Record = TypeVar("Record")
@@ -27,8 +27,7 @@ def positive(part: Any, *names: str, zero: bool = False, most: float = math.inf)
     """
     for name in names:
         value = getattr(part, name)
-        number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-        if not number or not 0 <= value <= most or (value == 0 and not zero):
+        if not is_finite(value) or not 0 <= value <= most or (value == 0 and not zero):
             least = ("at least 0" if zero else "above 0") + (f" and at most {most:g}" if most < math.inf else "")
             raise OptionError(f"{type(part).__name__}: {name} is {str(value)[:40]!r}, expected a number {least}")
 
@@ -41,7 +40,7 @@ def finite(part: Any, *names: str) -> None:
     """
     for name in names:
         value = getattr(part, name)
-        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        if not is_finite(value):
             raise OptionError(f"{type(part).__name__}: {name} is {str(value)[:40]!r}, expected a finite number")
 
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from labgym.counts import whole_number
+from labgym.counts import check_switch, is_finite, whole_number
 from labgym.envs.assembly import STATIC, Moving, is_standard
 from labgym.envs.checks import positive, record_of
 from labgym.envs.parts import catalog  # noqa: F401 - registers all parts
@@ -147,8 +146,7 @@ class PointNavConfig:
         _check_control_dt(self.control_dt)
         check_budget(self.resident_mb)
         whole_number("episodes_per_layout", self.episodes_per_layout)
-        if not isinstance(self.exact, bool):
-            raise OptionError(f"exact is {self.exact!r}, expected True or False")
+        check_switch("exact", self.exact)
         if self.weights is not None:
             self._set("weights", record_of(self.weights, RewardWeights(), "weights", "reward term"))
         if self.sensors is not None:
@@ -203,8 +201,7 @@ class PointNavConfig:
     def _check_scene(self) -> None:
         """Check robot and moving furniture against each other and against the physics."""
         for name in ("interactive", "loose"):
-            if not isinstance(getattr(self, name), bool):
-                raise OptionError(f"{name} is {getattr(self, name)!r}, expected True or False")
+            check_switch(name, getattr(self, name))
         if self.loose and not self.interactive:
             raise OptionError("loose objects need a scene in which things move: pass interactive=True, too")
         if self.interactive and self.exact:
@@ -252,7 +249,6 @@ def _check_pixels(width: object, height: object) -> None:
 
 
 def _check_control_dt(control_dt: object) -> None:
-    number = isinstance(control_dt, int | float) and not isinstance(control_dt, bool) and math.isfinite(control_dt)
-    checks = float(control_dt) / (CHECK_STEPS * ROBOT.timestep) if number else 0.0  # type: ignore[arg-type]
+    checks = control_dt / (CHECK_STEPS * ROBOT.timestep) if is_finite(control_dt) else 0.0
     if not (1 <= round(checks) <= 40 and abs(checks - round(checks)) < 1e-6):
         raise OptionError(f"control_dt is {control_dt} s, expected a multiple of 0.025 s, at most 1 s")

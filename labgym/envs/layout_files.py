@@ -8,6 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from labgym.counts import is_real
 from labgym.documents import canonical_hash, json_bytes, parse_json, write_bytes
 from labgym.envs.training import LayoutSource, TrainingRooms, training_floor
 from labgym.errors import LabgymError, OptionError
@@ -40,9 +41,8 @@ class LayoutFiles:
     megabytes: float = FOLDER_MB
 
     def __post_init__(self) -> None:
-        size = self.megabytes
-        if isinstance(size, bool) or not isinstance(size, int | float) or not size > 0.0:
-            raise OptionError(f"folder_mb is {size!r}, expected a number of megabytes above 0")
+        if not is_real(self.megabytes) or self.megabytes <= 0.0:
+            raise OptionError(f"folder_mb is {self.megabytes!r}, expected a number of megabytes above 0")
 
     def layout(self, source: LayoutSource, number: int) -> Layout:
         """Return a layout of a source, from its file if there is one; other sources than labgym's are not stored.

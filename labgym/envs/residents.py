@@ -5,6 +5,7 @@ from __future__ import annotations
 from threading import Lock
 from typing import Protocol
 
+from labgym.counts import is_real
 from labgym.errors import OptionError
 
 RESIDENT_MB = 512.0
@@ -59,5 +60,5 @@ def check_budget(megabytes: float) -> None:
     Raises:
         OptionError: it is not a number of at least 0.
     """
-    if isinstance(megabytes, bool) or not isinstance(megabytes, int | float) or not megabytes >= 0.0:
+    if not is_real(megabytes) or megabytes < 0.0:
         raise OptionError(f"resident_mb is {megabytes!r}, expected a number of megabytes of at least 0")

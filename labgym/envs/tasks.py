@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from labgym import protocols
+from labgym.counts import is_whole
 from labgym.envs.endpoints import check_drivable, pair_between, passed_ends
 from labgym.envs.pool import AHEAD, LayoutPool, PoolAddress, check_sendable
 from labgym.envs.residents import RESIDENT_MB, check_budget
@@ -289,7 +290,7 @@ def goal_pair(layout: Layout, index: int, protocol: Protocol | None = None) -> G
 
 
 def _numbered(layout: Layout, pairs: Sequence[GoalPair], index: int) -> GoalPair:
-    if isinstance(index, bool) or not isinstance(index, int | np.integer):
+    if not is_whole(index):
         raise OptionError(f"goal pair {index!r} is a {type(index).__name__}, expected an int below {len(pairs)}")
     if not 0 <= index < len(pairs):
         raise UnknownNameError(f"goal pair of layout {layout.id!r}", index, (str(pair.index) for pair in pairs))

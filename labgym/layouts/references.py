@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from labgym.assets import Asset, Catalog
-from labgym.assets.sizes import size_problem
+from labgym.assets.plausibility import size_problem
 from labgym.errors import DocumentError, LabgymError, UnknownNameError
 from labgym.layouts.placement import FLOOR, WALL, Placement, resized
 from labgym.layouts.roles import takes_role

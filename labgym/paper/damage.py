@@ -35,7 +35,7 @@ Figure = Callable[[Assessment], int]
 
 
 @dataclass(frozen=True)
-class Kind:
+class DamageKind:
     """A kind of damage.
 
     Attributes:
@@ -96,7 +96,7 @@ def damaged(layout: Layout, kind: str, pieces: int, generator: Generator) -> Dam
     raise LabgymError(f"damage {kind!r} of {pieces} pieces caused no fault in layout {layout.id!r} in {DRAWS} draws")
 
 
-def _faults(layout: Layout, kind: Kind) -> int:
+def _faults(layout: Layout, kind: DamageKind) -> int:
     return kind.figure(evaluate_layout(layout, layout.protocol, navigation=kind.navigation, rules=PAPER))
 
 
@@ -254,16 +254,18 @@ def _missing(assessment: Assessment) -> int:
     return len(assessment.missing or ())
 
 
-KINDS: Mapping[str, Kind] = {
-    "items_stacked": Kind("items put into other items of their surface", _crowded, _onto_item, _collisions),
-    "items_shoved": Kind("items shoved and lifted or lowered", _items, _shoved, _out_of_bounds),
-    "reagents_out": Kind("reagents taken out of their cabinets", _stored, _unstored, _not_stored),
-    "load_left": Kind("furniture moved without what stands on it", _laden, _left_behind, _out_of_bounds),
-    "moved": Kind("furniture moved by up to 2 m", _furniture, _moved, _cost, True),
-    "turned": Kind("furniture turned", _furniture, _turned, _cost, True),
-    "moved_and_turned": Kind("furniture moved by up to 2 m and turned", _furniture, _moved_and_turned, _cost, True),
-    "furniture_stacked": Kind("furniture put into other furniture", _furniture, _onto_furniture, _collisions),
-    "goal_pose": Kind("furniture put where the robot works", _in_the_way, _onto_goal_pose, _infeasible, True),
-    "removed": Kind("required objects removed", _required, _removed, _missing),
+KINDS: Mapping[str, DamageKind] = {
+    "items_stacked": DamageKind("items put into other items of their surface", _crowded, _onto_item, _collisions),
+    "items_shoved": DamageKind("items shoved and lifted or lowered", _items, _shoved, _out_of_bounds),
+    "reagents_out": DamageKind("reagents taken out of their cabinets", _stored, _unstored, _not_stored),
+    "load_left": DamageKind("furniture moved without what stands on it", _laden, _left_behind, _out_of_bounds),
+    "moved": DamageKind("furniture moved by up to 2 m", _furniture, _moved, _cost, True),
+    "turned": DamageKind("furniture turned", _furniture, _turned, _cost, True),
+    "moved_and_turned": DamageKind(
+        "furniture moved by up to 2 m and turned", _furniture, _moved_and_turned, _cost, True
+    ),
+    "furniture_stacked": DamageKind("furniture put into other furniture", _furniture, _onto_furniture, _collisions),
+    "goal_pose": DamageKind("furniture put where the robot works", _in_the_way, _onto_goal_pose, _infeasible, True),
+    "removed": DamageKind("required objects removed", _required, _removed, _missing),
 }
 """The kinds of damage by name."""

@@ -13,8 +13,7 @@ from labgym.assets import Asset
 from labgym.assets.archive import convex_bodies
 from labgym.assets.articulation import State, posed_solids
 from labgym.assets.shapes import MATERIALS, Part
-from labgym.assets.shapes.parts import Vector
-from labgym.assets.shapes.tessellate import local_mesh
+from labgym.assets.shapes.parts import Vector, local_mesh
 from labgym.assets.textures import Texture, corner_coordinates, texture
 from labgym.errors import OptionError
 from labgym.geometry import OrientedBox

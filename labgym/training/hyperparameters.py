@@ -10,7 +10,7 @@ from typing import Any
 
 from stable_baselines3.common.utils import LinearSchedule
 
-from labgym.counts import MAX_COUNT, MAX_STEPS, whole_number
+from labgym.counts import MAX_COUNT, MAX_STEPS, check_switch, whole_number
 from labgym.envs.mapping_files import read_mapping
 from labgym.errors import DocumentError, OptionError, UnknownNameError
 from labgym.policies.adapters.actor_file import ACTIVATIONS
@@ -62,8 +62,7 @@ class Hyperparameters:
             ("layouts", 0, MAX_COUNT),
         ):
             whole_number(name, getattr(self, name), least, most)
-        if not isinstance(self.near_goal, bool):
-            raise OptionError(f"near_goal is {self.near_goal!r}, expected true or false")
+        check_switch("near_goal", self.near_goal)
         if not isinstance(self.policy, str):
             raise OptionError(f"policy is {self.policy!r}, expected the name of a policy, such as MultiInputPolicy")
         if not isinstance(self.normalize, bool | Mapping):

@@ -8,6 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
+from labgym.counts import is_finite, is_whole
 from labgym.errors import OptionError
 
 LINEAR = "lin_"
@@ -42,8 +43,7 @@ class Number:
         if self.prefix and isinstance(value, str) and value.startswith(self.prefix):
             with suppress(ValueError):
                 number = float(value.removeprefix(self.prefix))
-        is_number = isinstance(number, int if self.whole else int | float) and not isinstance(number, bool)
-        if not is_number or not math.isfinite(number) or not self._contains(number):
+        if not (is_whole if self.whole else is_finite)(number) or not self._contains(number):
             raise OptionError(f"{name} is {value!r}, expected {self._text()}")
 
     def _contains(self, number: float) -> bool:
@@ -96,7 +96,7 @@ class Network:
 
 
 def _is_width(size: object) -> bool:
-    return isinstance(size, int) and not isinstance(size, bool) and size >= 1
+    return is_whole(size) and size >= 1
 
 
 Limit = Number | Kind | Network

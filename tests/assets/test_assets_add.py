@@ -12,10 +12,11 @@ import pytest
 import trimesh
 
 from labgym.assets import Catalog
-from labgym.assets.archive import Geometry, Piece, pack, unpack
+from labgym.assets.archive import Geometry, MeshPiece, pack, unpack
 from labgym.assets.checks import check
 from labgym.assets.forge import Options, OwnAssets, annotate
-from labgym.assets.meshes import MeshError, convex, read_mesh
+from labgym.assets.meshes import MeshError, read_mesh
+from labgym.assets.meshes import physical as physical_phase
 from labgym.cli import main
 from labgym.errors import DocumentError, OptionError
 
@@ -105,8 +106,8 @@ def test_an_unusual_size_is_noted(tmp_path):
 @pytest.mark.parametrize("count", [1, 2])
 def test_the_number_of_convex_bodies_of_an_asset_is_limited(tmp_path, monkeypatch, count):
     pytest.importorskip("coacd")
-    assert convex.MAX_BODIES == 32
-    monkeypatch.setattr(convex, "MAX_BODIES", 2 * count)
+    assert physical_phase.MAX_BODIES == 32
+    monkeypatch.setattr(physical_phase, "MAX_BODIES", 2 * count)
     scene = trimesh.Scene()
     for k in range(count):
         part = bowl()
@@ -118,10 +119,10 @@ def test_the_number_of_convex_bodies_of_an_asset_is_limited(tmp_path, monkeypatc
     assert count < physical.convex_bodies <= 2 * count
 
 
-@pytest.mark.parametrize(("limit", "value"), [("MEMORY", 64 * 1024**2), ("WALL_SECONDS", 0.01)])
+@pytest.mark.parametrize(("limit", "value"), [("MEMORY_BYTES", 64 * 1024**2), ("WALL_SECONDS", 0.01)])
 def test_a_decomposition_that_exceeds_its_limits_ends_alone_and_hulls_are_used(tmp_path, monkeypatch, limit, value):
     pytest.importorskip("coacd")
-    monkeypatch.setattr(convex, limit, value)
+    monkeypatch.setattr(physical_phase, limit, value)
     bowl().export(tmp_path / "bowl.glb")
     result = annotate(tmp_path / "bowl.glb")
     assert result.annotation.physical.decomposed_by == "convex hull"
@@ -158,7 +159,7 @@ def test_geometry_with_changed_bytes_is_read_or_refused(seed):
     random = np.random.default_rng(seed)
     body = trimesh.creation.box()
     points, faces = np.asarray(body.vertices, float), np.asarray(body.faces, np.int64)
-    content = bytearray(pack(Geometry((Piece(points, faces, "glass"),), ((points, faces),))))
+    content = bytearray(pack(Geometry((MeshPiece(points, faces, "glass"),), ((points, faces),))))
     for place in random.integers(0, len(content), 4):
         content[place] = random.integers(0, 256)
     with suppress(DocumentError):

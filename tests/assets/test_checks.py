@@ -6,7 +6,7 @@ import pytest
 
 from labgym.assets import Catalog, Cavity, Hazards, Size, Surface
 from labgym.assets.checks import check
-from labgym.assets.sizes import bounds, size_problem
+from labgym.assets.plausibility import bounds, size_problem
 
 CATALOG = Catalog.load()
 

@@ -10,7 +10,7 @@ import pytest
 import trimesh
 
 from labgym.assets import Catalog
-from labgym.assets.forge.llm_annotator import describe
+from labgym.assets.forge.modelled import describe
 from labgym.cli import main
 from labgym.llm import LanguageModelError
 
@@ -41,7 +41,7 @@ def answer(**changes: Any) -> str:
 def test_an_object_is_described_from_measurements_draft_and_pictures(loopback, model_at):
     loopback.says(answer())
     said = describe(model_at(), CATALOG, MEASURED, DRAFT, [PNG, PNG])
-    assert (said.name, said.category, said.synonyms_zh) == ("RoundBottomFlask", "glassware", ["圆底烧瓶"])
+    assert (said.name, said.category, said.synonyms_zh) == ("RoundBottomFlask", "glassware", ("圆底烧瓶",))
     assert said.hazards.glass_container
     question = loopback.requests[0]["messages"][1]["content"]
     assert [part["type"] for part in question] == ["text", "image_url", "image_url"]

@@ -14,7 +14,7 @@ import pytest
 import trimesh
 
 from labgym.assets.meshes import LIMITS, MeshError, read_mesh
-from labgym.assets.meshes.isolated import memory_for
+from labgym.assets.meshes.stage import memory_for
 from labgym.errors import UnknownNameError
 
 TRIANGLE = """def Mesh "Body" {

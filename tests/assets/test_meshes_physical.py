@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from labgym.assets.meshes import MeshError, MeshFile, MeshPart, normalise, read_mesh
-from labgym.assets.meshes import convex as convex_module
+from labgym.assets.meshes import MeshError, MeshFile, MeshPart, normalise, physical, read_mesh
 from labgym.assets.meshes.polygons import triangulate
 from labgym.errors import UnknownNameError
 
@@ -114,7 +113,7 @@ def test_coacd_leaves_the_hollow_of_a_bowl_free_and_is_repeatable(bowl):
 
 
 def test_without_coacd_each_part_has_its_hull(bowl, monkeypatch):
-    monkeypatch.setattr(convex_module.importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setattr(physical.importlib.util, "find_spec", lambda name: None)
     mesh = normalise(mesh_file(bowl, trimesh.creation.box()))
     assert (mesh.decomposed_by, len(mesh.convex)) == ("convex hull", 2)
     check_convex(mesh.convex)
@@ -123,7 +122,7 @@ def test_without_coacd_each_part_has_its_hull(bowl, monkeypatch):
 
 def test_meshes_too_fine_for_coacd_have_hulls_and_it_is_said(bowl, monkeypatch):
     pytest.importorskip("coacd")
-    monkeypatch.setattr(convex_module, "MAX_FACES", len(bowl.faces) - 1)
+    monkeypatch.setattr(physical, "MAX_FACES", len(bowl.faces) - 1)
     mesh = normalise(mesh_file(bowl, trimesh.creation.box()))
     assert (mesh.decomposed_by, len(mesh.convex)) == ("convex hull", 2)
 
@@ -135,10 +134,10 @@ def test_flat_parts_become_thin_plates(bowl):
 
 
 def test_hundreds_of_parts_are_decomposed_as_one(monkeypatch):
-    monkeypatch.setattr(convex_module.importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setattr(physical.importlib.util, "find_spec", lambda name: None)
     boxes = [trimesh.creation.box(transform=trimesh.transformations.translation_matrix((k, 0, 0))) for k in range(9)]
     assert len(normalise(mesh_file(*boxes)).convex) == 9
-    monkeypatch.setattr(convex_module, "MAX_BODIES", 8)
+    monkeypatch.setattr(physical, "MAX_BODIES", 8)
     assert len(normalise(mesh_file(*boxes)).convex) == 1
 
 

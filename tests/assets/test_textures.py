@@ -14,10 +14,8 @@ from PIL import Image
 
 from labgym.assets.shapes import MATERIALS
 from labgym.assets.textures import decoded, encoded, surface_coordinates, texture
-from labgym.assets.textures.noise import chips, cloud, relief, speckles
-from labgym.assets.textures.patterns import brushed_metal, wood
-from labgym.assets.textures.recipes import RECIPES
-from labgym.assets.textures.texture import image
+from labgym.assets.textures.patterns import brushed_metal, chips, cloud, relief, speckles, wood
+from labgym.assets.textures.texture import RECIPES, image
 
 JOINTED = ("floor_tile", "ceiling")
 """Textures whose edges lie in a joint."""

@@ -5,12 +5,12 @@ import pytest
 from labgym.errors import OptionError
 from labgym.layouts.moves import Move, apply
 from labgym.paper.damage import KINDS
-from labgym.paper.repairs.cases import Case, cases, patient
+from labgym.paper.repairs.cases import RepairCase, cases, patient
 from labgym.paper.repairs.rows import RepairRow, repair_row
 from labgym.paper.repairs.verdict import verdict
 from labgym.paper.reproduction.repair import RepairStudy
 
-CASE = Case("items_shoved", 2, 0)
+CASE = RepairCase("items_shoved", 2, 0)
 
 
 def row(kind: str, pieces: int = 1, **wrong: object) -> RepairRow:

@@ -14,7 +14,7 @@ from labgym.layouts import Layout
 from labgym.paper.labbuilder.reading import read_labbuilder
 from labgym.paper.labbuilder.routes import GoalPose, read_goals, route_protocol, usual_places, visited
 from labgym.paper.labbuilder.study import LabBuilderStudy
-from labgym.paper.reproduction.figures import Figures
+from labgym.paper.reproduction.figures import PublishedFigures
 
 SIZES = {
     "ExperimentalPlatform": {"short": 1.5, "long": 2.7, "height": 0.8},
@@ -98,7 +98,7 @@ def test_the_repaired_scene_is_written_in_labbuilder_s_form(results, row):
 
 
 def test_the_page_names_the_file_that_failed(results):
-    figures = Figures.load(results / "figures.json")
+    figures = PublishedFigures.load(results / "figures.json")
     assert any("broken failed" in line for line in figures.summary)
     assert "ester, after the repair" in (results / "index.html").read_text()
 

@@ -196,7 +196,7 @@ def test_the_way_of_a_robot_that_brakes_for_people_counts_for_the_decision_befor
 
 
 def test_a_misspelt_option_is_refused():
-    with pytest.raises(OptionError, match="safety is 'maybe'; expected true or false"):
+    with pytest.raises(OptionError, match="safety is 'maybe', expected True or False"):
         make_policy("local-ppo", safety="maybe")
 
 

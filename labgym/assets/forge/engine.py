@@ -16,15 +16,13 @@ from pydantic import ValidationError
 from labgym.assets.archive import SHAPE, digest, pack, remember
 from labgym.assets.catalog import Catalog
 from labgym.assets.checks import kinds_agree, sizes_are_plausible, surfaces_fit, texts_are_complete
-from labgym.assets.forge.caption import write_caption
-from labgym.assets.forge.domain import domain
+from labgym.assets.forge.drafting import EntryDraft, domain, semantic, write_caption
 from labgym.assets.forge.facts import Facts, texts
 from labgym.assets.forge.looks import geometry_of, look
 from labgym.assets.forge.matching import SIZE_RATIO, Resemblance, resemblance
 from labgym.assets.forge.modelled import Annotator, drafted, measured, take
-from labgym.assets.forge.record import Annotation, Physical, Source
+from labgym.assets.forge.record import Annotation, MeshSource, Physical
 from labgym.assets.forge.scale import check_scale
-from labgym.assets.forge.semantic import EntryDraft, semantic
 from labgym.assets.meshes import MeshError, MeshFile, PhysicalMesh, normalise, read_mesh
 from labgym.assets.meshes.colors import to_linear
 from labgym.assets.meshes.model import LIMITS, Axis
@@ -151,7 +149,7 @@ def annotate(
     for rule in _RULES:
         for problem in rule(asset):
             raise MeshError(path, f"{problem.field} of {asset.name}: {problem.message}")
-    source = Source(
+    source = MeshSource(
         file=path.name[:200],
         sha256=file_digest,
         source_unit=file.source_unit,

@@ -10,8 +10,7 @@ import numpy as np
 
 from labgym.assets.catalog import Catalog
 from labgym.assets.forge.looks import substance
-from labgym.assets.forge.matching import Resemblance
-from labgym.assets.forge.naming import NOISE, telling
+from labgym.assets.forge.matching import NOISE, Resemblance, telling
 from labgym.assets.meshes import MeshFile, PhysicalMesh
 from labgym.assets.model import Asset, Kind, Placing, Size, Surface
 from labgym.assets.search import normalise, surface_forms

@@ -7,8 +7,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from labgym.assets.archive import Geometry, Piece
-from labgym.assets.forge.naming import name_words
+from labgym.assets.archive import Geometry, MeshPiece
+from labgym.assets.forge.matching import name_words
 from labgym.assets.meshes import MeshPart, PhysicalMesh
 from labgym.assets.shapes import MATERIALS
 from labgym.assets.shapes.materials import FINISHES, SUPPLIES
@@ -83,10 +83,10 @@ def geometry_of(mesh: PhysicalMesh, category: str) -> Geometry:
     return Geometry(tuple(_joined(name, parts) for name, parts in sorted(by_look.items())), mesh.convex)
 
 
-def _joined(name: str, parts: list[MeshPart]) -> Piece:
+def _joined(name: str, parts: list[MeshPart]) -> MeshPiece:
     offsets = np.cumsum([0, *[len(part.vertices) for part in parts[:-1]]])
     faces = np.concatenate([part.faces + offset for part, offset in zip(parts, offsets, strict=True)])
-    return Piece(np.concatenate([part.vertices for part in parts]), faces, name)
+    return MeshPiece(np.concatenate([part.vertices for part in parts]), faces, name)
 
 
 @lru_cache(maxsize=4096)

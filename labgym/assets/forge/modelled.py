@@ -1,21 +1,29 @@
-"""The semantic and domain phases by a language model: its answer is data, and only valid parts of it are used."""
+"""The semantic and domain phases by a language model: its answer is data, and only valid parts of it are used.
+
+The model describes an object from measurements, the draft of the rules and pictures.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Annotated, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, create_model
 
+from labgym.assets.catalog import Catalog
 from labgym.assets.checks import MIN_TEXT
-from labgym.assets.forge.caption import write_caption
+from labgym.assets.forge.drafting import EntryDraft, free_name, write_caption
 from labgym.assets.forge.facts import Facts
 from labgym.assets.forge.record import Share, origin
-from labgym.assets.forge.semantic import EntryDraft, free_name
-from labgym.assets.model import Hazards, Kind
+from labgym.assets.model import Asset, Hazards, Kind
 from labgym.assets.search import normalise
 from labgym.documents import Record
 
+if TYPE_CHECKING:
+    from labgym.llm import LanguageModel
+
+PROMPT = Path(__file__).resolve().parent / "prompts" / "annotate_asset.md"
 MAX_SYNONYMS = 8
 Words = Annotated[str, Field(min_length=1, max_length=60)]
 
@@ -24,17 +32,17 @@ class Described(Record):
     """A language model's description of an object.
 
     Attributes:
-        semantic, domain: confidence in name, category and words; and in the hazards.
+        semantic, domain: confidence in name, category and words; and in the hazards, between 0 and 1.
     """
 
     name: Annotated[str, Field(pattern=r"^[A-Z][A-Za-z0-9]{1,63}$")]
     kind: Kind
-    category: Annotated[str, Field(max_length=60)]
-    subtype: Annotated[str, Field(max_length=60)]
-    synonyms_en: tuple[Words, ...] = ()
-    synonyms_zh: tuple[Words, ...] = ()
-    description: Annotated[str, Field(max_length=1000)]
-    caption: Annotated[str, Field(max_length=500)]
+    category: str
+    subtype: str
+    synonyms_en: Annotated[tuple[Words, ...], Field(max_length=MAX_SYNONYMS)]
+    synonyms_zh: Annotated[tuple[Words, ...], Field(max_length=MAX_SYNONYMS)]
+    description: Annotated[str, Field(min_length=1, max_length=600)]
+    caption: Annotated[str, Field(min_length=1, max_length=300)]
     hazards: Hazards
     semantic: Share
     domain: Share
@@ -42,6 +50,38 @@ class Described(Record):
 
 Annotator = Callable[[Mapping[str, Any], Mapping[str, Any], Sequence[bytes]], Described]
 """Asks a model for a description: takes measurements, the draft of the rules and PNG views."""
+
+
+def describe(
+    model: LanguageModel,
+    catalog: Catalog,
+    measured: Mapping[str, Any],
+    draft: Mapping[str, Any],
+    pictures: Sequence[bytes] = (),
+) -> Described:
+    """Return a language model's description of an object, with a kind, category and subtype of the catalog.
+
+    Args:
+        model: the client.
+        catalog: its kinds, categories and subtypes are the ones to choose from.
+        measured: name, sizes in meters, materials and colors from the file; untrusted text to the model.
+        draft: the entry by rules.
+        pictures: PNG views of the object.
+
+    Raises:
+        LanguageModelError: no usable answer.
+    """
+    from labgym.llm import LanguageModelError, load_prompt
+
+    prompt = load_prompt(PROMPT)
+    categories = _categories(catalog.assets)
+    question = prompt.fill(pictures, measured=dict(measured), draft=dict(draft), categories=categories)
+    reply = model.ask(prompt.label, question, _answer(catalog.assets))
+    answer = Described.model_validate(reply.answer.model_dump())
+    if answer.subtype not in categories.get(answer.kind, {}).get(answer.category, []):
+        problem = f"no {answer.kind} of the catalog has category {answer.category!r} and subtype {answer.subtype!r}"
+        raise LanguageModelError("malformed", f"language model: {problem}; ask again with another model", reply.text)
+    return answer
 
 
 def measured(facts: Facts) -> dict[str, Any]:
@@ -122,7 +162,24 @@ def _hazards(answer: Described, facts: Facts, draft: EntryDraft) -> None:
 def _extended(synonyms: tuple[str, ...], texts: Sequence[str], facts: Facts) -> tuple[str, ...]:
     """Return synonyms with those texts of a model that are not names of a published entry."""
     forms = {normalise(text): text for text in synonyms}
-    for text in texts[:MAX_SYNONYMS]:
+    for text in texts:
         if normalise(text) and normalise(text) not in facts.taken:
             forms.setdefault(normalise(text), text)
     return tuple(forms.values())
+
+
+def _categories(assets: Sequence[Asset]) -> dict[str, dict[str, list[str]]]:
+    """Return the subtypes by kind and category, sorted."""
+    by_kind: dict[str, dict[str, set[str]]] = {}
+    for asset in assets:
+        by_kind.setdefault(asset.kind, {}).setdefault(asset.category, set()).add(asset.subtype)
+    return {
+        kind: {category: sorted(subtypes) for category, subtypes in sorted(categories.items())}
+        for kind, categories in sorted(by_kind.items())
+    }
+
+
+def _answer(assets: Sequence[Asset]) -> type[Record]:
+    categories: Any = Literal[tuple(sorted({asset.category for asset in assets}))]
+    subtypes: Any = Literal[tuple(sorted({asset.subtype for asset in assets}))]
+    return create_model("AssetDescription", __base__=Described, category=(categories, ...), subtype=(subtypes, ...))

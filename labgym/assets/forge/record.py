@@ -41,7 +41,7 @@ def origin(how: How, why: str = "", confidence: float | None = None) -> Origin:
     return Origin(how=how, why=why, confidence=round(CONFIDENCE[how] if confidence is None else confidence, 3))
 
 
-class Source(Record):
+class MeshSource(Record):
     """The file that was added and how it was read; equal sources give equal assets."""
 
     file: str
@@ -79,7 +79,7 @@ class Annotation(Document):
     SCHEMA: ClassVar[str] = "labgym.annotation/1"
 
     asset: str
-    source: Source
+    source: MeshSource
     physical: Physical
     resembles: str | None = None
     fields: dict[str, Origin]

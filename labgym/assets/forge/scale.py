@@ -7,11 +7,10 @@ from dataclasses import dataclass, replace
 
 from labgym.assets.catalog import Catalog
 from labgym.assets.forge.facts import standing
-from labgym.assets.forge.matching import Extents, Resemblance, size_distance
-from labgym.assets.forge.naming import volume_of
+from labgym.assets.forge.matching import Extents, Resemblance, size_distance, volume_of
 from labgym.assets.meshes import UNITS, MeshError, MeshFile
 from labgym.assets.model import Asset
-from labgym.assets.sizes import Bounds, bounds_of
+from labgym.assets.plausibility import Bounds, bounds_of
 
 SPREAD = 4.0
 """The longest side may be this many times beyond those of the published entries of the same subtype."""

@@ -15,7 +15,7 @@ Labeled = tuple[str, str, Labels, Labels]
 
 
 @dataclass(frozen=True)
-class Score:
+class LabelScore:
     """Number of correct, wrong and missed inferences of a group or flag."""
 
     label: str
@@ -45,18 +45,18 @@ class Disagreement:
 
 
 @dataclass(frozen=True)
-class Agreement:
+class LabelAgreement:
     """The comparison over many substances; `exact` counts, by kind, those whose labels all agree."""
 
     substances: int
     exact: dict[str, int]
-    scores: dict[str, tuple[Score, ...]]
+    scores: dict[str, tuple[LabelScore, ...]]
     disagreements: tuple[Disagreement, ...]
 
-    def total(self, kind: str) -> Score:
+    def total(self, kind: str) -> LabelScore:
         """Return the score of all labels of a kind (groups or flags) together."""
         scores = self.scores[kind]
-        return Score(
+        return LabelScore(
             "all",
             sum(score.right for score in scores),
             sum(score.wrong for score in scores),
@@ -73,7 +73,7 @@ def listed(reagents: Iterable[Asset]) -> list[Labeled]:
     ]
 
 
-def compare(substances: Iterable[Labeled]) -> Agreement:
+def compare(substances: Iterable[Labeled]) -> LabelAgreement:
     """Return how the classification of labeled substances agrees with their labels.
 
     Raises:
@@ -97,9 +97,10 @@ def compare(substances: Iterable[Labeled]) -> Agreement:
                 if label not in carries & inferred:
                     disagreements.append(Disagreement(name, kind, label, label in inferred))
     scores = {
-        kind: tuple(Score(label, *tally) for label, tally in sorted(labels.items())) for kind, labels in counts.items()
+        kind: tuple(LabelScore(label, *tally) for label, tally in sorted(labels.items()))
+        for kind, labels in counts.items()
     }
-    return Agreement(len(rows), exact, scores, tuple(disagreements))
+    return LabelAgreement(len(rows), exact, scores, tuple(disagreements))
 
 
 def _flags(asset: Asset) -> Labels:

@@ -1,6 +1,6 @@
 """Mesh files: read safely, converted to meters and z up, then to the frame of an asset."""
 
-from labgym.assets.meshes.model import LIMITS, Limits, MeshError, MeshFile, MeshPart, PhysicalMesh
+from labgym.assets.meshes.model import LIMITS, MeshError, MeshFile, MeshLimits, MeshPart, PhysicalMesh
 from labgym.assets.meshes.physical import DIRECTIONS, normalise
 from labgym.assets.meshes.reading import DEFAULT_UNITS, FORMATS, UNITS, read_mesh
 
@@ -10,9 +10,9 @@ __all__ = [
     "FORMATS",
     "LIMITS",
     "UNITS",
-    "Limits",
     "MeshError",
     "MeshFile",
+    "MeshLimits",
     "MeshPart",
     "PhysicalMesh",
     "normalise",

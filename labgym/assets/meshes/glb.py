@@ -13,8 +13,8 @@ from labgym.assets.meshes.colors import rgba_from_linear
 from labgym.assets.meshes.model import (
     LIMITS,
     Faces,
-    Limits,
     MeshError,
+    MeshLimits,
     MeshPart,
     Points,
     RawMesh,
@@ -32,7 +32,7 @@ _COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 
 _WIDTHS = {"SCALAR": 1, "VEC3": 3}
 
 
-def read_glb(path: Path, content: bytes, limits: Limits = LIMITS) -> RawMesh:
+def read_glb(path: Path, content: bytes, limits: MeshLimits = LIMITS) -> RawMesh:
     """Return the meshes of the default scene, one part for each primitive of each node that shows it.
 
     Raises:
@@ -79,7 +79,7 @@ class _File:
     path: Path
     header: dict[str, Any]
     binary: bytes
-    limits: Limits
+    limits: MeshLimits
 
     def mesh(self) -> RawMesh:
         refused = set(self.header.get("extensionsRequired", ())) - READ_EXTENSIONS

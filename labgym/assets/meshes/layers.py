@@ -1,18 +1,53 @@
-"""The files that a USD stage is composed of: found and checked before the stage is composed."""
+"""The files that a USD stage is composed of, and USDZ packages: checked before they are read."""
 
 from __future__ import annotations
 
-from pathlib import Path
+import zipfile
+from pathlib import Path, PurePosixPath
 from typing import Any
 
-from labgym.assets.meshes.model import Limits, MeshError, printable
-from labgym.assets.meshes.packages import check_package
+from labgym.assets.meshes.model import MeshError, MeshLimits, printable
+
+MAX_ENTRIES = 1024
+
+
+def check_package(path: Path, limits: MeshLimits) -> None:
+    """Check a usdz file's directory: only stored entries, as the format requires, within the size limit.
+
+    Raises:
+        MeshError: not a zip file, or an entry that is compressed, encrypted, overlapping, a package itself, or named
+            outside the package.
+    """
+    try:
+        with zipfile.ZipFile(path) as package:
+            entries = package.infolist()
+    except (zipfile.BadZipFile, ValueError, NotImplementedError, UnicodeDecodeError, OSError) as error:
+        raise MeshError(path, f"not a usdz package ({printable(error, 120)}); export it again") from None
+    if not 0 < len(entries) <= MAX_ENTRIES:
+        raise MeshError(path, f"holds {len(entries)} files, expected 1 to {MAX_ENTRIES}; package the model alone")
+    for entry in entries:
+        name = printable(entry.filename, 120)
+        inside = PurePosixPath(entry.filename.replace("\\", "/"))
+        if inside.is_absolute() or ".." in inside.parts or ":" in entry.filename:
+            raise MeshError(path, f"names the file {name!r}, outside the package; package the model again")
+        if entry.compress_type != zipfile.ZIP_STORED or entry.compress_size != entry.file_size:
+            grown = f"{entry.compress_size} bytes that unpack to {entry.file_size}"
+            raise MeshError(path, f"its {name!r} is compressed ({grown}); usdz stores files as they are: repack it")
+        if entry.flag_bits & 0x1:
+            raise MeshError(path, f"its {name!r} is encrypted; package the model without a password")
+        if inside.suffix.lower() in (".usdz", ".zip"):
+            raise MeshError(path, f"holds the package {name!r}, which is not opened; package the model flat")
+    total = sum(entry.file_size for entry in entries)
+    if total > min(limits.bytes, path.stat().st_size):
+        most = min(limits.bytes, path.stat().st_size)
+        raise MeshError(path, f"its files claim {total} bytes, expected at most {most}; it may be a zip bomb")
+
 
 MATERIALS = ".mtlx"
 """Suffix of MaterialX files: they hold looks and no geometry, and not every build of OpenUSD reads them."""
 
 
-def check_layers(path: Path, limits: Limits) -> tuple[Any, ...]:
+def check_layers(path: Path, limits: MeshLimits) -> tuple[Any, ...]:
     """Follow sublayers, references and payloads from a USD file, in every variant, and check each file met.
 
     References to MaterialX files are removed from the layers in memory.
@@ -94,7 +129,7 @@ def _target(path: Path, folder: Path, layer: Any, reference: str) -> str:
     return f"{file}{bracket}{inside}"
 
 
-def _check_file(path: Path, file: Path, limits: Limits) -> int:
+def _check_file(path: Path, file: Path, limits: MeshLimits) -> int:
     """Return a file's size after checking its package directory."""
     if not file.is_file():
         raise MeshError(path, f"{file.name} is not a regular file")

@@ -34,7 +34,7 @@ class MeshError(LabgymError, ValueError):
 
 
 @dataclass(frozen=True)
-class Limits:
+class MeshLimits:
     """Limits of a file; a file beyond them is refused, not truncated.
 
     Attributes:
@@ -54,7 +54,7 @@ class Limits:
     memory: int = 6 * 1024**3
 
 
-LIMITS = Limits()
+LIMITS = MeshLimits()
 
 
 @dataclass(frozen=True)

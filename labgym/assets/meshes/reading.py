@@ -8,20 +8,19 @@ from pathlib import Path
 import numpy as np
 
 from labgym.assets.meshes.glb import read_glb
-from labgym.assets.meshes.isolated import read_usd
 from labgym.assets.meshes.model import (
     LIMITS,
     Axis,
-    Limits,
     MeshError,
     MeshFile,
+    MeshLimits,
     MeshPart,
     OptionSource,
     Points,
     RawMesh,
 )
-from labgym.assets.meshes.obj import read_obj
-from labgym.assets.meshes.stl import read_stl
+from labgym.assets.meshes.stage import read_usd
+from labgym.assets.meshes.unitless import read_obj, read_stl
 from labgym.errors import OptionError, UnknownNameError
 
 UNITS = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 0.001, "um": 1e-6, "in": 0.0254, "ft": 0.3048, "yd": 0.9144}
@@ -36,7 +35,11 @@ FORMATS = tuple(DEFAULT_UNITS)
 FAR = 1e6
 """Greatest coordinate in meters."""
 
-_READERS: dict[str, Callable[[Path, bytes, Limits], RawMesh]] = {".stl": read_stl, ".obj": read_obj, ".glb": read_glb}
+_READERS: dict[str, Callable[[Path, bytes, MeshLimits], RawMesh]] = {
+    ".stl": read_stl,
+    ".obj": read_obj,
+    ".glb": read_glb,
+}
 TO_Z_UP: dict[Axis, Points] = {
     "X": np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]),
     "Y": np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]),
@@ -46,7 +49,7 @@ TO_Z_UP: dict[Axis, Points] = {
 
 
 def read_mesh(
-    path: Path, unit: str | None = None, up: Axis | None = None, limits: Limits = LIMITS, scale: float | None = None
+    path: Path, unit: str | None = None, up: Axis | None = None, limits: MeshLimits = LIMITS, scale: float | None = None
 ) -> MeshFile:
     """Read a USD, GLB, OBJ or STL file into meters with z up. Textures and network addresses are never opened.
 

@@ -1,20 +1,28 @@
-"""USD stages as meshes: the default prim as a renderer shows it at the first time."""
+"""USD stages as meshes, read in a separate process: the default prim as a renderer shows it at the first time."""
 
 from __future__ import annotations
 
+import importlib.util
+import io
+import json
+import subprocess
+import sys
 from collections.abc import Iterator
+from dataclasses import asdict, replace
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from labgym.assets.meshes.colors import rgba_from_linear
+from labgym.assets.meshes.isolated import answering, run_isolated
 from labgym.assets.meshes.layers import check_layers, diagnostics
 from labgym.assets.meshes.model import (
     LIMITS,
     Faces,
-    Limits,
     MeshError,
+    MeshLimits,
     MeshPart,
     Points,
     RawMesh,
@@ -23,12 +31,90 @@ from labgym.assets.meshes.model import (
     printable,
 )
 from labgym.assets.meshes.polygons import triangulate
+from labgym.errors import MissingDependencyError
 
 SOLIDS = ("Cube", "Sphere", "Cylinder", "Cone", "Capsule")
 UNREAD = ("PointInstancer", "NurbsPatch", "BasisCurves", "NurbsCurves", "HermiteCurves", "TetMesh", "Volume")
+_FROM_Z = {"X": (2, 0, 1), "Y": (1, 2, 0), "Z": (0, 1, 2)}
+"""Which coordinate of a solid along z becomes x, y and z of one along that axis."""
+MEMORY_BYTES = 1536 * 1024**2
+"""Address space that USD takes for small files, bytes: 1.2 GiB, mostly of its libraries, and room for their content."""
+MEMORY_PER_BYTE = 24
+"""Further address space for each byte of the files: uncompressed content, and copies of it in NumPy arrays."""
+MAX_FILES = 1000
+SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 
 
-def read_stage(path: Path, limits: Limits = LIMITS) -> RawMesh:
+def read_usd(path: Path, limits: MeshLimits = LIMITS) -> RawMesh:
+    """Return what `read_stage` reads, from a process with bounded memory and time.
+
+    Raises:
+        MeshError: as `read_stage`, and if the process takes too long, takes too much memory or crashes.
+        MissingDependencyError: usd-core is not installed.
+    """
+    if importlib.util.find_spec("pxr") is None:
+        raise MissingDependencyError("usd-core", f"reading {path.name}", "usd")
+    limits = replace(limits, memory=memory_for(path, limits))
+    try:
+        child = run_isolated(__name__, (str(path), json.dumps(asdict(limits))), limits.seconds)
+    except subprocess.TimeoutExpired:
+        problem = f"took more than {limits.seconds} s to read; flatten the stage; it may instance itself recursively"
+        raise MeshError(path, problem) from None
+    if child.stdout.startswith(b"{"):
+        raise MeshError(path, str(json.loads(child.stdout)["error"]))
+    if child.returncode or not child.stdout:
+        how = f"signal {-child.returncode}" if child.returncode < 0 else f"exit {child.returncode}"
+        problem = f"USD's reader failed on it ({how}; it may take {limits.memory // 1024**2} MiB of memory)"
+        raise MeshError(path, f"{problem}; flatten and simplify the stage or export it again")
+    return unpack(child.stdout)
+
+
+def memory_for(path: Path, limits: MeshLimits = LIMITS) -> int:
+    """Return the address space for reading a file: it grows with the file and the USD files below its folder, bytes."""
+    others = (file for file in islice(path.resolve().parent.rglob("*"), MAX_FILES) if file.suffix in SUFFIXES)
+    size = path.stat().st_size + sum(file.stat().st_size for file in others if file.is_file())
+    return min(limits.memory, MEMORY_BYTES + MEMORY_PER_BYTE * size)
+
+
+def unpack(content: bytes) -> RawMesh:
+    """Return the mesh in an npz archive of `pack`."""
+    with np.load(io.BytesIO(content), allow_pickle=False) as arrays:
+        head = json.loads(str(arrays["head"]))
+        parts = tuple(
+            MeshPart(
+                part["name"],
+                arrays[f"vertices{k}"],
+                arrays[f"faces{k}"],
+                tuple(part["color"]) if part["color"] else None,
+                part["material"],
+            )
+            for k, part in enumerate(head["parts"])
+        )
+    return RawMesh(parts, head["name"], head["unit"], head["up_axis"], head["metadata"])
+
+
+def pack(raw: RawMesh) -> bytes:
+    """Return a mesh as an npz archive."""
+    arrays = {f"{kind}{k}": getattr(part, kind) for k, part in enumerate(raw.parts) for kind in ("vertices", "faces")}
+    parts = [{"name": part.name, "color": part.color, "material": part.material} for part in raw.parts]
+    head = {"parts": parts, "name": raw.name, "unit": raw.unit, "up_axis": raw.up_axis, "metadata": raw.metadata}
+    stream = io.BytesIO()
+    np.savez(stream, allow_pickle=False, head=np.array(json.dumps(head)), **arrays)
+    return stream.getvalue()
+
+
+def main() -> None:
+    """Read the file named by the first argument within the limits of the second, a JSON object; answer with `pack`."""
+    limits = MeshLimits(**json.loads(sys.argv[2]))
+    with answering(limits.memory) as stream:
+        try:
+            content = pack(read_stage(Path(sys.argv[1]), limits))
+        except MeshError as error:
+            content = json.dumps({"error": error.problem}).encode()
+        stream.write(content)
+
+
+def read_stage(path: Path, limits: MeshLimits = LIMITS) -> RawMesh:
     """Return the visible meshes and solids of a USD file with their transforms, one part for each material of each.
 
     Guides, proxies and invisible prims are skipped; instances are expanded; subdivision is not applied.
@@ -60,7 +146,7 @@ def read_stage(path: Path, limits: Limits = LIMITS) -> RawMesh:
     return RawMesh(tuple(parts), name, unit, "Y" if up == "Y" else "Z" if up == "Z" else None, _metadata(stage, root))
 
 
-def _parts(path: Path, root: Any, limits: Limits) -> list[MeshPart]:
+def _parts(path: Path, root: Any, limits: MeshLimits) -> list[MeshPart]:
     from pxr import Usd, UsdGeom
 
     time = Usd.TimeCode.EarliestTime()
@@ -81,7 +167,7 @@ def _parts(path: Path, root: Any, limits: Limits) -> list[MeshPart]:
     return parts
 
 
-def _shown(path: Path, root: Any, limits: Limits) -> Iterator[Any]:
+def _shown(path: Path, root: Any, limits: MeshLimits) -> Iterator[Any]:
     """Yield the prims that a renderer shows, instances included."""
     from pxr import Usd, UsdGeom
 
@@ -104,15 +190,13 @@ def _shown(path: Path, root: Any, limits: Limits) -> Iterator[Any]:
             yield prim
 
 
-def _bodies(path: Path, prim: Any, time: Any, limits: Limits) -> Iterator[MeshPart]:
+def _bodies(path: Path, prim: Any, time: Any, limits: MeshLimits) -> Iterator[MeshPart]:
     from pxr import UsdGeom
 
     name = printable(prim.GetName())
     color, material = _look(prim, prim, time)
     if prim.GetTypeName() in SOLIDS:
-        from labgym.assets.meshes.solids import solid  # brings trimesh, which plain meshes do without
-
-        yield MeshPart(name, *solid(prim, time), color, material)
+        yield MeshPart(name, *_solid(prim, time), color, material)
         return
     mesh = UsdGeom.Mesh(prim)
     if not mesh:
@@ -192,3 +276,28 @@ def _metadata(stage: Any, root: Any) -> dict[str, str]:
             if attribute.IsCustom() and isinstance(attribute.Get(), str):
                 pairs[attribute.GetName()] = attribute.Get()
     return bounded_metadata(pairs)
+
+
+def _solid(prim: Any, time: Any) -> tuple[Points, Faces]:
+    """Return vertices (n, 3) and faces (m, 3) of a Cube, Sphere, Cylinder, Cone or Capsule prim in its own frame."""
+    from labgym.assets.shapes.parts import local_mesh  # brings trimesh, which plain meshes do without
+
+    kind = prim.GetTypeName()
+
+    def value(name: str) -> float:
+        return float(prim.GetAttribute(name).Get(time))
+
+    if kind == "Cube":
+        return local_mesh("box", (value("size"),) * 3)
+    if kind == "Sphere":
+        return local_mesh("sphere", (2.0 * value("radius"),) * 3)
+    radius, height = value("radius"), value("height")
+    if kind == "Cylinder":
+        vertices, faces = local_mesh("cylinder", (2.0 * radius, 2.0 * radius, height))
+    elif kind == "Capsule":
+        vertices, faces = local_mesh("capsule", (2.0 * radius, 2.0 * radius, height + 2.0 * radius))
+    else:
+        outline = ((0.0, -height / 2.0), (radius, -height / 2.0), (0.0, height / 2.0))
+        vertices, faces = local_mesh("revolve", (0.0, 0.0, 0.0), outline)
+    order = list(_FROM_Z[str(prim.GetAttribute("axis").Get(time))])
+    return np.ascontiguousarray(vertices[:, order]), faces

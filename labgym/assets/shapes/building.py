@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from labgym.assets.model import Asset
+from labgym.assets.shapes.fixtures import frame, lines
 from labgym.assets.shapes.parts import (
     ALONG_X,
     ALONG_Y,
@@ -17,35 +18,34 @@ from labgym.assets.shapes.parts import (
     plate,
     rod,
     rounded,
+    span,
     sphere,
     turned,
 )
 from labgym.assets.shapes.registry import count, extents, flag, shape
-from labgym.assets.shapes.signs import lines
 
 
 @shape("door")
 def door(asset: Asset) -> Iterator[Part]:
     """A door with a glass panel, a kick plate and a lever."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
-    frame, leaf = 0.06, (-hd, hd - 0.02)
-    for x in ((-hw, -hw + frame), (hw - frame, hw)):
-        yield block("door_frame", x, (-hd, hd), (0.0, height))
-    yield block("door_frame", (-hw + frame, hw - frame), (-hd, hd), (height - frame, height))
-    yield block("door_leaf", (-hw + frame, hw - frame), leaf, (0.005, height - frame))
+    _, _, height, hw, hd = extents(asset)
+    jamb, leaf = 0.06, (-hd, hd - 0.02)
+    for x in ((-hw, -hw + jamb), (hw - jamb, hw)):
+        yield block("door_frame", x, span(hd), (0.0, height))
+    yield block("door_frame", span(hw - jamb), span(hd), (height - jamb, height))
+    yield block("door_leaf", span(hw - jamb), leaf, (0.005, height - jamb))
     yield block(
         "window_glass", (hw * 0.15, hw * 0.60), (leaf[1] - 0.001, leaf[1] + 0.002), (height * 0.45, height * 0.85)
     )
-    yield block("stainless", (-hw * 0.8, hw * 0.8), (leaf[1], leaf[1] + 0.002), (0.02, 0.22))
+    yield block("stainless", span(hw * 0.8), (leaf[1], leaf[1] + 0.002), (0.02, 0.22))
     yield rod("stainless", 0.016, (-hw * 0.75, hd - 0.009, height * 0.49), (-hw * 0.52, hd - 0.009, height * 0.49))
 
 
 @shape("window")
 def window(asset: Asset) -> Iterator[Part]:
     """A two-casement window with daylight behind the panes, and a sill."""
-    width, depth, height = extents(asset)
-    hw, hd, rail = width / 2.0, depth / 2.0, 0.05
+    _, _, height, hw, hd = extents(asset)
+    rail = 0.05
     y = (-hd, hd - 0.04)
     for x in ((-hw, -hw + rail), (-rail / 2.0, rail / 2.0), (hw - rail, hw)):
         yield block("plastic_white", x, y, (0.03, height))
@@ -54,22 +54,20 @@ def window(asset: Asset) -> Iterator[Part]:
             yield block("plastic_white", x, y, z)
     for x in ((-hw + rail, -rail / 2.0), (rail / 2.0, hw - rail)):
         yield block("daylight", x, (-hd, -hd + 0.01), (0.03 + rail, height - rail))
-    yield block("plastic_light", (-hw, hw), (-hd, hd), (0.0, 0.03))
+    yield block("plastic_light", span(hw), span(hd), (0.0, 0.03))
 
 
 @shape("whiteboard")
 def whiteboard(asset: Asset) -> Iterator[Part]:
     """A whiteboard with writing and a pen tray, or with `cork` a notice board with papers."""
-    width, depth, height = extents(asset)
-    hw, hd, rail = width / 2.0, depth / 2.0, 0.018
+    width, _, height, hw, hd = extents(asset)
+    rail = 0.018
     cork = flag(asset, "cork")
-    frame = "oak" if cork else "aluminium"
     face = hd - (0.006 if cork else 0.012)
-    yield block("cork" if cork else "paper", (-hw + rail, hw - rail), (-hd, face), (rail, height - rail))
-    for x in ((-hw, -hw + rail), (hw - rail, hw)):
-        yield block(frame, x, (-hd, hd - (0.0 if cork else 0.008)), (0.0, height))
-    for z in ((0.0, rail), (height - rail, height)):
-        yield block(frame, (-hw + rail, hw - rail), (-hd, hd - (0.0 if cork else 0.008)), z)
+    yield block("cork" if cork else "paper", span(hw - rail), (-hd, face), (rail, height - rail))
+    yield from frame(
+        "oak" if cork else "aluminium", span(hw), (-hd, hd - (0.0 if cork else 0.008)), (0.0, height), rail
+    )
     if cork:
         papers = (
             (-0.62, 0.62, "paper"),
@@ -81,11 +79,11 @@ def whiteboard(asset: Asset) -> Iterator[Part]:
         )
         for share, up, colour in papers:
             across, high = share * hw, up * height
-            yield block(colour, (across - 0.065, across + 0.065), (face, face + 0.001), (high - 0.09, high + 0.09))
+            yield block(colour, span(0.065, across), (face, face + 0.001), span(0.09, high))
             yield from lines(0.10, 0.11, 5, across, face + 0.001, high - 0.01)
             yield cylinder("abs_red", 0.012, 0.004, (across, face + 0.003, high + 0.078), ALONG_Y)
         return
-    yield block("aluminium", (-hw * 0.4, hw * 0.4), (face, hd), (rail, rail + 0.012))
+    yield block("aluminium", span(hw * 0.4), (face, hd), (rail, rail + 0.012))
     for k, colour in enumerate(("abs_blue", "abs_red", "print_black")):
         yield cylinder(colour, 0.010, 0.10, (-0.15 + 0.14 * k, hd - 0.006, rail + 0.017), ALONG_X)
     yield from lines(width * 0.36, height * 0.30, 6, hw * 0.45, face, height * 0.66)
@@ -102,7 +100,7 @@ def whiteboard(asset: Asset) -> Iterator[Part]:
 @shape("clock")
 def clock(asset: Asset) -> Iterator[Part]:
     """A round wall clock at ten past ten."""
-    width, depth, height = extents(asset)
+    width, depth, height, *_ = extents(asset)
     hd, z = depth / 2.0, height / 2.0
     yield cylinder("plastic_black", min(width, height), depth - 0.006, (0.0, -0.003, z), ALONG_Y)
     yield cylinder("paper", min(width, height) * 0.90, depth - 0.004, (0.0, -0.002, z), ALONG_Y)
@@ -121,9 +119,8 @@ def clock(asset: Asset) -> Iterator[Part]:
 @shape("coat_hooks")
 def coat_hooks(asset: Asset) -> Iterator[Part]:
     """A board of coat hooks."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
-    yield block("oak", (-hw, hw), (-hd, -hd + 0.018), (0.02, height))
+    width, _, height, hw, hd = extents(asset)
+    yield block("oak", span(hw), (-hd, -hd + 0.018), (0.02, height))
     hooks = count(asset, "hooks", 6)
     for k in range(hooks):
         x = -hw + (k + 0.5) * width / hooks
@@ -135,36 +132,30 @@ def coat_hooks(asset: Asset) -> Iterator[Part]:
 @shape("robot")
 def robot(asset: Asset) -> Iterator[Part]:
     """A mobile manipulator at rest: a round base, a column, a folded arm."""
-    width, depth, height = extents(asset)
+    width, depth, height, *_ = extents(asset)
     radius = min(width, depth) / 2.0
-    yield rounded("plastic_dark", (-width / 2.0, width / 2.0), (-depth / 2.0, depth / 2.0), (0.03, 0.10), radius * 0.7)
-    yield rounded(
-        "plastic_white", (-width * 0.48, width * 0.48), (-depth * 0.48, depth * 0.48), (0.10, 0.34), radius * 0.7
-    )
+    yield rounded("plastic_dark", span(width / 2.0), span(depth / 2.0), (0.03, 0.10), radius * 0.7)
+    yield rounded("plastic_white", span(width * 0.48), span(depth * 0.48), (0.10, 0.34), radius * 0.7)
     yield column("screen_dark", 0.10, 0.0, depth * 0.30, (0.34, 0.40))
     for side in (-1.0, 1.0):
         yield cylinder("rubber", 0.15, 0.04, (side * radius * 0.75, 0.0, 0.075), ALONG_X)
-    yield rounded("plastic_white", (-0.09, 0.09), (-0.15, 0.03), (0.34, height * 0.80), 0.04)
+    yield rounded("plastic_white", span(0.09), (-0.15, 0.03), (0.34, height * 0.80), 0.04)
     joints = [(0.0, 0.06, height * 0.72), (0.13, 0.20, height * 0.60), (0.0, 0.24, height * 0.44)]
     for start, end in pairwise(joints):
         yield rod("plastic_light", 0.07, start, end)
     for at in joints:
         yield sphere("abs_blue", 0.085, at)
-    yield block("plastic_dark", (-0.04, 0.04), (0.21, 0.27), (height * 0.36, height * 0.42))
-    yield block("plastic_dark", (-0.02, 0.02), (-0.09, -0.05), (height * 0.80, height * 0.92))
-    yield rounded("plastic_white", (-0.11, 0.11), (-0.11, -0.01), (height * 0.90, height), 0.03)
-    yield block("screen_dark", (-0.09, 0.09), (-0.012, -0.006), (height * 0.925, height * 0.975))
+    yield block("plastic_dark", span(0.04), (0.21, 0.27), (height * 0.36, height * 0.42))
+    yield block("plastic_dark", span(0.02), (-0.09, -0.05), (height * 0.80, height * 0.92))
+    yield rounded("plastic_white", span(0.11), (-0.11, -0.01), (height * 0.90, height), 0.03)
+    yield block("screen_dark", span(0.09), (-0.012, -0.006), (height * 0.925, height * 0.975))
 
 
 @shape("glass_screen")
 def glass_screen(asset: Asset) -> Iterator[Part]:
     """A sheet of glass that stands on the floor; `frame` gives it a metal frame."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
+    _, _, height, hw, hd = extents(asset)
     rail = 0.04 if flag(asset, "frame") else 0.0
     if rail:
-        for x in ((-hw, -hw + rail), (hw - rail, hw)):
-            yield block("stainless", x, (-hd, hd), (0.0, height))
-        for z in ((0.0, rail), (height - rail, height)):
-            yield block("stainless", (-hw + rail, hw - rail), (-hd, hd), z)
-    yield block("window_glass", (-hw + rail, hw - rail), (-hd, hd), (rail, height - rail))
+        yield from frame("stainless", span(hw), span(hd), (0.0, height), rail)
+    yield block("window_glass", span(hw - rail), span(hd), (rail, height - rail))

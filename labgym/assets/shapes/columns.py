@@ -6,23 +6,22 @@ import math
 from collections.abc import Iterator
 
 from labgym.assets.model import Asset
-from labgym.assets.shapes.flasks import GLASS, bulb
-from labgym.assets.shapes.parts import ALONG_X, ALONG_Y, Part, block, column, cylinder, revolved, rod, sphere
+from labgym.assets.shapes.parts import ALONG_X, ALONG_Y, Part, block, column, cylinder, revolved, rod, span, sphere
 from labgym.assets.shapes.registry import count, extents, flag, shape, text
-from labgym.assets.shapes.vessels import hollow
+from labgym.assets.shapes.vessels import GLASS, bulb, hollow
 
 
 def stopcock(x: float, z: float, edge: float, size: float = 0.012) -> Iterator[Part]:
     """A tap on an upright tube at x: a glass barrel, and a key whose handle reaches `edge` along x."""
     yield cylinder(GLASS, size * 1.5, size * 2.0, (x, 0.0, z), ALONG_X)
     yield cylinder("ptfe", size * 0.75, edge - x + 0.8 * size, ((edge + x - size) / 2.0 - 0.1 * size, 0.0, z), ALONG_X)
-    yield block("abs_blue", (edge - 0.006, edge), (-size, size), (z - size * 0.4, z + size * 0.4))
+    yield block("abs_blue", (edge - 0.006, edge), span(size), span(size * 0.4, z))
 
 
 @shape("sep_funnel")
 def separatory_funnel(asset: Asset) -> Iterator[Part]:
     """A pear-shaped separatory funnel with stopper, stopcock, and two layers inside."""
-    width, depth, height = extents(asset)
+    width, depth, height, *_ = extents(asset)
     radius, stem = depth / 2.0, 0.0045
     x, middle, tap = -width / 2.0 + radius, height * 0.66, height * 0.24
     shoulder = bulb(radius, middle, math.pi / 2.0, math.pi - 0.32, 6)
@@ -45,7 +44,7 @@ def separatory_funnel(asset: Asset) -> Iterator[Part]:
 @shape("dropping_funnel")
 def dropping_funnel(asset: Asset) -> Iterator[Part]:
     """A cylindrical addition funnel with a pressure-equalising arm."""
-    width, depth, height = extents(asset)
+    width, depth, height, *_ = extents(asset)
     radius, arm = depth / 2.0, 0.007
     x, edge = -width / 2.0 + depth / 2.0, width / 2.0 - arm / 2.0
     low, high = height * 0.42, height * 0.86
@@ -61,7 +60,7 @@ def dropping_funnel(asset: Asset) -> Iterator[Part]:
 @shape("condenser")
 def condenser(asset: Asset) -> Iterator[Part]:
     """A water condenser: a jacket round an inner tube, straight or with bulbs, and two hose barbs."""
-    width, depth, height = extents(asset)
+    width, depth, height, *_ = extents(asset)
     radius = depth / 2.0
     low, high = height * 0.14, height * 0.90
     jacket = [
@@ -86,7 +85,7 @@ def condenser(asset: Asset) -> Iterator[Part]:
 @shape("adapter")
 def adapter(asset: Asset) -> Iterator[Part]:
     """A glass adapter: an upright joint and a sloping side arm; `trap` adds a graduated trap under the arm."""
-    width, depth, height = extents(asset)
+    width, depth, height, *_ = extents(asset)
     r = depth / 2.0
     x, end = -width / 2.0 + r, width / 2.0 - r
     main = [(r * 0.62, 0.0), (r * 0.8, height * 0.25), (r * 0.5, height * 0.3), (r * 0.5, height * 0.78)]
@@ -112,7 +111,7 @@ def adapter(asset: Asset) -> Iterator[Part]:
 @shape("column")
 def chromatography_column(asset: Asset) -> Iterator[Part]:
     """A chromatography column with a reservoir; packed with sorbent and two colored bands."""
-    width, depth, height = extents(asset)
+    width, depth, height, *_ = extents(asset)
     radius, tube = depth / 2.0, depth * 0.34
     low = height * 0.16
     top = height - 0.022
@@ -124,13 +123,13 @@ def chromatography_column(asset: Asset) -> Iterator[Part]:
         yield column(colour, 2.0 * tube - 0.003, 0.0, 0.0, (height * z, height * (z + 0.025)))
     yield column("yellow_liquid", 2.0 * tube - 0.004, 0.0, 0.0, (height * 0.585, height * 0.7))
     yield from stopcock(0.0, low * 0.5, width / 2.0, 0.010)
-    yield block("ptfe", (-width / 2.0, -0.006), (-0.004, 0.004), (low * 0.5 - 0.004, low * 0.5 + 0.004))
+    yield block("ptfe", (-width / 2.0, -0.006), span(0.004), span(0.004, low * 0.5))
 
 
 @shape("burette")
 def burette(asset: Asset) -> Iterator[Part]:
     """A burette: a long graduated tube over a stopcock."""
-    width, depth, height = extents(asset)
+    width, depth, height, *_ = extents(asset)
     radius = 0.0065
     outline = [
         (0.0015, 0.0),
@@ -145,13 +144,13 @@ def burette(asset: Asset) -> Iterator[Part]:
         z = height * (0.16 + 0.09 * k)
         yield column("paper", 2.0 * radius + 0.0006, 0.0, 0.0, (z, z + 0.002))
     yield from stopcock(0.0, height * 0.06, width / 2.0, 0.008)
-    yield block("ptfe", (-width / 2.0, 0.0), (-0.003, 0.003), (height * 0.06 - 0.003, height * 0.06 + 0.003))
+    yield block("ptfe", (-width / 2.0, 0.0), span(0.003), span(0.003, height * 0.06))
 
 
 @shape("tube")
 def tube(asset: Asset) -> Iterator[Part]:
     """A round-bottomed tube; `cap`, `arms` (a cold trap), `bulb` (a drying tube) vary it."""
-    width, depth, height = extents(asset)
+    width, depth, height, *_ = extents(asset)
     radius = depth / 2.0
     if flag(asset, "bulb"):
         yield from _drying_tube(width, radius, height)
@@ -188,11 +187,11 @@ def _drying_tube(width: float, radius: float, height: float) -> Iterator[Part]:
 @shape("schlenk_line")
 def schlenk_line(asset: Asset) -> Iterator[Part]:
     """A double manifold with taps on a frame: one tube of inert gas, one of vacuum."""
-    width, depth, height = extents(asset)
+    width, depth, height, *_ = extents(asset)
     half, back, front = width / 2.0, -depth / 2.0, depth / 2.0
     for x in (-half + 0.08, half - 0.08):
         yield column("stainless", 0.012, x, back + 0.03, (0.0, height))
-        yield block("cast_iron", (x - 0.05, x + 0.05), (back, back + 0.10), (0.0, 0.012))
+        yield block("cast_iron", span(0.05, x), (back, back + 0.10), (0.0, 0.012))
     upper, lower, y = height * 0.84, height * 0.64, back + 0.055
     for z in (upper, lower):
         yield cylinder(GLASS, 0.028, width - 0.002, (0.0, y, z), ALONG_X)
@@ -203,11 +202,6 @@ def schlenk_line(asset: Asset) -> Iterator[Part]:
         x = (k + 0.5) / ports * (width - 0.3) - (width - 0.3) / 2.0
         yield rod(GLASS, 0.012, (x, y, upper), (x, y + 0.03, lower - 0.02))
         yield cylinder("ptfe", 0.016, 0.045, (x, y + 0.03, (upper + lower) / 2.0), ALONG_Y)
-        yield block(
-            "abs_green",
-            (x - 0.02, x + 0.02),
-            (y + 0.05, y + 0.056),
-            ((upper + lower) / 2.0 - 0.005, (upper + lower) / 2.0 + 0.005),
-        )
+        yield block("abs_green", span(0.02, x), (y + 0.05, y + 0.056), span(0.005, (upper + lower) / 2.0))
         yield rod("rubber_orange", 0.011, (x, y + 0.03, lower - 0.02), (x + 0.02, front - 0.006, 0.04))
         yield rod("rubber_orange", 0.011, (x + 0.02, front - 0.0055, 0.045), (x + 0.05, front - 0.0055, 0.006))

@@ -1,4 +1,4 @@
-"""Benches, islands, desks, sinks, stools."""
+"""Benches, islands, desks and sinks."""
 
 from __future__ import annotations
 
@@ -9,21 +9,30 @@ from itertools import pairwise
 
 from labgym.assets.model import Asset
 from labgym.assets.shapes.fixtures import castors, drawer_handle
-from labgym.assets.shapes.joints import DRAWER_DEPTH, RIM, door, drawer, hidden, moving
-from labgym.assets.shapes.parts import Part, Point, block, column, revolved, rod, rounded, tube
-from labgym.assets.shapes.registry import count, extents, flag, shape
+from labgym.assets.shapes.joints import DRAWER_DEPTH_M, DRAWER_RIM_SHARE, door, drawer, hidden, moving
+from labgym.assets.shapes.materials import coating
+from labgym.assets.shapes.parts import Part, Point, block, column, rod, rounded, span, tube
+from labgym.assets.shapes.registry import choice, count, extents, flag, shape, text
 
-TOP = 0.034
+TOP_M = 0.034
 """Thickness of a worktop, meters."""
-KICK = 0.10
+KICK_M = 0.10
 """Height of a toe kick, meters."""
-OVERHANG = 0.034
+OVERHANG_M = 0.034
 """Overhang of a worktop beyond the cupboards below, meters: space for their handles."""
-GAP = 0.004
+GAP_M = 0.004
 
 
 def cupboards(
-    x: Point, y: float, top: float, units: int, depth: float, side: float = 1.0, prefix: str = "", end: float = math.inf
+    x: Point,
+    y: float,
+    top: float,
+    units: int,
+    depth: float,
+    *,
+    side: float = 1.0,
+    prefix: str = "",
+    end: float = math.inf,
 ) -> Iterator[Part]:
     """Doors under drawers on a front at y that looks along `side` * y; handles reach 22 mm further.
 
@@ -39,14 +48,14 @@ def cupboards(
     bench_drawer = top - 0.17
     count: Counter[str] = Counter()
     for k in range(units):
-        left, right = x[0] + k * pitch + GAP, x[0] + (k + 1) * pitch - GAP
+        left, right = x[0] + k * pitch + GAP_M, x[0] + (k + 1) * pitch - GAP_M
         stack = k % 3 == 1
-        levels = [KICK + GAP, bench_drawer, top - GAP]
+        levels = [KICK_M + GAP_M, bench_drawer, top - GAP_M]
         if stack:
-            levels.insert(1, KICK + (bench_drawer - KICK) * 0.5)
+            levels.insert(1, KICK_M + (bench_drawer - KICK_M) * 0.5)
         for n, (low, high) in enumerate(pairwise(levels)):
-            span = (low, high - GAP)
-            panel = [block("laminate_white", (left, right), (y, front), span)]
+            z = (low, high - GAP_M)
+            panel = [block("laminate_white", (left, right), (y, front), z)]
             is_drawer = stack or n == 1
             if is_drawer:
                 middle = (left + right) / 2.0
@@ -63,11 +72,11 @@ def cupboards(
             count[kind] += 1
             name = f"{prefix}{kind}_{count[kind]}"
             if is_drawer:
-                yield from pulled_out(name, panel, (left, right), front, span, min(DRAWER_DEPTH, depth), side)
+                yield from pulled_out(name, panel, (left, right), front, z, min(DRAWER_DEPTH_M, depth), side)
             else:
-                leaf = (left, right), (y, front), span
-                yield from moving(door(name, "cupboard door", *leaf, "high" if k % 2 else "low", side), panel)
-            yield from hidden(recess((left, right), y, span, side))
+                leaf = (left, right), (y, front), z
+                yield from moving(door(name, "cupboard door", leaf, "high" if k % 2 else "low", side), panel)
+            yield from hidden(recess((left, right), y, z, side))
 
 
 def pulled_out(
@@ -78,11 +87,11 @@ def pulled_out(
     yield from moving(joint, panel)
     board, behind = 0.012, front - side * 0.014
     end = front - side * depth
-    low, rim = z[0] + 0.015, z[0] + RIM * (z[1] - z[0])
+    low, rim = z[0] + 0.015, z[0] + DRAWER_RIM_SHARE * (z[1] - z[0])
     box = [block("laminate_grey", (x[0] + board, x[1] - board), (behind, end), (low, low + board))]
     box += [
-        block("laminate_grey", span, (behind, end), (low + board, rim))
-        for span in ((x[0] + board, x[0] + 2.0 * board), (x[1] - 2.0 * board, x[1] - board))
+        block("laminate_grey", side_wall, (behind, end), (low + board, rim))
+        for side_wall in ((x[0] + board, x[0] + 2.0 * board), (x[1] - 2.0 * board, x[1] - board))
     ]
     inside = (x[0] + 2.0 * board, x[1] - 2.0 * board)
     box.append(block("laminate_grey", inside, (end, end + side * board), (low + board, rim)))
@@ -92,29 +101,28 @@ def pulled_out(
 def recess(x: Point, y: float, z: Point, side: float = 1.0) -> Iterator[Part]:
     """The dark opening behind a front whose inner face is at y."""
     inset = 0.012
-    span = (x[0] + inset, x[1] - inset), (y, y + side * 0.001), (z[0] + inset, z[1] - inset)
-    yield block("powder_dark", *span)
+    opening = (x[0] + inset, x[1] - inset), (y, y + side * 0.001), (z[0] + inset, z[1] - inset)
+    yield block("powder_dark", *opening)
 
 
 def _pull(x: Point, y: float, side: float, z: float) -> Iterator[Part]:
     if side > 0.0:
         yield from drawer_handle(x, y, y + 0.016, z)
     else:
-        yield block("stainless", x, (y, y - 0.016), (z - 0.005, z + 0.005))
+        yield block("stainless", x, (y, y - 0.016), span(0.005, z))
 
 
 def worktop(width: float, depth: float, height: float, material: str = "epoxy_white") -> Iterator[Part]:
     """A full-size worktop with a colored edge strip along its front."""
     hw, hd = width / 2.0, depth / 2.0
-    yield block(material, (-hw, hw), (-hd, hd - 0.006), (height - TOP, height))
-    yield block("edge_blue", (-hw, hw), (hd - 0.006, hd), (height - TOP, height))
+    yield block(material, span(hw), (-hd, hd - 0.006), (height - TOP_M, height))
+    yield block("edge_blue", span(hw), (hd - 0.006, hd), (height - TOP_M, height))
 
 
 @shape("bench")
 def bench(asset: Asset) -> Iterator[Part]:
     """A laboratory bench: worktop over cupboards, or a steel frame; `casters` and `stone` vary it."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
+    width, depth, height, hw, hd = extents(asset)
     doors = count(asset, "doors", 2)
     if flag(asset, "stone"):
         yield from _balance_table(width, depth, height)
@@ -123,10 +131,10 @@ def bench(asset: Asset) -> Iterator[Part]:
     if not doors:
         yield from _framed(width, depth, height, flag(asset, "casters"))
         return
-    front = hd - OVERHANG - 0.018
-    yield block("laminate_grey", (-hw, hw), (-hd, front), (KICK, height - TOP))
-    yield block("powder_dark", (-hw + 0.01, hw - 0.01), (-hd + 0.01, front - 0.05), (0.0, KICK))
-    yield from cupboards((-hw, hw), front, height - TOP, doors, front + hd - 0.02)
+    front = hd - OVERHANG_M - 0.018
+    yield block("laminate_grey", span(hw), (-hd, front), (KICK_M, height - TOP_M))
+    yield block("powder_dark", span(hw - 0.01), (-hd + 0.01, front - 0.05), (0.0, KICK_M))
+    yield from cupboards(span(hw), front, height - TOP_M, doors, front + hd - 0.02)
 
 
 def _framed(width: float, depth: float, height: float, wheels: bool) -> Iterator[Part]:
@@ -139,66 +147,66 @@ def _framed(width: float, depth: float, height: float, wheels: bool) -> Iterator
                 "powder_grey",
                 (sx * (hw - 0.02), sx * (hw - 0.065)),
                 (sy * (hd - 0.02), sy * (hd - 0.065)),
-                (foot, height - TOP),
+                (foot, height - TOP_M),
             )
         yield block(
-            "powder_grey", (sx * (hw - 0.02), sx * (hw - 0.065)), (-hd + 0.06, hd - 0.06), (height - 0.10, height - TOP)
+            "powder_grey", (sx * (hw - 0.02), sx * (hw - 0.065)), span(hd - 0.06), (height - 0.10, height - TOP_M)
         )
     for y in (-hd + 0.042, hd - 0.042):
-        yield block("powder_grey", (-hw + 0.06, hw - 0.06), (y - 0.015, y + 0.015), (height - 0.09, height - TOP))
+        yield block("powder_grey", span(hw - 0.06), span(0.015, y), (height - 0.09, height - TOP_M))
     # A closed chest below keeps the frame visible to a range finder near the floor.
     low, high = foot + 0.06, foot + 0.38
-    yield block("laminate_grey", (-hw + 0.03, hw - 0.03), (-hd + 0.03, hd - 0.058), (low, high))
+    yield block("laminate_grey", span(hw - 0.03), (-hd + 0.03, hd - 0.058), (low, high))
     units = max(1, round(width / 0.6))
     pitch = (width - 0.06) / units
     for k in range(units):
         left = -hw + 0.03 + k * pitch
-        x, face, z = (left + GAP, left + pitch - GAP), hd - 0.044, (low + GAP, high - GAP)
+        x, face, z = (left + GAP_M, left + pitch - GAP_M), hd - 0.044, (low + GAP_M, high - GAP_M)
         middle = left + pitch / 2.0
         panel = [
             block("laminate_white", x, (hd - 0.058, face), z),
-            *drawer_handle((middle - 0.07, middle + 0.07), face, hd - 0.026, high - 0.06),
+            *drawer_handle(span(0.07, middle), face, hd - 0.026, high - 0.06),
         ]
-        yield from pulled_out(f"drawer_{k + 1}", panel, x, face, z, min(DRAWER_DEPTH, depth - 0.10))
+        yield from pulled_out(f"drawer_{k + 1}", panel, x, face, z, min(DRAWER_DEPTH_M, depth - 0.10))
         yield from hidden(recess(x, hd - 0.058, z))
 
 
 def _balance_table(width: float, depth: float, height: float) -> Iterator[Part]:
     hw, hd = width / 2.0, depth / 2.0
-    yield rounded("granite", (-hw, hw), (-hd, hd), (height - 0.06, height), 0.012)
+    yield rounded("granite", span(hw), span(hd), (height - 0.06, height), 0.012)
     for side in (-1.0, 1.0):
         yield block("granite", (side * (hw - 0.03), side * (hw - 0.13)), (-hd + 0.03, hd - 0.05), (0.0, height - 0.07))
         yield block(
             "rubber", (side * (hw - 0.04), side * (hw - 0.12)), (-hd + 0.05, hd - 0.07), (height - 0.07, height - 0.06)
         )
-    yield block("granite", (-hw + 0.13, hw - 0.13), (-hd + 0.06, -hd + 0.14), (0.10, height - 0.12))
-    yield block("granite", (-hw + 0.13, hw - 0.13), (hd - 0.13, hd - 0.06), (0.10, 0.36))
+    yield block("granite", span(hw - 0.13), (-hd + 0.06, -hd + 0.14), (0.10, height - 0.12))
+    yield block("granite", span(hw - 0.13), (hd - 0.13, hd - 0.06), (0.10, 0.36))
 
 
 @shape("island")
 def island(asset: Asset) -> Iterator[Part]:
     """A double-sided island: cupboards to both sides, a worktop with two colored edges."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
-    yield block("epoxy_white", (-hw, hw), (-hd + 0.006, hd - 0.006), (height - TOP, height))
-    front = hd - OVERHANG - 0.018
-    yield block("laminate_grey", (-hw + 0.012, hw - 0.012), (-front, front), (KICK, height - TOP))
-    yield block("powder_dark", (-hw + 0.03, hw - 0.03), (-front + 0.05, front - 0.05), (0.0, KICK))
+    _, _, height, hw, hd = extents(asset)
+    yield block("epoxy_white", span(hw), span(hd - 0.006), (height - TOP_M, height))
+    front = hd - OVERHANG_M - 0.018
+    yield block("laminate_grey", span(hw - 0.012), span(front), (KICK_M, height - TOP_M))
+    yield block("powder_dark", span(hw - 0.03), span(front - 0.05), (0.0, KICK_M))
     for side in (-1.0, 1.0):
-        yield block("edge_blue", (-hw, hw), (side * (hd - 0.006), side * hd), (height - TOP, height))
+        yield block("edge_blue", span(hw), (side * (hd - 0.006), side * hd), (height - TOP_M, height))
         units, prefix = count(asset, "doors", 4), "front_" if side > 0.0 else "back_"
-        yield from cupboards((-hw + 0.012, hw - 0.012), side * front, height - TOP, units, front - 0.02, side, prefix)
+        yield from cupboards(
+            span(hw - 0.012), side * front, height - TOP_M, units, front - 0.02, side=side, prefix=prefix
+        )
         yield block(
-            "laminate_white", (side * (hw - 0.012), side * (hw - 0.002)), (-front, front), (KICK, height - TOP - GAP)
+            "laminate_white", (side * (hw - 0.012), side * (hw - 0.002)), span(front), (KICK_M, height - TOP_M - GAP_M)
         )
 
 
 @shape("desk")
 def desk(asset: Asset) -> Iterator[Part]:
     """A write-up desk: an oak top over two pedestals of drawers."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
-    yield rounded("oak", (-hw, hw), (-hd, hd), (height - 0.03, height), 0.02)
+    width, depth, height, hw, hd = extents(asset)
+    yield rounded("oak", span(hw), span(hd), (height - 0.03, height), 0.02)
     pedestal = width * 0.32
     for side in (-1.0, 1.0):
         outer, inner = side * (hw - 0.015), side * (hw - 0.015 - pedestal)
@@ -211,13 +219,13 @@ def desk(asset: Asset) -> Iterator[Part]:
             middle = (outer + inner) / 2.0
             panel = [
                 block("laminate_white", x, (hd - 0.06, face), z),
-                *drawer_handle((middle - 0.06, middle + 0.06), face, hd - 0.028, high - 0.04),
+                *drawer_handle(span(0.06, middle), face, hd - 0.028, high - 0.04),
             ]
             name = f"{'left' if side < 0.0 else 'right'}_drawer_{k + 1}"
-            yield from pulled_out(name, panel, x, face, z, min(DRAWER_DEPTH, depth - 0.10))
+            yield from pulled_out(name, panel, x, face, z, min(DRAWER_DEPTH_M, depth - 0.10))
             yield from hidden(recess(x, hd - 0.06, z))
         yield block("powder_dark", (outer - side * 0.01, inner + side * 0.01), (-hd + 0.04, hd - 0.09), (0.0, 0.03))
-    yield block("laminate_grey", (-hw + 0.3, hw - 0.3), (-hd + 0.02, -hd + 0.04), (0.25, height - 0.03))
+    yield block("laminate_grey", span(hw - 0.3), (-hd + 0.02, -hd + 0.04), (0.25, height - 0.03))
 
 
 def gooseneck(x: float, y: float, low: float, high: float, reach: float) -> Iterator[Part]:
@@ -245,80 +253,118 @@ def bowl(x: Point, y: Point, rim: float, floor: float, material: str = "stainles
     yield column("cast_iron", 0.05, (x[0] + x[1]) / 2.0, (y[0] + y[1]) / 2.0, (floor + wall, floor + wall + 0.003))
 
 
-TAP = 0.32
+TAP_M = 0.32
 """Height of a sink bench's tap above its worktop, meters; the fitting of the catalog entry covers the tap."""
 
 
 @shape("sink_bench")
 def sink_bench(asset: Asset) -> Iterator[Part]:
     """A bench with a bowl let into its right part and a gooseneck tap; `hand` is a hand-wash basin."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
+    width, depth, height, hw, hd = extents(asset)
     if flag(asset, "hand"):
         yield from _hand_basin(width, depth, height)
         return
     # The worktop's free part is the asset's surface; the bowl lies to the right of it.
     left = max((surface.x + surface.width / 2.0 for surface in asset.surfaces), default=0.0) + 0.03
-    x, y, low = (left, hw - 0.05), (-hd + 0.16, hd - 0.09), height - TOP
+    x, y, low = (left, hw - 0.05), (-hd + 0.16, hd - 0.09), height - TOP_M
     yield block("epoxy_white", (-hw, x[0]), (-hd, hd - 0.006), (low, height))
     yield block("epoxy_white", (x[1], hw), (-hd, hd - 0.006), (low, height))
     yield block("epoxy_white", x, (-hd, y[0]), (low, height))
     yield block("epoxy_white", x, (y[1], hd - 0.006), (low, height))
-    yield block("edge_blue", (-hw, hw), (hd - 0.006, hd), (low, height))
+    yield block("edge_blue", span(hw), (hd - 0.006, hd), (low, height))
     yield from bowl(x, y, height - 0.002, height - 0.26)
-    yield from gooseneck((x[0] + x[1]) / 2.0, -hd + 0.08, height, height + TAP, 0.24)
-    front = hd - OVERHANG - 0.018
-    yield block("laminate_grey", (-hw, hw), (-hd, front), (KICK, height - 0.27))
+    yield from gooseneck((x[0] + x[1]) / 2.0, -hd + 0.08, height, height + TAP_M, 0.24)
+    front = hd - OVERHANG_M - 0.018
+    yield block("laminate_grey", span(hw), (-hd, front), (KICK_M, height - 0.27))
     yield block("laminate_grey", (-hw, left - 0.02), (-hd, front), (height - 0.27, low))
     yield block("laminate_grey", (hw - 0.03, hw), (-hd, front), (height - 0.27, low))
     yield block("laminate_grey", (left - 0.02, hw - 0.03), (y[1] + 0.002, front), (height - 0.27, low))
-    yield block("powder_dark", (-hw + 0.01, hw - 0.01), (-hd + 0.01, front - 0.05), (0.0, KICK))
-    yield from cupboards((-hw, hw), front, low, 2, front + hd - 0.02, end=left - 0.02)
+    yield block("powder_dark", span(hw - 0.01), (-hd + 0.01, front - 0.05), (0.0, KICK_M))
+    yield from cupboards(span(hw), front, low, 2, front + hd - 0.02, end=left - 0.02)
 
 
 def _hand_basin(width: float, depth: float, height: float) -> Iterator[Part]:
     hw, hd, rim = width / 2.0, depth / 2.0, height - 0.20
-    yield from bowl((-hw, hw), (-hd + 0.02, hd), rim, rim - 0.17, "porcelain")
-    yield block("porcelain", (-hw, hw), (-hd, -hd + 0.12), (rim - 0.17, rim))
-    yield block("laminate_white", (-hw + 0.03, hw - 0.03), (-hd + 0.03, hd - 0.06), (0.08, rim - 0.17))
-    yield block("powder_dark", (-hw + 0.05, hw - 0.05), (-hd + 0.05, hd - 0.10), (0.0, 0.08))
-    yield from drawer_handle((-0.06, 0.06), hd - 0.06, hd - 0.04, rim - 0.24)
+    yield from bowl(span(hw), (-hd + 0.02, hd), rim, rim - 0.17, "porcelain")
+    yield block("porcelain", span(hw), (-hd, -hd + 0.12), (rim - 0.17, rim))
+    yield block("laminate_white", span(hw - 0.03), (-hd + 0.03, hd - 0.06), (0.08, rim - 0.17))
+    yield block("powder_dark", span(hw - 0.05), (-hd + 0.05, hd - 0.10), (0.0, 0.08))
+    yield from drawer_handle(span(0.06), hd - 0.06, hd - 0.04, rim - 0.24)
     yield from gooseneck(0.0, -hd + 0.06, rim, height, 0.16)
 
 
-@shape("stool")
-def stool(asset: Asset) -> Iterator[Part]:
-    """A round stool on a five-star base with a foot ring."""
-    width, _, height = extents(asset)
-    r = width / 2.0
-    yield revolved(
-        "seat", [(r * 0.74, height - 0.05), (r * 0.80, height - 0.03), (r * 0.78, height - 0.006), (r * 0.6, height)]
-    )
-    yield column("plastic_dark", r * 1.2, 0.0, 0.0, (height - 0.07, height - 0.05))
-    yield column("chrome", 0.05, 0.0, 0.0, (0.07, height - 0.07))
-    for k in range(5):
-        angle = math.pi / 2.0 + k * 2.0 * math.pi / 5.0
-        tip = (r - 0.024) * math.cos(angle), (r - 0.024) * math.sin(angle)
-        yield rod("plastic_dark", 0.034, (0.0, 0.0, 0.075), (tip[0], tip[1], 0.050))
-        yield column("rubber", 0.046, tip[0], tip[1], (0.0, 0.05))
-    ring, z = r - 0.001, height * 0.38
-    yield hollow_ring(ring, 0.020, z)
-    for k in range(4):
-        angle = math.pi / 4.0 + k * math.pi / 2.0
-        yield rod(
-            "chrome",
-            0.014,
-            (0.0, 0.0, z - 0.04),
-            ((ring - 0.01) * math.cos(angle), (ring - 0.01) * math.sin(angle), z + 0.008),
-        )
+TOPS = {
+    "white": "epoxy_white",
+    "black": "epoxy_black",
+    "oak": "oak",
+    "steel": "stainless",
+    "grey": "laminate_grey",
+    "stone": "granite",
+}
+"""Material of a worktop by the parameter `top`."""
+SETBACK_M = 0.03
+"""Distance of the fronts from the edge of the worktop, meters: space for their handles."""
+FRONT_M = 0.018
+"""Thickness of a front, meters."""
+CLEARANCE_M = 0.14
+"""Free height below the cupboards of a bench on legs or C-frames, meters."""
+POST_M = 0.05
+"""Side of a leg, meters."""
+SUPPORTS = ("plinth", "legs", "frame")
 
 
-def hollow_ring(radius: float, thickness: float, z: float) -> Part:
-    """A chrome ring of that outer radius round the z axis, its underside at z."""
-    corners = [
-        (radius - thickness, z),
-        (radius - thickness * 0.3, z),
-        (radius, z + thickness * 0.5),
-        (radius - thickness * 0.3, z + thickness),
-    ]
-    return revolved("chrome", [*corners, (radius - thickness, z + thickness), corners[0]])
+@shape("modular_bench")
+def modular_bench(asset: Asset) -> Iterator[Part]:
+    """A bench from a modular range, for a wall or with `double` an island.
+
+    Parameters: `top`; `front`, a color or oak; `support`: plinth, legs at the corners, or frame (C-shaped feet);
+    `doors`, the number of units along each worked side; `double`.
+    """
+    _, _, height, hw, hd = extents(asset)
+    top = choice(asset, "top", "white", TOPS, "worktop")
+    support = choice(asset, "support", "plinth", SUPPORTS, "support of a bench")
+    yield block(TOPS[top], span(hw), span(hd), (height - TOP_M, height))
+    double = flag(asset, "double")
+    low = KICK_M if support == "plinth" else CLEARANCE_M
+    back, front = (-hd + SETBACK_M + FRONT_M if double else -hd), hd - SETBACK_M - FRONT_M
+    edge = hw if support == "plinth" else hw - POST_M - 0.01
+    yield block("laminate_grey", span(edge), (back, front), (low, height - TOP_M))
+    material = "oak" if text(asset, "front", "white") == "oak" else coating(text(asset, "front", "white"))
+    for side in (1.0, -1.0) if double else (1.0,):
+        at = front if side > 0.0 else back
+        yield from _fronts(material, span(edge), at, side, (low, height - TOP_M), count(asset, "doors", 3))
+    if support == "plinth":
+        yield block("powder_dark", span(hw - 0.01), (back + 0.03, front - 0.05), (0.0, KICK_M))
+    else:
+        yield from _feet(support, hw, hd, height - TOP_M)
+
+
+def _fronts(material: str, x: Point, y: float, side: float, z: Point, units: int) -> Iterator[Part]:
+    """Doors with a drawer above them; every second unit is a stack of three drawers."""
+    pitch = (x[1] - x[0]) / units
+    face = y + side * FRONT_M
+    for k in range(units):
+        left, right = x[0] + k * pitch + GAP_M, x[0] + (k + 1) * pitch - GAP_M
+        shares = (0.0, 0.36, 0.70, 1.0) if k % 2 else (0.0, 0.78, 1.0)
+        levels = [z[0] + share * (z[1] - z[0]) for share in shares]
+        for bottom, top in pairwise(levels):
+            yield block(material, (left, right), (y, face), (bottom + GAP_M, top - GAP_M))
+            middle, reach = (left + right) / 2.0, min(0.08, pitch * 0.3)
+            grip = top - 0.05
+            if side > 0.0:
+                yield from drawer_handle(span(reach, middle), face, face + 0.012, grip)
+            else:
+                yield block("stainless", span(reach, middle), (face, face - 0.012), span(0.005, grip))
+
+
+def _feet(support: str, hw: float, hd: float, top: float) -> Iterator[Part]:
+    """Four legs, or two C-shaped frames whose feet lie along the depth."""
+    for side in (-1.0, 1.0):
+        x = (side * (hw - POST_M), side * hw)
+        if support == "legs":
+            for y in ((-hd, -hd + POST_M), (hd - SETBACK_M - POST_M, hd - SETBACK_M)):
+                yield block("powder_dark", x, y, (0.0, top))
+        else:
+            yield block("powder_white", x, (-hd, hd - SETBACK_M), (0.0, POST_M))
+            yield block("powder_white", x, (-hd, -hd + 1.6 * POST_M), (POST_M, top))
+            yield block("powder_white", x, (-hd + 1.6 * POST_M, hd - SETBACK_M), (top - POST_M, top))

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 
 from labgym.assets.model import Asset
 from labgym.assets.shapes.fixtures import feet, knob, panel_screen
-from labgym.assets.shapes.flasks import bulb
 from labgym.assets.shapes.joints import door, hidden, moving
 from labgym.assets.shapes.parts import (
     ALONG_X,
@@ -21,22 +20,22 @@ from labgym.assets.shapes.parts import (
     rod,
     rounded,
     side_profile,
+    span,
     tube,
     turned,
 )
-from labgym.assets.shapes.registry import extents, flag, shape, text
-from labgym.assets.shapes.vessels import hollow
-from labgym.errors import UnknownNameError
+from labgym.assets.shapes.registry import choice, extents, flag, shape
+from labgym.assets.shapes.vessels import bulb, hollow
 
 
 @shape("hotplate")
 def hotplate(asset: Asset) -> Iterator[Part]:
     """A magnetic stirrer with a plate behind a sloping control panel; `heating` gives it two knobs and a display."""
-    width, depth, height = extents(asset)
-    hw, hd, heated = width / 2.0, depth / 2.0, flag(asset, "heating")
+    width, depth, height, hw, hd = extents(asset)
+    heated = flag(asset, "heating")
     low = height * 0.36
     outline = [(-hd, 0.006), (hd, 0.006), (hd, low), (hd * 0.42, height * 0.80), (-hd, height * 0.80)]
-    yield side_profile("plastic_light", outline, (-hw, hw))
+    yield side_profile("plastic_light", outline, span(hw))
     yield from feet(hw * 0.8, hd * 0.85, 0.006)
     plate = width * 0.94
     middle = -hd + plate / 2.0 + 0.004
@@ -56,7 +55,7 @@ def hotplate(asset: Asset) -> Iterator[Part]:
 @shape("mantle")
 def heating_mantle(asset: Asset) -> Iterator[Part]:
     """A heating mantle: a round housing with a woven nest, and a knob in front."""
-    width, depth, height = extents(asset)
+    width, depth, height, *_ = extents(asset)
     radius = width / 2.0
     body = radius * 0.90
     housing = [(radius, 0.0), (radius, 0.012), (body, 0.022), (body, height * 0.8), (body * 0.95, height)]
@@ -65,7 +64,7 @@ def heating_mantle(asset: Asset) -> Iterator[Part]:
     yield revolved("powder_white", [(0.0, 0.0), *housing, rim, *[(r * radius, z) for r, z in reversed(nest[:-1])]])
     yield hollow("foam", [(r * radius, z) for r, z in nest], 0.004)
     front = depth / 2.0 - 0.006
-    yield block("plastic_dark", (-body * 0.36, body * 0.36), (body * 0.8, front), (height * 0.2, height * 0.66))
+    yield block("plastic_dark", span(body * 0.36), (body * 0.8, front), (height * 0.2, height * 0.66))
     yield from knob("safety_red", height * 0.26, 0.0, front, depth / 2.0, height * 0.43)
 
 
@@ -81,25 +80,22 @@ CONTENTS = {
 @shape("bath")
 def bath(asset: Asset) -> Iterator[Part]:
     """A bath of oil, water, sand or ice; `controller` gives it a housing with a display, `dewar` a vacuum wall."""
-    width, depth, height = extents(asset)
-    hw, hd, content = width / 2.0, depth / 2.0, text(asset, "content", "water")
-    if content not in CONTENTS:
-        raise UnknownNameError("bath content", content, CONTENTS)
-    filling, vessel = CONTENTS[content]
+    width, _, height, hw, hd = extents(asset)
+    filling, vessel = CONTENTS[choice(asset, "content", "water", CONTENTS, "bath content")]
     if not flag(asset, "controller"):
         yield from _round_bath(width / 2.0, height, filling, "cabinet_blue" if flag(asset, "dewar") else vessel)
         return
     lid = flag(asset, "lid")
     rim = height * (0.80 if lid else 0.92)
-    yield rounded("stainless" if lid else "powder_grey", (-hw, hw), (-hd, hd - 0.012), (0.012, rim), 0.02)
+    yield rounded("stainless" if lid else "powder_grey", span(hw), (-hd, hd - 0.012), (0.012, rim), 0.02)
     yield from feet(hw * 0.82, hd * 0.8, 0.012)
-    yield block("plastic_dark", (-hw * 0.9, hw * 0.9), (hd - 0.014, hd - 0.006), (height * 0.12, height * 0.42))
+    yield block("plastic_dark", span(hw * 0.9), (hd - 0.014, hd - 0.006), (height * 0.12, height * 0.42))
     yield from panel_screen("screen_green", (-hw * 0.7, -hw * 0.05), hd - 0.006, (height * 0.18, height * 0.36))
     yield from knob("plastic_light", min(0.035, height * 0.2), hw * 0.5, hd - 0.006, hd, height * 0.27)
     inner_x, inner_y = hw - 0.025, hd - 0.035
     if lid:
-        yield rounded("stainless", (-inner_x, inner_x), (-inner_y, inner_y), (rim, height - 0.025), 0.03)
-        yield block("plastic_black", (-0.05, 0.05), (-0.01, 0.01), (height - 0.026, height))
+        yield rounded("stainless", span(inner_x), span(inner_y), (rim, height - 0.025), 0.03)
+        yield block("plastic_black", span(0.05), span(0.01), (height - 0.026, height))
         return
     for x0, x1, y0, y1 in (
         (-hw, -inner_x, -hd, hd - 0.012),
@@ -108,7 +104,7 @@ def bath(asset: Asset) -> Iterator[Part]:
         (-inner_x, inner_x, inner_y, hd - 0.012),
     ):
         yield block("stainless", (x0, x1), (y0, y1), (rim, height))
-    yield block(filling, (-inner_x, inner_x), (-inner_y, inner_y), (rim - 0.02, height - 0.008))
+    yield block(filling, span(inner_x), span(inner_y), (rim - 0.02, height - 0.008))
 
 
 def _round_bath(radius: float, height: float, filling: str, shell: str) -> Iterator[Part]:
@@ -135,7 +131,7 @@ def _round_bath(radius: float, height: float, filling: str, shell: str) -> Itera
 @shape("gun")
 def heat_gun(asset: Asset) -> Iterator[Part]:
     """A heat gun on its foot: barrel along x, nozzle to +x, handle below."""
-    width, depth, height = extents(asset)
+    width, depth, height, *_ = extents(asset)
     hw, r = width / 2.0, depth / 2.0
     axis = height - r
     yield cylinder("abs_blue", depth, width * 0.5, (-hw + width * 0.25, 0.0, axis), ALONG_X)
@@ -145,14 +141,14 @@ def heat_gun(asset: Asset) -> Iterator[Part]:
         (-hw, 0.0, axis),
         turned((0.0, 1.0, 0.0), math.pi / 2.0),
     )
-    yield rounded("plastic_dark", (-hw * 0.75, -hw * 0.28), (-r * 0.55, r * 0.55), (0.0, axis), 0.02)
-    yield block("safety_red", (-hw * 0.28, -hw * 0.20), (-r * 0.3, r * 0.3), (height * 0.42, height * 0.55))
+    yield rounded("plastic_dark", (-hw * 0.75, -hw * 0.28), span(r * 0.55), (0.0, axis), 0.02)
+    yield block("safety_red", (-hw * 0.28, -hw * 0.20), span(r * 0.3), (height * 0.42, height * 0.55))
 
 
 @shape("burner")
 def burner(asset: Asset) -> Iterator[Part]:
     """A Bunsen burner with a small blue flame, or without `gas` an alcohol lamp."""
-    width, depth, height = extents(asset)
+    width, depth, height, *_ = extents(asset)
     radius = width / 2.0
     flame = [(height * 0.02, height * 0.80), (height * 0.05, height * 0.86), (0.0, height)]
     if flag(asset, "gas"):
@@ -174,18 +170,17 @@ def burner(asset: Asset) -> Iterator[Part]:
 @shape("oven")
 def oven(asset: Asset) -> Iterator[Part]:
     """A drying oven: a door with a window and a bar handle under a control strip; `round_window` is a vacuum oven."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
+    _, _, height, hw, hd = extents(asset)
     face = hd - 0.028
-    yield rounded("powder_white", (-hw, hw), (-hd, face - 0.02), (0.025, height), 0.012)
+    yield rounded("powder_white", span(hw), (-hd, face - 0.02), (0.025, height), 0.012)
     yield from feet(hw * 0.85, hd * 0.8, 0.025)
     strip = height * 0.80
-    yield block("plastic_dark", (-hw, hw), (face - 0.02, face), (strip + 0.01, height - 0.004))
-    yield from panel_screen("screen_green", (-0.09, 0.09), face, (strip + 0.035, height - 0.03))
+    yield block("plastic_dark", span(hw), (face - 0.02, face), (strip + 0.01, height - 0.004))
+    yield from panel_screen("screen_green", span(0.09), face, (strip + 0.035, height - 0.03))
     for x in (-hw * 0.7, hw * 0.7):
         yield from knob("plastic_light", 0.035, x, face, face + 0.018, (strip + height) / 2.0 + 0.003)
     leaf = (-hw + 0.006, hw - 0.006), (face - 0.02, face), (0.04, strip)
-    joint = door("door", "appliance door", *leaf, "low")
+    joint = door("door", "appliance door", leaf, "low")
     yield from moving(joint, [rounded("powder_white", *leaf, 0.008)])
     yield from moving(joint, _oven_window(asset, face))
     yield from moving(joint, _oven_handle(hw * 0.84, face, hd, height))
@@ -194,7 +189,7 @@ def oven(asset: Asset) -> Iterator[Part]:
 
 
 def _oven_window(asset: Asset, face: float) -> Iterator[Part]:
-    width, _, height = extents(asset)
+    width, _, height, *_ = extents(asset)
     hw = width / 2.0
     if flag(asset, "round_window"):
         size = min(width, height) * 0.42
@@ -202,10 +197,8 @@ def _oven_window(asset: Asset, face: float) -> Iterator[Part]:
         yield cylinder("window_glass", size * 0.85, 0.004, (0.0, face + 0.008, height * 0.42), ALONG_Y)
         yield cylinder("screen_dark", size * 0.84, 0.004, (0.0, face + 0.005, height * 0.42), ALONG_Y)
     elif flag(asset, "window"):
-        yield block("powder_dark", (-hw * 0.62, hw * 0.62), (face, face + 0.004), (height * 0.22, height * 0.66))
-        yield block(
-            "screen_dark", (-hw * 0.54, hw * 0.54), (face + 0.004, face + 0.006), (height * 0.26, height * 0.62)
-        )
+        yield block("powder_dark", span(hw * 0.62), (face, face + 0.004), (height * 0.22, height * 0.66))
+        yield block("screen_dark", span(hw * 0.54), (face + 0.004, face + 0.006), (height * 0.26, height * 0.62))
 
 
 def _oven_handle(x: float, face: float, front: float, height: float) -> Iterator[Part]:
@@ -217,17 +210,17 @@ def _oven_handle(x: float, face: float, front: float, height: float) -> Iterator
 @shape("furnace")
 def muffle_furnace(asset: Asset) -> Iterator[Part]:
     """A muffle furnace: an insulated box with a lift door over a control base, and a flue."""
-    width, depth, height = extents(asset)
-    hw, hd, base, top = width / 2.0, depth / 2.0, height * 0.26, height - 0.04
-    yield rounded("powder_grey", (-hw, hw), (-hd, hd - 0.05), (0.0, base), 0.012)
-    yield rounded("powder_white", (-hw, hw), (-hd, hd - 0.06), (base + 0.006, top), 0.02)
-    yield block("plastic_dark", (-hw * 0.9, hw * 0.9), (hd - 0.05, hd - 0.046), (base * 0.2, base * 0.85))
+    width, _, height, hw, hd = extents(asset)
+    base, top = height * 0.26, height - 0.04
+    yield rounded("powder_grey", span(hw), (-hd, hd - 0.05), (0.0, base), 0.012)
+    yield rounded("powder_white", span(hw), (-hd, hd - 0.06), (base + 0.006, top), 0.02)
+    yield block("plastic_dark", span(hw * 0.9), (hd - 0.05, hd - 0.046), (base * 0.2, base * 0.85))
     yield from panel_screen("screen_green", (0.0, hw * 0.7), hd - 0.046, (base * 0.4, base * 0.75))
     yield from knob("safety_red", 0.04, -hw * 0.6, hd - 0.046, hd - 0.025, base * 0.55)
-    yield rounded("stainless", (-hw * 0.78, hw * 0.78), (hd - 0.06, hd - 0.022), (base + 0.06, top - 0.05), 0.006)
+    yield rounded("stainless", span(hw * 0.78), (hd - 0.06, hd - 0.022), (base + 0.06, top - 0.05), 0.006)
     yield cylinder("powder_dark", 0.05, 0.004, (0.0, hd - 0.020, (base + top) / 2.0), ALONG_Y)
     for x in (-hw * 0.5, hw * 0.5):
-        yield block("stainless", (x - 0.008, x + 0.008), (hd - 0.024, hd - 0.010), (base + 0.09, base + 0.11))
+        yield block("stainless", span(0.008, x), (hd - 0.024, hd - 0.010), (base + 0.09, base + 0.11))
     yield cylinder("plastic_black", 0.020, width * 0.6, (0.0, hd - 0.010, base + 0.10), ALONG_X)
     yield column("galvanised", 0.07, 0.0, -hd * 0.5, (top, height))
 
@@ -235,19 +228,18 @@ def muffle_furnace(asset: Asset) -> Iterator[Part]:
 @shape("rotavap")
 def rotary_evaporator(asset: Asset) -> Iterator[Part]:
     """A rotary evaporator: tower, tilted flask over a heated bath, upright condenser, receiving flask."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
-    yield rounded("plastic_white", (-hw, hw), (-hd, hd), (0.0, 0.05), 0.03)
-    yield block("plastic_dark", (-hw * 0.25, hw * 0.25), (hd - 0.012, hd - 0.004), (0.012, 0.045))
-    yield block("screen", (-hw * 0.14, hw * 0.14), (hd - 0.005, hd - 0.001), (0.016, 0.042))
+    _, _, height, hw, hd = extents(asset)
+    yield rounded("plastic_white", span(hw), span(hd), (0.0, 0.05), 0.03)
+    yield block("plastic_dark", span(hw * 0.25), (hd - 0.012, hd - 0.004), (0.012, 0.045))
+    yield block("screen", span(hw * 0.14), (hd - 0.005, hd - 0.001), (0.016, 0.042))
     bath_x, bath_r = hw - 0.135, 0.125
     yield hollow("plastic_light", [(0.0, 0.05), (bath_r, 0.05), (bath_r, 0.20)], 0.010, (bath_x, 0.0, 0.0))
     yield column("clear_liquid", 2.0 * bath_r - 0.022, bath_x, 0.0, (0.062, 0.175))
     yield column("stainless", 2.0 * bath_r - 0.018, bath_x, 0.0, (0.198, 0.2005))
     tower = (-0.06, -hd * 0.35)
-    yield rounded("plastic_white", (tower[0] - 0.045, tower[0] + 0.045), (-hd, -hd + 0.12), (0.05, height * 0.78), 0.02)
+    yield rounded("plastic_white", span(0.045, tower[0]), (-hd, -hd + 0.12), (0.05, height * 0.78), 0.02)
     head_z = height * 0.60
-    yield rounded("plastic_grey", (-0.15, 0.03), (-hd * 0.75, hd * 0.35), (head_z - 0.05, head_z + 0.05), 0.03)
+    yield rounded("plastic_grey", (-0.15, 0.03), (-hd * 0.75, hd * 0.35), span(0.05, head_z), 0.03)
     yield from panel_screen("screen", (-0.125, -0.02), hd * 0.35, (head_z - 0.025, head_z + 0.03))
     lean = math.radians(122.0)
     flask = [(0.011, 0.0), (0.011, 0.12), *[(r, z + 0.205) for r, z in bulb(0.078, 0.0, math.pi - 0.14, 0.0, 10)][0:0]]

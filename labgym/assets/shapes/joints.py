@@ -10,17 +10,17 @@ from typing import TYPE_CHECKING, Literal
 from labgym.geometry import OrientedBox
 
 if TYPE_CHECKING:
-    from labgym.assets.shapes.parts import Part, Point, Vector
+    from labgym.assets.shapes.parts import Part, Point, Spans, Vector
 
-SWING = math.radians(110.0)
+SWING_RAD = math.radians(110.0)
 """Angle to which doors of furniture open: concealed hinges of 110 degrees, the usual kind."""
-DRAWER_DEPTH = 0.45
+DRAWER_DEPTH_M = 0.45
 """Depth of a drawer behind its front where the furniture is deep enough, meters (usual slides: 450 mm)."""
-RIM = 0.7
+DRAWER_RIM_SHARE = 0.7
 """Height of the box of a drawer, as a share of that of its front (assumption)."""
-BOARD = 8.2
+BOARD_KG_M2 = 8.2
 """Mass of the boards of that box, kg/m²: 12 mm of 680 kg/m³."""
-OVERLAP = 0.05
+DRAWER_OVERLAP_M = 0.05
 """Depth of a drawer that stays inside the furniture when it is open, meters."""
 
 
@@ -116,7 +116,7 @@ def drawer(name: str, x: Point, front: float, z: Point, depth: float, side: floa
     """
     mechanism = MECHANISMS["drawer"]
     width, height = x[1] - x[0], z[1] - z[0]
-    box = width * depth + 2.0 * RIM * height * (depth + width / 2.0)  # bottom, sides and back
+    box = width * depth + 2.0 * DRAWER_RIM_SHARE * height * (depth + width / 2.0)  # bottom, sides and back
     y = front - side * depth / 2.0
     return Joint(
         name=name,
@@ -124,35 +124,29 @@ def drawer(name: str, x: Point, front: float, z: Point, depth: float, side: floa
         kind="slide",
         axis=(0.0, side, 0.0),
         origin=(0.0, 0.0, 0.0),
-        travel=depth - OVERLAP,
+        travel=depth - DRAWER_OVERLAP_M,
         drawn=0.0,
         solid=OrientedBox((x[0] + x[1]) / 2.0, y, width, depth, 0.0, z[0], z[1]),
-        mass=mechanism.areal_mass * width * height + BOARD * box + mechanism.content,
+        mass=mechanism.areal_mass * width * height + BOARD_KG_M2 * box + mechanism.content,
         friction=mechanism.force,
         damping=mechanism.damping,
     )
 
 
 def door(
-    name: str,
-    kind: str,
-    x: Point,
-    y: Point,
-    z: Point,
-    hinge: Literal["low", "high"],
-    side: float = 1.0,
-    closes: bool = False,
+    name: str, kind: str, leaf: Spans, hinge: Literal["low", "high"], side: float = 1.0, closes: bool = False
 ) -> Joint:
     """Return the joint of a door that is hinged on the edge of its outer face.
 
     Args:
         kind: name in `MECHANISMS`.
-        x, z: spans of the leaf. y: inner and outer face.
+        leaf: its ends along x, y (inner and outer face) and z.
         hinge: the end of x that is hinged.
         side: 1 if it opens toward +y, -1 toward -y.
         closes: whether it closes the asset's hollow.
     """
     mechanism = MECHANISMS[kind]
+    x, y, z = leaf
     width, height = x[1] - x[0], z[1] - z[0]
     turn = side if hinge == "low" else -side
     box = OrientedBox((x[0] + x[1]) / 2.0, (y[0] + y[1]) / 2.0, width, abs(y[1] - y[0]), 0.0, z[0], z[1])
@@ -162,7 +156,7 @@ def door(
         kind="hinge",
         axis=(0.0, 0.0, turn),
         origin=(x[0] if hinge == "low" else x[1], y[1], 0.0),
-        travel=SWING,
+        travel=SWING_RAD,
         drawn=0.0,
         solid=box,
         mass=mechanism.areal_mass * width * height + mechanism.content,

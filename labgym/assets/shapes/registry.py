@@ -1,15 +1,20 @@
-"""Shapes by name, and the parameters that an asset gives them."""
+"""Shapes by name, the parameters that an asset gives them, and the shape of imported assets."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import replace
 
+import numpy as np
+
+from labgym.assets.archive import SHAPE, geometry
 from labgym.assets.model import Asset
-from labgym.assets.shapes.parts import Part
+from labgym.assets.shapes.parts import UPRIGHT, Part
+from labgym.counts import check_switch, is_real
 from labgym.errors import OptionError, UnknownNameError
 
 Builder = Callable[[Asset], Iterable[Part]]
+Extents = tuple[float, float, float, float, float]
 
 SHAPES: dict[str, Builder] = {}
 """Builder of each shape name."""
@@ -55,9 +60,10 @@ def _inverted(part: Part, height: float) -> Part:
     return replace(part, position=(x, -y, height - z), quaternion=(-b, a, -d, c))
 
 
-def extents(asset: Asset) -> tuple[float, float, float]:
-    """Return width, depth and height of an asset's bounding box."""
-    return asset.size.width, asset.size.depth, asset.size.height
+def extents(asset: Asset) -> Extents:
+    """Return width, depth and height of an asset's bounding box, half its width and half its depth, meters."""
+    width, depth = asset.size.width, asset.size.depth
+    return width, depth, asset.size.height, width / 2.0, depth / 2.0
 
 
 def number(asset: Asset, name: str, default: float) -> float:
@@ -67,8 +73,8 @@ def number(asset: Asset, name: str, default: float) -> float:
         OptionError: it is not a number.
     """
     value = asset.shape.parameters.get(name, default)
-    if isinstance(value, str | bool):
-        raise OptionError(f"shape parameter {name!r} of asset {asset.name!r} must be a number, got {value!r}")
+    if not is_real(value):
+        raise OptionError(f"shape parameter {name!r} of asset {asset.name!r} is {value!r}, expected a number")
     return float(value)
 
 
@@ -84,9 +90,24 @@ def flag(asset: Asset, name: str) -> bool:
         OptionError: it is neither true nor false.
     """
     value = asset.shape.parameters.get(name, False)
-    if not isinstance(value, bool):
-        raise OptionError(f"shape parameter {name!r} of asset {asset.name!r} must be true or false, got {value!r}")
-    return value
+    check_switch(f"shape parameter {name!r} of asset {asset.name!r}", value)
+    return bool(value)
+
+
+def choice(asset: Asset, name: str, default: str, words: Collection[str], kind: str) -> str:
+    """Return a shape parameter that is one of some words.
+
+    Args:
+        kind: what the parameter names, for the error.
+
+    Raises:
+        UnknownNameError: it is another word.
+        OptionError: it is not text.
+    """
+    word = text(asset, name, default)
+    if word not in words:
+        raise UnknownNameError(kind, word, words)
+    return word
 
 
 def text(asset: Asset, name: str, default: str) -> str:
@@ -97,5 +118,17 @@ def text(asset: Asset, name: str, default: str) -> str:
     """
     value = asset.shape.parameters.get(name, default)
     if not isinstance(value, str):
-        raise OptionError(f"shape parameter {name!r} of asset {asset.name!r} must be text, got {value!r}")
+        raise OptionError(f"shape parameter {name!r} of asset {asset.name!r} is {value!r}, expected text")
     return value
+
+
+@shape(SHAPE)
+def imported(asset: Asset) -> Iterator[Part]:
+    """One part for each material of the mesh file."""
+    for piece in geometry(asset).pieces:
+        low, high = piece.vertices.min(axis=0), piece.vertices.max(axis=0)
+        width, depth, height = (high - low).tolist()
+        x, y, z = ((low + high) / 2.0).tolist()
+        centred = np.ascontiguousarray(piece.vertices - (low + high) / 2.0)
+        centred.setflags(write=False)
+        yield Part("mesh", (width, depth, height), (x, y, z), UPRIGHT, piece.material, triangles=(centred, piece.faces))

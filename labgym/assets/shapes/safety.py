@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from labgym.assets.model import Asset
-from labgym.assets.shapes.fixtures import gauge
+from labgym.assets.shapes.fixtures import gauge, lines, triangle
 from labgym.assets.shapes.materials import coating
 from labgym.assets.shapes.parts import (
     ALONG_Y,
@@ -17,17 +17,17 @@ from labgym.assets.shapes.parts import (
     revolved,
     rod,
     rounded,
+    span,
     tube,
 )
 from labgym.assets.shapes.registry import extents, flag, shape, text
-from labgym.assets.shapes.signs import lines, triangle
 from labgym.assets.shapes.vessels import hollow
 
 
 @shape("eyewash")
 def eyewash(asset: Asset) -> Iterator[Part]:
     """A pedestal eyewash: a green bowl with two nozzles, a push plate, a sign."""
-    width, depth, height = extents(asset)
+    width, depth, height, *_ = extents(asset)
     radius, rim = min(width, depth) / 2.0, height - 0.14
     yield column("powder_grey", radius * 1.3, 0.0, 0.0, (0.0, 0.02))
     yield column("signal_green", 0.06, 0.0, 0.0, (0.02, rim - 0.10))
@@ -37,9 +37,9 @@ def eyewash(asset: Asset) -> Iterator[Part]:
     for x in (-0.05, 0.05):
         yield column("chrome", 0.014, x, 0.0, (rim - 0.09, rim - 0.01))
         yield column("safety_yellow", 0.034, x, 0.0, (rim - 0.012, rim + 0.02))
-    yield block("signal_green", (-0.012, 0.012), (-radius, -radius + 0.015), (rim - 0.06, height))
-    yield block("signal_green", (-0.09, 0.09), (-radius + 0.002, -radius + 0.010), (height - 0.13, height))
-    yield block("paper", (-0.055, 0.055), (-radius + 0.010, -radius + 0.012), (height - 0.105, height - 0.085))
+    yield block("signal_green", span(0.012), (-radius, -radius + 0.015), (rim - 0.06, height))
+    yield block("signal_green", span(0.09), (-radius + 0.002, -radius + 0.010), (height - 0.13, height))
+    yield block("paper", span(0.055), (-radius + 0.010, -radius + 0.012), (height - 0.105, height - 0.085))
     yield cylinder("paper", 0.05, 0.002, (0.0, -radius + 0.011, height - 0.05), ALONG_Y)
     yield rod("chrome", 0.012, (radius * 0.6, 0.0, rim - 0.06), (radius - 0.006, radius * 0.3, rim + 0.03))
 
@@ -47,13 +47,12 @@ def eyewash(asset: Asset) -> Iterator[Part]:
 @shape("shower")
 def emergency_shower(asset: Asset) -> Iterator[Part]:
     """An emergency shower: a green stand pipe, a yellow shower head over a hatched mat, a pull rod, an eye bowl."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
+    width, _, height, hw, hd = extents(asset)
     pipe, y = 0.05, -hd + 0.06
-    yield block("safety_yellow", (-hw, hw), (-hd, hd), (0.0, 0.008))
+    yield block("safety_yellow", span(hw), span(hd), (0.0, 0.008))
     for k in range(5):
         x = -hw + width * (0.1 + 0.2 * k)
-        yield block("print_black", (x - width * 0.045, x + width * 0.045), (-hd + 0.02, hd - 0.02), (0.004, 0.0085))
+        yield block("print_black", span(width * 0.045, x), span(hd - 0.02), (0.004, 0.0085))
     yield column("powder_grey", 0.22, 0.0, y + 0.05, (0.008, 0.03))
     yield column("signal_green", pipe, 0.0, y, (0.02, height))
     yield rod("signal_green", pipe, (0.0, y, height - pipe / 2.0), (0.0, hd * 0.1, height - pipe / 2.0))
@@ -83,15 +82,14 @@ def emergency_shower(asset: Asset) -> Iterator[Part]:
     )
     for x in (-0.04, 0.04):
         yield column("safety_yellow", 0.03, x, y + 0.16, (rim - 0.03, rim + 0.02))
-    yield block("signal_green", (-0.12, 0.12), (y - 0.05, y - 0.04), (height * 0.66, height * 0.78))
-    yield block("paper", (-0.08, 0.08), (y - 0.04, y - 0.036), (height * 0.69, height * 0.75))
+    yield block("signal_green", span(0.12), (y - 0.05, y - 0.04), (height * 0.66, height * 0.78))
+    yield block("paper", span(0.08), (y - 0.04, y - 0.036), (height * 0.69, height * 0.75))
 
 
 @shape("extinguisher")
 def extinguisher(asset: Asset) -> Iterator[Part]:
     """A fire extinguisher with a label, a lever, and a hose or, with `horn`, a discharge horn."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
+    _, _, height, hw, hd = extents(asset)
     body, horn = coating(text(asset, "colour", "red")), flag(asset, "horn")
     radius = hd if horn else min(hw, hd)
     x = -hw + radius if horn else 0.0
@@ -104,7 +102,7 @@ def extinguisher(asset: Asset) -> Iterator[Part]:
     yield band(stripe, 2.0 * radius - 0.0004, (height * 0.50, height * 0.53), x)
     yield column("brass", 0.034, x, 0.0, (top - 0.01, height * 0.90))
     for z, reach in ((height * 0.90, 0.085), (height - 0.012, 0.075)):
-        yield block("plastic_black", (x - 0.012, x + 0.012), (-0.02, min(reach, hd)), (z, z + 0.012))
+        yield block("plastic_black", span(0.012, x), (-0.02, min(reach, hd)), (z, z + 0.012))
     yield from gauge(x, -0.026, -0.020, height * 0.87, 0.03)
     if horn:
         yield rod("rubber", 0.022, (x, 0.0, height * 0.87), (hw - 0.03, 0.0, height * 0.80))
@@ -126,34 +124,32 @@ def extinguisher(asset: Asset) -> Iterator[Part]:
 @shape("kit")
 def kit(asset: Asset) -> Iterator[Part]:
     """A case on a wall; `sign` "cross" marks first aid, otherwise it is a fire blanket with pull tabs."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
+    width, _, height, hw, hd = extents(asset)
     body = coating(text(asset, "colour", "white"))
     first_aid = text(asset, "sign", "") == "cross"
     inset, top = (0.001, height - 0.003) if first_aid else (0.0, height)
-    yield rounded(body, (-hw + inset, hw - inset), (-hd, hd - 0.003), (0.0 if first_aid else 0.04, top), 0.015)
+    yield rounded(body, span(hw - inset), (-hd, hd - 0.003), (0.0 if first_aid else 0.04, top), 0.015)
     if first_aid:
-        yield block("plastic_grey", (-hw, hw), (-0.002, 0.002), (0.001, height - 0.001))
+        yield block("plastic_grey", span(hw), span(0.002), (0.001, height - 0.001))
         arm, z, y = min(width, height) * 0.27, height / 2.0, (hd - 0.003, hd)
-        yield block("signal_green", (-arm, arm), y, (z - arm * 0.34, z + arm * 0.34))
-        yield block("signal_green", (-arm * 0.34, arm * 0.34), y, (z - arm, z + arm))
-        yield block("plastic_dark", (-hw * 0.2, hw * 0.2), (-0.012, 0.012), (height - 0.012, height))
+        yield block("signal_green", span(arm), y, span(arm * 0.34, z))
+        yield block("signal_green", span(arm * 0.34), y, span(arm, z))
+        yield block("plastic_dark", span(hw * 0.2), span(0.012), (height - 0.012, height))
     else:
         for x in (-hw * 0.45, hw * 0.45):
-            yield block("print_black", (x - 0.012, x + 0.012), (-0.003, 0.003), (0.0, 0.05))
-        yield block("paper", (-hw * 0.75, hw * 0.75), (hd - 0.003, hd - 0.001), (height * 0.30, height * 0.86))
+            yield block("print_black", span(0.012, x), span(0.003), (0.0, 0.05))
+        yield block("paper", span(hw * 0.75), (hd - 0.003, hd - 0.001), (height * 0.30, height * 0.86))
         yield from lines(width * 0.6, height * 0.25, 4, 0.0, hd - 0.001, height * 0.5)
-        yield block("safety_red", (-hw * 0.6, hw * 0.6), (hd - 0.002, hd), (height * 0.72, height * 0.82))
+        yield block("safety_red", span(hw * 0.6), (hd - 0.002, hd), (height * 0.72, height * 0.82))
 
 
 @shape("sign")
 def sign(asset: Asset) -> Iterator[Part]:
     """A safety sign: a warning triangle over lines of print."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
+    width, _, height, hw, hd = extents(asset)
     face = hd - 0.0024
-    yield block("paper", (-hw, hw), (-hd, face), (0.0, height))
-    yield block("safety_yellow", (-hw * 0.94, hw * 0.94), (face - 0.001, face + 0.0004), (height * 0.36, height * 0.98))
+    yield block("paper", span(hw), (-hd, face), (0.0, height))
+    yield block("safety_yellow", span(hw * 0.94), (face - 0.001, face + 0.0004), (height * 0.36, height * 0.98))
     yield from triangle(height * 0.44, 0.0, face, height * 0.62)
     yield from lines(width * 0.8, height * 0.24, 4, 0.0, face, height * 0.18)
 
@@ -161,11 +157,10 @@ def sign(asset: Asset) -> Iterator[Part]:
 @shape("exit_sign")
 def exit_sign(asset: Asset) -> Iterator[Part]:
     """A green plate with a white door, a walking figure and an arrow toward the door."""
-    width, depth, height = extents(asset)
-    hw, hd = width / 2.0, depth / 2.0
+    _, _, height, hw, hd = extents(asset)
     face, print_ = hd - 0.002, (hd - 0.002, hd)
-    yield block("plastic_white", (-hw, hw), (-hd, hd - 0.006), (0.0, height))
-    yield block("signal_green", (-hw + 0.006, hw - 0.006), (hd - 0.006, face), (0.006, height - 0.006))
+    yield block("plastic_white", span(hw), (-hd, hd - 0.006), (0.0, height))
+    yield block("signal_green", span(hw - 0.006), (hd - 0.006, face), (0.006, height - 0.006))
     # The front is seen with +x to its left.
     yield block("paper", (-0.86 * hw, -0.52 * hw), print_, (0.14 * height, 0.86 * height))
     yield cylinder("paper", 0.14 * height, 0.002, (-0.18 * hw, hd - 0.001, 0.78 * height), ALONG_Y)

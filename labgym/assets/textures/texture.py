@@ -1,4 +1,4 @@
-"""The texture of a material: an image that repeats, whose mean is the material's color."""
+"""The texture of a material: an image that repeats, whose mean is the color; and the recipe of each texture."""
 
 from __future__ import annotations
 
@@ -11,10 +11,65 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from labgym.assets.shapes.materials import MATERIALS
-from labgym.assets.textures.noise import Field
-from labgym.assets.textures.patterns import Pattern
-from labgym.assets.textures.recipes import RECIPES
+from labgym.assets.shapes.materials import ACCENT_PAINTS, MATERIALS, WALL_PAINTS
+from labgym.assets.textures import patterns
+from labgym.assets.textures.patterns import Field, Pattern
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """How the texture of a material is made.
+
+    Attributes:
+        pattern: of brightness and tint.
+        period: side of the square that repeats, meters. size: of the image, pixels.
+        contrast: strength of the pattern.
+        upright: whether the pattern's rows run upwards on upright surfaces.
+    """
+
+    pattern: Pattern
+    period: float
+    size: int = 256
+    contrast: float = 1.0
+    upright: bool = False
+
+
+_WOOD = Recipe(patterns.wood, 1.0, 512, upright=True)
+_STEEL = Recipe(patterns.brushed_metal, 0.5)
+_RESIN, _DARK = Recipe(patterns.worktop_resin, 0.5), Recipe(patterns.dark_resin, 0.5)
+_LAMINATE = Recipe(patterns.laminate, 0.5, 128)
+
+RECIPES: dict[str, Recipe] = {
+    "floor_vinyl": Recipe(patterns.sheet_vinyl, 0.8),
+    "floor_epoxy": Recipe(patterns.cast_resin, 2.0),
+    "floor_tile": Recipe(patterns.ceramic_tiles, 1.2, 512),
+    "floor_terrazzo": Recipe(patterns.terrazzo, 1.0, 512),
+    "floor_concrete": Recipe(patterns.concrete, 3.0, 512),
+    "ceiling": Recipe(patterns.ceiling_tiles, 1.2, 512),
+    **dict.fromkeys((*WALL_PAINTS, *ACCENT_PAINTS), Recipe(patterns.painted_plaster, 1.0)),
+    "epoxy_white": _RESIN,
+    "worktop_gray": _RESIN,
+    "worktop_sand": _RESIN,
+    "epoxy_black": _DARK,
+    "phenolic_black": _DARK,
+    "worktop_slate": _DARK,
+    "granite": Recipe(patterns.granite, 0.5, contrast=0.6),
+    "oak": _WOOD,
+    "front_oak": _WOOD,
+    "front_walnut": _WOOD,
+    "door_oak": _WOOD,
+    "door_walnut": _WOOD,
+    "laminate_grey": _LAMINATE,
+    "laminate_white": _LAMINATE,
+    "front_blue": _LAMINATE,
+    "front_gray": _LAMINATE,
+    "front_mint": _LAMINATE,
+    "stainless": _STEEL,
+    "aluminium": _STEEL,
+    "cardboard": Recipe(patterns.cardboard, 0.5),
+}
+"""Recipes by material; other materials have an even color."""
+
 
 ROUNDS = 6
 """Corrections of the mean after clipping to the range of colors."""

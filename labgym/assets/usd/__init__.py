@@ -3,11 +3,8 @@
 from labgym.assets.usd.articulated import BODY, articulated_layer, set_joint
 from labgym.assets.usd.attributes import ATTRIBUTES, NAMESPACE, Attribute
 from labgym.assets.usd.bodies import write_collider, write_mesh
-from labgym.assets.usd.files import check_files, stray_files, usd_folder, usd_path, write_files, write_layer
-from labgym.assets.usd.labels import write_labels
-from labgym.assets.usd.looks import write_look
-from labgym.assets.usd.stages import asset_layer, write_geometry, write_looks
-from labgym.assets.usd.validation import findings
+from labgym.assets.usd.files import check_files, findings, stray_files, usd_folder, usd_path, write_files, write_layer
+from labgym.assets.usd.stages import asset_layer, write_geometry, write_labels, write_look, write_looks
 
 __all__ = [
     "ATTRIBUTES",

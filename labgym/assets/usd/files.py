@@ -1,15 +1,15 @@
-"""The catalog's USD files on disk: writing them, and checking that they are current."""
+"""The catalog's USD files on disk: writing them, and checking that they are current and pass OpenUSD's validators."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 from labgym.artefacts import artefacts
 from labgym.assets.model import Asset
 from labgym.assets.usd.stages import asset_layer
-from labgym.assets.usd.validation import findings
 from labgym.documents import folder_path
 from labgym.temporary import temporary_folder
 
@@ -76,3 +76,16 @@ def _problems(asset: Asset, path: Path) -> Iterator[str]:
     if layer.ExportToString() != fresh.ExportToString():
         yield f"{path} is outdated: run `labgym assets build`"
     yield from (f"{path}: {finding}" for finding in findings(Usd.Stage.Open(layer)))
+
+
+def findings(stage: Any) -> tuple[str, ...]:
+    """Return the findings of all validators of usd-core about a `pxr.Usd.Stage`, one line each, sorted."""
+    errors = _context().Validate(stage)
+    return tuple(sorted(" ".join(f"{error.GetName()}: {error.GetMessage()}".split()) for error in errors))
+
+
+@cache
+def _context() -> Any:
+    from pxr import UsdValidation
+
+    return UsdValidation.ValidationContext(UsdValidation.ValidationRegistry().GetOrLoadAllValidators())

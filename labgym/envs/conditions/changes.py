@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from labgym.counts import check_switch
 from labgym.envs.checks import count, positive
 from labgym.envs.conditions.change_draw import KINDS, draw_changes
 from labgym.envs.conditions.change_list import Added, changed, changes_of, masses, plain
@@ -68,8 +69,7 @@ class Changes(Condition):
         if not self.kinds:
             raise OptionError(f"kinds of changes are empty: pass some of {', '.join(KINDS)}")
         for name in ("pushable", "late"):
-            if not isinstance(getattr(self, name), bool):
-                raise OptionError(f"Changes: {name} is {getattr(self, name)!r}, expected True or False")
+            check_switch(f"Changes: {name}", getattr(self, name))
         if self.late and not self.pushable:
             raise OptionError("Changes: things come late only if they can be pushed: pass pushable=True")
 

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from labgym.counts import is_real, is_whole
 from labgym.envs.checks import count, positive
 from labgym.envs.conditions.panes import FRAMED, FRAMELESS, Pane, panes_of, plain, with_panes
 from labgym.envs.parts.protocols import Condition, Presence
@@ -276,10 +277,10 @@ def _checked(data: Any) -> dict[str, Any]:
     if not isinstance(data, Mapping) or set(data) != expected:
         raise OptionError(f"glass is {str(data)[:60]!r}, expected a mapping of {', '.join(sorted(expected))}")
     seed = data["seed"]
-    if isinstance(seed, bool) or not isinstance(seed, int) or not 0 <= seed < 2**63:
+    if not is_whole(seed) or not 0 <= seed < 2**63:
         raise OptionError(f"glass: seed is {str(seed)[:40]!r}, expected a whole number")
     for name in ("void", "true", "steel"):
         share = data[name]
-        if isinstance(share, bool) or not isinstance(share, int | float) or not 0.0 <= share <= 1.0:
+        if not is_real(share) or not 0.0 <= share <= 1.0:
             raise OptionError(f"glass: {name} is {str(share)[:40]!r}, expected a number in [0, 1]")
     return {**data, "panes": panes_of(data["panes"])}

@@ -10,6 +10,7 @@ from typing import Any
 
 from labgym.assets import Asset, Catalog
 from labgym.assets.model import Shape, Size
+from labgym.counts import check_switch
 from labgym.envs.checks import finite, positive
 from labgym.errors import OptionError
 from labgym.layouts import Layout, Placement
@@ -46,8 +47,7 @@ class Pane:
         positive(self, "width", "height")
         if self.width > WIDEST or self.height > HIGHEST:
             raise OptionError(f"pane is {self.width:g} x {self.height:g} m, at most {WIDEST:g} x {HIGHEST:g} m")
-        if not isinstance(self.framed, bool):
-            raise OptionError(f"pane: framed is {str(self.framed)[:40]!r}, expected True or False")
+        check_switch("pane: framed", self.framed)
 
 
 def panes_of(value: Any) -> tuple[Pane, ...]:

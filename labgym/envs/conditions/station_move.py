@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from labgym.counts import is_finite
 from labgym.envs.robot import ROBOT
 from labgym.envs.tasks import Task
 from labgym.envs.world import world_of
@@ -61,8 +62,12 @@ def shift_of(task: Task, data: Any) -> tuple[str, Shift]:
     if not isinstance(name, str) or name not in task.layout.by_id or task.layout.placement(name).support != FLOOR:
         raise OptionError(f"station {str(name)[:60]!r} is no placement on the floor of layout {task.layout.id!r}")
     numbers: list[Any] = list(shift) if isinstance(shift, list | tuple) and len(shift) == 3 else []
-    real = [not isinstance(each, bool) and isinstance(each, int | float) and abs(each) < math.inf for each in numbers]
-    if len(real) != 3 or not all(real) or math.hypot(*numbers[:2]) > FARTHEST or abs(numbers[2]) > WIDEST:
+    if (
+        not numbers
+        or not all(map(is_finite, numbers))
+        or math.hypot(*numbers[:2]) > FARTHEST
+        or abs(numbers[2]) > WIDEST
+    ):
         raise OptionError(
             f"shift is {str(shift)[:60]}, expected [dx, dy, turn], at most {FARTHEST:g} m and {WIDEST:.2f} rad"
         )

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from labgym.counts import is_real
 from labgym.envs.checks import count, finite, positive
 from labgym.envs.parts.protocols import Condition, Presence
 from labgym.envs.parts.registry import registered
@@ -132,7 +133,7 @@ def _checked(data: Any) -> tuple[tuple[Zone, ...], float]:
     zones, slip = data["zones"], data["slip"]
     if isinstance(zones, str | Mapping) or not isinstance(zones, Sequence) or len(zones) > MOST:
         raise OptionError(f"wet floor: zones are {str(zones)[:60]!r}, expected a list of at most {MOST} mappings")
-    if isinstance(slip, bool) or not isinstance(slip, int | float) or not 0.0 < slip <= 1000.0:
+    if not is_real(slip) or not 0.0 < slip <= 1000.0:
         raise OptionError(f"wet floor: slip is {str(slip)[:40]!r}, expected a number above 0")
     for zone in zones:
         if not isinstance(zone, Mapping) or set(zone) != {"x", "y", "radius"}:

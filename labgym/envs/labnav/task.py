@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
+from labgym.counts import is_whole
 from labgym.envs.labnav.properties import DEFAULT_WEIGHTS, ScoreWeights, TaskProperties
 from labgym.envs.parts.announced import AnnouncedGoalSensor, OdometryVelocitySensor
 from labgym.envs.parts.depth_noise import RedwoodDepth
@@ -170,7 +171,7 @@ class LabNavTask:
         Raises:
             UnknownNameError: there is no such level.
         """
-        if isinstance(number, bool) or not isinstance(number, int) or number not in self.levels:
+        if not is_whole(number) or number not in self.levels:
             raise UnknownNameError(f"level of task {self.name!r}", number, map(str, self.levels))
         return self.levels[number]
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
+from labgym.counts import check_switch, is_whole
 from labgym.envs.parts.protocols import Actions, Command, Robot
 from labgym.envs.parts.registry import registered
 from labgym.envs.state import State
@@ -32,9 +33,8 @@ class VelocityActions(Actions):
     kind: str = field(default="velocity", init=False)
 
     def __post_init__(self) -> None:
-        if not isinstance(self.stop, bool):
-            raise OptionError(f"VelocityActions: stop is {self.stop!r}, expected True or False")
-        if isinstance(self.delay, bool) or not isinstance(self.delay, int) or self.delay < 0:
+        check_switch("VelocityActions: stop", self.stop)
+        if not is_whole(self.delay) or self.delay < 0:
             raise OptionError(f"VelocityActions: delay is {self.delay!r}, expected a whole number of control steps")
 
     def space(self, robot: Robot) -> spaces.Space[Any]:

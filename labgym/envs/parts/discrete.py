@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
+from labgym.counts import is_whole
 from labgym.envs.checks import positive
 from labgym.envs.parts import actuation  # noqa: F401 - errors may be named by their kind
 from labgym.envs.parts.protocols import Actions, ActuationNoise, Command, Robot
@@ -94,8 +95,8 @@ def checked(action: Any) -> int:
     Raises:
         OptionError: not 0, 1, 2 or 3.
     """
-    whole = isinstance(action, int | np.integer) or (isinstance(action, np.ndarray) and action.ndim == 0)
-    if not whole or isinstance(action, bool) or action not in range(4):
+    whole = is_whole(action) or (isinstance(action, np.ndarray) and action.ndim == 0)
+    if not whole or action not in range(4):
         shown = " ".join(repr(action).split())[:80]
         raise OptionError(f"action {shown} must be 0 (stop), 1 (forward), 2 (left) or 3 (right)")
     return int(action)

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from labgym.counts import is_finite, is_real
 from labgym.envs.parts.protocols import Randomization
 from labgym.envs.parts.rays import CameraSensor, LidarSensor
 from labgym.envs.parts.registry import registered
@@ -115,7 +116,7 @@ class SensorPoseRandomization(Randomization):
         object.__setattr__(self, "sensors", _names(self.sensors))
         for name in (*LENGTHS, *ANGLES):
             value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 <= value <= 180.0:
+            if not is_real(value) or not 0.0 <= value <= 180.0:
                 raise OptionError(f"SensorPoseRandomization: {name} is {value!r}, expected a number of at least 0")
 
     def randomize(self, setting: Setting, rng: np.random.Generator) -> dict[str, dict[str, float]]:
@@ -201,9 +202,7 @@ def checked_range(part: Any, name: str, above: float | None = None) -> Range:
     """
     value = getattr(part, name)
     numbers = list(value) if isinstance(value, list | tuple) else []
-    valid = len(numbers) == 2 and all(
-        isinstance(each, int | float) and not isinstance(each, bool) and math.isfinite(each) for each in numbers
-    )
+    valid = len(numbers) == 2 and all(map(is_finite, numbers))
     least = 0.0 if above is None else above
     if not valid or not least <= numbers[0] <= numbers[1] or (above is not None and numbers[0] <= above):
         limit = "at least 0" if above is None else f"above {above:g}"

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import importlib
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
+from labgym.counts import is_finite
 from labgym.envs.parts.protocols import RewardTerm
 from labgym.envs.parts.registry import registered
 from labgym.envs.state import State
@@ -156,6 +156,6 @@ def checked_terms(terms: tuple[RewardTerm, ...]) -> tuple[RewardTerm, ...]:
         OptionError: a weight is not a finite number.
     """
     for term in terms:
-        if isinstance(term.weight, bool) or not isinstance(term.weight, int | float) or not math.isfinite(term.weight):
+        if not is_finite(term.weight):
             raise OptionError(f"weight of reward term {term.name!r} is {term.weight!r}, expected a finite number")
     return terms

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import mujoco
 
+from labgym.counts import is_finite
 from labgym.envs.checks import record_of
 from labgym.envs.parts.protocols import Command, Robot
 from labgym.envs.parts.registry import registered
@@ -113,7 +113,7 @@ def check_size(size: RobotSpec) -> None:
     """
     for each in fields(size):
         value = getattr(size, each.name)
-        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        if not is_finite(value):
             raise OptionError(f"robot: {each.name} is {str(value)[:40]!r}, expected a finite number")
     ranges = {
         "v_min": (-5.0, 0.0),

@@ -10,6 +10,7 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
+from labgym.counts import is_real
 from labgym.envs.robot import ROBOT
 from labgym.envs.wrappers.checks import point_nav
 from labgym.errors import OptionError
@@ -41,7 +42,7 @@ class MapInset(gym.Wrapper[Any, Any, Any, Any], gym.utils.RecordConstructorArgs)
     """
 
     def __init__(self, env: gym.Env[Any, Any], share: float = 0.35) -> None:
-        if isinstance(share, bool) or not isinstance(share, int | float) or not 0.0 < share <= 1.0:
+        if not is_real(share) or not 0.0 < share <= 1.0:
             raise OptionError(f"share is {share!r}, expected a number above 0, at most 1")
         if env.render_mode != "rgb_array":
             raise OptionError(f"MapInset needs render_mode 'rgb_array', not {env.render_mode!r}")

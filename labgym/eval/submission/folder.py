@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
+from labgym.counts import is_whole
 from labgym.documents import document_error, parse_json
 from labgym.errors import DocumentError
 from labgym.eval.driving.episode_row import EpisodeRow, Key
@@ -118,7 +119,7 @@ def episode_name(key: Key) -> str:
 
 
 def _is_index(value: object) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool) and value >= 0
+    return is_whole(value) and value >= 0
 
 
 def _is_pose(value: object) -> bool:

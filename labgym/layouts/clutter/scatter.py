@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from labgym.assets import Asset
 from labgym.assets.articulation import protruding
+from labgym.counts import is_whole
 from labgym.errors import OptionError
 from labgym.geometry import BoxArray, OrientedBox, pairwise_distance, pairwise_penetration
 from labgym.layouts.clutter.kinds import DENSITY, KINDS, LEVELS, OPENED, Kind
@@ -90,7 +91,7 @@ def check_level(level: int) -> None:
     Raises:
         OptionError: it is not 0 to 3.
     """
-    if isinstance(level, bool) or not isinstance(level, int) or level not in LEVELS:
+    if not is_whole(level) or level not in LEVELS:
         raise OptionError(f"level of clutter must be 0 to {LEVELS[-1]}, got {level!r}")
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
+from labgym.counts import is_whole
 from labgym.errors import OptionError, UnknownNameError
 from labgym.layouts.floors.building import FloorDraw
 from labgym.layouts.floors.draw import draw_floor
@@ -60,7 +61,7 @@ def population_of(split: str, index: int) -> Population:
     """
     if split not in SPLITS:
         raise UnknownNameError("split of floors", split, SPLITS)
-    if isinstance(index, bool) or not isinstance(index, int) or index < 0:
+    if not is_whole(index) or index < 0:
         raise OptionError(f"index of a floor in split {split!r} is {index!r}, expected a whole number of at least 0")
     populations = SPLITS[split]
     return populations[index % len(populations)]

@@ -8,6 +8,7 @@ from typing import Annotated, Any, TypeVar, get_type_hints
 
 import numpy as np
 
+from labgym.counts import check_switch, is_real
 from labgym.errors import OptionError, UnknownArgumentError
 
 Limits = tuple[float, float]
@@ -64,14 +65,13 @@ def with_limits(ranges: RANGES, family: str, overrides: Mapping[str, Any]) -> RA
 def _checked(family: str, parameter: Field[Any], default: Any, value: Any) -> Any:
     what = f"parameter {parameter.name!r} of the family {family!r}"
     if isinstance(default, bool):
-        if not isinstance(value, bool):
-            raise OptionError(f"{what} must be True or False, got {value!r}")
+        check_switch(what, value)
         return value
     if isinstance(default[0], str):
         if isinstance(value, str) or not value or not all(isinstance(item, str) for item in value):
             raise OptionError(f"{what} must be a list of names, got {value!r}")
         return tuple(value)
-    pair = (value, value) if isinstance(value, int | float) and not isinstance(value, bool) else value
+    pair = (value, value) if is_real(value) else value
     try:
         low, high = pair
         valid = float(low) <= float(high)

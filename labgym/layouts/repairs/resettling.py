@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from labgym.assets.sizes import size_problem
+from labgym.assets.plausibility import size_problem
 from labgym.layouts.model import Layout
 from labgym.layouts.moves import apply, may_move
 from labgym.layouts.placement import FLOOR, WALL

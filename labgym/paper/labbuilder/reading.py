@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 from labgym import __version__
 from labgym.assets import Catalog
-from labgym.assets.sizes import size_problem
+from labgym.assets.plausibility import size_problem
 from labgym.documents import document_error
 from labgym.errors import DocumentError
 from labgym.layouts import Layout
@@ -22,9 +22,9 @@ from labgym.layouts.provenance import Provenance
 from labgym.paper.labbuilder.forms import identifier
 from labgym.paper.labbuilder.frame import WALL_THICKNESS, to_radians, to_room
 from labgym.paper.labbuilder.names import Meaning, kind_of, meaning, unique_ids
-from labgym.paper.labbuilder.scene import RoomSize, Scene, SceneObject, key, read_scene
+from labgym.paper.labbuilder.scene import LabBuilderScene, RoomSize, SceneObject, key, read_scene
 from labgym.paper.labbuilder.sizes import SIZES_FILE, AssetSize, read_sizes
-from labgym.paper.labbuilder.supports import Bodies, Body, support_of
+from labgym.paper.labbuilder.supports import Bodies, SupportBody, support_of
 from labgym.protocols import Protocol
 
 MAX_LISTED = 20
@@ -92,7 +92,9 @@ def read_labbuilder(
     return Imported(layout, tuple(notes))
 
 
-def _room(path: Path, scene: Scene, table: Mapping[str, AssetSize], doors: tuple[Door, ...]) -> tuple[Room, list[str]]:
+def _room(
+    path: Path, scene: LabBuilderScene, table: Mapping[str, AssetSize], doors: tuple[Door, ...]
+) -> tuple[Room, list[str]]:
     notes = []
     size = scene.room_size
     if size is None:
@@ -115,7 +117,7 @@ def _room(path: Path, scene: Scene, table: Mapping[str, AssetSize], doors: tuple
     return room, notes
 
 
-def _doubts(scene: Scene) -> list[str]:
+def _doubts(scene: LabBuilderScene) -> list[str]:
     """Return notes on numbers that suggest other units."""
     objects, notes, size = [each for each in scene.objects if not each.is_room], [], scene.room_size
     turns = [abs(each.rotation.z) for each in objects if each.rotation.z]
@@ -128,7 +130,7 @@ def _doubts(scene: Scene) -> list[str]:
     return notes
 
 
-def _stated_room(path: Path, scene: Scene, table: Mapping[str, AssetSize]) -> RoomSize:
+def _stated_room(path: Path, scene: LabBuilderScene, table: Mapping[str, AssetSize]) -> RoomSize:
     """Return the room's size of the file of sizes: its short side lies along x."""
     names = [each.id for each in scene.objects if each.is_room]
     entry = next((table[name] for name in names if name in table), None)
@@ -139,12 +141,12 @@ def _stated_room(path: Path, scene: Scene, table: Mapping[str, AssetSize]) -> Ro
 
 def _bodies(
     path: Path,
-    scene: Scene,
+    scene: LabBuilderScene,
     table: Mapping[str, AssetSize],
     mapping: Mapping[str, str],
     skip_unknown: bool,
     catalog: Catalog,
-) -> tuple[list[Body], list[str], list[str]]:
+) -> tuple[list[SupportBody], list[str], list[str]]:
     """Return the objects of a scene, what their locations are called, and notes."""
     objects = [each for each in scene.objects if not each.is_room]
     names = [each.id for each in objects]
@@ -178,7 +180,7 @@ def _entry(table: Mapping[str, AssetSize], name: str) -> AssetSize | None:
 
 def _body(
     path: Path, placement_id: str, each: SceneObject, name: str, table: Mapping[str, AssetSize], catalog: Catalog
-) -> Body:
+) -> SupportBody:
     turn, at = each.rotation, each.position
     for axis, degrees in (("x", turn.x), ("y", turn.y)):
         if abs((degrees + 180.0) % 360.0 - 180.0) > UPRIGHT:
@@ -189,7 +191,7 @@ def _body(
     placement = Placement(
         id=placement_id, asset=name, position=to_room(at.x, at.y, at.z), yaw=to_radians(turn.z), size=size
     )
-    return Body(placement, asset if size is None else resized(asset, size), each.id)
+    return SupportBody(placement, asset if size is None else resized(asset, size), each.id)
 
 
 def _unknown(
@@ -239,14 +241,14 @@ def _skipped(
     return notes + ([f"left out, on objects that are not in the catalog: {', '.join(on_them)}"] if on_them else [])
 
 
-def _size_note(bodies: Sequence[Body], source: Path | None) -> str:
+def _size_note(bodies: Sequence[SupportBody], source: Path | None) -> str:
     stated = sum(body.placement.size is not None for body in bodies)
     if source is None:
         return f"all {len(bodies)} objects have the catalog's sizes: there is no file of sizes"
     return f"{stated} of {len(bodies)} objects have a size of {source.name}, the others the catalog's"
 
 
-def _supported(bodies: Sequence[Body], locations: Sequence[str]) -> tuple[tuple[Placement, ...], list[str]]:
+def _supported(bodies: Sequence[SupportBody], locations: Sequence[str]) -> tuple[tuple[Placement, ...], list[str]]:
     placements, notes, index = [], [], Bodies(bodies)
     for body, location in zip(bodies, locations, strict=True):
         support = support_of(body, location, index)
@@ -263,7 +265,7 @@ def _supported(bodies: Sequence[Body], locations: Sequence[str]) -> tuple[tuple[
 
 def _layout(
     path: Path,
-    scene: Scene,
+    scene: LabBuilderScene,
     floor: Floor,
     placements: tuple[Placement, ...],
     protocols: tuple[Protocol, ...],

@@ -8,6 +8,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from labgym.counts import is_real
 from labgym.documents import document_error
 from labgym.errors import DocumentError
 
@@ -44,5 +45,5 @@ def _lengths(data: Any) -> Iterator[float]:
         for name, each in data.items() if isinstance(data, dict) else enumerate(data):
             if name not in ANGLES:
                 yield from _lengths(each)
-    elif isinstance(data, int | float) and not isinstance(data, bool):
+    elif is_real(data):
         yield float(data)

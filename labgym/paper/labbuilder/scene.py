@@ -75,7 +75,7 @@ class SceneObject(Tolerant):
         return key(self.id) in ROOM_OBJECTS
 
 
-class Scene(Tolerant):
+class LabBuilderScene(Tolerant):
     """A scene.
 
     Attributes:
@@ -94,7 +94,7 @@ class Scene(Tolerant):
 class SceneFile:
     """A scene, the names of the fields in its file that were not read, sorted, and notes on fields in another form."""
 
-    scene: Scene
+    scene: LabBuilderScene
     unread: tuple[str, ...]
     notes: tuple[str, ...]
 
@@ -110,7 +110,7 @@ def read_scene(path: str | Path) -> SceneFile:
         raise DocumentError(path, "objects", "missing; a scene of LabBuilder is an object with the list 'objects'")
     data, notes = regular(data)
     try:
-        scene = Scene.model_validate(data)
+        scene = LabBuilderScene.model_validate(data)
     except ValidationError as error:
         raise scaled_error(path, error, data) from None
     return SceneFile(scene, _unread(data), notes)
@@ -118,7 +118,7 @@ def read_scene(path: str | Path) -> SceneFile:
 
 def _unread(data: dict[str, Any]) -> tuple[str, ...]:
     """Return the names of the fields of a scene and of its objects that the records here do not have."""
-    names = {name for name in data if name not in Scene.model_fields}
+    names = {name for name in data if name not in LabBuilderScene.model_fields}
     for each in data["objects"]:
         names.update(f"objects.{name}" for name in each if name not in SceneObject.model_fields)
     return tuple(sorted(name[:80] for name in names))

@@ -9,7 +9,15 @@ from pydantic import Field
 
 from labgym.documents import Record
 from labgym.eval.reports.paper import paper
-from labgym.paper.reproduction.figures import Cell, Column, FigureTable, Line, Scale, mean_cell, paper_line
+from labgym.paper.reproduction.figures import (
+    FigureCell,
+    FigureColumn,
+    FigureLine,
+    FigureTable,
+    Scale,
+    mean_cell,
+    paper_line,
+)
 
 POLICY = "astar"
 """The policy that drives in the repaired scenes."""
@@ -66,9 +74,9 @@ class SceneRow(Record):
 
 def mean_table(rows: Sequence[SceneRow]) -> FigureTable:
     """Return the means over scenes, as they are and repaired, with the paper's line."""
-    columns = tuple(Column(key=key, heading=heading, digits=digits) for key, heading, digits in MEANS)
+    columns = tuple(FigureColumn(key=key, heading=heading, digits=digits) for key, heading, digits in MEANS)
     lines = [
-        Line(name=title, cells={column.key: _mean(rows, state, column.key) for column in columns})
+        FigureLine(name=title, cells={column.key: _mean(rows, state, column.key) for column in columns})
         for state, title in STATES.items()
     ]
     printed = paper_line(paper().layouts.row("LabBuilder"), columns)
@@ -86,7 +94,7 @@ def mean_table(rows: Sequence[SceneRow]) -> FigureTable:
     )
 
 
-def _mean(rows: Sequence[SceneRow], state: State, metric: str) -> Cell:
+def _mean(rows: Sequence[SceneRow], state: State, metric: str) -> FigureCell:
     values = [getattr(row, state).get(metric) for row in rows]
     scale: Scale = "amount" if metric in ("obj", "ob", "cn", "v") else "share"
     return mean_cell(values, [row.scene for row in rows], scale)
@@ -107,16 +115,16 @@ def scene_table(rows: Sequence[SceneRow]) -> FigureTable:
         ("touching", "Drives with contact"),
         ("moved", "Objects moved"),
     )
-    columns = tuple(Column(key=key, heading=heading, digits=0) for key, heading in keys)
+    columns = tuple(FigureColumn(key=key, heading=heading, digits=0) for key, heading in keys)
     lines = []
     for row in rows:
         values: dict[str, float | None] = {key: getattr(row, key, None) for key, _ in keys}
         values |= {key: row.before.get(key) for key in ("ob", "cn", "v")} | {"v_after": row.after.get("v")}
         lines.append(
-            Line(
+            FigureLine(
                 name=row.scene,
                 detail=" → ".join(row.route),
-                cells={key: Cell(value=None if value is None else float(value)) for key, value in values.items()},
+                cells={key: FigureCell(value=None if value is None else float(value)) for key, value in values.items()},
             )
         )
     return FigureTable(

@@ -30,9 +30,9 @@ from labgym.paper.labbuilder.scene_tables import (
 )
 from labgym.paper.labbuilder.sizes import SIZES_FILE
 from labgym.paper.labbuilder.writing import SCENE_FILE, pairs_data, scene_data, sizes_data
-from labgym.paper.reproduction.figures import Figures
+from labgym.paper.reproduction.figures import PublishedFigures
 from labgym.paper.reproduction.measures import report_metrics
-from labgym.paper.reproduction.page import Section
+from labgym.paper.reproduction.page import StudySection
 from labgym.paper.reproduction.plans import layout_plate
 from labgym.paper.reproduction.study import Study, code_facts, rows_output
 from labgym.policies.kernels import kernel_mode
@@ -85,7 +85,7 @@ class LabBuilderStudy(Study[SceneRow]):
         """Return a shard for each scene."""
         return tuple(Shard(path.stem, measure_scene, (path,)) for path in self.scenes())
 
-    def figures(self, rows: Sequence[SceneRow]) -> Figures:
+    def figures(self, rows: Sequence[SceneRow]) -> PublishedFigures:
         """Return the table of the scenes as they are and repaired, with the paper's means."""
         close_shared_process()  # Of the policy, if the scenes ran in this process.
         read = [row for row in rows if row.error is None]
@@ -98,7 +98,7 @@ class LabBuilderStudy(Study[SceneRow]):
             f"{sum(row.touching for row in read)} drives touch something."
         ]
         summary += [f"{row.scene} failed: {row.error}" for row in rows if row.error is not None]
-        return Figures(
+        return PublishedFigures(
             study=self.name,
             title="Scenes of LabBuilder",
             source="Table 2",
@@ -113,7 +113,7 @@ class LabBuilderStudy(Study[SceneRow]):
             tables=(mean_table(read), scene_table(read)),
         )
 
-    def sections(self, rows: Sequence[SceneRow], folder: Path) -> Sequence[Section]:
+    def sections(self, rows: Sequence[SceneRow], folder: Path) -> Sequence[StudySection]:
         """Return the plans of each scene before and after the repair, and the notes of the import."""
         plates = []
         for row in rows:
@@ -124,10 +124,10 @@ class LabBuilderStudy(Study[SceneRow]):
                 plates.append(layout_plate(f"{row.scene}, {state} the repair", layout, layout.protocol))
         notes = tuple(f"{row.scene}: {'; '.join(row.notes)}." for row in rows if row.notes)
         return (
-            Section(
+            StudySection(
                 "Before and after the repair", ("Red: hard violations, with their numbers.",), plates=tuple(plates)
             ),
-            Section("Assumptions of the import", notes),
+            StudySection("Assumptions of the import", notes),
         )
 
 

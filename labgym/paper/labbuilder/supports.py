@@ -13,7 +13,7 @@ from labgym.paper.labbuilder.scene import key
 
 
 @dataclass(frozen=True)
-class Body:
+class SupportBody:
     """A placement without its support, its asset at the placement's size, and the object's name in the file."""
 
     placement: Placement
@@ -33,22 +33,22 @@ class Support:
 class Bodies:
     """The objects of a scene, by id and by what a location may call them."""
 
-    def __init__(self, bodies: Sequence[Body]) -> None:
+    def __init__(self, bodies: Sequence[SupportBody]) -> None:
         self._by_id = {body.placement.id: body for body in bodies}
-        self._by_key: dict[str, list[Body]] = {}
-        self._by_name: dict[str, list[Body]] = {}
+        self._by_key: dict[str, list[SupportBody]] = {}
+        self._by_name: dict[str, list[SupportBody]] = {}
         for body in bodies:
             self._by_key.setdefault(key(body.placement.id), []).append(body)
             self._by_name.setdefault(key(body.name), []).append(body)
 
-    def named(self, location: str) -> Sequence[Body]:
+    def named(self, location: str) -> Sequence[SupportBody]:
         """Return the objects that a location names: by id, else by their names without case and underscores."""
         if location in self._by_id:
             return [self._by_id[location]]
         return self._by_key.get(key(location)) or self._by_name.get(key(location), [])
 
 
-def support_of(item: Body, location: str, bodies: Bodies) -> Support:
+def support_of(item: SupportBody, location: str, bodies: Bodies) -> Support:
     """Return what carries an object: of the objects that the location names the nearest, its surface nearest in height.
 
     An object whose location names nothing that can carry it is taken as on the floor, at its height.
@@ -69,7 +69,7 @@ def support_of(item: Body, location: str, bodies: Bodies) -> Support:
     return Support(carrier.placement.id, slot)
 
 
-def _distance(item: Body, carrier: Body) -> tuple[float, float]:
+def _distance(item: SupportBody, carrier: SupportBody) -> tuple[float, float]:
     """Return the distance from an object's center to a footprint, 0 within, and to its center; meters."""
     (x, y, _), (cx, cy, _) = item.placement.position, carrier.placement.position
     dx, dy = rotate(x - cx, y - cy, -carrier.placement.yaw)
@@ -78,6 +78,6 @@ def _distance(item: Body, carrier: Body) -> tuple[float, float]:
     return math.hypot(*beyond), math.hypot(dx, dy)
 
 
-def _hovering(item: Body) -> str:
+def _hovering(item: SupportBody) -> str:
     z = item.placement.position[2]
     return f"stands on the floor, its bottom at {z:g} m" if abs(z) > 1e-9 else ""

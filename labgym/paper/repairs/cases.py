@@ -28,7 +28,7 @@ ATTEMPTS = 8
 
 
 @dataclass(frozen=True)
-class Case:
+class RepairCase:
     """A case: kind of damage, number of damaged pieces, and number of the draw."""
 
     kind: str
@@ -51,15 +51,15 @@ class Patient:
     damage: Damage
 
 
-def cases(draws: int = DRAWS, pieces: Sequence[int] = PIECES) -> Iterator[Case]:
+def cases(draws: int = DRAWS, pieces: Sequence[int] = PIECES) -> Iterator[RepairCase]:
     """Yield the cases of the benchmark, kind by kind."""
     for kind in KINDS:
         for count in pieces:
             for draw in range(draws):
-                yield Case(kind, count, draw)
+                yield RepairCase(kind, count, draw)
 
 
-def patient(case: Case, seed: int) -> Patient:
+def patient(case: RepairCase, seed: int) -> Patient:
     """Return the damaged laboratory of a case.
 
     Args:

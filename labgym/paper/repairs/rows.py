@@ -7,7 +7,7 @@ import time
 from labgym.documents import Record
 from labgym.layouts.repairs import repair_layout
 from labgym.layouts.rules.rule_sets import PAPER, RuleSet
-from labgym.paper.repairs.cases import Case, patient
+from labgym.paper.repairs.cases import RepairCase, patient
 from labgym.paper.repairs.verdict import verdict
 
 DIGITS = 2
@@ -51,7 +51,7 @@ class RepairRow(Record):
         return self.moved / self.objects
 
 
-def repair_row(case: Case, seed: int, rules: str | RuleSet = PAPER) -> tuple[RepairRow, float]:
+def repair_row(case: RepairCase, seed: int, rules: str | RuleSet = PAPER) -> tuple[RepairRow, float]:
     """Return the row of a case, and the processor time of the repair in seconds: damage, repair and judge a laboratory.
 
     Raises:

@@ -14,7 +14,7 @@ from labgym.protocols import Protocol
 
 
 @dataclass(frozen=True)
-class Verdict:
+class RepairVerdict:
     """The faults of a repaired layout.
 
     Attributes:
@@ -39,12 +39,12 @@ class Verdict:
         return not (self.v or self.missing or self.free_standing or self.errors or self.warnings or self.outside)
 
 
-def verdict(sound: Layout, after: Layout, protocol: Protocol | None, rules: str | RuleSet = PAPER) -> Verdict:
+def verdict(sound: Layout, after: Layout, protocol: Protocol | None, rules: str | RuleSet = PAPER) -> RepairVerdict:
     """Return the verdict on a repaired layout, given the layout before the damage."""
     assessment = evaluate_layout(after, protocol, rules, navigation=True)
     earlier = evaluate_layout(sound, protocol, rules)
     errors = [issue for issue in assessment.errors if issue.rule != "back_to_wall"]
-    return Verdict(
+    return RepairVerdict(
         v=assessment.v,
         missing=assessment.missing or (),
         free_standing=tuple(i.ids[0] for i in assessment.errors if i.rule == "back_to_wall"),

@@ -7,12 +7,12 @@ from typing import ClassVar
 
 from labgym.eval.reports.paper import PaperTable, paper
 from labgym.layouts.method import Method
-from labgym.paper.reproduction.cases import Variant
+from labgym.paper.reproduction.cases import StudyVariant
 from labgym.paper.reproduction.comparison import LayoutStudy
 
 
 @dataclass(frozen=True)
-class AblationStudy(LayoutStudy):
+class RepairAblation(LayoutStudy):
     """The whole method and the method without one of its parts."""
 
     name: ClassVar[str] = "ablation"
@@ -24,7 +24,7 @@ class AblationStudy(LayoutStudy):
         return paper().ablation
 
 
-def ablation_variants(proposer: str) -> tuple[Variant, ...]:
+def ablation_variants(proposer: str) -> tuple[StudyVariant, ...]:
     """Return the paper's four ablations in its order, what labgym adds to its phases, and the whole method.
 
     In the paper the optimization considers geometry and chemistry alone, and only the refinement considers navigation.
@@ -33,14 +33,14 @@ def ablation_variants(proposer: str) -> tuple[Variant, ...]:
     """
     whole = Method(proposer=proposer, on_failure="keep")
     variants = (
-        Variant("annotations", "without annotations", whole, "annotations"),
-        Variant("protocol", "without protocol", whole, "protocol"),
-        Variant("optimization", "without geometric and chemical optimization", replace(whole, optimise=False)),
-        Variant("refinement", "without refinement for navigation", replace(whole, refine=False, facility=False)),
-        Variant("rules-alone", "facility rules, without refinement", replace(whole, refine=False)),
-        Variant("refinement-alone", "refinement, without facility rules", replace(whole, facility=False)),
-        Variant("whole", "whole method", whole),
+        StudyVariant("annotations", "without annotations", whole, "annotations"),
+        StudyVariant("protocol", "without protocol", whole, "protocol"),
+        StudyVariant("optimization", "without geometric and chemical optimization", replace(whole, optimise=False)),
+        StudyVariant("refinement", "without refinement for navigation", replace(whole, refine=False, facility=False)),
+        StudyVariant("rules-alone", "facility rules, without refinement", replace(whole, refine=False)),
+        StudyVariant("refinement-alone", "refinement, without facility rules", replace(whole, facility=False)),
+        StudyVariant("whole", "whole method", whole),
     )
     return tuple(
-        Variant(f"{proposer}-{one.key}", f"{proposer}, {one.title}", one.method, one.hidden) for one in variants
+        StudyVariant(f"{proposer}-{one.key}", f"{proposer}, {one.title}", one.method, one.hidden) for one in variants
     )

@@ -33,7 +33,7 @@ DESIGNERS = {"table": "seeded table"}
 
 
 @dataclass(frozen=True)
-class Variant:
+class StudyVariant:
     """A generator of layouts, as a line of a table.
 
     Attributes:
@@ -96,7 +96,7 @@ class LayoutRow(Record):
 
 
 def layout_shards(
-    variants: tuple[Variant, ...],
+    variants: tuple[StudyVariant, ...],
     protocols: tuple[Protocol, ...],
     seeds: range,
     profile: str,
@@ -112,7 +112,7 @@ def layout_shards(
 
 
 def measure(
-    variant: Variant, protocol: Protocol, seed: int, profile: str, judge: JudgeOptions | None = None
+    variant: StudyVariant, protocol: Protocol, seed: int, profile: str, judge: JudgeOptions | None = None
 ) -> ShardOutput:
     """Generate and score a layout; a protocol without a layout is a row, not an error.
 
@@ -169,7 +169,7 @@ def judged(report: LayoutReport, layout: Layout, protocol: Protocol, judge: Judg
             return report
 
 
-def layout_of(variant: Variant, protocol: Protocol, seed: int, profile: str) -> Layout:
+def layout_of(variant: StudyVariant, protocol: Protocol, seed: int, profile: str) -> Layout:
     """Return the layout of a variant, with the whole catalog and the whole protocol.
 
     Raises:

@@ -13,10 +13,10 @@ from labgym.eval.reports.paper import PaperTable, paper
 from labgym.eval.scoring.judging.options import JudgeOptions
 from labgym.layouts.method import Method
 from labgym.layouts.proposers import proposer_names
-from labgym.paper.reproduction.cases import ROOM, LayoutRow, Variant, layout_shards
-from labgym.paper.reproduction.figures import Figures
+from labgym.paper.reproduction.cases import ROOM, LayoutRow, StudyVariant, layout_shards
+from labgym.paper.reproduction.figures import PublishedFigures
 from labgym.paper.reproduction.layout_tables import own_table, paper_table, second_table
-from labgym.paper.reproduction.page import Section
+from labgym.paper.reproduction.page import StudySection
 from labgym.paper.reproduction.plates import comparison_section, failure_section
 from labgym.paper.reproduction.study import Study, code_facts
 from labgym.protocols import Protocol
@@ -37,7 +37,7 @@ class LayoutStudy(Study[LayoutRow]):
         judge: how the model judges pictures of the layouts; None for no judge.
     """
 
-    variants: tuple[Variant, ...]
+    variants: tuple[StudyVariant, ...]
     protocols: tuple[Protocol, ...]
     seeds: range
     profile: str = "default"
@@ -68,10 +68,10 @@ class LayoutStudy(Study[LayoutRow]):
     def printed(self) -> PaperTable:
         """Return the paper's table."""
 
-    def figures(self, rows: Sequence[LayoutRow]) -> Figures:
+    def figures(self, rows: Sequence[LayoutRow]) -> PublishedFigures:
         """Return the table with the paper's columns, and one of further metrics."""
         printed = self.printed()
-        return Figures(
+        return PublishedFigures(
             study=self.name,
             title=self.title,
             source=printed.source.partition(":")[0],
@@ -101,7 +101,7 @@ class LayoutStudy(Study[LayoutRow]):
             lines.append(f"{variant.title}: {first} and {second} of {len(own)}")
         return (f"Valid layouts under the rule sets paper and touchstone: {'; '.join(lines)}.",)
 
-    def sections(self, rows: Sequence[LayoutRow], folder: Path) -> Sequence[Section]:
+    def sections(self, rows: Sequence[LayoutRow], folder: Path) -> Sequence[StudySection]:
         """Return the layouts of some protocols by every variant, and the failures."""
         step = max(1, len(self.protocols) // PICTURED)
         chosen = self.protocols[::step][:PICTURED]
@@ -124,7 +124,7 @@ class ComparisonStudy(LayoutStudy):
         return paper().layouts
 
 
-def comparison_variants(model: bool) -> tuple[Variant, ...]:
+def comparison_variants(model: bool) -> tuple[StudyVariant, ...]:
     """Return the generators of the comparison that are installed.
 
     Args:
@@ -145,7 +145,7 @@ def comparison_variants(model: bool) -> tuple[Variant, ...]:
         *((("holodeck+-llm", "holodeck+-llm", raw),) if model else ()),
     )
     return tuple(
-        Variant(_key(title), title, Method(proposer=proposer, **arguments))
+        StudyVariant(_key(title), title, Method(proposer=proposer, **arguments))
         for proposer, title, arguments in candidates
         if proposer in proposer_names()
     )

@@ -13,7 +13,7 @@ from labgym.eval.driving.episode_row import EpisodeRow
 from labgym.layouts.model import Layout
 from labgym.navigation import goal_pairs
 from labgym.navigation.goals import location_pose, same_place
-from labgym.paper.reproduction.cases import Variant, layout_of
+from labgym.paper.reproduction.cases import StudyVariant, layout_of
 from labgym.paper.reproduction.study import rows_output
 from labgym.policies.kernels import kernel_mode
 from labgym.policies.process import PolicySource, shared_process
@@ -25,7 +25,7 @@ DRIVE_SEED = 0
 """Random seed of the policies."""
 
 
-class DriveRow(Record):
+class StudyDriveRow(Record):
     """A transition of a protocol, driven by a policy.
 
     Attributes:
@@ -50,20 +50,22 @@ class DriveRow(Record):
     contacts: int = 0
 
 
-def drive_case(policy: str, variants: tuple[Variant, ...], protocol: Protocol, seed: int, profile: str) -> ShardOutput:
+def drive_case(
+    policy: str, variants: tuple[StudyVariant, ...], protocol: Protocol, seed: int, profile: str
+) -> ShardOutput:
     """Generate the layouts of some variants, drive all transitions with a policy, and return a row for each.
 
     Layouts are generated once in each process, equal layouts are driven once, and the process of a policy stays open
     for the next case.
     """
-    rows: list[DriveRow] = []
+    rows: list[StudyDriveRow] = []
     drives: dict[str, Mapping[tuple[str, str], EpisodeRow]] = {}
     for variant in variants:
         layout = _layout(variant, protocol, seed, profile)
         if layout is not None and layout.hash not in drives:
             drives[layout.hash] = _drives(policy, layout, protocol)
         for index, (start, goal) in enumerate(pairwise(protocol.route)):
-            row = DriveRow(
+            row = StudyDriveRow(
                 policy=policy,
                 variant=variant.key,
                 protocol=protocol.id,
@@ -80,7 +82,7 @@ def drive_case(policy: str, variants: tuple[Variant, ...], protocol: Protocol, s
     return rows_output(f"{policy}/{protocol.id}-{seed}", rows)
 
 
-def _filled(row: DriveRow, drive: EpisodeRow) -> DriveRow:
+def _filled(row: StudyDriveRow, drive: EpisodeRow) -> StudyDriveRow:
     return row.model_copy(
         update={
             "driven": True,
@@ -93,7 +95,7 @@ def _filled(row: DriveRow, drive: EpisodeRow) -> DriveRow:
 
 
 @lru_cache(maxsize=512)
-def _layout(variant: Variant, protocol: Protocol, seed: int, profile: str) -> Layout | None:
+def _layout(variant: StudyVariant, protocol: Protocol, seed: int, profile: str) -> Layout | None:
     try:
         return layout_of(variant, protocol, seed, profile)
     except InfeasibleError:

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from labgym.documents import write_text
-from labgym.paper.reproduction.figures import Figures
-from labgym.paper.reproduction.page import Link, Page, Section
+from labgym.paper.reproduction.figures import PublishedFigures
+from labgym.paper.reproduction.page import Link, Page, StudySection
 from labgym.paper.reproduction.study import PAGE, Study, code_facts, commit, reproduce
 from labgym.runs import ExecutorOptions
 
@@ -20,7 +20,7 @@ def reproduce_all(
     fresh: bool = False,
     progress: bool = True,
     remarks: Sequence[str] = (),
-) -> tuple[Figures, ...]:
+) -> tuple[PublishedFigures, ...]:
     """Run studies, each in the subfolder of its name, and write a page that links to theirs.
 
     Args:
@@ -38,7 +38,7 @@ def reproduce_all(
     return figures
 
 
-def index_page(figures: Sequence[Figures], remarks: Sequence[str]) -> Page:
+def index_page(figures: Sequence[PublishedFigures], remarks: Sequence[str]) -> Page:
     """Return the page that links to the pages of studies, with the first table of each."""
     return Page(
         title="The paper's tables, reproduced",
@@ -46,7 +46,7 @@ def index_page(figures: Sequence[Figures], remarks: Sequence[str]) -> Page:
         text=tuple(remarks),
         links=tuple(Link(f"{one.study}/{PAGE}", one.title, one.source) for one in figures),
         sections=tuple(
-            Section(f"{one.title}" + (f" ({one.source})" if one.source else ""), one.summary, one.tables[:1])
+            StudySection(f"{one.title}" + (f" ({one.source})" if one.source else ""), one.summary, one.tables[:1])
             for one in figures
         ),
         provenance=(*code_facts().items(), ("commit", commit())),

@@ -24,7 +24,7 @@ FITTED = "(fitted)"
 CSV_COLUMNS = ("table", "row", "origin", "detail", "metric", "value", "low", "high", "cases", "fitted")
 
 
-class Cell(Growing):
+class FigureCell(Growing):
     """A figure.
 
     Attributes:
@@ -57,7 +57,7 @@ class Cell(Growing):
         return f" [{number(self.low, digits)}, {number(self.high, digits)}]"
 
 
-class Column(Record):
+class FigureColumn(Record):
     """A metric of a table: its key in the cells, its heading and its number of digits."""
 
     key: str
@@ -65,7 +65,7 @@ class Column(Record):
     digits: int = 3
 
 
-class Line(Record):
+class FigureLine(Record):
     """A line of a table.
 
     Attributes:
@@ -78,7 +78,7 @@ class Line(Record):
     name: str
     origin: Literal["labgym", "paper"] = "labgym"
     detail: str = ""
-    cells: dict[str, Cell]
+    cells: dict[str, FigureCell]
 
 
 class FigureTable(Record):
@@ -95,8 +95,8 @@ class FigureTable(Record):
     title: str
     first: str = "Method"
     second: str = "Made by"
-    columns: tuple[Column, ...]
-    lines: tuple[Line, ...]
+    columns: tuple[FigureColumn, ...]
+    lines: tuple[FigureLine, ...]
     notes: tuple[str, ...] = ()
 
     def table(self) -> Table:
@@ -117,12 +117,12 @@ class FigureTable(Record):
         )
 
     @staticmethod
-    def cell(line: Line, column: Column) -> Cell:
+    def cell(line: FigureLine, column: FigureColumn) -> FigureCell:
         """Return the figure of a line in a column."""
-        return line.cells.get(column.key, Cell(value=None))
+        return line.cells.get(column.key, FigureCell(value=None))
 
 
-class Figures(Document):
+class PublishedFigures(Document):
     """The figures of a study, `figures.json`.
 
     Attributes:
@@ -156,7 +156,7 @@ class Figures(Document):
         return stream.getvalue()
 
 
-def mean_cell(values: Sequence[Value], clusters: Sequence[str], scale: Scale) -> Cell:
+def mean_cell(values: Sequence[Value], clusters: Sequence[str], scale: Scale) -> FigureCell:
     """Return the mean of a metric with its 95% interval.
 
     Args:
@@ -172,22 +172,24 @@ def mean_cell(values: Sequence[Value], clusters: Sequence[str], scale: Scale) ->
     return estimate_cell(estimate, clusters)
 
 
-def estimate_cell(estimate: Estimate, clusters: Sequence[str]) -> Cell:
+def estimate_cell(estimate: Estimate, clusters: Sequence[str]) -> FigureCell:
     """Return an estimate as a figure, without its interval if it is of fewer than `FEWEST_PROTOCOLS` protocols."""
     if len(set(clusters)) < FEWEST_PROTOCOLS:
         estimate = estimate.model_copy(update={"low": None, "high": None})
     value, low, high = (
         None if x is None else round(x, DECIMALS) for x in (estimate.value, estimate.low, estimate.high)
     )
-    return Cell(value=value, low=low, high=high, cases=estimate.count)
+    return FigureCell(value=value, low=low, high=high, cases=estimate.count)
 
 
-def plain_cells(values: Mapping[str, float | None]) -> dict[str, Cell]:
+def plain_cells(values: Mapping[str, float | None]) -> dict[str, FigureCell]:
     """Return figures without intervals, rounded."""
-    return {key: Cell(value=None if value is None else round(value, DECIMALS)) for key, value in values.items()}
+    return {key: FigureCell(value=None if value is None else round(value, DECIMALS)) for key, value in values.items()}
 
 
-def paper_line(row: Mapping[str, str | int | float | None], columns: Iterable[Column], first: str = "method") -> Line:
+def paper_line(
+    row: Mapping[str, str | int | float | None], columns: Iterable[FigureColumn], first: str = "method"
+) -> FigureLine:
     """Return a row of a table of the paper, with the columns that it prints.
 
     Args:
@@ -199,5 +201,5 @@ def paper_line(row: Mapping[str, str | int | float | None], columns: Iterable[Co
     for column in columns:
         value = row.get(column.key)
         if isinstance(value, int | float):
-            cells[column.key] = Cell(value=float(value))
-    return Line(name=str(row[first]), origin="paper", cells=cells)
+            cells[column.key] = FigureCell(value=float(value))
+    return FigureLine(name=str(row[first]), origin="paper", cells=cells)

@@ -8,8 +8,16 @@ from dataclasses import dataclass
 from labgym.eval.reports.paper import PaperTable
 from labgym.eval.scoring.layout_report import COLUMNS
 from labgym.layouts.method import Method
-from labgym.paper.reproduction.cases import LayoutRow, Variant
-from labgym.paper.reproduction.figures import Cell, Column, FigureTable, Line, Scale, mean_cell, paper_line
+from labgym.paper.reproduction.cases import LayoutRow, StudyVariant
+from labgym.paper.reproduction.figures import (
+    FigureCell,
+    FigureColumn,
+    FigureLine,
+    FigureTable,
+    Scale,
+    mean_cell,
+    paper_line,
+)
 from labgym.paper.sampler.rates import calibration
 
 
@@ -29,9 +37,9 @@ class Metric:
     key: str = ""
 
     @property
-    def column(self) -> Column:
+    def column(self) -> FigureColumn:
         """The column of a table."""
-        return Column(key=self.key or self.field, heading=self.heading, digits=self.digits)
+        return FigureColumn(key=self.key or self.field, heading=self.heading, digits=self.digits)
 
 
 GEOMETRY = (
@@ -92,7 +100,9 @@ FITTED_NOTE = (
 THRESHOLD_NOTE = "The paper does not print the thresholds of its chemistry metrics, so its lines are not comparable."
 
 
-def paper_table(rows: Sequence[LayoutRow], variants: Sequence[Variant], printed: PaperTable, title: str) -> FigureTable:
+def paper_table(
+    rows: Sequence[LayoutRow], variants: Sequence[StudyVariant], printed: PaperTable, title: str
+) -> FigureTable:
     """Return the table with the columns of the paper: our lines, then the printed ones.
 
     Real, Lay and Comp are among them once a judge has scored a layout.
@@ -116,7 +126,7 @@ def paper_table(rows: Sequence[LayoutRow], variants: Sequence[Variant], printed:
     )
 
 
-def own_table(rows: Sequence[LayoutRow], variants: Sequence[Variant]) -> FigureTable:
+def own_table(rows: Sequence[LayoutRow], variants: Sequence[StudyVariant]) -> FigureTable:
     """Return the table of labgym's further metrics."""
     return FigureTable(
         key="further",
@@ -132,7 +142,7 @@ def own_table(rows: Sequence[LayoutRow], variants: Sequence[Variant]) -> FigureT
     )
 
 
-def second_table(rows: Sequence[LayoutRow], variants: Sequence[Variant]) -> FigureTable:
+def second_table(rows: Sequence[LayoutRow], variants: Sequence[StudyVariant]) -> FigureTable:
     """Return the table under the rule set `touchstone`, which a bad layout cannot pass."""
     return FigureTable(
         key="touchstone",
@@ -146,8 +156,8 @@ def second_table(rows: Sequence[LayoutRow], variants: Sequence[Variant]) -> Figu
 
 
 def variant_lines(
-    rows: Sequence[LayoutRow], variants: Sequence[Variant], metrics: Sequence[Metric], second: bool = False
-) -> tuple[Line, ...]:
+    rows: Sequence[LayoutRow], variants: Sequence[StudyVariant], metrics: Sequence[Metric], second: bool = False
+) -> tuple[FigureLine, ...]:
     """Return a line of means for each variant.
 
     Args:
@@ -162,7 +172,7 @@ def variant_lines(
         if not second:
             for name in fitted_figures(variant.method) & cells.keys():
                 cells[name] = cells[name].model_copy(update={"fitted": True})
-        lines.append(Line(name=variant.title, detail=made_by(own), cells=cells))
+        lines.append(FigureLine(name=variant.title, detail=made_by(own), cells=cells))
     return tuple(lines)
 
 
@@ -180,7 +190,7 @@ def fitted_figures(method: Method) -> frozenset[str]:
     return frozenset(fitted & kept)
 
 
-def _cell(rows: Sequence[LayoutRow], metric: Metric) -> Cell:
+def _cell(rows: Sequence[LayoutRow], metric: Metric) -> FigureCell:
     if metric.field == "valid":
         return mean_cell([float(row.valid) for row in rows], [row.protocol for row in rows], "share")
     present = [row for row in rows if row.file is not None]
@@ -188,7 +198,7 @@ def _cell(rows: Sequence[LayoutRow], metric: Metric) -> Cell:
     return mean_cell(values, [row.protocol for row in present], metric.scale)
 
 
-def _cell_2(rows: Sequence[LayoutRow], metric: Metric) -> Cell:
+def _cell_2(rows: Sequence[LayoutRow], metric: Metric) -> FigureCell:
     if metric.field == "valid":
         return mean_cell([float(row.valid_2) for row in rows], [row.protocol for row in rows], "share")
     values: list[float | None] = []
@@ -207,7 +217,7 @@ def made_by(rows: Iterable[LayoutRow]) -> str:
     return "; ".join(sorted(names))
 
 
-def _absent(rows: Sequence[LayoutRow], variants: Sequence[Variant]) -> tuple[str, ...]:
+def _absent(rows: Sequence[LayoutRow], variants: Sequence[StudyVariant]) -> tuple[str, ...]:
     counts: Mapping[str, int] = {
         variant.title: sum(row.variant == variant.key and row.file is None for row in rows) for variant in variants
     }

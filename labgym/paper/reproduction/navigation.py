@@ -11,14 +11,14 @@ from labgym.documents import Record, canonical_hash
 from labgym.eval.driving.intervals import bounded_mean
 from labgym.eval.reports.paper import paper
 from labgym.layouts.method import Method
-from labgym.paper.reproduction.cases import ROOM, Variant
-from labgym.paper.reproduction.drives import DRIVE_SEED, DriveRow, drive_case
+from labgym.paper.reproduction.cases import ROOM, StudyVariant
+from labgym.paper.reproduction.drives import DRIVE_SEED, StudyDriveRow, drive_case
 from labgym.paper.reproduction.figures import (
-    Cell,
-    Column,
-    Figures,
+    FigureCell,
+    FigureColumn,
+    FigureLine,
     FigureTable,
-    Line,
+    PublishedFigures,
     estimate_cell,
     mean_cell,
     paper_line,
@@ -39,15 +39,15 @@ DIFFERENCES = {
 LEARNED = frozenset({"iplanner", "navdp", "ppo"})
 """Policies that need torch."""
 COLUMNS = (
-    Column(key="sr", heading="Success ↑"),
-    Column(key="spl", heading="SPL ↑"),
-    Column(key="free", heading="Success without contact ↑"),
-    Column(key="path", heading="Transitions with a path ↑"),
+    FigureColumn(key="sr", heading="Success ↑"),
+    FigureColumn(key="spl", heading="SPL ↑"),
+    FigureColumn(key="free", heading="Success without contact ↑"),
+    FigureColumn(key="path", heading="Transitions with a path ↑"),
 )
 
 
 @dataclass(frozen=True)
-class NavigationStudy(Study[DriveRow]):
+class NavigationStudy(Study[StudyDriveRow]):
     """Policies, each in the same laboratories before and after refinement.
 
     Attributes:
@@ -64,9 +64,9 @@ class NavigationStudy(Study[DriveRow]):
     model: str = ""
     name: ClassVar[str] = "navigation"
     unit: ClassVar[str] = "laboratory"
-    row: ClassVar[type[Record]] = DriveRow
+    row: ClassVar[type[Record]] = StudyDriveRow
 
-    def variants(self) -> tuple[Variant, ...]:
+    def variants(self) -> tuple[StudyVariant, ...]:
         """Return the proposal alone, and the paper's phases without and with the refinement.
 
         The optimization follows no facility rules: they keep ways clear, so that nothing would be left to refine.
@@ -75,9 +75,9 @@ class NavigationStudy(Study[DriveRow]):
         before = Method(proposer=self.proposer, refine=False, facility=False, on_failure="keep")
         after = Method(proposer=self.proposer, facility=False, on_failure="keep")
         return (
-            Variant(PROPOSAL, "proposal alone", proposal),
-            Variant(BEFORE, "without refinement", before),
-            Variant(AFTER, "with refinement", after),
+            StudyVariant(PROPOSAL, "proposal alone", proposal),
+            StudyVariant(BEFORE, "without refinement", before),
+            StudyVariant(AFTER, "with refinement", after),
         )
 
     def inputs(self) -> dict[str, Any]:
@@ -103,12 +103,12 @@ class NavigationStudy(Study[DriveRow]):
             for seed in self.seeds
         )
 
-    def figures(self, rows: Sequence[DriveRow]) -> Figures:
+    def figures(self, rows: Sequence[StudyDriveRow]) -> PublishedFigures:
         """Return Table 4, and the paired differences."""
         close_shared_process()  # Of the last policy, if the cases ran in this process.
         printed = paper().navigation
         counts = {(row.protocol, row.seed, row.index) for row in rows}
-        return Figures(
+        return PublishedFigures(
             study=self.name,
             title="Navigation before and after refinement",
             source=printed.source.partition(":")[0],
@@ -130,12 +130,12 @@ class NavigationStudy(Study[DriveRow]):
             tables=(self._table(rows), self._differences(rows)),
         )
 
-    def _table(self, rows: Sequence[DriveRow]) -> FigureTable:
+    def _table(self, rows: Sequence[StudyDriveRow]) -> FigureTable:
         lines = []
         for policy in self.policies:
             for variant in self.variants():
                 own = [row for row in rows if row.policy == policy and row.variant == variant.key]
-                lines.append(Line(name=f"{policy}, {variant.title}", cells=_means(own)))
+                lines.append(FigureLine(name=f"{policy}, {variant.title}", cells=_means(own)))
         columns = COLUMNS
         return FigureTable(
             key="paper",
@@ -154,14 +154,16 @@ class NavigationStudy(Study[DriveRow]):
             ),
         )
 
-    def _differences(self, rows: Sequence[DriveRow]) -> FigureTable:
+    def _differences(self, rows: Sequence[StudyDriveRow]) -> FigureTable:
         return FigureTable(
             key="differences",
             title="Paired differences",
             first="Policy",
             columns=COLUMNS,
             lines=tuple(
-                Line(name=f"{policy}, {title}", cells=_paired([row for row in rows if row.policy == policy], *between))
+                FigureLine(
+                    name=f"{policy}, {title}", cells=_paired([row for row in rows if row.policy == policy], *between)
+                )
                 for policy in self.policies
                 for between, title in DIFFERENCES.items()
             ),
@@ -175,17 +177,17 @@ def installed(policies: Sequence[str]) -> tuple[str, ...]:
     return tuple(policy for policy in policies if torch or policy not in LEARNED)
 
 
-def _values(row: DriveRow) -> dict[str, float]:
+def _values(row: StudyDriveRow) -> dict[str, float]:
     free = row.success and row.contacts == 0
     return {"sr": float(row.success), "spl": row.spl, "free": float(free), "path": float(row.path)}
 
 
-def _means(rows: Sequence[DriveRow]) -> dict[str, Cell]:
+def _means(rows: Sequence[StudyDriveRow]) -> dict[str, FigureCell]:
     clusters = [row.protocol for row in rows]
     return {column.key: mean_cell([_values(row)[column.key] for row in rows], clusters, "share") for column in COLUMNS}
 
 
-def _paired(rows: Sequence[DriveRow], first: str, second: str) -> dict[str, Cell]:
+def _paired(rows: Sequence[StudyDriveRow], first: str, second: str) -> dict[str, FigureCell]:
     before, after = (
         {(row.protocol, row.seed, row.index): _values(row) for row in rows if row.variant == key}
         for key in (first, second)

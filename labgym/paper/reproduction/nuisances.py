@@ -21,7 +21,14 @@ from labgym.eval.labnav.rules import Ending
 from labgym.eval.labnav.suites import VAL, load_labnav
 from labgym.eval.labnav.together import Entrant
 from labgym.layouts import Layout
-from labgym.paper.reproduction.figures import Column, Figures, FigureTable, Line, estimate_cell, plain_cells
+from labgym.paper.reproduction.figures import (
+    FigureColumn,
+    FigureLine,
+    FigureTable,
+    PublishedFigures,
+    estimate_cell,
+    plain_cells,
+)
 from labgym.paper.reproduction.study import Study, code_facts, rows_output
 from labgym.policies.kernels import kernel_mode
 from labgym.policies.process import close_shared_process
@@ -30,9 +37,9 @@ from labgym.runs import Shard, ShardOutput
 ON, NONE = "", "all"
 """Names of the variants with all nuisances, and without any."""
 COLUMNS = (
-    Column(key="with", heading="Score with it", digits=2),
-    Column(key="without", heading="Score without it", digits=2),
-    Column(key="difference", heading="Difference", digits=2),
+    FigureColumn(key="with", heading="Score with it", digits=2),
+    FigureColumn(key="without", heading="Score without it", digits=2),
+    FigureColumn(key="difference", heading="Difference", digits=2),
 )
 NOTES = (
     "Each line: the same episodes with all nuisances and without one; Difference: paired, with its 95% interval and "
@@ -111,7 +118,7 @@ class NuisanceStudy(Study[NuisanceRow]):
             for name in (f"{part.task}-{part.level}/{floor}",)
         )
 
-    def figures(self, rows: Sequence[NuisanceRow]) -> Figures:
+    def figures(self, rows: Sequence[NuisanceRow]) -> PublishedFigures:
         """Return the table of differences."""
         close_shared_process()  # If the floors were driven in this process.
         lines, found = [], []
@@ -127,7 +134,7 @@ class NuisanceStudy(Study[NuisanceRow]):
             lines=tuple(lines), notes=NOTES,
         )  # fmt: skip
         words = "; ".join(found) or "none"
-        return Figures(
+        return PublishedFigures(
             study=self.name,
             title=f"LabNav without its nuisances: {label}",
             source="",
@@ -198,7 +205,7 @@ def driven(
     return [NuisanceRow.of(drive.row, variant) for drive in drives]
 
 
-def _line(rows: Sequence[NuisanceRow], part: LabNavEpisodes, variant: str) -> tuple[Line, bool]:
+def _line(rows: Sequence[NuisanceRow], part: LabNavEpisodes, variant: str) -> tuple[FigureLine, bool]:
     """Return the line of a variant of a task, and whether its scores are apart from those with all nuisances."""
     on, off = ({row.key: row.score for row in rows if row.without == name} for name in (ON, variant))
     gap = paired_difference(off, on)
@@ -207,7 +214,7 @@ def _line(rows: Sequence[NuisanceRow], part: LabNavEpisodes, variant: str) -> tu
         **plain_cells({"without": gap.a, "with": gap.b}),
         "difference": estimate_cell(gap.difference, clusters),
     }
-    return Line(name=part.task, detail=_words(variant), cells=cells), significant(gap)
+    return FigureLine(name=part.task, detail=_words(variant), cells=cells), significant(gap)
 
 
 def _words(variant: str) -> str:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from labgym.eval.reports.environment import page_environment
 from labgym.eval.reports.report import Picture
-from labgym.paper.reproduction.figures import Figures, FigureTable
+from labgym.paper.reproduction.figures import FigureTable, PublishedFigures
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Plate:
 
 
 @dataclass(frozen=True)
-class Section:
+class StudySection:
     """A part of the page: heading, paragraphs, tables and pictures.
 
     Attributes:
@@ -65,7 +65,7 @@ class Page:
     title: str
     subtitle: str
     text: tuple[str, ...] = ()
-    sections: tuple[Section, ...] = ()
+    sections: tuple[StudySection, ...] = ()
     links: tuple[Link, ...] = ()
     provenance: tuple[tuple[str, str], ...] = field(default=())
 
@@ -74,7 +74,7 @@ class Page:
         return page_environment("labgym.paper.reproduction").get_template("study.html.j2").render(page=self)
 
 
-def study_page(figures: Figures, sections: Sequence[Section], commit: str) -> Page:
+def study_page(figures: PublishedFigures, sections: Sequence[StudySection], commit: str) -> Page:
     """Return the page of a study: its tables, then further sections, then how it was made.
 
     Args:
@@ -86,6 +86,6 @@ def study_page(figures: Figures, sections: Sequence[Section], commit: str) -> Pa
         title=figures.title,
         subtitle=f"labgym reproduce {figures.study}" + (f" · {figures.source} of the paper" if figures.source else ""),
         text=figures.summary,
-        sections=(Section("Figures", tables=figures.tables), *sections),
+        sections=(StudySection("Figures", tables=figures.tables), *sections),
         provenance=(*figures.facts.items(), ("commit", commit)),
     )

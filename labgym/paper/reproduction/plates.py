@@ -7,15 +7,15 @@ from pathlib import Path
 
 from labgym.eval.drawing.pictures import picture_bytes
 from labgym.eval.reports.report import Picture
-from labgym.paper.reproduction.cases import LayoutRow, Variant
-from labgym.paper.reproduction.page import Plate, Section
+from labgym.paper.reproduction.cases import LayoutRow, StudyVariant
+from labgym.paper.reproduction.page import Plate, StudySection
 from labgym.paper.reproduction.plans import INCHES, layout_plate
 from labgym.protocols import Protocol
 
 
 def comparison_section(
-    rows: Sequence[LayoutRow], variants: Sequence[Variant], protocol: Protocol, folder: Path, profile: str
-) -> Section:
+    rows: Sequence[LayoutRow], variants: Sequence[StudyVariant], protocol: Protocol, folder: Path, profile: str
+) -> StudySection:
     """Return the layouts of one protocol and the first seed by every variant, next to each other."""
     seed = min(row.seed for row in rows)
     chosen = [row for row in rows if row.protocol == protocol.id and row.seed == seed]
@@ -25,7 +25,7 @@ def comparison_section(
         for row in chosen
         if row.variant == variant.key
     ]
-    return Section(
+    return StudySection(
         f"{protocol.name}, by every method",
         (
             f"Protocol {protocol.id}, seed {seed}. Red outlines and numbers mark hard violations, which are listed "
@@ -36,8 +36,12 @@ def comparison_section(
 
 
 def failure_section(
-    rows: Sequence[LayoutRow], variants: Sequence[Variant], protocols: Sequence[Protocol], folder: Path, profile: str
-) -> Section:
+    rows: Sequence[LayoutRow],
+    variants: Sequence[StudyVariant],
+    protocols: Sequence[Protocol],
+    folder: Path,
+    profile: str,
+) -> StudySection:
     """Return the worst layout of every variant: the one with the greatest v."""
     by_id = {protocol.id: protocol for protocol in protocols}
     plates, clean = [], []
@@ -56,7 +60,7 @@ def failure_section(
         "the lowest fitness, then the first protocol and seed."
     ]
     text += [f"No violation and no missing asset: {', '.join(clean)}."] if clean else []
-    return Section("Failures", tuple(text), plates=tuple(plates))
+    return StudySection("Failures", tuple(text), plates=tuple(plates))
 
 
 def _worst(row: LayoutRow) -> tuple[float, float, float, str, int]:

@@ -17,8 +17,16 @@ from labgym.eval.drawing.pictures import picture_bytes
 from labgym.eval.reports.paper import paper
 from labgym.eval.reports.report import Picture
 from labgym.layouts.places import published_protocols
-from labgym.paper.reproduction.figures import Cell, Column, Figures, FigureTable, Line, paper_line, plain_cells
-from labgym.paper.reproduction.page import Plate, Section
+from labgym.paper.reproduction.figures import (
+    FigureCell,
+    FigureColumn,
+    FigureLine,
+    FigureTable,
+    PublishedFigures,
+    paper_line,
+    plain_cells,
+)
+from labgym.paper.reproduction.page import Plate, StudySection
 from labgym.paper.reproduction.study import Study, code_facts, rows_output
 from labgym.protocols import protocols
 from labgym.protocols.statistics import Summary, statistics
@@ -66,7 +74,7 @@ class ProtocolsStudy(Study[CountRow]):
         """Return a shard for the protocols and one for the catalog."""
         return (Shard("protocols", count_protocols), Shard("assets", count_assets))
 
-    def figures(self, rows: Sequence[CountRow]) -> Figures:
+    def figures(self, rows: Sequence[CountRow]) -> PublishedFigures:
         """Return Table 1 and the counts of the catalog."""
         entries = [row for row in rows if row.of == "asset"]
         originals = [row for row in entries if not row.variant]
@@ -79,7 +87,7 @@ class ProtocolsStudy(Study[CountRow]):
             "knowledge base has.",
         )
         tables = (_table_1(), _entries(entries), _categories(originals), _hazards(entries), _types(rows))
-        return Figures(
+        return PublishedFigures(
             study=self.name,
             title="Protocols and knowledge base",
             source="Table 1",
@@ -88,7 +96,7 @@ class ProtocolsStudy(Study[CountRow]):
             tables=tables,
         )
 
-    def sections(self, rows: Sequence[CountRow], folder: Path) -> Sequence[Section]:
+    def sections(self, rows: Sequence[CountRow], folder: Path) -> Sequence[StudySection]:
         """Return a chart of the catalog's categories and one of the protocols' counts."""
         del folder
         assets = [row for row in rows if row.of == "asset" and not row.variant]
@@ -97,7 +105,9 @@ class ProtocolsStudy(Study[CountRow]):
             Plate("Entries of the knowledge base by category", Picture("Bars: entries by category", _chart(assets))),
             Plate("Counts per protocol", Picture("Histograms of the four counts", _histograms(names))),
         )
-        return (Section("Charts", ("Variants are left out of the chart of categories.",), plates=charts, wide=True),)
+        return (
+            StudySection("Charts", ("Variants are left out of the chart of categories.",), plates=charts, wide=True),
+        )
 
 
 def count_protocols() -> ShardOutput:
@@ -143,14 +153,14 @@ def count_assets() -> ShardOutput:
 
 def _table_1() -> FigureTable:
     columns = tuple(
-        Column(key=key, heading=heading, digits=digits)
+        FigureColumn(key=key, heading=heading, digits=digits)
         for key, heading, digits in (("mean", "Mean", 2), ("min", "Min", 0), ("max", "Max", 0), ("std", "Std", 2))
     )
     ours = statistics(published_protocols().values())
     printed = {row["count"]: row for row in paper().protocol_statistics.rows}
     lines = []
     for name in COUNTS:
-        lines.append(Line(name=name.capitalize(), cells=_summary_cells(getattr(ours, name))))
+        lines.append(FigureLine(name=name.capitalize(), cells=_summary_cells(getattr(ours, name))))
         line = paper_line(printed[name], columns, "count")
         lines.append(line.model_copy(update={"name": name.capitalize()}))
     return FigureTable(
@@ -170,15 +180,15 @@ def _corrected() -> str:
     return f"Counted are the protocols as published with the rooms; since then the library was corrected: {means}."
 
 
-def _summary_cells(summary: Summary) -> dict[str, Cell]:
+def _summary_cells(summary: Summary) -> dict[str, FigureCell]:
     return plain_cells({"mean": summary.mean, "min": summary.minimum, "max": summary.maximum, "std": summary.deviation})
 
 
 def _entries(rows: Sequence[CountRow]) -> FigureTable:
     columns = (
-        Column(key="all", heading="Entries", digits=0),
-        Column(key="variants", heading="of these, variants", digits=0),
-        Column(key="core", heading="of these, core", digits=0),
+        FigureColumn(key="all", heading="Entries", digits=0),
+        FigureColumn(key="variants", heading="of these, variants", digits=0),
+        FigureColumn(key="core", heading="of these, core", digits=0),
     )
     lines = [_entry_line(title, [row for row in rows if row.group == kind]) for kind, title in KINDS.items()]
     return FigureTable(
@@ -189,15 +199,15 @@ def _entries(rows: Sequence[CountRow]) -> FigureTable:
         lines=(
             *lines,
             _entry_line("all", rows),
-            Line(name="all", origin="paper", cells={"all": Cell(value=PAPER_ENTRIES)}),
+            FigureLine(name="all", origin="paper", cells={"all": FigureCell(value=PAPER_ENTRIES)}),
         ),
         notes=("The paper does not print counts by kind.",),
     )
 
 
-def _entry_line(name: str, rows: Sequence[CountRow]) -> Line:
+def _entry_line(name: str, rows: Sequence[CountRow]) -> FigureLine:
     counts = {"all": len(rows), "variants": sum(r.variant for r in rows), "core": sum(r.core for r in rows)}
-    return Line(name=name, cells=plain_cells(counts))
+    return FigureLine(name=name, cells=plain_cells(counts))
 
 
 def _categories(rows: Sequence[CountRow]) -> FigureTable:
@@ -208,9 +218,9 @@ def _categories(rows: Sequence[CountRow]) -> FigureTable:
         title="Entries by category, without variants",
         first="Category",
         second="Kind",
-        columns=(Column(key="all", heading="Entries", digits=0),),
+        columns=(FigureColumn(key="all", heading="Entries", digits=0),),
         lines=tuple(
-            Line(name=category.replace("_", " "), detail=kind, cells=plain_cells({"all": count}))
+            FigureLine(name=category.replace("_", " "), detail=kind, cells=plain_cells({"all": count}))
             for (kind, category), count in ordered
         ),
     )
@@ -222,9 +232,9 @@ def _hazards(rows: Sequence[CountRow]) -> FigureTable:
         key="flags",
         title="Hazard flags",
         first="Flag",
-        columns=(Column(key="all", heading="Entries", digits=0),),
+        columns=(FigureColumn(key="all", heading="Entries", digits=0),),
         lines=tuple(
-            Line(name=name.replace("_", " "), cells=plain_cells({"all": count}))
+            FigureLine(name=name.replace("_", " "), cells=plain_cells({"all": count}))
             for name, count in sorted(counts.items(), key=lambda item: (-item[1], item[0]))
         ),
         notes=("An entry may have several flags.",),
@@ -237,9 +247,9 @@ def _types(rows: Sequence[CountRow]) -> FigureTable:
         key="types",
         title="Protocols by reaction type",
         first="Reaction type",
-        columns=(Column(key="all", heading="Protocols", digits=0),),
+        columns=(FigureColumn(key="all", heading="Protocols", digits=0),),
         lines=tuple(
-            Line(name=name.replace("_", " "), cells=plain_cells({"all": count}))
+            FigureLine(name=name.replace("_", " "), cells=plain_cells({"all": count}))
             for name, count in sorted(counts.items(), key=lambda item: (-item[1], item[0]))
         ),
         notes=("The paper names the same seven types without counts.",),

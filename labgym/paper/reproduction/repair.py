@@ -16,10 +16,18 @@ from labgym.errors import OptionError
 from labgym.layouts.rules.rule_sets import PAPER, rule_set
 from labgym.layouts.rules.thresholds import profile as resolve_profile
 from labgym.paper.damage import KINDS
-from labgym.paper.repairs.cases import CLUTTER, DRAWS, PIECES, PLACES, Case, cases
+from labgym.paper.repairs.cases import CLUTTER, DRAWS, PIECES, PLACES, RepairCase, cases
 from labgym.paper.repairs.rows import RepairRow, repair_row
-from labgym.paper.reproduction.figures import Cell, Column, Figures, FigureTable, Line, mean_cell, plain_cells
-from labgym.paper.reproduction.page import Section
+from labgym.paper.reproduction.figures import (
+    FigureCell,
+    FigureColumn,
+    FigureLine,
+    FigureTable,
+    PublishedFigures,
+    mean_cell,
+    plain_cells,
+)
+from labgym.paper.reproduction.page import StudySection
 from labgym.paper.reproduction.study import Study, code_facts, rows_output
 from labgym.runs import Shard, ShardOutput
 from labgym.runs.folder import SHARDS
@@ -27,12 +35,12 @@ from labgym.runs.folder import SHARDS
 MAX_DRAWS = 1000
 LAST_SEED = 2**32 - 1
 COLUMNS = (
-    Column(key="cases", heading="Cases", digits=0),
-    Column(key="repaired", heading="Repaired"),
-    Column(key="clear", heading="v = 0"),
-    Column(key="sound", heading="... and nothing missing, no facility error"),
-    Column(key="confirmed", heading="Confirmed from outside"),
-    Column(key="moved", heading="Objects moved"),
+    FigureColumn(key="cases", heading="Cases", digits=0),
+    FigureColumn(key="repaired", heading="Repaired"),
+    FigureColumn(key="clear", heading="v = 0"),
+    FigureColumn(key="sound", heading="... and nothing missing, no facility error"),
+    FigureColumn(key="confirmed", heading="Confirmed from outside"),
+    FigureColumn(key="moved", heading="Objects moved"),
 )
 NOTES = (
     "Repaired: v = 0, nothing missing, no facility error, no wall unit left standing free, no more facility warnings "
@@ -78,14 +86,14 @@ class RepairStudy(Study[RepairRow]):
 
     def shards(self) -> Sequence[Shard]:
         """Return a shard for each kind and number of pieces."""
-        groups: dict[str, list[Case]] = {}
+        groups: dict[str, list[RepairCase]] = {}
         for case in cases(self.draws, self.pieces):
             groups.setdefault(f"{case.kind}-{case.pieces}", []).append(case)
         return tuple(
             Shard(name, repair_cases, (name, tuple(group), self.seed, self.profile)) for name, group in groups.items()
         )
 
-    def figures(self, rows: Sequence[RepairRow]) -> Figures:
+    def figures(self, rows: Sequence[RepairRow]) -> PublishedFigures:
         """Return the shares of repaired layouts by kind, by number of pieces and by place."""
         kinds = [_line(f"{kind}: {KINDS[kind].title}", [row for row in rows if row.kind == kind]) for kind in KINDS]
         numbers = [_line(f"{n}", [row for row in rows if row.pieces == n]) for n in self.pieces]
@@ -118,11 +126,11 @@ class RepairStudy(Study[RepairRow]):
             ),
             _faults(rows),
         )  # fmt: skip
-        return Figures(
+        return PublishedFigures(
             study=self.name, title="Repair of damaged layouts", source="", summary=summary, facts=facts, tables=tables
         )
 
-    def sections(self, rows: Sequence[RepairRow], folder: Path) -> Sequence[Section]:
+    def sections(self, rows: Sequence[RepairRow], folder: Path) -> Sequence[StudySection]:
         """Return the cases that are not repaired."""
         del folder
         lines = tuple(
@@ -131,10 +139,10 @@ class RepairStudy(Study[RepairRow]):
             for row in rows
             if not row.repaired
         )
-        return (Section("Cases that are not repaired", lines or ("None.",)),)
+        return (StudySection("Cases that are not repaired", lines or ("None.",)),)
 
 
-def repair_cases(name: str, group: Sequence[Case], seed: int, profile: str) -> ShardOutput:
+def repair_cases(name: str, group: Sequence[RepairCase], seed: int, profile: str) -> ShardOutput:
     """Return the rows of some cases; their processor times, which differ from run to run, are in a separate file."""
     rules = rule_set(PAPER, profile)
     results = [repair_row(case, seed, rules) for case in group]
@@ -147,7 +155,7 @@ def _share(rows: Sequence[RepairRow], chosen: Callable[[RepairRow], bool]) -> fl
     return sum(outcomes) / len(outcomes) if outcomes else 1.0
 
 
-def _line(name: str, rows: Sequence[RepairRow]) -> Line:
+def _line(name: str, rows: Sequence[RepairRow]) -> FigureLine:
     protocols = [row.protocol for row in rows]
     sound = [not (row.v or row.missing or row.free_standing or row.errors) for row in rows]
     measures: dict[str, list[float]] = {
@@ -157,9 +165,9 @@ def _line(name: str, rows: Sequence[RepairRow]) -> Line:
         "confirmed": [float(not row.outside) for row in rows],
         "moved": [row.moved_share for row in rows],
     }
-    cells: dict[str, Cell] = plain_cells({"cases": float(len(rows))})
+    cells: dict[str, FigureCell] = plain_cells({"cases": float(len(rows))})
     cells |= {key: mean_cell(values, protocols, "share") for key, values in measures.items()}
-    return Line(name=name, cells=cells)
+    return FigureLine(name=name, cells=cells)
 
 
 def _faults(rows: Sequence[RepairRow]) -> FigureTable:
@@ -171,7 +179,7 @@ def _faults(rows: Sequence[RepairRow]) -> FigureTable:
         counts.update(f"warning: {rule}" for rule in set(row.warnings))
         counts.update(f"outside: {kind}" for kind in set(row.outside))
     lines = tuple(
-        Line(name=fault, cells=plain_cells({"layouts": float(count)})) for fault, count in sorted(counts.items())
+        FigureLine(name=fault, cells=plain_cells({"layouts": float(count)})) for fault, count in sorted(counts.items())
     )
-    columns = (Column(key="layouts", heading="Layouts", digits=0),)
+    columns = (FigureColumn(key="layouts", heading="Layouts", digits=0),)
     return FigureTable(key="faults", title="Faults after the repair", first="Fault", columns=columns, lines=lines)

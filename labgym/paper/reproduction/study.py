@@ -12,8 +12,8 @@ from pydantic import ValidationError
 
 from labgym.documents import Record, document_error, json_bytes
 from labgym.layouts.batch import catalog_digest
-from labgym.paper.reproduction.figures import Figures
-from labgym.paper.reproduction.page import Section, study_page
+from labgym.paper.reproduction.figures import PublishedFigures
+from labgym.paper.reproduction.page import StudySection, study_page
 from labgym.runs import ExecutorOptions, RunFolder, RunIdentity, Shard, ShardOutput, code_digest, provenance, run_shards
 from labgym.runs.folder import SHARDS
 
@@ -43,10 +43,10 @@ class Study(ABC, Generic[Row]):
         """Return the work: each shard returns `rows_output(...)`, and the rows are in the order of the shards."""
 
     @abstractmethod
-    def figures(self, rows: Sequence[Row]) -> Figures:
+    def figures(self, rows: Sequence[Row]) -> PublishedFigures:
         """Return the figures of the rows."""
 
-    def sections(self, rows: Sequence[Row], folder: Path) -> Sequence[Section]:
+    def sections(self, rows: Sequence[Row], folder: Path) -> Sequence[StudySection]:
         """Return pictures and explanations for the page.
 
         Args:
@@ -63,7 +63,7 @@ def reproduce(
     executor: ExecutorOptions | None = None,
     fresh: bool = False,
     progress: bool = True,
-) -> Figures:
+) -> PublishedFigures:
     """Run a study and return its figures.
 
     The folder gets `rows.jsonl`, `figures.json`, `figures.csv` and `index.html`. An interrupted command resumes; the
@@ -83,7 +83,7 @@ def reproduce(
     identity = RunIdentity.of(KIND, study=study.name, catalog=catalog_digest(), **study.inputs())
     with RunFolder.open(out, identity, fresh) as folder:
         if folder.finished:
-            return Figures.load(folder.path / FIGURES)
+            return PublishedFigures.load(folder.path / FIGURES)
         parts: dict[str, bytes] = {}
         shards = study.shards()
         guard = {"catalog": catalog_digest}

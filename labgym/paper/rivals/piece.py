@@ -18,7 +18,7 @@ from labgym.paper.rivals.chamber import Chamber, Pose
 
 
 @dataclass(frozen=True)
-class Piece:
+class RivalPiece:
     """An object: its asset, and its pose in the frame of the space.
 
     Attributes:
@@ -56,7 +56,7 @@ def named(counts: Counter[str], asset: Asset) -> str:
 
 
 def layout_of(
-    request: Request, rooms: Sequence[tuple[Chamber, Sequence[Piece]]], generator: str, options: Mapping[str, Any]
+    request: Request, rooms: Sequence[tuple[Chamber, Sequence[RivalPiece]]], generator: str, options: Mapping[str, Any]
 ) -> Layout:
     """Return the layout that the pieces of some spaces make, with the fixed objects of the request.
 
@@ -77,7 +77,7 @@ def layout_of(
     )
 
 
-def _placement(chamber: Chamber, piece: Piece) -> Placement:
+def _placement(chamber: Chamber, piece: RivalPiece) -> Placement:
     pose: Pose = (piece.x, piece.y, piece.yaw)
     x, y, yaw = chamber.ground.to_floor(pose)
     return Placement(
@@ -95,4 +95,4 @@ def quarter(turns: int) -> float:
     return wrap_angle(turns * math.pi / 2.0)
 
 
-__all__ = ["FLOOR", "WALL", "Piece", "layout_of", "named", "quarter"]
+__all__ = ["FLOOR", "WALL", "RivalPiece", "layout_of", "named", "quarter"]

@@ -17,7 +17,7 @@ import numpy as np
 
 from labgym.assets import Asset
 from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
-from labgym.paper.rivals.piece import Piece, named
+from labgym.paper.rivals.piece import RivalPiece, named
 
 ATTEMPTS = 10
 """Surfaces that are tried for each object, at random (`numPlacementAttempts`)."""
@@ -36,13 +36,13 @@ TOUCH = 1e-6
 
 
 def spawn(
-    parent: Piece,
+    parent: RivalPiece,
     assets: Sequence[Asset],
     generator: np.random.Generator,
     counts: Counter[str],
-    present: Sequence[Piece] = (),
+    present: Sequence[RivalPiece] = (),
     upright: bool = False,
-) -> list[Piece]:
+) -> list[RivalPiece]:
     """Return the objects that find a place on or in a piece, largest first.
 
     Args:
@@ -50,13 +50,13 @@ def spawn(
         present: what stands on the piece already.
         upright: whether all objects keep the orientation of the piece.
     """
-    spawned: list[Piece] = []
+    spawned: list[RivalPiece] = []
     for asset in sorted(admitted(parent.asset, assets, present), key=lambda one: -max(one.size.width, one.size.depth)):
         spot = _spot(parent, asset, [*present, *spawned], generator)
         if spot is None:
             continue
         slot, x, y = spot
-        piece = Piece(named(counts, asset), asset, x, y, parent.yaw, parent.surface(slot).z0, parent.id, slot)
+        piece = RivalPiece(named(counts, asset), asset, x, y, parent.yaw, parent.surface(slot).z0, parent.id, slot)
         if not upright and max(asset.size.width, asset.size.depth, asset.size.height) <= SMALL:
             turned = replace(piece, yaw=parent.yaw + float(generator.uniform(-math.pi, math.pi)))
             if asset.hazards.glass_container or _rests(turned, parent, [*present, *spawned]):
@@ -65,7 +65,7 @@ def spawn(
     return spawned
 
 
-def admitted(receptacle: Asset, assets: Sequence[Asset], present: Sequence[Piece] = ()) -> list[Asset]:
+def admitted(receptacle: Asset, assets: Sequence[Asset], present: Sequence[RivalPiece] = ()) -> list[Asset]:
     """Return the objects that a receptacle takes in addition to what is present, in order, until it is full."""
     size, area = receptacle.size, sum(_area(piece.asset) for piece in present)
     taken: list[Asset] = []
@@ -86,7 +86,7 @@ def _area(asset: Asset) -> float:
 
 
 def _spot(
-    parent: Piece, asset: Asset, others: Sequence[Piece], generator: np.random.Generator
+    parent: RivalPiece, asset: Asset, others: Sequence[RivalPiece], generator: np.random.Generator
 ) -> tuple[int, float, float] | None:
     """A random slot and position at which an object lies within the surface and overlaps no other one, or None."""
     size = asset.size
@@ -116,7 +116,7 @@ def _spot(
     return None
 
 
-def _rests(piece: Piece, parent: Piece, others: Sequence[Piece]) -> bool:
+def _rests(piece: RivalPiece, parent: RivalPiece, others: Sequence[RivalPiece]) -> bool:
     """Whether a piece lies within its surface and overlaps nothing."""
     surface = parent.surface(piece.slot or 0)
     corners = [surface.to_local(x, y) for x, y in piece.box.corners().tolist()]
@@ -127,7 +127,7 @@ def _rests(piece: Piece, parent: Piece, others: Sequence[Piece]) -> bool:
     )
 
 
-def _fittings(parent: Piece) -> list[OrientedBox]:
+def _fittings(parent: RivalPiece) -> list[OrientedBox]:
     """Solids above a piece's surfaces: taps, rods, posts of shelves."""
     boxes = []
     for part in parent.asset.fittings:

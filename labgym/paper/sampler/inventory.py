@@ -12,14 +12,14 @@ from labgym.paper.sampler.slips import Slips
 
 
 @dataclass(frozen=True)
-class Inventory:
+class SampledInventory:
     """The floor furniture of a proposal, and the cabinets in it with the reagents that belong there."""
 
     units: tuple[Unit, ...]
     cabinets: tuple[Cabinet, ...]
 
 
-def list_furniture(request: Request, slips: Slips) -> Inventory:
+def list_furniture(request: Request, slips: Slips) -> SampledInventory:
     """Return what the protocol and safety require: places of work, cabinets, floor instruments, safety equipment.
 
     No further benches are listed: the prompt of a language model names what the experiment needs.
@@ -29,7 +29,7 @@ def list_furniture(request: Request, slips: Slips) -> Inventory:
     visited = set(request.protocol.locations)
     listed = pieces(request, cabinets, "required")
     units = [_unit(request, piece) for piece in listed if not _forgotten(piece, safety, visited, slips)]
-    return Inventory(tuple(with_fixed(request, units)), cabinets)
+    return SampledInventory(tuple(with_fixed(request, units)), cabinets)
 
 
 def _forgotten(piece: WallPiece, safety: set[str], visited: set[str], slips: Slips) -> bool:

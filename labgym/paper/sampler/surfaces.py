@@ -17,7 +17,7 @@ from labgym.layouts.request import Request
 from labgym.layouts.rules.thresholds import CORROSIVE_HEIGHT
 from labgym.layouts.stocking import BENCH_MARGIN, SHELF_MARGIN, home
 from labgym.layouts.tabletop import GAP, Item, Spot, pack
-from labgym.paper.sampler.inventory import Inventory
+from labgym.paper.sampler.inventory import SampledInventory
 from labgym.paper.sampler.slips import Slips
 
 MISJUDGED = (0.3, 0.6)
@@ -47,7 +47,7 @@ class _Thing:
     reason: str
 
 
-def stock_furniture(request: Request, inventory: Inventory, slips: Slips) -> dict[str, tuple[Resting, ...]]:
+def stock_furniture(request: Request, inventory: SampledInventory, slips: Slips) -> dict[str, tuple[Resting, ...]]:
     """Return what each unit holds, by unit id. Every thing that is not forgotten has a place, if need be a bad one."""
     units = {unit.id: unit for unit in inventory.units}
     if not any(unit.asset.surfaces for unit in inventory.units):
@@ -90,7 +90,7 @@ def _instruments(request: Request, units: Mapping[str, Unit], slips: Slips) -> d
 
 
 def _reagents(
-    request: Request, inventory: Inventory, slips: Slips
+    request: Request, inventory: SampledInventory, slips: Slips
 ) -> tuple[dict[str, list[_Thing]], dict[str, list[_Thing]]]:
     """Reagents by the cabinet in which they are stored, and by the unit on which they are left."""
     places = {unit.asset.role: unit.id for unit in reversed(inventory.units) if unit.asset.surfaces}

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from labgym.counts import is_whole
 from labgym.errors import LabgymError
 from labgym.policies.http.requests import finite_numbers, frames_of
 from labgym.policies.http.served import ServedPolicy, blank_frame
@@ -63,7 +64,7 @@ class Fleet:
         if intrinsic.shape not in ((3, 3), (4, 4)) or intrinsic[0, 0] <= 0.0 or intrinsic[1, 1] <= 0.0:
             raise WireError("intrinsic is not a camera matrix of 3 x 3 with focal lengths above 0")
         batch = content.get("batch_size", 1)
-        if isinstance(batch, bool) or not isinstance(batch, int) or not 1 <= batch <= MAX_BATCH:
+        if not is_whole(batch) or not 1 <= batch <= MAX_BATCH:
             raise WireError(f"batch_size is {str(batch)[:40]}, expected a whole number from 1 to {MAX_BATCH}")
         with self._lock:
             while len(self._robots) > batch:
@@ -84,7 +85,7 @@ class Fleet:
         with self._lock:
             if self._intrinsic is None:
                 raise WireError(NO_CAMERA)
-            if isinstance(index, bool) or not isinstance(index, int) or not 0 <= index < len(self._robots):
+            if not is_whole(index) or not 0 <= index < len(self._robots):
                 raise WireError(f"env_id is {str(index)[:40]}, expected 0 to {len(self._robots) - 1}")
             self._robots[index].forget()
 

@@ -10,7 +10,8 @@ import torch
 from numpy.typing import NDArray
 
 from labgym.artefacts import artefacts
-from labgym.errors import DocumentError, OptionError
+from labgym.counts import check_switch
+from labgym.errors import DocumentError
 from labgym.navigation import Pose
 from labgym.policies.adapters.actor_file import Perceptron
 from labgym.policies.local.inputs import SIZE, SIZES, Knowledge, Motion, Vector, network_input
@@ -43,8 +44,7 @@ class LocalPolicy(StackPolicy):
     weights: ClassVar[str] = ""
 
     def __init__(self, weights: str | Path | None = None, actor: Perceptron | None = None, safety: bool = True) -> None:
-        if not isinstance(safety, bool):
-            raise OptionError(f"policy {self.name!r}: safety is {safety!r}; expected true or false")
+        check_switch(f"policy {self.name!r}: safety", safety)
         super().__init__()
         self._safety = safety
         self._file = None if actor else Path(weights) if weights else artefacts("policies") / self.weights / FILE

@@ -10,6 +10,7 @@ from typing import Annotated, get_args
 from pydantic import Field, ValidationError
 
 from labgym import errors
+from labgym.counts import is_real
 from labgym.documents import Record
 from labgym.errors import LabgymError
 from labgym.policies.fingerprint.reads import MAX_FILES
@@ -84,8 +85,7 @@ def declared_latency(policy: Policy) -> float:
         OptionError: it is not a number from 0 to 10.
     """
     latency = policy.latency
-    number = isinstance(latency, int | float) and not isinstance(latency, bool)
-    if not number or not 0.0 <= latency <= MAX_LATENCY:
+    if not is_real(latency) or not 0.0 <= latency <= MAX_LATENCY:
         shown = _one_line(repr(latency), 40)
         raise errors.OptionError(f"policy latency is {shown}, expected seconds from 0 to {MAX_LATENCY:g}")
     return float(latency)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any
 
+from labgym.counts import is_finite
 from labgym.errors import OptionError, UnknownNameError
 
 
@@ -30,7 +30,7 @@ class ProcessLimits:
     def __post_init__(self) -> None:
         for field in fields(self):
             value = getattr(self, field.name)
-            if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < value < math.inf:
+            if not is_finite(value) or value <= 0.0:
                 raise OptionError(f"policy limit {field.name} is {value!r}, expected a positive number")
 
     @classmethod

@@ -18,6 +18,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, get_args
 
+from labgym.counts import is_whole
 from labgym.errors import DocumentError
 from labgym.protocols.experiments import Action, Experiment, Material, Portion
 from labgym.protocols.experiments.model import Atmosphere, Role, Verb
@@ -179,7 +180,7 @@ def _experiment(data: Any) -> Experiment:
     sides = [_listed(data, key) for key in ("REACTANT", "CATALYST", "SOLVENT", "PRODUCT")]
     product = context.names.get(sides[3][0], "") if sides[3] else ""
     index = data.get("index")
-    if not isinstance(index, int | str) or isinstance(index, bool):
+    if not isinstance(index, str) and not is_whole(index):
         raise UnreadableError("it has no index")
     return Experiment(
         id=f"openexp_{slug(str(index))[:100]}",

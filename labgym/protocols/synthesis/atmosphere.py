@@ -11,7 +11,7 @@ from labgym.protocols.synthesis.frame import (
 )
 from labgym.protocols.synthesis.reading import Clause, ParsedDescription
 from labgym.protocols.synthesis.roles import Participant
-from labgym.quantities import Condition
+from labgym.quantities import StatedCondition
 
 AIRLESS = frozenset({"Magnesium", "PalladiumOnCarbon", "RaneyNickel", "TetrakisTriphenylphosphinePalladium"})
 """Metals and catalysts that work, or are safe next to a solvent, only without air."""
@@ -20,7 +20,7 @@ BALLOON_BAR, VESSEL_BAR = 1.2, 5.0
 """Highest absolute pressures of a balloon and of the hydrogenation apparatus (4 bar above the air's), bar."""
 
 
-def pressure(clauses: Sequence[Clause]) -> Condition | None:
+def pressure(clauses: Sequence[Clause]) -> StatedCondition | None:
     """Return the pressure above that of the air that the text gives, or None.
 
     Raises:

@@ -18,7 +18,7 @@ from labgym.protocols.model import Protocol
 from labgym.protocols.synthesis.products import within
 from labgym.protocols.synthesis.reading import Clause, ParsedDescription
 from labgym.protocols.synthesis.roles import COOLANTS, PROTECTIVE_GASES
-from labgym.quantities import Condition, durations, pressures, temperatures
+from labgym.quantities import StatedCondition, durations, pressures, temperatures
 
 SAME_TEMPERATURE, SAME_SHARE = 1.0, 0.03
 """Differences up to which a temperature, degrees Celsius, and a relative amount or duration count as the same."""
@@ -120,6 +120,6 @@ def _is_reaction(clause: Clause) -> bool:
     return clause.operation is None or clause.operation.phase == "reaction"
 
 
-def _is_property(description: ParsedDescription, item: Condition) -> bool:
+def _is_property(description: ParsedDescription, item: StatedCondition) -> bool:
     head = description.text[: item.start]
     return within(item.start, description.products) or _PHYSICAL.search(head) is not None

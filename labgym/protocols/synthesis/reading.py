@@ -14,7 +14,7 @@ from labgym.protocols.synthesis.mixtures import mixtures, solutions, without_rat
 from labgym.protocols.synthesis.operations import Operation, Phase, main_operation, operations
 from labgym.protocols.synthesis.products import AUXILIARY, announced, products, within
 from labgym.protocols.synthesis.unlisted import unlisted
-from labgym.quantities import Condition, Quantity, amounts, duration, pressures, strength, temperature
+from labgym.quantities import Quantity, StatedCondition, amounts, duration, pressures, strength, temperature
 
 _BREAK = re.compile(
     r"[;；。，、\n]|,(?!\d)|\.(?=\s|$)|\b(?:and )?then\b|\bfollowed by\b|\bafter which\b|\band (?=[a-z])|"
@@ -96,7 +96,7 @@ class Clause:
     removed: frozenset[str] = frozenset()
     temperature: float | None = None
     duration: float | None = None
-    pressure: Condition | None = None
+    pressure: StatedCondition | None = None
     warmed: bool = False
     mixtures: tuple[tuple[tuple[str, float], ...], ...] = ()
     start: int = 0

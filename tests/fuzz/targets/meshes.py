@@ -136,9 +136,7 @@ def _read_first(folder: Path) -> None:
 
 def _read_stage(folder: Path) -> None:
     """Read a USD file as the process does that labgym starts for it; that process is this one here."""
-    from labgym.assets.meshes.isolated import _unpack
-    from labgym.assets.meshes.stage import read_stage
-    from labgym.assets.meshes.worker import pack
+    from labgym.assets.meshes.stage import pack, read_stage, unpack
 
     (path,) = folder.iterdir()
     room = memory("VmSize") + MAX_GROWTH
@@ -149,7 +147,7 @@ def _read_stage(folder: Path) -> None:
         raise
     except Exception as error:  # noqa: BLE001 - ends the process with status 1, which `read_usd` reports
         raise MeshError(path, f"USD's reader failed on it ({type(error).__name__})") from None
-    from_raw(path, _unpack(content))
+    from_raw(path, unpack(content))
 
 
 def _obj(rng: Random | None) -> Case:

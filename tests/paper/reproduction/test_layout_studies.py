@@ -22,11 +22,11 @@ from labgym.layouts.rules.objective import evaluate_layout
 from labgym.llm import LanguageModel
 from labgym.llm.errors import LanguageModelError
 from labgym.paper.reproduction import cases
-from labgym.paper.reproduction.ablation import AblationStudy, ablation_variants
+from labgym.paper.reproduction.ablation import RepairAblation, ablation_variants
 from labgym.paper.reproduction.blindfold import bare_catalog, blindfolded, described
-from labgym.paper.reproduction.cases import LayoutRow, Variant, measure
+from labgym.paper.reproduction.cases import LayoutRow, StudyVariant, measure
 from labgym.paper.reproduction.comparison import ComparisonStudy, comparison_variants
-from labgym.paper.reproduction.figures import Figures
+from labgym.paper.reproduction.figures import PublishedFigures
 from labgym.paper.reproduction.layout_tables import fitted_figures, paper_table, second_table
 from labgym.paper.reproduction.measures import report_metrics
 from labgym.paper.reproduction.plates import failure_section
@@ -36,8 +36,8 @@ from labgym.protocols import protocols
 PROTOCOL = protocols()["sub_01"]
 RAW = {"optimise": False, "refine": False, "on_failure": "keep"}
 VARIANTS = (
-    Variant("sampler", "sampler", Method(proposer="sampler", **RAW)),
-    Variant("solver", "solver", Method(on_failure="keep")),
+    StudyVariant("sampler", "sampler", Method(proposer="sampler", **RAW)),
+    StudyVariant("solver", "solver", Method(on_failure="keep")),
 )
 
 
@@ -71,7 +71,7 @@ def test_a_row_has_the_scores_of_its_layout(folder, rows):
 
 
 def test_the_tables_have_our_lines_and_the_paper_s_with_every_column(folder):
-    table = Figures.load(folder / "figures.json").tables[0]
+    table = PublishedFigures.load(folder / "figures.json").tables[0]
     printed = {line.name: line.cells for line in table.lines if line.origin == "paper"}
     assert [line.name for line in table.lines] == ["sampler", "solver", *printed]
     for row in paper().layouts.rows:
@@ -81,7 +81,7 @@ def test_the_tables_have_our_lines_and_the_paper_s_with_every_column(folder):
 
 
 def test_the_columns_of_a_judge_appear_once_it_has_scored_a_layout(folder, rows):
-    for table in Figures.load(folder / "figures.json").tables:
+    for table in PublishedFigures.load(folder / "figures.json").tables:
         assert not {"real", "lay", "comp"} & {column.key for column in table.columns}
     assert not any(word in (folder / "figures.csv").read_text() for word in (",real,", ",lay,", ",comp,"))
     judged = rows[0].model_copy(update={"metrics": {**rows[0].metrics, "real": 7.0, "lay": 6.0, "comp": 5.0}})
@@ -93,7 +93,7 @@ def test_the_columns_of_a_judge_appear_once_it_has_scored_a_layout(folder, rows)
 
 
 def test_figures_that_the_sampler_was_fitted_to_are_marked_in_every_form(folder):
-    figures = Figures.load(folder / "figures.json")
+    figures = PublishedFigures.load(folder / "figures.json")
     sampler, solver = figures.tables[0].lines[:2]
     assert {name for name, cell in sampler.cells.items() if cell.fitted} == {"ob", "cn", "step_nav"}
     assert not any(cell.fitted for cell in solver.cells.values())
@@ -151,7 +151,7 @@ def test_means_are_over_layouts_and_drives_of_version_2_are_pooled():
         for k, value in enumerate(values)
     ]
     lost = made_row("a", "p9", None, failure="too small")
-    variants = (Variant("a", "A", Method()),)
+    variants = (StudyVariant("a", "A", Method()),)
     line = paper_table([*own, lost], variants, paper().layouts, "T").lines[0]
     assert line.cells["flam"].value == pytest.approx(np.mean(values) / 2, abs=1e-6)
     assert line.cells["flam"].cases == 6
@@ -174,7 +174,7 @@ def test_a_protocol_without_a_layout_is_a_row(monkeypatch):
         raise InfeasibleError("protocol 'sub_01'", ["no wall is free"], None)
 
     monkeypatch.setattr(cases, "layout_of", impossible)
-    output = measure(Variant("solver", "solver", Method(on_failure="keep")), PROTOCOL, 0, "default")
+    output = measure(StudyVariant("solver", "solver", Method(on_failure="keep")), PROTOCOL, 0, "default")
     (row,) = parse_rows(next(iter(output.files.values())), LayoutRow)
     assert row.file is None
     assert "no wall is free" in row.failure
@@ -242,7 +242,7 @@ def test_without_the_protocol_its_description_is_all_that_is_left():
 
 def test_an_ablated_layout_is_scored_with_the_whole_catalog_and_protocol():
     (variant,) = (one for one in ablation_variants("sampler") if one.hidden == "annotations")
-    raw = Variant(variant.key, variant.title, Method(proposer="sampler", **RAW), "annotations")
+    raw = StudyVariant(variant.key, variant.title, Method(proposer="sampler", **RAW), "annotations")
     output = measure(raw, PROTOCOL, 7, "default")
     layout = Layout.parse(json.loads(next(c for name, c in output.files.items() if name.startswith("layouts"))))
     assert layout.protocol == PROTOCOL
@@ -253,7 +253,7 @@ def test_the_variants_are_those_of_the_paper_and_names_are_unique():
     keys = [variant.key for variant in comparison_variants(False)]
     assert {"solver", "sampler", "sampler-dressed", "sampler-proposal-alone"} <= set(keys)
     assert len(set(keys)) == len(keys)
-    study = AblationStudy(ablation_variants("sampler"), (PROTOCOL,), range(1))
+    study = RepairAblation(ablation_variants("sampler"), (PROTOCOL,), range(1))
     assert len({shard.name for shard in study.shards()}) == 7
     assert len(study.printed().rows) == 5
 

@@ -12,10 +12,10 @@ from labgym.layouts import load_published
 from labgym.layouts.method import Method
 from labgym.layouts.moves import descendants
 from labgym.paper.reproduction import drives
-from labgym.paper.reproduction.cases import Variant
-from labgym.paper.reproduction.drives import DriveRow
+from labgym.paper.reproduction.cases import StudyVariant
+from labgym.paper.reproduction.drives import StudyDriveRow
 from labgym.paper.reproduction.everything import reproduce_all
-from labgym.paper.reproduction.figures import Figures
+from labgym.paper.reproduction.figures import PublishedFigures
 from labgym.paper.reproduction.navigation import NavigationStudy
 from labgym.paper.reproduction.protocols import ProtocolsStudy
 from labgym.paper.reproduction.scope import scope_of
@@ -35,7 +35,7 @@ def folder(tmp_path_factory):
 
 
 def test_each_transition_is_driven_in_each_state(folder):
-    rows = parse_rows((folder / "navigation/rows.jsonl").read_bytes(), DriveRow)
+    rows = parse_rows((folder / "navigation/rows.jsonl").read_bytes(), StudyDriveRow)
     moves = list(pairwise(PROTOCOL.route))
     for variant in ("proposal", "before", "after"):
         own = [row for row in rows if row.variant == variant]
@@ -55,16 +55,16 @@ def test_a_transition_to_a_place_that_is_missing_is_a_failure(monkeypatch):
     removed = {bench, *descendants(whole, bench)}
     layout = whole.replace(placements=tuple(p for p in whole.placements if p.id not in removed))
     monkeypatch.setattr(drives, "layout_of", lambda *_: layout)
-    output = drives.drive_case("astar", (Variant("raw", "raw", Method()),), PROTOCOL, 0, "without the bench")
-    rows = parse_rows(next(iter(output.files.values())), DriveRow)
+    output = drives.drive_case("astar", (StudyVariant("raw", "raw", Method()),), PROTOCOL, 0, "without the bench")
+    rows = parse_rows(next(iter(output.files.values())), StudyDriveRow)
     assert [(row.start, row.goal) for row in rows] == list(pairwise(PROTOCOL.route))
     for row in rows:
         lost = "PreparationBench" in (row.start, row.goal)
         assert (row.driven, row.success, row.spl > 0.9) == (not lost,) * 3
 
 
-def row(variant: str, protocol: str, success: bool, spl: float, contacts: int = 0) -> DriveRow:
-    return DriveRow(
+def row(variant: str, protocol: str, success: bool, spl: float, contacts: int = 0) -> StudyDriveRow:
+    return StudyDriveRow(
         policy="astar",
         variant=variant,
         protocol=protocol,
@@ -117,5 +117,5 @@ def test_the_command_takes_protocols_seeds_and_policies(tmp_path, capsys):
 
 def test_all_studies_write_their_pages(tmp_path):
     (figures,) = reproduce_all((ProtocolsStudy(),), tmp_path / "all", progress=False, remarks=("A remark.",))
-    assert figures == Figures.load(tmp_path / "all/protocols/figures.json")
+    assert figures == PublishedFigures.load(tmp_path / "all/protocols/figures.json")
     assert "A remark." in (tmp_path / "all/index.html").read_text()

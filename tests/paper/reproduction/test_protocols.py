@@ -8,7 +8,7 @@ import pytest
 
 from labgym.assets import Catalog
 from labgym.cli import main
-from labgym.paper.reproduction.figures import Figures
+from labgym.paper.reproduction.figures import PublishedFigures
 
 
 @pytest.fixture(scope="module")
@@ -19,7 +19,7 @@ def folder(tmp_path_factory):
 
 
 def test_the_counts_per_protocol_are_those_of_table_1(folder):
-    table = Figures.load(folder / "figures.json").tables[0]
+    table = PublishedFigures.load(folder / "figures.json").tables[0]
     by_name = {(line.name, line.origin): line.cells for line in table.lines}
     for name in ("Reagents", "Instruments", "Steps", "Moves"):
         ours, printed = by_name[name, "labgym"], by_name[name, "paper"]
@@ -30,7 +30,7 @@ def test_the_entries_are_those_of_the_catalog(folder):
     rows = [json.loads(line) for line in (folder / "rows.jsonl").read_text().splitlines()]
     names = [row["name"] for row in rows if row["of"] == "asset"]
     assert names == [asset.name for asset in Catalog.published().assets]
-    entries = Figures.load(folder / "figures.json").tables[1]
+    entries = PublishedFigures.load(folder / "figures.json").tables[1]
     total = {line.name: line for line in entries.lines if line.origin == "labgym"}.pop("all")
     assert total.cells["all"].value == len(names)
     assert total.cells["core"].value == 176

@@ -16,13 +16,21 @@ import pytest
 from labgym.documents import Record
 from labgym.errors import OptionError
 from labgym.paper.reproduction import figures as figuring
-from labgym.paper.reproduction.figures import Cell, Column, Figures, FigureTable, Line, mean_cell, paper_line
-from labgym.paper.reproduction.page import Section
+from labgym.paper.reproduction.figures import (
+    FigureCell,
+    FigureColumn,
+    FigureLine,
+    FigureTable,
+    PublishedFigures,
+    mean_cell,
+    paper_line,
+)
+from labgym.paper.reproduction.page import StudySection
 from labgym.paper.reproduction.study import Study, reproduce, rows_output
 from labgym.runs import ExecutorOptions, Shard, ShardOutput
 
 EVIL = '<script>alert("x")</script>'
-COLUMN = Column(key="square", heading="Square", digits=1)
+COLUMN = FigureColumn(key="square", heading="Square", digits=1)
 CALLS: list[int] = []
 
 
@@ -51,19 +59,21 @@ class SquareStudy(Study[SquareRow]):
     def shards(self) -> Sequence[Shard]:
         return [Shard(f"n{k}", squared, (k, self.stop)) for k in range(self.count)]
 
-    def figures(self, rows: Sequence[SquareRow]) -> Figures:
+    def figures(self, rows: Sequence[SquareRow]) -> PublishedFigures:
         cell = mean_cell([row.square for row in rows], [str(row.number) for row in rows], "amount")
         lines = (
-            Line(name=EVIL, detail="by hand", cells={"square": cell}),
+            FigureLine(name=EVIL, detail="by hand", cells={"square": cell}),
             paper_line({"method": "Holodeck", "square": 3.5, "other": 1}, (COLUMN,)),
-            Line(name="nothing", cells={}),
+            FigureLine(name="nothing", cells={}),
         )
         table = FigureTable(key="squares", title=EVIL, columns=(COLUMN,), lines=lines, notes=(EVIL,))
-        return Figures(study="squares", title="Squares", source="Table 9", facts={"seeds": "0"}, tables=(table,))
+        return PublishedFigures(
+            study="squares", title="Squares", source="Table 9", facts={"seeds": "0"}, tables=(table,)
+        )
 
-    def sections(self, rows: Sequence[SquareRow], folder: Path) -> Sequence[Section]:
+    def sections(self, rows: Sequence[SquareRow], folder: Path) -> Sequence[StudySection]:
         assert (folder / "files/0").read_bytes() == b"kept"
-        return (Section(f"{len(rows)} rows", (EVIL,)),)
+        return (StudySection(f"{len(rows)} rows", (EVIL,)),)
 
 
 def content(folder: Path) -> dict[str, bytes]:
@@ -90,7 +100,7 @@ def test_the_figures_are_read_from_a_finished_folder_without_running(folder):
     assert CALLS == []
     assert (
         figures
-        == Figures.load(folder / "figures.json")
+        == PublishedFigures.load(folder / "figures.json")
         == SquareStudy().figures([SquareRow(number=k, square=k * k) for k in range(5)])
     )
 
@@ -162,11 +172,15 @@ def test_means_are_clustered_by_protocol():
     clustered, alone = (mean_cell(values, names, "share") for names in (protocols, [f"p{k}" for k in range(20)]))
     assert clustered.value == alone.value == 0.5
     assert clustered.high - clustered.low > alone.high - alone.low
-    assert mean_cell([None, None], ["a", "b"], "share") == Cell(value=None, cases=0)
+    assert mean_cell([None, None], ["a", "b"], "share") == FigureCell(value=None, cases=0)
     assert mean_cell([10.0, 10.0], ["a", "b"], "points").value == 10.0
 
 
 def test_a_row_of_the_paper_has_the_printed_columns_alone():
-    columns = (Column(key="ob", heading="OB"), Column(key="step_nav", heading="Step nav"), Column(key="x", heading="X"))
+    columns = (
+        FigureColumn(key="ob", heading="OB"),
+        FigureColumn(key="step_nav", heading="Step nav"),
+        FigureColumn(key="x", heading="X"),
+    )
     line = paper_line({"method": "Holodeck", "ob": 10.8, "step_nav": None}, columns)
-    assert line == figuring.Line(name="Holodeck", origin="paper", cells={"ob": Cell(value=10.8)})
+    assert line == figuring.FigureLine(name="Holodeck", origin="paper", cells={"ob": FigureCell(value=10.8)})

@@ -10,13 +10,13 @@ from labgym.assets import Catalog
 from labgym.layouts.floor import Door, Room
 from labgym.layouts.generate import resolve_request
 from labgym.paper.rivals.chamber import Chamber, chambers
-from labgym.paper.rivals.holodeck.search import Limits, candidates, grid_step, search
+from labgym.paper.rivals.holodeck.search import SearchLimits, candidates, grid_step, search
 from labgym.paper.rivals.holodeck.selection import select
 from labgym.paper.rivals.holodeck.vocabulary import Spots
 from labgym.paper.rivals.plan import Constraint, DesignPlan, Large
 
 COARSE = 5
-EVERYTHING = Limits(first=10**6, later=10**6, expansions=10**6, density=COARSE)
+EVERYTHING = SearchLimits(first=10**6, later=10**6, expansions=10**6, density=COARSE)
 
 
 @pytest.fixture(scope="module")
@@ -129,7 +129,7 @@ def test_an_object_without_a_place_is_left_out_and_the_rest_is_placed(small: Cha
 
 def test_the_search_stops_at_its_limit_with_what_it_has(small: Chamber, catalog: Catalog) -> None:
     objects = [Large(f"stool-{k}", catalog.get("LabStool"), (Constraint("middle"),)) for k in range(4)]
-    solution = search(objects, small, np.random.default_rng(0), Limits(expansions=3))
+    solution = search(objects, small, np.random.default_rng(0), SearchLimits(expansions=3))
     assert solution.expansions == 3
     assert set(solution.spots) == {"stool-0", "stool-1", "stool-2"}
 

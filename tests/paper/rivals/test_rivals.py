@@ -11,13 +11,13 @@ from labgym.layouts.rules.bounds import bounds_faults
 from labgym.layouts.rules.collisions import collisions
 from labgym.layouts.rules.presence import missing_assets
 from labgym.paper.rivals import HolodeckPlusProposer, HolodeckProposer, SceneWeaverProposer
-from labgym.paper.rivals.holodeck.search import Limits
+from labgym.paper.rivals.holodeck.search import SearchLimits
 from labgym.paper.rivals.plan import household_plan
 from labgym.paper.rivals.randomness import generator_of
 from labgym.paper.rivals.reading import assets_in
 from labgym.protocols import protocols
 
-QUICK = Limits(first=1, expansions=40, density=8)
+QUICK = SearchLimits(first=1, expansions=40, density=8)
 RIVALS = [HolodeckProposer(limits=QUICK), HolodeckPlusProposer(limits=QUICK), SceneWeaverProposer(steps=3)]
 NAMES = [rival.name for rival in RIVALS]
 

@@ -13,7 +13,7 @@ from labgym.layouts.generate import resolve_request
 from labgym.layouts.placement import WALL
 from labgym.paper.rivals.chamber import chambers
 from labgym.paper.rivals.holodeck.mounting import mount
-from labgym.paper.rivals.piece import Piece
+from labgym.paper.rivals.piece import RivalPiece
 from labgym.paper.rivals.plan import Hung
 from labgym.paper.rivals.spawning import admitted, spawn
 
@@ -23,8 +23,10 @@ def catalog() -> Catalog:
     return Catalog.load()
 
 
-def spawned(catalog: Catalog, furniture: str, names: list[str], seed: int = 0, upright: bool = False) -> list[Piece]:
-    parent = Piece(f"{furniture}_1", catalog.get(furniture), 2.0, 1.0, 0.7)
+def spawned(
+    catalog: Catalog, furniture: str, names: list[str], seed: int = 0, upright: bool = False
+) -> list[RivalPiece]:
+    parent = RivalPiece(f"{furniture}_1", catalog.get(furniture), 2.0, 1.0, 0.7)
     assets = [catalog.get(name) for name in names]
     return spawn(parent, assets, np.random.default_rng(seed), Counter(), upright=upright)
 
@@ -33,7 +35,7 @@ def test_objects_rest_on_the_surface_without_overlaps_before_they_are_turned(cat
     names = ["Microscope", "Beaker", "Beaker", "Centrifuge", "TestTubeRack", "ErlenmeyerFlask", "Laptop"]
     pieces = spawned(catalog, "LabBench1800", names, upright=True)
     assert sorted(piece.asset.name for piece in pieces) == sorted(names)
-    surface = Polygon(Piece("top", catalog.get("LabBench1800"), 2.0, 1.0, 0.7).surface(0).corners()).buffer(1e-9)
+    surface = Polygon(RivalPiece("top", catalog.get("LabBench1800"), 2.0, 1.0, 0.7).surface(0).corners()).buffer(1e-9)
     feet = [Polygon(piece.box.corners()) for piece in pieces]
     assert all(surface.contains(foot) for foot in feet)
     assert all(feet[i].intersection(feet[k]).area < 1e-9 for i in range(len(feet)) for k in range(i))
@@ -70,7 +72,7 @@ def test_a_receptacle_takes_15_objects_and_90_percent_of_its_area(catalog: Catal
 def test_wall_objects_hang_above_their_target_off_doors_and_below_the_ceiling(catalog: Catalog) -> None:
     room = Room(name="room", width=5.0, depth=4.0, height=2.6, doors=(Door(wall="front", offset=2.5, width=1.0),))
     chamber = chambers(resolve_request("sub_01", 0, room, "default", None, ()))[0]
-    desk = Piece("WritingDesk_1", catalog.get("WritingDesk"), 2.5, 3.7, math.pi)
+    desk = RivalPiece("WritingDesk_1", catalog.get("WritingDesk"), 2.5, 3.7, math.pi)
     board: Asset = catalog.get("Whiteboard")
     hung = [Hung(board, "desk", 2.4), Hung(catalog.get("Clock"), "", 1.0), Hung(catalog.get("Clock"), "", 1.0)]
     for seed in range(6):

@@ -8,11 +8,12 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, Field
 
+from labgym.counts import check_switch
 from labgym.envs.config import PointNavConfig
 from labgym.envs.labnav.task import TASKS, LabNavTask, Level
 from labgym.envs.parts.measures import EXTENDED
 from labgym.envs.parts.slipping import SlippingActions
-from labgym.errors import OptionError, UnknownNameError
+from labgym.errors import UnknownNameError
 
 __all__ = ["FIGURE_TASKS", "HEADLINE", "TASKS", "TaskName", "condition_names", "config_of", "task_of"]
 
@@ -74,8 +75,7 @@ def config_of(
     """
     task = task_of(name)
     number = task.level(level) if properties is None else properties
-    if not isinstance(stop, bool):
-        raise OptionError(f"stop is {stop!r}, expected True or False")
+    check_switch("stop", stop)
     values: dict[str, Any] = {
         "observation": observation,
         "sensors": number.sensors(observation),

@@ -14,7 +14,7 @@ import numpy as np
 
 from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
 from labgym.paper.rivals.chamber import SLACK, Chamber
-from labgym.paper.rivals.piece import WALL, Piece, named
+from labgym.paper.rivals.piece import WALL, RivalPiece, named
 from labgym.paper.rivals.plan import Hung
 
 BELOW_CEILING = 0.20
@@ -26,12 +26,12 @@ OFF_WALL = 0.01
 def mount(
     chamber: Chamber,
     hung: Sequence[Hung],
-    standing: Sequence[Piece],
-    homes: dict[str, Piece],
+    standing: Sequence[RivalPiece],
+    homes: dict[str, RivalPiece],
     step: float,
     generator: np.random.Generator,
     counts: Counter[str],
-) -> list[Piece]:
+) -> list[RivalPiece]:
     """Return the wall objects that find a place.
 
     Args:
@@ -39,7 +39,7 @@ def mount(
         step: spacing of the points along the walls, meters.
         counts: numbers of ids that are in use, by asset; updated.
     """
-    mounted: list[Piece] = []
+    mounted: list[RivalPiece] = []
     for one in hung:
         spots = _spots(chamber, one, step)
         if not spots:
@@ -57,7 +57,7 @@ def mount(
             x, y = homes[one.above].x, homes[one.above].y
             row = int(min(rows, key=lambda k: ((spots[k].x - x) ** 2 + (spots[k].y - y) ** 2, k)))
         box = spots[row]
-        mounted.append(Piece(named(counts, one.asset), one.asset, box.x, box.y, box.yaw, box.z0, WALL))
+        mounted.append(RivalPiece(named(counts, one.asset), one.asset, box.x, box.y, box.yaw, box.z0, WALL))
     return mounted
 
 

@@ -18,9 +18,9 @@ from labgym.layouts.model import Layout
 from labgym.layouts.request import Request
 from labgym.paper.rivals.chamber import Chamber, chambers
 from labgym.paper.rivals.holodeck.mounting import mount
-from labgym.paper.rivals.holodeck.search import Limits, grid_step, search, yaw_of
+from labgym.paper.rivals.holodeck.search import SearchLimits, grid_step, search, yaw_of
 from labgym.paper.rivals.holodeck.selection import select
-from labgym.paper.rivals.piece import Piece, layout_of, named
+from labgym.paper.rivals.piece import RivalPiece, layout_of, named
 from labgym.paper.rivals.plan import Designer, DesignPlan, Hung, Large, household_plan
 from labgym.paper.rivals.protocol_plan import protocol_plan
 from labgym.paper.rivals.randomness import generator_of, numbers_in_use
@@ -40,7 +40,7 @@ class HolodeckProposer:
     """
 
     designer: Designer = household_plan
-    limits: Limits = field(default_factory=Limits)
+    limits: SearchLimits = field(default_factory=SearchLimits)
     name: str = "holodeck"
     source: str = "table"
 
@@ -49,7 +49,7 @@ class HolodeckProposer:
         generator = generator_of(request, STREAM)
         plan = self.designer(request, generator)
         counts = numbers_in_use(request)
-        rooms: list[tuple[Chamber, list[Piece]]] = []
+        rooms: list[tuple[Chamber, list[RivalPiece]]] = []
         expansions, spaces = 0, chambers(request)
         for chamber in spaces:
             pieces, plan, nodes = self._furnish(chamber, plan, generator, counts)
@@ -66,16 +66,16 @@ class HolodeckProposer:
 
     def _furnish(
         self, chamber: Chamber, plan: DesignPlan, generator: np.random.Generator, counts: Counter[str]
-    ) -> tuple[list[Piece], DesignPlan, int]:
+    ) -> tuple[list[RivalPiece], DesignPlan, int]:
         """Furnish a space. Return its pieces, the plan that remains, and the number of expanded nodes."""
         selection = select(plan, chamber)
         solution = search(selection.large, chamber, generator, self.limits)
         placed = [one for one in selection.large if one.name in solution.spots]
-        homes: dict[str, Piece] = {}
+        homes: dict[str, RivalPiece] = {}
         for one in placed:
             spot = solution.spots[one.name]
             x, y = spot.center[0].tolist()
-            homes[one.name] = Piece(named(counts, one.asset), one.asset, x, y, yaw_of(spot))
+            homes[one.name] = RivalPiece(named(counts, one.asset), one.asset, x, y, yaw_of(spot))
         small = [piece for one in placed for piece in spawn(homes[one.name], one.tops, generator, counts)]
         standing = [*homes.values(), *small]
         mounted = mount(
@@ -92,7 +92,7 @@ class HolodeckPlusProposer(HolodeckProposer):
     name: str = "holodeck+"
 
 
-def _remaining(plan: DesignPlan, homes: dict[str, Piece], hung: Sequence[Hung]) -> DesignPlan:
+def _remaining(plan: DesignPlan, homes: dict[str, RivalPiece], hung: Sequence[Hung]) -> DesignPlan:
     """The objects of the first request that have no place yet."""
     large: tuple[Large, ...] = tuple(one for one in plan.large if one.name not in homes and one.wish < 2)
     return DesignPlan(large, tuple(one for one in plan.hung if one not in hung))

@@ -34,7 +34,7 @@ FRONT_CLEAR = 0.30
 
 
 @dataclass(frozen=True)
-class Limits:
+class SearchLimits:
     """Size of the search.
 
     Attributes:
@@ -65,7 +65,7 @@ def grid_step(chamber: Chamber, density: int) -> float:
 
 
 def search(
-    objects: Sequence[Large], chamber: Chamber, generator: np.random.Generator, limits: Limits = Limits()
+    objects: Sequence[Large], chamber: Chamber, generator: np.random.Generator, limits: SearchLimits = SearchLimits()
 ) -> Solution:
     """Return the best solution that the search finds: the greatest sum of scores over all placed objects.
 
@@ -79,7 +79,7 @@ def search(
 class _Search:
     chamber: Chamber
     generator: np.random.Generator
-    limits: Limits
+    limits: SearchLimits
     step: float
     expansions: int = 0
     best: Solution | None = None

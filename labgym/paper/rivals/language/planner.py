@@ -10,7 +10,7 @@ from labgym.llm.rounds import ask_with_repairs
 from labgym.paper.rivals.language.answers import ChosenStep
 from labgym.paper.rivals.language.designer import PROMPTS
 from labgym.paper.rivals.sceneweaver.critic import Critique
-from labgym.paper.rivals.sceneweaver.policy import CONFIDENCE, Action
+from labgym.paper.rivals.sceneweaver.policy import CONFIDENCE, WeaverAction
 
 MOST = 100
 """Greatest number of problems that the model is shown."""
@@ -28,9 +28,9 @@ class ModelPlanner:
     model: LanguageModel
     purpose: str
     seed: int = 0
-    failures: list[Action] = field(default_factory=list)
+    failures: list[WeaverAction] = field(default_factory=list)
 
-    def choose(self, critique: Critique) -> Action | None:
+    def choose(self, critique: Critique) -> WeaverAction | None:
         """Return the step that the model chooses; None if it stops or names no problem of the list.
 
         A tool that does not fit the fault is replaced by the first one that does.
@@ -54,8 +54,8 @@ class ModelPlanner:
             return None
         problem = problems[answer.problem]
         fitting = CONFIDENCE[problem.fault]
-        return Action(problem, answer.tool if answer.tool in fitting else next(iter(fitting)))
+        return WeaverAction(problem, answer.tool if answer.tool in fitting else next(iter(fitting)))
 
-    def failed(self, action: Action) -> None:
+    def failed(self, action: WeaverAction) -> None:
         """Remember a step for the next question."""
         self.failures.append(action)

@@ -18,9 +18,9 @@ from labgym.assets import Asset
 from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
 from labgym.paper.rivals.chamber import SLACK, Chamber, footprints
 from labgym.paper.rivals.household import FLOOR as CHOICES
-from labgym.paper.rivals.piece import Piece
+from labgym.paper.rivals.piece import RivalPiece
 from labgym.paper.rivals.sceneweaver.physics import collisions, outside
-from labgym.paper.rivals.sceneweaver.scene import Scene
+from labgym.paper.rivals.sceneweaver.scene import WeaverScene
 
 Criterion = Literal["physics", "realism", "functionality", "layout", "completion"]
 Fault = Literal[
@@ -59,7 +59,7 @@ _EDGE = frozenset(choice.asset for choice in CHOICES if choice.relations[0][0] =
 
 
 @dataclass(frozen=True)
-class Problem:
+class SceneProblem:
     """A fault of a scene under one criterion: the object at fault, or the name of the asset that is missing."""
 
     criterion: Criterion
@@ -73,7 +73,7 @@ class Critique:
 
     faults: int
     grades: dict[str, float]
-    problems: tuple[Problem, ...]
+    problems: tuple[SceneProblem, ...]
 
     @cached_property
     def total(self) -> float:
@@ -85,14 +85,14 @@ class Critique:
         return (self.faults, -round(self.total, 9)) > (other.faults, -round(other.total, 9))
 
 
-def critique(scene: Scene, chamber: Chamber, named: Sequence[Asset]) -> Critique:
+def critique(scene: WeaverScene, chamber: Chamber, named: Sequence[Asset]) -> Critique:
     """Grade a scene.
 
     Args:
         named: assets that the description names, which are critical too.
     """
-    physical = [Problem("physics", "collision", first) for first, _, _ in collisions(scene)]
-    physical += [Problem("physics", "outside", one) for one in outside(scene, chamber)]
+    physical = [SceneProblem("physics", "collision", first) for first, _, _ in collisions(scene)]
+    physical += [SceneProblem("physics", "outside", one) for one in outside(scene, chamber)]
     functionality, missing = _functionality(scene, named)
     layout, misplaced = _layout(scene, chamber)
     completion, unfinished = _completion(scene, chamber)
@@ -106,16 +106,16 @@ def critique(scene: Scene, chamber: Chamber, named: Sequence[Asset]) -> Critique
     return Critique(len(physical), grades, (*physical, *missing, *misplaced, *unfinished, *unreal))
 
 
-def _functionality(scene: Scene, named: Sequence[Asset]) -> tuple[float, list[Problem]]:
+def _functionality(scene: WeaverScene, named: Sequence[Asset]) -> tuple[float, list[SceneProblem]]:
     present = [piece.asset for piece in scene.pieces()]
     missing = [name for name, provides in CRITICAL if not any(provides(asset) for asset in present)]
     missing += [asset.name for asset in named if all(one.role != asset.role for one in present)]
     share = 1.0 - len(missing) / (len(CRITICAL) + len(named))
     grade = min(10.0 * share, CAPPED) if missing else 10.0
-    return grade, [Problem("functionality", "missing", name) for name in missing]
+    return grade, [SceneProblem("functionality", "missing", name) for name in missing]
 
 
-def _layout(scene: Scene, chamber: Chamber) -> tuple[float, list[Problem]]:
+def _layout(scene: WeaverScene, chamber: Chamber) -> tuple[float, list[SceneProblem]]:
     pieces = [item.piece for item in scene.large]
     if not pieces:
         return 0.0, []
@@ -130,11 +130,11 @@ def _layout(scene: Scene, chamber: Chamber) -> tuple[float, list[Problem]]:
         ahead = [pieces[other] for other in np.flatnonzero(met[k])]
         fault = _misplacement(piece, float(backs[k]), float(fronts[k]), ahead)
         if fault is not None:
-            problems.append(Problem("layout", fault, piece.id))
+            problems.append(SceneProblem("layout", fault, piece.id))
     return 10.0 * (1.0 - len(problems) / len(pieces)), problems
 
 
-def _misplacement(piece: Piece, back: float, front: float, ahead: Sequence[Piece]) -> Fault | None:
+def _misplacement(piece: RivalPiece, back: float, front: float, ahead: Sequence[RivalPiece]) -> Fault | None:
     """The first fault of a piece's place or orientation.
 
     Args:
@@ -151,7 +151,7 @@ def _misplacement(piece: Piece, back: float, front: float, ahead: Sequence[Piece
     return "blocked" if used and any(not _is_seat(other) for other in ahead) else None
 
 
-def _is_seat(piece: Piece) -> bool:
+def _is_seat(piece: RivalPiece) -> bool:
     return piece.asset.subtype == "seat"
 
 
@@ -166,34 +166,34 @@ def _flat(boxes: Sequence[OrientedBox]) -> BoxArray:
     return footprints(array.centre, array.half, array.yaw)
 
 
-def _completion(scene: Scene, chamber: Chamber) -> tuple[float, list[Problem]]:
+def _completion(scene: WeaverScene, chamber: Chamber) -> tuple[float, list[SceneProblem]]:
     supporters = [item.piece for item in scene.large if item.piece.asset.surfaces]
     stocked = [min(len(scene.on(piece.id)) / _expected(piece), 1.0) for piece in supporters]
     bare = [piece.id for piece, share in zip(supporters, stocked, strict=True) if share < 1.0]
     covered = covered_share(scene, chamber, FRONT_USE)
-    problems = [Problem("completion", "bare", one) for one in bare]
+    problems = [SceneProblem("completion", "bare", one) for one in bare]
     if covered < COVERED:
-        problems.append(Problem("completion", "empty"))
+        problems.append(SceneProblem("completion", "empty"))
     details = sum(stocked) / len(stocked) if stocked else 0.0
     return 5.0 * details + 5.0 * min(covered / COVERED, 1.0), problems
 
 
-def _expected(piece: Piece) -> int:
+def _expected(piece: RivalPiece) -> int:
     return FULL_SHELVES if piece.asset.category == "storage" else 1
 
 
-def _realism(scene: Scene, chamber: Chamber) -> tuple[float, list[Problem]]:
+def _realism(scene: WeaverScene, chamber: Chamber) -> tuple[float, list[SceneProblem]]:
     kinds = len({piece.asset.role for piece in scene.pieces()})
-    problems = [Problem("realism", "monotonous")] if kinds < KINDS else []
+    problems = [SceneProblem("realism", "monotonous")] if kinds < KINDS else []
     grade = 10.0 * min(kinds / KINDS, 1.0)
     covered = covered_share(scene, chamber, 0.0)
     if covered > CROWDED:
-        problems.append(Problem("realism", "crowded"))
+        problems.append(SceneProblem("realism", "crowded"))
         grade = max(0.0, grade - 10.0 * (covered - CROWDED) / CROWDED)
     return grade, problems
 
 
-def covered_share(scene: Scene, chamber: Chamber, front: float) -> float:
+def covered_share(scene: WeaverScene, chamber: Chamber, front: float) -> float:
     """Return the share of the floor that furniture takes, each piece with a depth in front of it, meters."""
     sizes = [item.piece.asset.size for item in scene.large]
     return sum(size.width * (size.depth + front) for size in sizes) / chamber.ground.area

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
 from labgym.geometry.overlap import overlap_volume
 from labgym.paper.rivals.chamber import SLACK, Chamber, footprints
-from labgym.paper.rivals.piece import Piece
-from labgym.paper.rivals.sceneweaver.scene import ROOM, Item, Scene
+from labgym.paper.rivals.piece import RivalPiece
+from labgym.paper.rivals.sceneweaver.scene import ROOM, WeaverItem, WeaverScene
 
 CLOSE = 0.03
 """Gap between related objects, meters: relations mean less than 5 cm (`init_gpt` prompt)."""
@@ -35,9 +35,9 @@ TOUCH = 0.001
 Pose = tuple[float, float, float]
 
 
-def settle(scene: Scene, chamber: Chamber) -> Scene:
+def settle(scene: WeaverScene, chamber: Chamber) -> WeaverScene:
     """Return the scene at rest: relations hold, nothing overlaps; what finds no place is deleted."""
-    settled = Scene(())
+    settled = WeaverScene(())
     for item in sorted(scene.large, key=_rank):
         pose = _resting_pose(item, settled, chamber)
         settled = settled.adding([item])
@@ -50,7 +50,7 @@ def settle(scene: Scene, chamber: Chamber) -> Scene:
     return cleared(scene, chamber)
 
 
-def cleared(scene: Scene, chamber: Chamber) -> Scene:
+def cleared(scene: WeaverScene, chamber: Chamber) -> WeaverScene:
     """Return the scene without the objects that collide or lie outside, the greatest shared volume first."""
     scene = scene.without(outside(scene, chamber))
     while True:
@@ -60,20 +60,20 @@ def cleared(scene: Scene, chamber: Chamber) -> Scene:
         scene = scene.without(_worst(scene, pairs))
 
 
-def outside(scene: Scene, chamber: Chamber) -> list[str]:
+def outside(scene: WeaverScene, chamber: Chamber) -> list[str]:
     """Return the large objects that reach out of the space, into walls, door areas or fixed objects."""
     large = [item.piece for item in scene.large]
     free = chamber.free(_feet(large))
     return [piece.id for piece, is_free in zip(large, free, strict=True) if not is_free]
 
 
-def collisions(scene: Scene) -> list[tuple[str, str, float]]:
+def collisions(scene: WeaverScene) -> list[tuple[str, str, float]]:
     """Return pairs of objects that overlap by more than 1 mm, with the volume that they share, cubic meters.
 
     Large objects are compared with each other, and small ones with those on the same surface.
     """
     pairs = []
-    groups: dict[tuple[str, int | None], list[Piece]] = {}
+    groups: dict[tuple[str, int | None], list[RivalPiece]] = {}
     for item in scene.items:
         groups.setdefault((item.piece.support, item.piece.slot), []).append(item.piece)
     for group in groups.values():
@@ -83,7 +83,7 @@ def collisions(scene: Scene) -> list[tuple[str, str, float]]:
     return pairs
 
 
-def _worst(scene: Scene, pairs: Sequence[tuple[str, str, float]]) -> list[str]:
+def _worst(scene: WeaverScene, pairs: Sequence[tuple[str, str, float]]) -> list[str]:
     """The object with the greatest shared volume, the smaller one of equals, in each connected group of pairs."""
     volumes: dict[str, float] = {}
     groups: list[set[str]] = []
@@ -97,18 +97,18 @@ def _worst(scene: Scene, pairs: Sequence[tuple[str, str, float]]) -> list[str]:
     ]
 
 
-def _volume(piece: Piece) -> float:
+def _volume(piece: RivalPiece) -> float:
     size = piece.asset.size
     return size.width * size.depth * size.height
 
 
-def _rank(item: Item) -> tuple[bool, float]:
+def _rank(item: WeaverItem) -> tuple[bool, float]:
     """Objects with a parent come after the others; larger ones first."""
     size = item.piece.asset.size
     return item.parent not in ("", ROOM), -size.width * size.depth
 
 
-def _resting_pose(item: Item, settled: Scene, chamber: Chamber) -> Pose | None:
+def _resting_pose(item: WeaverItem, settled: WeaverScene, chamber: Chamber) -> Pose | None:
     """The pose nearest to the present one that satisfies the relation and is free; None without any."""
     piece = item.piece
     poses = list(_poses(item, settled, chamber))
@@ -129,12 +129,12 @@ def _resting_pose(item: Item, settled: Scene, chamber: Chamber) -> Pose | None:
     return float(best[0]), float(best[1]), float(best[2])
 
 
-def _feet(pieces: Sequence[Piece]) -> BoxArray:
+def _feet(pieces: Sequence[RivalPiece]) -> BoxArray:
     boxes = BoxArray.of([piece.box for piece in pieces])
     return footprints(boxes.centre, boxes.half, boxes.yaw)
 
 
-def _poses(item: Item, settled: Scene, chamber: Chamber) -> Iterator[Pose]:
+def _poses(item: WeaverItem, settled: WeaverScene, chamber: Chamber) -> Iterator[Pose]:
     """Poses that satisfy an item's relation."""
     piece = item.piece
     if item.relation == "against_wall":
@@ -147,7 +147,7 @@ def _poses(item: Item, settled: Scene, chamber: Chamber) -> Iterator[Pose]:
             yield piece.x + dx, piece.y + dy, piece.yaw
 
 
-def wall_poses(piece: Piece, chamber: Chamber) -> Iterator[Pose]:
+def wall_poses(piece: RivalPiece, chamber: Chamber) -> Iterator[Pose]:
     """Yield poses of a piece with its back against each wall, off the openings below its height, a step apart."""
     size = piece.asset.size
     for segment in chamber.ground.segments:
@@ -157,7 +157,7 @@ def wall_poses(piece: Piece, chamber: Chamber) -> Iterator[Pose]:
                 yield x, y, segment.yaw
 
 
-def _front_poses(piece: Piece, parent: Piece) -> Iterator[Pose]:
+def _front_poses(piece: RivalPiece, parent: RivalPiece) -> Iterator[Pose]:
     """Poses on all four sides of the parent, facing it."""
     box, size = parent.box, piece.asset.size
     for side in range(4):
@@ -170,7 +170,7 @@ def _front_poses(piece: Piece, parent: Piece) -> Iterator[Pose]:
             yield x, y, frame.yaw + math.pi
 
 
-def _side_poses(piece: Piece, parent: Piece) -> Iterator[Pose]:
+def _side_poses(piece: RivalPiece, parent: RivalPiece) -> Iterator[Pose]:
     """Poses left and right of the parent, with the same orientation and the backs in line."""
     box, size = parent.box, piece.asset.size
     for side in (-1.0, 1.0):

@@ -12,7 +12,7 @@ from typing import Literal, Protocol
 
 import numpy as np
 
-from labgym.paper.rivals.sceneweaver.critic import Critique, Fault, Problem
+from labgym.paper.rivals.sceneweaver.critic import Critique, Fault, SceneProblem
 
 Tool = Literal["add", "remove", "move", "rotate", "relate"]
 
@@ -39,20 +39,20 @@ NOISE = 0.2
 
 
 @dataclass(frozen=True)
-class Action:
+class WeaverAction:
     """A step: the problem and the tool."""
 
-    problem: Problem
+    problem: SceneProblem
     tool: Tool
 
 
 class Planner(Protocol):
     """Chooses the next step."""
 
-    def choose(self, critique: Critique) -> Action | None:
+    def choose(self, critique: Critique) -> WeaverAction | None:
         """Return the next step, None to stop."""
 
-    def failed(self, action: Action) -> None:
+    def failed(self, action: WeaverAction) -> None:
         """Take note that a step was rolled back, or left its problem unsolved."""
 
 
@@ -61,9 +61,9 @@ class TablePlanner:
     """The most serious problem under the criterion with the lowest grade, and a tool by its confidence."""
 
     generator: np.random.Generator
-    degraded: dict[tuple[Problem, Tool], float] = field(default_factory=dict)
+    degraded: dict[tuple[SceneProblem, Tool], float] = field(default_factory=dict)
 
-    def choose(self, critique: Critique) -> Action | None:
+    def choose(self, critique: Critique) -> WeaverAction | None:
         """Return the next step: physical problems first, then by grade; the surest tool."""
         order = sorted(critique.grades, key=lambda name: critique.grades[name])
         ranks = {"physics": -1, **{name: rank for rank, name in enumerate(order)}}
@@ -73,13 +73,13 @@ class TablePlanner:
                 tool: value + NOISE * self.generator.random() for tool, value in tools.items() if value >= HOPELESS
             }
             if usable:
-                return Action(problem, max(usable, key=lambda tool: usable[tool]))
+                return WeaverAction(problem, max(usable, key=lambda tool: usable[tool]))
         return None
 
-    def failed(self, action: Action) -> None:
+    def failed(self, action: WeaverAction) -> None:
         """Degrade the tool for this problem."""
         key = action.problem, action.tool
         self.degraded[key] = self.degraded.get(key, 1.0) * DEGRADED
 
-    def _confidence(self, problem: Problem, tool: Tool) -> float:
+    def _confidence(self, problem: SceneProblem, tool: Tool) -> float:
         return CONFIDENCE[problem.fault][tool] * self.degraded.get((problem, tool), 1.0)

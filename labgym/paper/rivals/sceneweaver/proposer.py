@@ -23,8 +23,8 @@ from labgym.paper.rivals.randomness import generator_of, numbers_in_use
 from labgym.paper.rivals.reading import assets_in, description
 from labgym.paper.rivals.sceneweaver.critic import Critique, critique
 from labgym.paper.rivals.sceneweaver.physics import cleared, settle
-from labgym.paper.rivals.sceneweaver.policy import Action, Planner, TablePlanner
-from labgym.paper.rivals.sceneweaver.scene import Scene
+from labgym.paper.rivals.sceneweaver.policy import Planner, TablePlanner, WeaverAction
+from labgym.paper.rivals.sceneweaver.scene import WeaverScene
 from labgym.paper.rivals.sceneweaver.tools import Toolbox
 
 STEPS = 15
@@ -34,10 +34,10 @@ STREAM = 0x5CE
 
 
 @dataclass(frozen=True)
-class Step:
+class WeaverStep:
     """One step of a run: what was tried, whether it was kept, and the critique of the scene that remains."""
 
-    action: Action | None
+    action: WeaverAction | None
     kept: bool
     critique: Critique
 
@@ -71,13 +71,13 @@ class SceneWeaverProposer:
         }
         return layout_of(request, [(chamber, list(scene.pieces()))], self.name, options)
 
-    def run(self, request: Request, chamber: Chamber) -> tuple[Scene, list[Step]]:
+    def run(self, request: Request, chamber: Chamber) -> tuple[WeaverScene, list[WeaverStep]]:
         """Return the final scene of a space, and the steps that led to it."""
         generator = generator_of(request, STREAM)
         named = assets_in(description(request.protocol), request.catalog)
         toolbox = Toolbox(request, chamber, generator, Counter(numbers_in_use(request)))
         scene = settle(toolbox.initial(_first(self.designer(request, generator), chamber)), chamber)
-        history = [Step(None, True, critique(scene, chamber, named))]
+        history = [WeaverStep(None, True, critique(scene, chamber, named))]
         planner = self.planner(generator)
         while len(history) < self.steps - 1:
             before = history[-1].critique
@@ -91,7 +91,7 @@ class SceneWeaverProposer:
                 planner.failed(action)
             if kept:
                 scene = proposal
-            history.append(Step(action, kept, after if kept else before))
+            history.append(WeaverStep(action, kept, after if kept else before))
         return cleared(scene, chamber), history
 
 

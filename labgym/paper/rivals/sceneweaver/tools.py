@@ -19,12 +19,12 @@ from labgym.layouts.request import Request
 from labgym.paper.rivals import household
 from labgym.paper.rivals.chamber import Chamber
 from labgym.paper.rivals.household import Choice, Top
-from labgym.paper.rivals.piece import Piece, named
+from labgym.paper.rivals.piece import RivalPiece, named
 from labgym.paper.rivals.plan import Constraint, Large
-from labgym.paper.rivals.sceneweaver.critic import Critique, Problem
+from labgym.paper.rivals.sceneweaver.critic import Critique, SceneProblem
 from labgym.paper.rivals.sceneweaver.physics import wall_poses
-from labgym.paper.rivals.sceneweaver.policy import Action
-from labgym.paper.rivals.sceneweaver.scene import ROOM, Item, RelationKind, Scene
+from labgym.paper.rivals.sceneweaver.policy import WeaverAction
+from labgym.paper.rivals.sceneweaver.scene import ROOM, RelationKind, WeaverItem, WeaverScene
 from labgym.paper.rivals.spawning import spawn
 
 BATCH = 5
@@ -41,7 +41,7 @@ class Toolbox:
     generator: np.random.Generator
     counts: Counter[str]
 
-    def act(self, scene: Scene, action: Action, critique: Critique) -> Scene:
+    def act(self, scene: WeaverScene, action: WeaverAction, critique: Critique) -> WeaverScene:
         """Return the scene after a step, before physics."""
         problem = action.problem
         if action.tool == "add":
@@ -54,14 +54,14 @@ class Toolbox:
             return self._rotate(scene, problem.subject)
         return self._relate(scene, problem.subject)
 
-    def initial(self, objects: Sequence[Large]) -> Scene:
+    def initial(self, objects: Sequence[Large]) -> WeaverScene:
         """Return the first scene: objects at edges at random along the walls, the others around the middle."""
-        scene = Scene(())
+        scene = WeaverScene(())
         for one in objects:
             scene = scene.adding([self._placed(scene, one.asset, one.constraints)])
         return scene
 
-    def _add(self, scene: Scene, problem: Problem, critique: Critique) -> Scene:
+    def _add(self, scene: WeaverScene, problem: SceneProblem, critique: Critique) -> WeaverScene:
         if problem.fault == "missing":
             names = [one.subject for one in critique.problems if one.fault == "missing"][:BATCH]
             for name in names:
@@ -78,7 +78,7 @@ class Toolbox:
             scene = scene.adding([self._placed(scene, self.request.catalog.get(choice.asset), _constraints(choice))])
         return scene
 
-    def _provide(self, scene: Scene, asset: Asset) -> Scene:
+    def _provide(self, scene: WeaverScene, asset: Asset) -> WeaverScene:
         """Add an object that is missing, on or in furniture if it is a small one."""
         if asset.placing != "desktop":
             return scene.adding([self._placed(scene, asset, _constraints(_TABLE.get(asset.name)))])
@@ -96,10 +96,10 @@ class Toolbox:
                 return stocked
         return scene
 
-    def _stock(self, scene: Scene, parent: Piece, assets: Sequence[Asset]) -> Scene:
+    def _stock(self, scene: WeaverScene, parent: RivalPiece, assets: Sequence[Asset]) -> WeaverScene:
         """Add small objects to a piece, in its orientation: relation "on"."""
         pieces = spawn(parent, assets, self.generator, self.counts, scene.on(parent.id), upright=True)
-        return scene.adding(Item(piece, "on", parent.id) for piece in pieces) if pieces else scene
+        return scene.adding(WeaverItem(piece, "on", parent.id) for piece in pieces) if pieces else scene
 
     def _tops(self, asset: Asset) -> list[Asset]:
         choice = _TABLE.get(asset.name)
@@ -110,12 +110,12 @@ class Toolbox:
         drawn = int(self.generator.integers(top.least, top.most + 1))
         return drawn if self.generator.random() < top.chance else 0
 
-    def _placed(self, scene: Scene, asset: Asset, constraints: Sequence[Constraint]) -> Item:
+    def _placed(self, scene: WeaverScene, asset: Asset, constraints: Sequence[Constraint]) -> WeaverItem:
         """A large object at the pose that the designer writes down, with the relation of its kind."""
         relation, parent = self._relation(scene, constraints)
         ground = self.chamber.ground
         x, y = self.generator.uniform(0.3, 0.7, 2) * (ground.width, ground.depth)
-        piece = Piece(
+        piece = RivalPiece(
             named(self.counts, asset), asset, float(x), float(y), math.pi * float(self.generator.integers(0, 2))
         )
         if relation == "against_wall":
@@ -127,9 +127,9 @@ class Toolbox:
             piece = replace(
                 piece, x=scene.by_id[parent].piece.x + float(self.generator.normal()), y=scene.by_id[parent].piece.y
             )
-        return Item(piece, relation, parent)
+        return WeaverItem(piece, relation, parent)
 
-    def _relation(self, scene: Scene, constraints: Sequence[Constraint]) -> tuple[RelationKind | None, str]:
+    def _relation(self, scene: WeaverScene, constraints: Sequence[Constraint]) -> tuple[RelationKind | None, str]:
         """against_wall for what stands at the edge, front_against a bench for seats.
 
         A target is a kind of object or one that is numbered, such as LabBench-0.
@@ -143,7 +143,7 @@ class Toolbox:
             return "front_against", str(self.generator.choice(parents))
         return None, ""
 
-    def _move(self, scene: Scene, subject: str) -> Scene:
+    def _move(self, scene: WeaverScene, subject: str) -> WeaverScene:
         """Put an object at a random pose that its relation allows."""
         item = scene.by_id[subject]
         if not item.large:
@@ -155,14 +155,14 @@ class Toolbox:
         x, y = self.generator.uniform(0.15, 0.85, 2) * (ground.width, ground.depth)
         return scene.moved(subject, float(x), float(y), item.piece.yaw)
 
-    def _rotate(self, scene: Scene, subject: str) -> Scene:
+    def _rotate(self, scene: WeaverScene, subject: str) -> WeaverScene:
         """Turn an object by one to three quarter turns; relations that fix its orientation end."""
         item = scene.by_id[subject]
         turns = int(self.generator.integers(1, 4))
         turned = scene.moved(subject, item.piece.x, item.piece.y, item.piece.yaw + turns * math.pi / 2.0)
         return turned.related(subject, None, "")
 
-    def _relate(self, scene: Scene, subject: str) -> Scene:
+    def _relate(self, scene: WeaverScene, subject: str) -> WeaverScene:
         """Relate an object: a seat to the nearest bench, anything else to the wall."""
         piece = scene.by_id[subject].piece
         if piece.asset.subtype != "seat":
@@ -175,7 +175,7 @@ class Toolbox:
         nearest = min(benches, key=lambda bench: (math.hypot(bench.x - piece.x, bench.y - piece.y), bench.id))
         return scene.related(subject, "front_against", nearest.id)
 
-    def _superfluous(self, scene: Scene) -> str:
+    def _superfluous(self, scene: WeaverScene) -> str:
         """A large object that nothing stands on, or any."""
         large = [item.piece for item in scene.large]
         idle = [piece for piece in large if not scene.on(piece.id)] or large

@@ -1,4 +1,4 @@
-"""The semantic phase by rules: name, kind, category, subtype, synonyms and description, and how the object stands."""
+"""The semantic, domain and caption phases by rules: the fields of an entry, the origin of each, and its caption."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from typing import Any
 
 from labgym.assets.checks import DENSITY
 from labgym.assets.forge.facts import Facts, standing, top_surface
-from labgym.assets.forge.naming import as_words, camel, is_amount, telling, volume_of
+from labgym.assets.forge.matching import as_words, camel, is_amount, telling, volume_of
 from labgym.assets.forge.record import Origin, origin
-from labgym.assets.model import Kind, Size
+from labgym.assets.model import Asset, Hazards, Kind, Size
 from labgym.assets.search import normalise
 from labgym.assets.specs import Specifications
 
@@ -178,3 +178,85 @@ def _mass(facts: Facts) -> float:
     box = size.width * size.depth * size.height
     density = like.mass / (like.size.width * like.size.depth * like.size.height) if like else BULK
     return min(max(float(f"{density * box:.3g}"), 1.01 * DENSITY[0] * box, 1e-6), HEAVIEST)
+
+
+BASE_CONFIDENCE = {"high": 0.95, "medium": 0.85, "low": 0.7}
+"""Confidence in the flags of a reagent by the confidence of its chemical data."""
+VESSELS = ("glassware", "plasticware", "ceramic")
+
+
+def domain(facts: Facts, draft: EntryDraft) -> None:
+    """Set the hazards, and the heat class of a heat source."""
+    like = facts.like
+    flags = _of_contents(like) if like and like.kind == "reagent" else _of_equipment(facts, draft)
+    draft.fields["hazards"] = Hazards(**{flag: value for flag, (value, _) in flags.items()})
+    draft.origins |= {f"hazards.{flag}": source for flag, (_, source) in flags.items()}
+    if like and like.heat_class is not None and flags["heat_source"][0]:
+        draft.put("heat_class", like.heat_class, origin("catalogue", f"like {like.name}"))
+
+
+def _of_contents(like: Asset) -> dict[str, tuple[bool, Origin]]:
+    chemistry = like.chemistry
+    confidence = BASE_CONFIDENCE[chemistry.confidence] if chemistry else 0.5
+    source = origin("catalogue", f"data of {like.name}", confidence)
+    return {flag: (getattr(like.hazards, flag), source) for flag in Hazards.model_fields}
+
+
+def _of_equipment(facts: Facts, draft: EntryDraft) -> dict[str, tuple[bool, Origin]]:
+    like, nearest = facts.like, facts.resemblance
+    none = origin("rule", "equipment without contents", 0.8)
+    flags: dict[str, tuple[bool, Origin]] = dict.fromkeys(Hazards.model_fields, (False, none))
+    if like and nearest:
+        source = origin("catalogue", f"like {like.name}", nearest.confidence)
+        flags |= {flag: (True, source) for flag in Hazards.model_fields if getattr(like.hazards, flag)}
+    flags["glass_container"] = _glass(facts, draft)
+    heats = bool(like and like.heat_class)
+    flags["heat_source"] = heats, flags["heat_source"][1] if heats else origin("rule", "no heating equipment", 0.7)
+    return flags
+
+
+def _glass(facts: Facts, draft: EntryDraft) -> tuple[bool, Origin]:
+    category, materials = draft.fields["category"], facts.substances
+    if category == "glassware":
+        why = "a material is named glass" if "glass" in materials else "glassware is glass"
+        return True, origin("rule", why, 0.95 if "glass" in materials else draft.origins["category"].confidence)
+    if facts.like and facts.like.hazards.glass_container and not materials:
+        return True, origin("catalogue", f"like {facts.like.name}", draft.origins["category"].confidence)
+    vessel = category in VESSELS
+    why = f"made of {', '.join(materials)}" if materials else f"{category}: not a glass vessel"
+    return vessel and "glass" in materials, origin("rule", why, 0.8 if materials else 0.6)
+
+
+_CARE = {
+    "flammable": "away from flames and hot surfaces",
+    "explosive": "away from shock, friction and heat",
+    "volatile_or_toxic": "open it in a fume hood",
+    "glass_container": "a hand's width from the edge of the bench",
+    "heat_source": "away from flammable reagents",
+    "acid": "apart from bases",
+    "base": "apart from acids",
+    "oxidizer": "apart from fuels and reducing agents",
+    "active_metal": "dry, away from water and acids",
+}
+_PLACES = {"floor": "stands on the floor", "desktop": "stands on a bench", "wall": "hangs on a wall"}
+
+
+def caption(fields: dict[str, Any]) -> str:
+    """Return the caption of a draft's fields."""
+    hazards: Hazards = fields["hazards"]
+    cares = [care for flag, care in _CARE.items() if getattr(hazards, flag)]
+    chemistry = fields.get("chemistry")
+    if chemistry is not None:
+        place = f"kept in a cabinet of class {chemistry.storage_class}"
+    else:
+        free = f" with {fields['clearance']:g} m free in front" if fields.get("clearance") else ""
+        place = _PLACES[fields["placing"]] + free
+    name, subtype = as_words(fields["name"]).capitalize(), fields["subtype"].replace("_", " ")
+    return f"{name} ({subtype}): {'; '.join([place, *cares])}."
+
+
+def write_caption(draft: EntryDraft) -> None:
+    """Set the caption, with the least confidence of the fields that it is made from."""
+    sources = [source for name, source in draft.origins.items() if name.startswith(("hazards", "kind"))]
+    confidence = min(source.confidence for source in sources)
+    draft.put("caption", caption(draft.fields), origin("rule", "kind, hazards and placing", confidence))
