@@ -14,6 +14,7 @@ from runs.processes import Marked
 SIGNALS = [signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGKILL]
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize("number", SIGNALS, ids=lambda number: number.name)
 def test_no_process_outlives_the_coordinator(tmp_path, number):
     log = tmp_path / "pids"
@@ -33,6 +34,7 @@ if __name__ == "__main__":
     run.end()
 
 
+@pytest.mark.cases(3)
 @pytest.mark.parametrize("workers", [1, 2])
 @pytest.mark.parametrize("number", SIGNALS, ids=lambda number: number.name)
 def test_a_run_that_is_killed_resumes_to_the_same_bytes(tmp_path, number, workers):

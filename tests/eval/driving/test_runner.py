@@ -154,6 +154,7 @@ def test_a_seed_decides_what_is_random(layouts):
     assert [row.path_length for row in first.rows] != [row.path_length for row in other.rows]
 
 
+@pytest.mark.slow
 def test_an_object_can_be_evaluated_here_and_in_workers(layouts):
     here = evaluate(make_policy("astar"), layouts[:2], progress=False)
     there = evaluate(make_policy("astar"), layouts[:2], workers=2, progress=False)
