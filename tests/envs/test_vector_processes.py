@@ -94,6 +94,7 @@ def test_without_autoreset_a_mask_resets_environments_of_both_processes() -> Non
     many.close()
 
 
+@pytest.mark.slow
 def test_parts_that_the_kernel_lacks_run_in_processes_on_the_planar_physics() -> None:
     pytest.importorskip("numba")
     many = same_as_single(

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 import types
@@ -177,21 +178,25 @@ def test_the_list_of_policies_agrees_with_the_classes(entry):
 
 
 MAKE_EACH = """
-import json, os, sys, traceback
+import importlib, json, os, sys, traceback
 packages, extras = json.loads(sys.argv[1])
 sys.modules.update(dict.fromkeys(name for names in packages.values() for name in names))
 from labgym.policies import make_policy
-for policy, extra in extras.items():
-    if os.fork() == 0:
-        for name in packages.get(extra, ()):
-            del sys.modules[name]
-        try:
-            make_policy(policy)
-        except BaseException:
-            print(policy, traceback.format_exc())
-        sys.stdout.flush()
-        os._exit(0)
-    os.wait()
+for extra in ("", *packages):
+    for name in packages.get(extra, ()):
+        del sys.modules[name]
+        importlib.import_module(name)
+    for policy in (name for name, needed in extras.items() if (needed or "") == extra):
+        if os.fork() == 0:
+            try:
+                make_policy(policy)
+            except BaseException:
+                print(policy, traceback.format_exc())
+            sys.stdout.flush()
+            os._exit(0)
+        os.wait()
+    for name in packages.get(extra, ()):
+        sys.modules[name] = None
 """
 
 
