@@ -61,15 +61,16 @@ def count(path: Path) -> int:
     return path.read_bytes().count(b"\n") if path.exists() else 0
 
 
-def test_sigterm_ends_a_command_like_ctrl_c_in_one_line_with_code_143(tmp_path):
-    for number, code in ((signal.SIGTERM, 143), (signal.SIGHUP, 129), (signal.SIGINT, 130)):
-        run = evaluation(tmp_path)
-        run.process.send_signal(number)
-        message = run.end()
-        assert run.process.returncode == code
-        assert message.splitlines()[-1].startswith("labgym: interrupted")
-        assert message.splitlines()[-1].endswith("; finished work is kept")
-        assert "Traceback" not in message
+@pytest.mark.cases(1)
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129), (signal.SIGINT, 130)])
+def test_a_signal_ends_a_command_like_ctrl_c_in_one_line_with_its_code(tmp_path, number, code):
+    run = evaluation(tmp_path)
+    run.process.send_signal(number)
+    message = run.end()
+    assert run.process.returncode == code
+    assert message.splitlines()[-1].startswith("labgym: interrupted")
+    assert message.splitlines()[-1].endswith("; finished work is kept")
+    assert "Traceback" not in message
 
 
 def evaluation(folder: Path) -> Marked:
