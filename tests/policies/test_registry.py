@@ -185,6 +185,7 @@ from labgym.policies import make_policy
 for extra in ("", *packages):
     for name in packages.get(extra, ()):
         del sys.modules[name]
+    for name in packages.get(extra, ()):
         importlib.import_module(name)
     for policy in (name for name, needed in extras.items() if (needed or "") == extra):
         if os.fork() == 0:
