@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import os
 import threading
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -11,6 +12,8 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from labgym.llm import LanguageModel, LanguageModelConfig
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")  # torch, in every worker and what it starts: threads would wait busily
 
 KEY = "sk-loopback-0123456789"
 
