@@ -89,7 +89,7 @@ def test_hoods_stand_on_every_wall_as_named_from_the_main_door():
     sides: Counter[str] = Counter()
     for seed in range(12):
         try:
-            layout = FloorProposer().propose(request("bay", seed))
+            layout = FloorProposer().plan(request("bay", seed)).layout()
         except InfeasibleError:
             continue
         door = next(way for way in layout.floor.doorways if way.exit)
