@@ -42,6 +42,7 @@ def test_each_row_names_the_layout_that_generate_makes_of_its_protocol_and_seed(
     assert (batch / str(row.file)).read_bytes() == layout.save(batch.parent / "alone.json").read_bytes()
 
 
+@pytest.mark.slow  # test_shards.py has workers
 def test_workers_and_shards_do_not_change_the_files(batch: Path, tmp_path: Path) -> None:
     generate_batch(
         ["sub_01", "red_03"], 4, tmp_path / "two", room="bay_small", shard=3, executor=ExecutorOptions(workers=2),
@@ -56,11 +57,11 @@ def test_workers_and_shards_do_not_change_the_files(batch: Path, tmp_path: Path)
 def test_a_room_that_cannot_hold_the_protocol_is_a_row_and_the_run_goes_on(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    words = ["generate", "sub_01", "--count", "3", "--shard", "2", "--room", "3x3", "--out", str(tmp_path / "small")]
+    words = ["generate", "sub_01", "--count", "2", "--shard", "1", "--room", "3x3", "--out", str(tmp_path / "small")]
     assert main(words) == 1
-    assert "0 of 3 layouts generated, 3 infeasible" in capsys.readouterr().out.splitlines()[-1]
+    assert "0 of 2 layouts generated, 2 infeasible" in capsys.readouterr().out.splitlines()[-1]
     rows = list(read_rows(tmp_path / "small"))
-    assert [row.seed for row in rows] == [0, 1, 2]
+    assert [row.seed for row in rows] == [0, 1]
     assert all(row.file is None and row.proven and "'3x3' cannot hold" in str(row.infeasible) for row in rows)
 
 

@@ -61,7 +61,7 @@ def count(path: Path) -> int:
     return path.read_bytes().count(b"\n") if path.exists() else 0
 
 
-@pytest.mark.cases(1)
+@pytest.mark.slow  # test_cli.py has Ctrl-C
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129), (signal.SIGINT, 130)])
 def test_a_signal_ends_a_command_like_ctrl_c_in_one_line_with_its_code(tmp_path, number, code):
     run = evaluation(tmp_path)

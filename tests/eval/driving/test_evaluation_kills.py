@@ -32,7 +32,9 @@ def words(suite: Path, folder: Path, workers: int) -> tuple[str, ...]:
 
 
 @pytest.mark.cases(1)
-@pytest.mark.parametrize(("by", "workers"), [(signal.SIGKILL, 2), (signal.SIGTERM, 1), (signal.SIGINT, 2)])
+@pytest.mark.parametrize(
+    ("by", "workers"), [(signal.SIGKILL, 1), (signal.SIGTERM, 1), (signal.SIGINT, 2), (signal.SIGKILL, 2)]
+)
 def test_a_killed_evaluation_resumes_to_the_same_bytes(
     suite: Path, undisturbed: dict[str, str], tmp_path: Path, by: signal.Signals, workers: int
 ) -> None:

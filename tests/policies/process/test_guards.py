@@ -190,7 +190,7 @@ def whole(folder: Path) -> list[Path]:
     return [path for path in folder.iterdir() if path.suffix != ".tmp"]
 
 
-@pytest.mark.cases(2)
+@pytest.mark.cases(1)
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
 @pytest.mark.parametrize("hang", ["load", "act"])
 def test_nothing_remains_when_the_evaluator_dies(number, hang, tmp_path):
