@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import os
 import threading
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -12,6 +13,8 @@ from hypothesis import HealthCheck, settings
 
 from labgym.llm import LanguageModel, LanguageModelConfig
 
+os.environ.setdefault("OMP_NUM_THREADS", "1")  # torch, in every worker and what it starts: threads would wait busily
+
 KEY = "sk-loopback-0123456789"
 
 # No test is judged by a clock: a loaded machine draws examples slowly.
@@ -22,10 +25,25 @@ settings.load_profile("labgym")
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Add the options of tests/fuzz."""
     group = parser.getgroup("fuzz", "cases of tests/fuzz")
-    group.addoption("--fuzz-cases", type=int, default=40, help="number of cases per loader")
+    group.addoption("--fuzz-cases", type=int, default=5, help="number of cases per loader")
     group.addoption("--fuzz-seed", type=int, default=0, help="random seed of the cases")
     group.addoption("--fuzz-first", type=int, default=0, help="number of the first case; 0 is the valid file")
     group.addoption("--fuzz-out", default="", help="folder for the cases that fail; default: the temporary folder")
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark all cases of a test as slow but the number that its mark `cases` states."""
+    tests: dict[str, list[pytest.Item]] = {}
+    for item in items:
+        if item.get_closest_marker("cases"):
+            tests.setdefault(item.nodeid.partition("[")[0], []).append(item)
+    for cases in tests.values():
+        kept = cases[0].get_closest_marker("cases").args[0]
+        every = {round(number * (len(cases) - 1) / max(1, kept - 1)) for number in range(kept)}
+        for number, case in enumerate(cases):
+            if number not in every:
+                case.add_marker("slow")
 
 
 @dataclass

@@ -3,6 +3,7 @@ from __future__ import annotations
 import itertools
 
 import gymnasium as gym
+import pytest
 
 from labgym import bench, throughput
 from labgym.cli import main
@@ -27,6 +28,7 @@ def test_a_ratio_is_of_the_medians_that_the_clock_gave(monkeypatch):
     assert next(now) == 2 * 2 + 2 * 4
 
 
+@pytest.mark.slow
 def test_the_command_times_every_piece(capsys):
     assert main(["bench", "--rounds", "2"]) == 0
     printed = capsys.readouterr().out
@@ -44,6 +46,9 @@ def test_the_command_times_every_piece(capsys):
         "color and depth camera, MuJoCo",
     ):
         assert piece in printed
+
+
+def test_one_round_is_refused():
     assert main(["bench", "--rounds", "1"]) == 2
 
 

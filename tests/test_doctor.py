@@ -1,12 +1,11 @@
 from __future__ import annotations
 
-import subprocess
-import sys
 from importlib import metadata
 
 import pytest
 
 from labgym import doctor
+from labgym.cli import main
 from labgym.doctor import Diagnosis, examine, healthy, report
 
 
@@ -54,11 +53,14 @@ def test_a_probe_that_crashes_or_hangs_is_a_finding_not_a_failure(monkeypatch):
     assert "no answer" in line
 
 
-def test_the_command_exits_with_the_verdict():
-    done = subprocess.run([sys.executable, "-m", "labgym.cli", "doctor"], capture_output=True, text=True, check=False)
-    assert done.returncode == 0
-    assert done.stderr == ""
-    assert "renderer egl" in done.stdout
+def test_the_command_exits_with_the_verdict(diagnoses, monkeypatch, capsys):
+    missing = Diagnosis("numpy", "missing", "not installed", "pip install numpy")
+    for found, code in ((diagnoses, 0), ((*diagnoses, missing), 1)):
+        monkeypatch.setattr(doctor, "examine", lambda found=found: found)
+        assert main(["doctor"]) == code
+        printed = capsys.readouterr()
+        assert printed.err == ""
+        assert "renderer egl" in printed.out
 
 
 def test_the_language_model_is_named_without_its_key(monkeypatch):

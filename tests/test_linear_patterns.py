@@ -20,10 +20,10 @@ import pytest
 import labgym
 
 PACKAGES = ("protocols", "assets", "exchange", "llm", "quantities", "units", "errors", "documents", "table")
-LENGTH = 10_000
-SUSPECT_S = 0.2
+LENGTH = 4_000
+SUSPECT_S = 0.04
 """CPU seconds from which the growth is measured; a linear pattern takes milliseconds, a quadratic one seconds."""
-LIMIT_S = 2.0
+LIMIT_S = 1.0
 """CPU seconds after which a search is ended."""
 MAX_RATIO = 3.0
 """Largest growth of the time from half the length to `LENGTH`; linear is 2, quadratic 4."""
@@ -238,7 +238,7 @@ def _fragments(text: str) -> list[tuple[str, str, str]]:
 
 def _text(row: tuple[str, str, str], length: int) -> str:
     head, part, end = row
-    return (head + part * length)[: length - len(end)] + end
+    return (head + part * (length // len(part) + 1))[: length - len(end)] + end
 
 
 def _seconds(pattern: re.Pattern[Any], method: str, text: str | bytes) -> float:
@@ -250,29 +250,8 @@ def _seconds(pattern: re.Pattern[Any], method: str, text: str | bytes) -> float:
     return time.process_time() - start
 
 
-COLLECTED = _collected()
-
-
-def test_patterns_are_found_in_modules_classes_containers_and_functions() -> None:
-    places = {where.partition(":")[0] for where, *_ in COLLECTED}
-    assert {
-        "protocols.synthesis.reading._AHEAD",
-        "protocols.synthesis.unlisted._formula",
-        "quantities._SINGLE",
-    } <= places
-    assert {
-        "protocols.rules.machines.SETTINGS",
-        "protocols.language.concepts.lexicon",
-        "protocols.refusals._patterns",
-    } <= places
-    assert any(where.startswith("compiled-") for where in places)
-    assert len(COLLECTED) > 300
-
-
-@pytest.mark.parametrize("where, text, flags, methods", COLLECTED, ids=[row[0] for row in COLLECTED])
-def test_a_pattern_takes_linear_time_on_adversarial_text(
-    where: str, text: str | bytes, flags: int, methods: tuple[str, ...]
-) -> None:
+def _faults(where: str, text: str | bytes, flags: int, methods: tuple[str, ...]) -> Iterator[str]:
+    """Yield a line for each text on which a pattern is slow."""
     pattern = re.compile(text, flags)
 
     def end(*_: Any) -> None:
@@ -285,17 +264,43 @@ def test_a_pattern_takes_linear_time_on_adversarial_text(
     previous = signal.signal(signal.SIGPROF, end)
     try:
         for row in rows:
-            whole, part = encode(_text(row, LENGTH)), encode(_text(row, LENGTH // 2))
+            whole = encode(_text(row, LENGTH))
             for method in methods:
                 signal.setitimer(signal.ITIMER_PROF, LIMIT_S)
                 try:
                     if _seconds(pattern, method, whole) > SUSPECT_S:
                         signal.setitimer(signal.ITIMER_PROF, 20.0 * LIMIT_S)
+                        part = encode(_text(row, LENGTH // 2))
                         short = min(_seconds(pattern, method, part) for _ in range(3))
                         long = min(_seconds(pattern, method, whole) for _ in range(3))
-                        assert long < max(SUSPECT_S, MAX_RATIO * short), f"{where}.{method} on {row}: {short}, {long} s"
+                        if long >= max(SUSPECT_S, MAX_RATIO * short):
+                            yield f"{where}.{method} on {row}: {short}, {long} s"
                 except _TooSlowError:
-                    pytest.fail(f"{where}.{method} takes over {LIMIT_S} s for {LENGTH} characters of {row}")
+                    yield f"{where}.{method} takes over {LIMIT_S} s for {LENGTH} characters of {row}"
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0.0)
         signal.signal(signal.SIGPROF, previous)
+
+
+def test_every_pattern_of_modules_classes_containers_and_functions_takes_linear_time_on_adversarial_text() -> None:
+    collected = _collected()
+    places = {where.partition(":")[0] for where, *_ in collected}
+    assert {
+        "protocols.synthesis.reading._AHEAD",
+        "protocols.synthesis.unlisted._formula",
+        "quantities._SINGLE",
+    } <= places
+    assert {
+        "protocols.rules.machines.SETTINGS",
+        "protocols.language.concepts.lexicon",
+        "protocols.refusals._patterns",
+    } <= places
+    assert any(where.startswith("compiled-") for where in places)
+    assert len(collected) > 300
+    faults = [fault for row in collected for fault in _faults(*row)]
+    assert not faults, "\n".join(faults)
+
+
+@pytest.mark.parametrize("text", [r"(\w+\s?)+:", r"\d+.*\d+.*x"])
+def test_a_pattern_that_is_not_linear_is_found(text: str) -> None:
+    assert next(_faults("example", text, 0, METHODS), "")

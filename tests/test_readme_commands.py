@@ -7,6 +7,7 @@ import shlex
 from pathlib import Path
 
 import pytest
+from pages import blocks
 
 from labgym.cli import main
 from labgym.cli.app import GROUPS
@@ -22,6 +23,14 @@ def commands(page: str) -> list[list[str]]:
 
 
 COMMANDS = {page: commands(page) for page in PAGES}
+TUTORIALS = [
+    shlex.split(line, comments=True)[1:]
+    for page in sorted(ROOT.glob("docs/tutorials/*.md"))
+    for language, code in blocks(page.read_text(encoding="utf-8"))
+    if language != "python"
+    for line in re.sub(r"\\\n\s*", "", code).splitlines()
+    if line.startswith("labgym ")
+]
 READERS = ("mine:GoToGoal", "runs/", "data.pb.gz", "models/")
 """Beginnings of arguments that stand for the reader's own files."""
 
@@ -37,7 +46,7 @@ def command_path(words: list[str]) -> list[str]:
     return [words[0], *([group.named(words[1:])[0]] if group else [])]
 
 
-@pytest.mark.parametrize("words", [words for page in PAGES for words in COMMANDS[page]], ids=" ".join)
+@pytest.mark.parametrize("words", [*(words for page in PAGES for words in COMMANDS[page]), *TUTORIALS], ids=" ".join)
 def test_a_command_exists_and_takes_its_options(words, capsys):
     with pytest.raises(SystemExit) as end:
         main([*command_path(words), "--help"])

@@ -1,4 +1,7 @@
-"""The blocks of every tutorial run in their order, as they stand apart from smaller numbers."""
+"""The blocks of every tutorial run in their order, as they stand apart from smaller numbers.
+
+test_readme_commands.py checks the commands of those whose run is slow, too.
+"""
 
 from __future__ import annotations
 
@@ -59,7 +62,9 @@ def test_every_tutorial_is_run_and_every_large_number_is_still_there():
     assert all(blocks(text) for text in TEXTS.values())
 
 
-@pytest.mark.parametrize("name", SMALLER)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow if name in ("cluster", "navdp") else ()) for name in SMALLER]
+)
 def test_a_tutorial_runs_from_its_first_block_to_its_last(name, small, tmp_path, monkeypatch, capsys):
     if name in EXTRAS:
         pytest.importorskip(EXTRAS[name])

@@ -27,9 +27,10 @@ def wheel(tmp_path_factory) -> Path:
 def python(wheel, tmp_path_factory) -> Path:
     """An interpreter of a fresh environment: the wheel, and this environment's packages but for labgym itself."""
     folder = tmp_path_factory.mktemp("fresh") / "venv"
-    venv.create(folder, with_pip=True)
+    venv.create(folder)
     python = folder / "bin" / "python"
-    subprocess.run([python, "-m", "pip", "install", "--quiet", "--no-deps", "--no-index", wheel], check=True)
+    pip = [sys.executable, "-m", "pip", "--python", python]
+    subprocess.run([*pip, "install", "--quiet", "--no-deps", "--no-index", wheel], check=True)
     # A path file inside a path file's folder is not followed, so the checkout's editable install stays unseen.
     packages = folder / "lib" / f"python{sys.version_info.major}.{sys.version_info.minor}" / "site-packages"
     (packages / "borrowed.pth").write_text(sysconfig.get_path("purelib") + "\n")
@@ -72,6 +73,7 @@ def test_an_environment_is_made_from_the_wheel(python, tmp_path):
     assert done.stdout.startswith("test-")
 
 
+@pytest.mark.slow
 def test_the_command_of_the_wheel_works(python, tmp_path):
     done = run(python, tmp_path, str(python.parent / "labgym"), "doctor")
     assert done.returncode == 0, done.stdout + done.stderr

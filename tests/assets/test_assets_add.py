@@ -103,6 +103,7 @@ def test_an_unusual_size_is_noted(tmp_path):
     assert any("times that of GlassFunnel" in note for note in notes)
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize("count", [1, 2])
 def test_the_number_of_convex_bodies_of_an_asset_is_limited(tmp_path, monkeypatch, count):
     pytest.importorskip("coacd")

@@ -52,6 +52,7 @@ def test_workers_do_not_change_the_catalog(meshes: Path, catalog: Path, tmp_path
     assert killing.tree(own.folder) == killing.tree(catalog)
 
 
+@pytest.mark.slow
 def test_a_batch_that_is_terminated_goes_on_where_it_was(meshes: Path, catalog: Path, tmp_path: Path) -> None:
     by = signal.SIGTERM
     folder = tmp_path / "catalog"
@@ -68,6 +69,18 @@ def test_a_batch_that_is_terminated_goes_on_where_it_was(meshes: Path, catalog: 
     assert {path: path.stat().st_mtime_ns for path in done} == done
     assert killing.tree(folder) == killing.tree(catalog)
     assert not killing.temporary_files(folder)
+
+
+def test_a_batch_that_is_stopped_goes_on_where_it_was(meshes: Path, catalog: Path, tmp_path: Path) -> None:
+    own, files = OwnAssets(tmp_path / "catalog"), sorted(meshes.glob("*"))
+    additions = own.add_files(files)
+    assert [next(additions).outcome for _ in range(2)] == ["added"] * 2
+    additions.close()
+    done = {path: path.stat().st_mtime_ns for path in (own.folder / "assets").glob("*.json")}
+    assert len(done) >= 2
+    assert len(list(own.add_files(files))) == len(files)
+    assert {path: path.stat().st_mtime_ns for path in done} == done
+    assert killing.tree(own.folder) == killing.tree(catalog)
 
 
 def test_two_batches_do_not_write_into_one_catalog(meshes: Path, tmp_path: Path) -> None:

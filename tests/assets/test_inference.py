@@ -92,6 +92,7 @@ def test_every_reactive_group_can_be_inferred_and_nothing_else_is() -> None:
     assert {rule.gives for rule in substructures().flags} <= set(FLAGS)
 
 
+@pytest.mark.cases(15)
 @pytest.mark.parametrize("smiles", [smiles for _, smiles, *_ in UNLISTED[::3]])
 def test_every_spelling_is_classified_alike(smiles: str) -> None:
     expected = classify(smiles)

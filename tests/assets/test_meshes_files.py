@@ -70,6 +70,7 @@ def test_every_format_that_is_offered_has_a_default_unit_that_the_file_can_overr
     np.testing.assert_allclose(np.ptp(inches.bounds, axis=0), [200 * 0.0254, 300 * 0.0254, 500 * 0.0254], rtol=1e-6)
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize("scale, name", [(0.01, "cm"), (0.001, "mm"), (0.0254, "in"), (1.0, "m"), (0.02, "0.02 m")])
 def test_a_stage_says_its_unit_itself(tmp_path, scale, name):
     head = f'defaultPrim = "Thing" metersPerUnit = {scale} upAxis = "Z"'

@@ -48,6 +48,7 @@ def refused(path, *words, limits=LIMITS, **options) -> str:
 # every format
 
 
+@pytest.mark.cases(7)
 @pytest.mark.parametrize("suffix", [".stl", ".obj", ".glb", ".usd", ".usda", ".usdc", ".usdz"])
 @pytest.mark.parametrize("content", [b"", b"\0" * 200, b"\xff\xfe junk" * 50], ids=["empty", "zeros", "junk"])
 def test_junk_is_refused_in_every_format(tmp_path, suffix, content, capfd):
@@ -239,6 +240,7 @@ def test_cycles_are_refused(tmp_path, capfd):
     assert capfd.readouterr() == ("", "")
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize("reference", ["../secret.usda", "{outside}", "link.usda", "sub/../../secret.usda"])
 def test_references_that_leave_the_folder_are_refused(tmp_path, reference):
     secret = stage(tmp_path / "secret.usda", TRIANGLE)
@@ -264,6 +266,7 @@ def test_value_clips_are_refused(tmp_path):
     refused(stage(tmp_path / "a.usda", TRIANGLE, clips), "clips")
 
 
+@pytest.mark.cases(3)
 @pytest.mark.parametrize("old, new, words", [
     ("[0, 1, 2]", "[0, 1, 3]", ("/Thing/Body", "vertex 3")),
     ("[0, 1, 2]", "[0, 1, -1]", ("/Thing/Body",)),
@@ -320,7 +323,7 @@ def test_binary_usd_with_flipped_bytes_is_read_or_refused(tmp_path):
     Usd.Stage.Open(str(stage(tmp_path / "a.usda", TRIANGLE))).Export(str(sound))
     rng = np.random.default_rng(3)
     refusals = 0
-    for _ in range(12):
+    for _ in range(4):
         content = np.frombuffer(sound.read_bytes(), dtype=np.uint8).copy()
         content[rng.integers(0, len(content), size=8)] = rng.integers(0, 256, size=8)
         (tmp_path / "b.usdc").write_bytes(content.tobytes())
@@ -363,6 +366,7 @@ def test_packages_that_claim_more_than_they_hold_are_refused(tmp_path):
     refused(path, "zip bomb")
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize("name", ["../evil.usda", "/etc/evil.usda", "a/../../evil.usda", "C:\\evil.usda"])
 def test_packages_with_names_outside_are_refused(tmp_path, name):
     refused(package(tmp_path / "a.usdz", {"a.usda": b"#usda 1.0\n", name: b"x"}), "outside the package")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from itertools import combinations, combinations_with_replacement
+from itertools import combinations, combinations_with_replacement, islice
 
 import pytest
 
@@ -270,8 +270,9 @@ def test_every_trait_of_the_matrix_makes_some_pair_react(trait):
     assert any(trait in (r.first.group, r.second.group) for a, b in pairs for r in reactions(a, b))
 
 
-def test_any_two_reagents_have_one_answer_in_both_orders_worst_first():
-    for a, b in combinations_with_replacement(REAGENTS, 2):
+@pytest.mark.parametrize("every", [6, pytest.param(1, marks=pytest.mark.slow)])
+def test_any_two_reagents_have_one_answer_in_both_orders_worst_first(every):
+    for a, b in islice(combinations_with_replacement(REAGENTS, 2), None, None, every):
         found = reactions(a, b)
         assert found == reactions(b, a)
         ranks = [SEVERITIES.index(reaction.cell.severity) for reaction in found]

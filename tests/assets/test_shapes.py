@@ -89,6 +89,7 @@ def test_hollow_assets_leave_their_hollow_to_what_stands_in_it(asset: Asset) -> 
         assert inside < 0.013 or shelf, f"{part.primitive} of {part.material} stands {inside:.3f} m inside"
 
 
+@pytest.mark.cases(80)
 @pytest.mark.parametrize("asset", variants(), ids=by_name)
 def test_every_part_is_a_watertight_solid_with_a_known_material(asset: Asset) -> None:
     for part in build(asset):

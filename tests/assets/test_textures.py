@@ -26,6 +26,7 @@ def linear(channel: np.ndarray) -> np.ndarray:
     return np.where(channel <= 0.04045, channel / 12.92, ((channel + 0.055) / 1.055) ** 2.4)
 
 
+@pytest.mark.cases(12)
 @pytest.mark.parametrize("name", RECIPES)
 def test_the_mean_of_a_texture_is_the_color_of_its_material(name: str) -> None:
     picture = texture(name)

@@ -43,6 +43,7 @@ def test_the_committed_files_are_what_the_catalogue_gives_and_clean_under_all_va
     assert stray_files(CATALOG, usd_folder()) == ()
 
 
+@pytest.mark.cases(20)
 @pytest.mark.parametrize("asset", ONE_OF_EACH_SHAPE, ids=lambda asset: asset.shape.name)
 def test_reading_an_exported_asset_gives_its_geometry_within_a_tenth_of_a_millimetre(asset, tmp_path):
     path = tmp_path / f"{asset.name}.usdc"
@@ -213,6 +214,7 @@ def surfaces(asset) -> list[Surface]:
     return read
 
 
+@pytest.mark.cases(20)
 @pytest.mark.parametrize("asset", ONE_OF_EACH_SHAPE, ids=lambda asset: asset.shape.name)
 def test_meshes_have_unit_normals_on_the_outer_side_of_every_face_and_no_unused_point(asset):
     for surface in surfaces(asset):

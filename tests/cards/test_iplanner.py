@@ -39,6 +39,7 @@ def test_the_published_weights_are_small_and_load(run: Path) -> None:
     assert (run / "weights.safetensors").stat().st_size < 8_000_000
 
 
+@pytest.mark.slow
 def test_the_card_s_numbers_are_the_evaluation_s(run: Path, data: Path, tmp_path: Path) -> None:
     report = evaluate("iplanner", SHORT, out=tmp_path / "eval", progress=False)
     card = write_iplanner_card(run, data, tmp_path / "eval", tmp_path / "card").read_text()

@@ -40,6 +40,7 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
+@pytest.mark.slow
 def test_variants_drive_by_its_options_with_the_same_weights(study: Path) -> None:
     assert len(STUDY.variants) == 3
     for variant in STUDY.variants:
@@ -48,6 +49,7 @@ def test_variants_drive_by_its_options_with_the_same_weights(study: Path) -> Non
         assert summary.errors == 0
 
 
+@pytest.mark.slow
 def test_the_card_s_numbers_are_the_evaluation_s(
     data: Path, study: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -104,6 +104,7 @@ def test_no_feature_that_policies_read_is_privileged(folder):
     assert read == {"observation.state", *folder.videos, "action"}
 
 
+@pytest.mark.slow
 def test_two_workers_give_the_same_bytes(root, chosen, tmp_path):
     make_drives(tmp_path, chosen, ExecutorOptions(workers=2), progress=False)
     for path in sorted(root.rglob("*")):

@@ -126,10 +126,13 @@ def test_observations_hold_nothing_but_what_the_environment_shows(people, camera
         assert {name.removeprefix("observation.") for name in names if name.startswith("observation.")} == shown
 
 
-def test_two_workers_and_an_interruption_give_the_same_bytes(people, tmp_path, monkeypatch):
-    make_drives(tmp_path / "two", options(), ExecutorOptions(workers=2), progress=False)
-    assert digests(tmp_path / "two") == digests(people)
+@pytest.mark.slow
+def test_two_workers_give_the_same_bytes(people, tmp_path):
+    make_drives(tmp_path, options(), ExecutorOptions(workers=2), progress=False)
+    assert digests(tmp_path) == digests(people)
 
+
+def test_an_interruption_gives_the_same_bytes(people, tmp_path, monkeypatch):
     whole = make.make_shard
 
     def interrupted(chosen, index, *others):

@@ -27,9 +27,9 @@ from labgym.layouts import Layout
 
 IDS = sorted(name for name in gym.registry if name.startswith("Lab"))
 LIDAR = [name for name in IDS if "Depth" not in name and "RGBD" not in name]
-STEPS, STOPS = 40, 20
+STEPS, STOPS = 24, 12
 """Steps of a drive, and from one possible STOP to the next."""
-LONG = 1000
+LONG = 300
 
 
 @pytest.fixture(scope="module")
@@ -133,7 +133,7 @@ def test_the_same_seed_gives_the_same_bits_in_any_process(path: str, expected: d
     assert json.loads(done.stdout) == expected
 
 
-@pytest.mark.parametrize("method", ["spawn", "fork", "forkserver"])
+@pytest.mark.parametrize("method", ["spawn", "fork", pytest.param("forkserver", marks=pytest.mark.slow)])
 def test_workers_drive_as_this_process_does(path: str, expected: dict[str, str], method: str) -> None:
     names = ["LabFloorNav-v0", "LabFloorNavDiscrete-v0"]
     with multiprocessing.get_context(method).Pool(1) as pool:
@@ -187,6 +187,7 @@ def test_it_closes_twice_and_can_be_reset_afterwards(name: str, path: str) -> No
     env.reset(seed=0)
 
 
+@pytest.mark.cases(45)
 @pytest.mark.parametrize("action", ["forward", None, [[0.0, 0.0]], [math.nan, 0.0], object(), 7, True, [0, 1, 2, 3]])
 @pytest.mark.parametrize("name", IDS)
 def test_an_action_that_is_none_is_refused_in_one_line(name: str, path: str, action: Any) -> None:

@@ -103,6 +103,7 @@ def observed(env: LabPointNavEnv, name: str) -> object:
     return repr((env.observation_space, env.action_space, tasks, generated, parts, view, used.get(name)))
 
 
+@pytest.mark.cases(6)
 @pytest.mark.parametrize("name", presets())
 def test_each_argument_of_each_id_changes_the_environment_or_is_refused(name):
     """With the value of an argument alone, or with pictures, so that their size and quality can act."""

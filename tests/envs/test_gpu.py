@@ -68,6 +68,7 @@ def batches(worlds, starts):
     return pair
 
 
+@pytest.mark.slow
 def test_robots_in_different_worlds_move_as_on_the_processor_over_ten_seconds(worlds, starts):
     """With contacts. Bars: 1 mm and 1 cm over 10 s."""
     kernel, device = batches(worlds, starts)

@@ -50,6 +50,7 @@ def poses(world: World) -> list[tuple[float, float, float]]:
     return found
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize("name", CAMERAS)
 def test_depth_is_that_of_rays_or_where_they_miss_an_edge_that_of_double_precision(world: World, name: str) -> None:
     camera, pixels, unequal = CAMERAS[name], 0, 0

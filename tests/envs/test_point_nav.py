@@ -255,6 +255,7 @@ print(digest.hexdigest())
 """
 
 
+@pytest.mark.slow  # test_conformance.py compares all ids
 @pytest.mark.parametrize("observation", ["lidar", "rgbd"])
 def test_the_same_seed_and_actions_give_the_same_bits_in_any_process(
     layout: Layout, observation: str, tmp_path: Path

@@ -255,6 +255,7 @@ FILES = {
 }
 
 
+@pytest.mark.cases(12)
 @pytest.mark.parametrize("name", [*HEAVY, *FILES])
 def test_robots_that_take_memory_or_time_in_sum_are_refused_in_one_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str], name: str

@@ -61,6 +61,7 @@ CASES = {
 }
 
 
+@pytest.mark.cases(5)
 @pytest.mark.parametrize("mode", KEPT)
 @pytest.mark.parametrize("case", CASES)
 def test_the_vector_equals_the_single_environments_to_the_bit(case, mode):

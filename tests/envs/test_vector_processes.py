@@ -81,6 +81,7 @@ def test_depth_and_color_with_mujoco_equal_those_of_single_environments_to_the_b
             os.kill(child, 0)
 
 
+@pytest.mark.slow
 def test_without_autoreset_a_mask_resets_environments_of_both_processes() -> None:
     many = same_as_single(
         "LabFloorNavDiscrete-v0", 14, AutoresetMode.DISABLED, 5,
@@ -94,6 +95,7 @@ def test_without_autoreset_a_mask_resets_environments_of_both_processes() -> Non
     many.close()
 
 
+@pytest.mark.slow
 def test_parts_that_the_kernel_lacks_run_in_processes_on_the_planar_physics() -> None:
     pytest.importorskip("numba")
     many = same_as_single(

@@ -28,6 +28,7 @@ def test_a_floor_survives_the_round_trip_to_a_millimeter(name, tmp_path):
     assert again.is_rectangle == floor.is_rectangle
 
 
+@pytest.mark.cases(5)
 @pytest.mark.parametrize("family", FAMILIES)
 @pytest.mark.parametrize("seed", [1, 5, 8])
 def test_floors_of_every_family_survive_it(family, seed, tmp_path):

@@ -39,6 +39,7 @@ def map_server(path):
     return values, float(field["resolution"]), origin
 
 
+@pytest.mark.cases(4)
 @pytest.mark.parametrize("name", FLOORS)
 @pytest.mark.parametrize("resolution", [0.05, 0.02])
 def test_the_map_shows_what_is_free_solid_and_unknown(tmp_path, name, resolution):
@@ -86,6 +87,7 @@ SHAPES = {
 }
 
 
+@pytest.mark.cases(4)
 @pytest.mark.parametrize("name", SHAPES)
 @pytest.mark.parametrize("resolution", [0.05, 0.025])
 def test_the_outline_comes_back_within_a_cell(tmp_path, name, resolution):
@@ -135,6 +137,7 @@ def test_furnished_rooms_have_no_inner_walls(tmp_path, name):
     assert len(room.doors) == len(layout.room.doors)
 
 
+@pytest.mark.cases(10)
 @pytest.mark.parametrize("name", published("floors-seen"))
 def test_rows_of_furniture_between_inner_walls_do_not_prevent_reading(tmp_path, name):
     layout = load_published("floors-seen", name)

@@ -1,6 +1,6 @@
 """Every loader answers damaged and hostile files with a LabgymError of one line, in bounded memory and time.
 
-`make test` reads 40 cases a loader. `make fuzz` (or `pytest tests/fuzz --fuzz-cases 10000`) reads 10 000.
+`make test` reads 5 cases a loader, `make test-all` 40, `make fuzz` (or `pytest tests/fuzz --fuzz-cases 10000`) 10 000.
 `--fuzz-seed N` makes other cases. The case of a failure is kept in a folder that the failure names; it is made again,
 alone, by the same seed and `--fuzz-first K --fuzz-cases 1`.
 

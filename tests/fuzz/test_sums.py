@@ -118,6 +118,7 @@ def reactions(folder: Path) -> Callable[[], Any]:
 CASES = (actor, weights, checkpoint, geometry, sketch, other_sketch, picture, program, reactions)
 
 
+@pytest.mark.cases(4)
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.__name__)
 def test_a_small_file_does_not_fill_the_memory(tmp_path: Path, case: Callable[[Path], Callable[[], Any]]) -> None:
     pytest.importorskip("torch")

@@ -55,7 +55,7 @@ def layout(request):
     return LAYOUTS[request.param]()
 
 
-@pytest.fixture(scope="module", params=(1, 2, 3))
+@pytest.fixture(scope="module", params=(1, pytest.param(2, marks=pytest.mark.slow), 3))
 def cluttered(request, layout):
     return layout, add_clutter(layout, request.param, np.random.default_rng([request.param, 11])), request.param
 

@@ -88,6 +88,7 @@ def places_not_reached(layout: Layout) -> list[str]:
     return missed
 
 
+@pytest.mark.cases(4)
 def test_every_door_of_a_generated_laboratory_leads_to_every_place_by_a_way_of_90_cm(layout: Layout) -> None:
     assert places_not_reached(layout) == []
     assert evaluate_layout(layout, layout.protocol, navigation=True, rules="paper").cost == 0

@@ -34,6 +34,7 @@ def floor_objects(layout):
     return [placement for placement in layout.placements if placement.support == "floor"]
 
 
+@pytest.mark.cases(10)
 def test_a_generated_layout_has_no_violation_and_everything_the_protocol_needs(layout):
     assessment = evaluate_layout(layout, layout.protocol, navigation=True, rules="paper")
     assert assessment.v == 0

@@ -374,6 +374,7 @@ def _nothing(room):
     room.update(furniture=[], zones=[], steps=[])
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize("nonsense", [_all_in_a_corner, _nothing])
 def test_nonsense_ends_in_a_valid_layout_or_in_one_line(solved, loopback, model_at, nonsense):
     room, *surfaces = (json.loads(text) for text in conversation(solved))

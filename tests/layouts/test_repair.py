@@ -42,6 +42,7 @@ def test_fast_repair_mends_shaken_layouts(layout, seed):
     assert left <= 0.35 * wrong
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize("seed", range(3))
 def test_the_optimiser_never_adds_a_violation(layout, seed):
     protocol = protocols()["sub_01"]
@@ -126,6 +127,7 @@ def test_refinement_moves_what_blocks_the_robot(layout):
     assert "LabStool_99" in mended.by_id
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize(("family", "seed"), [("ell", 2), ("suite", 4), ("refit", 5)])
 def test_the_optimiser_repairs_a_shaken_floor_and_leaves_furniture_in_its_spaces(family, seed):
     layout = generate("sub_01", seed, family=family)

@@ -108,7 +108,12 @@ SPOILT = {
 
 UNSPOILT = {("cyc_02", "reagents_high"), ("cyc_02", "no_detector")}
 """Cases without a general cabinet, or without vapors that call for a detector."""
-CASES = [(one, name) for one in LABORATORIES for name in SPOILT if (one[0], name) not in UNSPOILT]
+CASES = [
+    pytest.param(one, name, marks=pytest.mark.slow if one != LABORATORIES[0] else ())
+    for one in LABORATORIES
+    for name in SPOILT
+    if (one[0], name) not in UNSPOILT
+]
 
 
 @pytest.mark.parametrize(("laboratory", "name"), CASES, ids=lambda one: one if isinstance(one, str) else one[0])
@@ -126,6 +131,7 @@ USES = [(("red_01", 3, "bay"), "eyewash"), (("alk_03", 4, "12x9"), "sink"), (("p
 """Laboratories whose protocols handle a borohydride or chlorides, which react with water, and a wet fitting of each."""
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize("moved", ["fitting", "place"])
 @pytest.mark.parametrize(("laboratory", "fitting"), USES, ids=lambda one: one if isinstance(one, str) else one[0])
 def test_repair_takes_the_use_of_water_reactives_and_wet_fittings_apart(laboratory, moved, fitting):

@@ -87,6 +87,7 @@ def test_items_that_lie_on_the_floor_return_to_surfaces(room):
     assert all(after.placement(p.id) == p for p in room.placements if p.id not in items)
 
 
+@pytest.mark.slow
 def test_many_items_on_the_floor_return_to_surfaces_with_few_assessments(room):
     spoilt = SPOILINGS["instruments_on_floor"].spoil(room, room.protocol)
     fallen = lying(spoilt)

@@ -55,6 +55,7 @@ def points(floor) -> np.ndarray:
     return points[floor.inside(points)]
 
 
+@pytest.mark.cases(5)
 def test_a_point_in_a_space_is_free_if_the_disc_there_overlaps_no_solid(paths, polygons, points):
     margin = shapely.distance(shapely.boundary(polygons.free), shapely.points(points))
     certain = margin > 1e-3

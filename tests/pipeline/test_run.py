@@ -150,6 +150,7 @@ def test_an_unknown_protocol_is_refused_before_anything_is_made(tmp_path):
     assert not (tmp_path / "r").exists()
 
 
+@pytest.mark.slow
 def test_a_run_that_is_killed_in_two_stages_resumes_to_the_same_files(config, outcome, tmp_path):
     out, apart = tmp_path / "run", (*killing.APART, "tables.txt", "tables.md", "report.html")  # These hold times.
     flags = ["--protocols", PROTOCOL, "--policies", "astar", "random", "--views", "0", "--workers", "2"]

@@ -292,6 +292,7 @@ def bomb(path: Path, inner: int = 0) -> Path:
     return path
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize(("name", "inner"), [("a.pt", 0), ("a.zip", 0), ("a.zip", 1)])
 def test_an_archive_that_unpacks_to_too_much_is_refused_before_it_is_unpacked(tmp_path, name, inner):
     with pytest.raises(LabgymError, match="unpacks to 1073741824 bytes"):

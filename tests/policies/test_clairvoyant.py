@@ -106,17 +106,15 @@ def test_every_processor_has_the_same_smooth_path():
     program = (
         "import test_clairvoyant as t; print(t.smooth_path(t.shortest().points, t.FIELD, t.Band()).tobytes().hex())"
     )
-    paths = []
-    for kernels in ("Haswell", "Prescott"):
-        environment = {
-            **os.environ,
-            "OPENBLAS_CORETYPE": kernels,
-            "PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), *sys.path]),
-        }
-        command = [sys.executable, "-c", program]
-        paths.append(subprocess.run(command, capture_output=True, text=True, check=True, env=environment).stdout)
-    assert paths[0] == paths[1]
-    assert len(paths[0]) > 1000
+    environment = {
+        **os.environ,
+        "OPENBLAS_CORETYPE": "Prescott",
+        "PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), *sys.path]),
+    }
+    command = [sys.executable, "-c", program]
+    other = subprocess.run(command, capture_output=True, text=True, check=True, env=environment).stdout
+    assert other.strip() == smooth_path(shortest().points, FIELD, Band()).tobytes().hex()
+    assert len(other) > 1000
 
 
 def test_the_fastest_way_takes_no_longer_than_a_turn_in_place_and_the_taut_path():

@@ -121,6 +121,7 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     return killing.tree(folder)
 
 
+@pytest.mark.slow
 def test_a_killed_dataset_resumes_to_the_same_files(undisturbed, tmp_path: Path) -> None:
     folder = tmp_path / "killed"
     words = ("data", "--samples", "6", "--shard", "2", "--seed", "3", "--workers", "2", "--out", str(folder))

@@ -521,6 +521,7 @@ def test_a_planner_drives_the_same_routes_over_http_as_directly():
         assert there.planning_ms > 0.0
 
 
+@pytest.mark.slow
 def test_a_planner_with_a_map_arrives_over_http_as_without():
     layout, suite = small_laboratory("served"), Suite(name="short", max_steps=300)
     with served(lambda: make_policy("online_map")) as server:
@@ -531,7 +532,7 @@ def test_a_planner_with_a_map_arrives_over_http_as_without():
 
 def test_a_policy_without_a_path_drives_nearly_the_same_routes_over_http():
     layout = small_laboratory("served")
-    suite = Suite(name="short", max_steps=40)
+    suite = Suite(name="short", max_steps=15)
     direct = drive_layout(make_policy("straight"), layout, suite, "direct", 0)
     with served(lambda: make_policy("straight")) as server:
         remote = drive_layout(HttpPolicy(server.url, replan=1), layout, suite, "remote", 0)

@@ -85,6 +85,7 @@ def test_a_leader_goes_where_the_policy_s_best_trajectory_goes(learner: Path, ro
     np.testing.assert_allclose(to_local(to_world(way, seen.pose), seen.pose), way, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_dataset_on_floors_with_a_learner_does_not_depend_on_the_workers(learner: Path, tmp_path: Path) -> None:
     leader = NavDPLeader.of(learner)
     options = DataOptions(samples=4, shard=2, layout=2, drive=2, floors=1.0, led=0.5, learner=leader.digest)

@@ -296,6 +296,7 @@ def test_the_policy_loads_without_the_learning_library():
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize("name", ["ppo", "ppo-depth"])
 def test_the_published_policy_arrives(name, layout):
     from labgym.eval import evaluate

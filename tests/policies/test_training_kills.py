@@ -20,6 +20,7 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "by"), [("iplanner", signal.SIGTERM), ("navdp", signal.SIGKILL), ("ppo", signal.SIGKILL)]
 )

@@ -147,6 +147,7 @@ def _order(case: dict[str, Any], protocol: Protocol) -> list[str]:
     return lacking
 
 
+@pytest.mark.cases(50)
 @pytest.mark.parametrize("case", CASES, ids=[case["id"] for case in CASES])
 def test_what_a_description_states_is_in_the_protocol_or_named_in_the_refusal(case: dict[str, Any]) -> None:
     assert shortcomings(case) == []

@@ -74,6 +74,7 @@ def test_a_single_file_that_cannot_be_read_is_an_error(folder: Path, tmp_path: P
     assert main(words) == 2
 
 
+@pytest.mark.slow
 def test_a_killed_import_ends_with_the_same_files(folder: Path, whole: Path, tmp_path: Path) -> None:
     out = tmp_path / "killed"
     words = ("protocols", "import", str(folder), "--format", "xdl", "--out", str(out), "--workers", "2")

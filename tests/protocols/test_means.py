@@ -82,6 +82,7 @@ REMOVALS = {
 }
 
 
+@pytest.mark.cases(50)
 @pytest.mark.parametrize("kind", REMOVALS)
 @pytest.mark.parametrize("name", protocols())
 def test_what_is_taken_away_is_missed(name: str, kind: str) -> None:

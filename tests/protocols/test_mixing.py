@@ -114,12 +114,13 @@ def test_the_published_protocols_stay_within_the_limits(protocol: Protocol) -> N
     assert faults(protocol) == []
 
 
-def test_the_experiments_that_can_be_staged_stay_within_the_limits() -> None:
+@pytest.mark.parametrize("every", [8, pytest.param(1, marks=pytest.mark.slow)])
+def test_the_experiments_that_can_be_staged_stay_within_the_limits(every: int) -> None:
     staged = []
-    for experiment in experiments().values():
+    for experiment in [*experiments().values()][::every]:
         try:
             staged.append(stage(experiment, CATALOG))
         except ValueError:
             continue
-    assert len(staged) > 150
+    assert len(staged) > 150 / every
     assert [(protocol.id, found) for protocol in staged if (found := faults(protocol))] == []

@@ -39,6 +39,7 @@ TEXTS = {
 }
 
 
+@pytest.mark.cases(7)
 @pytest.mark.parametrize("part", TEXTS.values(), ids=TEXTS)
 def test_a_text_of_the_greatest_length_is_read_quickly(part: str) -> None:
     text = (part * MAX_TEXT)[:MAX_TEXT]

@@ -25,6 +25,7 @@ def test_a_dangerous_request_is_refused_in_one_line(text: str) -> None:
     assert "\n" not in str(refusal.value)
 
 
+@pytest.mark.cases(30)
 @pytest.mark.parametrize("text", REQUESTS["harmless"])
 def test_a_harmless_request_is_written(text: str) -> None:
     assert synthesize(text, keyword_only=True).protocol.steps

@@ -22,6 +22,7 @@ UNSOUND = {"fgt_benzyl_bromide_nbs": "explosive-heated"}
 FEASIBLE = [name for name, item in experiments().items() if FeasibilityFilter(Catalog.published()).judge(item).feasible]
 
 
+@pytest.mark.cases(40)
 @pytest.mark.parametrize("name", [name for name in FEASIBLE if name not in UNSOUND])
 def test_a_feasible_experiment_becomes_a_protocol_without_faults(name: str) -> None:
     experiment, protocol = experiments()[name], stage(experiments()[name])

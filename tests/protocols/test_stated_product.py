@@ -14,6 +14,7 @@ STATEMENTS = json.loads((Path(__file__).parent / "stated_products.json").read_te
 """Texts by hand: those whose product is not what the reagents give, and those whose product is, with its name."""
 
 
+@pytest.mark.cases(20)
 @pytest.mark.parametrize("text", STATEMENTS["wrong"])
 def test_a_product_that_the_reagents_do_not_give_is_refused(text: str) -> None:
     with pytest.raises(RefusalError) as refusal:
@@ -21,6 +22,7 @@ def test_a_product_that_the_reagents_do_not_give_is_refused(text: str) -> None:
     assert refusal.value.reason == "no-reaction"
 
 
+@pytest.mark.cases(20)
 @pytest.mark.parametrize(("text", "product"), STATEMENTS["right"])
 def test_a_product_that_the_reagents_give_keeps_its_name(text: str, product: str) -> None:
     assert synthesize(text, keyword_only=True).protocol.product == product

@@ -29,6 +29,7 @@ def written(text: str) -> Protocol:
     return synthesize(text, keyword_only=True).protocol
 
 
+@pytest.mark.cases(40)
 @pytest.mark.parametrize("text", DESCRIPTIONS)
 def test_descriptions_become_complete_protocols_without_faults(text: str) -> None:
     protocol = written(text)

@@ -115,6 +115,7 @@ def test_an_error_of_a_shard_arrives_as_itself(cluster):
         list(run_shards([Shard("one", examples.refuse, ("no such thing",))], None, dask(cluster), progress=False))
 
 
+@pytest.mark.slow
 def test_a_shard_that_kills_every_worker_is_an_error_and_finished_shards_are_kept(tmp_path):
     folder = tmp_path / "run"
     with alone(tmp_path) as cluster, RunFolder.open(folder, examples.identity()) as run:

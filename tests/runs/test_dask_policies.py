@@ -54,6 +54,7 @@ def rows(folder: Path) -> dict[str, bytes]:
     return {name: (folder / name).read_bytes() for name in ("episodes.jsonl", "routes.jsonl", "summary.json")}
 
 
+@pytest.mark.slow
 def test_a_policy_of_the_working_folder_drives_on_the_cluster_as_here(project, cluster):  # noqa: F811
     settings = {"options": {"file": "turn.txt"}, "progress": False}
     evaluate("steady:Steady", SUITE, out="here", **settings)

@@ -14,6 +14,7 @@ from runs.processes import Marked
 SIGNALS = [signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGKILL]
 
 
+@pytest.mark.cases(2)
 @pytest.mark.parametrize("number", SIGNALS, ids=lambda number: number.name)
 def test_no_process_outlives_the_coordinator(tmp_path, number):
     log = tmp_path / "pids"
@@ -33,6 +34,7 @@ if __name__ == "__main__":
     run.end()
 
 
+@pytest.mark.cases(3)
 @pytest.mark.parametrize("workers", [1, 2])
 @pytest.mark.parametrize("number", SIGNALS, ids=lambda number: number.name)
 def test_a_run_that_is_killed_resumes_to_the_same_bytes(tmp_path, number, workers):
@@ -59,15 +61,16 @@ def count(path: Path) -> int:
     return path.read_bytes().count(b"\n") if path.exists() else 0
 
 
-def test_sigterm_ends_a_command_like_ctrl_c_in_one_line_with_code_143(tmp_path):
-    for number, code in ((signal.SIGTERM, 143), (signal.SIGHUP, 129), (signal.SIGINT, 130)):
-        run = evaluation(tmp_path)
-        run.process.send_signal(number)
-        message = run.end()
-        assert run.process.returncode == code
-        assert message.splitlines()[-1].startswith("labgym: interrupted")
-        assert message.splitlines()[-1].endswith("; finished work is kept")
-        assert "Traceback" not in message
+@pytest.mark.slow  # test_cli.py has Ctrl-C
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129), (signal.SIGINT, 130)])
+def test_a_signal_ends_a_command_like_ctrl_c_in_one_line_with_its_code(tmp_path, number, code):
+    run = evaluation(tmp_path)
+    run.process.send_signal(number)
+    message = run.end()
+    assert run.process.returncode == code
+    assert message.splitlines()[-1].startswith("labgym: interrupted")
+    assert message.splitlines()[-1].endswith("; finished work is kept")
+    assert "Traceback" not in message
 
 
 def evaluation(folder: Path) -> Marked:

@@ -324,6 +324,7 @@ def test_a_scene_of_more_geoms_than_mujoco_draws_by_default_is_drawn_whole() -> 
         assert renderer.scene.ngeom == count
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize("name", ["suite", "oblique"])
 def test_the_stage_of_a_floor_is_clean_and_has_its_solids(name: str, tmp_path: Path) -> None:
     layout = floors.furnished(name)

@@ -36,6 +36,7 @@ def pixel(layout: Layout, camera: str, point: tuple[float, float, float]) -> tup
     return round(HEIGHT / 2.0 + scale * y / z), round(WIDTH / 2.0 - scale * x / z)
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize("renderer", ["traced", "opengl"])
 @pytest.mark.parametrize("camera", ["overview", "door"])
 def test_a_yellow_cabinet_is_yellow_where_it_stands(laboratory: Layout, camera: str, renderer: str) -> None:
@@ -45,6 +46,7 @@ def test_a_yellow_cabinet_is_yellow_where_it_stands(laboratory: Layout, camera: 
     assert red > 1.1 * green > 1.1 * 2.0 * blue
 
 
+@pytest.mark.cases(3)
 @pytest.mark.parametrize("renderer", ["traced", "opengl"])
 @pytest.mark.parametrize("camera", ["overview", "topdown", "door", "bench"])
 def test_pictures_are_neither_underexposed_nor_overexposed(laboratory: Layout, camera: str, renderer: str) -> None:

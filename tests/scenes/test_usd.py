@@ -174,6 +174,7 @@ def test_placements_and_the_room_have_semantic_labels(laboratory: Layout, stage:
     assert {label(prim, "class") for prim in surfaces} == {"floor", "wall", "door", "window"}
 
 
+@pytest.mark.slow
 def test_a_published_laboratory_has_no_finding_of_nvidias_asset_validator(tmp_path: Path) -> None:
     validator = pytest.importorskip("omni.asset_validator")
     path = write_usd(load_published("val", "val-alk_01"), tmp_path / "scene")

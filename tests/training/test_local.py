@@ -40,7 +40,7 @@ IMITATION = ImitationOptions(
     tasks=("dock",), rounds=2, drives=2, shard=1, epochs=2, last_epochs=2, batch=64, validation=1
 )
 PPO = ReinforcementOptions(
-    tasks=("dock",), iterations=2, drives=2, shard=1, critic_iterations=1, evaluate_every=5, validation=1
+    tasks=("dock",), iterations=2, drives=1, shard=1, critic_iterations=1, evaluate_every=5, validation=1
 )
 
 
@@ -233,9 +233,14 @@ def test_imitation_learns_the_advice(floors):
     assert learned < imitation.fit(new_model(0, 0.1), parts, options, 0, 1)
 
 
-def test_a_run_gives_the_same_bytes_with_two_workers_and_after_an_interruption(floors, imitated, tmp_path, monkeypatch):
+@pytest.mark.slow
+def test_a_run_gives_the_same_bytes_with_two_workers(floors, imitated, tmp_path):
+    two = imitate(IMITATION, floors, tmp_path / "two", ExecutorOptions(workers=2))
+    assert two.read_bytes() == imitated.read_bytes()
+
+
+def test_a_run_gives_the_same_bytes_after_an_interruption(floors, imitated, tmp_path, monkeypatch):
     one = imitated
-    assert imitate(IMITATION, floors, tmp_path / "two", ExecutorOptions(workers=2)).read_bytes() == one.read_bytes()
     usual, calls = imitation.fit, []
 
     def stop(*arguments):
@@ -267,6 +272,9 @@ def test_the_ablation_compares_each_variant_with_the_whole_network(imitated, tmp
     for one, mean in zip(results.variants[1:], means[1:], strict=True):
         assert one.difference is not None
         assert one.difference.value == pytest.approx(mean - means[0], abs=1e-4)
+    card = write_imitation_card([imitated.parent], tmp_path / "card", ablation=tmp_path / "ablation").read_text()
+    assert "## Ablation" in card
+    assert "without people" in card
     networks = {name: tmp_path / "ablation" / "networks" / f"{name}.safetensors" for name in (WHOLE, "people")}
     first = {name: checked_actor(path).layers[0][0][:, place_of("people")] for name, path in networks.items()}
     assert not first["people"].any()
@@ -278,6 +286,7 @@ def test_the_ablation_compares_each_variant_with_the_whole_network(imitated, tmp
         ablate_imitation(tmp_path / "empty", tmp_path / "other")
 
 
+@pytest.mark.slow
 def test_the_cards_show_training_seeds_and_ablation(floors, imitated, network, tmp_path):
     ablated = ablate_imitation(imitated.parent, tmp_path / "ablation").parent
     card = write_imitation_card([imitated.parent, imitated.parent], tmp_path / "card", ablation=ablated).read_text()

@@ -75,6 +75,7 @@ def test_a_stopped_training_resumes_to_the_same_files(algorithm, tmp_path, monke
         train(hyperparameters, settings(tmp_path / "stopped"))
 
 
+@pytest.mark.slow
 def test_a_killed_command_resumes_to_the_same_files(tmp_path):
     values = {**SMALL, **NETWORK, **CASES["ppo"][2], "n_timesteps": 640}
     words = ["train", "ppo", "--set", *(f"{name}={json.dumps(value)}" for name, value in values.items()), "--out"]

@@ -68,6 +68,7 @@ def watch_of(task: str) -> LabNavWatch:
     return LabNavWatch(task, 2, part.layout(part.episodes[0].floor), part.episodes[0], part.label)
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize("task", ["dock", "shift"])
 def test_a_person_has_the_row_of_a_policy_that_acts_alike(task):
     episode, drives = watch_of(task), []
@@ -153,6 +154,7 @@ def test_options_of_layouts_are_refused_in_labnav(words, why, played, capsys):
     assert why in capsys.readouterr().err
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(chromium() is None, reason="needs Chromium (Debian: apt install chromium)")
 def test_enter_gives_stop_on_the_page_which_shows_the_goal_of_the_drive(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "labgym.cli", "play", "--suite", "labnav-val-shift", "--port", "0"]

@@ -283,6 +283,7 @@ def digest() -> str:
     return result.hexdigest()
 
 
+@pytest.mark.slow
 def test_equal_seeds_give_equal_bytes_in_another_process():
     code = "from test_changes import digest; print(digest())"
     other = "1" if os.environ.get("PYTHONHASHSEED") == "0" else "0"

@@ -281,6 +281,7 @@ print(hashlib.sha256(repr(trace(env, ACTIONS)).encode()).hexdigest())
 """
 
 
+@pytest.mark.slow
 def test_another_process_with_another_hash_seed_has_the_same_bytes():
     code = CODE.format(paths=[str(Path(__file__).parent), *sys.path])
     other = subprocess.run(

@@ -101,6 +101,7 @@ def test_a_folder_holds_what_decides_the_run_and_what_came_out(finished, layouts
     assert Layout.load(finished / "layouts" / "first.json").hash == layouts[0].hash
 
 
+@pytest.mark.slow
 def test_rows_routes_summary_and_manifest_are_equal_with_two_workers(finished, layouts, tmp_path):
     evaluate(Arc(), layouts, out=tmp_path / "two", workers=2, progress=False)
     assert content(tmp_path / "two") == content(finished)

@@ -31,7 +31,10 @@ def words(suite: Path, folder: Path, workers: int) -> tuple[str, ...]:
     return "eval", "--policy", "straight", "--suite", str(suite), "--workers", str(workers), "--out", str(folder)
 
 
-@pytest.mark.parametrize(("by", "workers"), [(signal.SIGKILL, 2), (signal.SIGTERM, 1), (signal.SIGINT, 2)])
+@pytest.mark.cases(1)
+@pytest.mark.parametrize(
+    ("by", "workers"), [(signal.SIGKILL, 1), (signal.SIGTERM, 1), (signal.SIGINT, 2), (signal.SIGKILL, 2)]
+)
 def test_a_killed_evaluation_resumes_to_the_same_bytes(
     suite: Path, undisturbed: dict[str, str], tmp_path: Path, by: signal.Signals, workers: int
 ) -> None:
@@ -41,6 +44,7 @@ def test_a_killed_evaluation_resumes_to_the_same_bytes(
     assert seen.finished < len(LAYOUTS)
 
 
+@pytest.mark.slow
 def test_a_worker_that_dies_costs_its_layout_and_not_the_evaluation(
     suite: Path, undisturbed: dict[str, str], tmp_path: Path
 ) -> None:

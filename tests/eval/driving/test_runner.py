@@ -141,10 +141,10 @@ def test_the_folder_holds_rows_routes_and_a_summary_that_say_the_same(astar_repo
 
 def test_the_numbers_do_not_depend_on_the_number_of_workers(astar_report, layouts, users_module):
     assert numbers(evaluate("astar", layouts, workers=2, progress=False)) == numbers(astar_report[0])
-    alone = evaluate(f"{users_module}:Leaky", layouts, workers=1, progress=False, seed=3)
-    together = evaluate(f"{users_module}:Leaky", layouts, workers=2, progress=False, seed=3)
+    alone = evaluate(f"{users_module}:Leaky", layouts[:2], workers=1, progress=False, seed=3)
+    together = evaluate(f"{users_module}:Leaky", layouts[:2], workers=2, progress=False, seed=3)
     assert numbers(alone) == numbers(together)
-    assert len({row.path_length for row in alone.rows}) == 9
+    assert len({row.path_length for row in alone.rows}) == 6
     assert alone.summary.metrics["soft_spl"] == together.summary.metrics["soft_spl"]
 
 
@@ -154,6 +154,7 @@ def test_a_seed_decides_what_is_random(layouts):
     assert [row.path_length for row in first.rows] != [row.path_length for row in other.rows]
 
 
+@pytest.mark.slow
 def test_an_object_can_be_evaluated_here_and_in_workers(layouts):
     here = evaluate(make_policy("astar"), layouts[:2], progress=False)
     there = evaluate(make_policy("astar"), layouts[:2], workers=2, progress=False)
@@ -295,4 +296,4 @@ def test_an_object_of_a_local_class_drives_in_workers(layouts):
     class Local(Still):
         pass
 
-    assert [row.error for row in evaluate(Local(), layouts, workers=2, progress=False).rows] == [None] * 9
+    assert [row.error for row in evaluate(Local(), layouts[:2], workers=2, progress=False).rows] == [None] * 6

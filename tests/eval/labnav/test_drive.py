@@ -80,6 +80,7 @@ class Arriving(Ahead):
         return float(observation["goal"][0]) <= self.distance
 
 
+@pytest.mark.cases(3)
 @pytest.mark.parametrize("task", TASKS)
 def test_a_robot_that_stands_scores_0_and_is_stuck_after_30_s(task):
     row = driven(Still(), task).row

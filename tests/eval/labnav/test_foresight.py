@@ -49,6 +49,7 @@ def test_it_docks_at_the_true_pose_of_a_station_that_moved():
     assert abs(row.final_heading) < 0.01
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize("task", ["people", "carry"])
 def test_it_lets_a_person_cross_and_drives_the_same_way_again(task):
     beaker = {"payload": {"freeboard": 0.01}} if task == "carry" else {}

@@ -125,6 +125,7 @@ def test_the_printed_line_has_one_meaning_of_success(suite, report):
     assert "success" not in table.text()
 
 
+@pytest.mark.cases(20)
 @pytest.mark.parametrize("name", PUBLISHED)
 def test_published_episodes_have_floors_and_equal_numbers_on_each(name):
     suite = load_labnav(name)

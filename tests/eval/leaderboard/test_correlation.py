@@ -66,8 +66,8 @@ def test_a_constant_or_too_few_values_have_no_correlation():
 def test_chance_exceeds_the_least_significant_correlation_once_in_twenty():
     rng = np.random.default_rng(0)
     ordered = np.arange(14.0)
-    by_chance = [abs(spearman(ordered, rng.permutation(ordered))) for _ in range(20_000)]
-    assert np.mean(np.array(by_chance) >= least_significant(14)) == pytest.approx(0.05, abs=0.006)
+    by_chance = [abs(spearman(ordered, rng.permutation(ordered))) for _ in range(4_000)]
+    assert np.mean(np.array(by_chance) >= least_significant(14)) == pytest.approx(0.05, abs=0.012)
 
 
 def test_over_policies_only_those_that_drove_both_tasks_count():

@@ -122,6 +122,7 @@ def test_a_site_without_routes_says_so(tmp_path, monkeypatch):
     assert "No routes of these results are published" in page.read_text()
 
 
+@pytest.mark.slow
 def test_the_leaderboard_has_routes_of_every_policy_and_stays_small(tmp_path):
     page = write_leaderboard(tmp_path)
     assert "No routes of these results are published" not in page.read_text()

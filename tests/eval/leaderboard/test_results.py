@@ -128,7 +128,9 @@ def test_tasks_driven_one_by_one_give_the_figure_when_the_last_one_is_there(resu
 
 def test_the_table_names_pairs_that_are_not_apart_and_those_whose_order_depends_on_the_mean(result_of):
     def whole(policy: str, scores: Sequence[float]) -> LabNavResult:
-        parts = [result_of(task, score, policy=policy) for task, score in zip(FIGURE_TASKS, scores, strict=True)]
+        parts = [
+            result_of(task, score, per_floor=1, policy=policy) for task, score in zip(FIGURE_TASKS, scores, strict=True)
+        ]
         return functools.reduce(LabNavResult.joined, parts)
 
     even, uneven = whole("even", [0.4] * 8), whole("uneven", [1.0] * 4 + [0.0] * 4)

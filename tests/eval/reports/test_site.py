@@ -6,6 +6,7 @@ import json
 import math
 import re
 from collections import Counter
+from functools import partial
 from html.parser import HTMLParser
 from itertools import combinations
 from pathlib import Path
@@ -363,7 +364,8 @@ def test_a_task_has_the_endings_of_its_episodes_the_best_policy_first(site, eval
     assert board.episode == "#e0"
 
 
-def test_any_number_of_policies_has_rows_sections_and_looks_of_their_own(tmp_path):
+def test_any_number_of_policies_has_rows_sections_and_looks_of_their_own(tmp_path, monkeypatch):
+    monkeypatch.setattr("labgym.eval.reports.site.page.episodes_shown", partial(episodes_shown, most=2))
     results = published_results()
     more = [
         one.model_copy(update={"summary": one.summary.model_copy(update={"policy": f"another-policy-{number}"})})

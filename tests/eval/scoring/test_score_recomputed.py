@@ -22,7 +22,7 @@ from labgym.protocols import protocols
 CATALOG = Catalog.load()
 
 
-@pytest.fixture(scope="module", params=["sub_01", "alk_02", "red_03"])
+@pytest.fixture(scope="module", params=["sub_01", "alk_02", pytest.param("red_03", marks=pytest.mark.slow)])
 def shaken(request: pytest.FixtureRequest) -> Layout:
     """A generated laboratory with a third of its objects moved by centimetres to decimetres."""
     # The solver's plan, before apparatus are assembled: pieces of one apparatus touch, and that is no collision.

@@ -21,6 +21,7 @@ from labgym.eval.driving.runner import evaluate
 from labgym.eval.submission.check import Verdict, check_submission
 from labgym.layouts import load_published
 from labgym.navigation import goal_pairs
+from labgym.suites import Suite
 
 Rows = list[dict[str, Any]]
 
@@ -59,7 +60,8 @@ def test_an_honest_result_passes(submission, suite_file):
     assert "the policy itself is not verified" in without.facts[-1]
 
 
-def test_an_honest_result_of_a_policy_of_ones_own_passes_with_that_policy(suite_file, tmp_path, monkeypatch):
+def test_an_honest_result_of_a_policy_of_ones_own_passes_with_that_policy(tmp_path, monkeypatch):
+    suite_file = Suite(name="brief", split="test", layouts=("test-sub_01",), max_steps=40).save(tmp_path / "brief.json")
     (tmp_path / "own_policies.py").write_text(
         "import numpy as np\nfrom labgym.policies import Policy\n\n"
         "class Arc(Policy):\n"
@@ -279,6 +281,7 @@ def test_a_number_that_is_not_finite_is_a_problem(submission, suite_file, name):
     assert any(name in problem and "not finite" in problem for problem in problems), problems
 
 
+@pytest.mark.slow
 def test_a_swapped_policy_is_found_by_driving_again(submission, suite_file):
     """Results of straight under the name of another policy, everywhere."""
     run = submission.document("run.json")

@@ -56,6 +56,7 @@ def along(layout: Layout, task, acceleration=1.3):
     return legal_route(task.pair.start, path.points[1:], task.pair.goal[2], acceleration)
 
 
+@pytest.mark.cases(3)
 @pytest.mark.parametrize("task", TASKS)
 def test_a_possible_route_raises_no_alarm(task):
     for part, episode, layout, world in episodes(task)[:3]:

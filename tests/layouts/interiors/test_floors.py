@@ -87,9 +87,9 @@ def test_furniture_overlaps_nothing_and_ways_lead_from_every_exit_to_every_goal(
 def test_hoods_stand_on_every_wall_as_named_from_the_main_door():
     """On its own wall least often: hoods keep 3 m from doors where they can."""
     sides: Counter[str] = Counter()
-    for seed in range(12):
+    for seed in range(9):
         try:
-            layout = FloorProposer().propose(request("bay", seed))
+            layout = FloorProposer().plan(request("bay", seed)).layout()
         except InfeasibleError:
             continue
         door = next(way for way in layout.floor.doorways if way.exit)

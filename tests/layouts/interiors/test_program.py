@@ -26,6 +26,7 @@ def stands(units):
     ]
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize("seed", range(3))
 def test_units_keep_gaps_fronts_doors_and_distances(seed):
     units = [Unit(f"u{k}", BENCH, 0.8 + 0.1 * k, 0.6, 0.9) for k in range(8)]
@@ -52,6 +53,7 @@ def test_a_proof_differs_from_a_search_that_was_stopped():
     assert plan_walls(stands(narrow), (), (), 0, 1e-6).status == "stopped"
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize("seed", range(3))
 def test_goal_poses_of_neighbors_are_near_and_their_footprints_apart(seed):
     units = [Unit(f"u{k}", BENCH, 0.9, 0.6, 0.9) for k in range(6)]

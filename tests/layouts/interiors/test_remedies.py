@@ -69,6 +69,7 @@ def test_a_fixed_piece_that_cuts_a_door_off_is_named():
     generate("sub_01", 1, floor=floor, fixed=pieces[1:])
 
 
+@pytest.mark.slow
 def test_the_least_length_that_a_narrow_room_lacks_is_found():
     narrow = Room(width=14.0, depth=2.3, doors=(Door(wall="left", offset=1.1), Door(wall="right", offset=1.1))).floor
     error = refused(narrow)

@@ -31,7 +31,12 @@ WATER_REACTIVE = {
 }  # fmt: skip
 
 
-@pytest.fixture(scope="module", params=CASES)
+SLOW = {"chloride on a floor of rooms", "hydride in a small room"}
+
+
+@pytest.fixture(
+    scope="module", params=[pytest.param(name, marks=pytest.mark.slow if name in SLOW else ()) for name in CASES]
+)
 def layout(request):
     protocols, seed, place = CASES[request.param]
     return generate(protocols, seed, **place)
@@ -113,6 +118,7 @@ def test_people_who_come_in_can_walk_to_every_extinguisher(layout):
     assert [item.id for item in extinguishers if not laboratory.entered(item)] == []
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize(("protocols", "seed", "family"), [
     (["cyc_03", "red_01"], 900040, "suite"), (["fgt_02", "red_04"], 900049, "double"),
     (["cyc_04", "red_02"], 900053, "refit"),

@@ -15,7 +15,7 @@ from labgym.layouts import Layout, generate
 from labgym.layouts.rules import Assessment, evaluate_layout
 from labgym.paper.spoiling import DRAWN
 
-DRAWS = 40
+DRAWS = 8
 
 
 @pytest.fixture(scope="module")

@@ -320,6 +320,7 @@ def test_a_person_can_walk_to_every_extinguisher(asset: str, gap: float) -> None
     assert seen == (set() if reachable else {("extinguisher",)})
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize("asset", ["FireExtinguisher", "ClassDExtinguisher"])
 def test_repair_brings_an_extinguisher_out_of_a_pocket(asset: str) -> None:
     on = {"on": "floor"} if asset == "ClassDExtinguisher" else {"on": "wall", "z": 0.6}

@@ -84,6 +84,7 @@ def test_untouched_layouts_have_no_violation(cases: dict[str, Case]) -> None:
     assert [case.with_ways.v for case in cases.values()] == [0, 0]
 
 
+@pytest.mark.cases(20)
 @pytest.mark.parametrize("name", SPOILINGS)
 def test_every_way_to_spoil_a_layout_worsens_its_headline_figures(cases: dict[str, Case], name: str) -> None:
     spoiling, applied = SPOILINGS[name], 0

@@ -99,6 +99,7 @@ WAYS = {
 }
 
 
+@pytest.mark.cases(12)
 @pytest.mark.parametrize("way", WAYS)
 def test_a_policy_that_misbehaves_fails_its_episode_and_no_other(way, honest, tmp_path):
     limits = ProcessLimits(call_seconds=1.0 if WAYS[way].startswith("act took") else 20.0)
@@ -121,6 +122,7 @@ def test_limits_that_are_not_reached_change_nothing(honest):
     assert [measured(drive) for drive in drives] == honest
 
 
+@pytest.mark.slow
 def test_the_whole_evaluation_goes_on_after_a_death(honest):
     options = {"way": "kills_its_grandparent", "goal_x": goal_x(0)}
     report = evaluate("misbehaving:Misbehaving", [LAYOUT], progress=False, options=options)
@@ -188,6 +190,7 @@ def whole(folder: Path) -> list[Path]:
     return [path for path in folder.iterdir() if path.suffix != ".tmp"]
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
 @pytest.mark.parametrize("hang", ["load", "act"])
 def test_nothing_remains_when_the_evaluator_dies(number, hang, tmp_path):
