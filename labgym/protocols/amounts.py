@@ -14,6 +14,7 @@ _WATER = re.compile(
 )
 _WATER_BEFORE, _CLOSED = re.compile(r"\bwater\s*\(\s*$", re.IGNORECASE), re.compile(r"\s*\)")
 _NUMBERED = re.compile(r"(?<![\w.,%/-])\d[\d.,]*\s*([^\W\d_]{2,})(?![\w-])")
+_MOLARITY = re.compile(r"\bof (\d+(?:\.\d+)?) [MN]\b")
 _NO_UNITS = frozenset(
     (
         *("in", "of", "aq", "and", "or", "to", "from", "with", "mM", "molar", "normal", "mesh", "nm", "wt", "vol"),
@@ -83,6 +84,23 @@ def volume_of(reagent: Asset, amount: Amount) -> float:
     if mass is None and amount.moles is not None and chemistry.molar_mass is not None:
         mass = amount.moles * chemistry.molar_mass
     return (mass or 0.0) / chemistry.density + amount.ice
+
+
+def moles_of(asset: Asset, amount: str) -> float | None:
+    """Return the moles in an amount of a reagent, or None if they cannot be known."""
+    stated, chemistry = read_amount(amount), asset.chemistry
+    if stated.moles is not None:
+        return stated.moles
+    molarity = _MOLARITY.search(amount)
+    if molarity is not None and stated.volume is not None:
+        return stated.volume * stated.portions * float(molarity[1]) / 1000.0
+    if chemistry is None or not chemistry.molar_mass:
+        return None
+    if stated.mass is not None:
+        return stated.mass / chemistry.molar_mass
+    if stated.volume is None or chemistry.state != "liquid" or chemistry.density is None:
+        return None
+    return stated.volume * chemistry.density / chemistry.molar_mass
 
 
 def water_in(text: str) -> float:

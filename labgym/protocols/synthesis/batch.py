@@ -6,7 +6,7 @@ import re
 from decimal import Decimal
 
 from labgym.assets import Asset
-from labgym.protocols.amounts import read_amount
+from labgym.protocols.amounts import moles_of, read_amount
 from labgym.protocols.errors import RefusalError
 
 METAL_SHARE, PALLADIUM = 0.1, 106.42
@@ -14,7 +14,6 @@ METAL_SHARE, PALLADIUM = 0.1, 106.42
 AIDS = {"adsorbent": "5 g", "drying_agent": "5 g"}
 """Amounts of aids that take no part in the reaction, by category."""
 _MOLAR, _SHARE = re.compile(r"\((\d+(?:\.\d+)?) M\b"), re.compile(r"\((?:[<=]*\d+-)?(\d+)\s?%")
-_MOLARITY = re.compile(r"\bof (\d+(?:\.\d+)?) [MN]\b")
 _ROUNDED = re.compile(r"(?<!\d)(\d+(?:\.\d+)?)(\s*mL\b)")
 _SCALABLE = re.compile(r"(?<!\d)(\d+(?:\.\d+)?)(\s*(?:kg|mg|g|mmol|mol|mL|L)\b)")
 
@@ -108,20 +107,3 @@ def _strength(asset: Asset) -> tuple[float | None, float]:
     name = asset.synonyms_en[0] if asset.synonyms_en else ""
     molar, share = _MOLAR.search(name), _SHARE.search(name)
     return (float(molar[1]) if molar else None), (float(share[1]) / 100.0 if share else 1.0)
-
-
-def moles_of(asset: Asset, amount: str) -> float | None:
-    """Return the moles in an amount of a reagent, or None if they cannot be known."""
-    stated, chemistry = read_amount(amount), asset.chemistry
-    if stated.moles is not None:
-        return stated.moles
-    molarity = _MOLARITY.search(amount)
-    if molarity is not None and stated.volume is not None:
-        return stated.volume * stated.portions * float(molarity[1]) / 1000.0
-    if chemistry is None or not chemistry.molar_mass:
-        return None
-    if stated.mass is not None:
-        return stated.mass / chemistry.molar_mass
-    if stated.volume is None or chemistry.state != "liquid" or chemistry.density is None:
-        return None
-    return stated.volume * chemistry.density / chemistry.molar_mass

@@ -6,9 +6,10 @@ import hashlib
 from collections.abc import Iterator
 
 from labgym.errors import LabgymError
+from labgym.protocols.amounts import moles_of
 from labgym.protocols.errors import RefusalError
 from labgym.protocols.experiments import Experiment, experiments
-from labgym.protocols.synthesis.batch import moles_of, scaled
+from labgym.protocols.synthesis.batch import scaled
 from labgym.protocols.synthesis.fidelity import unkept
 from labgym.protocols.synthesis.staging import stage
 from labgym.protocols.synthesis.writer import Commission, WriterResult

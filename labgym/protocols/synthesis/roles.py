@@ -10,13 +10,12 @@ from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from labgym.assets import Asset, Catalog
-from labgym.protocols.amounts import read_amount
+from labgym.protocols.amounts import moles_of, read_amount
 from labgym.protocols.errors import RefusalError
 from labgym.protocols.synthesis.batch import (
     equimolar,
     figure,
     measured,
-    moles_of,
     of_strength,
     rounded_volume,
     scaled,
