@@ -39,6 +39,11 @@ METALLIC_PALLADIUM, TOLERANCE = 106.42, 0.25
 SUPPORTED = "noble_metal_catalyst"
 AFTER_CATALYST = ("Concentrate", "Distill", "Chromatograph", "Recrystallize", "DryVacuum")
 AIR_SENSITIVE = frozenset({"TetrakisTriphenylphosphinePalladium"})
+_BATH = r"[ -]?(?:bath|cone|cabinet|heat|jacket|plate|table)"
+STEAM = re.compile(rf"\bsteam(?!{_BATH})|水蒸气(?!浴)", re.I)
+"""Words of a distillation with steam."""
+STEAM_BATH = re.compile(rf"\bsteam{_BATH}|(?:水蒸气|蒸汽)浴", re.I)
+"""Words for heat from steam, which the mixture does not meet."""
 _SOLUTION = re.compile(r"\b(?:solution|suspension|slurry|dissolved|in \d|molten|melt)\b", re.I)
 
 
@@ -157,7 +162,7 @@ def wet_layers_are_dried(case: Case) -> Iterator[Finding]:
             wet = step.index
         elif step.action in ("DrySolution", "DryVacuum", "Quench", "Acidify", "Basify", "Crystallize"):
             wet = None
-        elif step.action == "Distill" and wet is not None and "steam" not in step.text.lower():
+        elif step.action == "Distill" and wet is not None and not STEAM.search(step.text):
             message = f"step {step.index} distils the layer that step {wet} left wet"
             yield Finding(
                 "dry-before-distillation", step.index, message, "add a DrySolution step, with MagnesiumSulfate"

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from labgym.protocols.errors import RefusalError
+from labgym.protocols.rules.conditions import STEAM_BATH
 from labgym.protocols.synthesis.precedents import Precedent
 from labgym.protocols.synthesis.reading import Clause
 from labgym.protocols.synthesis.roles import Participant
@@ -25,6 +26,8 @@ _CLOSED = re.compile(
 )
 NEAR_BOILING = 4.0
 """Margin around a boiling point within which a temperature counts as reflux, degrees Celsius."""
+STEAM_BATH_C = 95.0
+"""Temperature of a flask on a steam bath."""
 HOLDING = ("Stir", "Heat", "Reflux", "Distill", None)
 ADDING = ("Add", "Cool", "Dissolve")
 
@@ -147,6 +150,8 @@ def hold(kind: Transformation, clause: Clause | None, parts: Sequence[Participan
     temperature = clause.temperature if clause is not None else None
     if clause is not None and clause.warmed:
         temperature = ROOM_TEMPERATURE
+    elif temperature is None and clause is not None and STEAM_BATH.search(clause.text):
+        temperature = STEAM_BATH_C
     if temperature is None:
         if clause is not None and _is(clause, "Reflux") and boiling is not None:
             temperature = boiling[0]

@@ -7,7 +7,9 @@ from dataclasses import replace
 
 from labgym.assets import Asset
 from labgym.protocols.apparatus import SUCTION, usual_temperature
+from labgym.protocols.rules.conditions import STEAM, STEAM_BATH
 from labgym.protocols.synthesis.batch import scaled
+from labgym.protocols.synthesis.conditions import STEAM_BATH_C
 from labgym.protocols.synthesis.phases import WorkUpStep
 from labgym.protocols.synthesis.roles import ASSUMED, SOLVENTS
 from labgym.protocols.synthesis.workup_plan import parsed_step, usual_steps
@@ -43,20 +45,21 @@ def crystallize(work: WorkUpWriter, step: WorkUpStep) -> None:
 def distil(work: WorkUpWriter, step: WorkUpStep) -> None:
     """Append a distillation; an assumed reduced pressure is noted."""
     stated = step.temperature
-    assumed = stated is None and "steam" not in step.text.lower() and not work.mixture.distilled
+    steam, steam_bath = STEAM.search(step.text), STEAM_BATH.search(step.text)
+    assumed = stated is None and not (steam or steam_bath or work.mixture.distilled)
     vacuum = _VACUUM.search(step.text) is not None or assumed
     above = next(iter(temperatures(step.text)), None)
     at = stated + BATH_ABOVE if stated is not None and stated > 30.0 else usual_temperature("Distill")
-    at = min(at, HOTTEST_BATH)
+    at = STEAM_BATH_C if steam_bath else min(at, HOTTEST_BATH)
     peroxides = any(_forms_peroxides(work.catalog.get(use.name)) for use in work.builder.reagents)
     if vacuum and _VACUUM.search(step.text) is None:
         work.builder.notes.append("the distillation is assumed to be under reduced pressure")
     text = "Test for peroxides, then distil" if peroxides else "Distil"
-    text += " with steam" if "steam" in step.text.lower() else ""
+    text += " with steam" if steam else ""
     text += " under reduced pressure" if vacuum else ""
     pressure = next(iter(pressures(step.text)), None)
     text += f" at {pressure.text}" if pressure is not None else ""
-    text += f" from a bath at {at:g} C"
+    text += f" from a {'steam ' if steam_bath else ''}bath at {at:g} C"
     text += f" and collect what comes over at {above.text}" if above is not None else ""
     work.do(
         step,
@@ -65,7 +68,7 @@ def distil(work: WorkUpWriter, step: WorkUpStep) -> None:
         at,
         vessel=("RoundBottomFlask",),
         pump=("VacuumPump",) if vacuum else (),
-        bath=("OilBath", "MagneticHotplateStirrer"),
+        bath=("WaterBath" if steam_bath else "OilBath", "MagneticHotplateStirrer"),
     )
 
 
