@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -255,3 +256,24 @@ def test_a_pressure_that_cannot_be_read_is_kept_in_words(tmp_path: Path) -> None
     found = experiment(tmp_path, '<Add reagent="ether" vessel="r"/><Evaporate pressure="deep" temp="40 C"/>')
     assert found.actions[1].note == "pressure deep"
     assert found.actions[1].pressure is None
+
+
+@pytest.mark.parametrize("amount", ["1e308 mL", "nan mL", "-inf g", "1.2.3 mL", "5 furlongs"])
+def test_an_amount_that_cannot_be_read_is_turned_down(tmp_path: Path, amount: str) -> None:
+    found = one(tmp_path, f'<Add reagent="ether" vessel="r" volume="{amount}"/>')
+    assert isinstance(found, Rejection)
+    assert amount in found.reason
+
+
+@pytest.mark.parametrize("amount", ["5 mL", "5", "2 x 30 mL", "1.1 equiv", "a few drops", "some", "10-20 mL"])
+def test_an_amount_that_can_be_read_is_kept(tmp_path: Path, amount: str) -> None:
+    found = experiment(tmp_path, f'<Add reagent="ether" vessel="r" amount="{amount}"/>')
+    assert found.actions[0].takes[0].amount == amount
+
+
+def test_what_is_neither_file_nor_folder_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "loop.xdl").symlink_to(tmp_path / "loop.xdl")
+    os.mkfifo(tmp_path / "pipe.xdl")
+    for name in ("loop.xdl", "pipe.xdl"):
+        with pytest.raises(OptionError, match=name):
+            list(read(tmp_path / name, "xdl"))

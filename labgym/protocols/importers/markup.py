@@ -6,8 +6,8 @@ from pathlib import Path
 from xml.etree.ElementTree import Element, TreeBuilder
 from xml.parsers import expat
 
+from labgym.documents import read_bytes
 from labgym.errors import DocumentError
-from labgym.protocols.importers.records import read_bytes
 
 MAX_BYTES = 8 * 1024**2
 MAX_DEPTH = 40

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -44,24 +43,9 @@ def record(place: str, build: Callable[[], Experiment]) -> Experiment | Rejectio
         return Rejection(place, str(document_error(place, error)))
 
 
-def read_bytes(path: Path, max_bytes: int) -> bytes:
-    """Return the content of a file.
-
-    Raises:
-        DocumentError: the file cannot be read or is larger than `max_bytes`.
-    """
-    try:
-        with path.open("rb") as stream:
-            # A read of `max_bytes` would reserve that much memory for any file.
-            size = min(max_bytes, os.fstat(stream.fileno()).st_size) + 1
-            content = stream.read(size)
-            if len(content) == size:
-                content += stream.read(max_bytes + 1 - size)
-    except OSError as error:
-        raise DocumentError(path, "", f"cannot be read ({error.strerror or type(error).__name__})") from None
-    if len(content) > max_bytes:
-        raise DocumentError(path, "", f"larger than {max_bytes} bytes")
-    return content
+def printable(name: str) -> str:
+    """Return a name on one line, without characters that control a terminal or turn the direction of writing."""
+    return " ".join("".join(char if char.isprintable() else " " for char in name).split())
 
 
 def one_line(error: object, length: int = 200) -> str:

@@ -45,6 +45,8 @@ class Source:
             raise OptionError(f"{named} applies to the format xdl only, not to {self.format}; leave it out")
         if not self.path.exists():
             raise OptionError(f"{self.path}: no such file or folder; name what to import")
+        if not (self.path.is_file() or self.path.is_dir()):
+            raise OptionError(f"{self.path}: neither a file nor a folder; name what to import")
 
     def files(self) -> list[Path]:
         """Return the files, in the order in which they are read.

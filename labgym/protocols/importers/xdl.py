@@ -19,14 +19,16 @@ from labgym.errors import DocumentError
 from labgym.protocols.experiments import Action, Experiment, Material, Portion, Rejection
 from labgym.protocols.experiments.model import Role, Verb
 from labgym.protocols.importers.markup import read_xml
-from labgym.protocols.importers.records import Records, UnreadableError, holding, record, slug
+from labgym.protocols.importers.records import Records, UnreadableError, holding, printable, record, slug
 from labgym.quantities import ROOM_TEMPERATURE, value_of
+from labgym.quantities import amounts as quantities
 
 SUFFIXES = (".xdl", ".xml")
 MAX_ACTIONS = 300
 MAX_VISITS = 20_000
 """Largest numbers of actions of an experiment and of steps including repeats."""
-_NUMBER = re.compile(r"[0-9]{1,4}")
+_NUMBER, _PLAIN = re.compile(r"[0-9]{1,4}"), re.compile(r"[0-9]{1,6}(?:\.[0-9]{1,6})?")
+_NUMBER_LIKE = re.compile(r"[-+]?(?:[.\d]|nan\b|inf)", re.IGNORECASE)
 _TITLE = re.compile(r"^\s*(?:the\s+)?(?:synthesis|preparation) of\s++([^.;]{3,120}?)\s*+\.?\s*$", re.IGNORECASE)
 
 MACHINE = frozenset(
@@ -191,10 +193,12 @@ def _conditions(step: Element) -> dict[str, Any]:
 
 def _portion(step: Element, of: str, *amounts: str) -> tuple[Portion, ...]:
     """Return the material that one attribute names, with the amount from the first of the others that is set."""
-    name = step.get(of, "").strip()
+    name = printable(step.get(of, ""))
     if not name:
         return ()
     amount = next((step.get(key, "").strip() for key in amounts if step.get(key)), "")
+    if _NUMBER_LIKE.match(amount) and not quantities(amount) and not _PLAIN.fullmatch(amount):
+        raise UnreadableError(f"the amount {amount[:40]!r} of {name[:60]!r} cannot be read: give it as 5 mL or 2 g")
     times = step.get("repeats") or step.get("repeat") or step.get("n_separations") or step.get("eluting_repeats") or ""
     if _NUMBER.fullmatch(times) and int(times) > 1 and amount:
         amount = f"{int(times)} x {amount}"
