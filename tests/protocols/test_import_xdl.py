@@ -9,7 +9,7 @@ import pytest
 
 from labgym.errors import DocumentError, OptionError
 from labgym.protocols.experiments import Experiment, Rejection
-from labgym.protocols.importers import markup, read, xdl
+from labgym.protocols.importers import read, xdl
 
 HEAD = """<?xdl version="1.0.0" ?>
 <XDL><Synthesis>
@@ -157,7 +157,7 @@ def test_hostile_and_broken_files_are_refused(tmp_path: Path, content: bytes, pr
 
 
 def test_a_file_without_bounds_is_not_read_to_its_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(markup, "MAX_BYTES", 100)
+    monkeypatch.setattr(xdl, "MAX_BYTES", 100)
     file = tmp_path / "x.xdl"
     file.write_text(HEAD + TAIL)
     with pytest.raises(DocumentError, match="larger than"):

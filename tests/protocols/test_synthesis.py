@@ -12,10 +12,9 @@ from labgym.assets import Catalog
 from labgym.cli import main
 from labgym.errors import LabgymError
 from labgym.protocols import Protocol, ProtocolError, ReagentUse, examine, get, validate
-from labgym.protocols.amounts import read_amount
+from labgym.protocols.amounts import measured, read_amount, scaled
 from labgym.protocols.refusals import refusals
 from labgym.protocols.synthesis import Commission, RefusalError, WriterResult, synthesize
-from labgym.protocols.synthesis.batch import measured, scaled
 from labgym.protocols.synthesis.transformations import transformations
 
 DESCRIPTIONS = (Path(__file__).parent / "descriptions.txt").read_text(encoding="utf-8").splitlines()

@@ -7,10 +7,9 @@ from collections.abc import Iterator
 
 from labgym.assets import Asset, pairs
 from labgym.assets.plausibility import FACE
-from labgym.protocols.capability import heats_to
+from labgym.protocols.capability import heats_to, is_ventilated, needs_ventilation
 from labgym.protocols.contents import SEPARATING, STILL, WATER, Situation
 from labgym.protocols.errors import RefusalError
-from labgym.protocols.places import is_ventilated, needs_ventilation
 from labgym.protocols.refusals import refuse_to_make
 from labgym.protocols.rules.finding import Case, Finding
 

@@ -19,11 +19,10 @@ from labgym.llm.completion import QUOTED
 from labgym.llm.errors import LanguageModelError
 from labgym.llm.messages import Message
 from labgym.llm.prompting import load_prompt
-from labgym.protocols.capability import capacity, cools_to, evacuates_to, heats_to
+from labgym.protocols.capability import capacity, cools_to, evacuates_to, heats_to, is_ventilated, is_workplace
 from labgym.protocols.constraints import derive
 from labgym.protocols.errors import RefusalError
 from labgym.protocols.model import Protocol, ReactionType, ReagentUse, Step
-from labgym.protocols.places import is_ventilated, is_workplace
 from labgym.protocols.synthesis.transformations import recognise
 from labgym.protocols.synthesis.writer import Commission, WriterResult
 from labgym.protocols.validate import ProtocolError, examine, faults

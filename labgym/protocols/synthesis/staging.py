@@ -19,8 +19,7 @@ from labgym.protocols.experiments.feasibility import GASES, WORK_UP, Feasibility
 from labgym.protocols.experiments.model import Verb
 from labgym.protocols.experiments.narration import sentence
 from labgym.protocols.model import Protocol
-from labgym.protocols.synthesis.builder import ProtocolBuilder
-from labgym.protocols.synthesis.frame import clean_up, groups_of, weigh_first
+from labgym.protocols.synthesis.builder import ProtocolBuilder, clean_up, groups_of, weigh_first
 from labgym.protocols.validate import ProtocolError, examine, faults
 from labgym.quantities import ROOM_RANGE
 

@@ -21,8 +21,8 @@ from labgym.protocols.refusals import (
     refuse_wish,
 )
 from labgym.protocols.retrieval import SearchResults
+from labgym.protocols.synthesis.conditions import context_of
 from labgym.protocols.synthesis.fidelity import refuse_unfaithful
-from labgym.protocols.synthesis.precedents import context_of
 from labgym.protocols.synthesis.reading import ParsedDescription, read
 from labgym.protocols.synthesis.template import TemplateWriter
 from labgym.protocols.synthesis.transformations import transformations
