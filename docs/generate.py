@@ -72,8 +72,8 @@ from labgym.paper.reproduction.figures import FigureCell, PublishedFigures
 from labgym.paper.reproduction.nuisances import NOTES
 from labgym.protocols import Protocol
 from labgym.protocols.experiments import ExperimentFile
+from labgym.protocols.language.concepts import Words
 from labgym.protocols.language.vocabulary import Vocabulary
-from labgym.protocols.language.words import Words
 from labgym.protocols.refusals import Refusals
 from labgym.protocols.synthesis.operations import Operations
 from labgym.protocols.synthesis.transformations import Transformations

@@ -150,7 +150,11 @@ def read_bytes(path: str | Path, max_bytes: int) -> bytes:
         raise DocumentError(path, "", "no such file" if not path.exists() else "not a regular file")
     try:
         with path.open("rb") as stream:
-            raw = stream.read(max_bytes + 1)
+            # A read of `max_bytes` would reserve that much memory for any file.
+            size = min(max_bytes, os.fstat(stream.fileno()).st_size) + 1
+            raw = stream.read(size)
+            if len(raw) == size:
+                raw += stream.read(max_bytes + 1 - size)
     except OSError as error:
         raise DocumentError(path, "", f"cannot be read ({error.strerror})") from None
     if len(raw) > max_bytes:

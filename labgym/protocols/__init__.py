@@ -2,10 +2,9 @@
 
 from labgym.protocols.constraints import derive
 from labgym.protocols.errors import RefusalError
-from labgym.protocols.library import get, protocols, resolve
+from labgym.protocols.library import Statistics, Summary, get, protocols, resolve, statistics
 from labgym.protocols.model import ChemicalConstraint, Protocol, ReactionType, ReagentUse, SpatialConstraint, Step
 from labgym.protocols.rules import Finding
-from labgym.protocols.statistics import Statistics, Summary, statistics
 from labgym.protocols.validate import ProtocolError, check, examine, validate
 
 __all__ = [

@@ -6,8 +6,8 @@ from collections import Counter
 from itertools import pairwise
 
 from labgym.assets import Asset, Catalog, pairs
+from labgym.protocols.capability import is_ventilated
 from labgym.protocols.model import ChemicalConstraint, Protocol, SpatialConstraint
-from labgym.protocols.places import is_ventilated
 
 MAIN_VESSELS = ("flask", "beaker", "vessel", "reactor")
 ASSEMBLY = ("condenser", "adapter", "trap", "funnel")

@@ -6,8 +6,10 @@ from collections.abc import Sequence
 
 from labgym.assets import Catalog
 from labgym.errors import LabgymError
+from labgym.protocols.errors import RefusalError
 from labgym.protocols.model import Protocol
 from labgym.protocols.rules import ALL, EQUIPMENT, Case, Finding
+from labgym.protocols.rules.hazards import DANGEROUS_PRODUCT
 
 
 class ProtocolError(LabgymError, ValueError):
@@ -50,6 +52,18 @@ def examine(protocol: Protocol, catalog: Catalog | None = None) -> tuple[Finding
     """
     case = Case(protocol, catalog if catalog is not None else Catalog.load())
     return tuple(finding for rule in (*ALL, *EQUIPMENT) for finding in rule(case))
+
+
+def faults(findings: Sequence[Finding]) -> list[Finding]:
+    """Return the findings with which a protocol must not be written.
+
+    Raises:
+        RefusalError: the product is dangerous, so that no other protocol of it is written either.
+    """
+    for finding in findings:
+        if finding.rule == DANGEROUS_PRODUCT:
+            raise RefusalError("unsafe", finding.message)
+    return [finding for finding in findings if finding.severity == "fault"]
 
 
 def check(protocol: Protocol, catalog: Catalog | None = None) -> Protocol:

@@ -58,6 +58,16 @@ def found(protocol: Protocol) -> list[Finding]:
     return [finding for finding in examine(protocol) if finding not in basic]
 
 
+def initiated(initiator: str, temperature: float) -> Protocol:
+    """Return a bromination of toluene in xylene with an amount of AIBN."""
+    uses = "RoundBottomFlask OilBath RefluxCondenser MagneticStirrer Toluene Xylene AIBN"
+    amounts = {"Toluene": "5.3 mL, 50 mmol", "Xylene": "60 mL", "AIBN": initiator}
+    protocol = made(amounts, step("Heat", uses, temperature))
+    roles = {"Xylene": "solvent"}
+    used = tuple(use.model_copy(update={"role": roles.get(use.name, "r")}) for use in protocol.reagents)
+    return protocol.model_copy(update={"reagents": used})
+
+
 FLASK, BATH = "RoundBottomFlask MagneticHotplateStirrer", "RoundBottomFlask OilBath"
 CHARGE = step("Add", "RoundBottomFlask Toluene")
 # rule, step at fault, name in the suggestion, a protocol that breaks it, the nearest that does not
@@ -202,6 +212,27 @@ CASES: dict[str, tuple[str, int, str, Protocol, Protocol]] = {
         "60 C",
         made({"TertButylHydroperoxide": "5 mL"}, step("Heat", f"{FLASK} TertButylHydroperoxide", 90)),
         made({"TertButylHydroperoxide": "5 mL"}, step("Heat", f"{FLASK} TertButylHydroperoxide", 50)),
+    ),
+    "an initiator without a solvent": (
+        "explosive-heated",
+        1,
+        "60 C",
+        made({"Styrene": "10 mL", "AIBN": "0.1 g"}, step("Heat", f"{FLASK} {BATH} Styrene AIBN", 80)),
+        made({"Styrene": "10 mL", "AIBN": "0.1 g"}, step("Heat", f"{FLASK} {BATH} Styrene AIBN", 60)),
+    ),
+    "as many moles of an initiator as of the substrate": (
+        "explosive-heated",
+        1,
+        "60 C",
+        initiated("8.2 g, 50 mmol", 81),
+        initiated("0.16 g, 1 mmol", 81),
+    ),
+    "an initiator above the temperature of boiling toluene": (
+        "explosive-heated",
+        1,
+        "115 C",
+        initiated("0.16 g, 1 mmol", 130),
+        initiated("0.16 g, 1 mmol", 110),
     ),
     "hydride quenched warm": (
         "quench-cold",

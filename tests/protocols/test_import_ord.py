@@ -396,3 +396,56 @@ def test_a_json_dataset_of_very_many_values_is_refused(tmp_path: Path) -> None:
     file.write_bytes(b'{"reactions":[' + b"[]," * ord_files.MAX_VALUES + b"[]]}")
     with pytest.raises(DocumentError, match=r"d\.json: not an ORD dataset .*more than 3000000 values"):
         list(read(file, "ord"))
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "problem"),
+    [
+        ("empty.pb", b"", "holds no reactions"),
+        ("empty.pbtxt", b"# nothing\n" * 10_000, "holds no reactions"),
+        ("texts.pbtxt", b"'" * 3_000_001, "not in reactions"),
+        ("lines.pbtxt", b"\n" * 3_000_000, "not in reactions"),
+        ("brackets.pbtxt", b"<" * 1_000_000, "not closed"),
+        ("number.json", b'{"reactions": [{"conditions": {"ph": ' + b"9" * 100_000 + b"}}]}", "not an ORD dataset"),
+        ("keys.json", b'{"reactions": [{"inputs": {"a": {}}}], "reactions": []}', "holds no reactions"),
+        ("twice.pb.gz", gzip.compress(gzip.compress(SERIALIZED)), "not an ORD dataset"),
+        ("utf-16.json", '{"reactions": []}'.encode("utf-16"), "UTF-8"),
+    ],
+)
+def test_a_hostile_dataset_is_one_line(tmp_path: Path, name: str, content: bytes, problem: str) -> None:
+    file = tmp_path / name
+    file.write_bytes(content)
+    with pytest.raises(DocumentError, match=problem) as error:
+        list(read(file, "ord"))
+    assert str(error.value).isprintable()
+    assert str(error.value).count(str(file)) == 1
+
+
+@pytest.mark.parametrize(
+    ("reaction", "reason"),
+    [
+        ("unknown { " * 20_000 + "}" * 20_000, "not an ORD reaction"),
+        ("workups { type: WASH } " * 30_000, "more than 250"),
+        ("inputs { key: 'a' value { " + "components { } " * 5_000 + "} }", "more than 30 components"),
+        (f"{REACTION} conditions {{ ph: {'9' * 400} }}", "finite"),
+        (f"{REACTION} conditions {{ temperature {{ setpoint {{ value: nan units: CELSIUS }} }} }}", "finite"),
+        ("[a.b]: 5", "not an ORD reaction"),
+    ],
+)
+def test_a_hostile_reaction_is_one_rejection(tmp_path: Path, reaction: str, reason: str) -> None:
+    found = one(tmp_path, reaction)
+    assert isinstance(found, Rejection)
+    assert reason in found.reason
+    assert found.reason.isprintable()
+
+
+def test_a_dataset_in_text_may_begin_with_a_byte_order_mark_and_stand_on_one_line(tmp_path: Path) -> None:
+    file = tmp_path / "d.pbtxt"
+    plain = " ".join(REACTION.split())
+    file.write_text(f'name: "a }} b" reactions {{ {plain} }} dataset_id: "}}" reactions: < {plain} >', "utf-8-sig")
+    assert [type(item) for item in read(file, "ord")] == [Experiment, Experiment]
+
+
+def test_names_have_no_characters_that_control_a_terminal(tmp_path: Path) -> None:
+    found = experiment(tmp_path, REACTION.replace("ethyl bromide", "\u202eethyl\\n\\033[31m bromide"))
+    assert "ethyl [31m bromide" in [material.name for material in found.materials]

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
 
 from labgym.errors import DocumentError, OptionError
 from labgym.protocols.experiments import Experiment, Rejection
-from labgym.protocols.importers import markup, read, xdl
+from labgym.protocols.importers import read, xdl
 
 HEAD = """<?xdl version="1.0.0" ?>
 <XDL><Synthesis>
@@ -156,7 +157,7 @@ def test_hostile_and_broken_files_are_refused(tmp_path: Path, content: bytes, pr
 
 
 def test_a_file_without_bounds_is_not_read_to_its_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(markup, "MAX_BYTES", 100)
+    monkeypatch.setattr(xdl, "MAX_BYTES", 100)
     file = tmp_path / "x.xdl"
     file.write_text(HEAD + TAIL)
     with pytest.raises(DocumentError, match="larger than"):
@@ -255,3 +256,24 @@ def test_a_pressure_that_cannot_be_read_is_kept_in_words(tmp_path: Path) -> None
     found = experiment(tmp_path, '<Add reagent="ether" vessel="r"/><Evaporate pressure="deep" temp="40 C"/>')
     assert found.actions[1].note == "pressure deep"
     assert found.actions[1].pressure is None
+
+
+@pytest.mark.parametrize("amount", ["1e308 mL", "nan mL", "-inf g", "1.2.3 mL", "5 furlongs"])
+def test_an_amount_that_cannot_be_read_is_turned_down(tmp_path: Path, amount: str) -> None:
+    found = one(tmp_path, f'<Add reagent="ether" vessel="r" volume="{amount}"/>')
+    assert isinstance(found, Rejection)
+    assert amount in found.reason
+
+
+@pytest.mark.parametrize("amount", ["5 mL", "5", "2 x 30 mL", "1.1 equiv", "a few drops", "some", "10-20 mL"])
+def test_an_amount_that_can_be_read_is_kept(tmp_path: Path, amount: str) -> None:
+    found = experiment(tmp_path, f'<Add reagent="ether" vessel="r" amount="{amount}"/>')
+    assert found.actions[0].takes[0].amount == amount
+
+
+def test_what_is_neither_file_nor_folder_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "loop.xdl").symlink_to(tmp_path / "loop.xdl")
+    os.mkfifo(tmp_path / "pipe.xdl")
+    for name in ("loop.xdl", "pipe.xdl"):
+        with pytest.raises(OptionError, match=name):
+            list(read(tmp_path / name, "xdl"))

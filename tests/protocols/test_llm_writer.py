@@ -12,7 +12,7 @@ from labgym.cli import main
 from labgym.errors import OptionError
 from labgym.llm import LanguageModelError
 from labgym.protocols import Protocol, ProtocolError, examine, get
-from labgym.protocols.places import is_workplace
+from labgym.protocols.capability import is_workplace
 from labgym.protocols.synthesis import RefusalError, synthesize
 from labgym.protocols.synthesis.llm_writer import LanguageWriter, WritingSources, compose
 

@@ -9,8 +9,7 @@ from labgym.assets.forge import OwnAssets
 from labgym.protocols.errors import RefusalError
 from labgym.protocols.model import Protocol
 from labgym.protocols.synthesis import synthesize
-from labgym.protocols.synthesis.own_reagents import classes_of
-from labgym.protocols.synthesis.transformations import transformations
+from labgym.protocols.synthesis.transformations import classes_of, transformations
 
 pytest.importorskip("rdkit")
 OWN = {

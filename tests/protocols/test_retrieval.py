@@ -13,7 +13,7 @@ import pytest
 from labgym.assets import Catalog
 from labgym.errors import OptionError
 from labgym.protocols import protocols
-from labgym.protocols.retrieval import Fragment, Index, corpus, embedding, fragments, search
+from labgym.protocols.retrieval import Fragment, Index, corpus, fragments, index, search
 from labgym.protocols.retrieval.index import EMBEDDING_WEIGHT
 
 CATALOG = Catalog.load()
@@ -98,11 +98,11 @@ def test_fusion_is_the_sum_of_reciprocal_ranks() -> None:
 
 def test_without_the_extra_search_is_by_keyword_and_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "wordllama", None)
-    embedding.load_embedder.cache_clear()
+    index.load_embedder.cache_clear()
     try:
         results = search("Boc deprotection with TFA")
     finally:
-        embedding.load_embedder.cache_clear()
+        index.load_embedder.cache_clear()
     assert results.method == "keyword"
     assert "embed" in results.note
     assert results.hits[0].fragment.source == "pro_02"
@@ -118,7 +118,7 @@ def test_embeddings_need_no_network_and_leave_logging_alone(monkeypatch: pytest.
 
     monkeypatch.setattr(socket.socket, "connect", refuse)
     before = list(logging.getLogger().handlers)
-    vectors = embedding.WordLlamaEmbedder()(["reduce a ketone", "ketone reduction", "wash the glassware", ""])
+    vectors = index.WordLlamaEmbedder()(["reduce a ketone", "ketone reduction", "wash the glassware", ""])
     assert logging.getLogger().handlers == before
     assert np.linalg.norm(vectors[:3], axis=1) == pytest.approx(1.0, abs=1e-5)
     assert vectors[0] @ vectors[1] > vectors[0] @ vectors[2]

@@ -12,10 +12,9 @@ from labgym.assets import Catalog
 from labgym.cli import main
 from labgym.errors import LabgymError
 from labgym.protocols import Protocol, ProtocolError, ReagentUse, examine, get, validate
-from labgym.protocols.amounts import read_amount
+from labgym.protocols.amounts import measured, read_amount, scaled
 from labgym.protocols.refusals import refusals
 from labgym.protocols.synthesis import Commission, RefusalError, WriterResult, synthesize
-from labgym.protocols.synthesis.batch import measured, scaled
 from labgym.protocols.synthesis.transformations import transformations
 
 DESCRIPTIONS = (Path(__file__).parent / "descriptions.txt").read_text(encoding="utf-8").splitlines()
@@ -373,3 +372,30 @@ def test_refusals_name_the_remedy_for_substances_that_are_not_in_a_template() ->
         synthesize("Suzuki coupling of 4-bromoanisole with phenylboronic acid", keyword_only=True)
     with pytest.raises(RefusalError, match="it takes Bromobenzene, or an aryl bromide of your own"):
         synthesize("Suzuki coupling of anisole with phenylboronic acid and potassium carbonate", keyword_only=True)
+
+
+REDUCTION = (
+    "Reduce acetophenone (6 g) with sodium borohydride (1 g) in ethanol (40 mL), quench with water, extract with "
+)
+
+
+@pytest.mark.parametrize(
+    ("heated", "words", "bath"),
+    [
+        ("ether, dry, distil off the ether on a steam bath", "from a steam bath at 95 C", "WaterBath"),
+        ("ether, dry, and distil from a steam-cone", "from a steam bath at 95 C", "WaterBath"),
+        ("ether, then distil with steam", "with steam from a bath", "OilBath"),
+        ("ether and steam distil", "with steam from a bath", "OilBath"),
+    ],
+)
+def test_a_steam_bath_heats_and_steam_distils(heated: str, words: str, bath: str) -> None:
+    steps = synthesize(REDUCTION + heated, keyword_only=True).protocol.steps
+    (distilled,) = [step for step in steps if step.action == "Distill"]
+    assert words in distilled.text
+    assert bath in distilled.uses
+
+
+def test_a_reaction_on_a_steam_bath_is_hot() -> None:
+    text = "Heat malonic acid (5 g) and benzaldehyde (5 g) with pyridine (30 mL) and piperidine on a steam bath for 2 h"
+    steps = synthesize(text, keyword_only=True).protocol.steps
+    assert 95.0 in [step.temperature for step in steps if step.action in ("Heat", "Stir", "Reflux")]

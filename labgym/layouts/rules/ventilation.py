@@ -7,7 +7,7 @@ from labgym.layouts.rules.rule import Term
 from labgym.layouts.rules.satisfaction import Instance
 from labgym.layouts.rules.whereabouts import Whereabouts
 from labgym.protocols import Protocol
-from labgym.protocols.places import is_ventilated
+from labgym.protocols.capability import is_ventilated
 
 
 def ventilation_instances(arrangement: Arrangement, protocol: Protocol) -> list[Instance]:

@@ -29,7 +29,7 @@ from labgym.paper.reproduction.figures import (
 from labgym.paper.reproduction.page import Plate, StudySection
 from labgym.paper.reproduction.study import Study, code_facts, rows_output
 from labgym.protocols import protocols
-from labgym.protocols.statistics import Summary, statistics
+from labgym.protocols.library import Summary, statistics
 from labgym.runs import Shard, ShardOutput
 
 COUNTS = ("reagents", "instruments", "steps", "moves")

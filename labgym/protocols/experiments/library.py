@@ -12,6 +12,11 @@ from labgym.errors import DocumentError, UnknownNameError
 from labgym.protocols.experiments.model import Experiment, ExperimentFile
 from labgym.protocols.model import ReactionType
 
+COLLECTED = "experiments-"
+"""Beginning of the names of an import's files of experiments."""
+OF_RUNS = ("run.json", "manifest.json", "summary.json")
+"""Other documents of an import."""
+
 
 def experiments() -> dict[str, Experiment]:
     """Return the published experiments by id, sorted by id; they are read once per process."""
@@ -40,12 +45,6 @@ def get(experiment_id: str, path: str | Path | None = None) -> Experiment:
     if not isinstance(experiment_id, str) or experiment_id not in library:
         raise UnknownNameError("experiment", experiment_id, library)
     return library[experiment_id]
-
-
-COLLECTED = "experiments-"
-"""Beginning of the names of an import's files of experiments."""
-OF_RUNS = ("run.json", "manifest.json", "summary.json")
-"""Other documents of an import."""
 
 
 def read_experiments(path: str | Path) -> tuple[Experiment, ...]:

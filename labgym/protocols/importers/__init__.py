@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from labgym.protocols.experiments import Experiment, Rejection
-from labgym.protocols.importers.sources import Format, Source
+from labgym.protocols.importers.records import Format, Source
 
 __all__ = ["Format", "Source", "read"]
 

@@ -18,10 +18,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from labgym.documents import read_bytes
 from labgym.errors import DocumentError
 from labgym.protocols.experiments import Action, Experiment, Material, Portion
 from labgym.protocols.experiments.model import Role, Verb
-from labgym.protocols.importers.records import Records, UnreadableError, read_bytes, record, slug
+from labgym.protocols.importers.records import Records, UnreadableError, record, slug
 from labgym.quantities import duration, temperature, value_of
 
 MAX_LINE = 50_000

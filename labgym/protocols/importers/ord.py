@@ -12,10 +12,12 @@ from labgym.errors import DocumentError
 from labgym.protocols.experiments import Action, Experiment, Material, Portion
 from labgym.protocols.experiments.model import Atmosphere, Keep, Role, Verb
 from labgym.protocols.importers.ord_files import BINARY, JSON, PARQUET, TEXT, reactions
-from labgym.protocols.importers.records import Records, UnreadableError, holding, record, slug
+from labgym.protocols.importers.records import Records, UnreadableError, holding, printable, record, slug
 from labgym.units import BASE, SYMBOLS, Dimension, convert
 
 LICENSE = "CC-BY-SA-4.0"
+MAX_ACTIONS, MAX_COMPONENTS = 250, 30
+"""Largest numbers of inputs and work-ups of a reaction, and of components of an input."""
 _DEGREES = {"celsius": "degree_Celsius", "fahrenheit": "degree_Fahrenheit"}
 _ROLES: dict[str, Role] = {
     "REACTANT": "reactant",
@@ -78,8 +80,11 @@ def read(file: Path, folder: Path) -> Records:  # noqa: ARG001 -- a record's pla
         DocumentError: the file is not a dataset.
         MissingDependencyError: protobuf, or pyarrow for Parquet, is not installed.
     """
+    number = -1
     for number, parse in enumerate(reactions(file)):
         yield record(f"{file.name}:{number}", partial(_parsed, parse, file, number))
+    if number < 0:
+        raise DocumentError(file, "", "holds no reactions")
 
 
 def _suffix(path: Path) -> str:
@@ -95,6 +100,8 @@ def _experiment(reaction: Any, path: Path, number: int) -> Experiment:
     conditions = reaction.conditions
     if conditions.HasField("flow") or conditions.HasField("electrochemistry"):
         raise UnreadableError("flow chemistry and electrochemistry cannot be expressed as actions")
+    if len(reaction.inputs) + len(reaction.workups) > MAX_ACTIONS:
+        raise UnreadableError(f"it has more than {MAX_ACTIONS} inputs and work-ups")
     materials: dict[str, Material] = {}
     entries = sorted(reaction.inputs, key=lambda entry: (entry.value.addition_order, _text(entry.key)))
     actions = [_added(entry.value, materials, "Add") for entry in entries]
@@ -119,6 +126,8 @@ def _experiment(reaction: Any, path: Path, number: int) -> Experiment:
 
 def _added(inputs: Any, materials: dict[str, Material], verb: Verb, **conditions: Any) -> Action:
     takes = []
+    if len(inputs.components) > MAX_COMPONENTS:
+        raise UnreadableError(f"an input has more than {MAX_COMPONENTS} components")
     for compound in inputs.components:
         name = _name(compound)[:200]
         if not name:
@@ -218,7 +227,7 @@ def _yield(product: Any | None) -> str:
 
 
 def _name(compound: Any) -> str:
-    identifiers = {_enum(item, "type"): _text(item.value) for item in reversed(compound.identifiers)}
+    identifiers = {_enum(item, "type"): printable(_text(item.value)) for item in reversed(compound.identifiers)}
     return next((identifiers[kind] for kind in _NAMED if identifiers.get(kind)), "")
 
 

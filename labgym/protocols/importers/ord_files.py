@@ -4,33 +4,39 @@ from __future__ import annotations
 
 import re
 import zlib
+from codecs import BOM_UTF8
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from labgym.documents import load_json
+from labgym.documents import load_json, read_bytes
 from labgym.errors import DocumentError, MissingDependencyError
 from labgym.protobuf import sized_fields
 from labgym.protocols.importers.ord_messages import messages
-from labgym.protocols.importers.records import UnreadableError, one_line, read_bytes
+from labgym.protocols.importers.records import UnreadableError, one_line
 
 MAX_BYTES = 512 * 1024**2
 MAX_UNPACKED = 512 * 1024**2
 MAX_BATCH = 128 * 1024**2
 MAX_REACTION = 4 * 1024**2
 MAX_TEXT = 64 * 1024**2
+MAX_HEADER = 256 * 1024
 """Largest sizes in bytes: of a file, of what a gzipped file or a row group of Parquet unpacks to,
 of the rows that are read at one time, of one reaction in Parquet, and of JSON or
-text, which need many times their size in memory."""
+text, which need many times their size in memory, and of what stands outside the reactions in a text."""
 MAX_REACTIONS = 1_000_000
 """Largest number of reactions of a binary file; the Open Reaction Database has 2 million in all its files."""
 MAX_VALUES = 3_000_000
 """Largest number of values of a JSON dataset; they take up to 600 MB."""
 MAX_DEPTH = 50
 BINARY, TEXT, JSON, PARQUET = (".pb", ".binpb"), (".pbtxt", ".txtpb"), (".json",), (".parquet",)
-_REACTION = re.compile(rb"\s*reactions\s*+:?\s*+(?=[{<])")
-_BRACKETS = re.compile(rb"[{}<>\"'#]")
+_TOKEN = re.compile(
+    rb"(?P<opening>(?P<field>\breactions(?:\s{0,99}:)?\s{0,99})?[{<])|(?P<closing>[}>])|#[^\n]*+"
+    rb"|\"(?:[^\\\n\"]|\\.)*+\"?|'(?:[^\\\n']|\\.)*+'?",
+    re.DOTALL,
+)
+"""An opening bracket, perhaps of a reaction, a closing bracket, a comment or a text of protobuf's text format."""
 
 Parse = Callable[[], Any]
 """A function that returns a reaction's message, or raises UnreadableError."""
@@ -108,7 +114,7 @@ def _json(path: Path, content: bytes) -> Iterator[Parse]:
     try:
         data = load_json(content, path, MAX_VALUES)
     except DocumentError as error:
-        raise DocumentError(path, "", f"not an ORD dataset ({one_line(error)})") from None
+        raise DocumentError(path, "", f"not an ORD dataset ({one_line(error).removeprefix(f'{path}: ')})") from None
     entries = data.get("reactions") if isinstance(data, dict) else None
     if not isinstance(data, dict) or not isinstance(entries or [], list):
         raise DocumentError(path, "", "not an ORD dataset (expected a JSON object with a list of reactions)")
@@ -162,7 +168,9 @@ def _is_value(name: str, enumeration: Any) -> bool:
 def _text(path: Path, content: bytes) -> Iterator[Parse]:
     from google.protobuf import text_format
 
-    blocks, header = _blocks(path, content)
+    blocks, header = _blocks(path, content.removeprefix(BOM_UTF8))
+    if len(header) > MAX_HEADER:
+        raise DocumentError(path, "", f"not an ORD dataset (more than {MAX_HEADER} bytes are not in reactions)")
     try:
         text_format.Parse(header.decode("utf-8"), messages()[0](), allow_unknown_field=True)
     except (text_format.ParseError, ValueError, RecursionError) as error:
@@ -184,52 +192,24 @@ def _from_text(block: bytes) -> Any:
 
 def _blocks(path: Path, content: bytes) -> tuple[list[bytes], bytes]:
     """Return the text of each reaction of a dataset in text format, and the text around them."""
-    blocks, header, at = [], [], 0
-    while at < len(content):
-        start = _REACTION.match(content, at)
-        if start is not None:
-            end = _end(path, content, start.end())
-            blocks.append(content[start.end() + 1 : end - 1])
-            at = end
-            continue
-        bracket = _BRACKETS.search(content, at)
-        line = content.find(b"\n", at) + 1 or len(content)
-        if bracket is None or bracket.start() >= line:
-            end = line
-        elif bracket[0] in b"{<":
-            end = _end(path, content, bracket.start())
-        else:
-            end = _skipped(content, bracket.start())
-        header.append(content[at:end])
-        at = end
-    return blocks, b"".join(header)
-
-
-def _end(path: Path, content: bytes, start: int) -> int:
-    """Return the position after the bracket that closes the one at `start`."""
-    depth, at = 0, start
-    while True:
-        bracket = _BRACKETS.search(content, at)
-        if bracket is None:
-            raise DocumentError(path, "", "not an ORD dataset (a bracket is not closed)")
-        if bracket[0] in b"{<":
+    blocks, header = list[bytes](), list[bytes]()
+    depth, start, end = 0, -1, 0
+    for token in _TOKEN.finditer(content):
+        if token["opening"] is not None:
+            if depth == 0 and token["field"] is not None:
+                header.append(content[end : token.start()])
+                start = token.end()
             depth += 1
-        elif bracket[0] in b"}>":
+        elif token["closing"] is not None:
             depth -= 1
-            if depth == 0:
-                return bracket.end()
-        at = bracket.end() if bracket[0] in b"{}<>" else _skipped(content, bracket.start())
-
-
-def _skipped(content: bytes, start: int) -> int:
-    """Return the position after the string or comment at `start`, or after a stray bracket."""
-    sign = content[start : start + 1]
-    if sign == b"#":
-        return content.find(b"\n", start) + 1 or len(content)
-    if sign not in (b'"', b"'"):
-        return start + 1
-    string = re.compile(rb"(?:[^\\\n" + sign + rb"]|\\.)*" + sign + rb"?", re.DOTALL).match(content, start + 1)
-    return start + 1 if string is None else max(string.end(), start + 1)
+            if depth == 0 and start >= 0:
+                blocks.append(content[start : token.start()])
+                start, end = -1, token.end()
+        if len(blocks) > MAX_REACTIONS:
+            raise DocumentError(path, "", f"has more than {MAX_REACTIONS} reactions")
+    if depth > 0:
+        raise DocumentError(path, "", "not an ORD dataset (a bracket is not closed)")
+    return blocks, b"".join((*header, content[end:]))
 
 
 def _parquet(path: Path) -> Iterator[Parse]:

@@ -1,21 +1,30 @@
-"""Shared parts of the importers: each record becomes an experiment or a rejection, and no file stops the others."""
+"""Files of an import and their records; each format has a module with `files`, `read` and maybe `companions`.
+
+Each record becomes an experiment or a rejection, and no file stops the others.
+"""
 
 from __future__ import annotations
 
-import os
+import hashlib
 import re
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from importlib import import_module
 from pathlib import Path
+from types import ModuleType
+from typing import Literal, get_args
 
 from pydantic import ValidationError
 
 from labgym.documents import document_error
-from labgym.errors import DocumentError
+from labgym.errors import DocumentError, OptionError
 from labgym.protocols.experiments import Experiment, Rejection
 from labgym.protocols.experiments.model import Verb
 from labgym.quantities import ROOM_RANGE
 
 Records = Iterator[Experiment | Rejection]
+Format = Literal["chemtrans", "openexp", "ord", "xdl"]
 
 
 class UnreadableError(Exception):
@@ -44,24 +53,9 @@ def record(place: str, build: Callable[[], Experiment]) -> Experiment | Rejectio
         return Rejection(place, str(document_error(place, error)))
 
 
-def read_bytes(path: Path, max_bytes: int) -> bytes:
-    """Return the content of a file.
-
-    Raises:
-        DocumentError: the file cannot be read or is larger than `max_bytes`.
-    """
-    try:
-        with path.open("rb") as stream:
-            # A read of `max_bytes` would reserve that much memory for any file.
-            size = min(max_bytes, os.fstat(stream.fileno()).st_size) + 1
-            content = stream.read(size)
-            if len(content) == size:
-                content += stream.read(max_bytes + 1 - size)
-    except OSError as error:
-        raise DocumentError(path, "", f"cannot be read ({error.strerror or type(error).__name__})") from None
-    if len(content) > max_bytes:
-        raise DocumentError(path, "", f"larger than {max_bytes} bytes")
-    return content
+def printable(name: str) -> str:
+    """Return a name on one line, without characters that control a terminal or turn the direction of writing."""
+    return " ".join("".join(char if char.isprintable() else " " for char in name).split())
 
 
 def one_line(error: object, length: int = 200) -> str:
@@ -79,3 +73,73 @@ def holding(temperature: float | None) -> Verb:
     if temperature is None or ROOM_RANGE[0] <= temperature <= ROOM_RANGE[1]:
         return "Stir"
     return "Heat" if temperature > ROOM_RANGE[1] else "Cool"
+
+
+@dataclass(frozen=True)
+class Source:
+    """A file or a folder of files in one format.
+
+    Attributes:
+        path: the file or folder.
+        format: "openexp" (ReactXT), "chemtrans" (also ChemActor), "ord" (Open Reaction Database) or "xdl" (chemical
+            description language).
+        product: name of the product of XDL files that do not name it; "{stem}" stands for the file's name without its
+            suffix. Other formats state their products.
+
+    Raises:
+        OptionError: the path does not exist, the format is not known, or a product is given for another format.
+    """
+
+    path: Path
+    format: Format
+    product: str = ""
+
+    def __post_init__(self) -> None:
+        if self.format not in get_args(Format):
+            raise OptionError(f"format {self.format[:40]!r} is not known; choose one of {', '.join(get_args(Format))}")
+        if self.product and self.format != "xdl":
+            named = f"product {self.product[:40]!r}"
+            raise OptionError(f"{named} applies to the format xdl only, not to {self.format}; leave it out")
+        if not self.path.exists():
+            raise OptionError(f"{self.path}: no such file or folder; name what to import")
+        if not (self.path.is_file() or self.path.is_dir()):
+            raise OptionError(f"{self.path}: neither a file nor a folder; name what to import")
+
+    def files(self) -> list[Path]:
+        """Return the files, in the order in which they are read.
+
+        Raises:
+            DocumentError: the folder holds no file of the format.
+        """
+        files: list[Path] = self._module.files(self.path) if self.path.is_dir() else [self.path]
+        return files
+
+    def records(self, file: Path) -> Iterator[Experiment | Rejection]:
+        """Return the records of a file; if a file of a folder cannot be read, the last is a rejection that says why.
+
+        Raises:
+            DocumentError: a single file cannot be read; raised during iteration.
+            MissingDependencyError: the format needs an extra that is not installed.
+        """
+        read = partial(self._module.read, product=self.product) if self.format == "xdl" else self._module.read
+        if self.path.is_dir():
+            yield from from_file(file, self.path, read)
+        else:
+            yield from read(file, self.path.parent)
+
+    def name(self, file: Path) -> str:
+        """Return the path of a file relative to the folder."""
+        return file.relative_to(self.path if self.path.is_dir() else self.path.parent).as_posix()
+
+    def digest(self, file: Path) -> str:
+        """Return the SHA-256 of a file and of the files that are read with it."""
+        companions = getattr(self._module, "companions", None)
+        digest = hashlib.sha256()
+        for each in (file, *(companions(file) if companions is not None else ())):
+            with each.open("rb") as stream:
+                digest.update(hashlib.file_digest(stream, "sha256").digest())
+        return digest.hexdigest()
+
+    @property
+    def _module(self) -> ModuleType:
+        return import_module(f"labgym.protocols.importers.{self.format}")

@@ -17,7 +17,7 @@ from labgym.documents import Document, json_bytes
 from labgym.protocols.experiments import Experiment, Rejection
 from labgym.protocols.experiments.collection import Tally, merged
 from labgym.protocols.experiments.feasibility import FeasibilityFilter, Obstacle, Verdict
-from labgym.protocols.importers.sources import Source
+from labgym.protocols.importers.records import Source
 from labgym.runs import ExecutorOptions, RunFolder, RunIdentity, Shard, ShardOutput, run_shards
 
 SUMMARY = "summary.json"

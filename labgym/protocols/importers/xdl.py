@@ -13,22 +13,27 @@ from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Any
-from xml.etree.ElementTree import Element
+from xml.etree.ElementTree import Element, TreeBuilder
+from xml.parsers import expat
 
+from labgym.documents import read_bytes
 from labgym.errors import DocumentError
 from labgym.protocols.experiments import Action, Experiment, Material, Portion, Rejection
 from labgym.protocols.experiments.model import Role, Verb
-from labgym.protocols.importers.markup import read_xml
-from labgym.protocols.importers.records import Records, UnreadableError, holding, record, slug
+from labgym.protocols.importers.records import Records, UnreadableError, holding, printable, record, slug
 from labgym.quantities import ROOM_TEMPERATURE, value_of
+from labgym.quantities import amounts as quantities
 
+MAX_BYTES = 8 * 1024**2
+MAX_DEPTH = 40
+MAX_ELEMENTS = 20_000
 SUFFIXES = (".xdl", ".xml")
 MAX_ACTIONS = 300
 MAX_VISITS = 20_000
 """Largest numbers of actions of an experiment and of steps including repeats."""
-_NUMBER = re.compile(r"[0-9]{1,4}")
+_NUMBER, _PLAIN = re.compile(r"[0-9]{1,4}"), re.compile(r"[0-9]{1,6}(?:\.[0-9]{1,6})?")
+_NUMBER_LIKE = re.compile(r"[-+]?(?:[.\d]|nan\b|inf)", re.IGNORECASE)
 _TITLE = re.compile(r"^\s*(?:the\s+)?(?:synthesis|preparation) of\s++([^.;]{3,120}?)\s*+\.?\s*$", re.IGNORECASE)
-
 MACHINE = frozenset(
     (
         *("StopStir", "StopHeatChill", "CleanVessel", "CleanBackbone", "CleanTubing", "ResetHandling", "Confirm"),
@@ -49,6 +54,56 @@ _ROLES: dict[str, Role] = {
     "workup": "workup",
 }
 _GASES = {"nitrogen": "nitrogen", "n2": "nitrogen", "argon": "argon", "ar": "argon", "hydrogen": "hydrogen"}
+
+
+def read_xml(path: Path) -> Element:
+    """Return the root element of a file.
+
+    Raises:
+        DocumentError: the file is missing, too large, not XML, nested too deeply, in an unsupported encoding, or has a
+            document type definition.
+    """
+    return _Reader(path).read(read_bytes(path, MAX_BYTES))
+
+
+class _Reader:
+    def __init__(self, path: Path) -> None:
+        self.path, self.depth, self.elements = path, 0, 0
+        self.tree = TreeBuilder()
+
+    def read(self, content: bytes) -> Element:
+        parser = expat.ParserCreate()
+        parser.StartDoctypeDeclHandler = self._refuse
+        parser.EntityDeclHandler = self._refuse
+        parser.StartElementHandler = self._start
+        parser.EndElementHandler = self._end
+        parser.CharacterDataHandler = self.tree.data
+        try:
+            parser.Parse(content, True)
+        except expat.ExpatError as error:
+            problem = f"not XML, line {error.lineno}: {expat.ErrorString(error.code)}"
+            raise DocumentError(self.path, "", problem) from None
+        except DocumentError:
+            raise
+        except (LookupError, ValueError):
+            # expat raises ValueError for multi-byte encodings such as gb18030 and shift_jis.
+            raise DocumentError(self.path, "", "in an encoding that is not supported; save it as UTF-8") from None
+        return self.tree.close()
+
+    def _refuse(self, *_: object) -> None:
+        raise DocumentError(self.path, "", "has a document type definition, which is not allowed; remove it")
+
+    def _start(self, tag: str, attributes: dict[str, str]) -> None:
+        self.depth += 1
+        self.elements += 1
+        if self.depth > MAX_DEPTH or self.elements > MAX_ELEMENTS:
+            problem = f"more than {MAX_DEPTH} levels deep or {MAX_ELEMENTS} elements long"
+            raise DocumentError(self.path, "", problem)
+        self.tree.start(tag, attributes)
+
+    def _end(self, tag: str) -> None:
+        self.depth -= 1
+        self.tree.end(tag)
 
 
 @dataclass
@@ -191,10 +246,12 @@ def _conditions(step: Element) -> dict[str, Any]:
 
 def _portion(step: Element, of: str, *amounts: str) -> tuple[Portion, ...]:
     """Return the material that one attribute names, with the amount from the first of the others that is set."""
-    name = step.get(of, "").strip()
+    name = printable(step.get(of, ""))
     if not name:
         return ()
     amount = next((step.get(key, "").strip() for key in amounts if step.get(key)), "")
+    if _NUMBER_LIKE.match(amount) and not quantities(amount) and not _PLAIN.fullmatch(amount):
+        raise UnreadableError(f"the amount {amount[:40]!r} of {name[:60]!r} cannot be read: give it as 5 mL or 2 g")
     times = step.get("repeats") or step.get("repeat") or step.get("n_separations") or step.get("eluting_repeats") or ""
     if _NUMBER.fullmatch(times) and int(times) > 1 and amount:
         amount = f"{int(times)} x {amount}"

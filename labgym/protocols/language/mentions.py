@@ -10,8 +10,8 @@ from typing import Literal
 
 from labgym.assets import Asset, Catalog
 from labgym.assets.search import normalise, surface_forms
+from labgym.protocols.language.concepts import word_table
 from labgym.protocols.language.folding import Folded
-from labgym.protocols.language.words import word_table
 
 MAX_FORM = 60
 PREFIX = 2

@@ -1,20 +1,34 @@
-"""Hybrid search: BM25 over terms and cosine over embeddings, fused by reciprocal rank."""
+"""Hybrid search: BM25 over terms and cosine over embeddings, fused by reciprocal rank.
+
+The embeddings come from a wheel, without network access.
+"""
 
 from __future__ import annotations
 
+import logging
+import re
+import typing
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
 from labgym.assets import Catalog
 from labgym.errors import OptionError
+from labgym.protocols.language import concepts, gloss, mentions, without_chinese_names
+from labgym.protocols.language.concepts import word_table
 from labgym.protocols.retrieval.corpus import Fragment, SourceKind, corpus
-from labgym.protocols.retrieval.embedding import Embedder, load_embedder
-from labgym.protocols.retrieval.tokens import english, terms
 
+Vectors = np.ndarray[Any, np.dtype[np.float32]]
+_WORD = re.compile(r"[a-z][a-z]+|\d+(?:\.\d+)?")
+_HAN = re.compile(r"[\u3400-\u9fff]+")
+_ENDINGS = ("ations", "ation", "ising", "izing", "ised", "ized", "ingly", "ings", "ing", "ions", "ion", "ies", "ied")
+_SHORT_ENDINGS = ("ise", "ize", "ed", "es", "er", "ly", "al", "ic", "e", "s", "y")
+MIN_STEM = 4
+NAME_WORDS = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+|[A-Z]+|\d+")
 RANK_CONSTANT = 60.0
 """k of reciprocal-rank fusion: score = sum over lists of 1 / (k + rank)."""
 EMBEDDING_WEIGHT = 0.25
@@ -24,6 +38,92 @@ DEPTH = 100
 """Number of fragments of each ranking that take part in the fusion."""
 MAX_QUERY = 5000
 COUNT = 5
+
+
+class Embedder(typing.Protocol):
+    """A function that maps texts to vectors so that similar meanings are close."""
+
+    def __call__(self, texts: list[str]) -> Vectors:
+        """Return unit vectors, shape (texts, dimensions)."""
+        ...
+
+
+class WordLlamaEmbedder:
+    """Averaged token embeddings of wordllama, 256 dimensions, read from its wheel; English only.
+
+    Raises:
+        ImportError: wordllama is not installed.
+    """
+
+    def __init__(self) -> None:
+        root = logging.getLogger()
+        handlers, level = list(root.handlers), root.level
+        import wordllama
+
+        # Importing the package configures logging for the whole process; that is up to the caller, so undo it.
+        root.handlers[:], root.level = handlers, level
+        folder = Path(wordllama.__file__).parent
+        # The package looks for the tokenizer in the wrong folder; with the wheel's folder as its cache it finds it.
+        self._model = wordllama.WordLlama.load(cache_dir=folder, disable_download=True)
+
+    def __call__(self, texts: list[str]) -> Vectors:
+        """Return unit vectors, shape (texts, 256); zeros for a text without tokens."""
+        vectors: Vectors = np.asarray(self._model.embed(texts), dtype=np.float32)
+        norms = np.linalg.norm(vectors, axis=1, keepdims=True)
+        vectors /= np.where(norms > 0.0, norms, 1.0)
+        return vectors
+
+
+@lru_cache(maxsize=1)
+def load_embedder() -> Embedder | None:
+    """Return the embedder, or None if the extra `embed` is not installed."""
+    try:
+        return WordLlamaEmbedder()
+    except ImportError:
+        return None
+
+
+def terms(text: str, catalog: Catalog) -> list[str]:
+    """Return the search terms of a text, including repeats.
+
+    Assets become their canonical names, so that "DCM" matches 二氯甲烷; operations and transformations become the names
+    of concepts, so that "rotovap" matches "evaporate".
+    """
+    named = mentions(text, catalog)
+    rest, last = [], 0
+    for mention in named:
+        rest.append(text[last : mention.start])
+        last = mention.end
+    plain = " ".join([*rest, text[last:]]).lower()
+    return [
+        *(f"asset:{mention.name}" for mention in named if mention.kind != "class"),
+        *(f"concept:{name}" for name in concepts(without_chinese_names(text, catalog))),
+        *(stem(word) for word in _WORD.findall(text.lower()) if word not in word_table().english_words),
+        *(run[i : i + 2] for run in _HAN.findall(plain) for i in range(max(len(run) - 1, 1))),
+    ]
+
+
+def english(text: str, catalog: Catalog) -> str:
+    """Return a text for an English embedding model: names of assets spelled out, Chinese technical terms translated."""
+    pieces, last = [], 0
+    for mention in mentions(text, catalog):
+        pieces += [gloss(text[last : mention.start]), _spelt(mention.name)]
+        last = mention.end
+    pieces.append(gloss(text[last:]))
+    return " ".join(" ".join(pieces).split())
+
+
+def stem(word: str) -> str:
+    """Return an English word without its most common endings; queries and fragments are stemmed alike."""
+    for endings in (_ENDINGS, _SHORT_ENDINGS):
+        for ending in endings:
+            if word.endswith(ending) and len(word) - len(ending) >= MIN_STEM:
+                return word.removesuffix(ending)
+    return word
+
+
+def _spelt(name: str) -> str:
+    return " ".join(NAME_WORDS.findall(name)).lower() if name[:1].isupper() and " " not in name else name
 
 
 @dataclass(frozen=True)

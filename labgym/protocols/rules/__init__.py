@@ -2,12 +2,10 @@
 
 from labgym.protocols.rules import (
     conditions,
-    constraints,
     grounding,
     hazards,
     machines,
     means,
-    mixing,
     safety,
     sequence,
     temperatures,
@@ -15,7 +13,7 @@ from labgym.protocols.rules import (
 )
 from labgym.protocols.rules.finding import Case, Finding, Severity
 
-ALL = (*grounding.RULES, *sequence.RULES, *safety.RULES, *constraints.RULES)
+ALL = (*grounding.RULES, *sequence.RULES, *safety.RULES, *grounding.CONSTRAINT_RULES)
 """The paper's suite."""
 EQUIPMENT = (
     *vessels.RULES,
@@ -24,7 +22,7 @@ EQUIPMENT = (
     *machines.RULES,
     *conditions.RULES,
     *means.RULES,
-    *mixing.RULES,
+    *conditions.MIXING_RULES,
 )
 """Rules about equipment, hazards and conditions."""
 

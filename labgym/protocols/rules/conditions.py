@@ -1,15 +1,18 @@
-"""Conditions that make a known reaction dangerous or futile: solvent, temperature, order of addition, work-up."""
+"""Conditions that make a reaction dangerous or futile: solvent, temperature, partner, order of addition, work-up."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from itertools import combinations
 
 from labgym.assets import Asset
+from labgym.assets.mixing import Limit, limit_of
 from labgym.protocols.amounts import read_amount
 from labgym.protocols.contents import SEPARATING, STILL, Situation
 from labgym.protocols.rules.finding import Case, Finding, Severity
 from labgym.protocols.rules.hazards import INERT, INERT_DEVICES
+from labgym.quantities import ROOM_TEMPERATURE
 
 ENDING = ("Quench", "Acidify", "Basify", "Neutralize", "Extract", "Wash", "Filter", "Concentrate", "Clean")
 """Actions in which a reagent is destroyed on purpose."""
@@ -39,7 +42,17 @@ METALLIC_PALLADIUM, TOLERANCE = 106.42, 0.25
 SUPPORTED = "noble_metal_catalyst"
 AFTER_CATALYST = ("Concentrate", "Distill", "Chromatograph", "Recrystallize", "DryVacuum")
 AIR_SENSITIVE = frozenset({"TetrakisTriphenylphosphinePalladium"})
+_BATH = r"[ -]?(?:bath|cone|cabinet|heat|jacket|plate|table)"
+STEAM = re.compile(rf"\bsteam(?!{_BATH})|水蒸气(?!浴)", re.I)
+"""Words of a distillation with steam."""
+STEAM_BATH = re.compile(rf"\bsteam{_BATH}|(?:水蒸气|蒸汽)浴", re.I)
+"""Words for heat from steam, which the mixture does not meet."""
 _SOLUTION = re.compile(r"\b(?:solution|suspension|slurry|dissolved|in \d|molten|melt)\b", re.I)
+OXIDIZERS = frozenset({"strong_oxidizer", "hypochlorite", "organic_peroxide"})
+REDUCTANTS = frozenset({"sulfite", "weak_reducer", "alcohol"})
+"""Groups of what a quench destroys, and of what destroys it."""
+COLD_END_C = 30.0
+"""Highest temperature at which a step that ends a reaction may bring together what reacts violently."""
 
 
 def peracids_meet_no_ketone(case: Case) -> Iterator[Finding]:
@@ -157,7 +170,7 @@ def wet_layers_are_dried(case: Case) -> Iterator[Finding]:
             wet = step.index
         elif step.action in ("DrySolution", "DryVacuum", "Quench", "Acidify", "Basify", "Crystallize"):
             wet = None
-        elif step.action == "Distill" and wet is not None and "steam" not in step.text.lower():
+        elif step.action == "Distill" and wet is not None and not STEAM.search(step.text):
             message = f"step {step.index} distils the layer that step {wet} left wet"
             yield Finding(
                 "dry-before-distillation", step.index, message, "add a DrySolution step, with MagnesiumSulfate"
@@ -266,3 +279,57 @@ RULES = (
     supported_catalysts_are_weighed_with_their_support,
     sensitive_catalysts_have_inert_gas,
 )
+
+
+def pairs_stay_within_their_limits(case: Case) -> Iterator[Finding]:
+    """Every pair in a vessel satisfies the reactivity matrix at the temperatures of all its steps, in a hood or not."""
+    met: dict[tuple[str, str], bool] = {}
+    reported: set[tuple[str, str]] = set()
+    destroyed: set[str] = set()
+    for situation in case.situations:
+        if situation.step.action in STILL:
+            continue
+        for pair, limit in _limits(case, situation):
+            if not destroyed.isdisjoint(pair):
+                continue
+            temperature = situation.step.temperature
+            celsius = ROOM_TEMPERATURE if temperature is None else temperature
+            first = pair not in met
+            ends = situation.step.action in ENDING and celsius <= COLD_END_C
+            met.setdefault(pair, ends)
+            if pair in reported or (limit.ends and met[pair]):
+                continue
+            highest = limit.meets if first and limit.meets is not None else limit.above
+            if celsius > highest:
+                reported.add(pair)
+                yield _finding(situation, pair, limit, celsius, highest)
+        if situation.step.action in ENDING and any(_is_any_of(asset, REDUCTANTS) for asset in situation.added):
+            destroyed |= {name for name in situation.contents if _is_any_of(case.catalog.get(name), OXIDIZERS)}
+
+
+def _is_any_of(asset: Asset, groups: frozenset[str]) -> bool:
+    return asset.chemistry is not None and not groups.isdisjoint(asset.chemistry.groups)
+
+
+def _limits(case: Case, situation: Situation) -> Iterator[tuple[tuple[str, str], Limit]]:
+    """Yield the pairs in the vessel of a step that have a limit; consecutive washes do not meet."""
+    assets = {name: case.catalog.get(name) for name in sorted(situation.contents)}
+    shares = {name: volume / situation.volume for name, volume in situation.contents.items() if situation.volume}
+    added = {asset.name for asset in situation.added}
+    in_turn = situation.vessel is not None and situation.vessel.name == SEPARATING
+    for a, b in combinations(assets, 2):
+        limit = limit_of(assets[a], assets[b], shares, assets.values())
+        if limit is not None and not (in_turn and {a, b} <= added):
+            yield (a, b), limit
+
+
+def _finding(situation: Situation, pair: tuple[str, str], limit: Limit, celsius: float, highest: float) -> Finding:
+    together = f"step {situation.step.index} has {pair[0]} and {pair[1]} together at {celsius:g} C"
+    if limit.is_never:
+        suggestion = f"use another solvent or reagent instead of one of them ({limit.source})"
+    else:
+        suggestion = f"stay at or below {highest:g} C, or use another solvent ({limit.source})"
+    return Finding("violent-mixture", situation.step.index, f"{together}: {limit.hazard}", suggestion)
+
+
+MIXING_RULES = (pairs_stay_within_their_limits,)

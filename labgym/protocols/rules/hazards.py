@@ -7,13 +7,14 @@ from collections.abc import Iterator
 
 from labgym.assets import Asset, pairs
 from labgym.assets.plausibility import FACE
-from labgym.protocols.capability import heats_to
+from labgym.protocols.capability import heats_to, is_ventilated, needs_ventilation
 from labgym.protocols.contents import SEPARATING, STILL, WATER, Situation
 from labgym.protocols.errors import RefusalError
-from labgym.protocols.places import is_ventilated, needs_ventilation
 from labgym.protocols.refusals import refuse_to_make
 from labgym.protocols.rules.finding import Case, Finding
 
+DANGEROUS_PRODUCT = "dangerous-product"
+"""Rule whose findings no change of the steps removes."""
 FACE_VELOCITY = FACE[0]
 """Lowest face velocity at which a hood contains vapors, m/s (EN 14175 and ANSI/ASSP Z9.5 practice: 0.3 to 0.5)."""
 FATAL = ("H300", "H310", "H330")
@@ -223,7 +224,7 @@ def products_may_be_made(case: Case) -> Iterator[Finding]:
     try:
         refuse_to_make(case.protocol.name, case.protocol.product)
     except RefusalError as error:
-        yield Finding("dangerous-product", None, str(error), "choose another product")
+        yield Finding(DANGEROUS_PRODUCT, None, str(error), "choose another product")
 
 
 RULES = (

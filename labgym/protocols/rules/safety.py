@@ -7,9 +7,8 @@ from itertools import combinations
 
 from labgym.assets import Asset, incompatible
 from labgym.assets.reactivity import reactions
-from labgym.protocols.capability import heats_to
+from labgym.protocols.capability import heats_to, is_ventilated, needs_ventilation
 from labgym.protocols.model import Step
-from labgym.protocols.places import is_ventilated, needs_ventilation
 from labgym.protocols.rules.finding import Case, Finding
 from labgym.protocols.rules.sequence import PREPARATION
 

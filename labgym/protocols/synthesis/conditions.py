@@ -1,18 +1,26 @@
-"""Temperature and duration of the reaction: from the text, else from the kind of reaction, below the boiling point."""
+"""Temperature and duration of the reaction: from the text, from a precedent in the library, or usual for its kind."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from labgym.assets import Catalog
 from labgym.protocols.errors import RefusalError
-from labgym.protocols.synthesis.precedents import Precedent
+from labgym.protocols.experiments import Action, experiments
+from labgym.protocols.library import protocols
+from labgym.protocols.model import Step
+from labgym.protocols.retrieval import SearchResults, search
+from labgym.protocols.rules.conditions import STEAM_BATH
 from labgym.protocols.synthesis.reading import Clause
 from labgym.protocols.synthesis.roles import Participant
 from labgym.protocols.synthesis.transformations import Transformation
 from labgym.quantities import ROOM_RANGE, ROOM_TEMPERATURE
 
+HOLDING_VERBS = ("Stir", "Heat", "Reflux")
+SHARED = 2
+"""Number of reagents besides solvents, among them the substrate, that a precedent shares with the reaction."""
 COLD, WARM = ROOM_RANGE
 MILD_REFLUX = 120.0
 """Highest boiling point of a solvent in which a usual reflux is still a reflux, degrees Celsius."""
@@ -25,8 +33,69 @@ _CLOSED = re.compile(
 )
 NEAR_BOILING = 4.0
 """Margin around a boiling point within which a temperature counts as reflux, degrees Celsius."""
+STEAM_BATH_C = 95.0
+"""Temperature of a flask on a steam bath."""
 HOLDING = ("Stir", "Heat", "Reflux", "Distill", None)
 ADDING = ("Add", "Cool", "Dissolve")
+
+
+@dataclass(frozen=True)
+class Precedent:
+    """The conditions under which a published protocol or experiment lets the same reagents react.
+
+    Attributes:
+        source: id of the protocol or experiment.
+        temperature: degrees Celsius.
+        duration: minutes.
+    """
+
+    source: str
+    temperature: float
+    duration: float
+
+
+def context_of(text: str, keyword_only: bool, catalog: Catalog) -> SearchResults:
+    """Return the fragments nearest to a text, best first: the nearest of all kinds, and the nearest protocols."""
+    nearest = search(text, keyword_only=keyword_only, catalog=catalog)
+    sources = {hit.fragment.source for hit in nearest.hits}
+    nearest_protocols = search(text, keyword_only=keyword_only, origin="protocol", catalog=catalog).hits
+    additional = (hit for hit in nearest_protocols if hit.fragment.source not in sources)
+    return replace(nearest, hits=tuple(sorted((*nearest.hits, *additional), key=lambda hit: -hit.score)))
+
+
+def precedent(context: SearchResults, parts: Sequence[Participant]) -> Precedent | None:
+    """Return the best precedent with the same substrate and reagents, or None."""
+    substrates = {part.asset.name for part in parts if "substrate" in part.role}
+    reagents = {part.asset.name for part in parts if "solvent" not in part.role}
+    for hit in context.hits:
+        names, steps = _library_entry(hit.fragment.source)
+        shared = reagents & names
+        if shared & substrates and len(shared) >= SHARED:
+            longest = _longest_hold(hit.fragment.source, steps)
+            if longest is not None:
+                return longest
+    return None
+
+
+def _library_entry(source: str) -> tuple[set[str], Sequence[Step | Action]]:
+    """Return the reagents and the steps of a protocol or an experiment; nothing for a rule."""
+    protocol, experiment = protocols().get(source), experiments().get(source)
+    if protocol is not None:
+        return {use.name for use in protocol.reagents}, protocol.steps
+    if experiment is not None:
+        return {material.name for material in experiment.materials}, experiment.actions
+    return set(), ()
+
+
+def _longest_hold(source: str, steps: Sequence[Step | Action]) -> Precedent | None:
+    holds = [
+        Precedent(source, step.temperature, step.duration)
+        for step in steps
+        if (step.verb if isinstance(step, Action) else step.action) in HOLDING_VERBS
+        and step.temperature is not None
+        and step.duration is not None
+    ]
+    return max(holds, key=lambda item: item.duration, default=None)
 
 
 @dataclass(frozen=True)
@@ -147,6 +216,8 @@ def hold(kind: Transformation, clause: Clause | None, parts: Sequence[Participan
     temperature = clause.temperature if clause is not None else None
     if clause is not None and clause.warmed:
         temperature = ROOM_TEMPERATURE
+    elif temperature is None and clause is not None and STEAM_BATH.search(clause.text):
+        temperature = STEAM_BATH_C
     if temperature is None:
         if clause is not None and _is(clause, "Reflux") and boiling is not None:
             temperature = boiling[0]

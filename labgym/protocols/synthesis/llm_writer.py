@@ -19,15 +19,13 @@ from labgym.llm.completion import QUOTED
 from labgym.llm.errors import LanguageModelError
 from labgym.llm.messages import Message
 from labgym.llm.prompting import load_prompt
-from labgym.protocols.capability import capacity, cools_to, evacuates_to, heats_to
+from labgym.protocols.capability import capacity, cools_to, evacuates_to, heats_to, is_ventilated, is_workplace
 from labgym.protocols.constraints import derive
 from labgym.protocols.errors import RefusalError
 from labgym.protocols.model import Protocol, ReactionType, ReagentUse, Step
-from labgym.protocols.places import is_ventilated, is_workplace
-from labgym.protocols.refusals import refuse_to_make
 from labgym.protocols.synthesis.transformations import recognise
 from labgym.protocols.synthesis.writer import Commission, WriterResult
-from labgym.protocols.validate import ProtocolError, examine
+from labgym.protocols.validate import ProtocolError, examine, faults
 
 PROMPTS = Path(__file__).resolve().parent / "prompts"
 REPAIRS = 3
@@ -125,14 +123,13 @@ def compose(model: LanguageModel, sources: WritingSources, repairs: int = REPAIR
                 raise
             text, complaints = error.reply, [_complaint(None, str(error), "")]
         else:
-            refuse_to_make(protocol.name, protocol.product)
-            faults = [finding for finding in examine(protocol, sources.catalog) if finding.severity == "fault"]
-            if not faults:
+            found = faults(examine(protocol, sources.catalog))
+            if not found:
                 return protocol, attempts
             if attempts > repairs:
-                raise ProtocolError(protocol.id, faults)
+                raise ProtocolError(protocol.id, found)
             text = reply.text
-            complaints = [_complaint(f.step, f.message, f.suggestion) for f in faults[:MAX_FINDINGS]]
+            complaints = [_complaint(f.step, f.message, f.suggestion) for f in found[:MAX_FINDINGS]]
         repair = load_prompt(PROMPTS / "repair_protocol.md")
         label = repair.label
         # The first question and the latest answer are enough; a whole history would outgrow the model's window.

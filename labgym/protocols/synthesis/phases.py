@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from labgym.assets import Asset
-from labgym.protocols.rules.conditions import MISCIBLE, SUPPORTED
+from labgym.protocols.rules.conditions import MISCIBLE, STEAM, SUPPORTED
 from labgym.protocols.synthesis.roles import SOLVENTS, Participant
 
 ENDING = ("Quench", "Acidify", "Basify")
@@ -150,8 +150,8 @@ def _needed(
         needed.append(replace(extract, action="Dissolve"))
     elif action in ("Wash", "DrySolution") and not state.layer and not state.solid:
         needed.append(extract)
-    steam = action == "Distill" and "steam" in step.text.lower()
-    oil = action in ("Distill", "Chromatograph", "DryVacuum") and not steam
+    oil = action in ("Distill", "Chromatograph", "DryVacuum")
+    oil = oil and not (action == "Distill" and STEAM.search(step.text))
     later = any(item.action in ("Extract", "Filter", "Acidify", "Quench", "Crystallize") for item in rest)
     stripped = action == "Concentrate" and not later
     if (oil or stripped) and state.water and not state.wet and not state.solid:

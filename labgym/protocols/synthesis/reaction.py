@@ -1,4 +1,4 @@
-"""The steps from the empty flask to the finished reaction."""
+"""The steps from the empty flask to the finished reaction, its protective gas and its pressure."""
 
 from __future__ import annotations
 
@@ -7,8 +7,13 @@ from itertools import groupby
 
 from labgym.protocols.amounts import read_amount
 from labgym.protocols.apparatus import bath_for, millilitres, vessel_for
-from labgym.protocols.synthesis.atmosphere import BALLOON, PRESSURE_VESSEL, pressure, protective_gas
-from labgym.protocols.synthesis.builder import ProtocolBuilder
+from labgym.protocols.errors import RefusalError
+from labgym.protocols.refusals import refusals
+from labgym.protocols.synthesis.builder import (
+    ProtocolBuilder,
+    is_pyrophoric,
+    short_name,
+)
 from labgym.protocols.synthesis.conditions import (
     NEAR_BOILING,
     Hold,
@@ -17,22 +22,51 @@ from labgym.protocols.synthesis.conditions import (
     holds,
     is_period,
     periods,
+    precedent,
 )
-from labgym.protocols.synthesis.frame import short_name
-from labgym.protocols.synthesis.precedents import precedent
-from labgym.protocols.synthesis.reading import Clause
+from labgym.protocols.synthesis.reading import Clause, ParsedDescription
 from labgym.protocols.synthesis.roles import ASSUMED, PROTECTIVE_GASES, Participant
 from labgym.protocols.synthesis.stages import stages
 from labgym.protocols.synthesis.transformations import Transformation
 from labgym.protocols.synthesis.writer import Commission
-from labgym.quantities import ROOM_RANGE, ROOM_TEMPERATURE
+from labgym.quantities import ROOM_RANGE, ROOM_TEMPERATURE, StatedCondition
 
+AIRLESS = frozenset({"Magnesium", "PalladiumOnCarbon", "RaneyNickel", "TetrakisTriphenylphosphinePalladium"})
+"""Metals and catalysts that work, or are safe next to a solvent, only without air."""
+BALLOON, PRESSURE_VESSEL = "HydrogenBalloon", "HydrogenationApparatus"
+BALLOON_BAR, VESSEL_BAR = 1.2, 5.0
+"""Highest absolute pressures of a balloon and of the hydrogenation apparatus (4 bar above the air's), bar."""
 FORMATION, COLD_ADDITION = 30.0, 5.0
 """Time in which a Grignard reagent forms, minutes; temperature at which its substrate is added, degrees Celsius."""
 ADDITION = 15.0
 """Usual duration of an addition, minutes."""
 OPEN_BELOW_C = 45.0
 """Highest temperature at which a mixture is heated without a condenser, degrees Celsius."""
+
+
+def pressure(clauses: Sequence[Clause]) -> StatedCondition | None:
+    """Return the pressure above that of the air that the text gives, or None.
+
+    Raises:
+        RefusalError: no vessel of the catalog is built for it.
+    """
+    stated = next((c.pressure for c in clauses if c.pressure is not None and c.pressure.value > BALLOON_BAR), None)
+    if stated is not None and stated.value > VESSEL_BAR:
+        message = (
+            f"{stated.text} is above the {VESSEL_BAR:g} bar that {PRESSURE_VESSEL} is built for: lower the pressure"
+        )
+        raise RefusalError("infeasible", message)
+    return stated
+
+
+def protective_gas(description: ParsedDescription, parts: Sequence[Participant]) -> str:
+    """Return the protective gas that is needed, or ""."""
+    if "ArgonGas" in description.spoken_of or "argon" in description.text.lower():
+        return "ArgonGas"
+    asked = "NitrogenGas" in description.spoken_of or "inert" in description.text.lower() or "氮气" in description.text
+    spoilt = refusals().destroyed_by_protic | AIRLESS
+    needed = any(is_pyrophoric(part.asset) or part.asset.name in spoilt for part in parts)
+    return "NitrogenGas" if asked or needed else ""
 
 
 class ReactionWriter:

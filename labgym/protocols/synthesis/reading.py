@@ -7,9 +7,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from labgym.assets import Catalog
+from labgym.protocols.amounts import figure
 from labgym.protocols.language import Mention, concepts, language_of, mentions, unified, without_chinese_names
-from labgym.protocols.language.scripts import Language
-from labgym.protocols.synthesis.batch import figure
+from labgym.protocols.language.concepts import Language
 from labgym.protocols.synthesis.mixtures import mixtures, solutions, without_ratio
 from labgym.protocols.synthesis.operations import Operation, Phase, main_operation, operations
 from labgym.protocols.synthesis.products import AUXILIARY, announced, products, within

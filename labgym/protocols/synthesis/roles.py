@@ -10,18 +10,18 @@ from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from labgym.assets import Asset, Catalog
-from labgym.protocols.amounts import read_amount
-from labgym.protocols.errors import RefusalError
-from labgym.protocols.synthesis.batch import (
+from labgym.protocols.amounts import (
     equimolar,
     figure,
     measured,
     moles_of,
     of_strength,
+    read_amount,
     rounded_volume,
     scaled,
     together,
 )
+from labgym.protocols.errors import RefusalError
 from labgym.protocols.synthesis.reading import Clause
 from labgym.protocols.synthesis.transformations import Slot, Transformation, transformations
 

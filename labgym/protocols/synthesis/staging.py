@@ -19,9 +19,8 @@ from labgym.protocols.experiments.feasibility import GASES, WORK_UP, Feasibility
 from labgym.protocols.experiments.model import Verb
 from labgym.protocols.experiments.narration import sentence
 from labgym.protocols.model import Protocol
-from labgym.protocols.synthesis.builder import ProtocolBuilder
-from labgym.protocols.synthesis.frame import clean_up, groups_of, weigh_first
-from labgym.protocols.validate import ProtocolError, examine
+from labgym.protocols.synthesis.builder import ProtocolBuilder, clean_up, groups_of, weigh_first
+from labgym.protocols.validate import ProtocolError, examine, faults
 from labgym.quantities import ROOM_RANGE
 
 OIL_BATH_LIMIT = 170.0
@@ -100,9 +99,9 @@ def stage(experiment: Experiment, catalog: Catalog | None = None) -> Protocol:
     except ValidationError as error:
         raise RefusalError("infeasible", str(document_error(feasible.id, error))) from None
     protocol = derive(draft, assets)
-    faults = [finding for finding in examine(protocol, assets) if finding.severity == "fault"]
-    if faults:
-        raise ProtocolError(protocol.id, faults)
+    found = faults(examine(protocol, assets))
+    if found:
+        raise ProtocolError(protocol.id, found)
     return protocol
 
 

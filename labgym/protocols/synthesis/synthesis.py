@@ -18,18 +18,17 @@ from labgym.protocols.refusals import (
     refuse_product,
     refuse_solvent,
     refuse_structures,
-    refuse_to_make,
     refuse_wish,
 )
 from labgym.protocols.retrieval import SearchResults
+from labgym.protocols.synthesis.conditions import context_of
 from labgym.protocols.synthesis.fidelity import refuse_unfaithful
-from labgym.protocols.synthesis.precedents import context_of
 from labgym.protocols.synthesis.reading import ParsedDescription, read
 from labgym.protocols.synthesis.template import TemplateWriter
 from labgym.protocols.synthesis.transformations import transformations
 from labgym.protocols.synthesis.unlisted import chemical_names
 from labgym.protocols.synthesis.writer import Commission, Writer
-from labgym.protocols.validate import ProtocolError, examine
+from labgym.protocols.validate import ProtocolError, examine, faults
 
 MAX_TEXT = 4000
 _CHEMICAL_ENDING = re.compile(r"(?:ol|ine|one|al|ate|ide|ene|ane|yl|acid|amine|nitrile)s?$|\d", re.IGNORECASE)
@@ -94,14 +93,12 @@ def synthesize(
     commission = Commission(text, description, context, assets)
     result = (writer if writer is not None else TemplateWriter()).write(commission)
     protocol = result.protocol
-    refuse_to_make(protocol.name, protocol.product)
+    findings = examine(protocol, assets)
+    found = sorted(faults(findings), key=lambda finding: finding.rule not in INCOMPATIBLE)
     refuse_mixture(use.name for use in protocol.reagents)
     refuse_unfaithful(description, protocol, assets)
-    findings = examine(protocol, assets)
-    faults = [finding for finding in findings if finding.severity == "fault"]
-    faults.sort(key=lambda finding: finding.rule not in INCOMPATIBLE)
-    if faults:
-        raise ProtocolError(protocol.id, faults)
+    if found:
+        raise ProtocolError(protocol.id, found)
     advice = tuple(f"{finding.message}; {finding.suggestion}" for finding in findings)
     return Synthesis(protocol, result.notes, advice, context)
 

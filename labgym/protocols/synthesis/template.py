@@ -1,4 +1,7 @@
-"""Protocols from templates: the kind of reaction gives the frame, the text overrides everything that it states."""
+"""Protocols from templates: the kind of reaction gives the frame, the text overrides everything that it states.
+
+A reaction that a text names and that has no template is taken from the library of experiments.
+"""
 
 from __future__ import annotations
 
@@ -7,27 +10,37 @@ import re
 from collections.abc import Iterator, Sequence
 
 from labgym.assets import Catalog
+from labgym.errors import LabgymError
+from labgym.protocols.amounts import moles_of, scaled
 from labgym.protocols.constraints import derive
 from labgym.protocols.errors import RefusalError
+from labgym.protocols.experiments import Experiment, experiments
 from labgym.protocols.model import Protocol
+from labgym.protocols.portions import evaporated_in_portions
 from labgym.protocols.refusals import refuse_mixture, refuse_solvent
 from labgym.protocols.retrieval import SearchResults
-from labgym.protocols.synthesis.builder import ProtocolBuilder
-from labgym.protocols.synthesis.evaporation import evaporated_in_portions
-from labgym.protocols.synthesis.frame import (
+from labgym.protocols.synthesis.builder import (
+    ProtocolBuilder,
     clean_up,
     short_name,
     weigh_first,
 )
-from labgym.protocols.synthesis.library_experiments import from_library
-from labgym.protocols.synthesis.own_reagents import classes_of, own_reagents, with_own_reagents
-from labgym.protocols.synthesis.parting import parted
+from labgym.protocols.synthesis.fidelity import unkept
 from labgym.protocols.synthesis.phases import ReactionMixture
 from labgym.protocols.synthesis.reaction import ReactionWriter
 from labgym.protocols.synthesis.reading import Clause, ParsedDescription
 from labgym.protocols.synthesis.roles import Participant, cast
+from labgym.protocols.synthesis.stages import parted
+from labgym.protocols.synthesis.staging import stage
 from labgym.protocols.synthesis.stated_product import stated_product
-from labgym.protocols.synthesis.transformations import Transformation, recognise, transformations
+from labgym.protocols.synthesis.transformations import (
+    Transformation,
+    classes_of,
+    own_reagents,
+    recognise,
+    transformations,
+    with_own_reagents,
+)
 from labgym.protocols.synthesis.workup import WorkUp
 from labgym.protocols.synthesis.workup_plan import work_up_steps
 from labgym.protocols.synthesis.writer import Commission, WriterResult
@@ -242,3 +255,68 @@ def _protocol(
         ),
         builder.catalog,
     )
+
+
+def from_library(commission: Commission, name: str) -> WriterResult:
+    """Return the first experiment of a named reaction that keeps every statement of the text, as a protocol.
+
+    Args:
+        name: name of the reaction as written: "Swern".
+
+    Raises:
+        RefusalError: the library has no such experiment, or those that it has differ from the text; names them.
+    """
+    differences: list[str] = []
+    for experiment in _experiments_of(name):
+        try:
+            protocol = stage(_scaled(experiment, commission), commission.catalog)
+        except LabgymError:
+            continue
+        lost = tuple(dict.fromkeys(unkept(commission.description, protocol, commission.catalog)))
+        if not lost:
+            digest = hashlib.sha256(commission.text.encode()).hexdigest()[:10]
+            text = f"{protocol.description} Chosen for the text: {commission.text[:1000]}"
+            chosen = protocol.model_copy(update={"id": f"{protocol.id[:53]}-{digest}", "description": text})
+            note = f"staged from the experiment {experiment.id} of the library: {experiment.name}"
+            return WriterResult(chosen, (note, "its amounts and conditions are those of the library"))
+        differences.append(f"{experiment.id} ({experiment.name}), which has no {' or '.join(map(repr, lost[:3]))}")
+    if differences:
+        message = f"there is no template for {name!r}; the library has {'; '.join(differences[:2])}"
+        raise RefusalError("no-reaction", f"{message}: take it as it is with labgym protocols stage")
+    raise RefusalError("no-reaction", f"neither a template nor an experiment exists for a reaction called {name!r}")
+
+
+def _scaled(experiment: Experiment, commission: Commission) -> Experiment:
+    """Return an experiment at the size that the text's first amount of one of its reagents gives it."""
+    amounts = {portion.name: portion.amount for action in experiment.actions for portion in action.takes}
+    for clause in commission.description.clauses:
+        for name, amount in clause.amounts.items():
+            if name not in amounts or name not in commission.catalog:
+                continue
+            asset = commission.catalog.get(name)
+            ours, theirs = moles_of(asset, amount), moles_of(asset, amounts[name])
+            if ours and theirs:
+                return _resized(experiment, ours / theirs)
+    return experiment
+
+
+def _resized(experiment: Experiment, factor: float) -> Experiment:
+    actions = [
+        action.model_copy(
+            update={
+                "takes": tuple(
+                    portion.model_copy(update={"amount": scaled(portion.amount, factor)}) for portion in action.takes
+                )
+            }
+        )
+        for action in experiment.actions
+    ]
+    return experiment.model_copy(update={"actions": tuple(actions)})
+
+
+def _experiments_of(name: str) -> Iterator[Experiment]:
+    word = name.lower().split()[0]
+    for experiment in experiments().values():
+        names = " ".join((experiment.id, experiment.name, *experiment.synonyms)).lower()
+        if word in names or name.lower() in names:
+            yield experiment

@@ -22,6 +22,22 @@ _METALS = (
 _SALT = re.compile(
     rf"\b(?:{_METALS})(?:\s?\([iv]+\))?\s(?:(?:tri|di|per|bi|hydrogen\s)?[a-z-]*(?:ide|ate|ite)s?)\b", re.IGNORECASE
 )
+_BINARY = re.compile(
+    r"\b[a-z]{3,20}\s(?:mono|di|tri|tetra|penta|hexa)(?:oxide|chloride|bromide|fluoride|iodide|sulfide|selenide)s?\b"
+    r"|\b(?P<oxidized>[a-z]{3,20}(?:ic|ous))\s(?:oxide|chloride|bromide|fluoride|iodide|sulfate|nitrate|acetate)s?\b",
+    re.IGNORECASE,
+)
+"""A compound of two elements by their numbers, "carbon dioxide", or by a state of oxidation, "cyanuric chloride"."""
+_ELEMENT = re.compile(
+    rf"(?:{_METALS})(?:\s(?:powder|dust|turnings|granules|filings|wool|metal))?"
+    r"(?=[,;.)]|\s(?:with|and|in|to|at|under)\b|$)",
+    re.IGNORECASE,
+)
+"""A metal by its name alone."""
+_PARENT = re.compile(
+    r"(?:di|tri)?(?:bor|sil|germ|stann|phosph|ars|alum)ane|(?:alumin|zirconi|titani|ceri|magnesi|yttri|thori)a"
+)
+"""The names of hydrides and of oxides that are the same in each language: borane, alumina."""
 _ACID = re.compile(
     r"\b(?:\d[\d,']{0,20}-|[opm]-)?[a-z][a-z0-9,()\[\]'-]{0,80}(?:ic|ous)\s(?:acid|anhydride)\b", re.IGNORECASE
 )
@@ -49,18 +65,35 @@ _ENDING = re.compile(
 _TRIVIAL_ENDING = re.compile(
     r"(?:[a-z]{3}(?:(?<!p)(?<!l)(?<!o)(?<!n)ose|(?:r|v|th|n|z|d|x|s|eg|tral|dan|(?<!cyc)l|[uj])one|(?:n|s|e|d|a|th|(?<!di)(?<!ac)c|(?<!al)(?<!ip)p|"
     r"(?<!com)(?<!tur)(?<!car)(?<!cu)(?<!um)b)ine|[tzdnf]ole|[tdnl]ase|"
-    r"(?:b|ant|orn|al|ost|ol)ane|(?:pt|os|char|ot|ar)ide|(?:ll|dr|ar|ir|at|ot|on|er|al|th)in|[st]id)|"
+    r"(?:b|ant|orn|al|ost|ol)ane|(?:pt|os|char|ot|ar)ide|(?:ll|dr|ar|ir|at|ot|on|er|al|th|[a-z][lsv]|en)in|[st]id)|"
     r"[a-z]{2}(?:[^vi\W]ene|adiene|zil|[znsr]oin)|[a-z]{2}(?:i|er|an|en|in|th|e|ym|ac|acr|ech|it|yt|es|alo|phen)ol)s?$"
 )
 """Endings of trivial names that hardly any word of another kind has: limonene, estrone, quinine, geraniol, vanillin."""
+_CLASS = (
+    r"(?:aldehyde|nitrile|amide|imide|lactam|lactone|azole|azine|ophene|furan|indole|silane|siloxane|phthalein|amine|"
+    r"aniline|phenone|quinone|sulfone|sulfoxide|oxime|hydrazone|carbazone|azide|carbamate|imine|silanol|adduct)s?"
+)
+_OF_CLASS = re.compile(rf"[a-z]{{3}}{_CLASS}$")
+"""A name that ends in the name of a class of substances, whatever its stem is: caprolactam."""
 _BROAD_ENDING = re.compile(r"[a-z]{2}(?:one|ane|ene|yne|[nr]al|ol|ine|in|ide|ose)s?$")
 """Endings of names where hardly anything but a name can be: after the verb of a transformation."""
 _TRANSFORMED = re.compile(
     r"\b(?:reduc|oxidi[sz]|acet?ylat|benzoylat|alkylat|acylat|methylat|benzylat|epoxidi[sz]|hydrogenat|brominat|"
     r"chlorinat|iodinat|sulfonat|tosylat|silylat|formylat|protect|deprotect|dehydrat|hydroly[sz]|condens|coupl|"
-    r"cycli[sz]|esterif|saponif)(?:e|ing|y|ying|ion\sof)?\s+$",
+    r"cycli[sz]|esterif|saponif)(?:e|ing|y|ying|ion\sof)?\s+$|"
+    r"(?:^|[.;:]\s)(?-i:[A-Z])[a-z]{2,20}(?:ate|i[sz]e|ify|ly[sz]e)\s$",
     re.IGNORECASE,
 )
+_ISOLATED = re.compile(
+    r"\b(?:collect|isolat|filter|distil|re-?crystalli[sz]|crystalli[sz]|precipitat|sublim|chromatograph|separat|obtain|"
+    r"recover|leav)[a-z]{0,4}\s(?:off\s|out\s|over\s)?(?:the\s|pure\s|crude\s){1,2}$",
+    re.IGNORECASE,
+)
+_ISOLATES = re.compile(r"\s(?:crystalli[sz]es|separates|precipitates|sublimes|distils|settles)\b", re.IGNORECASE)
+"""Text before and after the name of a substance that is collected."""
+_LAMP = re.compile(r"\s(?:vapou?r\s|arc\s)?(?:lamp|arc|light|thermometer|manometer|bubbler|electrode|cathode|anode)\b")
+_OBJECT = re.compile(r"\s(?!is\b|was\b|were\b|are\b|and\b|in\b|with\b|of\b|from\b|to\b)[a-z0-9]")
+"""The object of an instruction after its verb; after a name there is another verb."""
 _ADJECTIVE = re.compile(
     r"(?:ical|ional|ermal|gonal|idal|urnal|odontal|priate|portionate|minate|pagate|timidate|torate)s?$"
 )
@@ -116,8 +149,11 @@ def is_named_like_a_substance(text: str) -> bool:
 
 def _compounds(text: str) -> Iterator[tuple[int, int]]:
     """Names of several words: salts, acids, alkyl derivatives."""
-    for pattern in (_SALT, _ACID, _TWO_WORDS, _NAMED_AFTER):
+    for pattern in (_SALT, _BINARY, _ACID, _TWO_WORDS, _NAMED_AFTER):
         for match in pattern.finditer(text):
+            if pattern is _BINARY and is_ordinary(match["oxidized"] or ""):
+                if match["oxidized"]:
+                    continue
             generic = _GENERIC.search(match[0]) and pattern is _TWO_WORDS and not _MORPHEME.findall(match[0].lower())
             if not generic and not _is_operation(match[0]):
                 yield match.span()
@@ -130,6 +166,8 @@ def _words(text: str) -> Iterator[tuple[int, int]]:
         while text[end - 1] == ")" and not _balanced(text[start:end]):
             end -= 1
         word = text[start:end].strip("(),'-").lower()
+        if _LAMP.match(text, end) or _is_imperative(text, start, end):
+            continue
         plain = word[0].isdigit() or not (_is_operation(word) or concepts(word))
         if word in common or word.rstrip("s") in common or (plain and _looks_chemical(word)):
             yield start, end
@@ -151,6 +189,8 @@ def _has_name_of_substance(word: str) -> bool:
     """
     parts = [part for part in re.split(r"[^a-z]+", word) if part]
     common = table().unlisted_words
+    if _PARENT.fullmatch(word) or _OF_CLASS.search(word):
+        return True
     if any(part in common or part.removesuffix("s") in common for part in parts):
         return True
     if _ADJECTIVE.search(word):
@@ -181,7 +221,8 @@ def _unknown(text: str, mentioned: Sequence[Mention]) -> Iterator[tuple[int, int
     """Yield English words that are unknown here and look like a name, carry an amount, or are where a substance is."""
     for start, end in _tokens(text):
         token = text[start:end]
-        transformed = bool(_TRANSFORMED.search(text[max(start - 24, 0) : start]) and _BROAD_ENDING.search(token))
+        handled = _TRANSFORMED.search(text[max(start - 24, 0) : start]) or _is_isolated(text, start, end)
+        transformed = bool(handled and _BROAD_ENDING.search(token) and not re.fullmatch(_CLASS, token))
         covered = sum(min(end, m.end) - max(start, m.start) for m in mentioned if m.start < end and start < m.end)
         if covered and not any(m.start < start or end < m.end for m in mentioned if m.start < end and start < m.end):
             rest = token
@@ -190,24 +231,46 @@ def _unknown(text: str, mentioned: Sequence[Mention]) -> Iterator[tuple[int, int
                     rest = rest.replace(mention.text, "", 1)
             if is_ordinary(rest) or len(rest.strip("-,()'0123456789")) < 2:
                 continue
-        elif covered or (is_ordinary(token) if transformed else _is_known(token)):
+        elif covered:
             continue
         head, tail = text[:start], text[end:]
+        element = _ELEMENT.match(text, start)
+        if (is_ordinary(token) if transformed else _is_known(token)) and not (element and _POSITION.search(head)):
+            continue
+        if _LAMP.match(tail) or _is_imperative(text, start, end):
+            continue
         weighed = _AMOUNT_AFTER.match(tail) or _AMOUNT_BEFORE.search(head)
-        expected = _POSITION.search(head) or _is_ordered(head, mentioned)
+        expected = _POSITION.search(head) or _IMPERATIVE.search(head) or _follows_operation(head)
         ester = _RADICAL_WORDS.search(head) is not None and _ENDING.search(token) is not None
-        named = expected and _has_name_of_substance(token.lower())
+        named = (
+            expected
+            and not re.fullmatch(_CLASS, token)
+            and (element is not None or _has_name_of_substance(token.lower()))
+        )
         if weighed or ester or transformed or named or _NAME_LIKE.search(token):
             if not _NOUN_AFTER.match(tail) and not _EXCLUDED.search(head):
                 yield _with_radicals(text, start), end
 
 
-def _is_ordered(head: str, mentioned: Sequence[Mention]) -> bool:
-    """Return whether a text before a word is the verb of an instruction, as "Saponify" in "Saponify estrone"."""
-    verb = _IMPERATIVE.search(head)
-    if verb is None or any(m.start <= verb.start(1) < m.end for m in mentioned):
+def _is_isolated(text: str, start: int, end: int) -> bool:
+    """Return whether a text collects what a word names: "collect the tannin", "until tannin separates"."""
+    return bool(_ISOLATED.search(text, max(start - 40, 0), start) or _ISOLATES.match(text, end))
+
+
+def _is_imperative(text: str, start: int, end: int) -> bool:
+    """Return whether a word is the verb of an instruction: "Nitrosate diphenylamine"."""
+    first = not text[:start].strip() or text[:start].rstrip()[-1] in ".;:。；"
+    return first and text[start:end].endswith(("ate", "ize", "ise", "ify")) and _OBJECT.match(text, end) is not None
+
+
+def _follows_operation(head: str) -> bool:
+    """Return whether the word before a text's end is the verb of an operation: "Grind", "irradiated", "take up"."""
+    verb = _VERB_BEFORE.search(head[-100:])
+    if verb is None:
         return False
-    return bool(concepts(verb[1])) and not _is_operation(verb[1])
+    word = verb[1].lower()
+    stems = (operation_stem(word), *(concept.english.match(word) for concept in lexicon().values()))
+    return any(stem is not None and is_verbal_ending(word[stem.end() :]) for stem in stems)
 
 
 def _tokens(text: str) -> Iterator[tuple[int, int]]:
@@ -275,18 +338,19 @@ _N = r"\d+(?:\.\d+)?\s*(?:[mkμµu]?g|[mμµu]?l|m?mol|equiv|eq|oz|cc|lb|grams?|
 _AMOUNT_AFTER = re.compile(rf"\s*[(（]\s*{_N}|\s*,\s*{_N}", re.IGNORECASE)
 _AMOUNT_BEFORE = re.compile(rf"(?<!\d){_N}\s+(?:of\s+)?(?:crude\s+|the\s+|dry\s+)?$", re.IGNORECASE)
 _MODIFIER = (
-    r"(?:(?:[a-z]*yl|an?|the|some|any|crude|pure|dry|fresh|excess|little|solid|liquid|commercial|cold|hot|dilute|aqueous|more)"
-    r"\s+){0,4}"
+    r"(?:(?:[a-z]*yl|an?|the|some|any|crude|pure|dry|fresh|excess|little|solid|liquid|commercial|cold|hot|dilute|aqueous|"
+    r"more|[a-z]{2,12}(?:ed|en|ing|ly))\s+){0,4}"
 )
+_VERB_BEFORE = re.compile(rf"(?<![A-Za-z])([A-Za-z]{{3,20}})\s+(?:(?:up|off|out|down)\s+)?{_MODIFIER}$", re.IGNORECASE)
 _POSITION = re.compile(
-    rf"(?:^|[,;:(+/.]|\b(?:with|of|from|using|in|into|to|and|or|plus|between|by|via|over|on|onto|through|as|catalytic|pass|bubble|admit|introduce|"
+    rf"(?:^|[,;:(+/.]|\b(?:with|of|from|using|in|into|to|and|or|plus|between|by|via|over|on|onto|through|as|until|then|up|catalytic|pass|bubble|admit|introduce|"
     rf"cat\.|reduc\w*+|oxidi\w*+|coupl\w*+|treat\w*+|add\w*+|dissolv\w*+|protect\w*+|deprotect\w*+|bromin\w*+|chlorin\w*+|"
     rf"acet?yl\w*+|alkyl\w*+|acyl\w*+|hydro\w*+|esteri\w*+|conver\w*+|react\w*+|condens\w*+|epoxidi\w*+|heat\w*+|stir\w*+|"
     rf"recrystalli\w*+|distil\w*+|purif\w*+|nitrat\w*+|tosyl\w*+|silyl\w*+|dehydr\w*+|methyl\w*+|benzyl\w*+|mix\w*+|take\w*+))"
     rf"\s*{_MODIFIER}$",
     re.IGNORECASE,
 )
-_IMPERATIVE = re.compile(r"(?:^|[.;:。；]\s*)([A-Z][a-z]+)\s+(?:[a-z]*yl\s+){0,6}$")
+_IMPERATIVE = re.compile(rf"(?:^|[.;:。；]\s*)[A-Z][a-z]{{1,20}}(?:-[a-z]{{1,20}})?\s+{_MODIFIER}$")
 """The first word of a sentence, an imperative for the next word: "Saponify ethyl lactate"."""
 _NOUN_AFTER = re.compile(
     r"\s+(?:reaction|synthesis|conditions?|work-?up|procedure|protocol|method|apparatus|flask|funnel|trap|bath|column|"

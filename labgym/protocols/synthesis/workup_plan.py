@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from labgym.assets import Asset, Catalog
-from labgym.protocols.synthesis.batch import figure
+from labgym.protocols.amounts import figure
 from labgym.protocols.synthesis.phases import ReactionMixture, WorkUpStep, completed
 from labgym.protocols.synthesis.reading import Clause
 from labgym.protocols.synthesis.roles import ASSUMED, SOLVENTS

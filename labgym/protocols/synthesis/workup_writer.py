@@ -5,10 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from labgym.protocols.amounts import read_amount
-from labgym.protocols.synthesis.batch import scaled
-from labgym.protocols.synthesis.builder import ProtocolBuilder
-from labgym.protocols.synthesis.frame import short_name
+from labgym.protocols.amounts import read_amount, scaled
+from labgym.protocols.synthesis.builder import ProtocolBuilder, short_name
 from labgym.protocols.synthesis.phases import ReactionMixture, WorkUpStep
 from labgym.protocols.synthesis.roles import ASSUMED
 from labgym.protocols.synthesis.transformations import Transformation
