@@ -15,7 +15,7 @@ from labgym.errors import OptionError
 from labgym.eval.drawing.pictures import save_picture
 from labgym.eval.labnav.figure import geometric
 from labgym.eval.reports.tables import interval
-from labgym.policies.learned.training_run import TIMES
+from labgym.policies.learned.training_loop import TIMES
 from labgym.policies.local.inputs import SIZE, SIZES
 from labgym.policies.local.policy import FILE, ImitationPolicy, ReinforcementPolicy
 from labgym.runs.manifest import MANIFEST_FILE, file_digest

@@ -28,13 +28,12 @@ from labgym.policies.iplanner.config import (
     IPlannerNetworkOptions,
     IPlannerTrainOptions,
 )
-from labgym.policies.iplanner.loss import cost_maps, planning_loss
-from labgym.policies.iplanner.network import IPlannerNetwork, load_iplanner, save_iplanner
+from labgym.policies.iplanner.cost_to_go import CostToGoTargets, PointTargets, targets_of
+from labgym.policies.iplanner.network import IPlannerNetwork, load_iplanner, path_through, path_weights, save_iplanner
 from labgym.policies.iplanner.policy import IPlannerOptions, IPlannerPolicy
-from labgym.policies.iplanner.spline import path_through, path_weights
-from labgym.policies.iplanner.targets import CostToGoTargets, PointTargets, targets_of
-from labgym.policies.learned import training_loop, training_run
-from labgym.policies.learned.frames import to_world
+from labgym.policies.iplanner.train import cost_maps, planning_loss
+from labgym.policies.learned import training_loop
+from labgym.policies.learned.map_stack import to_world
 
 SMALL = IPlannerNetworkOptions(channels=(4, 8), goal_width=4)
 STILL = (0.0, 0.0)
@@ -78,7 +77,7 @@ def toy_dataset(count: int = 64) -> Dataset:
 def toy(monkeypatch: pytest.MonkeyPatch) -> Dataset:
     data = toy_dataset()
     monkeypatch.setattr(training, "load_dataset", lambda folder, samples=None: data)
-    monkeypatch.setattr(training_run, "load_manifest", lambda folder: SimpleNamespace(digest=str(folder)))
+    monkeypatch.setattr(training_loop, "load_manifest", lambda folder: SimpleNamespace(digest=str(folder)))
     return data
 
 

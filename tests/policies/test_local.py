@@ -15,11 +15,11 @@ from labgym.errors import DocumentError, OptionError
 from labgym.geometry import OrientedBox, rotate
 from labgym.navigation import goal_pairs
 from labgym.policies.adapters.actor_file import ActorHeader, Perceptron
+from labgym.policies.distance_field import DistanceField
 from labgym.policies.local.inputs import ALONG, RAYS, REACH, SIZE, SIZES, Knowledge, Motion, network_input, place_of
 from labgym.policies.local.policy import LocalPolicy
 from labgym.policies.registry import make_policy
 from labgym.policies.stack.costmap import Costmap
-from labgym.policies.stack.field import DistanceField
 from labgym.policies.stack.people import Person
 from labgym.policies.stack.planner import Plan
 from labgym.training.local.collection import Apprentice
@@ -42,7 +42,7 @@ def seen(
     left=6.0,
     advanced=False,
 ):
-    field = DistanceField.of(boxes, (-8.0, -8.0, 8.0, 8.0))
+    field = DistanceField.of_boxes(boxes, (-8.0, -8.0, 8.0, 8.0))
     motion = Motion()
     motion.moved(pose)
     plan = Plan(np.array(path))

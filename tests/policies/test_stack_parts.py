@@ -13,11 +13,11 @@ from map_drives import Drift, with_people
 from labgym.envs.robot import ROBOT
 from labgym.envs.sensors import Lidar
 from labgym.geometry import OrientedBox, compose, to_local, to_world, wrap_angle
+from labgym.policies.distance_field import FARTHEST_BOX_M, DistanceField
 from labgym.policies.dwa import lidar_points
 from labgym.policies.stack.controller import Controller, MotionLimits, limited, rollouts, visible
 from labgym.policies.stack.costmap import Costmap
 from labgym.policies.stack.docking import Station, moved
-from labgym.policies.stack.field import REACH, DistanceField
 from labgym.policies.stack.localization import Localizer
 from labgym.policies.stack.mounting import Mounting
 from labgym.policies.stack.old_map import OldMap, ray_lengths
@@ -37,7 +37,7 @@ ROOM = (
 
 
 def room_field() -> DistanceField:
-    return DistanceField.of(ROOM, (-1.0, -1.0, 5.0, 4.0))
+    return DistanceField.of_boxes(ROOM, (-1.0, -1.0, 5.0, 4.0))
 
 
 def scan_of(boxes, pose, sigma: float = 0.0, seed: int = 0) -> np.ndarray:
@@ -53,11 +53,11 @@ def scan_of(boxes, pose, sigma: float = 0.0, seed: int = 0) -> np.ndarray:
 
 @given(x=st.floats(0.0, 4.0), y=st.floats(0.0, 4.0))
 def test_the_field_is_the_distance_to_the_boxes(x, y):
-    field = DistanceField.of(BOXES, (-1.0, -1.0, 5.0, 5.0), resolution=0.02)
+    field = DistanceField.of_boxes(BOXES, (-1.0, -1.0, 5.0, 5.0), resolution=0.02)
     true = min(shapely.Polygon(box.corners()).distance(shapely.Point(x, y)) for box in BOXES)
     value = float(field.at(np.array([[x, y]]))[0])
     if true > 0.0:
-        assert value == pytest.approx(min(true, REACH), abs=0.012)
+        assert value == pytest.approx(min(true, FARTHEST_BOX_M), abs=0.012)
     else:
         assert value < 0.012
 
@@ -188,7 +188,7 @@ def test_a_plan_passes_a_gap_that_the_chassis_passes(gap, exists):
         OrientedBox(2.03, (1.5 - gap / 2) / 2, 0.4, 1.5 - gap / 2),
         OrientedBox(2.03, (4.5 + gap / 2) / 2, 0.4, 1.5 - gap / 2),
     )
-    field = DistanceField.of((*ROOM, *sides), (-1.0, -1.0, 5.0, 4.0))
+    field = DistanceField.of_boxes((*ROOM, *sides), (-1.0, -1.0, 5.0, 4.0))
     plan = planned(Costmap(field, field), (1.0, 1.5, 0.0), (3.0, 1.5))
     assert (plan is not None) is exists
     if plan is not None:

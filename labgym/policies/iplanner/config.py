@@ -9,7 +9,7 @@ from pydantic import Field
 from labgym.counts import MAX_COUNT
 from labgym.documents import Document, Record
 from labgym.errors import DocumentError
-from labgym.policies.learned.train_options import TrainOptions
+from labgym.policies.options import TrainOptions
 
 Positive = Annotated[float, Field(gt=0.0)]
 Size = Annotated[int, Field(ge=1, le=4096)]

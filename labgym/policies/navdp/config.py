@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 
 from labgym.counts import MAX_COUNT
 from labgym.documents import Document, Record
-from labgym.policies.learned.train_options import TrainOptions
+from labgym.policies.options import TrainOptions
 
 Positive = Annotated[float, Field(gt=0.0)]
 Weight = Annotated[float, Field(ge=0.0)]

@@ -15,10 +15,8 @@ from labgym.envs.sensors import Camera
 from labgym.layouts import Layout
 from labgym.policies.data.situations import DriveFrame, Guide
 from labgym.policies.learned.weights import CONFIG, WEIGHTS
-from labgym.policies.navdp.diffusion import make_schedule
-from labgym.policies.navdp.drawing import draw_trajectories
-from labgym.policies.navdp.frames import Bytes, frame
-from labgym.policies.navdp.network import load_navdp
+from labgym.policies.navdp.diffusion import draw_trajectories, make_schedule
+from labgym.policies.navdp.network import Bytes, frame, load_navdp
 from labgym.runs.manifest import file_digest
 from labgym.scenes import RayScene
 

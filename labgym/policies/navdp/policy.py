@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from pydantic import Field
 
 from labgym.artefacts import artefacts
 from labgym.envs.robot import ROBOT, RobotSpec
@@ -19,6 +20,7 @@ from labgym.navigation import Pose
 from labgym.policies.arrival import planar_pose
 from labgym.policies.blockage import Blockage
 from labgym.policies.data.situations import PERIOD
+from labgym.policies.distance_field import DistanceField
 from labgym.policies.learned.maneuvers import (
     Commitment,
     FaceGoal,
@@ -29,24 +31,84 @@ from labgym.policies.learned.maneuvers import (
     goal_point,
 )
 from labgym.policies.learned.weights import CONFIG, WEIGHTS
-from labgym.policies.navdp.diffusion import make_schedule
-from labgym.policies.navdp.drawing import DrawnTrajectories, draw_trajectories
-from labgym.policies.navdp.frames import Bytes, frame
-from labgym.policies.navdp.guidance import Guidance
-from labgym.policies.navdp.network import load_navdp
-from labgym.policies.navdp.options import NavDPOptions
-from labgym.policies.navdp.seen_obstacles import Clearance, SeenObstacles
-from labgym.policies.navdp.veto import checked_velocities, clear_ways
+from labgym.policies.navdp.diffusion import DrawnTrajectories, Guidance, draw_trajectories, make_schedule
+from labgym.policies.navdp.network import Bytes, frame, load_navdp
+from labgym.policies.navdp.seen_obstacles import SeenObstacles, checked_velocities, clear_ways
 from labgym.policies.options import PolicyOptions
 from labgym.policies.policy import EpisodeStart, GoalKind, Observation, Policy, Sensors
 from labgym.policies.tracking import PathTracker, turn_towards, velocities_to_action
+
+Angle = Annotated[float, Field(ge=0.0)]
+
+Length = Annotated[float, Field(ge=0.0)]
+
+Steps = Annotated[int, Field(ge=1)]
 
 Array = NDArray[np.float64]
 
 SIGHT = 4.5
 """Distance up to which obstacles count for trajectories, meters: more than the longest one."""
+
 NEXT = 1.5
 """Distance up to which they count for the next control steps, meters: more than the robot needs to brake."""
+
+
+class NavDPOptions(PolicyOptions):
+    """How drawn trajectories become motion.
+
+    Attributes:
+        samples: number of trajectories drawn at a time.
+        choose: "critic" follows the trajectory with the highest value, "first" the first one drawn.
+        facing: an episode begins with a turn in place until the goal's bearing is within this angle, radians: the
+            camera is 68 degrees wide and the goal may be behind.
+        commit: distance for which a trajectory is followed before others are drawn, meters.
+        commit_after_turn: the same for the first trajectory after a turn, which leads away from the goal.
+        patience: control steps after which others are drawn in any case.
+        shortest: shorter trajectories mean "stop", meters.
+        stop: value below which no trajectory is safe and the robot turns in place; None never turns for that reason.
+        turn_angle: angle of a turn before trajectories are drawn again, radians.
+        turn_steps: control steps after which a turn ends in any case, because something may block it.
+        stuck_steps, stuck_distance: the robot turns in place when it has moved less than `stuck_distance` meters over
+            the last `stuck_steps` control steps.
+        remembers: whether the network sees earlier frames. False shows the present frame in their place.
+        veto: distances that a trajectory has to keep from all obstacles seen so far, meters, in order: the next one
+            counts if no trajectory keeps the previous one. Empty follows trajectories by the critic's value alone.
+        veto_ahead: length over which it has to keep that distance, meters.
+        redraws: further draws if no trajectory is clear.
+        guided: number of denoising steps, from the end, in which trajectories are pushed away from the obstacles seen.
+        margin: distance from which they push, meters.
+        check: distances that the robot has to keep from the obstacles seen in the next control steps, braking included,
+            meters, in order: it slows down to do so, and draws other trajectories if only a later distance can be kept.
+            It stops if none can. Empty follows the trajectory unchecked.
+        settled: turn rate below which the robot sets off after a turn in place, rad/s: faster, it would leave its path.
+            None sets off at once.
+    """
+
+    samples: Steps = 12
+    choose: Literal["critic", "first"] = "critic"
+    facing: Angle = 0.5
+    commit: Length = 0.5
+    commit_after_turn: Length = 1.2
+    patience: Steps = 20
+    shortest: Length = 0.5
+    stop: float | None = -1.5
+    turn_angle: Angle = 0.5
+    turn_steps: Steps = 12
+    stuck_steps: Steps = 30
+    stuck_distance: Length = 0.10
+    remembers: bool = True
+    veto: tuple[Length, ...] = (0.42, 0.36, 0.30)
+    veto_ahead: Length = 1.2
+    redraws: Annotated[int, Field(ge=0)] = 2
+    guided: Annotated[int, Field(ge=0)] = 4
+    margin: Length = 0.45
+    check: tuple[Length, ...] = (0.36, 0.28)
+    settled: Angle | None = 0.5
+
+    @property
+    def maps(self) -> bool:
+        """Whether any part looks at the obstacles seen so far."""
+        return bool(self.veto) or bool(self.check) or self.guided > 0
 
 
 class NavDPPolicy(Policy):
@@ -175,7 +237,7 @@ class NavDPPolicy(Policy):
                     return np.asarray(ways[best])
         return None
 
-    def _allowed(self, ways: Array, clearance: Clearance | None) -> Iterator[NDArray[np.bool_]]:
+    def _allowed(self, ways: Array, clearance: DistanceField | None) -> Iterator[NDArray[np.bool_]]:
         """Yield the ways (n, 25, 2) that the map does not veto, (n,), for each distance of the option; else all."""
         if clearance is None or not self._options.veto:
             yield np.ones(len(ways), dtype=bool)

@@ -20,7 +20,7 @@ from labgym.documents import append_text
 from labgym.layouts import Layout
 from labgym.layouts.batch import catalog_digest
 from labgym.policies.learned.checkpoint import Stateful, load_checkpoint, save_checkpoint
-from labgym.policies.learned.training_run import TIMES, finish, train_identity
+from labgym.policies.learned.training_loop import TIMES, finish, train_identity
 from labgym.policies.learned.weights import WEIGHTS, save_weights
 from labgym.policies.policy import Policy
 from labgym.policies.ppo.cloning import clone_expert

@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 from labgym.envs.sensors import LIDAR_RAYS, RANGE
 from labgym.geometry import to_local
 from labgym.navigation import OccupancyGrid, Pose
-from labgym.policies.stack.field import DistanceField
+from labgym.policies.distance_field import DistanceField
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

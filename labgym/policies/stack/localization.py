@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from labgym.geometry import compose, relative, to_world, wrap_angle
 from labgym.navigation import Pose
-from labgym.policies.stack.field import DistanceField
+from labgym.policies.distance_field import DistanceField
 
 Array = NDArray[np.float64]
 

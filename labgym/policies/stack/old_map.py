@@ -13,7 +13,7 @@ from labgym.envs.robot import ROBOT
 from labgym.geometry import OrientedBox
 from labgym.layouts import Layout
 from labgym.navigation import OBSTACLE_HEIGHT, Pose
-from labgym.policies.stack.field import DistanceField
+from labgym.policies.distance_field import DistanceField
 from labgym.scenes.building import building_solids
 
 Array = NDArray[np.float64]
@@ -49,8 +49,8 @@ class OldMap:
         walls = [box for box in building if box.z0 < OBSTACLE_HEIGHT]
         bounds = _bounds([box for _, box in sections] or walls)
         obstacles = [*walls, *layout.obstacles(OBSTACLE_HEIGHT)]
-        seen = DistanceField.of([box for _, box in sections], bounds)
-        return cls(DistanceField.of(obstacles, bounds), seen, sections)
+        seen = DistanceField.of_boxes([box for _, box in sections], bounds)
+        return cls(DistanceField.of_boxes(obstacles, bounds), seen, sections)
 
     def station(self, pose: Pose) -> tuple[OrientedBox, ...]:
         """Return the boxes of the placement that a robot at a pose faces; empty if it faces none within reach."""
