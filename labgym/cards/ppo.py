@@ -12,7 +12,7 @@ from labgym.documents import write_bytes, write_text
 from labgym.errors import OptionError
 from labgym.eval.drawing.pictures import save_picture
 from labgym.policies.ppo.options import PPOOptions
-from labgym.policies.ppo.progress import Progress
+from labgym.policies.ppo.training import Progress
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

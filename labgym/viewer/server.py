@@ -14,7 +14,7 @@ from pydantic import ValidationError
 
 from labgym.documents import parse_json
 from labgym.errors import DocumentError, LabgymError
-from labgym.policies.http.bounded import BoundedHandler, BoundedServer
+from labgym.policies.http.slots import BoundedHandler, BoundedServer
 from labgym.scenes.files import glb_bytes
 from labgym.viewer.console import Command
 from labgym.viewer.robot_glb import robot_glb

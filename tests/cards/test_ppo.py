@@ -17,8 +17,7 @@ from labgym.layouts.splits import published
 pytest.importorskip("stable_baselines3")
 
 from labgym.policies.ppo.options import PPOOptions
-from labgym.policies.ppo.progress import Progress
-from labgym.policies.ppo.training import train
+from labgym.policies.ppo.training import Progress, train
 
 SUITE = Suite(name="short", split="val", layouts=published("val")[:1], max_steps=5)
 

@@ -17,11 +17,10 @@ from labgym.layouts import load_published
 from labgym.layouts.splits import published
 from labgym.navigation import goal_pairs, shortest_path
 from labgym.policies import EpisodeStart, make_policy
+from labgym.policies.ppo.cloning import Atlas, Expert
 from labgym.policies.ppo.drives import ANYWHERE, TrainingDrives
-from labgym.policies.ppo.expert import Atlas, Expert
-from labgym.policies.ppo.inputs import SIZES, SPEED, STATE, TRAIL, DriveMemory
+from labgym.policies.ppo.inputs import SIZES, SPEED, STATE, TRAIL, DriveMemory, Surroundings
 from labgym.policies.ppo.practice import REWARD_SCALE, PracticeEnv
-from labgym.policies.ppo.surroundings import Surroundings
 from labgym.scenes import RayScene
 from runs import killing
 
@@ -34,8 +33,7 @@ from labgym.policies.learned.weights import WEIGHTS, load_weights, save_weights 
 from labgym.policies.ppo.network import Actor  # noqa: E402
 from labgym.policies.ppo.options import PPOOptions  # noqa: E402
 from labgym.policies.ppo.policy import DRIVERS  # noqa: E402
-from labgym.policies.ppo.progress import Progress  # noqa: E402
-from labgym.policies.ppo.training import train  # noqa: E402
+from labgym.policies.ppo.training import Progress, train  # noqa: E402
 
 TINY = PPOOptions(
     steps=192, layouts=1, environments=2, horizon=40, cloning_rounds=1, cloning_steps=64, cloning_epochs=1,

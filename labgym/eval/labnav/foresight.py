@@ -16,7 +16,7 @@ from labgym.errors import OptionError
 from labgym.eval.labnav.row import Track
 from labgym.layouts import Layout
 from labgym.policies import Policy
-from labgym.policies.foreknowledge import Forecast, Foreknowledge, RobotPath
+from labgym.policies.policy import Forecast, Foreknowledge, RobotPath
 from labgym.policies.process import PolicyProcess, PolicySource
 from labgym.policies.registry import BUILT_IN
 from labgym.runs import ExecutorOptions

@@ -15,7 +15,7 @@ from labgym.navigation import Pose, ShortestPaths
 from labgym.policies.clairvoyant.reference import ReferenceMotion, along_route, standing, turn, turning_time
 from labgym.policies.clairvoyant.route import DriveLimits, Route, fastest_times
 from labgym.policies.clairvoyant.smoothing import BandWeights, ClearanceField, smooth_path
-from labgym.policies.foreknowledge import Foreknowledge
+from labgym.policies.policy import Foreknowledge
 
 Array = NDArray[np.float64]
 

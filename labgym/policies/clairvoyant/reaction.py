@@ -17,7 +17,7 @@ from labgym.envs.robot import ROBOT
 from labgym.machine_code import entry, inner
 from labgym.policies.clairvoyant.route import Gait, Route
 from labgym.policies.clairvoyant.worth import NEAR_PEOPLE_M, Worth
-from labgym.policies.foreknowledge import Forecast
+from labgym.policies.policy import Forecast
 
 Array = NDArray[np.float64]
 

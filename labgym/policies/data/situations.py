@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from labgym.layouts import Layout
 from labgym.navigation import PLANNING_RADIUS, Pose, ShortestPath, ShortestPaths, goal_poses
 
 Array = NDArray[np.float64]
+
 Kind = Literal["route", "tight", "anywhere"]
 
 PATH_POINTS = 64
@@ -31,6 +32,7 @@ PLACES_SHARE = 0.7
 """Share of the drives' ends that are goal poses of the layout's protocol; the others are random."""
 
 KINDS: tuple[tuple[Kind, float], ...] = (("route", 0.7), ("tight", 0.15), ("anywhere", 0.15))
+
 ATTEMPTS = 200
 
 PERIOD = 0.5
@@ -223,3 +225,14 @@ def _heading(rng: np.random.Generator, ahead: Array, length: float) -> float:
     else:
         yaw = rng.uniform(-math.pi, math.pi)
     return wrap_angle(float(yaw))
+
+
+class Leader(Protocol):
+    """A learner that leads drives (DAgger, Ross, Gordon and Bagnell 2011). It is pickled and sent to workers."""
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of everything that decides where it drives."""
+
+    def guide(self, layout: Layout, seed: int) -> Guide:
+        """Return the guide of drives in a layout; equal seeds give equal guides."""

@@ -20,9 +20,8 @@ from labgym.geometry import to_world
 from labgym.navigation import Pose
 from labgym.policies.http.connection import Connection, ServerError, StatusError
 from labgym.policies.http.forms import encode_form
-from labgym.policies.http.frames import state_of, to_start_frame
-from labgym.policies.http.steps import Step, path_of
-from labgym.policies.http.wire import encode_color, encode_depth, intrinsic_matrix
+from labgym.policies.http.served import state_of, to_start_frame
+from labgym.policies.http.wire import Step, encode_color, encode_depth, intrinsic_matrix, path_of
 from labgym.policies.policy import EpisodeStart, Observation, Policy, Sensors
 from labgym.policies.tracking import PathTracker, velocities_to_action
 

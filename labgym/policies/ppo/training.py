@@ -7,16 +7,21 @@ import shutil
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
 import torch
+from gymnasium import spaces
+from pydantic import Field, model_validator
 from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
+from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 from stable_baselines3.common.utils import FloatSchedule, set_random_seed
+from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv
+from torch import Tensor, nn
 from tqdm import tqdm
 
-from labgym.documents import append_text
+from labgym.documents import Document, append_text
 from labgym.layouts import Layout
 from labgym.layouts.batch import catalog_digest
 from labgym.policies.learned.checkpoint import Stateful, load_checkpoint, save_checkpoint
@@ -24,18 +29,96 @@ from labgym.policies.learned.training_loop import TIMES, finish, train_identity
 from labgym.policies.learned.weights import WEIGHTS, save_weights
 from labgym.policies.policy import Policy
 from labgym.policies.ppo.cloning import clone_expert
-from labgym.policies.ppo.drives import TrainingDrives
-from labgym.policies.ppo.learner import actor_of, make_environments, make_learner
+from labgym.policies.ppo.drives import TrainingDrives, layout_pool
+from labgym.policies.ppo.inputs import Sensor
+from labgym.policies.ppo.network import FEATURES, HIDDEN, Actor, Encoder
 from labgym.policies.ppo.options import PPOOptions
 from labgym.policies.ppo.policy import DRIVERS
-from labgym.policies.ppo.pool import layout_pool
-from labgym.policies.ppo.progress import Progress
+from labgym.policies.ppo.practice import PracticeEnv
 from labgym.runs import ExecutorOptions, RunFolder, RunIdentity
 
 OPTIONS, PROGRESS, CHECKPOINTS = "options.json", "progress.json", "checkpoint"
 
 Judge = Callable[[Policy], float]
 """Returns the success rate of a policy on the validation split."""
+
+
+class EncoderExtractor(BaseFeaturesExtractor):
+    """The encoder as a features extractor of stable-baselines3; actor and critic share it."""
+
+    def __init__(self, observation_space: spaces.Box, sensor: Sensor) -> None:
+        super().__init__(observation_space, FEATURES)
+        self.encoder = Encoder(sensor)
+
+    def forward(self, observations: Tensor) -> Tensor:
+        """Return the features of vectors."""
+        features: Tensor = self.encoder(observations)
+        return features
+
+
+def make_environments(drives: TrainingDrives, options: PPOOptions) -> DummyVecEnv:
+    """Return the training environments, stepped in turn in this process."""
+    return DummyVecEnv([lambda: PracticeEnv(drives, options.observation, options.horizon)] * options.environments)
+
+
+def make_learner(environments: VecEnv, options: PPOOptions) -> PPO:
+    """Return a PPO learner with new weights."""
+    return PPO(
+        "MlpPolicy",
+        environments,
+        learning_rate=options.rate,
+        n_steps=options.rollout,
+        batch_size=options.batch,
+        n_epochs=options.epochs,
+        gamma=options.discount,
+        gae_lambda=options.trace,
+        clip_range=options.clip,
+        ent_coef=options.entropy,
+        target_kl=0.03,
+        policy_kwargs={
+            "features_extractor_class": EncoderExtractor,
+            "features_extractor_kwargs": {"sensor": options.observation},
+            "net_arch": {"pi": [HIDDEN], "vf": [HIDDEN]},
+            "activation_fn": nn.ReLU,
+            "log_std_init": float(torch.tensor(options.noise).log()),
+            "ortho_init": False,
+        },
+        seed=options.seed,
+        device="cpu",
+    )
+
+
+def actor_of(learner: PPO, sensor: Sensor) -> Actor:
+    """Return a copy of the actor: the policy without critic and noise."""
+    actor = Actor(sensor)
+    policy: Any = learner.policy
+    actor.encoder.load_state_dict(policy.features_extractor.encoder.state_dict())
+    actor.hidden.load_state_dict(policy.mlp_extractor.policy_net.state_dict())
+    actor.action.load_state_dict(policy.action_net.state_dict())
+    return actor.eval()
+
+
+class Progress(Document):
+    """Progress of a run.
+
+    Attributes:
+        legs: number of finished legs.
+        best: highest score on validation so far, without the warm start's; None before the first.
+        records: records of the warm start's rounds, the legs and the evaluations, in order.
+    """
+
+    SCHEMA: ClassVar[str] = "labgym.ppo-progress/1"
+
+    legs: Annotated[int, Field(ge=0)] = 0
+    best: float | None = None
+    records: tuple[dict[str, float | int | str | None], ...] = ()
+
+    @model_validator(mode="after")
+    def _check_records(self) -> Self:
+        for index, record in enumerate(self.records):
+            if not isinstance(record.get("kind"), str):
+                raise ValueError(f"record {index} has no kind; train from the start with --fresh")
+        return self
 
 
 def train(
