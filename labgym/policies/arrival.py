@@ -32,7 +32,7 @@ SETTLED = 10
 """Control steps that the robot rests at a goal with a heading before it says that it has arrived."""
 
 
-class Arrival:
+class GoalArrival:
     """Brings the robot to rest at its goal, by the policy's own estimate of the pose.
 
     Args:

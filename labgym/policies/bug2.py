@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.geometry import wrap_angle
 from labgym.navigation import Pose
-from labgym.policies.arrival import Arrival, planar_pose
+from labgym.policies.arrival import GoalArrival, planar_pose
 from labgym.policies.dwa import SHRINK, lidar_points, stopping_speed
 from labgym.policies.policy import EpisodeStart, Observation, Policy, Sensors
 from labgym.policies.tracking import turn_towards, velocities_to_action
@@ -52,13 +52,13 @@ class Bug2Policy(Policy):
         self._goal = (0.0, 0.0)
         self._hit: float | None = None
         self._direction = 0.0
-        self._arrival: Arrival | None = None
+        self._arrival: GoalArrival | None = None
 
     def reset(self, episode: EpisodeStart) -> None:
         """Begin on the line from the start to the goal."""
         self._robot, self._goal = episode.robot, episode.goal
         self._hit, self._direction = None, math.atan2(episode.goal[1], episode.goal[0])
-        self._arrival = Arrival(episode)
+        self._arrival = GoalArrival(episode)
 
     def act(self, observation: Observation) -> NDArray[np.floating[Any]]:
         """Choose a direction and drive in it."""

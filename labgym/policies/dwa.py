@@ -14,8 +14,8 @@ from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.envs.sensors import LIDAR_RAYS, RANGE
 from labgym.geometry import rotate
 from labgym.navigation import Pose
-from labgym.policies.arrival import Arrival, planar_pose
-from labgym.policies.blockage import Blockage
+from labgym.policies.arrival import GoalArrival, planar_pose
+from labgym.policies.blockage import BlockageDetector
 from labgym.policies.options import PolicyOptions
 from labgym.policies.policy import EpisodeStart, Observation, Policy, Sensors
 from labgym.policies.tracking import turn_towards, velocities_to_action
@@ -91,17 +91,17 @@ class DwaPolicy(Policy):
         self._options = DwaOptions.of(options)
         self._robot: RobotSpec = ROBOT
         self._via = ViaPoints((0.0, 0.0))
-        self._blockage = Blockage()
+        self._blockage = BlockageDetector()
         self._path: Array | None = None
-        self._arrival: Arrival | None = None
+        self._arrival: GoalArrival | None = None
 
     def reset(self, episode: EpisodeStart) -> None:
         """Store the goal and clear the via point."""
         self._robot = episode.robot
         self._via = ViaPoints(episode.goal)
-        self._blockage = Blockage(episode.robot)
+        self._blockage = BlockageDetector(episode.robot)
         self._path = None
-        self._arrival = Arrival(episode)
+        self._arrival = GoalArrival(episode)
 
     def act(self, observation: Observation) -> NDArray[np.floating[Any]]:
         """Choose a target in the scan and the best velocities towards it."""

@@ -16,8 +16,8 @@ from labgym.envs.sensors import RANGE
 from labgym.geometry import wrap_angle
 from labgym.navigation import PLANNING_RADIUS, OccupancyGrid, Pose, distance_field
 from labgym.navigation.search_kernel import prepare
-from labgym.policies.arrival import Arrival, planar_pose
-from labgym.policies.blockage import Blockage
+from labgym.policies.arrival import GoalArrival, planar_pose
+from labgym.policies.blockage import BlockageDetector
 from labgym.policies.depth_map import DepthMap, KnownFloor
 from labgym.policies.grid_planner import GridPlanner, PlannerOptions
 from labgym.policies.options import PolicyOptions
@@ -88,9 +88,9 @@ class OnlineMapPolicy(Policy):
         self._map = DepthMap(RANGE)
         self._route = _Route.none()
         self._look: _LookAround | None = None
-        self._blockage = Blockage()
+        self._blockage = BlockageDetector()
         self._age = 0
-        self._arrival: Arrival | None = None
+        self._arrival: GoalArrival | None = None
 
     def reset(self, episode: EpisodeStart) -> None:
         """Begin with an empty map in the start frame."""
@@ -98,9 +98,9 @@ class OnlineMapPolicy(Policy):
         self._map = DepthMap(math.hypot(*episode.goal) + RANGE, episode.robot, noisy=episode.task.noise)
         self._route = _Route.none()
         self._look = _LookAround(math.atan2(episode.goal[1], episode.goal[0]), episode.robot)
-        self._blockage = Blockage(episode.robot)
+        self._blockage = BlockageDetector(episode.robot)
         self._age = self._options.replan
-        self._arrival = Arrival(episode)
+        self._arrival = GoalArrival(episode)
 
     def act(self, observation: Observation) -> NDArray[np.floating[Any]]:
         """Add the depth image to the map, replan if due, and follow the path."""

@@ -36,7 +36,7 @@ GoalKind = Literal["point", "image", "none"]
 """A goal is a point, the picture that the camera would see there, or absent: the robot explores."""
 
 
-class Forecast(Protocol):
+class PeopleForecast(Protocol):
     """People in the future, in steps of 0.1 s."""
 
     places: NDArray[np.float64]
@@ -99,7 +99,7 @@ class Foreknowledge(Protocol):
         """Which of the people avoid the robot while it moves, (n,); the others do not see it until it rests."""
         ...
 
-    def forecast(self) -> Forecast | None:
+    def forecast(self) -> PeopleForecast | None:
         """Return the people from now on, to be advanced with any motion of the robot; None without people."""
         ...
 

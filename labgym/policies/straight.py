@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from labgym.envs.robot import ROBOT, RobotSpec
-from labgym.policies.arrival import Arrival, planar_pose
+from labgym.policies.arrival import GoalArrival, planar_pose
 from labgym.policies.options import PolicyOptions
 from labgym.policies.policy import EpisodeStart, Observation, Policy
 from labgym.policies.tracking import turn_towards, velocities_to_action
@@ -40,11 +40,11 @@ class StraightPolicy(Policy):
     def __init__(self, options: StraightOptions | Mapping[str, Any] | None = None) -> None:
         self._options = StraightOptions.of(options)
         self._robot: RobotSpec = ROBOT
-        self._arrival: Arrival | None = None
+        self._arrival: GoalArrival | None = None
 
     def reset(self, episode: EpisodeStart) -> None:
         """Store the robot's limits and the goal."""
-        self._robot, self._arrival = episode.robot, Arrival(episode)
+        self._robot, self._arrival = episode.robot, GoalArrival(episode)
 
     def act(self, observation: Observation) -> NDArray[np.floating[Any]]:
         """Steer by the bearing of the goal."""

@@ -23,6 +23,7 @@ from labgym.policies.local.inputs import (
     SIZE,
     SIZES,
     LatestMotion,
+    StackState,
     TaskKnowledge,
     network_input,
     place_of,
@@ -58,7 +59,8 @@ def seen(
     plan = PlannedPath(np.array(path))
     for _ in range(10 if advanced else 0):
         plan.advance(pose)
-    return network_input(plan, pose, velocity, left, Costmap(field, field), tuple(people), motion, PLAIN)
+    state = StackState(plan, left, pose, velocity, Costmap(field, field), tuple(people))
+    return network_input(state, motion, PLAIN)
 
 
 def perceptron(*layers: tuple[np.ndarray, np.ndarray]) -> Perceptron:

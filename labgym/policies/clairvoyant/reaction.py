@@ -17,7 +17,7 @@ from labgym.envs.robot import ROBOT
 from labgym.machine_code import entry, inner
 from labgym.policies.clairvoyant.route import Gait, Route
 from labgym.policies.clairvoyant.worth import NEAR_PEOPLE_M, Worth
-from labgym.policies.policy import Forecast
+from labgym.policies.policy import PeopleForecast
 
 Array = NDArray[np.float64]
 
@@ -183,7 +183,7 @@ class YieldingDrive:
 
 def yielding_drive(
     route: Route,
-    forecast: Forecast,
+    forecast: PeopleForecast,
     worth: Worth,
     apart: float,
     gait: Gait,

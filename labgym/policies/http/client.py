@@ -98,6 +98,7 @@ class HttpPolicy(Policy):
     def __init__(
         self,
         url: str,
+        *,
         step: Step = "pointgoal",
         goal_image: str | None = None,
         approach: float = 0.25,

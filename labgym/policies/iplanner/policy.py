@@ -16,11 +16,11 @@ from labgym.artefacts import artefacts
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.envs.sensors import IMAGE_SHAPE
 from labgym.geometry import to_world
-from labgym.policies.blockage import Blockage
+from labgym.policies.blockage import BlockageDetector
 from labgym.policies.iplanner.network import load_iplanner
 from labgym.policies.learned.maneuvers import (
-    Commitment,
     FaceGoal,
+    PathCommitment,
     StuckDetector,
     TurnInPlace,
     free_side,
@@ -108,12 +108,12 @@ class IPlannerPolicy(Policy):
         options = self._options
         self._robot = robot
         self._tracker: PathTracker | None = None
-        self._commitment = Commitment(options.commit, options.patience)
+        self._commitment = PathCommitment(options.commit, options.patience)
         self._step = 0
         self._facing = FaceGoal(options.facing)
         self._turn: TurnInPlace | None = None
         self._stuck = StuckDetector(options.stuck_steps, options.stuck_distance)
-        self._blockage = Blockage(robot)
+        self._blockage = BlockageDetector(robot)
         self._goal_last_ahead: Array | None = None
         self._glance_from: float | None = None
 

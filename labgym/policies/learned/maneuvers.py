@@ -83,7 +83,7 @@ class StuckDetector:
         return float(np.linalg.norm(self._places[-1] - self._places[-self._steps])) < self._distance
 
 
-class Commitment:
+class PathCommitment:
     """Keeps the robot to a path until it has driven `distance` meters or `patience` control steps have passed."""
 
     def __init__(self, distance: float, patience: int) -> None:

@@ -115,16 +115,26 @@ class LatestMotion:
         return [*(value for command in self._commands for value in command), *ways]
 
 
+@dataclass(frozen=True, eq=False)
+class StackState:
+    """The state of the navigation stack in a control step.
+
+    Attributes:
+        plan: the path. left: its length to the place of rest, meters.
+        pose, velocity: of the robot when its command takes effect.
+        costmap: clearance. people: those that are tracked.
+    """
+
+    plan: PlannedPath
+    left: float
+    pose: Pose
+    velocity: tuple[float, float]
+    costmap: Costmap
+    people: tuple[TrackedPerson, ...]
+
+
 def network_input(
-    plan: PlannedPath,
-    pose: Pose,
-    velocity: tuple[float, float],
-    left: float,
-    costmap: Costmap,
-    people: tuple[TrackedPerson, ...],
-    motion: LatestMotion,
-    knowledge: TaskKnowledge,
-    robot: RobotSpec = ROBOT,
+    state: StackState, motion: LatestMotion, knowledge: TaskKnowledge, robot: RobotSpec = ROBOT
 ) -> Vector:
     """Return the input, (SIZE,).
 
@@ -132,18 +142,17 @@ def network_input(
     share of the distance below which it matters.
 
     Args:
-        plan: the path. pose, velocity: of the robot when the command takes effect. left: length of the path to the
-            place of rest, meters. costmap: clearance. people: who are tracked. motion: of late. knowledge: of the task.
-        robot: its dimensions and limits.
+        state: of the stack. motion: of late. knowledge: of the task. robot: its dimensions and limits.
     """
+    plan, pose, velocity, left = state.plan, state.pose, state.velocity, state.left
     ahead = _ahead(plan)
     turns = _headings(ahead, plan.points[-1] - plan.points[-2])
     margin = robot.chassis_radius
     arcs = _arcs(pose, velocity, robot)
     points = np.concatenate([_beside(ahead, turns), arcs.reshape(-1, 2)])
-    clearance = costmap.clearance(points) - margin
+    clearance = state.costmap.clearance(points) - margin
     room, least = np.split(clearance, [SIZES["room"]])
-    free = _free(pose, costmap)
+    free = _free(pose, state.costmap)
     path = to_local(ahead[1:], pose) / np.array(ALONG_M)[:, None]
     error = float(turns[0]) - pose[2]
     parts: list[Sequence[float] | Array] = [
@@ -153,7 +162,7 @@ def network_input(
         [min(left, FREE_REACH_M) / FREE_REACH_M, math.exp(-max(left, 0.0) / 0.3), math.cos(error), math.sin(error)],
         np.clip(room / 0.2, -1.0, 1.5),
         np.clip(least.reshape(-1, ARC_STEPS).min(axis=1) / 0.1, -1.0, 2.0),
-        _seen(people, pose),
+        _seen(state.people, pose),
         [velocity[0], velocity[1] / robot.w_max, *motion.values],
         knowledge.values,
     ]

@@ -13,7 +13,7 @@ from labgym.artefacts import artefacts
 from labgym.errors import DocumentError, OptionError
 from labgym.navigation import Pose
 from labgym.policies.adapters.actor_file import Perceptron
-from labgym.policies.local.inputs import SIZE, SIZES, LatestMotion, TaskKnowledge, Vector, network_input
+from labgym.policies.local.inputs import SIZE, SIZES, LatestMotion, StackState, TaskKnowledge, Vector, network_input
 from labgym.policies.policy import EpisodeStart, GroundTruth, Observation
 from labgym.policies.stack.old_map import OldMap
 from labgym.policies.stack.planner import PlannedPath
@@ -87,10 +87,8 @@ class LocalPolicy(StackPolicy):
             return rest
         if self._arrives(plan, pose, left):
             return 0.0, 0.0
-        vector = network_input(
-            plan, pose, velocity, left, self._costmap, self._people, self._motion, self._knowledge, self._robot
-        )
-        action = self._decided(vector)
+        state = StackState(plan, left, pose, velocity, self._costmap, self._people)
+        action = self._decided(network_input(state, self._motion, self._knowledge, self._robot))
         v, w = self._robot.twist(float(action[0]), float(action[1]))
         if self._arrival.active:
             v = min(v, approach_speed(left, 0.7))

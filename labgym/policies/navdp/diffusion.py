@@ -239,32 +239,43 @@ class DrawnTrajectories(NamedTuple):
     values: NDArray[np.float64]
 
 
-@torch.inference_mode()
-def draw_trajectories(
-    network: NavDPNetwork,
-    schedule: Any,
-    frames: Sequence[Bytes],
-    goal: tuple[float, float] | None,
-    count: int,
-    shortest: float,
-    generator: torch.Generator,
-    guidance: Guidance | None = None,
-) -> DrawnTrajectories:
-    """Draw trajectories and value them.
+class TrajectorySampler:
+    """Draws trajectories by a trained network and values them.
 
     Args:
-        network, schedule: of `load_navdp` and `make_schedule`.
-        frames: as many as the network remembers, the oldest first.
-        goal: (x, y) in the robot frame, meters; None draws trajectories to anywhere.
-        count: number of trajectories.
-        shortest: shorter ones mean "stop", meters.
-        generator: of the noise.
-        guidance: pushes trajectories away from obstacles; None leaves them as the network draws them.
+        network: of `load_navdp`.
+
+    Raises:
+        MissingDependencyError: diffusers is not installed.
     """
-    tokens = network.encode(torch.from_numpy(np.stack(frames))[None])
-    target = None if goal is None else torch.tensor(goal, dtype=torch.float32)
-    steps = sample_steps(network, schedule, tokens, target, count, generator, guidance)
-    points = points_of(steps, network.config.diffusion.scale)
-    values = network.value(tokens.expand(len(steps), -1, -1), steps)
-    points[points[:, -1].norm(dim=1) < shortest] = 0.0
-    return DrawnTrajectories(points.numpy().astype(np.float64), values.numpy().astype(np.float64))
+
+    def __init__(self, network: NavDPNetwork) -> None:
+        self.network, self._schedule = network, make_schedule(network.config.diffusion)
+
+    @torch.inference_mode()
+    def draw(
+        self,
+        frames: Sequence[Bytes],
+        goal: tuple[float, float] | None,
+        count: int,
+        shortest: float,
+        generator: torch.Generator,
+        guidance: Guidance | None = None,
+    ) -> DrawnTrajectories:
+        """Return trajectories with their values.
+
+        Args:
+            frames: as many as the network remembers, the oldest first.
+            goal: (x, y) in the robot frame, meters; None draws trajectories to anywhere.
+            count: number of trajectories.
+            shortest: shorter ones mean "stop", meters.
+            generator: of the noise.
+            guidance: pushes trajectories away from obstacles; None leaves them as the network draws them.
+        """
+        tokens = self.network.encode(torch.from_numpy(np.stack(frames))[None])
+        target = None if goal is None else torch.tensor(goal, dtype=torch.float32)
+        steps = sample_steps(self.network, self._schedule, tokens, target, count, generator, guidance)
+        points = points_of(steps, self.network.config.diffusion.scale)
+        values = self.network.value(tokens.expand(len(steps), -1, -1), steps)
+        points[points[:, -1].norm(dim=1) < shortest] = 0.0
+        return DrawnTrajectories(points.numpy().astype(np.float64), values.numpy().astype(np.float64))

@@ -18,12 +18,12 @@ from labgym.envs.sensors import IMAGE_SHAPE
 from labgym.geometry import to_world
 from labgym.navigation import Pose
 from labgym.policies.arrival import planar_pose
-from labgym.policies.blockage import Blockage
+from labgym.policies.blockage import BlockageDetector
 from labgym.policies.data.situations import PERIOD
 from labgym.policies.distance_field import DistanceField
 from labgym.policies.learned.maneuvers import (
-    Commitment,
     FaceGoal,
+    PathCommitment,
     StuckDetector,
     TurnInPlace,
     free_side,
@@ -31,7 +31,7 @@ from labgym.policies.learned.maneuvers import (
     goal_point,
 )
 from labgym.policies.learned.weights import CONFIG, WEIGHTS
-from labgym.policies.navdp.diffusion import DrawnTrajectories, Guidance, draw_trajectories, make_schedule
+from labgym.policies.navdp.diffusion import DrawnTrajectories, Guidance, TrajectorySampler
 from labgym.policies.navdp.network import Bytes, frame, load_navdp
 from labgym.policies.navdp.seen_obstacles import SeenObstacles, checked_velocities, clear_ways
 from labgym.policies.options import PolicyOptions
@@ -139,8 +139,8 @@ class NavDPPolicy(Policy):
         self, weights: str | Path | None = None, options: NavDPOptions | Mapping[str, Any] | None = None
     ) -> None:
         self._folder = artefacts("policies") / "navdp" if weights is None else Path(weights)
-        self._network = load_navdp(self._folder)
-        self._schedule = make_schedule(self._network.config.diffusion)
+        self._sampler = TrajectorySampler(load_navdp(self._folder))
+        self._config = self._sampler.network.config
         self._options = NavDPOptions.of(options)
         self._begin(ROBOT, 0)
 
@@ -161,15 +161,15 @@ class NavDPPolicy(Policy):
         self._robot, self._with_goal = robot, with_goal
         self._generator = torch.Generator().manual_seed(seed)
         self._stride = max(1, round(PERIOD / robot.control_dt))
-        memory = self._network.config.network.memory
+        memory = self._config.network.memory
         self._frames: deque[Bytes] = deque(maxlen=(memory - 1) * self._stride + 1)
         self._tracker: PathTracker | None = None
-        self._commitment = Commitment(options.commit, options.patience)
+        self._commitment = PathCommitment(options.commit, options.patience)
         self._step = 0
         self._facing = FaceGoal(options.facing)
         self._turn: TurnInPlace | None = None
         self._stuck = StuckDetector(options.stuck_steps, options.stuck_distance)
-        self._blockage = Blockage(robot)
+        self._blockage = BlockageDetector(robot)
         self._blocked = False
         self._seen = SeenObstacles(robot, noisy)
 
@@ -226,7 +226,7 @@ class NavDPPolicy(Policy):
         clearance = self._seen.around(pose[:2], SIGHT) if options.maps else None
         guidance = None
         if clearance is not None and options.guided:
-            scale = self._network.config.diffusion.scale
+            scale = self._config.diffusion.scale
             guidance = Guidance(clearance, pose, options.margin, scale, options.guided)
         for _ in range(1 + options.redraws if options.veto else 1):
             drawn = self.draw(goal, guidance)
@@ -279,20 +279,18 @@ class NavDPPolicy(Policy):
         return self.draw(goal)
 
     def _remember(self, rgb: Bytes, depth: NDArray[np.floating[Any]]) -> None:
-        self._frames.append(frame(rgb, depth, self._network.config.network.shrink))
+        self._frames.append(frame(rgb, depth, self._config.network.shrink))
 
     def draw(self, goal: tuple[float, float] | None, guidance: Guidance | None = None) -> DrawnTrajectories:
         """Draw trajectories from the latest frames and value them.
 
         Args:
-            goal, guidance: as for `draw_trajectories`.
+            goal, guidance: as for `TrajectorySampler.draw`.
         """
-        options, memory = self._options, self._network.config.network.memory
+        options, memory = self._options, self._config.network.memory
         ages = [self._stride * age if options.remembers else 0 for age in range(memory - 1, -1, -1)]
         frames = [self._frames[max(0, len(self._frames) - 1 - age)] for age in ages]
-        return draw_trajectories(
-            self._network, self._schedule, frames, goal, options.samples, options.shortest, self._generator, guidance
-        )
+        return self._sampler.draw(frames, goal, options.samples, options.shortest, self._generator, guidance)
 
     def _best(self, drawn: DrawnTrajectories, clear: NDArray[np.bool_]) -> int | None:
         """Return the index of the trajectory to follow; None if none is safe or all mean "stop".

@@ -25,7 +25,7 @@ WIDEST = 6
 STEP = 2.0 * math.pi / LIDAR_RAYS
 
 
-class Surroundings:
+class RememberedObstacles:
     """Remembers the cells in which the camera saw an obstacle.
 
     The camera sees 68 degrees, but the robot has to know what stands next to it while it passes.
@@ -96,7 +96,7 @@ class DriveMemory:
     - `goal` (3,) and `velocity` (2,) as the environment gives them;
     - the robot's positions 0.5, 1, 2, 4, 8 and 16 s ago in its present frame, meters, which show whether it moves back
       and forth; before the drive began the robot stood at its start;
-    - ranges (180,), meters: the lidar's, or those of `Surroundings` for the depth camera;
+    - ranges (180,), meters: the lidar's, or those of `RememberedObstacles` for the depth camera;
     - for the depth camera, the image reduced to 18 x 32 by the nearest depth of each square.
 
     Args:
@@ -111,7 +111,7 @@ class DriveMemory:
         """Forget the drive."""
         self._first: Pose | None = None
         self._places: list[tuple[float, float]] = []
-        self._surroundings = Surroundings() if self._sensor == "depth" else None
+        self._surroundings = RememberedObstacles() if self._sensor == "depth" else None
 
     def vector(self, observation: Observation, pose: ArrayLike) -> Vector:
         """Return the vector of the next control step.

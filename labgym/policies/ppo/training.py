@@ -7,12 +7,11 @@ import shutil
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Self
+from typing import Any
 
 import numpy as np
 import torch
 from gymnasium import spaces
-from pydantic import Field, model_validator
 from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
@@ -21,7 +20,7 @@ from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv
 from torch import Tensor, nn
 from tqdm import tqdm
 
-from labgym.documents import Document, append_text
+from labgym.documents import append_text
 from labgym.layouts import Layout
 from labgym.layouts.batch import catalog_digest
 from labgym.policies.learned.checkpoint import Stateful, load_checkpoint, save_checkpoint
@@ -32,7 +31,7 @@ from labgym.policies.ppo.cloning import clone_expert
 from labgym.policies.ppo.drives import TrainingDrives, layout_pool
 from labgym.policies.ppo.inputs import Sensor
 from labgym.policies.ppo.network import FEATURES, HIDDEN, Actor, Encoder
-from labgym.policies.ppo.options import PPOOptions
+from labgym.policies.ppo.options import PPOOptions, TrainingProgress
 from labgym.policies.ppo.policy import DRIVERS
 from labgym.policies.ppo.practice import PracticeEnv
 from labgym.runs import ExecutorOptions, RunFolder, RunIdentity
@@ -98,29 +97,6 @@ def actor_of(learner: PPO, sensor: Sensor) -> Actor:
     return actor.eval()
 
 
-class Progress(Document):
-    """Progress of a run.
-
-    Attributes:
-        legs: number of finished legs.
-        best: highest score on validation so far, without the warm start's; None before the first.
-        records: records of the warm start's rounds, the legs and the evaluations, in order.
-    """
-
-    SCHEMA: ClassVar[str] = "labgym.ppo-progress/1"
-
-    legs: Annotated[int, Field(ge=0)] = 0
-    best: float | None = None
-    records: tuple[dict[str, float | int | str | None], ...] = ()
-
-    @model_validator(mode="after")
-    def _check_records(self) -> Self:
-        for index, record in enumerate(self.records):
-            if not isinstance(record.get("kind"), str):
-                raise ValueError(f"record {index} has no kind; train from the start with --fresh")
-        return self
-
-
 def train(
     options: PPOOptions,
     out: Path,
@@ -172,12 +148,12 @@ def _identity(options: PPOOptions, judge: Judge | None, layouts: tuple[Layout, .
 def _train(options: PPOOptions, out: Path, judge: Judge | None, pool: tuple[Layout, ...]) -> None:
     drives = TrainingDrives(pool, options.seed)
     environments = make_environments(drives, options)
-    progress = Progress.load(out / PROGRESS) if (out / PROGRESS).exists() else None
+    progress = TrainingProgress.load(out / PROGRESS) if (out / PROGRESS).exists() else None
     set_random_seed(options.seed)
     learner = make_learner(environments, options)
     if progress is None:
         records = clone_expert(learner, environments, options)
-        progress = Progress(records=tuple({"kind": "warm start", **record} for record in records))
+        progress = TrainingProgress(records=tuple({"kind": "warm start", **record} for record in records))
         _checkpoint(learner, progress, out)
     _restore(learner, progress, out)
     if progress.records and progress.records[-1]["kind"] == "warm start":
@@ -237,7 +213,9 @@ class Outcomes(BaseCallback):
         }
 
 
-def _judged(learner: PPO, progress: Progress, judge: Judge | None, options: PPOOptions, out: Path) -> Progress:
+def _judged(
+    learner: PPO, progress: TrainingProgress, judge: Judge | None, options: PPOOptions, out: Path
+) -> TrainingProgress:
     """Score the weights on validation, record the score, and save them as the best if they are and PPO trained them."""
     actor = actor_of(learner, options.observation)
     save_weights(actor, out / "last")
@@ -250,7 +228,7 @@ def _judged(learner: PPO, progress: Progress, judge: Judge | None, options: PPOO
     return progress.model_copy(update={"best": best, "records": (*progress.records, record)})
 
 
-def _checkpoint(learner: PPO, progress: Progress, out: Path) -> None:
+def _checkpoint(learner: PPO, progress: TrainingProgress, out: Path) -> None:
     """Write the state of the learner, then the progress that names the file; remove the previous checkpoint."""
     path = _checkpoint_path(out, progress)
     save_checkpoint(path, _parts(learner), {"steps": learner.num_timesteps, "updates": learner._n_updates})
@@ -260,11 +238,11 @@ def _checkpoint(learner: PPO, progress: Progress, out: Path) -> None:
             old.unlink()
 
 
-def _checkpoint_path(out: Path, progress: Progress) -> Path:
+def _checkpoint_path(out: Path, progress: TrainingProgress) -> Path:
     return out / CHECKPOINTS / f"leg-{progress.legs:05d}.pt"
 
 
-def _restore(learner: PPO, progress: Progress, out: Path) -> None:
+def _restore(learner: PPO, progress: TrainingProgress, out: Path) -> None:
     """Give a learner the state of the checkpoint: weights, optimizer and the number of steps."""
     record = load_checkpoint(_checkpoint_path(out, progress), _parts(learner), _is_record)
     learner.num_timesteps, learner._n_updates = record["steps"], record["updates"]

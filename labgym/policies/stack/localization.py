@@ -41,7 +41,8 @@ class Localizer:
         sum_i w_i d(p_i)^2 / RETURN_DEVIATION_M^2 + (x - x0)' P^-1 (x - x0),
 
     d the signed distance of the return p_i from the map, w_i = 1 / (1 + (d / WEIGHT_SCALE_M)^2)^2 (Geman and McClure),
-    x0 and P the moved estimate and its covariance. With `drift` 0 the odometry is taken as exact, and scans change nothing.
+    x0 and P the moved estimate and its covariance. With `drift` 0 the odometry is taken as exact, and scans change
+    nothing.
 
     Args:
         seen: distances to what the lidar sees in the map.

@@ -1,4 +1,4 @@
-"""People: clusters of returns that the map does not explain, tracked at constant velocity; when the robot rests for them."""
+"""People: clusters of returns that the map does not explain, tracked at constant velocity; rest for people."""
 
 from __future__ import annotations
 

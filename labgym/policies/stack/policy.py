@@ -15,7 +15,7 @@ from labgym.errors import LabgymError
 from labgym.geometry import compose, to_world, wrap_angle
 from labgym.navigation import Pose
 from labgym.navigation.search_kernel import prepare
-from labgym.policies.arrival import AT_REST, DOCK_ANGLE, DOCK_DISTANCE, SETTLED, Arrival, planar_pose
+from labgym.policies.arrival import AT_REST, DOCK_ANGLE, DOCK_DISTANCE, SETTLED, GoalArrival, planar_pose
 from labgym.policies.dwa import lidar_points
 from labgym.policies.gentle import GentleCommands, GentleLimits
 from labgym.policies.policy import EpisodeStart, GroundTruth, Observation, Policy, Sensors
@@ -155,7 +155,7 @@ class StackPolicy(Policy):
 
     def _begin(self, episode: EpisodeStart, truth: GroundTruth, old: OldMap) -> None:
         """Begin a drive from the estimated pose."""
-        self._robot, self._arrival = episode.robot, Arrival(episode)
+        self._robot, self._arrival = episode.robot, GoalArrival(episode)
         self._docking = episode.heading is not None
         self._goal: Pose = truth.pair.goal
         self._station = StationEstimate(old, self._goal)
