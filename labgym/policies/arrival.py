@@ -9,12 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.envs.parts.endings import REST_DISTANCE
-from labgym.geometry import wrap_angle
+from labgym.geometry import Array, wrap_angle
 from labgym.navigation import Pose
 from labgym.policies.policy import EpisodeStart
 from labgym.policies.tracking import approach_speed, turn_towards, velocities_to_action
-
-Array = NDArray[np.float64]
 
 DOCK_DISTANCE = 0.10
 """Greatest distance from a goal with a heading, meters."""

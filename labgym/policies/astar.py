@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.errors import LabgymError
-from labgym.geometry import compose, wrap_angle
+from labgym.geometry import Array, compose, wrap_angle
 from labgym.navigation import PLANNING_RADIUS, Pose, ShortestPaths, occupancy
 from labgym.navigation.search_kernel import prepare
 from labgym.policies.arrival import GoalArrival, planar_pose, shortened
@@ -16,8 +16,6 @@ from labgym.policies.gentle import GentleLimits
 from labgym.policies.grid_planner import GridPlanner
 from labgym.policies.policy import EpisodeStart, GroundTruth, Observation, Policy
 from labgym.policies.tracking import PathTracker, TrackingOptions, turn_towards
-
-Array = NDArray[np.float64]
 
 LONGER = 1.05
 """A path with more clearance is driven if it is at most this many times as long as the shortest one."""

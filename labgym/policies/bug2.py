@@ -9,15 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.envs.robot import ROBOT, RobotSpec
-from labgym.geometry import wrap_angle
+from labgym.geometry import Array, wrap_angle
 from labgym.navigation import Pose
 from labgym.policies.arrival import GoalArrival, planar_pose
 from labgym.policies.dwa import SHRINK, lidar_points, stopping_speed
 from labgym.policies.policy import EpisodeStart, Observation, Policy, Sensors
 from labgym.policies.tracking import turn_towards, velocities_to_action
 from labgym.policies.via_point import straight_clearance
-
-Array = NDArray[np.float64]
 
 RADIUS = ROBOT.planning_radius
 """Radius of the disc that is kept clear, meters."""

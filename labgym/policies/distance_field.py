@@ -8,12 +8,9 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from labgym.geometry import OrientedBox
+from labgym.geometry import Array, OrientedBox
 from labgym.navigation import OccupancyGrid
-
-Array = NDArray[np.float64]
 
 NODE_DISTANCE_M = 0.05
 """Distance between the nodes of a field of boxes, meters."""

@@ -12,16 +12,15 @@ from pydantic import Field
 
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.envs.sensors import LIDAR_RAYS, RANGE
-from labgym.geometry import rotate
+from labgym.geometry import Array, rotate
 from labgym.navigation import Pose
 from labgym.policies.arrival import GoalArrival, planar_pose
 from labgym.policies.blockage import BlockageDetector
-from labgym.policies.options import PolicyOptions
+from labgym.policies.options import NonNegative, PolicyOptions, Positive
 from labgym.policies.policy import EpisodeStart, Observation, Policy, Sensors
 from labgym.policies.tracking import turn_towards, velocities_to_action
 from labgym.policies.via_point import ViaPoints
 
-Array = NDArray[np.float64]
 Point = tuple[float, float]
 
 
@@ -32,8 +31,6 @@ SHRINK = 0.005
 """Margin by which the clear disc is smaller than the distance to the nearest return, meters."""
 
 
-Positive = Annotated[float, Field(gt=0.0)]
-Weight = Annotated[float, Field(ge=0.0)]
 Count = Annotated[int, Field(ge=2)]
 
 
@@ -52,14 +49,14 @@ class DwaOptions(PolicyOptions):
     """
 
     radius: Positive = ROBOT.planning_radius - 0.01
-    heading: Weight = 0.8
-    clearance: Weight = 0.15
-    velocity: Weight = 0.3
+    heading: NonNegative = 0.8
+    clearance: NonNegative = 0.15
+    velocity: NonNegative = 0.3
     far: Positive = 1.5
     horizon: Positive = 0.6
     braking: Positive = 1.0
     samples: tuple[Count, Count] = (7, 21)
-    turn_in_place: Weight = 1.2
+    turn_in_place: NonNegative = 1.2
 
 
 class DwaPolicy(Policy):

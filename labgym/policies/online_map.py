@@ -13,26 +13,22 @@ from pydantic import Field
 
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.envs.sensors import RANGE
-from labgym.geometry import wrap_angle
+from labgym.geometry import Array, wrap_angle
 from labgym.navigation import PLANNING_RADIUS, OccupancyGrid, Pose, distance_field
 from labgym.navigation.search_kernel import prepare
 from labgym.policies.arrival import GoalArrival, planar_pose
 from labgym.policies.blockage import BlockageDetector
 from labgym.policies.depth_map import DepthMap, KnownFloor
 from labgym.policies.grid_planner import GridPlanner, PlannerOptions
-from labgym.policies.options import PolicyOptions
+from labgym.policies.options import NonNegative, PolicyOptions, Positive
 from labgym.policies.policy import EpisodeStart, Observation, Policy, Sensors
 from labgym.policies.tracking import PathTracker, velocities_to_action
 
-Array = NDArray[np.float64]
 Point = tuple[float, float]
 
 
 SETTLED = 0.5
 """Turn rate below which the robot sets off after looking around, rad/s: faster, it would leave its path."""
-
-Positive = Annotated[float, Field(gt=0.0)]
-Weight = Annotated[float, Field(ge=0.0)]
 
 
 class OnlineMapOptions(PolicyOptions):
@@ -49,12 +45,12 @@ class OnlineMapOptions(PolicyOptions):
             about its axis.
     """
 
-    unknown: Weight = 0.5
+    unknown: NonNegative = 0.5
     radii: Annotated[tuple[Positive, ...], Field(min_length=1)] = (PLANNING_RADIUS, ROBOT.chassis_radius + 0.01)
     comfort: Positive = 0.6
     replan: Annotated[int, Field(ge=1)] = 10
-    margin: Weight = 1.0
-    bump: Weight = 0.5
+    margin: NonNegative = 1.0
+    bump: NonNegative = 0.5
 
 
 class OnlineMapPolicy(Policy):

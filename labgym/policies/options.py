@@ -11,6 +11,11 @@ from labgym.counts import MAX_COUNT, MAX_PROCESSES
 from labgym.documents import Record
 from labgym.errors import OptionError, UnknownArgumentError
 
+Count = Annotated[int, Field(ge=1, le=MAX_COUNT)]
+Positive = Annotated[float, Field(gt=0.0)]
+NonNegative = Annotated[float, Field(ge=0.0)]
+Share = Annotated[float, Field(ge=0.0, le=1.0)]
+
 
 class PolicyOptions(Record):
     """Base of the options that tune a policy: named numbers with defaults and limits.
@@ -65,11 +70,11 @@ class TrainOptions(Record):
         seed: random seed of the initial weights, the sample order, mirroring and noise.
     """
 
-    epochs: Annotated[int, Field(ge=1, le=MAX_COUNT)]
-    batch: Annotated[int, Field(ge=1, le=MAX_COUNT)]
-    rate: Annotated[float, Field(gt=0.0)]
-    decay: Annotated[float, Field(ge=0.0)] = 1e-3
+    epochs: Count
+    batch: Count
+    rate: Positive
+    decay: NonNegative = 1e-3
     held_out: Annotated[float, Field(ge=0.0, lt=1.0)]
-    samples: Annotated[int, Field(ge=1, le=MAX_COUNT)] | None = None
+    samples: Count | None = None
     threads: Annotated[int, Field(ge=1, le=MAX_PROCESSES)] = 1
     seed: Annotated[int, Field(ge=0, lt=2**53)] = 0

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
 
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.policies.arrival import GoalArrival, planar_pose
-from labgym.policies.options import PolicyOptions
+from labgym.policies.options import NonNegative, PolicyOptions
 from labgym.policies.policy import EpisodeStart, Observation, Policy
 from labgym.policies.tracking import turn_towards, velocities_to_action
 
@@ -24,7 +23,7 @@ class StraightOptions(PolicyOptions):
         turn_in_place: bearing of the goal beyond which the robot turns without driving, radians.
     """
 
-    turn_in_place: Annotated[float, Field(ge=0.0)] = 0.5
+    turn_in_place: NonNegative = 0.5
 
 
 class StraightPolicy(Policy):

@@ -7,17 +7,15 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.errors import OptionError
-from labgym.geometry import rotate, wrap_angle
+from labgym.geometry import Array, rotate, wrap_angle
 from labgym.policies.gentle import GentleCommands, GentleLimits
 
 if TYPE_CHECKING:
     from labgym.navigation import Pose
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

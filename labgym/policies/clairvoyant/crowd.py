@@ -7,10 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from labgym.envs.robot import ROBOT
-from labgym.geometry import wrap_angle
+from labgym.geometry import Array, wrap_angle
 from labgym.navigation import Pose
 from labgym.policies.clairvoyant.planning import Errand, is_clear
 from labgym.policies.clairvoyant.reaction import yielding_drive
@@ -21,7 +20,6 @@ from labgym.policies.clairvoyant.smoothing import BandWeights, smooth_path
 from labgym.policies.clairvoyant.space_time import MOVE_S, SpaceTime
 from labgym.policies.clairvoyant.worth import NEAR_PEOPLE_M, Worth
 
-Array = NDArray[np.float64]
 DT = ROBOT.control_dt
 
 SCHEDULE_DISTANCE_M, GRID_DISTANCE_M, EARLY_DISTANCE_M = 0.63, 0.66, 0.95

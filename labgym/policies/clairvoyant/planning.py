@@ -7,17 +7,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from labgym.envs.robot import ROBOT
-from labgym.geometry import wrap_angle
+from labgym.geometry import Array, wrap_angle
 from labgym.navigation import Pose, ShortestPaths
 from labgym.policies.clairvoyant.reference import ReferenceMotion, along_route, standing, turn, turning_time
 from labgym.policies.clairvoyant.route import DriveLimits, Route, fastest_times
 from labgym.policies.clairvoyant.smoothing import BandWeights, ClearanceField, smooth_path
 from labgym.policies.policy import Foreknowledge
-
-Array = NDArray[np.float64]
 
 FIRST_BENDS_RAD = (0.0, 0.4, 0.8, 1.2, 1.6)
 """Angles of the bend with which the path begins after a turn in place, radians."""

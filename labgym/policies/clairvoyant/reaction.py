@@ -11,15 +11,13 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from labgym.envs.robot import ROBOT
+from labgym.geometry import Array
 from labgym.machine_code import entry, inner
 from labgym.policies.clairvoyant.route import Gait, Route
 from labgym.policies.clairvoyant.worth import NEAR_PEOPLE_M, Worth
 from labgym.policies.policy import PeopleForecast
-
-Array = NDArray[np.float64]
 
 LEAVING_DISTANCE_M = 0.60
 """Least distance between the centers of a person and of a robot that drives away from them, meters."""

@@ -8,15 +8,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from labgym.envs.robot import ROBOT, RobotSpec
-from labgym.geometry import wrap_angle
+from labgym.geometry import Array, wrap_angle
 from labgym.machine_code import entry, inner
 from labgym.navigation import Pose
 from labgym.policies.clairvoyant.route import DriveLimits, Route
-
-Array = NDArray[np.float64]
 
 GAIN_ALONG, GAIN_ACROSS, GAIN_YAW = 2.0, 8.0, 4.0
 """Speed per deviation along the way, 1/s; turn rate per deviation across it and meter driven, 1/m2; and per deviation

@@ -7,13 +7,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from labgym.envs.robot import ROBOT
+from labgym.geometry import Array
 from labgym.policies.clairvoyant.smoothing import resampled
-
-Array = NDArray[np.float64]
 
 SPACING_M = 0.02
 """Distance between the samples of a route, meters."""

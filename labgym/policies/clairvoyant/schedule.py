@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.envs.robot import ROBOT
+from labgym.geometry import Array
 from labgym.machine_code import entry, inner
 from labgym.policies.clairvoyant.route import Gait, Route
 from labgym.policies.clairvoyant.worth import NEAR_PEOPLE_M, Worth
@@ -112,8 +113,6 @@ def advance(
         for place in range(reached):
             row[place] = row[place] + added[place] if may[place] else infinite
 
-
-Array = NDArray[np.float64]
 
 PLACES_PER_LOOKUP = 4
 """Number of places on a route for each one at which people are looked up."""

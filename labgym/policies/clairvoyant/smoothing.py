@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from labgym.geometry import Array
 from labgym.machine_code import entry, inner
 from labgym.navigation import FloorPlan
 from labgym.navigation.barriers import Barriers
@@ -23,7 +23,6 @@ FARTHEST_M = 2.0
 TILE_NODES = 32
 """Side of the tiles that are computed one by one, with the obstacles within reach alone, nodes."""
 
-Array = NDArray[np.float64]
 
 BAND_STEP_M = 0.10
 """Distance between the points of the band, meters."""

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from labgym.geometry import Array
 from labgym.machine_code import entry
 from labgym.policies.clairvoyant.smoothing import NODE_M, ClearanceField
 
@@ -37,8 +38,6 @@ def earlier_values(
                 values[row, column] = 0.0
     return values
 
-
-Array = NDArray[np.float64]
 
 Costs = NDArray[np.float32]
 

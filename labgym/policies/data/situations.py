@@ -8,14 +8,11 @@ from dataclasses import dataclass
 from typing import Literal, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from labgym.errors import LabgymError
-from labgym.geometry import rotate, to_local, to_world, wrap_angle
+from labgym.geometry import Array, rotate, to_local, to_world, wrap_angle
 from labgym.layouts import Layout
 from labgym.navigation import PLANNING_RADIUS, Pose, ShortestPath, ShortestPaths, goal_poses
-
-Array = NDArray[np.float64]
 
 Kind = Literal["route", "tight", "anywhere"]
 

@@ -16,7 +16,7 @@ from PIL import Image
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.envs.sensors import IMAGE_SHAPE
 from labgym.errors import OptionError
-from labgym.geometry import to_world
+from labgym.geometry import Array, to_world
 from labgym.navigation import Pose
 from labgym.policies.http.connection import Connection, ServerError, StatusError
 from labgym.policies.http.forms import encode_form
@@ -37,8 +37,6 @@ MOVING = 0.1
 """Speed above which a new path continues the previous one, m/s."""
 ARRIVED = 0.03
 """Distance from a goal point at which the robot stands still, meters."""
-
-Array = NDArray[np.float64]
 
 
 class SharedFlag:

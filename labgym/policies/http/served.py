@@ -13,7 +13,7 @@ from labgym.envs.parts.vectors import GOAL_RANGE
 from labgym.envs.robot import ROBOT
 from labgym.envs.sensors import IMAGE_SHAPE, RANGE
 from labgym.errors import LabgymError
-from labgym.geometry import relative, to_local, to_world
+from labgym.geometry import Array, relative, to_local, to_world
 from labgym.navigation import Pose
 from labgym.policies.http.wire import FULL_SCALE, intrinsic_matrix
 from labgym.policies.policy import EpisodeStart, GoalKind, Observation, Policy
@@ -32,8 +32,6 @@ TURN_TIME = 1.0
 
 STILL = 0.05
 """Speed (m/s) and turn rate (rad/s) below which a command counts as standing still."""
-
-Array = NDArray[np.float64]
 
 
 def to_start_frame(trajectory: Array, pose: Pose, camera_forward: float) -> Array:

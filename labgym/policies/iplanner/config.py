@@ -6,14 +6,11 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field
 
-from labgym.counts import MAX_COUNT
 from labgym.documents import Document, Record
 from labgym.errors import DocumentError
-from labgym.policies.options import TrainOptions
+from labgym.policies.options import Count, NonNegative, Positive, TrainOptions
 
-Positive = Annotated[float, Field(gt=0.0)]
 Size = Annotated[int, Field(ge=1, le=4096)]
-Weight = Annotated[float, Field(ge=0.0)]
 Target = Literal["cost-to-go", "expert", "goal"]
 
 
@@ -52,9 +49,9 @@ class IPlannerLossOptions(Record):
         horizon: largest distance of the target along the way to the goal, meters; unused with the target "goal".
     """
 
-    obstacle: Weight = 0.5
-    motion: Weight = 2.0
-    goal: Weight = 5.0
+    obstacle: NonNegative = 0.5
+    motion: NonNegative = 2.0
+    goal: NonNegative = 5.0
     target: Target = "expert"
     along: bool = True
     horizon: Positive = 3.5
@@ -68,8 +65,8 @@ class IPlannerTrainOptions(TrainOptions):
         patience: epochs.
     """
 
-    epochs: Annotated[int, Field(ge=1, le=MAX_COUNT)] = 20
-    batch: Annotated[int, Field(ge=1, le=MAX_COUNT)] = 32
+    epochs: Count = 20
+    batch: Count = 32
     rate: Positive = 1e-3
     held_out: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.05
     plateau: Annotated[float, Field(gt=0.0, le=1.0)] = 0.3

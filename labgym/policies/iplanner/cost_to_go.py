@@ -12,14 +12,13 @@ from scipy.ndimage import distance_transform_edt
 from torch import Tensor
 
 from labgym.errors import OptionError
+from labgym.geometry import Array
 from labgym.navigation import PLANNING_RADIUS
 from labgym.navigation.geodesic import geodesic_fields
 from labgym.policies.data import Dataset
 from labgym.policies.data.maps import Maps
 from labgym.policies.iplanner.config import IPlannerLossOptions
 from labgym.policies.learned.map_stack import MapStack, to_world
-
-Array = NDArray[np.float64]
 
 Floats = NDArray[np.float32]
 

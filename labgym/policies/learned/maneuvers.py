@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 
 from labgym.envs.robot import RobotSpec
 from labgym.envs.sensors import IMAGE_SHAPE
+from labgym.geometry import Array
 from labgym.policies.policy import Observation
 from labgym.policies.tracking import turn_towards
-
-Array = NDArray[np.float64]
 
 ABEAM = 1.0
 """Bearing beyond which a goal decides the side of a turn, radians."""

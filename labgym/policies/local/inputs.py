@@ -11,14 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.envs.robot import ROBOT, RobotSpec
-from labgym.geometry import rotate, to_local
+from labgym.geometry import Array, rotate, to_local
 from labgym.navigation import Pose
 from labgym.policies.stack.controller import rollouts
 from labgym.policies.stack.costmap import Costmap
 from labgym.policies.stack.people import TrackedPerson
 from labgym.policies.stack.planner import PLAN_SPACING_M, PlannedPath
 
-Array = NDArray[np.float64]
 Vector = NDArray[np.float32]
 
 FREE_RAYS, FREE_REACH_M, RAY_END_M = 48, 3.0, 0.02

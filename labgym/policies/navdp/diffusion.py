@@ -14,13 +14,11 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from labgym.errors import MissingDependencyError
-from labgym.geometry import to_world
+from labgym.geometry import Array, to_world
 from labgym.navigation import Pose
 from labgym.policies.distance_field import DistanceField
 from labgym.policies.navdp.config import DiffusionOptions
 from labgym.policies.navdp.network import Bytes, NavDPNetwork
-
-Array = NDArray[np.float64]
 
 REPEATS = 4
 """Gradient steps in one denoising step."""

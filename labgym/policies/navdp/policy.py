@@ -15,7 +15,7 @@ from pydantic import Field
 from labgym.artefacts import artefacts
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.envs.sensors import IMAGE_SHAPE
-from labgym.geometry import to_world
+from labgym.geometry import Array, to_world
 from labgym.navigation import Pose
 from labgym.policies.arrival import planar_pose
 from labgym.policies.blockage import BlockageDetector
@@ -34,17 +34,12 @@ from labgym.policies.learned.weights import CONFIG, WEIGHTS
 from labgym.policies.navdp.diffusion import DrawnTrajectories, Guidance, TrajectorySampler
 from labgym.policies.navdp.network import Bytes, frame, load_navdp
 from labgym.policies.navdp.seen_obstacles import SeenObstacles, checked_velocities, clear_ways
-from labgym.policies.options import PolicyOptions
+from labgym.policies.options import NonNegative, PolicyOptions
 from labgym.policies.policy import EpisodeStart, GoalKind, Observation, Policy, Sensors
 from labgym.policies.tracking import PathTracker, turn_towards, velocities_to_action
 
-Angle = Annotated[float, Field(ge=0.0)]
-
-Length = Annotated[float, Field(ge=0.0)]
-
 Steps = Annotated[int, Field(ge=1)]
 
-Array = NDArray[np.float64]
 
 SIGHT = 4.5
 """Distance up to which obstacles count for trajectories, meters: more than the longest one."""
@@ -86,24 +81,24 @@ class NavDPOptions(PolicyOptions):
 
     samples: Steps = 12
     choose: Literal["critic", "first"] = "critic"
-    facing: Angle = 0.5
-    commit: Length = 0.5
-    commit_after_turn: Length = 1.2
+    facing: NonNegative = 0.5
+    commit: NonNegative = 0.5
+    commit_after_turn: NonNegative = 1.2
     patience: Steps = 20
-    shortest: Length = 0.5
+    shortest: NonNegative = 0.5
     stop: float | None = -1.5
-    turn_angle: Angle = 0.5
+    turn_angle: NonNegative = 0.5
     turn_steps: Steps = 12
     stuck_steps: Steps = 30
-    stuck_distance: Length = 0.10
+    stuck_distance: NonNegative = 0.10
     remembers: bool = True
-    veto: tuple[Length, ...] = (0.42, 0.36, 0.30)
-    veto_ahead: Length = 1.2
+    veto: tuple[NonNegative, ...] = (0.42, 0.36, 0.30)
+    veto_ahead: NonNegative = 1.2
     redraws: Annotated[int, Field(ge=0)] = 2
     guided: Annotated[int, Field(ge=0)] = 4
-    margin: Length = 0.45
-    check: tuple[Length, ...] = (0.36, 0.28)
-    settled: Angle | None = 0.5
+    margin: NonNegative = 0.45
+    check: tuple[NonNegative, ...] = (0.36, 0.28)
+    settled: NonNegative | None = 0.5
 
     @property
     def maps(self) -> bool:

@@ -9,11 +9,10 @@ from numpy.typing import NDArray
 
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.envs.sensors import RANGE
+from labgym.geometry import Array
 from labgym.navigation import OccupancyGrid, Pose
 from labgym.policies.depth_map import DepthMap
 from labgym.policies.distance_field import DistanceField
-
-Array = NDArray[np.float64]
 
 REACH = 2.0 * RANGE
 """The map covers this distance along x and y on both sides of its center, meters."""

@@ -6,13 +6,10 @@ from typing import Annotated, ClassVar, Self
 
 from pydantic import Field, model_validator
 
-from labgym.counts import MAX_COUNT, MAX_STEPS
+from labgym.counts import MAX_STEPS
 from labgym.documents import Document
+from labgym.policies.options import Count, NonNegative, Positive, Share
 from labgym.policies.ppo.inputs import Sensor
-
-Count = Annotated[int, Field(ge=1, le=MAX_COUNT)]
-Positive = Annotated[float, Field(gt=0.0)]
-Share = Annotated[float, Field(ge=0.0, le=1.0)]
 
 
 class PPOOptions(Document):
@@ -68,7 +65,7 @@ class PPOOptions(Document):
     discount: Share = 0.99
     trace: Share = 0.95
     clip: Share = 0.2
-    entropy: Annotated[float, Field(ge=0.0)] = 0.001
+    entropy: NonNegative = 0.001
     noise: Positive = 0.3
     nearest: Positive = 5.0
     farthest: Positive = 15.0

@@ -6,16 +6,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from labgym.envs.robot import ROBOT, RobotSpec
-from labgym.geometry import wrap_angle
+from labgym.geometry import Array, wrap_angle
 from labgym.navigation import Pose
 from labgym.policies.stack.costmap import Costmap
 from labgym.policies.stack.people import TrackedPerson, approach_cost, way_cost
 from labgym.policies.stack.planner import PlannedPath
-
-Array = NDArray[np.float64]
 
 PATH_AHEAD_M = 3.0
 """Length of the path by which sequences are judged, meters."""

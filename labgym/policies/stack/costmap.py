@@ -10,11 +10,10 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from labgym.envs.sensors import LIDAR_RAYS, RANGE
-from labgym.geometry import to_local
+from labgym.geometry import Array, to_local
 from labgym.navigation import OccupancyGrid, Pose
 from labgym.policies.distance_field import DistanceField
 
-Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 UNEXPLAINED_M = 0.10

@@ -6,14 +6,11 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from labgym.envs.sensors import LIDAR_RAYS, RANGE
-from labgym.geometry import OrientedBox, compose, relative, to_local, to_world
+from labgym.geometry import Array, OrientedBox, compose, relative, to_local, to_world
 from labgym.navigation import Pose
 from labgym.policies.stack.old_map import OldMap, ray_lengths
-
-Array = NDArray[np.float64]
 
 LARGEST_SHIFT_M, LARGEST_TURN_RAD = 0.12, math.radians(7.0)
 """Greatest displacement and rotation of a station that are looked for, meters and radians."""

@@ -5,13 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from labgym.geometry import compose, relative, to_local, to_world, wrap_angle
+from labgym.geometry import Array, compose, relative, to_local, to_world, wrap_angle
 from labgym.navigation import Pose
 from labgym.policies.distance_field import DistanceField
-
-Array = NDArray[np.float64]
 
 PLACE_DRIFT_M, HEADING_DRIFT_RAD = 0.015, math.radians(1.5)
 """Assumed standard deviation of the odometry after one meter: of the place, m, and of the heading, rad. One and a half

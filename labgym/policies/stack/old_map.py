@@ -7,16 +7,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from labgym.envs.robot import ROBOT
-from labgym.geometry import OrientedBox
+from labgym.geometry import Array, OrientedBox
 from labgym.layouts import Layout
 from labgym.navigation import OBSTACLE_HEIGHT, Pose
 from labgym.policies.distance_field import DistanceField
 from labgym.scenes.building import building_solids
-
-Array = NDArray[np.float64]
 
 MAP_MARGIN_M = 1.0
 """Width of the region around the floor that the map covers, meters."""

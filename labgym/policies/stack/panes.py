@@ -5,12 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from labgym.envs.sensors import LIDAR_RAYS
+from labgym.geometry import Array
 from labgym.navigation import Pose
-
-Array = NDArray[np.float64]
 
 LINE_TOLERANCE_M, END_TOLERANCE_M = 0.12, 1.3
 """Distance from a line within which a return belongs to it, and from its ends along it, meters."""

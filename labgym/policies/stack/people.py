@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.envs.robot import ROBOT
+from labgym.geometry import Array
 from labgym.navigation import Pose
-
-Array = NDArray[np.float64]
 
 CLUSTER_GAP_M = 0.30
 """Returns farther apart than this belong to different clusters, meters: a stride of two legs is one cluster."""

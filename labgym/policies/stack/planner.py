@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from labgym.geometry import Array
 from labgym.navigation import Pose
 from labgym.policies.grid_planner import GridPlanner, PlannerOptions
 from labgym.policies.stack.costmap import Costmap
-
-Array = NDArray[np.float64]
 
 PLANNING_RADII_M = (0.31, 0.275)
 """Clearances to plan with, meters: the second, hardly more than the chassis, where the first finds no path."""

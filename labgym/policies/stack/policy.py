@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.errors import LabgymError
-from labgym.geometry import compose, to_world, wrap_angle
+from labgym.geometry import Array, compose, to_world, wrap_angle
 from labgym.navigation import Pose
 from labgym.navigation.search_kernel import prepare
 from labgym.policies.arrival import AT_REST, DOCK_ANGLE, DOCK_DISTANCE, SETTLED, GoalArrival, planar_pose
@@ -29,8 +29,6 @@ from labgym.policies.stack.people import PeopleTracker, TrackedPerson, Waiting, 
 from labgym.policies.stack.planner import PlannedPath, planned
 from labgym.policies.stack.recovery import Recovery
 from labgym.policies.tracking import PathTracker, TrackingOptions, approach_speed, turn_towards, velocities_to_action
-
-Array = NDArray[np.float64]
 
 SPEED_AMONG_PEOPLE = 0.95
 """Greatest speed where people may come round a corner, m/s."""

@@ -6,13 +6,11 @@ import math
 from collections import deque
 
 import numpy as np
-from numpy.typing import NDArray
 
 from labgym.envs.robot import ROBOT, RobotSpec
+from labgym.geometry import Array
 from labgym.navigation import Pose
 from labgym.policies.stack.costmap import Costmap
-
-Array = NDArray[np.float64]
 
 STUCK_STEPS = 60
 """Control steps after which a robot that has hardly moved is stuck; those near people do not count."""
