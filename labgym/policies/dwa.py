@@ -14,10 +14,10 @@ from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.envs.sensors import LIDAR_RAYS, RANGE
 from labgym.geometry import Array, rotate
 from labgym.navigation import Pose
-from labgym.policies.arrival import GoalArrival, planar_pose
+from labgym.policies.arrival import ArrivingPolicy
 from labgym.policies.blockage import BlockageDetector
 from labgym.policies.options import NonNegative, PolicyOptions, Positive
-from labgym.policies.policy import EpisodeStart, Observation, Policy, Sensors
+from labgym.policies.policy import EpisodeStart, Observation, Sensors
 from labgym.policies.tracking import turn_towards, velocities_to_action
 from labgym.policies.via_point import ViaPoints
 
@@ -59,7 +59,7 @@ class DwaOptions(PolicyOptions):
     turn_in_place: NonNegative = 1.2
 
 
-class DwaPolicy(Policy):
+class DwaPolicy(ArrivingPolicy):
     """The dynamic window approach of D. Fox, W. Burgard and S. Thrun (IEEE Robotics & Automation Magazine 4(1), 1997).
 
     Each step considers the pairs (v, w) that the accelerations allow within the step, keeps those from which the robot
@@ -90,29 +90,16 @@ class DwaPolicy(Policy):
         self._via = ViaPoints((0.0, 0.0))
         self._blockage = BlockageDetector()
         self._path: Array | None = None
-        self._arrival: GoalArrival | None = None
 
     def reset(self, episode: EpisodeStart) -> None:
         """Store the goal and clear the via point."""
-        self._robot = episode.robot
+        super().reset(episode)
         self._via = ViaPoints(episode.goal)
         self._blockage = BlockageDetector(episode.robot)
         self._path = None
-        self._arrival = GoalArrival(episode)
 
-    def act(self, observation: Observation) -> NDArray[np.floating[Any]]:
+    def drive(self, observation: Observation, pose: Pose) -> NDArray[np.floating[Any]]:
         """Choose a target in the scan and the best velocities towards it."""
-        pose = planar_pose(observation["odometry"])
-        action = self._towards_target(observation, pose)
-        return action if self._arrival is None else self._arrival.limited(action, pose)
-
-    def stop(self, observation: Observation) -> bool:
-        """Whether the robot rests at the goal."""
-        pose = planar_pose(observation["odometry"])
-        return self._arrival is not None and self._arrival.reached(pose, observation["velocity"])
-
-    def _towards_target(self, observation: Observation, pose: Pose) -> NDArray[np.floating[Any]]:
-        """Return the action towards the target of the present scan."""
         points = lidar_points(np.asarray(observation["lidar"], dtype=np.float64))
         nearest = float(np.hypot(points[:, 0], points[:, 1]).min(initial=math.inf))
         # If something is already nearer than the radius, keep at least the present distance.

@@ -397,16 +397,6 @@ def test_after_a_look_at_the_goal_it_continues_as_before_if_the_path_leads_back(
     assert turn < 0.0
 
 
-def test_weights_of_version_0_1_are_refused_with_the_remedy(tmp_path: Path) -> None:
-    folder = saved(tmp_path)
-    document = read_json(folder / "config.json")
-    document["schema"] = "labgym.iplanner/1"
-    document["loss"] |= {"fear": 1.0, "fear_length": 2.0, "fear_cost": 1.0}
-    write_json(folder / "config.json", document)
-    with pytest.raises(DocumentError, match="train the network again"):
-        load_iplanner(folder)
-
-
 @pytest.mark.parametrize(
     ("loss", "target"), [({}, "expert"), ({"horizon": 2.0}, "expert"), ({"along": False, "horizon": None}, "goal")]
 )

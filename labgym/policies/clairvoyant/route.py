@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 
 from labgym.envs.robot import ROBOT
 from labgym.geometry import Array
-from labgym.policies.clairvoyant.smoothing import resampled
+from labgym.policies.tracking import lengths_along, resampled
 
 SPACING_M = 0.02
 """Distance between the samples of a route, meters."""
@@ -130,6 +130,6 @@ def _rounded(path: Array) -> Array:
     """Return points at even steps of about 2 cm on the cubic spline through a path, (n, 2)."""
     if len(path) < 3:
         return resampled(path, SPACING_M)
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
+    along = lengths_along(path)
     spline = CubicSpline(along, path)
     return resampled(spline(np.linspace(0.0, along[-1], math.ceil(along[-1] / SPACING_M) * 2 + 1)), SPACING_M)

@@ -13,6 +13,7 @@ from labgym.machine_code import entry, inner
 from labgym.navigation import FloorPlan
 from labgym.navigation.barriers import Barriers
 from labgym.navigation.clearance import Obstacles
+from labgym.policies.tracking import resampled
 
 NODE_M = 0.05
 """Distance between the nodes, meters."""
@@ -208,13 +209,6 @@ def smooth_path(
     found = minimize(cost, path[first:last].ravel(), jac=True, method="TNC", options={"maxfun": MOST_EVALUATIONS})
     path[first:last] = found.x.reshape(-1, 2)
     return path
-
-
-def resampled(points: Array, step: float) -> Array:
-    """Return a polyline (m, 2) at even steps of about `step` meters, (n, 2)."""
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-    steps = np.linspace(0.0, along[-1], max(2, math.ceil(along[-1] / step) + 1))
-    return np.column_stack([np.interp(steps, along, points[:, axis]) for axis in range(2)])
 
 
 def _cost(path: Array, h: float, field: ClearanceField, band: BandWeights) -> tuple[float, Array]:

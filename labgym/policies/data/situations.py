@@ -13,6 +13,7 @@ from labgym.errors import LabgymError
 from labgym.geometry import Array, rotate, to_local, to_world, wrap_angle
 from labgym.layouts import Layout
 from labgym.navigation import PLANNING_RADIUS, Pose, ShortestPath, ShortestPaths, goal_poses
+from labgym.policies.tracking import lengths_along, points_at
 
 Kind = Literal["route", "tight", "anywhere"]
 
@@ -194,15 +195,12 @@ class Situations:
 
 def resampled(points: Array, count: int) -> Array:
     """Return `count` points at even distances along a polyline (n, 2), its ends included."""
-    lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-    steps = np.linspace(0.0, lengths[-1], count)
-    return np.column_stack([np.interp(steps, lengths, points[:, axis]) for axis in range(2)])
+    return points_at(points, np.linspace(0.0, lengths_along(points)[-1], count))
 
 
 def _along(points: Array, distance: float) -> Array:
     """Return the point at a distance along a polyline (n, 2), at most its end."""
-    lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-    return np.array([np.interp(distance, lengths, points[:, axis]) for axis in range(2)])
+    return np.asarray(points_at(points, np.array([distance]))[0])
 
 
 def _heading(rng: np.random.Generator, ahead: Array, length: float) -> float:

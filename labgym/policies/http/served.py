@@ -17,6 +17,7 @@ from labgym.geometry import Array, relative, to_local, to_world
 from labgym.navigation import Pose
 from labgym.policies.http.wire import FULL_SCALE, intrinsic_matrix
 from labgym.policies.policy import EpisodeStart, GoalKind, Observation, Policy
+from labgym.policies.tracking import lengths_along, points_at
 
 REST = 0.02
 """Largest distance between the points of a trajectory that means "stand still", meters."""
@@ -247,13 +248,12 @@ def _ahead(path: Array, pose: Pose) -> Array:
     points = np.asarray(path, dtype=np.float64)
     if len(points) == 1:
         return np.repeat(points, POINTS, axis=0)
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-    dense = np.linspace(0.0, along[-1], max(2, math.ceil(along[-1] / 0.02) + 1))
-    fine = np.column_stack([np.interp(dense, along, points[:, axis]) for axis in range(2)])
+    length = lengths_along(points)[-1]
+    dense = np.linspace(0.0, length, max(2, math.ceil(length / 0.02) + 1))
+    fine = points_at(points, dense)
     begin = dense[int(np.argmin(((fine - np.asarray(pose[:2])) ** 2).sum(axis=1)))]
-    step = min(SPACING, (along[-1] - begin) / POINTS)
-    places = begin + step * np.arange(1, POINTS + 1)
-    return np.column_stack([np.interp(places, along, points[:, axis]) for axis in range(2)])
+    step = min(SPACING, (length - begin) / POINTS)
+    return points_at(points, begin + step * np.arange(1, POINTS + 1))
 
 
 def _with_headings(points: Array) -> Array:

@@ -7,7 +7,6 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import Field
 
 from labgym.documents import Document, Record
-from labgym.errors import DocumentError
 from labgym.policies.options import Count, NonNegative, Positive, TrainOptions
 
 Size = Annotated[int, Field(ge=1, le=4096)]
@@ -74,7 +73,7 @@ class IPlannerTrainOptions(TrainOptions):
 
 
 class IPlannerConfig(Document):
-    """`config.json` of a trained planner. Version 2 has no fear output; version 3 names the target of the loss."""
+    """`config.json` of a trained planner. Version 3 names the target of the loss."""
 
     SCHEMA: ClassVar[str] = "labgym.iplanner/3"
 
@@ -89,10 +88,6 @@ class IPlannerConfig(Document):
         Raises:
             DocumentError: another schema or an invalid field; names the source and the field.
         """
-        if isinstance(data, dict) and data.get("schema") == "labgym.iplanner/1":
-            raise DocumentError(
-                source, "schema", "written by labgym 0.1, whose network had a fear output; train the network again"
-            )
         if isinstance(data, dict) and data.get("schema") == "labgym.iplanner/2":
             data = {**data, "schema": cls.SCHEMA}
             if isinstance(loss := data.setdefault("loss", {}), dict):

@@ -8,6 +8,7 @@ from labgym.geometry import Array
 from labgym.navigation import Pose
 from labgym.policies.grid_planner import GridPlanner, PlannerOptions
 from labgym.policies.stack.costmap import Costmap
+from labgym.policies.tracking import lengths_along, points_at
 
 PLANNING_RADII_M = (0.31, 0.275)
 """Clearances to plan with, meters: the second, hardly more than the chassis, where the first finds no path."""
@@ -34,11 +35,10 @@ class PlannedPath:
     """
 
     def __init__(self, path: Array) -> None:
-        lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
-        count = max(2, round(lengths[-1] / PLAN_SPACING_M) + 1)
-        along = np.linspace(0.0, lengths[-1], count)
-        self.points: Array = np.column_stack([np.interp(along, lengths, path[:, axis]) for axis in range(2)])
-        self.left: Array = lengths[-1] - along
+        length = lengths_along(path)[-1]
+        along = np.linspace(0.0, length, max(2, round(length / PLAN_SPACING_M) + 1))
+        self.points: Array = points_at(path, along)
+        self.left: Array = length - along
         self._place = 0
 
     def advance(self, pose: Pose) -> None:
