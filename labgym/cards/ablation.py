@@ -34,7 +34,7 @@ class AblationVariant:
 
 
 @dataclass(frozen=True)
-class AblationStudy:
+class PolicyAblation:
     """The variants of one policy.
 
     Attributes:
@@ -51,7 +51,7 @@ class AblationStudy:
         return {variant.name: variant.title for variant in self.variants}
 
 
-IPLANNER = AblationStudy(
+IPLANNER = PolicyAblation(
     "iplanner",
     (
         AblationVariant(WHOLE, "unchanged"),
@@ -68,7 +68,7 @@ IPLANNER = AblationStudy(
 PLAIN: Mapping[str, Any] = {"veto": [], "guided": 0, "check": [], "settled": None}
 """Options of `navdp` without the parts that were added to the trained network."""
 
-NAVDP = AblationStudy(
+NAVDP = PolicyAblation(
     "navdp",
     (
         AblationVariant(WHOLE, "unchanged"),
@@ -138,7 +138,7 @@ def thinned_suite(every: int) -> Suite:
 
 
 def _drive(
-    study: AblationStudy, out: Path, every: int, weights: Callable[[AblationVariant], Path], progress: bool
+    study: PolicyAblation, out: Path, every: int, weights: Callable[[AblationVariant], Path], progress: bool
 ) -> Path:
     suite = thinned_suite(every)
     for variant in study.variants:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +16,7 @@ from labgym.errors import OptionError
 from labgym.eval.drawing.pictures import save_picture
 from labgym.eval.labnav.figure import geometric
 from labgym.eval.reports.tables import interval
-from labgym.policies.learned.training_run import TIMES
+from labgym.policies.learned.training_loop import TIMES
 from labgym.policies.local.inputs import SIZE, SIZES
 from labgym.policies.local.policy import FILE, ImitationPolicy, ReinforcementPolicy
 from labgym.runs.manifest import MANIFEST_FILE, file_digest
@@ -83,7 +84,7 @@ wherever the network decides, the expert says what it would do.
     shown = "" if ablation is None else _ablation(ablation, runs[0], out, SAMPLES)
     save_picture(_imitation_figure(histories), out / "learning.png")
     title = f"{ImitationPolicy.name}: a local planner by imitation of `stack`"
-    return _published(title, ImitationPolicy.name, runs[0], histories, out, training, shown, results)
+    return _published(ImitationPolicy.name, runs[0], histories, out, CardText(title, training, shown), results)
 
 
 def write_reinforcement_card(
@@ -113,18 +114,20 @@ after the last update; the evaluations on floors-val decide only how often each 
     shown = "" if ablation is None else _ablation(ablation, runs[0], out)
     save_picture(_reinforcement_figure(histories), out / "learning.png")
     title = f"{ReinforcementPolicy.name}: a local planner by PPO"
-    return _published(title, ReinforcementPolicy.name, runs[0], histories, out, training, shown, results)
+    return _published(ReinforcementPolicy.name, runs[0], histories, out, CardText(title, training, shown), results)
+
+
+@dataclass(frozen=True)
+class CardText:
+    """Title, and Markdown of the sections on training and ablation; "" without an ablation."""
+
+    title: str
+    training: str
+    ablation: str
 
 
 def _published(
-    title: str,
-    name: str,
-    run: Path,
-    histories: list[list[dict[str, Any]]],
-    out: Path,
-    training: str,
-    ablation: str,
-    results: Path | None,
+    name: str, run: Path, histories: list[list[dict[str, Any]]], out: Path, text: CardText, results: Path | None
 ) -> Path:
     """Write weights, options, histories and the card."""
     evaluated = None if results is None else CardResults.read(results, name)
@@ -134,13 +137,13 @@ def _published(
     if evaluated is not None:
         evaluated.draw(out)
     sections = [
-        f"# {title}",
+        f"# {text.title}",
         "A network drives along the path of the navigation stack `stack`, in place of its controller. The rules by "
         "which `stack` rests for people are a safety layer over it. It knows the old map.",
         _input_table(),
         "" if evaluated is None else evaluated.markdown(),
-        f"## Training\n\n{training}",
-        ablation,
+        f"## Training\n\n{text.training}",
+        text.ablation,
         LIMITS,
     ]
     return write_text(out / "CARD.md", headed("\n\n".join(section for section in sections if section) + "\n"))

@@ -27,7 +27,7 @@ from labgym.scenes import RayScene
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from labgym.policies.navdp.drawing import DrawnTrajectories
+    from labgym.policies.navdp.diffusion import DrawnTrajectories
     from labgym.policies.navdp.policy import NavDPPolicy
 
 SHOWN = 10

@@ -11,8 +11,7 @@ from labgym.cards.results import CardResults
 from labgym.documents import write_bytes, write_text
 from labgym.errors import OptionError
 from labgym.eval.drawing.pictures import save_picture
-from labgym.policies.ppo.options import PPOOptions
-from labgym.policies.ppo.progress import Progress
+from labgym.policies.ppo.options import PPOOptions, TrainingProgress
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -46,7 +45,7 @@ def write_ppo_card(run: Path, results: Path, out: Path, without_warm_start: Path
     """
     from labgym.policies.ppo.policy import DRIVERS
 
-    options, progress = PPOOptions.load(run / "options.json"), Progress.load(run / "progress.json")
+    options, progress = PPOOptions.load(run / "options.json"), TrainingProgress.load(run / "progress.json")
     evaluated = CardResults.read(results, DRIVERS[options.observation].name)
     cold = None if without_warm_start is None else _cold(without_warm_start, options)
     if run != out:
@@ -60,7 +59,7 @@ def write_ppo_card(run: Path, results: Path, out: Path, without_warm_start: Path
     return write_text(out / "CARD.md", headed(_card(options, progress, cold, evaluated)))
 
 
-def learning_curve(options: PPOOptions, progress: Progress, cold: Progress | None = None) -> Figure:
+def learning_curve(options: PPOOptions, progress: TrainingProgress, cold: TrainingProgress | None = None) -> Figure:
     """Draw the success rate against the control steps, those of the warm start included.
 
     Colored: training episodes, whose actions are noisy, and validation. Gray: the same of a run without warm start.
@@ -88,7 +87,7 @@ def learning_curve(options: PPOOptions, progress: Progress, cold: Progress | Non
     return figure
 
 
-def _draw_success(axes: Axes, progress: Progress, before: int, colors: tuple[str, str], kind: str) -> None:
+def _draw_success(axes: Axes, progress: TrainingProgress, before: int, colors: tuple[str, str], kind: str) -> None:
     curves = (("leg", "-", "training episodes"), ("validation", "o-", "validation, every goal pair"))
     for (kind_of_record, look, label), color in zip(curves, colors, strict=True):
         records = [each for each in _records(progress, kind_of_record) if each["success"] is not None]
@@ -96,25 +95,27 @@ def _draw_success(axes: Axes, progress: Progress, before: int, colors: tuple[str
         axes.plot(steps, success, look, color=color, label=label + kind, markersize=4)
 
 
-def _cold(folder: Path, options: PPOOptions) -> Progress:
+def _cold(folder: Path, options: PPOOptions) -> TrainingProgress:
     other = PPOOptions.load(folder / "options.json")
     if other.cloning_rounds or other.observation != options.observation:
         raise OptionError(
             f"{folder} holds a run on {other.observation} with {other.cloning_rounds} rounds of warm start; "
             f"expected {options.observation} and 0 rounds: labgym train ppo-imitation --no-warm-start"
         )
-    return Progress.load(folder / "progress.json")
+    return TrainingProgress.load(folder / "progress.json")
 
 
 def _imitated(options: PPOOptions) -> int:
     return options.cloning_rounds * options.cloning_steps
 
 
-def _records(progress: Progress, kind: str) -> list[Mapping[str, Any]]:
+def _records(progress: TrainingProgress, kind: str) -> list[Mapping[str, Any]]:
     return [record for record in progress.records if record["kind"] == kind]
 
 
-def _card(options: PPOOptions, progress: Progress, cold: Progress | None, evaluated: CardResults) -> str:
+def _card(
+    options: PPOOptions, progress: TrainingProgress, cold: TrainingProgress | None, evaluated: CardResults
+) -> str:
     return f"""# {evaluated.evaluation.summary.policy}: {options.observation}, by proximal policy optimization
 
 {INPUTS[options.observation]}
@@ -126,7 +127,7 @@ The action is the network's mean. The policy does not see the map.
 """
 
 
-def training_section(options: PPOOptions, progress: Progress, cold: Progress | None) -> str:
+def training_section(options: PPOOptions, progress: TrainingProgress, cold: TrainingProgress | None) -> str:
     """Return the card's section on the training.
 
     Args:
@@ -160,7 +161,7 @@ All options are in `config.json`, the records of the run in `training.json`. The
 checkpoint in `runs/ppo/{options.observation}`; a larger `--steps` trains for longer."""
 
 
-def _warm_start(options: PPOOptions, progress: Progress) -> str:
+def _warm_start(options: PPOOptions, progress: TrainingProgress) -> str:
     (start, *_) = _records(progress, "validation")
     return f"""1. Warm start: the network imitates a privileged expert (shortest paths on the true map and the path \
 tracker) on the
@@ -169,7 +170,7 @@ tracker) on the
    validation before PPO: {_rate(start["success"])}."""
 
 
-def _without_warm_start(cold: Progress) -> str:
+def _without_warm_start(cold: TrainingProgress) -> str:
     scores = ", ".join(f"{_rate(each['success'])} after {each['steps']}" for each in _records(cold, "validation"))
     return f"""### Without warm start
 
@@ -177,12 +178,12 @@ The same training with `--no-warm-start`, for {_taken(cold)} control steps of PP
 {scores} steps. Nothing else was changed or tuned."""
 
 
-def _taken(progress: Progress) -> int:
+def _taken(progress: TrainingProgress) -> int:
     legs = _records(progress, "leg")
     return int(legs[-1]["steps"]) if legs else 0
 
 
-def _best(progress: Progress) -> Mapping[str, Any]:
+def _best(progress: TrainingProgress) -> Mapping[str, Any]:
     return [each for each in _records(progress, "validation") if each["success"] == progress.best][-1]
 
 

@@ -53,7 +53,7 @@ def watch_episode(
     watch = LabNavWatch.of(task, level, *_episode(task, level, episode, seed))
     source = policy_source(policy, parse_options(options))
     with open_driver(policy, source, None, kernel_mode(), isolated=True) as driver:
-        show = LabNavShow((watch,), driver, policy, Console(), seed, _print)
+        show = LabNavShow((watch,), driver, policy, Console(), seed=seed, finished=_print)
         with suppress(KeyboardInterrupt):
             run_viewer(show, port, 0, opened)
     return DONE
@@ -64,7 +64,7 @@ def play_episodes(suite: str, layouts: Sequence[str], out: Path | None, name: st
     from labgym.cli.viewing import opened
     from labgym.envs.tasks import resolve_layouts
     from labgym.eval.labnav.suites import resolve_labnav
-    from labgym.viewer import Console, LabNavPerson, LabNavShow, LabNavWatch, run_viewer
+    from labgym.viewer import Console, LabNavKeyboardDriver, LabNavShow, LabNavWatch, run_viewer
     from labgym.viewer.records import LabNavRecords
 
     chosen = resolve_labnav(suite, resolve_layouts(layouts))
@@ -83,7 +83,7 @@ def play_episodes(suite: str, layouts: Sequence[str], out: Path | None, name: st
             records.add(drive)
 
     console = Console()
-    driver = LabNavPerson(console)
+    driver = LabNavKeyboardDriver(console)
     show = LabNavShow(
         watches, driver, name, console, finished=finished, waits=True, seconds=chosen.seconds, suite=suite
     )

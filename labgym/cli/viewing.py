@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from labgym.eval.driving.drive import Drive
     from labgym.layouts import Layout
     from labgym.suites import Suite
-    from labgym.viewer import Episode
+    from labgym.viewer import ViewerEpisode
 
 Layouts = Positional[Annotated[tuple[str, ...], arg(metavar="LAYOUT [...]", help_behavior_hint="(default: the suite)")]]
 
@@ -45,7 +45,7 @@ def watch(
     first = _first(episodes, pair)
     driver = PolicyProcess(PolicySource.named(policy, parse_options(options)))
     try:
-        show = Show(episodes, rules, driver, policy, Console(), seed, finished=_print)
+        show = Show(episodes, rules, driver, policy, Console(), seed=seed, finished=_print)
         with suppress(KeyboardInterrupt):
             run_viewer(show, port, first, opened)
     finally:
@@ -81,7 +81,7 @@ def play(
     """
     from labgym.eval.drawing.film import check_film_path
     from labgym.eval.labnav.suites import is_labnav
-    from labgym.viewer import Console, Person, Show, episodes_of, run_viewer
+    from labgym.viewer import Console, KeyboardDriver, Show, episodes_of, run_viewer
     from labgym.viewer.records import DriveRecords
 
     if is_labnav(suite):
@@ -99,7 +99,7 @@ def play(
             records.add(drive)
 
     console = Console()
-    show = Show(episodes, rules, Person(console), name, console, waits=True, finished=finished)
+    show = Show(episodes, rules, KeyboardDriver(console), name, console, waits=True, finished=finished)
     with suppress(KeyboardInterrupt):
         run_viewer(show, port, 0, opened)
     if out is not None and drives:
@@ -131,7 +131,7 @@ def _choice(names: Sequence[str], suite: str | None, protocol: str | None) -> tu
     return layouts or list(rules.load_layouts()), rules
 
 
-def _first(episodes: Sequence[Episode], pair: int) -> int:
+def _first(episodes: Sequence[ViewerEpisode], pair: int) -> int:
     """Return the number of the first episode of a goal pair of the first layout.
 
     Raises:

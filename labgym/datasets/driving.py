@@ -76,7 +76,7 @@ class EpisodeFacts:
 
 
 @dataclass(frozen=True)
-class Episode:
+class RecordedEpisode:
     """A recorded episode, and the results of the drives that were dropped before it."""
 
     facts: EpisodeFacts
@@ -126,7 +126,7 @@ class Drives:
         """Close the environment."""
         self.env.close()
 
-    def episode(self, number: int) -> Episode:
+    def episode(self, number: int) -> RecordedEpisode:
         """Drive an episode; it depends on the options and its number alone.
 
         Raises:
@@ -140,7 +140,7 @@ class Drives:
                 continue
             facts = self._drive(observation, number, seed, len(dropped))
             if facts.ending == "success" or not self._options.successful:
-                return Episode(facts, self.env.steps, tuple(dropped))
+                return RecordedEpisode(facts, self.env.steps, tuple(dropped))
             dropped.append(facts)
             if len(dropped) == FAILURES:
                 raise LabgymError(

@@ -12,19 +12,24 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from labgym.datasets.lerobot_videos import FILES_PER_CHUNK, RATE, VIDEO_PATH, VIDEOS, camera_pictures, file_place
 from labgym.datasets.options import TRAINING_SPLITS, DriveOptions
 from labgym.datasets.shards import FinishedShard, FinishedShards
-from labgym.datasets.statistics import Statistics, aggregated, picture_statistics, statistics
 from labgym.datasets.tables import OBSERVATION, PRIVILEGED, column_array
-from labgym.datasets.video import CODEC, PIXELS
+from labgym.datasets.video import CODEC, FILES_PER_CHUNK, PIXELS, RATE, VIDEO_PATH, VIDEOS, camera_pictures, file_place
 from labgym.envs.sensors import IMAGE_SHAPE
 from labgym.policies.data.columns import arrow
 from labgym.runs.folder import Content
 
+QUANTILES = {"q01": 0.01, "q10": 0.10, "q50": 0.50, "q90": 0.90, "q99": 0.99}
+
+Statistics = dict[str, NDArray[Any]]
+"""min, max, mean, std and quantiles, each of the shape of the feature, and count (1,)."""
+
 VERSION = "v3.0"
 """`codebase_version` of the layout."""
+
 DATA_PATH = "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
+
 EPISODES_PATH = "meta/episodes/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
 
 STATE = {
@@ -33,16 +38,62 @@ STATE = {
     "odometry": ("odometry.x", "odometry.y", "odometry.cosine", "odometry.sine"),
 }
 """Entries of the observation that make `observation.state`, in this order, and the names of their components."""
+
 SURROUNDINGS = {"lidar": "observation.environment_state"}
 """Feature of the entry that LeRobot's policies read as the state of the surroundings."""
+
 EXACT_DEPTH = "depth"
 """Feature with the depth in meters; its name keeps LeRobot's policies from reading it besides the video."""
+
 ACTIONS = ("forward", "turn", "stop")
+
 DESCRIBED = (
     *("task_id", "task", "level", "split", "policy", "floor", "floor_hash", "protocol", "seed", "goals", "radius"),
     *("success", "score", "ending", "shortest_path_length", "path_length", "time", "attempt"),
 )
 """Columns of the episodes that the metadata of LeRobot's episodes have, with "labgym/" before their names."""
+
+
+def statistics(values: NDArray[Any]) -> Statistics:
+    """Return the statistics of vectors (n, k) over their rows."""
+    values = np.asarray(values, np.float64)
+    return {
+        "min": values.min(axis=0),
+        "max": values.max(axis=0),
+        "mean": values.mean(axis=0),
+        "std": values.std(axis=0),
+        "count": np.array([len(values)]),
+        **{name: np.quantile(values, share, axis=0) for name, share in QUANTILES.items()},
+    }
+
+
+def picture_statistics(pictures: NDArray[np.uint8]) -> Statistics:
+    """Return the statistics of images (n, rows, columns, 3) by channel, (3, 1, 1), in shares of 255; count is n."""
+    channels = {name: each for name, each in statistics(pictures.reshape(-1, 3)).items() if name != "count"}
+    return {
+        **{name: each.reshape(3, 1, 1) / 255.0 for name, each in channels.items()},
+        "count": np.array([len(pictures)]),
+    }
+
+
+def aggregated(parts: Sequence[Statistics]) -> Statistics:
+    """Return the statistics of all episodes from those of each; quantiles are means weighted by count, as LeRobot's."""
+    counts = np.array([part["count"][0] for part in parts], np.float64)
+    weights = counts / counts.sum()
+
+    def weighted(name: str, values: Sequence[NDArray[Any]] | None = None) -> NDArray[Any]:
+        return np.tensordot(weights, np.stack([part[name] for part in parts] if values is None else values), axes=1)
+
+    mean = weighted("mean")
+    variance = weighted("", [part["std"] ** 2 + (part["mean"] - mean) ** 2 for part in parts])
+    return {
+        "min": np.min([part["min"] for part in parts], axis=0),
+        "max": np.max([part["max"] for part in parts], axis=0),
+        "mean": mean,
+        "std": np.sqrt(variance),
+        "count": np.array([int(counts.sum())]),
+        **{name: weighted(name) for name in QUANTILES},
+    }
 
 
 def lerobot_files(options: DriveOptions, shards: FinishedShards) -> Iterator[tuple[str, Content]]:

@@ -13,9 +13,9 @@ from labgym.datasets.card import card
 from labgym.datasets.lerobot_format import lerobot_files
 from labgym.datasets.minari_format import minari_files
 from labgym.datasets.options import DriveOptions
-from labgym.datasets.parquet_format import parquet_files
 from labgym.datasets.shard import attempts_of, make_shard
 from labgym.datasets.shards import FinishedShards
+from labgym.datasets.tables import parquet_bytes
 from labgym.documents import files_digest
 from labgym.errors import MissingDependencyError
 from labgym.eval.driving.runner import installed_catalog, open_driver, policy_fingerprint, policy_source
@@ -23,6 +23,8 @@ from labgym.policies.data.columns import arrow
 from labgym.policies.kernels import kernel_mode
 from labgym.runs import ExecutorOptions, RunFolder, RunIdentity, Shard, run_shards
 from labgym.runs.folder import Content
+
+EPISODES = "episodes.parquet"
 
 RECORDED = (
     "embreex",
@@ -36,19 +38,29 @@ RECORDED = (
     "shapely",
 )
 """Packages whose versions can change the bytes of a dataset."""
+
 PACKAGES = {
     "parquet": (),
     "minari": (("minari", "minari"), ("h5py", "h5py")),
     "lerobot": (("imageio_ffmpeg", "imageio-ffmpeg"),),
 }
 """Packages of each format, besides pyarrow: names for import and of the distribution."""
+
+
+CARD = "README.md"
+
+
+def parquet_files(options: DriveOptions, shards: FinishedShards) -> Iterator[tuple[str, Content]]:  # noqa: ARG001
+    """Yield the merged file, that of the episodes: the shards wrote `steps/*.parquet` themselves."""
+    yield EPISODES, parquet_bytes([shard.episodes for shard in shards])
+
+
 FILES: dict[str, Callable[[DriveOptions, FinishedShards], Iterator[tuple[str, Content]]]] = {
     "parquet": parquet_files,
     "minari": minari_files,
     "lerobot": lerobot_files,
 }
 """The merged files of each format."""
-CARD = "README.md"
 
 
 def make_drives(

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from labgym.datasets.driving import Drives, Episode, EpisodeFacts
-from labgym.datasets.lerobot_videos import lerobot_videos
+from labgym.datasets.driving import Drives, EpisodeFacts, RecordedEpisode
 from labgym.datasets.options import DriveOptions
 from labgym.datasets.tables import episode_table, parquet_bytes, step_table
+from labgym.datasets.video import lerobot_videos
 from labgym.eval.driving.shard import policy_process
 from labgym.eval.labnav.foresight import in_place
 from labgym.policies.process import PolicySource
@@ -61,7 +61,7 @@ def make_shard(options: DriveOptions, index: int, expert: PolicySource, files: s
     try:
         observation, action = drives.spaces
         for number in options.numbers(index):
-            episode: Episode = drives.episode(number)
+            episode: RecordedEpisode = drives.episode(number)
             steps.append(step_table(episode, observation, action))
             rows.append(episode_table(episode, observation, options))
             if options.format == "lerobot":

@@ -12,7 +12,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from labgym.datasets.driving import Episode
+from labgym.datasets.driving import RecordedEpisode
 from labgym.datasets.options import DriveOptions
 from labgym.envs.robot import ROBOT
 from labgym.errors import LabgymError
@@ -115,7 +115,7 @@ def episodes_schema(observation: spaces.Dict) -> pa.Schema:
     return pa.schema(columns, {"labgym": EPISODES_SCHEMA})
 
 
-def step_table(episode: Episode, observation: spaces.Dict, action: spaces.Box) -> pa.Table:
+def step_table(episode: RecordedEpisode, observation: spaces.Dict, action: spaces.Box) -> pa.Table:
     """Return the steps of an episode."""
     pa, steps, count = arrow(), episode.steps, len(episode.steps)
     schema = steps_schema(observation, action)
@@ -136,7 +136,7 @@ def step_table(episode: Episode, observation: spaces.Dict, action: spaces.Box) -
     return pa.table({name: columns[name] for name in schema.names}, schema=schema)
 
 
-def episode_table(episode: Episode, observation: spaces.Dict, options: DriveOptions) -> pa.Table:
+def episode_table(episode: RecordedEpisode, observation: spaces.Dict, options: DriveOptions) -> pa.Table:
     """Return the row of an episode."""
     pa, facts = arrow(), episode.facts
     schema = episodes_schema(observation)

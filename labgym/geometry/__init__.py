@@ -1,9 +1,10 @@
 """Oriented boxes, distances, overlaps and planar frames, independent of laboratories."""
 
 from labgym.geometry.boxes import BoxArray, OrientedBox, distance, pairwise_distance, pairwise_penetration, penetration
-from labgym.geometry.frames import compose, relative, rotate, to_local, to_world, wrap_angle
+from labgym.geometry.frames import Array, compose, relative, rotate, to_local, to_world, wrap_angle
 
 __all__ = [
+    "Array",
     "BoxArray",
     "OrientedBox",
     "compose",

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from labgym.envs.parts.endings import REST_DISTANCE
-from labgym.geometry import wrap_angle
+from labgym.geometry import Array, wrap_angle
 from labgym.navigation import Pose
-from labgym.policies.policy import EpisodeStart
-from labgym.policies.tracking import approach_speed, turn_towards, velocities_to_action
-
-Array = NDArray[np.float64]
+from labgym.policies.policy import EpisodeStart, Observation, Policy
+from labgym.policies.tracking import approach_speed, lengths_along, points_at, turn_towards, velocities_to_action
 
 DOCK_DISTANCE = 0.10
 """Greatest distance from a goal with a heading, meters."""
@@ -32,7 +31,7 @@ SETTLED = 10
 """Control steps that the robot rests at a goal with a heading before it says that it has arrived."""
 
 
-class Arrival:
+class GoalArrival:
     """Brings the robot to rest at its goal, by the policy's own estimate of the pose.
 
     Args:
@@ -94,15 +93,38 @@ class Arrival:
         return turn_towards(self._heading - pose[2], self._robot)
 
 
+class ArrivingPolicy(Policy):
+    """A policy that comes to rest at its goal by the odometry."""
+
+    _arrival: GoalArrival | None = None
+
+    def reset(self, episode: EpisodeStart) -> None:
+        """Store the robot and the goal."""
+        self._robot, self._arrival = episode.robot, GoalArrival(episode)
+
+    def act(self, observation: Observation) -> NDArray[np.floating[Any]]:
+        """Return the action of `drive`, slowed down near the goal."""
+        pose = planar_pose(observation["odometry"])
+        action = self.drive(observation, pose)
+        return action if self._arrival is None else self._arrival.limited(action, pose)
+
+    def stop(self, observation: Observation) -> bool:
+        """Whether the robot rests at the goal."""
+        pose = planar_pose(observation["odometry"])
+        return self._arrival is not None and self._arrival.reached(pose, observation["velocity"])
+
+    @abstractmethod
+    def drive(self, observation: Observation, pose: Pose) -> NDArray[np.floating[Any]]:
+        """Return the action (2,) that leads to the goal, for a robot at a pose in the start frame."""
+
+
 def shortened(path: Array, length: float) -> Array:
     """Return a polyline (n, 2) without its last `length` meters; its first point if it is shorter."""
-    steps = np.linalg.norm(np.diff(path, axis=0), axis=1)
-    along = np.concatenate([[0.0], np.cumsum(steps)])
+    along = lengths_along(path)
     end = along[-1] - length
     if end <= 0.0:
         return path[:1]
-    last = np.array([np.interp(end, along, path[:, axis]) for axis in range(2)])
-    return np.vstack([path[along < end - 1e-9], last])
+    return np.vstack([path[along < end - 1e-9], points_at(path, np.array([end]))])
 
 
 def planar_pose(odometry: NDArray[np.floating[Any]]) -> Pose:

@@ -8,16 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.errors import LabgymError
-from labgym.geometry import compose, wrap_angle
+from labgym.geometry import Array, compose, wrap_angle
 from labgym.navigation import PLANNING_RADIUS, Pose, ShortestPaths, occupancy
 from labgym.navigation.search_kernel import prepare
-from labgym.policies.arrival import Arrival, planar_pose, shortened
+from labgym.policies.arrival import GoalArrival, planar_pose, shortened
 from labgym.policies.gentle import GentleLimits
 from labgym.policies.grid_planner import GridPlanner
 from labgym.policies.policy import EpisodeStart, GroundTruth, Observation, Policy
 from labgym.policies.tracking import PathTracker, TrackingOptions, turn_towards
-
-Array = NDArray[np.float64]
 
 LONGER = 1.05
 """A path with more clearance is driven if it is at most this many times as long as the shortest one."""
@@ -44,7 +42,7 @@ class AStarPolicy(Policy):
         self._tracker: PathTracker | None = None
         self._start: Pose = (0.0, 0.0, 0.0)
         self._planned: tuple[str, GridPlanner] | None = None
-        self._arrival: Arrival | None = None
+        self._arrival: GoalArrival | None = None
 
     def reset(self, episode: EpisodeStart) -> None:
         """Plan from the true start to the true goal.
@@ -59,7 +57,7 @@ class AStarPolicy(Policy):
             self._planned = truth.layout.hash, GridPlanner(occupancy(truth.layout))
         self._start = truth.start
         path = self._planned[1].plan(truth.start[:2], truth.pair.goal[:2])
-        self._arrival = Arrival(episode)
+        self._arrival = GoalArrival(episode)
         if path is None or self._arrival.active:
             path = _or_exact(path, truth)
         self._tracker = None if path is None else _tracker(path, episode, self._arrival, truth.start)
@@ -81,7 +79,7 @@ class AStarPolicy(Policy):
         return planar_pose(observation["odometry"])
 
 
-def _tracker(path: Array, episode: EpisodeStart, arrival: Arrival, start: Pose) -> PathTracker:
+def _tracker(path: Array, episode: EpisodeStart, arrival: GoalArrival, start: Pose) -> PathTracker:
     """Return the tracker of a path in the room frame, which ends at rest in tasks of LabNav."""
     if not arrival.active:
         return PathTracker(path, episode.robot)

@@ -17,7 +17,7 @@ SHARE = 0.25
 """The robot is held up if it drives at less than this share of the commanded velocity."""
 
 
-class Blockage:
+class BlockageDetector:
     """Compares the commanded with the actual forward velocity.
 
     Args:

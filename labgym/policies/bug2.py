@@ -9,15 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.envs.robot import ROBOT, RobotSpec
-from labgym.geometry import wrap_angle
+from labgym.geometry import Array, wrap_angle
 from labgym.navigation import Pose
-from labgym.policies.arrival import Arrival, planar_pose
+from labgym.policies.arrival import ArrivingPolicy
 from labgym.policies.dwa import SHRINK, lidar_points, stopping_speed
-from labgym.policies.policy import EpisodeStart, Observation, Policy, Sensors
+from labgym.policies.policy import EpisodeStart, Observation, Sensors
 from labgym.policies.tracking import turn_towards, velocities_to_action
 from labgym.policies.via_point import straight_clearance
-
-Array = NDArray[np.float64]
 
 RADIUS = ROBOT.planning_radius
 """Radius of the disc that is kept clear, meters."""
@@ -35,7 +33,7 @@ BRAKING = 1.0
 """Deceleration that limits the speed towards obstacles, m/s2."""
 
 
-class Bug2Policy(Policy):
+class Bug2Policy(ArrivingPolicy):
     """Bug2 of V. J. Lumelsky and A. A. Stepanov (Algorithmica 2, 1987) with a lidar and a disc for a robot.
 
     The robot drives along the line from start to goal. Where an obstacle blocks it, it follows the obstacle's boundary,
@@ -52,29 +50,21 @@ class Bug2Policy(Policy):
         self._goal = (0.0, 0.0)
         self._hit: float | None = None
         self._direction = 0.0
-        self._arrival: Arrival | None = None
 
     def reset(self, episode: EpisodeStart) -> None:
         """Begin on the line from the start to the goal."""
-        self._robot, self._goal = episode.robot, episode.goal
+        super().reset(episode)
+        self._goal = episode.goal
         self._hit, self._direction = None, math.atan2(episode.goal[1], episode.goal[0])
-        self._arrival = Arrival(episode)
 
-    def act(self, observation: Observation) -> NDArray[np.floating[Any]]:
+    def drive(self, observation: Observation, pose: Pose) -> NDArray[np.floating[Any]]:
         """Choose a direction and drive in it."""
-        pose = planar_pose(observation["odometry"])
         points = lidar_points(np.asarray(observation["lidar"], dtype=np.float64))
         nearest = float(np.hypot(points[:, 0], points[:, 1]).min(initial=math.inf))
         radius = min(RADIUS, nearest - SHRINK)
         self._direction = self._chosen(pose, points, radius)
         bearing = wrap_angle(self._direction - pose[2])
-        action = self._driven(bearing, points, radius)
-        return action if self._arrival is None else self._arrival.limited(action, pose)
-
-    def stop(self, observation: Observation) -> bool:
-        """Whether the robot rests at the goal."""
-        pose = planar_pose(observation["odometry"])
-        return self._arrival is not None and self._arrival.reached(pose, observation["velocity"])
+        return self._driven(bearing, points, radius)
 
     def _chosen(self, pose: Pose, points: Array, radius: float) -> float:
         """Return the direction to drive in, radians in the start frame."""

@@ -12,10 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.envs.sensors import IMAGE_SHAPE, RANGE, pixel_slopes
 from labgym.errors import OptionError
-from labgym.geometry import to_world
+from labgym.geometry import Array, to_world
 from labgym.navigation import OBSTACLE_HEIGHT, RESOLUTION, OccupancyGrid, Pose
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Point = tuple[float, float]
 

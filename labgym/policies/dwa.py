@@ -12,16 +12,15 @@ from pydantic import Field
 
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.envs.sensors import LIDAR_RAYS, RANGE
-from labgym.geometry import rotate
+from labgym.geometry import Array, rotate
 from labgym.navigation import Pose
-from labgym.policies.arrival import Arrival, planar_pose
-from labgym.policies.blockage import Blockage
-from labgym.policies.options import PolicyOptions
-from labgym.policies.policy import EpisodeStart, Observation, Policy, Sensors
+from labgym.policies.arrival import ArrivingPolicy
+from labgym.policies.blockage import BlockageDetector
+from labgym.policies.options import NonNegative, PolicyOptions, Positive
+from labgym.policies.policy import EpisodeStart, Observation, Sensors
 from labgym.policies.tracking import turn_towards, velocities_to_action
 from labgym.policies.via_point import ViaPoints
 
-Array = NDArray[np.float64]
 Point = tuple[float, float]
 
 
@@ -32,8 +31,6 @@ SHRINK = 0.005
 """Margin by which the clear disc is smaller than the distance to the nearest return, meters."""
 
 
-Positive = Annotated[float, Field(gt=0.0)]
-Weight = Annotated[float, Field(ge=0.0)]
 Count = Annotated[int, Field(ge=2)]
 
 
@@ -52,17 +49,17 @@ class DwaOptions(PolicyOptions):
     """
 
     radius: Positive = ROBOT.planning_radius - 0.01
-    heading: Weight = 0.8
-    clearance: Weight = 0.15
-    velocity: Weight = 0.3
+    heading: NonNegative = 0.8
+    clearance: NonNegative = 0.15
+    velocity: NonNegative = 0.3
     far: Positive = 1.5
     horizon: Positive = 0.6
     braking: Positive = 1.0
     samples: tuple[Count, Count] = (7, 21)
-    turn_in_place: Weight = 1.2
+    turn_in_place: NonNegative = 1.2
 
 
-class DwaPolicy(Policy):
+class DwaPolicy(ArrivingPolicy):
     """The dynamic window approach of D. Fox, W. Burgard and S. Thrun (IEEE Robotics & Automation Magazine 4(1), 1997).
 
     Each step considers the pairs (v, w) that the accelerations allow within the step, keeps those from which the robot
@@ -91,31 +88,18 @@ class DwaPolicy(Policy):
         self._options = DwaOptions.of(options)
         self._robot: RobotSpec = ROBOT
         self._via = ViaPoints((0.0, 0.0))
-        self._blockage = Blockage()
+        self._blockage = BlockageDetector()
         self._path: Array | None = None
-        self._arrival: Arrival | None = None
 
     def reset(self, episode: EpisodeStart) -> None:
         """Store the goal and clear the via point."""
-        self._robot = episode.robot
+        super().reset(episode)
         self._via = ViaPoints(episode.goal)
-        self._blockage = Blockage(episode.robot)
+        self._blockage = BlockageDetector(episode.robot)
         self._path = None
-        self._arrival = Arrival(episode)
 
-    def act(self, observation: Observation) -> NDArray[np.floating[Any]]:
+    def drive(self, observation: Observation, pose: Pose) -> NDArray[np.floating[Any]]:
         """Choose a target in the scan and the best velocities towards it."""
-        pose = planar_pose(observation["odometry"])
-        action = self._towards_target(observation, pose)
-        return action if self._arrival is None else self._arrival.limited(action, pose)
-
-    def stop(self, observation: Observation) -> bool:
-        """Whether the robot rests at the goal."""
-        pose = planar_pose(observation["odometry"])
-        return self._arrival is not None and self._arrival.reached(pose, observation["velocity"])
-
-    def _towards_target(self, observation: Observation, pose: Pose) -> NDArray[np.floating[Any]]:
-        """Return the action towards the target of the present scan."""
         points = lidar_points(np.asarray(observation["lidar"], dtype=np.float64))
         nearest = float(np.hypot(points[:, 0], points[:, 1]).min(initial=math.inf))
         # If something is already nearer than the radius, keep at least the present distance.

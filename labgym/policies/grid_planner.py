@@ -7,14 +7,13 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from labgym.geometry import Array
 from labgym.navigation import PLANNING_RADIUS, OccupancyGrid, astar
 
 STRIDE = 3
 """The taut path connects every third cell of the grid path."""
 
-Array = NDArray[np.float64]
 Point = tuple[float, float]
 
 

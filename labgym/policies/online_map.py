@@ -13,26 +13,22 @@ from pydantic import Field
 
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.envs.sensors import RANGE
-from labgym.geometry import wrap_angle
+from labgym.geometry import Array, wrap_angle
 from labgym.navigation import PLANNING_RADIUS, OccupancyGrid, Pose, distance_field
 from labgym.navigation.search_kernel import prepare
-from labgym.policies.arrival import Arrival, planar_pose
-from labgym.policies.blockage import Blockage
+from labgym.policies.arrival import ArrivingPolicy
+from labgym.policies.blockage import BlockageDetector
 from labgym.policies.depth_map import DepthMap, KnownFloor
 from labgym.policies.grid_planner import GridPlanner, PlannerOptions
-from labgym.policies.options import PolicyOptions
-from labgym.policies.policy import EpisodeStart, Observation, Policy, Sensors
+from labgym.policies.options import NonNegative, PolicyOptions, Positive
+from labgym.policies.policy import EpisodeStart, Observation, Sensors
 from labgym.policies.tracking import PathTracker, velocities_to_action
 
-Array = NDArray[np.float64]
 Point = tuple[float, float]
 
 
 SETTLED = 0.5
 """Turn rate below which the robot sets off after looking around, rad/s: faster, it would leave its path."""
-
-Positive = Annotated[float, Field(gt=0.0)]
-Weight = Annotated[float, Field(ge=0.0)]
 
 
 class OnlineMapOptions(PolicyOptions):
@@ -49,15 +45,15 @@ class OnlineMapOptions(PolicyOptions):
             about its axis.
     """
 
-    unknown: Weight = 0.5
+    unknown: NonNegative = 0.5
     radii: Annotated[tuple[Positive, ...], Field(min_length=1)] = (PLANNING_RADIUS, ROBOT.chassis_radius + 0.01)
     comfort: Positive = 0.6
     replan: Annotated[int, Field(ge=1)] = 10
-    margin: Weight = 1.0
-    bump: Weight = 0.5
+    margin: NonNegative = 1.0
+    bump: NonNegative = 0.5
 
 
-class OnlineMapPolicy(Policy):
+class OnlineMapPolicy(ArrivingPolicy):
     """Maps the floor with the depth camera and plans on the map; unseen floor is passable at a cost. Not privileged.
 
     The robot turns in place at the start, towards the goal first, until the cheapest path to the goal lies on seen
@@ -88,33 +84,21 @@ class OnlineMapPolicy(Policy):
         self._map = DepthMap(RANGE)
         self._route = _Route.none()
         self._look: _LookAround | None = None
-        self._blockage = Blockage()
+        self._blockage = BlockageDetector()
         self._age = 0
-        self._arrival: Arrival | None = None
 
     def reset(self, episode: EpisodeStart) -> None:
         """Begin with an empty map in the start frame."""
-        self._robot, self._goal = episode.robot, episode.goal
+        super().reset(episode)
+        self._goal = episode.goal
         self._map = DepthMap(math.hypot(*episode.goal) + RANGE, episode.robot, noisy=episode.task.noise)
         self._route = _Route.none()
         self._look = _LookAround(math.atan2(episode.goal[1], episode.goal[0]), episode.robot)
-        self._blockage = Blockage(episode.robot)
+        self._blockage = BlockageDetector(episode.robot)
         self._age = self._options.replan
-        self._arrival = Arrival(episode)
 
-    def act(self, observation: Observation) -> NDArray[np.floating[Any]]:
+    def drive(self, observation: Observation, pose: Pose) -> NDArray[np.floating[Any]]:
         """Add the depth image to the map, replan if due, and follow the path."""
-        pose = planar_pose(observation["odometry"])
-        action = self._mapped(observation, pose)
-        return action if self._arrival is None else self._arrival.limited(action, pose)
-
-    def stop(self, observation: Observation) -> bool:
-        """Whether the robot rests at the goal."""
-        pose = planar_pose(observation["odometry"])
-        return self._arrival is not None and self._arrival.reached(pose, observation["velocity"])
-
-    def _mapped(self, observation: Observation, pose: Pose) -> NDArray[np.floating[Any]]:
-        """Return the action by the map with the present depth image."""
         fresh = self._map.add(observation["depth"], pose)
         self._age += 1
         v, w = (float(value) for value in observation["velocity"])

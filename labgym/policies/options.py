@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Self
+from typing import Annotated, Any, Self
 
-from pydantic import ValidationError
+from pydantic import Field, ValidationError
 
+from labgym.counts import MAX_COUNT, MAX_PROCESSES
 from labgym.documents import Record
 from labgym.errors import OptionError, UnknownArgumentError
+
+Count = Annotated[int, Field(ge=1, le=MAX_COUNT)]
+Positive = Annotated[float, Field(gt=0.0)]
+NonNegative = Annotated[float, Field(ge=0.0)]
+Share = Annotated[float, Field(ge=0.0, le=1.0)]
 
 
 class PolicyOptions(Record):
@@ -49,3 +55,26 @@ class PolicyOptions(Record):
             f"options are a {type(options).__name__}; expected {cls.__name__} or a mapping of option names to values, "
             f"of: {', '.join(cls.model_fields)}"
         )
+
+
+class TrainOptions(Record):
+    """Options that all planners are trained with.
+
+    Attributes:
+        epochs: passes over the training samples.
+        batch: samples per gradient step.
+        rate, decay: learning rate and weight decay of AdamW.
+        held_out: share of the layouts, the last ones, that is used for validation and not trained on.
+        samples: number of samples of the dataset to use; None uses all.
+        threads: torch threads; the last bits of the weights depend on it.
+        seed: random seed of the initial weights, the sample order, mirroring and noise.
+    """
+
+    epochs: Count
+    batch: Count
+    rate: Positive
+    decay: NonNegative = 1e-3
+    held_out: Annotated[float, Field(ge=0.0, lt=1.0)]
+    samples: Count | None = None
+    threads: Annotated[int, Field(ge=1, le=MAX_PROCESSES)] = 1
+    seed: Annotated[int, Field(ge=0, lt=2**53)] = 0

@@ -7,17 +7,15 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.errors import OptionError
-from labgym.geometry import rotate, wrap_angle
+from labgym.geometry import Array, rotate, wrap_angle
 from labgym.policies.gentle import GentleCommands, GentleLimits
 
 if TYPE_CHECKING:
     from labgym.navigation import Pose
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -100,7 +98,7 @@ class PathTracker:
                 lateral_acceleration=min(self._options.lateral_acceleration, self._commands.limits.lateral),
                 braking=min(self._options.braking, 0.8 * self._commands.limits.acceleration),
             )
-        self._points = _resampled(points)
+        self._points = points[-1:] if lengths_along(points)[-1] < 1e-9 else resampled(points, SPACING)
         self._speeds = _speed_limits(self._points, robot, self._options)
         self._place = 0
         self._turning = turning
@@ -203,14 +201,21 @@ def _turn_rate(bearing: float, robot: RobotSpec) -> float:
     return math.copysign(min(robot.w_max, rest, abs(bearing) / robot.control_dt), bearing)
 
 
-def _resampled(points: Array) -> Array:
-    """Return the polyline at even steps of about 2 cm, with the same ends."""
-    lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    along = np.concatenate([[0.0], np.cumsum(lengths)])
-    if along[-1] < 1e-9:
-        return points[-1:]
-    steps = np.linspace(0.0, along[-1], max(2, math.ceil(along[-1] / SPACING) + 1))
-    return np.column_stack([np.interp(steps, along, points[:, axis]) for axis in range(2)])
+def lengths_along(points: Array) -> Array:
+    """Return the length of a polyline (n, 2) up to each of its points, (n,)."""
+    return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+
+
+def points_at(points: Array, lengths: Array) -> Array:
+    """Return the points (m, 2) at lengths (m,) along a polyline (n, 2)."""
+    along = lengths_along(points)
+    return np.column_stack([np.interp(lengths, along, points[:, axis]) for axis in range(2)])
+
+
+def resampled(points: Array, step: float) -> Array:
+    """Return a polyline (n, 2) at even steps of about `step` meters, with the same ends."""
+    length = lengths_along(points)[-1]
+    return points_at(points, np.linspace(0.0, length, max(2, math.ceil(length / step) + 1)))
 
 
 def _speed_limits(points: Array, robot: RobotSpec, options: TrackingOptions) -> Array:

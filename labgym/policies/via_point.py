@@ -8,10 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.geometry import rotate, to_local
+from labgym.geometry import Array, rotate, to_local
 from labgym.navigation import Pose
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Point = tuple[float, float]
 

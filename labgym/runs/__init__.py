@@ -1,10 +1,9 @@
 """Long runs as independent shards: identity, ledger, executors, resume and provenance; it knows nothing of layouts."""
 
 from labgym.runs.blobs import Blob
-from labgym.runs.code import code_digest
 from labgym.runs.executors import ExecutorOptions, open_executor
 from labgym.runs.folder import RunFolder
-from labgym.runs.identity import RunIdentity
+from labgym.runs.identity import RunIdentity, code_digest
 from labgym.runs.provenance import RunProvenance, provenance
 from labgym.runs.shards import Shard, ShardOutput, run_shards
 

@@ -9,9 +9,8 @@ from contextlib import contextmanager
 from typing import Any
 
 from labgym.errors import LabgymError, MissingDependencyError, OptionError
-from labgym.runs.addresses import check_address
 from labgym.runs.blobs import Blob, dumps, loads
-from labgym.runs.executors import Workers
+from labgym.runs.executors import Workers, check_address
 
 CONNECT_SECONDS = 30
 SHARDS_PER_WORKER = 3

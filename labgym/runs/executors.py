@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ipaddress
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor, Future
 from contextlib import AbstractContextManager, contextmanager
@@ -9,14 +10,45 @@ from dataclasses import dataclass, field
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Literal
+from urllib.parse import urlsplit
 
 from labgym.counts import MAX_PROCESSES, whole_number
 from labgym.errors import MissingDependencyError, OptionError
-from labgym.runs.addresses import check_address
 
 PACKAGES = {"dask": "distributed", "slurm": "submitit"}
 """Package of the executors that are extras of their name."""
+
 ExecutorKind = Literal["local", "dask", "slurm"]
+
+
+def check_address(address: str) -> str:
+    """Return the scheme of a scheduler's address: "tcp" or "tls".
+
+    Anybody who reaches a scheduler can run any code on its workers, so that plain TCP is limited to loopback.
+
+    Raises:
+        OptionError: the address is not like tcp://127.0.0.1:8786, or is beyond loopback without TLS.
+    """
+    try:
+        parts = urlsplit(address)
+        port = parts.port
+    except ValueError:
+        parts, port = urlsplit(""), None
+    if parts.scheme not in ("tcp", "tls") or not parts.hostname or not port:
+        raise OptionError(f"scheduler is {address[:80]!r}, expected an address such as tcp://127.0.0.1:8786")
+    if parts.scheme == "tcp" and not _is_loopback(parts.hostname):
+        raise OptionError(
+            f"scheduler {address} is not on this machine and has no TLS: anybody who reaches it can run code on its "
+            "workers; use tls:// with certificates (docs/scale.md), or an SSH tunnel to 127.0.0.1"
+        )
+    return parts.scheme
+
+
+def _is_loopback(host: str) -> bool:
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
 
 
 @dataclass(frozen=True)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import fcntl
 import hashlib
 import os
 import shutil
+import socket
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
@@ -15,21 +17,67 @@ from labgym.documents import Document, append_text, canonical_hash, folder_path,
 from labgym.errors import LabgymError, OptionError
 from labgym.runs.identity import IDENTITY_FILE, REMEDY, RunIdentity, read_identity, refusal
 from labgym.runs.ledger import LEDGER_FILE, Ledger, LedgerEntry
-from labgym.runs.lock import LOCK_FILE, only_writer
 from labgym.runs.manifest import MANIFEST_FILE, RunManifest, file_digest
 from labgym.runs.provenance import PROVENANCE_FILE, provenance
 from labgym.temporary import PREFIX, sweep
 
+LOCK_FILE = ".lock"
+
 SHARDS = "shards"
 """Folder of the shard files that are merged: `finish` removes it."""
+
 RESERVED = (IDENTITY_FILE, LEDGER_FILE, MANIFEST_FILE, LOCK_FILE, PROVENANCE_FILE)
 
-
 Content = bytes | Iterable[bytes]
+
 Files = Mapping[str, Content] | Iterable[tuple[str, Content]]
+
 THREADS = 8
+
 PER_CALL = 200
 """Files that a thread removes before it takes the next ones."""
+
+
+@contextmanager
+def only_writer(folder: Path) -> Iterator[None]:
+    """Hold the lock of a folder, which is created if it does not exist.
+
+    The lock is a `flock` on the empty file `.lock`; the kernel releases it when the process dies.
+
+    Raises:
+        OptionError: another process holds the lock, or the path is not a folder.
+    """
+    handle = _lock(folder)
+    try:
+        os.ftruncate(handle, 0)
+        os.write(handle, f"process {os.getpid()} on {socket.gethostname()}".encode())
+        yield
+    finally:
+        os.ftruncate(handle, 0)
+        os.close(handle)
+
+
+def _lock(folder: Path) -> int:
+    path = folder / LOCK_FILE
+    while True:
+        if folder.exists() and not folder.is_dir():
+            raise OptionError(f"{folder} is not a folder; name another one")
+        folder.mkdir(parents=True, exist_ok=True)
+        try:
+            handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
+        except FileNotFoundError:
+            continue  # Moved aside since the line above.
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if path.exists() and os.path.samestat(os.fstat(handle), path.stat()):
+                return handle
+            os.close(handle)
+        except BlockingIOError:
+            writer = os.pread(handle, 200, 0).decode(errors="replace") or "another process"
+            os.close(handle)
+            raise OptionError(
+                f"{folder} is in use: {writer} writes into it; wait for it, or choose another folder"
+            ) from None
 
 
 def remove_folder(folder: Path) -> None:

@@ -2,19 +2,45 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
+from functools import cache
 from pathlib import Path
 from typing import Any, ClassVar
 
 from pydantic import ValidationError, field_validator
 
+import labgym
+from labgym.artefacts import artefacts
 from labgym.documents import Document, canonical_hash, document_error, parse_json, read_json
-from labgym.runs.code import code_digest
+
+SOURCES = (".py", ".j2")
 
 IDENTITY_FILE = "run.json"
+
 REMEDY = "choose another folder, or move the old one aside and start anew with --fresh"
+
 MAX_PRINTED = 40
 """Longest value that a refusal prints, characters of JSON."""
+
+
+@cache
+def code_digest() -> str:
+    """Return the SHA-256 of the package's sources and templates and of the JSON files of the assets.
+
+    Paths are hashed relative to the package and to the artefact folder, so that a checkout and a wheel of the same
+    version have the same digest. Published layouts, suites and weights are not included: a run names those that it
+    uses by their own hashes.
+    """
+    package = Path(labgym.__file__).resolve().parent
+    assets = artefacts("assets")
+    sources = [path for path in package.rglob("*") if path.suffix in SOURCES]
+    files = {path.relative_to(package).as_posix(): path for path in sources if "_artefacts" not in path.parts}
+    files |= {f"assets/{path.relative_to(assets).as_posix()}": path for path in assets.rglob("*.json")}
+    digest = hashlib.sha256()
+    for name in sorted(files):
+        digest.update(f"{name}\0{hashlib.sha256(files[name].read_bytes()).hexdigest()}\n".encode())
+    return digest.hexdigest()
 
 
 class RunIdentity(Document):

@@ -4,22 +4,92 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import signal
 import sys
+import threading
+import traceback
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
 from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
 from multiprocessing.reduction import ForkingPickler
 from multiprocessing.util import Finalize
 from queue import Empty, SimpleQueue
 from threading import Lock, Thread
 from typing import Any
 
-from labgym.runs.orphans import kill_worker
-from labgym.runs.worker import serve
+from labgym.errors import LabgymError
+
+PERIOD = 1.0
+"""Time between two looks at the parent, seconds."""
 
 THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS")
 """Set to 1 in workers: the cores are shared by processes, and sums do not depend on the number of cores."""
+
+
+def begin_worker() -> None:
+    """Tie this process, started by `multiprocessing`, to its parent; call it first in the worker.
+
+    The worker leads a separate process group: Ctrl-C in a terminal reaches the coordinator alone, and the processes
+    that the worker starts end with it. A thread waits for the end of a pipe that the parent holds, or for another
+    process to become this one's parent (processes that the parent forked hold the pipe too), and then kills the group.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    os.setpgid(0, 0)
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        threading.Thread(target=_end_with, args=(parent,), name="parent watch", daemon=True).start()
+
+
+def kill_worker(process: BaseProcess) -> None:
+    """Kill a worker that called `begin_worker`, and the processes that it started."""
+    if process.pid is None:
+        return
+    with suppress(ProcessLookupError, PermissionError):
+        os.killpg(process.pid, signal.SIGKILL)
+    with suppress(ValueError, ProcessLookupError):
+        process.kill()  # A worker that is still starting has no group yet.
+
+
+def _end_with(parent: BaseProcess) -> None:
+    while os.getppid() == parent.pid and parent.is_alive():
+        parent.join(PERIOD)
+    os.killpg(0, signal.SIGKILL)
+
+
+def serve(pipe: Connection) -> None:
+    """Run the calls that come through a pipe, until it ends.
+
+    An answer is a pair: whether the call returned, and its result or else its exception, with the traceback as a note.
+    """
+    begin_worker()
+    os.set_inheritable(pipe.fileno(), False)  # Else a process that a task leaves behind would keep the pipe open.
+    while True:
+        try:
+            task = pipe.recv_bytes()
+        except EOFError:
+            return
+        pipe.send_bytes(_answer(task))
+
+
+def _answer(task: bytes) -> memoryview:
+    try:
+        function, arguments, keywords = ForkingPickler.loads(task)
+        return ForkingPickler.dumps((True, function(*arguments, **keywords)))
+    except Exception as error:  # noqa: BLE001 -- the coordinator raises it again
+        if not isinstance(error, LabgymError):
+            error.add_note(f"in the worker:\n{traceback.format_exc()}")
+        return _pickled(error)
+
+
+def _pickled(error: Exception) -> memoryview:
+    try:
+        answer = ForkingPickler.dumps((False, error))
+        ForkingPickler.loads(answer)
+    except Exception:  # noqa: BLE001 -- the exception's class may raise anything when it is pickled
+        return ForkingPickler.dumps((False, RuntimeError(f"{type(error).__name__}: {error}")))
+    return answer
 
 
 class WorkerLostError(Exception):

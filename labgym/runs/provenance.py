@@ -40,7 +40,7 @@ INSTRUCTION_SETS = ("avx512f", "avx2", "avx", "sse4_2", "asimd", "neon")
 """Flags of /proc/cpuinfo, the widest instruction set first."""
 
 
-class Host(Record):
+class MachineFacts(Record):
     """The machine of a process.
 
     Attributes:
@@ -77,7 +77,7 @@ class RunProvenance(Record):
     versions: dict[str, str]
     commit: str | None
     dirty: bool | None
-    host: Host
+    host: MachineFacts
     started: str
     kernels: dict[str, str | int] | None = None
 
@@ -115,13 +115,13 @@ def versions() -> dict[str, str]:
     return installed
 
 
-def host() -> Host:
+def host() -> MachineFacts:
     """Return the facts of this machine and process."""
     cpu, flags = _processor()
     cores = len(os.sched_getaffinity(0))
     torch = sys.modules.get("torch")
     threads = torch.get_num_threads() if torch is not None else os.environ.get("OMP_NUM_THREADS", "")
-    return Host(
+    return MachineFacts(
         name=platform.node(),
         system=f"{platform.system()} {platform.machine()}",
         cpu=cpu,

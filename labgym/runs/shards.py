@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
@@ -14,10 +15,44 @@ from tqdm import tqdm
 from labgym.errors import LabgymError
 from labgym.runs.executors import ExecutorOptions, Workers, open_executor
 from labgym.runs.folder import RunFolder
-from labgym.runs.guard import Digests, Guard
+from labgym.runs.identity import code_digest
+
+Digests = Mapping[str, Callable[[], str]]
+"""Functions of modules, each of which returns a digest, by the name that a refusal prints."""
 
 MAX_DEATHS = 3
 """Number of workers that may die of the same shard."""
+
+
+@dataclass(frozen=True)
+class Guard:
+    """The digests of the coordinator.
+
+    Attributes:
+        digests: name, function and the coordinator's digest.
+    """
+
+    digests: tuple[tuple[str, Callable[[], str], str], ...]
+
+    @classmethod
+    def of(cls, digests: Digests) -> Guard:
+        """Return the guard of this process: its code and further digests."""
+        functions: dict[str, Callable[[], str]] = {"code": code_digest, **digests}
+        return cls(tuple((name, function, function()) for name, function in functions.items()))
+
+    def call(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
+        """Return the result of a call if this process has the coordinator's digests.
+
+        Raises:
+            LabgymError: a digest differs.
+        """
+        for name, digest, expected in self.digests:
+            if (own := digest()) != expected:
+                raise LabgymError(
+                    f"the worker on {socket.gethostname()} has another {name} (digest {own[:12]}, expected "
+                    f"{expected[:12]}): install the same version of labgym and the same assets there"
+                )
+        return function(*arguments)
 
 
 @dataclass(frozen=True)
@@ -76,6 +111,7 @@ def run_shards(
     title: str = "",
     unit: str = "",
     guard: Digests | None = None,
+    *,
     total: int | None = None,
     progress: bool = True,
 ) -> Iterator[tuple[Shard, ShardOutput]]:

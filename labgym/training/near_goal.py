@@ -9,14 +9,14 @@ from gymnasium import spaces
 from stable_baselines3.common.vec_env import VecEnv, VecEnvWrapper
 
 from labgym.errors import OptionError
-from labgym.policies.adapters.near_goal import SCALE, near_goal
+from labgym.policies.adapters.inputs import SCALE, near_goal
 
 NEAR_GOAL = "near_goal"
 """Name of the entry."""
 
 
 class NearGoal(VecEnvWrapper):
-    """Environments whose observation has the entry `near_goal`, as `labgym.policies.adapters.near_goal`.
+    """Environments whose observation has the entry `near_goal`, as `labgym.policies.adapters.inputs`.
 
     Args:
         venv: environments that observe `goal`.

@@ -8,7 +8,7 @@ from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 from torch import Tensor
 
 from labgym.envs.sensors import LIDAR_RAYS
-from labgym.policies.adapters.near_goal import NEAR, SCALE
+from labgym.policies.adapters.inputs import NEAR, SCALE
 
 INPUTS: tuple[str, ...] = ("goal", "near_goal", "velocity", "lidar")
 """The features, in their order, as inputs of a policy."""

@@ -18,7 +18,7 @@ from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 from labgym.documents import write_json, write_text
 from labgym.errors import LabgymError, OptionError
 from labgym.layouts.batch import catalog_digest
-from labgym.policies.learned.training_run import finish, train_identity
+from labgym.policies.learned.training_loop import finish, train_identity
 from labgym.runs import RunFolder
 from labgym.training.environments import make_environments
 from labgym.training.export import actor_of, save_policy

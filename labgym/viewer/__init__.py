@@ -1,22 +1,20 @@
 """Watch policies drive, or drive by keyboard, in a web browser of this machine."""
 
-from labgym.viewer.console import Command, Console
-from labgym.viewer.episodes import Episode, episodes_of
+from labgym.viewer.console import Command, Console, KeyboardDriver, LabNavKeyboardDriver
+from labgym.viewer.episodes import ViewerEpisode, episodes_of
 from labgym.viewer.labnav import LabNavShow, LabNavWatch
-from labgym.viewer.person import LabNavPerson, Person
-from labgym.viewer.server import ViewerServer
-from labgym.viewer.session import run_viewer
+from labgym.viewer.server import ViewerServer, run_viewer
 from labgym.viewer.show import Show
 
 __all__ = [
     "Command",
     "Console",
-    "Episode",
-    "LabNavPerson",
+    "KeyboardDriver",
+    "LabNavKeyboardDriver",
     "LabNavShow",
     "LabNavWatch",
-    "Person",
     "Show",
+    "ViewerEpisode",
     "ViewerServer",
     "episodes_of",
     "run_viewer",

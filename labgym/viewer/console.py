@@ -6,9 +6,13 @@ import threading
 import time
 from typing import Annotated
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field
 
 from labgym.documents import Record
+from labgym.policies import EpisodeStart
+from labgym.policies.policy import Observation, Policy
 
 KEY_LIFE = 0.6
 """Seconds after which a driving command without a successor ends; the page repeats commands while a key is down."""
@@ -139,3 +143,46 @@ class Console:
                 if left <= 0.0 and not self.paused:
                     return
                 self._changed.wait(0.5 if self.paused else min(left, 0.5))
+
+
+class KeyboardDriver(Policy):
+    """Drives by the keys that a page reports.
+
+    The page shows the whole laboratory, the shortest path and the sensors: a person has the map.
+
+    Args:
+        console: receives the keys.
+    """
+
+    name = "person"
+    privileged = True
+
+    def __init__(self, console: Console) -> None:
+        self._console = console
+
+    def reset(self, episode: EpisodeStart) -> None:
+        """Do nothing: a person sees the new episode on the page."""
+
+    def act(self, observation: Observation) -> NDArray[np.float32]:  # noqa: ARG002
+        """Return the action of the keys that are down."""
+        return np.array(self._console.action, dtype=np.float32)
+
+
+class LabNavKeyboardDriver(KeyboardDriver):
+    """Drives an episode of LabNav, and gives STOP.
+
+    The page shows the floor as it is, people, glass and the true pose, so that rows are of the privileged track.
+
+    Args:
+        console: receives the keys.
+    """
+
+    foresees = True
+
+    def reset(self, episode: EpisodeStart) -> None:  # noqa: ARG002
+        """Forget a STOP of the drive before."""
+        self._console.take_stop()
+
+    def stop(self, observation: Observation) -> bool:  # noqa: ARG002
+        """Return whether STOP was given since the last step."""
+        return self._console.take_stop()

@@ -17,7 +17,7 @@ from labgym.suites import Suite
 
 
 @dataclass(frozen=True, eq=False)
-class Episode:
+class ViewerEpisode:
     """An episode that can be driven: an assignment in a layout."""
 
     layout: Layout
@@ -31,16 +31,16 @@ class Episode:
         return f"{self.layout.id}: {pair.start_location} to {pair.goal_location}{repeat}"
 
 
-def episodes_of(layouts: Sequence[Layout], suite: Suite) -> tuple[Episode, ...]:
+def episodes_of(layouts: Sequence[Layout], suite: Suite) -> tuple[ViewerEpisode, ...]:
     """Return the episodes of a suite in layouts, in the order in which an evaluation drives them.
 
     Raises:
         LabgymError: a layout has no protocol, or does not place one of its locations.
     """
-    return tuple(Episode(layout, one) for layout in layouts for one in assignments(layout, suite))
+    return tuple(ViewerEpisode(layout, one) for layout in layouts for one in assignments(layout, suite))
 
 
-def description(episode: Episode, success_distance: float) -> dict[str, Any]:
+def description(episode: ViewerEpisode, success_distance: float) -> dict[str, Any]:
     """Return what the page draws of an episode: its ends, its shortest path and the plan; meters, room frame."""
     layout, pair = episode.layout, episode.assignment.pair
     path = ShortestPaths(layout).path(pair.start[:2], pair.goal[:2])

@@ -30,8 +30,8 @@ from labgym.navigation import OBSTACLE_HEIGHT
 from labgym.scenes.mesh import MATERIAL_NAMES, SceneMesh
 from labgym.viewer.console import Console
 from labgym.viewer.episodes import plan_of
-from labgym.viewer.moment import Senses
-from labgym.viewer.show import AnotherEpisodeError, Stage
+from labgym.viewer.moment import PageSenses
+from labgym.viewer.show import AnotherEpisodeError, PacedShow
 
 ADDED, PUSHED, GLASS = "#e0561b", "#f5b041", "#00a6c8"
 """Colors on the plan of what is not on the map, of things that can be pushed, and of glass."""
@@ -97,11 +97,11 @@ class LabNavWatch:
         return f"{self.name}-{self.level}/{self.episode.key}"
 
 
-class LabNavShow(Stage):
+class LabNavShow(PacedShow):
     """Drives episodes of LabNav.
 
     Args:
-        episodes: the episodes. driver: the policy, or a `LabNavPerson`. label: its name.
+        episodes: the episodes. driver: the policy, or a `LabNavKeyboardDriver`. label: its name.
         console: the commands of the page. seed: random seed of the policy.
         finished: receives every finished drive.
         waits: whether the driver is a person, for whom the clock waits.
@@ -114,6 +114,7 @@ class LabNavShow(Stage):
         driver: LabNavDriver,
         label: str,
         console: Console,
+        *,
         seed: int = 0,
         finished: Callable[[LabNavDrive], None] = lambda _: None,
         waits: bool = False,
@@ -124,7 +125,7 @@ class LabNavShow(Stage):
         self.episodes = episodes
         self._driver, self._seed, self._finished = driver, seed, finished
         self._seconds, self._suite = seconds, suite
-        self._senses = Senses()
+        self._senses = PageSenses()
         self._shapes: list[Shape] = []
 
     @property

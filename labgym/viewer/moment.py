@@ -59,7 +59,7 @@ class Moment:
         return asdict(self)
 
 
-class Senses:
+class PageSenses:
     """The sensors whose readings the page shows, whatever the driver reads."""
 
     def __init__(self) -> None:

@@ -17,7 +17,7 @@ from labgym.eval.labnav.suites import LabNavSuite
 from labgym.eval.labnav.summary import summarise
 from labgym.layouts import Layout
 from labgym.suites import Suite
-from labgym.viewer.episodes import Episode
+from labgym.viewer.episodes import ViewerEpisode
 
 
 class DriveRecords:
@@ -34,7 +34,7 @@ class DriveRecords:
         OptionError: the folder has episodes.
     """
 
-    def __init__(self, folder: Path, episodes: Sequence[Episode], suite: Suite, label: str) -> None:
+    def __init__(self, folder: Path, episodes: Sequence[ViewerEpisode], suite: Suite, label: str) -> None:
         _check_empty(folder)
         self._folder, self._expected, self._suite, self._label = folder, len(episodes), suite, label
         self._layouts: dict[str, Layout] = {episode.layout.id: episode.layout for episode in episodes}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import threading
+from collections.abc import Callable
 from email.message import Message
 from http import HTTPStatus
 from importlib.resources import files
@@ -14,21 +15,26 @@ from pydantic import ValidationError
 
 from labgym.documents import parse_json
 from labgym.errors import DocumentError, LabgymError
-from labgym.policies.http.bounded import BoundedHandler, BoundedServer
+from labgym.policies.http.slots import BoundedHandler, BoundedServer
 from labgym.scenes.files import glb_bytes
 from labgym.viewer.console import Command
 from labgym.viewer.robot_glb import robot_glb
-from labgym.viewer.show import Stage
+from labgym.viewer.show import PacedShow
 
 HOST = "127.0.0.1"
+
 MAX_BODY = 1024
 """Largest command, bytes."""
+
 MAX_STREAMS = 6
 """Largest number of pages that watch."""
+
 ANSWER_TIME = 10.0
 """Seconds within which a page must read a message."""
+
 HEARTBEAT = 1.0
 """Seconds without a control step after which a page receives an empty message."""
+
 SCENES = 4
 """Number of layouts whose scene stays in memory."""
 
@@ -39,13 +45,16 @@ TYPES = {
     ".svg": "image/svg+xml",
     ".txt": "text/plain; charset=utf-8",
 }
+
 PAGE = {"/": "index.html"} | {f"/{name}": name for name in ("viewer.js", "plan.js", "viewer.css", "three.min.js")}
 """File of each path of the page."""
+
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self' blob:; img-src 'self' data: blob:; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
 """Content security policy: the page loads nothing from elsewhere."""
+
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 
 
@@ -87,7 +96,7 @@ class ViewerServer(BoundedServer):
         OptionError: the port is not available.
     """
 
-    def __init__(self, show: Stage, port: int = 8000) -> None:
+    def __init__(self, show: PacedShow, port: int = 8000) -> None:
         self.show = show
         self.streams = threading.BoundedSemaphore(MAX_STREAMS)
         self.closing = threading.Event()
@@ -250,3 +259,25 @@ class _Handler(BoundedHandler):
 
 def _type(name: str) -> str:
     return TYPES[Path(name).suffix]
+
+
+def run_viewer(show: PacedShow, port: int, first: int = 0, opened: Callable[[str], None] = lambda _: None) -> None:
+    """Serve a show on loopback and drive it in this thread until an exception such as KeyboardInterrupt ends it.
+
+    Args:
+        port: port to listen on; 0 takes a free one.
+        first: number of the first episode.
+        opened: receives the URL of the page.
+
+    Raises:
+        OptionError: the port is not available.
+    """
+    with ViewerServer(show, port) as server:
+        thread = threading.Thread(target=server.serve_forever, name="viewer", daemon=True)
+        thread.start()
+        try:
+            opened(server.url)
+            show.run(first)
+        finally:
+            server.shutdown()
+            thread.join()

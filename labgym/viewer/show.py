@@ -16,14 +16,14 @@ from labgym.layouts import Layout
 from labgym.policies.policy import Driver
 from labgym.suites import Suite
 from labgym.viewer.console import Console
-from labgym.viewer.episodes import Episode, description
-from labgym.viewer.moment import Moment, Senses, outcome
+from labgym.viewer.episodes import ViewerEpisode, description
+from labgym.viewer.moment import Moment, PageSenses, outcome
 
 PAUSE = 4.0
 """Seconds between the end of a policy's episode and the next one."""
 
 
-class Stage(ABC):
+class PacedShow(ABC):
     """Drives one episode after the other, as an evaluation does, but paced.
 
     A policy's episodes follow each other, from the first again after the last. A person's episode begins at the first
@@ -121,12 +121,12 @@ class Stage(ABC):
             raise AnotherEpisodeError
 
 
-class Show(Stage):
+class Show(PacedShow):
     """Drives the episodes of a suite of layouts.
 
     Args:
         episodes: the episodes. suite: their rules.
-        driver: a policy or a `Person`. label: its name in the rows.
+        driver: a policy or a `KeyboardDriver`. label: its name in the rows.
         seed: random seed of the evaluation.
         console: the commands of the page.
         waits: whether the driver is a person, for whom the clock waits.
@@ -135,11 +135,12 @@ class Show(Stage):
 
     def __init__(
         self,
-        episodes: Sequence[Episode],
+        episodes: Sequence[ViewerEpisode],
         suite: Suite,
         driver: Driver,
         label: str,
         console: Console,
+        *,
         seed: int = 0,
         waits: bool = False,
         finished: Callable[[Drive], None] = lambda _: None,
@@ -147,7 +148,7 @@ class Show(Stage):
         super().__init__(console, label, waits, suite.control_dt)
         self.episodes, self.suite = episodes, suite
         self._driver, self._seed, self._finished = driver, seed, finished
-        self._senses = Senses()
+        self._senses = PageSenses()
 
     @property
     def labels(self) -> list[str]:

@@ -9,7 +9,7 @@ from labgym.assets.forge import Options, OwnAssets
 from labgym.assets.forge.annotating import _entries, annotate_file
 from labgym.errors import OptionError
 from labgym.runs import ExecutorOptions, Shard
-from labgym.runs.lock import only_writer
+from labgym.runs.folder import only_writer
 from labgym.temporary import PREFIX
 from runs import examples, killing
 

@@ -7,7 +7,7 @@ import pytest
 from labgym.artefacts import artefacts
 from labgym.cards import ablation
 from labgym.cards import iplanner as iplanner_card
-from labgym.cards.ablation import IPLANNER, AblationStudy, ablate_iplanner
+from labgym.cards.ablation import IPLANNER, PolicyAblation, ablate_iplanner
 from labgym.cards.iplanner import differences_section, introduction, training_section, write_iplanner_card
 from labgym.cards.planner_run import PlannerRun
 from labgym.errors import OptionError
@@ -57,8 +57,8 @@ def test_each_variant_drives_with_its_own_weights_or_those_of_the_unchanged_poli
     data: Path, run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     chosen = tuple(variant for variant in IPLANNER.variants if variant.name in {"whole", "obstacle", "glance"})
-    monkeypatch.setattr(ablation, "IPLANNER", AblationStudy("iplanner", chosen))
-    monkeypatch.setattr(iplanner_card, "IPLANNER", AblationStudy("iplanner", chosen))
+    monkeypatch.setattr(ablation, "IPLANNER", PolicyAblation("iplanner", chosen))
+    monkeypatch.setattr(iplanner_card, "IPLANNER", PolicyAblation("iplanner", chosen))
     monkeypatch.setattr(ablation, "thinned_suite", lambda every: SHORT)
     results = ablate_iplanner(data, tmp_path / "ablation", IPlannerTrainOptions(epochs=1, samples=2), 1, progress=False)
     weights = {name: Evaluation.read(results / name).summary.options["weights"] for name in ("whole", "obstacle")}

@@ -7,7 +7,7 @@ import pytest
 from labgym.artefacts import artefacts
 from labgym.cards import ablation
 from labgym.cards import navdp as navdp_card
-from labgym.cards.ablation import NAVDP, RESULTS, AblationStudy, ablate_navdp
+from labgym.cards.ablation import NAVDP, RESULTS, PolicyAblation, ablate_navdp
 from labgym.cards.navdp import write_navdp_card
 from labgym.cards.planner_run import PlannerRun
 from labgym.errors import OptionError
@@ -19,7 +19,7 @@ from labgym.suites import Suite
 
 SHORT = Suite(name="short", split="val", layouts=("val-alk_01",), max_steps=3)
 PUBLISHED = artefacts("policies") / "navdp"
-STUDY = AblationStudy("navdp", tuple(one for one in NAVDP.variants if one.name in {"whole", "critic", "present"}))
+STUDY = PolicyAblation("navdp", tuple(one for one in NAVDP.variants if one.name in {"whole", "critic", "present"}))
 """Unchanged, another choice of the sample, and without memory: each variant takes a process of its own."""
 
 

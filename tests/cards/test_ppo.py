@@ -16,8 +16,7 @@ from labgym.layouts.splits import published
 
 pytest.importorskip("stable_baselines3")
 
-from labgym.policies.ppo.options import PPOOptions
-from labgym.policies.ppo.progress import Progress
+from labgym.policies.ppo.options import PPOOptions, TrainingProgress
 from labgym.policies.ppo.training import train
 
 SUITE = Suite(name="short", split="val", layouts=published("val")[:1], max_steps=5)
@@ -105,9 +104,9 @@ def test_sampled_episodes_are_spread_over_the_suite():
 @pytest.mark.parametrize("name", ["ppo-lidar", "ppo-depth"])
 def test_the_published_card_is_what_the_template_writes_for_the_published_folder(name):
     folder = artefacts("policies") / name
-    options, progress = PPOOptions.load(folder / "config.json"), Progress.load(folder / "training.json")
+    options, progress = PPOOptions.load(folder / "config.json"), TrainingProgress.load(folder / "training.json")
     path = folder / "training-without-warm-start.json"
-    cold = Progress.load(path) if path.exists() else None
+    cold = TrainingProgress.load(path) if path.exists() else None
     card = (folder / "CARD.md").read_text(encoding="utf-8")
     assert training_section(options, progress, cold) in card
     assert INPUTS[options.observation] in card

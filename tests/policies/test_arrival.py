@@ -12,7 +12,7 @@ from labgym.envs.labnav.properties import TRANSITION, TaskProperties
 from labgym.envs.labnav.tasks import task_of
 from labgym.navigation import goal_pairs
 from labgym.policies import EpisodeStart, make_policy
-from labgym.policies.arrival import Arrival, shortened
+from labgym.policies.arrival import GoalArrival, shortened
 from labgym.policies.reckoning import DeadReckoning
 
 LAYOUT = island_laboratory()
@@ -80,18 +80,18 @@ def test_dead_reckoning_is_the_motion_of_the_robot_without_contact(env):
 
 
 def test_outside_of_tasks_an_arrival_changes_nothing_and_never_stops():
-    arrival = Arrival(start(task=TRANSITION))
+    arrival = GoalArrival(start(task=TRANSITION))
     action = np.array([1.0, 0.3])
     assert arrival.limited(action, (1.99, 0.0, 0.0)) is action
     assert not arrival.reached((2.0, 0.0, 0.0), np.zeros(2))
 
 
 def test_an_arrival_is_reached_at_rest_within_the_disc_and_at_the_heading_only():
-    free = Arrival(start())
+    free = GoalArrival(start())
     assert not free.reached((1.5, 0.0, 0.0), np.zeros(2))
     assert not free.reached((1.9, 0.0, 0.0), np.array([0.3, 0.0]))
     assert free.reached((1.7, 0.0, 0.0), np.zeros(2))
-    docked = Arrival(start(heading=1.0))
+    docked = GoalArrival(start(heading=1.0))
     assert not any(docked.reached((1.95, 0.0, 0.8), np.zeros(2)) for _ in range(30))
     assert [docked.reached((1.95, 0.0, 1.05), np.zeros(2)) for _ in range(11)] == [False] * 9 + [True] * 2
 

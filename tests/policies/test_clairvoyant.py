@@ -16,22 +16,20 @@ from scipy.optimize import check_grad
 from labgym.envs.conditions.beaker import Beaker
 from labgym.navigation import ShortestPaths, goal_pairs
 from labgym.policies.clairvoyant import smoothing
-from labgym.policies.clairvoyant.clearance import NODE, ClearanceField
-from labgym.policies.clairvoyant.planning import LEAST, fastest_way, reference_of
+from labgym.policies.clairvoyant.planning import LEAST_CLEARANCE_M, WayRequest, fastest_way, reference_of
 from labgym.policies.clairvoyant.policy import gentle_limits
-from labgym.policies.clairvoyant.reaction import reacting
-from labgym.policies.clairvoyant.reference import turn, turning_time
-from labgym.policies.clairvoyant.rehearsal import rehearsed
-from labgym.policies.clairvoyant.route import Gait, Limits, Route, fastest_times
+from labgym.policies.clairvoyant.reaction import yielding_drive
+from labgym.policies.clairvoyant.reference import rehearsed, turn, turning_time
+from labgym.policies.clairvoyant.route import DriveLimits, Gait, Route, fastest_times
 from labgym.policies.clairvoyant.schedule import Crossing, best_schedule
-from labgym.policies.clairvoyant.smoothing import Band, smooth_path
+from labgym.policies.clairvoyant.smoothing import NODE_M, BandWeights, ClearanceField, smooth_path
 from labgym.policies.clairvoyant.space_time import SpaceTime
 from labgym.policies.clairvoyant.worth import Worth
 
 LAYOUT = island_laboratory()
 AROUND = goal_pairs(LAYOUT)[1]
 FIELD = ClearanceField(LAYOUT)
-LIMITS = Limits()
+LIMITS = DriveLimits()
 LINE = Route.of(np.array([[1.0, 4.2], [6.0, 4.2]]), LIMITS)
 """A straight way of 5 m."""
 NOBODY = np.zeros((0, 0, 2))
@@ -74,8 +72,9 @@ class Crossers:
 def test_the_clearance_is_that_of_the_barriers_and_its_gradient_points_away():
     rng = np.random.default_rng(0)
     points = rng.uniform((0.2, 0.2), (7.8, 5.8), (400, 2))
-    distances, slopes = FIELD.at(points)
-    np.testing.assert_allclose(distances, FIELD.barriers.clearance(points), atol=0.5 * NODE)
+    values = [smoothing._clearance(x, y, FIELD.low, NODE_M, FIELD.values) for x, y in points]
+    distances, slopes = np.array(values)[:, 0], np.array(values)[:, 1:]
+    np.testing.assert_allclose(distances, FIELD.barriers.clearance(points), atol=0.5 * NODE_M)
     near = (distances > 0.1) & (distances < 0.5)
     farther = FIELD.barriers.clearance(points + 0.01 * slopes)[near] - distances[near]
     assert np.median(farther) == pytest.approx(0.01, abs=0.002)
@@ -83,7 +82,7 @@ def test_the_clearance_is_that_of_the_barriers_and_its_gradient_points_away():
 
 def test_the_gradient_of_a_paths_cost_is_that_of_finite_differences():
     path = smoothing.resampled(shortest().points, 0.1) + np.random.default_rng(1).normal(0.0, 0.01, (1, 2))
-    band = Band(radius=0.5)
+    band = BandWeights(radius=0.5)
 
     def cost(flat):
         return smoothing._cost(flat.reshape(-1, 2), 0.1, FIELD, band)
@@ -93,10 +92,10 @@ def test_the_gradient_of_a_paths_cost_is_that_of_finite_differences():
 
 
 def test_a_smooth_path_is_little_longer_than_the_shortest_and_can_be_driven_at_full_speed():
-    route = Route.of(smooth_path(shortest().points, FIELD, Band()), LIMITS)
+    route = Route.of(smooth_path(shortest().points, FIELD, BandWeights()), LIMITS)
     assert shortest().length - 0.02 <= route.length <= 1.03 * shortest().length
-    assert FIELD.barriers.clearance(route.points).min() > LEAST
-    headed = Route.of(smooth_path(shortest().points, FIELD, Band(), 0.0), LIMITS, 0.0)
+    assert FIELD.barriers.clearance(route.points).min() > LEAST_CLEARANCE_M
+    headed = Route.of(smooth_path(shortest().points, FIELD, BandWeights(), 0.0), LIMITS, 0.0)
     assert headed.yaw[0] == pytest.approx(0.0, abs=0.05)
     taut = Route.of(shortest().points, LIMITS)
     assert fastest_times(route, 1.4)[1][-1] < fastest_times(taut, 1.4)[1][-1] - 0.5
@@ -104,7 +103,7 @@ def test_a_smooth_path_is_little_longer_than_the_shortest_and_can_be_driven_at_f
 
 def test_every_processor_has_the_same_smooth_path():
     program = (
-        "import test_clairvoyant as t; print(t.smooth_path(t.shortest().points, t.FIELD, t.Band()).tobytes().hex())"
+        "from test_clairvoyant import *; print(smooth_path(shortest().points, FIELD, BandWeights()).tobytes().hex())"
     )
     environment = {
         **os.environ,
@@ -118,7 +117,7 @@ def test_every_processor_has_the_same_smooth_path():
 
 
 def test_the_fastest_way_takes_no_longer_than_a_turn_in_place_and_the_taut_path():
-    way = fastest_way(shortest().points, FIELD, AROUND.start, LIMITS)
+    way = fastest_way(shortest().points, AROUND.start, WayRequest(field=FIELD, limits=LIMITS))
     taut = Route.of(shortest().points, LIMITS)
     off = math.remainder(float(taut.yaw[0]) - AROUND.start[2], 2.0 * math.pi)
     assert way.seconds < turning_time(off, LIMITS) + fastest_times(taut, LIMITS.acceleration)[1][-1]
@@ -137,7 +136,7 @@ def test_a_turn_ends_at_its_heading_within_the_limits(angle):
 
 
 def test_a_robot_that_follows_a_way_keeps_to_it_and_rests_at_its_end_and_heading():
-    way = fastest_way(shortest().points, FIELD, AROUND.start, LIMITS, AROUND.goal[2])
+    way = fastest_way(shortest().points, AROUND.start, WayRequest(field=FIELD, limits=LIMITS, heading=AROUND.goal[2]))
     reference = reference_of(way, AROUND.start, LIMITS, 0.0)
     motion = rehearsed(reference, AROUND.start, (0.0, 0.0), 0.0)
     assert np.hypot(*(motion.poses - reference.poses)[:, :2].T).max() < 0.03
@@ -175,7 +174,7 @@ def test_a_schedule_keeps_its_distance_if_that_is_worth_the_time():
 
 
 def test_a_drive_that_gives_way_touches_nobody_and_arrives():
-    drive = reacting(LINE, Crossers(), HURRY, APART, GAIT, np.zeros((1, 2)))
+    drive = yielding_drive(LINE, Crossers(), HURRY, APART, GAIT, np.zeros((1, 2)))
     for step, (place, speed) in enumerate(zip(drive.places, drive.speeds, strict=True), 1):
         assert speed == 0.0 or math.dist((1.0 + place, 4.2), crossing(0.1 * step)[0]) >= 0.6
     assert drive.places[-1] == pytest.approx(5.0, abs=0.02)
@@ -201,4 +200,4 @@ def test_a_beakers_limits_raise_it_to_shares_of_the_rim():
     gait = Gait.of(limits)
     assert 10.0 * gait.rise <= limits.acceleration + 1e-9
     assert gait.levels * gait.rise == pytest.approx(limits.speed)
-    assert gentle_limits(Beaker(freeboard=0.1)) == Limits()
+    assert gentle_limits(Beaker(freeboard=0.1)) == DriveLimits()

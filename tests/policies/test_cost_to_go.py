@@ -14,11 +14,10 @@ from labgym.policies.data import Dataset
 from labgym.policies.data.maps import Maps, cost_map
 from labgym.policies.grid_planner import clearance_field
 from labgym.policies.iplanner.config import IPlannerLossOptions
-from labgym.policies.iplanner.cost_to_go import CostToGo, goals_of
-from labgym.policies.iplanner.loss import cost_maps, planning_loss
-from labgym.policies.iplanner.spline import path_through, path_weights
-from labgym.policies.iplanner.targets import CostToGoTargets
-from labgym.policies.learned.frames import to_world
+from labgym.policies.iplanner.cost_to_go import CostToGo, CostToGoTargets, goals_of
+from labgym.policies.iplanner.network import path_through, path_weights
+from labgym.policies.iplanner.train import cost_maps, planning_loss
+from labgym.policies.learned.map_stack import to_world
 
 Array = NDArray[np.float64]
 Points = Sequence[tuple[float, float]] | Array

@@ -10,11 +10,10 @@ import time
 import pytest
 
 from labgym.policies import make_policy
-from labgym.policies.http import bounded
-from labgym.policies.http.bounded import MAX_CONNECTIONS
+from labgym.policies.http import slots
 from labgym.policies.http.requests import MAX_JSON
 from labgym.policies.http.server import NavigationServer
-from labgym.policies.http.slots import Budget
+from labgym.policies.http.slots import MAX_CONNECTIONS, Budget
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +51,7 @@ def test_clients_that_send_a_byte_now_and_then_keep_nobody_out(server):
 
 
 def test_a_request_that_never_ends_is_cut_although_bytes_keep_arriving(server, monkeypatch):
-    monkeypatch.setattr(bounded, "REQUEST_TIME", 1.0)
+    monkeypatch.setattr(slots, "REQUEST_TIME", 1.0)
     connection = dripping(server)
     begun = time.monotonic()
     try:

@@ -28,13 +28,12 @@ from labgym.policies.iplanner.config import (
     IPlannerNetworkOptions,
     IPlannerTrainOptions,
 )
-from labgym.policies.iplanner.loss import cost_maps, planning_loss
-from labgym.policies.iplanner.network import IPlannerNetwork, load_iplanner, save_iplanner
+from labgym.policies.iplanner.cost_to_go import CostToGoTargets, PointTargets, targets_of
+from labgym.policies.iplanner.network import IPlannerNetwork, load_iplanner, path_through, path_weights, save_iplanner
 from labgym.policies.iplanner.policy import IPlannerOptions, IPlannerPolicy
-from labgym.policies.iplanner.spline import path_through, path_weights
-from labgym.policies.iplanner.targets import CostToGoTargets, PointTargets, targets_of
-from labgym.policies.learned import training_loop, training_run
-from labgym.policies.learned.frames import to_world
+from labgym.policies.iplanner.train import cost_maps, planning_loss
+from labgym.policies.learned import training_loop
+from labgym.policies.learned.map_stack import to_world
 
 SMALL = IPlannerNetworkOptions(channels=(4, 8), goal_width=4)
 STILL = (0.0, 0.0)
@@ -78,7 +77,7 @@ def toy_dataset(count: int = 64) -> Dataset:
 def toy(monkeypatch: pytest.MonkeyPatch) -> Dataset:
     data = toy_dataset()
     monkeypatch.setattr(training, "load_dataset", lambda folder, samples=None: data)
-    monkeypatch.setattr(training_run, "load_manifest", lambda folder: SimpleNamespace(digest=str(folder)))
+    monkeypatch.setattr(training_loop, "load_manifest", lambda folder: SimpleNamespace(digest=str(folder)))
     return data
 
 
@@ -396,16 +395,6 @@ def test_after_a_look_at_the_goal_it_continues_as_before_if_the_path_leads_back(
     forward, turn = policy.act(observation_of(0.0, pose=(x, y, 1.4)))
     assert forward == 0.0
     assert turn < 0.0
-
-
-def test_weights_of_version_0_1_are_refused_with_the_remedy(tmp_path: Path) -> None:
-    folder = saved(tmp_path)
-    document = read_json(folder / "config.json")
-    document["schema"] = "labgym.iplanner/1"
-    document["loss"] |= {"fear": 1.0, "fear_length": 2.0, "fear_cost": 1.0}
-    write_json(folder / "config.json", document)
-    with pytest.raises(DocumentError, match="train the network again"):
-        load_iplanner(folder)
 
 
 @pytest.mark.parametrize(

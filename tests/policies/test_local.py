@@ -15,18 +15,29 @@ from labgym.errors import DocumentError, OptionError
 from labgym.geometry import OrientedBox, rotate
 from labgym.navigation import goal_pairs
 from labgym.policies.adapters.actor_file import ActorHeader, Perceptron
-from labgym.policies.local.inputs import ALONG, RAYS, REACH, SIZE, SIZES, Knowledge, Motion, network_input, place_of
+from labgym.policies.distance_field import DistanceField
+from labgym.policies.local.inputs import (
+    ALONG_M,
+    FREE_RAYS,
+    FREE_REACH_M,
+    SIZE,
+    SIZES,
+    LatestMotion,
+    StackState,
+    TaskKnowledge,
+    network_input,
+    place_of,
+)
 from labgym.policies.local.policy import LocalPolicy
 from labgym.policies.registry import make_policy
 from labgym.policies.stack.costmap import Costmap
-from labgym.policies.stack.field import DistanceField
-from labgym.policies.stack.people import Person
-from labgym.policies.stack.planner import Plan
+from labgym.policies.stack.people import TrackedPerson
+from labgym.policies.stack.planner import PlannedPath
 from labgym.training.local.collection import Apprentice
 
 LAYOUT = island_laboratory()
 AROUND = goal_pairs(LAYOUT)[1]
-PLAIN = Knowledge(False, False, False, False, False, 0.0, 1.0, True)
+PLAIN = TaskKnowledge(False, False, False, False, False, 0.0, 1.0, True)
 
 
 def part(vector: np.ndarray, name: str) -> np.ndarray:
@@ -42,13 +53,14 @@ def seen(
     left=6.0,
     advanced=False,
 ):
-    field = DistanceField.of(boxes, (-8.0, -8.0, 8.0, 8.0))
-    motion = Motion()
+    field = DistanceField.of_boxes(boxes, (-8.0, -8.0, 8.0, 8.0))
+    motion = LatestMotion()
     motion.moved(pose)
-    plan = Plan(np.array(path))
+    plan = PlannedPath(np.array(path))
     for _ in range(10 if advanced else 0):
         plan.advance(pose)
-    return network_input(plan, pose, velocity, left, Costmap(field, field), tuple(people), motion, PLAIN)
+    state = StackState(plan, left, pose, velocity, Costmap(field, field), tuple(people))
+    return network_input(state, motion, PLAIN)
 
 
 def perceptron(*layers: tuple[np.ndarray, np.ndarray]) -> Perceptron:
@@ -61,13 +73,13 @@ def perceptron(*layers: tuple[np.ndarray, np.ndarray]) -> Perceptron:
 
 def test_free_distances_are_those_to_a_wall():
     wall = OrientedBox(1.6, 0.0, 0.2, 12.0)  # its front is at x = 1.5
-    free = part(seen([wall]), "free")[:RAYS] * REACH
-    for k in range(RAYS):
-        cosine = math.cos(2.0 * math.pi * k / RAYS)
+    free = part(seen([wall]), "free")[:FREE_RAYS] * FREE_REACH_M
+    for k in range(FREE_RAYS):
+        cosine = math.cos(2.0 * math.pi * k / FREE_RAYS)
         expected = 1.5 / cosine if cosine > 0.5 else None
         if expected is not None:
             assert free[k] == pytest.approx(expected, abs=0.06)
-    assert free[RAYS // 2] == pytest.approx(REACH)
+    assert free[FREE_RAYS // 2] == pytest.approx(FREE_REACH_M)
 
 
 def test_room_and_arcs_tell_what_is_left_until_the_chassis_touches():
@@ -84,14 +96,14 @@ def test_room_and_arcs_tell_what_is_left_until_the_chassis_touches():
 
 def test_the_path_is_seen_from_the_robot():
     vector = seen(pose=(0.0, 0.0, math.pi / 2.0))
-    points = part(vector, "path")[: 2 * len(ALONG)].reshape(-1, 2)
+    points = part(vector, "path")[: 2 * len(ALONG_M)].reshape(-1, 2)
     assert points[:, 0] == pytest.approx(0.0, abs=1e-6)
     assert points[:, 1] == pytest.approx(-1.0, abs=0.07)
 
 
 def test_people_are_seen_by_distance_in_the_frame_of_the_robot():
-    near, far = Person((0.0, 2.0), (0.0, -1.0), True), Person((3.0, 0.0), (0.5, 0.0), False)
-    people = part(seen(people=[far, near, Person((0.0, 40.0), (0.0, 0.0), True)]), "people").reshape(-1, 7)
+    near, far = TrackedPerson((0.0, 2.0), (0.0, -1.0), True), TrackedPerson((3.0, 0.0), (0.5, 0.0), False)
+    people = part(seen(people=[far, near, TrackedPerson((0.0, 40.0), (0.0, 0.0), True)]), "people").reshape(-1, 7)
     assert people[0] == pytest.approx([1.0, 0.0, 2.0 / 3.0, 0.0, -1.0, 1.0, math.exp(-1.4 / 0.5)])
     assert people[1][:6] == pytest.approx([1.0, 1.0, 0.0, 0.5, 0.0, 0.0])
     assert not people[2:].any()
@@ -115,17 +127,17 @@ def test_a_turned_world_looks_the_same():
     box = OrientedBox(1.5, 0.6, 0.5, 0.4, 0.2)
     there = OrientedBox(*moved(1.5, 0.6), 0.5, 0.4, 0.2 + turn)
     path = ((0.0, 0.0), (1.0, -0.4), (3.0, 0.0))
-    here = seen([box], [Person((1.0, 1.0), (0.3, 0.1), True)], path=path, velocity=(0.5, 0.1))
+    here = seen([box], [TrackedPerson((1.0, 1.0), (0.3, 0.1), True)], path=path, velocity=(0.5, 0.1))
     elsewhere = seen(
         [there],
-        [Person(moved(1.0, 1.0), rotate(0.3, 0.1, turn), True)],
+        [TrackedPerson(moved(1.0, 1.0), rotate(0.3, 0.1, turn), True)],
         (*moved(0.0, 0.0), turn),
         (0.5, 0.1),
         tuple(moved(*point) for point in path),
     )
     near = np.abs(here - elsewhere)
     assert np.quantile(near, 0.95) < 0.06  # the fields are sampled at 5 cm
-    assert near[SIZES["free"] : SIZES["free"] + 2 * len(ALONG)].max() < 1e-5
+    assert near[SIZES["free"] : SIZES["free"] + 2 * len(ALONG_M)].max() < 1e-5
 
 
 def test_the_network_decides_the_velocities():
@@ -145,7 +157,7 @@ def test_a_robot_near_a_person_rests_rather_than_creeps(speed, distance, expecte
 
         @property
         def _people(self):
-            return (Person((AROUND.start[0] - distance, AROUND.start[1]), (0.0, 0.0), True),)
+            return (TrackedPerson((AROUND.start[0] - distance, AROUND.start[1]), (0.0, 0.0), True),)
 
     forward = perceptron((np.zeros((2, SIZE)), np.array([speed, 0.0])))
     driven = drive(Accompanied(actor=forward), LAYOUT, AROUND.start, AROUND.goal, task="people", steps=2)
@@ -162,7 +174,7 @@ def test_a_robot_rests_for_one_who_comes_near(safety, expected):
 
         @property
         def _people(self):
-            return (Person((x + ahead[0], y + ahead[1]), (-ahead[0], -ahead[1]), True),)
+            return (TrackedPerson((x + ahead[0], y + ahead[1]), (-ahead[0], -ahead[1]), True),)
 
     forward = perceptron((np.zeros((2, SIZE)), np.array([0.5, 0.0])))
     policy = Approached(actor=forward, safety=safety)
@@ -174,7 +186,7 @@ def test_the_way_of_a_robot_that_brakes_for_people_counts_for_the_decision_befor
     class Braking(Apprentice):
         def __init__(self) -> None:
             super().__init__(perceptron((np.zeros((2, SIZE)), np.array([0.5, 0.0]))), "alone")
-            self.ways: list[tuple[Plan, float]] = []
+            self.ways: list[tuple[PlannedPath, float]] = []
 
         def _rest_for_people(self, plan, pose, velocity):
             return (0.0, 0.0) if len(self.ways) % 2 else None

@@ -19,7 +19,7 @@ from labgym.layouts import load_published
 from labgym.policies import EpisodeStart, make_policy
 from labgym.policies.data import DataOptions, make_dataset
 from labgym.policies.data.maps import privileged_maps
-from labgym.policies.learned.frames import rotated, to_world
+from labgym.policies.learned.map_stack import rotated, to_world
 from labgym.policies.navdp.config import (
     DiffusionOptions,
     NavDPConfig,
@@ -27,14 +27,20 @@ from labgym.policies.navdp.config import (
     NavDPNetworkOptions,
     NavDPTrainOptions,
 )
-from labgym.policies.navdp.diffusion import denoising, make_schedule, noised, sample_steps
-from labgym.policies.navdp.drawing import DrawnTrajectories
-from labgym.policies.navdp.frames import frame
-from labgym.policies.navdp.network import NavDPNetwork, load_navdp, save_navdp
+from labgym.policies.navdp.diffusion import (
+    MIRROR_STEP,
+    DrawnTrajectories,
+    denoising,
+    first_part,
+    make_schedule,
+    noised,
+    points_of,
+    sample_steps,
+    steps_of,
+)
+from labgym.policies.navdp.network import NavDPNetwork, frame, load_navdp, save_navdp
 from labgym.policies.navdp.policy import NavDPPolicy
-from labgym.policies.navdp.samples import NavDPSamples, memory_of
-from labgym.policies.navdp.train import distance_maps, path_value, train
-from labgym.policies.navdp.trajectory import MIRROR_STEP, first_part, points_of, steps_of
+from labgym.policies.navdp.train import NavDPSamples, distance_maps, memory_of, path_value, train
 from labgym.suites import Suite
 
 SMALL = NavDPNetworkOptions(memory=2, channels=(8, 8, 16), queries=4, width=16, heads=2, layers=2)

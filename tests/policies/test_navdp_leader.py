@@ -19,9 +19,8 @@ from labgym.layouts.places import layout_at
 from labgym.policies.data import DataOptions, DatasetManifest, load_dataset, make_dataset
 from labgym.policies.data.situations import STRIDES, TURN, DriveFrame, Situations
 from labgym.policies.navdp.config import NavDPConfig, NavDPNetworkOptions, NavDPTrainOptions
-from labgym.policies.navdp.frames import frame, frame_shape
 from labgym.policies.navdp.leader import NavDPLeader
-from labgym.policies.navdp.network import NavDPNetwork, load_navdp, save_navdp
+from labgym.policies.navdp.network import NavDPNetwork, frame, frame_shape, load_navdp, save_navdp
 from labgym.policies.navdp.policy import NavDPPolicy
 from labgym.policies.navdp.train import train
 from labgym.runs import ExecutorOptions

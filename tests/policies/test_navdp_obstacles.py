@@ -15,11 +15,11 @@ from labgym.geometry import to_world
 from labgym.layouts import load_published
 from labgym.navigation import OccupancyGrid
 from labgym.policies import EpisodeStart
+from labgym.policies.distance_field import DistanceField
 from labgym.policies.kernels import runs_pinned
-from labgym.policies.navdp.guidance import Guidance
+from labgym.policies.navdp.diffusion import Guidance
 from labgym.policies.navdp.policy import DrawnTrajectories, NavDPPolicy
-from labgym.policies.navdp.seen_obstacles import Clearance, SeenObstacles
-from labgym.policies.navdp.veto import braking_way, checked_velocities, clear_ways
+from labgym.policies.navdp.seen_obstacles import SeenObstacles, braking_way, checked_velocities, clear_ways
 
 SIDE, CELL = 120, 0.05
 LENS = ROBOT.camera_forward
@@ -31,15 +31,15 @@ def wall_ahead(distance: float) -> np.ndarray:
     return np.full((72, 128), distance, np.float32)
 
 
-def around_cells(*cells: tuple[int, int]) -> Clearance:
+def around_cells(*cells: tuple[int, int]) -> DistanceField:
     """Clearance on a square of 6 m with the robot's place (0, 0) in the middle; cells are (row, column)."""
     occupied = np.zeros((SIDE, SIDE), dtype=bool)
     for cell in cells:
         occupied[cell] = True
-    return Clearance(OccupancyGrid(occupied, CELL, (-SIDE * CELL / 2.0, -SIDE * CELL / 2.0)), 3.0)
+    return DistanceField.of_cells(OccupancyGrid(occupied, CELL, (-SIDE * CELL / 2.0, -SIDE * CELL / 2.0)), 3.0)
 
 
-def wall_from(x: float) -> Clearance:
+def wall_from(x: float) -> DistanceField:
     """Clearance of a wall whose near face is at x, to the edge of the square."""
     first = round((x + SIDE * CELL / 2.0) / CELL)
     return around_cells((slice(None), slice(first, None)))
@@ -81,7 +81,7 @@ def test_clearance_is_the_distance_to_the_nearest_cell_and_negative_inside() -> 
     rng = np.random.default_rng(0)
     occupied = rng.random((30, 40)) < 0.03
     grid = OccupancyGrid(occupied, CELL, (1.0, -2.0))
-    clearance = Clearance(grid, 5.0)
+    clearance = DistanceField.of_cells(grid, 5.0)
     xs, ys = grid.centres()
     for row, column in [(0, 0), (7, 31), (29, 39), (15, 20), (22, 3)]:
         apart = np.hypot(xs[None, :] - xs[column], ys[:, None] - ys[row])
@@ -98,7 +98,7 @@ def test_the_slope_is_the_derivative_of_the_clearance() -> None:
     for axis in range(2):
         step = h * np.eye(2)[axis]
         measured = (clearance.at(points + step) - clearance.at(points - step)) / (2.0 * h)
-        np.testing.assert_allclose(clearance.slope(points)[:, axis], measured, atol=1e-5)
+        np.testing.assert_allclose(clearance.with_gradient(points)[1][:, axis], measured, atol=1e-5)
 
 
 def test_a_map_without_obstacles_is_free_as_far_as_it_reaches() -> None:
@@ -175,7 +175,7 @@ def test_a_robot_that_cannot_stop_in_time_brakes_and_turns_as_wanted() -> None:
 # Guidance
 
 
-def guidance(clearance: Clearance, pose: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Guidance:
+def guidance(clearance: DistanceField, pose: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Guidance:
     return Guidance(clearance, pose, margin=0.45, scale=4.0, last=4)
 
 

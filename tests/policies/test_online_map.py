@@ -11,7 +11,7 @@ from labgym.eval import evaluate
 from labgym.layouts import Layout
 from labgym.navigation import OccupancyGrid
 from labgym.policies import EpisodeStart, make_policy
-from labgym.policies.blockage import Blockage
+from labgym.policies.blockage import BlockageDetector
 from labgym.policies.online_map import frontier
 
 NOTHING = np.full((72, 128, 1), 10.0, dtype=np.float32)
@@ -101,7 +101,7 @@ def test_stopped_by_an_unseen_obstacle_it_backs_off_and_drives_around_it():
 
 
 def test_an_accelerating_robot_is_not_blocked():
-    blockage = Blockage()
+    blockage = BlockageDetector()
     v = 0.0
     for _ in range(12):
         assert not blockage.blocked(v)
@@ -110,7 +110,7 @@ def test_an_accelerating_robot_is_not_blocked():
 
 
 def test_a_robot_that_is_stopped_is_blocked_and_backs_off_for_a_while():
-    blockage = Blockage(patience=4, retreat=6)
+    blockage = BlockageDetector(patience=4, retreat=6)
     blockage.note(0.5)
     assert [blockage.blocked(0.01) for _ in range(4)] == [False, False, False, True]
     steps = 0
@@ -122,7 +122,7 @@ def test_a_robot_that_is_stopped_is_blocked_and_backs_off_for_a_while():
 
 
 def test_a_robot_that_turns_in_place_is_not_blocked():
-    blockage = Blockage()
+    blockage = BlockageDetector()
     for _ in range(20):
         blockage.note(0.0)
         assert not blockage.blocked(0.0)

@@ -17,11 +17,10 @@ from labgym.layouts import load_published
 from labgym.layouts.splits import published
 from labgym.navigation import goal_pairs, shortest_path
 from labgym.policies import EpisodeStart, make_policy
+from labgym.policies.ppo.cloning import Atlas, Expert
 from labgym.policies.ppo.drives import ANYWHERE, TrainingDrives
-from labgym.policies.ppo.expert import Atlas, Expert
-from labgym.policies.ppo.inputs import SIZES, SPEED, STATE, TRAIL, DriveMemory
+from labgym.policies.ppo.inputs import SIZES, SPEED, STATE, TRAIL, DriveMemory, RememberedObstacles
 from labgym.policies.ppo.practice import REWARD_SCALE, PracticeEnv
-from labgym.policies.ppo.surroundings import Surroundings
 from labgym.scenes import RayScene
 from runs import killing
 
@@ -32,9 +31,8 @@ from safetensors.torch import load_file  # noqa: E402
 
 from labgym.policies.learned.weights import WEIGHTS, load_weights, save_weights  # noqa: E402
 from labgym.policies.ppo.network import Actor  # noqa: E402
-from labgym.policies.ppo.options import PPOOptions  # noqa: E402
+from labgym.policies.ppo.options import PPOOptions, TrainingProgress  # noqa: E402
 from labgym.policies.ppo.policy import DRIVERS  # noqa: E402
-from labgym.policies.ppo.progress import Progress  # noqa: E402
 from labgym.policies.ppo.training import train  # noqa: E402
 
 TINY = PPOOptions(
@@ -90,7 +88,7 @@ def test_the_vector_does_not_depend_on_the_frame_that_poses_are_given_in():
 def test_after_a_turn_in_place_the_camera_has_seen_what_the_lidar_sees(layout):
     rays, camera = RayScene(layout), Camera()
     x, y, yaw = goal_pairs(layout)[0].start
-    surroundings = Surroundings()
+    surroundings = RememberedObstacles()
     for turned in np.linspace(0.0, 2.0 * math.pi, 60):
         picture = camera.depth(rays, (x, y, yaw + turned))
         seen_by_camera = surroundings.ranges(picture, (0.0, 0.0, turned))
@@ -190,7 +188,10 @@ def test_the_experts_paths_are_at_most_a_quarter_longer_than_the_shortest(layout
 def test_a_run_without_the_warm_start_begins_with_ppo(layout, tmp_path):
     cold = TINY.model_copy(update={"cloning_rounds": 0, "observation": "depth", "steps": 64})
     best = train(cold, tmp_path, layouts=(layout,))
-    assert [record["kind"] for record in Progress.load(tmp_path / "progress.json").records] == ["leg", "validation"]
+    assert [record["kind"] for record in TrainingProgress.load(tmp_path / "progress.json").records] == [
+        "leg",
+        "validation",
+    ]
     assert load_weights(Actor("depth"), best).encoder.picture is not None
 
 

@@ -13,18 +13,16 @@ from map_drives import Drift, with_people
 from labgym.envs.robot import ROBOT
 from labgym.envs.sensors import Lidar
 from labgym.geometry import OrientedBox, compose, to_local, to_world, wrap_angle
+from labgym.policies.distance_field import FARTHEST_BOX_M, DistanceField
 from labgym.policies.dwa import lidar_points
 from labgym.policies.stack.controller import Controller, MotionLimits, limited, rollouts, visible
 from labgym.policies.stack.costmap import Costmap
-from labgym.policies.stack.docking import Station, moved
-from labgym.policies.stack.field import REACH, DistanceField
-from labgym.policies.stack.localization import Localizer
-from labgym.policies.stack.mounting import Mounting
+from labgym.policies.stack.docking import StationEstimate, moved
+from labgym.policies.stack.localization import LidarMounting, Localizer
 from labgym.policies.stack.old_map import OldMap, ray_lengths
-from labgym.policies.stack.panes import FURTHER, Panes
-from labgym.policies.stack.people import Crowd, Person, approach_cost, clusters, way_cost
-from labgym.policies.stack.planner import Plan, planned
-from labgym.policies.stack.waiting import Waiting
+from labgym.policies.stack.panes import CONTINUATION_M, SeenPanes
+from labgym.policies.stack.people import PeopleTracker, TrackedPerson, Waiting, approach_cost, clusters, way_cost
+from labgym.policies.stack.planner import PlannedPath, planned
 from labgym.scenes.rays import RayScene
 
 BOXES = (OrientedBox(1.0, 1.0, 0.8, 0.4, 0.5), OrientedBox(3.0, 2.0, 1.0, 1.0), OrientedBox(1.5, 3.0, 2.0, 0.2, -0.3))
@@ -37,7 +35,7 @@ ROOM = (
 
 
 def room_field() -> DistanceField:
-    return DistanceField.of(ROOM, (-1.0, -1.0, 5.0, 4.0))
+    return DistanceField.of_boxes(ROOM, (-1.0, -1.0, 5.0, 4.0))
 
 
 def scan_of(boxes, pose, sigma: float = 0.0, seed: int = 0) -> np.ndarray:
@@ -53,11 +51,11 @@ def scan_of(boxes, pose, sigma: float = 0.0, seed: int = 0) -> np.ndarray:
 
 @given(x=st.floats(0.0, 4.0), y=st.floats(0.0, 4.0))
 def test_the_field_is_the_distance_to_the_boxes(x, y):
-    field = DistanceField.of(BOXES, (-1.0, -1.0, 5.0, 5.0), resolution=0.02)
+    field = DistanceField.of_boxes(BOXES, (-1.0, -1.0, 5.0, 5.0), resolution=0.02)
     true = min(shapely.Polygon(box.corners()).distance(shapely.Point(x, y)) for box in BOXES)
     value = float(field.at(np.array([[x, y]]))[0])
     if true > 0.0:
-        assert value == pytest.approx(min(true, REACH), abs=0.012)
+        assert value == pytest.approx(min(true, FARTHEST_BOX_M), abs=0.012)
     else:
         assert value < 0.012
 
@@ -188,7 +186,7 @@ def test_a_plan_passes_a_gap_that_the_chassis_passes(gap, exists):
         OrientedBox(2.03, (1.5 - gap / 2) / 2, 0.4, 1.5 - gap / 2),
         OrientedBox(2.03, (4.5 + gap / 2) / 2, 0.4, 1.5 - gap / 2),
     )
-    field = DistanceField.of((*ROOM, *sides), (-1.0, -1.0, 5.0, 4.0))
+    field = DistanceField.of_boxes((*ROOM, *sides), (-1.0, -1.0, 5.0, 4.0))
     plan = planned(Costmap(field, field), (1.0, 1.5, 0.0), (3.0, 1.5))
     assert (plan is not None) is exists
     if plan is not None:
@@ -224,7 +222,7 @@ def test_sequences_keep_to_the_accelerations(v, w, seed):
 def test_commands_keep_to_the_limits_and_lead_to_the_end_of_the_path():
     layers, limits = costmap(), MotionLimits(acceleration=0.7, braking=0.7, turn_acceleration=2.5)
     controller = Controller(np.random.default_rng(0), limits)
-    plan = Plan(np.array([[1.0, 1.5], [2.0, 1.5], [3.0, 2.3]]))
+    plan = PlannedPath(np.array([[1.0, 1.5], [2.0, 1.5], [3.0, 2.3]]))
     pose, velocity, commands = HERE, (0.0, 0.0), [(0.0, 0.0)]
     for _ in range(40):
         plan.advance(pose)
@@ -247,7 +245,7 @@ def test_a_rollout_at_constant_velocities_is_an_arc():
 
 
 def test_a_person_who_walks_is_tracked_at_their_velocity_and_one_who_stands_is_not_walking():
-    crowd, walking = Crowd(), np.zeros(0, dtype=bool)
+    crowd, walking = PeopleTracker(), np.zeros(0, dtype=bool)
     for k in range(25):
         centers = np.array([[1.0 + 0.08 * k, 2.0], [2.0, 0.8]])
         ranges = with_people(scan_of(ROOM, HERE), HERE, centers)
@@ -269,12 +267,14 @@ def test_clusters_are_separated_by_gaps_and_not_wider_than_a_person():
 
 
 def test_only_motion_can_touch_a_person():
-    person = Person((1.0, 0.0), (-1.0, 0.0), True)
+    person = TrackedPerson((1.0, 0.0), (-1.0, 0.0), True)
     stay = np.zeros((1, 15, 2))
     resting = approach_cost((person,), (0.0, 0.0), stay, np.zeros((1, 15), dtype=bool), 0.1)
     driving = approach_cost((person,), (0.0, 0.0), stay, np.ones((1, 15), dtype=bool), 0.1)
     assert driving[0] > resting[0] + 50.0
-    away = approach_cost((Person((9.0, 0.0), (0.0, 0.0), False),), (0.0, 0.0), stay, np.ones((1, 15), dtype=bool), 0.1)
+    away = approach_cost(
+        (TrackedPerson((9.0, 0.0), (0.0, 0.0), False),), (0.0, 0.0), stay, np.ones((1, 15), dtype=bool), 0.1
+    )
     assert away[0] == 0.0
 
 
@@ -291,7 +291,7 @@ def test_the_pose_of_a_station_is_measured_to_millimeters_in_depth_and_to_the_ra
             shifted.append(OrientedBox(x, y, box.width, box.depth, yaw))
         else:
             shifted.append(box)
-    station = Station(old, goal)
+    station = StationEstimate(old, goal)
     for along in np.linspace(2.2, 0.8, 7):
         pose = compose(goal, (-along, 0.6 * (along - 0.8), 0.1))
         station.observe(pose, scan_of(shifted, pose))
@@ -303,17 +303,17 @@ def test_the_pose_of_a_station_is_measured_to_millimeters_in_depth_and_to_the_ra
 
 def test_a_robot_rests_near_people_who_come_and_sets_off_when_they_leave():
     waiting, here = Waiting(), (0.0, 0.0, 0.0)
-    assert waiting.step(here, 0.6, (Person((0.6, 0.0), (0.0, 0.0), False),))
-    assert waiting.step(here, 0.6, (Person((1.5, 0.0), (-1.0, 0.0), True),))
-    assert not waiting.step(here, 0.6, (Person((1.5, 0.0), (1.0, 0.0), True),))
-    assert not waiting.step(here, 0.6, (Person((1.0, 1.0), (1.0, 0.0), True),))
-    assert waiting.step(here, 0.0, (Person((0.9, 0.0), (-1.0, 0.0), True),))
-    assert not waiting.step(here, 0.0, (Person((0.9, 0.0), (1.0, 0.0), True),))
-    assert not waiting.step(here, 0.0, (Person((2.0, 0.0), (-1.0, 0.0), True),))
+    assert waiting.step(here, 0.6, (TrackedPerson((0.6, 0.0), (0.0, 0.0), False),))
+    assert waiting.step(here, 0.6, (TrackedPerson((1.5, 0.0), (-1.0, 0.0), True),))
+    assert not waiting.step(here, 0.6, (TrackedPerson((1.5, 0.0), (1.0, 0.0), True),))
+    assert not waiting.step(here, 0.6, (TrackedPerson((1.0, 1.0), (1.0, 0.0), True),))
+    assert waiting.step(here, 0.0, (TrackedPerson((0.9, 0.0), (-1.0, 0.0), True),))
+    assert not waiting.step(here, 0.0, (TrackedPerson((0.9, 0.0), (1.0, 0.0), True),))
+    assert not waiting.step(here, 0.0, (TrackedPerson((2.0, 0.0), (-1.0, 0.0), True),))
 
 
 def test_what_stands_for_long_and_never_walked_is_a_thing():
-    crowd, points = Crowd(things=True), np.array([[2.0, 1.4], [2.0, 1.5], [2.0, 1.6]])
+    crowd, points = PeopleTracker(things=True), np.array([[2.0, 1.4], [2.0, 1.5], [2.0, 1.6]])
     for k in range(100):
         crowd.observe(HERE, np.add(points, (0.0, 0.1 * math.sin(k))), np.ones(3, dtype=bool))
         assert len(crowd.people) == 1
@@ -325,19 +325,19 @@ def test_what_stands_for_long_and_never_walked_is_a_thing():
 
 def test_a_robot_does_not_brake_for_one_who_falls_behind():
     here, behind = (0.0, 0.0, 0.0), (-0.45, 0.4)
-    assert not Waiting().step(here, 0.8, (Person(behind, (0.6, 0.0), True),))
-    assert Waiting().step(here, 0.8, (Person((0.45, 0.4), (0.6, 0.0), True),))
+    assert not Waiting().step(here, 0.8, (TrackedPerson(behind, (0.6, 0.0), True),))
+    assert Waiting().step(here, 0.8, (TrackedPerson((0.45, 0.4), (0.6, 0.0), True),))
 
 
 def test_a_sequence_that_ends_in_the_way_of_a_person_costs_most():
-    walks = (Person((3.0, 0.0), (-1.0, 0.0), True),)
+    walks = (TrackedPerson((3.0, 0.0), (-1.0, 0.0), True),)
     costs = way_cost(walks, np.array([[1.5, 0.0], [1.5, 0.4], [1.5, 0.9], [4.5, 0.0]]))
     assert costs[0] > costs[1] > costs[2] == costs[3] == 0.0
-    assert way_cost((Person((3.0, 0.0), (0.0, 0.0), False),), np.array([[3.0, 0.0]]))[0] == 0.0
+    assert way_cost((TrackedPerson((3.0, 0.0), (0.0, 0.0), False),), np.array([[3.0, 0.0]]))[0] == 0.0
 
 
 def test_a_new_cluster_nearby_is_expected_to_come():
-    crowd = Crowd()
+    crowd = PeopleTracker()
     ranges = with_people(scan_of(ROOM, HERE), HERE, np.array([[2.2, 1.5]]))
     points = to_world(lidar_points(np.asarray(ranges, dtype=np.float64)), HERE)
     crowd.observe(HERE, points, room_field().at(points) > 0.15)
@@ -347,7 +347,7 @@ def test_a_new_cluster_nearby_is_expected_to_come():
 
 @pytest.mark.parametrize("offset", [(0.02, -0.015, 0.025), (-0.01, 0.02, -0.02), (0.0, 0.0, 0.0)])
 def test_the_place_of_the_lidar_follows_from_scans_of_the_map_to_millimeters(offset):
-    mounting = Mounting(room_field(), (9.0, 9.0, 0.0))
+    mounting = LidarMounting(room_field(), (9.0, 9.0, 0.0))
     for k in range(40):
         pose = (1.0 + 0.05 * k, 1.0 + 0.02 * k, 0.1 * k)
         mounting.observe(pose, lidar_points(scan_of(ROOM, compose(pose, offset), sigma=0.03, seed=k)))
@@ -369,13 +369,13 @@ def glass_scan(pose, pane=((-0.8, 2.0), (0.8, 2.0))) -> tuple[np.ndarray, np.nda
 
 
 def test_a_pane_is_drawn_on_from_what_was_seen_of_it_and_ends_where_rays_pass():
-    panes, points = Panes(), np.empty((0, 2))
+    panes, points = SeenPanes(), np.empty((0, 2))
     for step in np.linspace(0.0, 1.0, 12):
         pose = (-0.6 + 0.4 * step, 0.4 + 0.5 * step, 0.8)
         points = panes.observe(pose, *glass_scan(pose))
     seen = -0.2 + 1.1 * math.tan(math.radians(10.0))
     assert np.abs(points[:, 1] - 2.0).max() < 0.02
-    assert points[:, 0].max() == pytest.approx(seen + FURTHER, abs=0.08)
+    assert points[:, 0].max() == pytest.approx(seen + CONTINUATION_M, abs=0.08)
     for x in np.linspace(-0.2, 1.4, 40):
         points = panes.observe((x, 1.2, 1.5), *glass_scan((x, 1.2, 1.5)))
     assert points[:, 0].max() == pytest.approx(0.8, abs=0.1)

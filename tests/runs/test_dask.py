@@ -18,7 +18,7 @@ import pytest
 
 from labgym.errors import LabgymError, OptionError
 from labgym.runs import Blob, ExecutorOptions, RunFolder, Shard, run_shards
-from labgym.runs.addresses import check_address
+from labgym.runs.executors import check_address
 from labgym.runs.ledger import LEDGER_FILE
 from runs import examples
 

@@ -11,7 +11,7 @@ from labgym.eval.driving.drive import Drive
 from labgym.layouts import Layout
 from labgym.policies.policy import Driver
 from labgym.suites import Suite, suite_of
-from labgym.viewer import Command, Console, Episode, Show, ViewerServer, episodes_of
+from labgym.viewer import Command, Console, Show, ViewerEpisode, ViewerServer, episodes_of
 
 
 class OverError(Exception):
@@ -29,7 +29,7 @@ def suite(layout: Layout) -> Suite:
 
 
 @pytest.fixture(scope="session")
-def episodes(layout: Layout, suite: Suite) -> tuple[Episode, ...]:
+def episodes(layout: Layout, suite: Suite) -> tuple[ViewerEpisode, ...]:
     return episodes_of([layout], suite)
 
 
@@ -44,7 +44,7 @@ def console() -> Console:
 
 
 @pytest.fixture
-def driven(suite: Suite, episodes: tuple[Episode, ...], console: Console) -> Callable[..., Drive]:
+def driven(suite: Suite, episodes: tuple[ViewerEpisode, ...], console: Console) -> Callable[..., Drive]:
     """Returns the first finished drive of a show."""
 
     def first(driver: Driver, first: int = 0, waits: bool = False, label: str = "driver") -> Drive:

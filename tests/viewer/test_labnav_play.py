@@ -19,7 +19,7 @@ from labgym.eval.driving.files import SUMMARY
 from labgym.eval.labnav.drive import drive_floor
 from labgym.eval.labnav.evaluation import LabNavEvaluation
 from labgym.policies import EpisodeStart, Policy
-from labgym.viewer import Command, Console, LabNavPerson, LabNavShow, LabNavWatch
+from labgym.viewer import Command, Console, LabNavKeyboardDriver, LabNavShow, LabNavWatch
 from runs.killing import hear_interrupts
 
 STEPS = 6
@@ -79,7 +79,7 @@ def test_a_person_has_the_row_of_a_policy_that_acts_alike(task):
 
     console = ScriptedConsole()
     console.wait_for_key = lambda: None
-    show = LabNavShow((episode,), LabNavPerson(console), "ada", console, finished=finished, waits=True)
+    show = LabNavShow((episode,), LabNavKeyboardDriver(console), "ada", console, finished=finished, waits=True)
     with pytest.raises(OverError):
         show.run()
     own = (episode.episode,)
@@ -92,7 +92,7 @@ def test_a_person_has_the_row_of_a_policy_that_acts_alike(task):
 
 def test_stop_counts_once_and_not_for_the_next_drive():
     console = Console()
-    person = LabNavPerson(console)
+    person = LabNavKeyboardDriver(console)
     console.command(Command(stop=True))
     assert [person.stop({}), person.stop({})] == [True, False]
     console.command(Command(stop=True))

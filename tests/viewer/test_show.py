@@ -17,7 +17,7 @@ from labgym.eval.driving.files import read_routes, read_rows
 from labgym.layouts import Layout
 from labgym.policies import EpisodeStart, Policy
 from labgym.suites import Suite
-from labgym.viewer import Command, Console, Episode, Person, Show
+from labgym.viewer import Command, Console, KeyboardDriver, Show, ViewerEpisode
 from labgym.viewer.console import KEY_LIFE
 from labgym.viewer.records import DriveRecords
 
@@ -48,19 +48,19 @@ class ScriptedConsole(Console):
         return (-1.0, 0.0) if self.steps <= 10 else (0.2, 0.5)
 
 
-def evaluated(driver: Policy, episode: Episode, suite: Suite, label: str) -> Drive:
+def evaluated(driver: Policy, episode: ViewerEpisode, suite: Suite, label: str) -> Drive:
     return drive_episodes(driver, episode.layout, (episode.assignment,), suite, label, 0)[0]
 
 
 def test_a_shown_policy_has_the_row_and_the_route_of_an_evaluation(
-    driven: Callable[..., Drive], suite: Suite, episodes: tuple[Episode, ...]
+    driven: Callable[..., Drive], suite: Suite, episodes: tuple[ViewerEpisode, ...]
 ) -> None:
     shown, expected = driven(Scripted(), 1), evaluated(Scripted(), episodes[1], suite, "driver")
     assert (shown.row, shown.route) == (expected.row, expected.route)
     assert shown.row.path_length > 0.2
 
 
-def test_a_person_who_presses_a_policys_actions_has_its_row(suite: Suite, episodes: tuple[Episode, ...]) -> None:
+def test_a_person_who_presses_a_policys_actions_has_its_row(suite: Suite, episodes: tuple[ViewerEpisode, ...]) -> None:
     drives: list[Drive] = []
 
     class OverError(Exception):
@@ -72,12 +72,12 @@ def test_a_person_who_presses_a_policys_actions_has_its_row(suite: Suite, episod
 
     console = ScriptedConsole()
     with pytest.raises(OverError):
-        Show(episodes, suite, Person(console), "me", console, waits=True, finished=finished).run()
+        Show(episodes, suite, KeyboardDriver(console), "me", console, waits=True, finished=finished).run()
     assert drives[0].row == evaluated(Scripted(), episodes[0], suite, "me").row
 
 
 def test_an_episode_that_is_left_has_no_row_and_the_one_asked_for_begins(
-    console: Console, suite: Suite, episodes: tuple[Episode, ...]
+    console: Console, suite: Suite, episodes: tuple[ViewerEpisode, ...]
 ) -> None:
     rows, pairs = [], []
 
@@ -102,10 +102,10 @@ def test_an_episode_that_is_left_has_no_row_and_the_one_asked_for_begins(
 
 
 def test_the_clock_of_a_person_waits_for_the_first_key(
-    console: Console, suite: Suite, episodes: tuple[Episode, ...]
+    console: Console, suite: Suite, episodes: tuple[ViewerEpisode, ...]
 ) -> None:
     finished = threading.Event()
-    show = Show(episodes, suite, Person(console), "me", console, waits=True, finished=lambda _: finished.set())
+    show = Show(episodes, suite, KeyboardDriver(console), "me", console, waits=True, finished=lambda _: finished.set())
     thread = threading.Thread(target=show.run, daemon=True)
     thread.start()
     _, moment = show.next_moment(0, 20.0)
@@ -118,12 +118,12 @@ def test_the_clock_of_a_person_waits_for_the_first_key(
 
 def test_moments_hold_the_sensors_of_the_pose(driven: Callable[..., Drive], console, suite, episodes) -> None:
     from labgym.envs.world import world_of
-    from labgym.viewer.moment import Senses
+    from labgym.viewer.moment import PageSenses
 
     world = world_of(episodes[0].layout)
     x, y, yaw = episodes[0].assignment.pair.start
     info = {"pose": (x, y, yaw), "distance": 1.0, "path_length": 0.0, "time": 0.0, "contacts": 0, "collision": False}
-    moment = Senses().moment(world, {**info, "clearance": 0.3}, "driving", 0, 1)
+    moment = PageSenses().moment(world, {**info, "clearance": 0.3}, "driving", 0, 1)
     assert len(moment.lidar) == 180
     # The robot faces the device of its start, 0.60 m in front of its middle line.
     assert 0.2 < moment.lidar[90] < 0.7
@@ -150,7 +150,7 @@ def test_pausing_holds_the_drive(console: Console) -> None:
 
 
 def test_drives_are_written_as_an_evaluation_writes_them(
-    driven: Callable[..., Drive], suite: Suite, episodes: tuple[Episode, ...], tmp_path: Path
+    driven: Callable[..., Drive], suite: Suite, episodes: tuple[ViewerEpisode, ...], tmp_path: Path
 ) -> None:
     drive, records = driven(Scripted(), label="me"), DriveRecords(tmp_path / "me", episodes, suite, "me")
     records.add(drive)

@@ -20,7 +20,7 @@ from labgym.assets.search import normalise, surface_forms
 from labgym.documents import write_bytes
 from labgym.errors import LabgymError, OptionError
 from labgym.runs import ExecutorOptions
-from labgym.runs.lock import only_writer
+from labgym.runs.folder import only_writer
 from labgym.temporary import sweep
 
 Outcome = Literal["added", "replaced", "unchanged"]

@@ -16,7 +16,7 @@ from labgym.errors import OptionError
 from labgym.eval.labnav.row import Track
 from labgym.layouts import Layout
 from labgym.policies import Policy
-from labgym.policies.foreknowledge import Forecast, Foreknowledge, RobotPath
+from labgym.policies.policy import Foreknowledge, PeopleForecast, RobotPath
 from labgym.policies.process import PolicyProcess, PolicySource
 from labgym.policies.registry import BUILT_IN
 from labgym.runs import ExecutorOptions
@@ -73,7 +73,7 @@ class TrueWorld(Foreknowledge):
         walking = self._state.presences.get("people")
         return walking.yields if isinstance(walking, Walking) else np.zeros(0, dtype=bool)
 
-    def forecast(self) -> Forecast | None:
+    def forecast(self) -> PeopleForecast | None:
         """Return the people from now on; None without people."""
         walking = self._state.presences.get("people")
         return walking.forecast() if isinstance(walking, Walking) else None

@@ -78,7 +78,8 @@ def score_layouts(
         if not folder.finished:
             names = []
             shards = _shards(jobs, chosen, judge)
-            for shard, _ in run_shards(shards, folder, executor, "score", "layout", guard, count, progress):
+            run = run_shards(shards, folder, executor, "score", "layout", guard, total=count, progress=progress)
+            for shard, _ in run:
                 names.append(shard.name)
             folder.finish({SCORES: ((folder.path / _part(name)).read_bytes() for name in sorted(names))})
     yield from read_scores(out)

@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from labgym.envs.sensors import IMAGE_SHAPE, LIDAR_RAYS
 from labgym.errors import OptionError, UnknownNameError
 from labgym.policies.adapters.actor_file import Perceptron
-from labgym.policies.adapters.inputs import checked_action, sensors_for
-from labgym.policies.adapters.near_goal import near_goal
+from labgym.policies.adapters.inputs import checked_action, near_goal, sensors_for
 from labgym.policies.policy import EpisodeStart, Observation, Policy, Sensors
 
 Values = NDArray[Any]

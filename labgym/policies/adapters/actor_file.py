@@ -19,6 +19,7 @@ from torch import Tensor, nn
 from labgym.documents import Document, check_safetensors_header, write_bytes
 from labgym.errors import DocumentError
 from labgym.policies.adapters.inputs import checked_file
+from labgym.policies.options import NonNegative, Positive
 
 Activation = Literal["elu", "relu", "silu", "tanh"]
 
@@ -49,8 +50,8 @@ class ActorHeader(Document):
     squash: bool
     limit: Annotated[float, Field(gt=0.0, allow_inf_nan=False)] | None = None
     normalized: tuple[str, ...] = ()
-    clip: Annotated[float, Field(gt=0.0)] = 10.0
-    epsilon: Annotated[float, Field(ge=0.0)] = 1e-8
+    clip: Positive = 10.0
+    epsilon: NonNegative = 1e-8
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import io
 import warnings
+import zipfile
+import zlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -123,3 +126,73 @@ def _array(name: str, observation: Observation) -> NDArray[np.float32]:
     if name == "rgb":
         value = value.transpose(2, 0, 1).astype(np.float32) / np.float32(255.0)
     return np.ascontiguousarray(value, dtype=np.float32).reshape(SHAPES[name])
+
+
+MAX_UNPACKED_BYTES = 512 * 2**20
+"""Largest sum of all members when unpacked, also of the members of archives inside."""
+
+MAX_MEMBERS = 10_000
+
+MAX_NESTING = 2
+"""An archive of stable-baselines3 holds archives of torch."""
+
+
+def check_archive(path: Path) -> tuple[str, ...]:
+    """Return the names of the members of a policy's zip archive.
+
+    Raises:
+        LabgymError: the file is not a zip archive, is damaged, or unpacks to too much.
+    """
+    try:
+        with zipfile.ZipFile(path) as archive:
+            names = tuple(archive.namelist())
+            _unpacked(path, archive, 1)
+    except (zipfile.BadZipFile, zlib.error, ValueError, NotImplementedError, RuntimeError, OSError, EOFError) as error:
+        raise LabgymError(f"policy {str(path)!r} is not a readable zip archive ({str(error)[:80]})") from None
+    return names
+
+
+def _unpacked(path: Path, archive: zipfile.ZipFile, depth: int) -> tuple[int, int]:
+    """Return the number of members of an archive and their size when unpacked, bytes.
+
+    Raises:
+        LabgymError: they exceed the limits.
+    """
+    count, size = len(archive.infolist()), sum(member.file_size for member in archive.infolist())
+    _check(path, count, size)
+    for member in archive.infolist() if depth < MAX_NESTING else ():
+        with archive.open(member) as stream:
+            if stream.read(4) != b"PK\x03\x04":
+                continue
+        with zipfile.ZipFile(io.BytesIO(archive.read(member))) as inner:
+            more = _unpacked(path, inner, depth + 1)
+        count, size = count + more[0], size + more[1]
+        _check(path, count, size)
+    return count, size
+
+
+def _check(path: Path, count: int, size: int) -> None:
+    if count > MAX_MEMBERS or size > MAX_UNPACKED_BYTES:
+        raise LabgymError(
+            f"policy {str(path)!r} unpacks to {size} bytes in {count} files; at most {MAX_UNPACKED_BYTES} bytes in "
+            f"{MAX_MEMBERS} files are loaded"
+        )
+
+
+NEAR = 1.0
+"""Distance from which on the input stays the same, meters."""
+
+SCALE = 5.0
+"""The input at that distance. A network that must stop within 0.36 m has to tell decimeters near the goal, which the
+normalized distance of a whole drive shrinks to hundredths."""
+
+
+def near_goal(goal: NDArray[Any]) -> NDArray[np.float32]:
+    """Return distance, x and y of the goal in the robot frame, (..., 3): at most 5, which stands for a meter.
+
+    Args:
+        goal: distance, cosine and sine of the bearing, as of `GoalSensor`, shape (..., 3).
+    """
+    distance = SCALE / NEAR * np.minimum(goal[..., :1], NEAR)
+    near: NDArray[np.float32] = np.concatenate([distance, distance * goal[..., 1:]], axis=-1).astype(np.float32)
+    return near

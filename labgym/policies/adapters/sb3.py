@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from labgym.envs.sensors import IMAGE_SHAPE, LIDAR_RAYS
 from labgym.errors import LabgymError, MissingDependencyError, OptionError, UnknownNameError
-from labgym.policies.adapters.archive import check_archive
-from labgym.policies.adapters.inputs import check_trust, checked_action, checked_file, sensors_for
+from labgym.policies.adapters.inputs import check_archive, check_trust, checked_action, checked_file, sensors_for
 from labgym.policies.policy import EpisodeStart, Observation, Policy, Sensors
 
 ALGORITHMS = ("A2C", "DDPG", "PPO", "SAC", "TD3")

@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.errors import LabgymError, MissingDependencyError
-from labgym.policies.adapters.archive import check_archive
-from labgym.policies.adapters.inputs import Inputs, check_trust, checked_action, checked_file
+from labgym.policies.adapters.inputs import Inputs, check_archive, check_trust, checked_action, checked_file
 from labgym.policies.policy import EpisodeStart, Observation, Policy
 
 ON_FILES = re.compile(rb"\b(?:from_file|load_tensor)\b|\.\s*save\s*\(")

@@ -9,22 +9,21 @@ import numpy as np
 
 from labgym.envs.robot import ROBOT
 from labgym.navigation import Pose
-from labgym.policies.clairvoyant.crowd import URGENT, CrowdPlanner, Plan, is_moving
-from labgym.policies.clairvoyant.errand import Errand
-from labgym.policies.clairvoyant.planning import reference_of
+from labgym.policies.clairvoyant.crowd import BRAKE_MARGIN_S, CrowdPlan, CrowdPlanner, is_moving
+from labgym.policies.clairvoyant.planning import Errand, reference_of
 from labgym.policies.clairvoyant.reference import standing
 from labgym.policies.clairvoyant.route import Route
-from labgym.policies.clairvoyant.worth import NEAR, Worth
+from labgym.policies.clairvoyant.worth import NEAR_PEOPLE_M, Worth
 
-CHECK, IMPROVE, RETRY = 1.0, 3.0, 0.4
-"""Seconds after which a plan is checked, after which a better one is looked for, and after which a robot that stands
-looks again."""
-MOVED = 0.05
-"""Distance from which the way alone is planned anew, meters."""
-LAST = 0.45
-"""Time before the end of a plan from which it stays, seconds."""
-ENDED = 1.0
-"""Time after the end of a plan from which there is another one, seconds."""
+CHECK_PERIOD_S, IMPROVE_PERIOD_S, RETRY_PERIOD_S = 1.0, 3.0, 0.4
+"""Time between checks of a plan, between searches for a better one, and between searches of a robot that stands,
+seconds."""
+REPLAN_DISTANCE_M = 0.05
+"""Distance from the start of the way alone at which it is planned anew, meters."""
+KEEP_BEFORE_END_S = 0.45
+"""A plan that ends within this time is kept, seconds."""
+KEEP_AFTER_END_S = 1.0
+"""Time after its end until which a plan is kept, seconds."""
 
 
 class AloneDrive:
@@ -71,7 +70,7 @@ class CrowdDrive:
         self._planner = CrowdPlanner(errand, replace(worth, ideal=max(length, 0.5)))
         self._began, self._beside, self._last = time, 0.0, pose
         self._due, self._improve = time, time
-        self._plan: Plan | None = None
+        self._plan: CrowdPlan | None = None
 
     @property
     def over(self) -> float:
@@ -84,7 +83,7 @@ class CrowdDrive:
         """Return the velocities to command, m/s and rad/s."""
         world = self._world
         people = world.people([world.time])[0] - np.array(world.pose[:2])
-        if np.hypot(people[:, 0], people[:, 1]).min(initial=math.inf) < NEAR:
+        if np.hypot(people[:, 0], people[:, 1]).min(initial=math.inf) < NEAR_PEOPLE_M:
             self._beside += ROBOT.control_dt
         self._planner.driven += math.dist(world.pose[:2], self._last[:2])
         self._last = world.pose
@@ -108,14 +107,15 @@ class CrowdDrive:
             return
         improve = time >= self._improve - 1e-6
         if improve:
-            self._improve = time + IMPROVE
+            self._improve = time + IMPROVE_PERIOD_S
         self._planner.worth = self._planner.worth.after(time - self._began, self._beside)
         self._plan = self._planner.plan(alone, plan, improve)
-        self._due = time + (CHECK if not self._plan.rests else RETRY if self._plan.route is None else 0.0)
+        pause = RETRY_PERIOD_S if self._plan.route is None else 0.0
+        self._due = time + (pause if self._plan.rests else CHECK_PERIOD_S)
         # In time to brake before a touch that is expected.
-        self._due = min(self._due, max(self._plan.touch - URGENT, time + ROBOT.control_dt))
+        self._due = min(self._due, max(self._plan.touch - BRAKE_MARGIN_S, time + ROBOT.control_dt))
 
-    def _stays(self, plan: Plan) -> bool:
+    def _stays(self, plan: CrowdPlan) -> bool:
         """Return whether a plan is carried out without a check now."""
         if plan.route is None:
             return False
@@ -124,12 +124,12 @@ class CrowdDrive:
         if plan.rests:
             return left > 0.05
         turning = plan.reference.index(time) < plan.driving
-        return -ENDED < left < LAST or (turning and plan.touch > time + 1.5)
+        return -KEEP_AFTER_END_S < left < KEEP_BEFORE_END_S or (turning and plan.touch > time + 1.5)
 
     def _way_alone(self) -> Route | None:
         """Return the way that the robot would take from here alone."""
         pose = self._world.pose
-        if self._alone is None or math.dist(self._alone[0][:2], pose[:2]) > MOVED:
+        if self._alone is None or math.dist(self._alone[0][:2], pose[:2]) > REPLAN_DISTANCE_M:
             way = self._errand.way(pose, quick=True)
             self._alone = None if way is None else (pose, way.route)
         return None if self._alone is None else self._alone[1]

@@ -7,26 +7,25 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from labgym.envs.robot import ROBOT
-from labgym.geometry import wrap_angle
-from labgym.navigation import Pose
-from labgym.policies.clairvoyant.clearance import ClearanceField
-from labgym.policies.clairvoyant.reference import Reference, along_route, standing, turn, turning_time
-from labgym.policies.clairvoyant.route import Limits, Route, fastest_times
-from labgym.policies.clairvoyant.smoothing import Band, smooth_path
+from labgym.geometry import Array, wrap_angle
+from labgym.navigation import Pose, ShortestPaths
+from labgym.policies.clairvoyant.reference import ReferenceMotion, along_route, standing, turn, turning_time
+from labgym.policies.clairvoyant.route import DriveLimits, Route, fastest_times
+from labgym.policies.clairvoyant.smoothing import BandWeights, ClearanceField, smooth_path
+from labgym.policies.policy import Foreknowledge
 
-Array = NDArray[np.float64]
+FIRST_BENDS_RAD = (0.0, 0.4, 0.8, 1.2, 1.6)
+"""Angles of the bend with which the path begins after a turn in place, radians."""
 
-TURNS = (0.0, 0.4, 0.8, 1.2, 1.6)
-"""Angles that the robot leaves to the path's first bend after a turn in place, radians."""
-LEAST = 0.285
+LEAST_CLEARANCE_M = 0.285
 """Least clearance of a smooth path, meters."""
-BANDS = (Band(), Band(radius=0.30, bend=0.005, twist=0.001))
+
+BANDS = (BandWeights(), BandWeights(radius=0.30, bend=0.005, twist=0.001))
 """Weights of paths: the second one for narrow places."""
 
-TAUT = Band(radius=0.305, bend=0.003, sharp=0.05, twist=0.0005)
+TAUT_BAND = BandWeights(radius=0.305, bend=0.003, sharp=0.05, twist=0.0005)
 """Weights of paths whose length counts, not their time."""
 
 
@@ -45,29 +44,36 @@ class Way:
     seconds: float
 
 
-def fastest_way(
-    points: Array,
-    field: ClearanceField,
-    pose: Pose,
-    limits: Limits,
-    heading: float | None = None,
-    short: float = 0.0,
-    quick: bool = False,
-    taut: bool = False,
-) -> Way | None:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class WayRequest:
+    """Requirements of a way.
+
+    Attributes:
+        field: of the true floor. limits: of the motion. heading: at the goal, radians; None for any.
+        short: radius of the disc around the goal at whose edge the way ends, meters.
+        taut: whether the length of the way counts, not its time.
+    """
+
+    field: ClearanceField
+    limits: DriveLimits
+    heading: float | None = None
+    short: float = 0.0
+    taut: bool = False
+
+
+def fastest_way(points: Array, pose: Pose, request: WayRequest, quick: bool = False) -> Way | None:
     """Return the fastest of several ways along a polyline for a robot at rest; None if none is clear.
 
     Args:
-        points: (m, 2) from the robot to the goal, meters. field: of the floor. pose: of the robot.
-        limits: of the motion. heading: at the goal, radians; None for any.
-        short: radius of the disc around the end at whose edge the way ends, meters.
-        quick: whether only the way with a turn in place is made. taut: whether length counts, not time.
+        points: (m, 2) from the robot to the goal, meters. pose: of the robot. request: requirements of the way.
+        quick: whether only the way with a turn in place is made.
     """
     best: Way | None = None
-    for band in (TAUT, *BANDS) if taut else BANDS:
-        for left, end in [(None, None)] if quick or taut else _ends(points, field, band, pose, heading):
+    field, limits, heading = request.field, request.limits, request.heading
+    for band in (TAUT_BAND, *BANDS) if request.taut else BANDS:
+        for left, end in [(None, None)] if quick or request.taut else _ends(points, field, band, pose, heading):
             path = smooth_path(points, field, band, left, end)
-            route = Route.of(_cut(path, points[-1], short), limits, left)
+            route = Route.of(_cut(path, points[-1], request.short), limits, left)
             way = way_along(route, pose, limits, heading)
             if (best is None or way.seconds < best.seconds) and is_clear(route, field):
                 best = way
@@ -76,7 +82,7 @@ def fastest_way(
     return best
 
 
-def way_along(route: Route, pose: Pose, limits: Limits, heading: float | None) -> Way:
+def way_along(route: Route, pose: Pose, limits: DriveLimits, heading: float | None) -> Way:
     """Return the way of a robot at rest at a pose along a route."""
     yaw = pose[2] + wrap_angle(float(route.yaw[0]) - pose[2])
     seconds = turning_time(yaw - pose[2], limits) + float(fastest_times(route, limits.acceleration)[1][-1])
@@ -85,13 +91,13 @@ def way_along(route: Route, pose: Pose, limits: Limits, heading: float | None) -
     return Way(yaw, route, heading, seconds)
 
 
-def is_clear(route: Route, field: ClearanceField, least: float = LEAST) -> bool:
+def is_clear(route: Route, field: ClearanceField, least: float = LEAST_CLEARANCE_M) -> bool:
     """Return whether a route keeps its distance from barriers."""
     return float(field.barriers.clearance(route.points[::2]).min()) >= least
 
 
 def _ends(
-    points: Array, field: ClearanceField, band: Band, pose: Pose, heading: float | None
+    points: Array, field: ClearanceField, band: BandWeights, pose: Pose, heading: float | None
 ) -> Sequence[tuple[float | None, float | None]]:
     """Return the headings at the ends of the paths that are tried."""
     first = smooth_path(points, field, band)
@@ -100,7 +106,7 @@ def _ends(
     ahead = math.atan2(*(first[1] - first[0])[::-1].tolist())
     off = wrap_angle(ahead - pose[2])
     starts: list[float | None] = [None]
-    for angle in TURNS:
+    for angle in FIRST_BENDS_RAD:
         if abs(off) < math.pi / 2.0 and angle >= abs(off):
             starts.append(pose[2])
             break
@@ -110,7 +116,9 @@ def _ends(
     return [(start, end) for start in starts for end in ends]
 
 
-def reference_of(way: Way, pose: Pose, limits: Limits, time: float, weights: Sequence[float] = (1.0,)) -> Reference:
+def reference_of(
+    way: Way, pose: Pose, limits: DriveLimits, time: float, weights: Sequence[float] = (1.0,)
+) -> ReferenceMotion:
     """Return the motion of a robot at rest at a pose along a way.
 
     Args:
@@ -154,3 +162,40 @@ def _cut(path: Array, goal: Array, short: float) -> Array:
         middle = 0.5 * (lo + hi)
         lo, hi = (middle, hi) if np.linalg.norm(a + (b - a) * middle - goal) > short else (lo, middle)
     return np.vstack([path[: k + 1], a + (b - a) * hi])
+
+
+NUDGES = tuple((0.02 * ring, math.pi / 8.0 * k) for ring in range(1, 11) for k in range(16))
+"""Distances, meters, and directions, radians, in which a free place is looked for."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Errand(WayRequest):
+    """A drive to make.
+
+    Attributes:
+        world: the foreknowledge. paths: of the true floor. weights: of the filter of the motion.
+    """
+
+    world: Foreknowledge
+    paths: ShortestPaths
+    weights: Sequence[float]
+
+    def points(self, pose: Pose) -> Array | None:
+        """Return the shortest path from a pose to the goal, (n, 2) meters; None without a way.
+
+        A robot that stands a little too near to something leaves for the nearest free place.
+        """
+        goal = self.world.goal[:2]
+        path = self.paths.path(pose[:2], goal)
+        if path is not None:
+            return path.points
+        for distance, angle in NUDGES:
+            place = pose[0] + distance * math.cos(angle), pose[1] + distance * math.sin(angle)
+            if self.paths.free(*place) and (path := self.paths.path(place, goal)) is not None:
+                return np.vstack([pose[:2], path.points])
+        return None
+
+    def way(self, pose: Pose, quick: bool = False) -> Way | None:
+        """Return the fastest way alone for a robot at rest; None without one."""
+        points = self.points(pose)
+        return None if points is None else fastest_way(points, pose, self, quick)

@@ -13,23 +13,23 @@ from labgym.envs.conditions.beaker import GRAVITY, Beaker
 from labgym.envs.robot import ROBOT
 from labgym.envs.world import world_of
 from labgym.errors import LabgymError
-from labgym.policies.clairvoyant.clearance import ClearanceField
 from labgym.policies.clairvoyant.drives import AloneDrive, CrowdDrive
-from labgym.policies.clairvoyant.errand import Errand
-from labgym.policies.clairvoyant.route import Limits
+from labgym.policies.clairvoyant.planning import Errand
+from labgym.policies.clairvoyant.route import DriveLimits
+from labgym.policies.clairvoyant.smoothing import ClearanceField
 from labgym.policies.clairvoyant.worth import Worth
 from labgym.policies.gentle import shaping_weights
 from labgym.policies.policy import EpisodeStart, Observation, Policy
 from labgym.policies.reckoning import DeadReckoning
 from labgym.policies.tracking import velocities_to_action
 
-INSIDE = 0.015
+STOP_INSIDE_M = 0.015
 """How far inside the edge of the success disc the robot comes to rest, meters."""
-AT_REST = (0.01, 0.02)
+REST_VELOCITIES = (0.01, 0.02)
 """Forward velocity, m/s, and turn rate, rad/s, below which the robot is at rest."""
-DOCKED = (0.01, 0.01)
+DOCK_ERRORS = (0.01, 0.01)
 """Errors below which a robot at rest has docked, meters and radians."""
-SHARES = (0.56, 0.5)
+LIQUID_SHARES = (0.56, 0.5)
 """Shares of the acceleration that raises a liquid to the rim that are used along and across the way."""
 
 
@@ -58,7 +58,7 @@ class ClairvoyantPolicy(Policy):
         self._world, self._carries, self._docks = world, episode.beaker is not None, episode.heading is not None
         crowded = world.people([world.time]).shape[1] > 0
         # A robot that carries a liquid brakes by its own schedule.
-        short = world.radius - 2.0 * INSIDE if (crowded or self._carries) and not self._docks else 0.0
+        short = world.radius - 2.0 * STOP_INSIDE_M if (crowded or self._carries) and not self._docks else 0.0
         self._tolerance = episode.task.dock_slack if self._docks else 0.0
         weights = episode.task.weights
         worth = Worth(1.0, weights.time, weights.people, weights.length)
@@ -69,7 +69,7 @@ class ClairvoyantPolicy(Policy):
             short=max(short, self._tolerance),
             heading=world.goal[2] if self._docks else None,
             limits=replace(
-                Limits() if episode.beaker is None else gentle_limits(episode.beaker),
+                DriveLimits() if episode.beaker is None else gentle_limits(episode.beaker),
                 speed=min(world.wheels[0], 1.0) * ROBOT.v_max,
             ),
             taut=worth.way > 0.0,
@@ -86,23 +86,24 @@ class ClairvoyantPolicy(Policy):
     def stop(self, observation: Observation) -> bool:  # noqa: ARG002
         """Whether braking ends inside the disc or, with a heading or a beaker, the robot rests where it should."""
         pose, velocity, goal = self._world.pose, self._world.velocity, self._world.goal
-        resting = abs(velocity[0]) <= AT_REST[0] and abs(velocity[1]) <= AT_REST[1]
+        resting = abs(velocity[0]) <= REST_VELOCITIES[0] and abs(velocity[1]) <= REST_VELOCITIES[1]
         away = math.dist(pose[:2], goal[:2])
         if self._docks:
             off = abs(math.remainder(pose[2] - goal[2], 2.0 * math.pi))
-            over = self._drive.over
-            return resting and over > 0.3 and ((away <= self._tolerance + DOCKED[0] and off <= DOCKED[1]) or over > 3.0)
+            docked = away <= self._tolerance + DOCK_ERRORS[0] and off <= DOCK_ERRORS[1]
+            return resting and self._drive.over > (0.3 if docked else 3.0)
         if away > self._world.radius + 0.5 or (self._carries and not resting):
             return False
         reckoning = DeadReckoning()
         reckoning.pose, reckoning.velocity = pose, velocity
-        while max(map(abs, reckoning.velocity)) > AT_REST[0] / 4.0:
+        while max(map(abs, reckoning.velocity)) > REST_VELOCITIES[0] / 4.0:
             reckoning.drive(np.zeros(2))
-        return math.dist(reckoning.pose[:2], goal[:2]) <= self._world.radius - INSIDE
+        return math.dist(reckoning.pose[:2], goal[:2]) <= self._world.radius - STOP_INSIDE_M
 
 
-def gentle_limits(beaker: Beaker) -> Limits:
+def gentle_limits(beaker: Beaker) -> DriveLimits:
     """Return the limits of the motion with a beaker."""
     rim = beaker.freeboard * GRAVITY / (beaker.rise(1.0) * GRAVITY / beaker.frequency**2)
-    free = Limits()
-    return Limits(acceleration=min(SHARES[0] * rim, free.acceleration), lateral=min(SHARES[1] * rim, free.lateral))
+    free = DriveLimits()
+    along, across = (share * rim for share in LIQUID_SHARES)
+    return DriveLimits(acceleration=min(along, free.acceleration), lateral=min(across, free.lateral))

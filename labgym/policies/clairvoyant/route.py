@@ -7,22 +7,20 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from labgym.envs.robot import ROBOT
-from labgym.policies.clairvoyant.smoothing import resampled
+from labgym.geometry import Array
+from labgym.policies.tracking import lengths_along, resampled
 
-Array = NDArray[np.float64]
-
-SPACING = 0.02
+SPACING_M = 0.02
 """Distance between the samples of a route, meters."""
-SLOWEST = 0.10
+LOWEST_SPEED_LIMIT = 0.10
 """Least speed limit, m/s."""
 
 
 @dataclass(frozen=True)
-class Limits:
+class DriveLimits:
     """Limits of the motion; less than the robot's, to have some left for corrections.
 
     Attributes:
@@ -51,7 +49,7 @@ class Gait:
     weights: tuple[float, ...] = (1.0,)
 
     @classmethod
-    def of(cls, limits: Limits, weights: Sequence[float] = (1.0,)) -> Gait:
+    def of(cls, limits: DriveLimits, weights: Sequence[float] = (1.0,)) -> Gait:
         """Return the gait that reaches the greatest speed within the acceleration."""
         levels = math.ceil(limits.speed / (limits.acceleration * ROBOT.control_dt) - 1e-9)
         return cls(levels, limits.speed / levels, tuple(weights))
@@ -78,7 +76,7 @@ class Route:
     fastest: Array
 
     @classmethod
-    def of(cls, path: Array, limits: Limits, start_yaw: float | None = None) -> Route:
+    def of(cls, path: Array, limits: DriveLimits, start_yaw: float | None = None) -> Route:
         """Return the route along a polyline (m, 2).
 
         Args:
@@ -95,7 +93,9 @@ class Route:
         with np.errstate(divide="ignore", invalid="ignore"):
             fastest = np.minimum(limits.turn, np.sqrt(limits.lateral * np.abs(curvature))) / np.abs(curvature)
             fastest = np.fmin(fastest, np.sqrt(limits.turn_acceleration / twist))
-        return cls(points, yaw, spacing, curvature, np.clip(np.nan_to_num(fastest, nan=9.0), SLOWEST, limits.speed))
+        return cls(
+            points, yaw, spacing, curvature, np.clip(np.nan_to_num(fastest, nan=9.0), LOWEST_SPEED_LIMIT, limits.speed)
+        )
 
     @property
     def length(self) -> float:
@@ -129,7 +129,7 @@ def fastest_times(route: Route, acceleration: float, speed: float = 0.0) -> tupl
 def _rounded(path: Array) -> Array:
     """Return points at even steps of about 2 cm on the cubic spline through a path, (n, 2)."""
     if len(path) < 3:
-        return resampled(path, SPACING)
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
+        return resampled(path, SPACING_M)
+    along = lengths_along(path)
     spline = CubicSpline(along, path)
-    return resampled(spline(np.linspace(0.0, along[-1], math.ceil(along[-1] / SPACING) * 2 + 1)), SPACING)
+    return resampled(spline(np.linspace(0.0, along[-1], math.ceil(along[-1] / SPACING_M) * 2 + 1)), SPACING_M)

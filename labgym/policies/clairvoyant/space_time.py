@@ -7,28 +7,62 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.policies.clairvoyant.clearance import NODE, ClearanceField
-from labgym.policies.clairvoyant.space_time_kernel import earlier_values
+from labgym.geometry import Array
+from labgym.machine_code import entry
+from labgym.policies.clairvoyant.smoothing import NODE_M, ClearanceField
 
-Array = NDArray[np.float64]
+
+@entry
+def earlier_values(
+    waited: Costs, entered: Costs, moves: NDArray[np.int64], inside: NDArray[np.bool_], free: NDArray[np.bool_]
+) -> Costs:
+    """Return the values one move earlier: the least cost of waiting in a cell and of every move out of it, seconds.
+
+    Args:
+        waited, entered: (rows, columns) costs of waiting in a cell, and of moving into it, and going on, seconds.
+        moves: (m, 2) rows and columns of each move. inside: cells in which a way ends. free: cells that can be entered.
+    """
+    height, width = waited.shape
+    values = waited.copy()
+    for row in range(height):
+        for k in range(len(moves)):
+            dy, dx = moves[k, 0], moves[k, 1]
+            if 0 <= row + dy < height:
+                first, last = max(-dx, 0), width - max(dx, 0)
+                moved = entered[row + dy, first + dx : last + dx]
+                values[row, first:last] = np.minimum(values[row, first:last], moved)
+        for column in range(width):
+            if not free[row, column]:
+                values[row, column] = np.inf
+            elif inside[row, column]:
+                values[row, column] = 0.0
+    return values
+
+
 Costs = NDArray[np.float32]
 
 STRIDE = 2
 """Nodes of the clearance field for one cell."""
-CELL = STRIDE * NODE
-DT = 0.3
+
+CELL_M = STRIDE * NODE_M
+
+MOVE_S = 0.3
 """Duration of a move, seconds."""
-REACH = 3
-"""Length of the longest move, cells: 1 m/s."""
-FREE, ROOMY = 0.30, 0.36
-"""Clearance that a cell needs, and below which it costs more, meters."""
-TIGHT = 0.2
-"""How much more, of the time."""
+
+REACH_CELLS = 3
+"""Length of the longest move, cells: at 1 m/s."""
+
+FREE_CLEARANCE_M, ROOMY_CLEARANCE_M = 0.30, 0.36
+"""Least clearance of a cell on a way, and of a cell without a surcharge, meters."""
+
+TIGHT_SURCHARGE = 0.2
+"""Surcharge on the time in a cell with less clearance, as a share."""
+
 MOVES = tuple(
     (dy, dx)
-    for dy in range(-REACH, REACH + 1)
-    for dx in range(-REACH, REACH + 1)
-    if 0 < dx * dx + dy * dy <= REACH * REACH + 1e-9
+    for dy in range(-REACH_CELLS, REACH_CELLS + 1)
+    for dx in range(-REACH_CELLS, REACH_CELLS + 1)
+    if 0 < dx * dx + dy * dy <= REACH_CELLS * REACH_CELLS + 1e-9
 )
 
 
@@ -43,11 +77,11 @@ class SpaceTime:
         self._low = field.low
         clearance = field.values[::STRIDE, ::STRIDE]
         rows, columns = clearance.shape
-        y, x = self._low[1] + CELL * np.arange(rows), self._low[0] + CELL * np.arange(columns)
-        inside = (x[None, :] - goal[0]) ** 2 + (y[:, None] - goal[1]) ** 2 <= max(radius, CELL) ** 2
-        self._free = clearance >= FREE - 0.005
+        y, x = self._low[1] + CELL_M * np.arange(rows), self._low[0] + CELL_M * np.arange(columns)
+        inside = (x[None, :] - goal[0]) ** 2 + (y[:, None] - goal[1]) ** 2 <= max(radius, CELL_M) ** 2
+        self._free = clearance >= FREE_CLEARANCE_M - 0.005
         self._inside = inside & self._free
-        step = np.where(clearance < ROOMY, DT * (1.0 + TIGHT), DT).astype(np.float32)
+        step = np.where(clearance < ROOMY_CLEARANCE_M, MOVE_S * (1.0 + TIGHT_SURCHARGE), MOVE_S).astype(np.float32)
         self._step = np.where(self._free, step, np.float32(np.inf))
         self._alone = self._settled()
 
@@ -74,13 +108,13 @@ class SpaceTime:
 
     def _prices(self, people: Array, apart: float, near: float, price: float) -> tuple[Costs, Costs]:
         """Return the costs of waiting in each cell among people and of a move into it, seconds."""
-        wait, enter = np.full_like(self._step, DT), self._step.copy()
+        wait, enter = np.full_like(self._step, MOVE_S), self._step.copy()
         beside, blocked = np.zeros(wait.shape, dtype=bool), np.zeros(wait.shape, dtype=bool)
         for rows, columns, square in self._windows(people, max(apart, near)):
             beside[rows, columns] |= square < near * near
             blocked[rows, columns] |= square < apart * apart
-        wait[beside] += np.float32(price * DT)
-        enter[beside] += np.float32(price * DT)
+        wait[beside] += np.float32(price * MOVE_S)
+        enter[beside] += np.float32(price * MOVE_S)
         enter[blocked] = np.inf
         return wait, enter
 
@@ -102,7 +136,7 @@ class SpaceTime:
         """Return the way along the cheapest moves; the stack has the costs of waiting and of moving into each cell."""
         (row, column), way = here, [start]
         height, width = self._alone.shape
-        alone = self._alone + np.float32(DT), self._alone + self._step
+        alone = self._alone + np.float32(MOVE_S), self._alone + self._step
         for step in range(400):
             if self._inside[row, column]:
                 break
@@ -113,7 +147,7 @@ class SpaceTime:
                 if 0 <= y < height and 0 <= x < width and entered[y, x] < best:
                     best, there = float(entered[y, x]), (y, x)
             row, column = there
-            way.append(self._low + CELL * np.array([column, row]))
+            way.append(self._low + CELL_M * np.array([column, row]))
         return np.array(way)
 
     def _windows(self, people: Array, reach: float) -> list[tuple[slice, slice, Array]]:
@@ -121,20 +155,20 @@ class SpaceTime:
         height, width = self._free.shape
         windows = []
         for x, y in people.tolist():
-            left, right = ((x - self._low[0] + side * reach) / CELL for side in (-1.0, 1.0))
-            below, above = ((y - self._low[1] + side * reach) / CELL for side in (-1.0, 1.0))
+            left, right = ((x - self._low[0] + side * reach) / CELL_M for side in (-1.0, 1.0))
+            below, above = ((y - self._low[1] + side * reach) / CELL_M for side in (-1.0, 1.0))
             rows = slice(max(math.ceil(below), 0), min(math.floor(above) + 1, height))
             columns = slice(max(math.ceil(left), 0), min(math.floor(right) + 1, width))
             if rows.start >= rows.stop or columns.start >= columns.stop:
                 continue
-            dy = self._low[1] + CELL * np.arange(rows.start, rows.stop) - y
-            dx = self._low[0] + CELL * np.arange(columns.start, columns.stop) - x
+            dy = self._low[1] + CELL_M * np.arange(rows.start, rows.stop) - y
+            dx = self._low[0] + CELL_M * np.arange(columns.start, columns.stop) - x
             windows.append((rows, columns, dy[:, None] ** 2 + dx[None, :] ** 2))
         return windows
 
     def _cell(self, point: Array) -> tuple[int, int]:
         """Return the row and column of the nearest free cell within 0.3 m, or of the cell at a point."""
-        column, row = (round(float(each)) for each in (point - self._low) / CELL)
+        column, row = (round(float(each)) for each in (point - self._low) / CELL_M)
         height, width = self._free.shape
         near = [
             (dy * dy + dx * dx, row + dy, column + dx)

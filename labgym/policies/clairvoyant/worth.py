@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-NEAR = 1.0
+NEAR_PEOPLE_M = 1.0
 """Distance from people within which time costs points, meters between centers."""
 
 

@@ -9,12 +9,12 @@ from pydantic import Field
 
 from labgym.documents import Document, Record, canonical_hash
 from labgym.errors import OptionError
+from labgym.policies.options import Share
 from labgym.runs.identity import IDENTITY_FILE
 
 MANIFEST = "manifest.json"
 
 Digest = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
-Share = Annotated[float, Field(ge=0.0, le=1.0)]
 
 
 class DataOptions(Record):

@@ -5,17 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from labgym.errors import LabgymError
-from labgym.geometry import rotate, to_local, to_world, wrap_angle
+from labgym.geometry import Array, rotate, to_local, to_world, wrap_angle
 from labgym.layouts import Layout
 from labgym.navigation import PLANNING_RADIUS, Pose, ShortestPath, ShortestPaths, goal_poses
+from labgym.policies.tracking import lengths_along, points_at
 
-Array = NDArray[np.float64]
 Kind = Literal["route", "tight", "anywhere"]
 
 PATH_POINTS = 64
@@ -31,6 +30,7 @@ PLACES_SHARE = 0.7
 """Share of the drives' ends that are goal poses of the layout's protocol; the others are random."""
 
 KINDS: tuple[tuple[Kind, float], ...] = (("route", 0.7), ("tight", 0.15), ("anywhere", 0.15))
+
 ATTEMPTS = 200
 
 PERIOD = 0.5
@@ -195,15 +195,12 @@ class Situations:
 
 def resampled(points: Array, count: int) -> Array:
     """Return `count` points at even distances along a polyline (n, 2), its ends included."""
-    lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-    steps = np.linspace(0.0, lengths[-1], count)
-    return np.column_stack([np.interp(steps, lengths, points[:, axis]) for axis in range(2)])
+    return points_at(points, np.linspace(0.0, lengths_along(points)[-1], count))
 
 
 def _along(points: Array, distance: float) -> Array:
     """Return the point at a distance along a polyline (n, 2), at most its end."""
-    lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-    return np.array([np.interp(distance, lengths, points[:, axis]) for axis in range(2)])
+    return np.asarray(points_at(points, np.array([distance]))[0])
 
 
 def _heading(rng: np.random.Generator, ahead: Array, length: float) -> float:
@@ -223,3 +220,14 @@ def _heading(rng: np.random.Generator, ahead: Array, length: float) -> float:
     else:
         yaw = rng.uniform(-math.pi, math.pi)
     return wrap_angle(float(yaw))
+
+
+class Leader(Protocol):
+    """A learner that leads drives (DAgger, Ross, Gordon and Bagnell 2011). It is pickled and sent to workers."""
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of everything that decides where it drives."""
+
+    def guide(self, layout: Layout, seed: int) -> Guide:
+        """Return the guide of drives in a layout; equal seeds give equal guides."""

@@ -16,13 +16,12 @@ from PIL import Image
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.envs.sensors import IMAGE_SHAPE
 from labgym.errors import OptionError
-from labgym.geometry import to_world
+from labgym.geometry import Array, to_world
 from labgym.navigation import Pose
 from labgym.policies.http.connection import Connection, ServerError, StatusError
 from labgym.policies.http.forms import encode_form
-from labgym.policies.http.frames import state_of, to_start_frame
-from labgym.policies.http.steps import Step, path_of
-from labgym.policies.http.wire import encode_color, encode_depth, intrinsic_matrix
+from labgym.policies.http.served import state_of, to_start_frame
+from labgym.policies.http.wire import Step, encode_color, encode_depth, intrinsic_matrix, path_of
 from labgym.policies.policy import EpisodeStart, Observation, Policy, Sensors
 from labgym.policies.tracking import PathTracker, velocities_to_action
 
@@ -38,8 +37,6 @@ MOVING = 0.1
 """Speed above which a new path continues the previous one, m/s."""
 ARRIVED = 0.03
 """Distance from a goal point at which the robot stands still, meters."""
-
-Array = NDArray[np.float64]
 
 
 class SharedFlag:
@@ -99,6 +96,7 @@ class HttpPolicy(Policy):
     def __init__(
         self,
         url: str,
+        *,
         step: Step = "pointgoal",
         goal_image: str | None = None,
         approach: float = 0.25,

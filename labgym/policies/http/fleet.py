@@ -13,8 +13,7 @@ from labgym.counts import is_whole
 from labgym.errors import LabgymError
 from labgym.policies.http.requests import finite_numbers, frames_of
 from labgym.policies.http.served import ServedPolicy, blank_frame
-from labgym.policies.http.steps import paths_of
-from labgym.policies.http.wire import WireError
+from labgym.policies.http.wire import WireError, paths_of
 from labgym.policies.policy import GoalKind, Policy
 
 MAX_BATCH = 16

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from labgym.documents import parse_json
+from labgym.geometry import Array
 from labgym.policies.http.served import Frame
 from labgym.policies.http.wire import WireError, decode_color, decode_depth
 from labgym.policies.policy import GoalKind
@@ -17,7 +17,6 @@ MAX_JSON = 1024 * 1024
 LARGEST = 1e5
 """Largest number in a request: goals, positions and focal lengths beyond it are refused."""
 
-Array = NDArray[np.float64]
 Motion = tuple[tuple[float, float, float] | None, tuple[float, float]]
 """Pose of a robot, None if the client does not send it, and its velocity."""
 

@@ -13,22 +13,58 @@ from labgym.envs.parts.vectors import GOAL_RANGE
 from labgym.envs.robot import ROBOT
 from labgym.envs.sensors import IMAGE_SHAPE, RANGE
 from labgym.errors import LabgymError
-from labgym.geometry import relative
+from labgym.geometry import Array, relative, to_local, to_world
 from labgym.navigation import Pose
-from labgym.policies.http.frames import to_camera_frame
 from labgym.policies.http.wire import FULL_SCALE, intrinsic_matrix
 from labgym.policies.policy import EpisodeStart, GoalKind, Observation, Policy
+from labgym.policies.tracking import lengths_along, points_at
+
+REST = 0.02
+"""Largest distance between the points of a trajectory that means "stand still", meters."""
 
 POINTS = 24
 """Points of a trajectory; the first point is one step ahead."""
+
 SPACING = 0.1
 """Distance between the points, meters, if the path is long enough."""
+
 TURN_TIME = 1.0
 """Look-ahead of a turn in place, seconds: the trajectory points in the direction that the robot faces then."""
+
 STILL = 0.05
 """Speed (m/s) and turn rate (rad/s) below which a command counts as standing still."""
 
-Array = NDArray[np.float64]
+
+def to_start_frame(trajectory: Array, pose: Pose, camera_forward: float) -> Array:
+    """Return a trajectory as a path (n, 2) of the robot's axis in the start frame, meters, beginning at the robot.
+
+    Points within `camera_forward` of the lens are dropped: a path through the lens would prevent a turn in place. The
+    last point of a trajectory that has no others is kept, unless the trajectory means "stand still".
+
+    Args:
+        trajectory: (n, 2) in the camera's ground frame.
+        pose: pose of the robot in the start frame.
+        camera_forward: distance from the robot's axis to the lens, meters.
+    """
+    ahead = trajectory[np.linalg.norm(trajectory, axis=1) > camera_forward]
+    if not len(ahead) and np.linalg.norm(trajectory - trajectory[-1], axis=1).max() > REST:
+        ahead = trajectory[-1:]
+    return np.concatenate([[pose[:2]], to_world(ahead + np.array([camera_forward, 0.0]), pose)])
+
+
+def to_camera_frame(path: Array, pose: Pose, camera_forward: float) -> Array:
+    """Return points (n, 2) of the start frame in the camera's ground frame of a robot at a pose, meters."""
+    return to_local(path, pose) - (camera_forward, 0.0)
+
+
+def state_of(pose: Pose, velocity: NDArray[Any]) -> dict[str, list[list[float]]]:
+    """Return `state_data`: position and quaternion (x, y, z, w) as x-navdp sends them, and velocity (m/s, rad/s)."""
+    half = pose[2] / 2.0
+    return {
+        "robot_pos": [[pose[0], pose[1], 0.0]],
+        "robot_quat": [[0.0, 0.0, math.sin(half), math.cos(half)]],
+        "velocity": [[float(velocity[0]), float(velocity[1])]],
+    }
 
 
 @dataclass(frozen=True, eq=False)
@@ -212,13 +248,12 @@ def _ahead(path: Array, pose: Pose) -> Array:
     points = np.asarray(path, dtype=np.float64)
     if len(points) == 1:
         return np.repeat(points, POINTS, axis=0)
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-    dense = np.linspace(0.0, along[-1], max(2, math.ceil(along[-1] / 0.02) + 1))
-    fine = np.column_stack([np.interp(dense, along, points[:, axis]) for axis in range(2)])
+    length = lengths_along(points)[-1]
+    dense = np.linspace(0.0, length, max(2, math.ceil(length / 0.02) + 1))
+    fine = points_at(points, dense)
     begin = dense[int(np.argmin(((fine - np.asarray(pose[:2])) ** 2).sum(axis=1)))]
-    step = min(SPACING, (along[-1] - begin) / POINTS)
-    places = begin + step * np.arange(1, POINTS + 1)
-    return np.column_stack([np.interp(places, along, points[:, axis]) for axis in range(2)])
+    step = min(SPACING, (length - begin) / POINTS)
+    return points_at(points, begin + step * np.arange(1, POINTS + 1))
 
 
 def _with_headings(points: Array) -> Array:

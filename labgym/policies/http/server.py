@@ -4,27 +4,64 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from email.message import Message
 from http import HTTPStatus
+from ipaddress import ip_address
 from typing import Any
+from urllib.parse import urlsplit
 
 from labgym import __version__
 from labgym.errors import DocumentError
-from labgym.policies.http.bounded import BoundedHandler, BoundedServer
 from labgym.policies.http.fleet import Fleet, UnsupportedStepError, one_line
 from labgym.policies.http.forms import decode_form
-from labgym.policies.http.origin import browser_problem
 from labgym.policies.http.requests import json_object
-from labgym.policies.http.slots import Budget
-from labgym.policies.http.steps import PATHS
-from labgym.policies.http.wire import WireError
+from labgym.policies.http.slots import BoundedHandler, BoundedServer, Budget
+from labgym.policies.http.wire import PATHS, WireError
 from labgym.policies.policy import Policy
+
+LOOPBACK_NAME = "localhost"
 
 MAX_BODY = 64 * 1024 * 1024
 """Largest request, bytes."""
+
 MAX_BODIES = 2 * MAX_BODY
 """Largest sum of the sizes of all requests that are read or answered at one time, bytes."""
+
 ANSWER_TIME = 30.0
 """Seconds within which a client must read an answer."""
+
+
+def browser_problem(headers: Message, host: str) -> str | None:
+    """Return why a request may be that of a web page, or None.
+
+    Browsers name the page's site in `Origin`, which no client of the protocol does. A page whose name has been made to
+    resolve to 127.0.0.1 (DNS rebinding) still shows that name in `Host`; a server on a loopback address therefore
+    accepts loopback names only.
+
+    Args:
+        headers: headers of the request; names compare without regard to case.
+        host: address that the server listens on.
+    """
+    if "Origin" in headers or "Sec-Fetch-Site" in headers:
+        return "requests of web pages are refused (header Origin or Sec-Fetch-Site)"
+    name = _host_name(headers.get("Host", ""))
+    if name and _is_loopback(host) and name != host.lower() and not _is_loopback(name):
+        return f"Host is {name[:80]!r}, expected localhost or 127.0.0.1; use that name, or serve with --host"
+    return None
+
+
+def _host_name(header: str) -> str:
+    try:
+        return urlsplit(f"//{header.strip()}").hostname or ""
+    except ValueError:
+        return header.strip().lower()
+
+
+def _is_loopback(name: str) -> bool:
+    try:
+        return name.lower() == LOOPBACK_NAME or ip_address(name).is_loopback
+    except ValueError:
+        return False
 
 
 class NavigationServer(BoundedServer):

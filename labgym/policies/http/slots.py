@@ -7,7 +7,12 @@ import socket
 import threading
 import time
 from contextlib import suppress
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from socketserver import TCPServer
 from typing import Any
+
+from labgym import __version__
+from labgym.errors import OptionError
 
 
 class Slots:
@@ -114,3 +119,90 @@ class Budget:
         """Release reserved bytes."""
         with self._lock:
             self._left += size
+
+
+MAX_CONNECTIONS = 32
+"""Largest number of open connections; beyond it, the one that has waited longest for its request is closed."""
+
+REQUEST_TIME = 30.0
+"""Seconds within which a whole request must arrive; those before its first byte count."""
+
+
+class BoundedServer(ThreadingHTTPServer):
+    """Serves each connection in a separate thread.
+
+    Args:
+        host, port: address to listen on; port 0 takes a free one.
+        handler: answers the requests.
+
+    Raises:
+        OptionError: the address is not available.
+    """
+
+    daemon_threads = True
+    allow_reuse_address = True
+    request_queue_size = MAX_CONNECTIONS
+
+    def __init__(self, host: str, port: int, handler: type[BoundedHandler]) -> None:
+        self.host, self.slots = host, Slots(MAX_CONNECTIONS)
+        if not 0 <= port <= 65535:
+            raise OptionError(f"port is {port}, expected 0 to 65535")
+        try:
+            super().__init__((host, port), handler)
+        except OSError as error:
+            raise OptionError(
+                f"cannot listen on {host}:{port} ({error.strerror or error}); choose another port"
+            ) from None
+
+    def server_bind(self) -> None:
+        """Bind without the name lookup of `HTTPServer`."""
+        TCPServer.server_bind(self)
+        self.server_name, self.server_port = str(self.server_address[0]), int(self.server_address[1])
+
+    def process_request(self, request: Any, client_address: Any) -> None:
+        """Accept a connection, or close it if all others are being answered."""
+        if not self.slots.enter(request):
+            self.shutdown_request(request)
+            return
+        super().process_request(request, client_address)
+
+    def process_request_thread(self, request: Any, client_address: Any) -> None:
+        """Serve a connection and release its slot."""
+        try:
+            super().process_request_thread(request, client_address)
+        finally:
+            self.slots.leave(request)
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Ignore clients that have disconnected."""
+
+
+class BoundedHandler(BaseHTTPRequestHandler):
+    """Reads each request within `REQUEST_TIME`; a subclass calls `slots.request_complete` after a body, and answers."""
+
+    server: BoundedServer
+    server_version = f"labgym/{__version__}"
+    sys_version = ""
+    protocol_version = "HTTP/1.1"
+
+    def setup(self) -> None:
+        """Read the connection with a time limit for each request."""
+        super().setup()
+        self.rfile.close()
+        self._reader = TimedReader(self.connection)
+        self.rfile = io.BufferedReader(self._reader)
+
+    def handle_one_request(self) -> None:
+        """Read a request within its time limit and answer it."""
+        self._reader.deadline = time.monotonic() + REQUEST_TIME
+        super().handle_one_request()
+        self.server.slots.answered(self.connection)
+
+    def content_length(self) -> int | None:
+        """Return the length of the request's body, bytes; None without a valid header, or for a body in chunks."""
+        length = self.headers.get("Content-Length", "")
+        valid = length.isdecimal() and len(length) <= 12 and "Transfer-Encoding" not in self.headers
+        return int(length) if valid else None
+
+    def log_message(self, format: str, *arguments: Any) -> None:  # noqa: A002
+        """Log nothing."""

@@ -8,7 +8,7 @@ vertically.
 from __future__ import annotations
 
 import io
-from typing import Any
+from typing import Any, Literal
 
 import cv2
 import numpy as np
@@ -16,15 +16,19 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from labgym.errors import LabgymError
+from labgym.policies.policy import GoalKind
 
 DEPTH_SCALE = 10_000.0
 """Depth units per meter."""
+
 FULL_SCALE = 65_535
 """Largest depth value: 6.5535 m and everything beyond."""
+
 MAX_PIXELS = 16 * 1280 * 960
 """Largest number of pixels of a decoded image, for a whole batch."""
 
 ColorImages = NDArray[np.uint8]
+
 DepthImages = NDArray[np.float32]
 
 
@@ -104,3 +108,20 @@ def _stacked(picture: NDArray[Any], batch: int) -> NDArray[Any]:
     if height % batch:
         raise WireError(f"an image of {height} rows is not a stack of {batch}, the batch_size of /navigator_reset")
     return picture.reshape(batch, height // batch, width, *picture.shape[2:])
+
+
+Step = Literal["pointgoal", "imagegoal", "nogoal"]
+"""Name of a step in the options of the client; its path is `/NAME_step`."""
+
+PATHS: dict[str, GoalKind] = {"/pointgoal_step": "point", "/imagegoal_step": "image", "/nogoal_step": "none"}
+"""Kind of the goal by the path of the request."""
+
+
+def path_of(step: Step) -> str:
+    """Return the path of the request of a step."""
+    return f"/{step}_step"
+
+
+def paths_of(kinds: tuple[GoalKind, ...]) -> str:
+    """Return the paths of the steps with these kinds of goals, for messages."""
+    return ", ".join(path for path, kind in PATHS.items() if kind in kinds)

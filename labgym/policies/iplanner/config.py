@@ -6,14 +6,10 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field
 
-from labgym.counts import MAX_COUNT
 from labgym.documents import Document, Record
-from labgym.errors import DocumentError
-from labgym.policies.learned.train_options import TrainOptions
+from labgym.policies.options import Count, NonNegative, Positive, TrainOptions
 
-Positive = Annotated[float, Field(gt=0.0)]
 Size = Annotated[int, Field(ge=1, le=4096)]
-Weight = Annotated[float, Field(ge=0.0)]
 Target = Literal["cost-to-go", "expert", "goal"]
 
 
@@ -52,9 +48,9 @@ class IPlannerLossOptions(Record):
         horizon: largest distance of the target along the way to the goal, meters; unused with the target "goal".
     """
 
-    obstacle: Weight = 0.5
-    motion: Weight = 2.0
-    goal: Weight = 5.0
+    obstacle: NonNegative = 0.5
+    motion: NonNegative = 2.0
+    goal: NonNegative = 5.0
     target: Target = "expert"
     along: bool = True
     horizon: Positive = 3.5
@@ -68,8 +64,8 @@ class IPlannerTrainOptions(TrainOptions):
         patience: epochs.
     """
 
-    epochs: Annotated[int, Field(ge=1, le=MAX_COUNT)] = 20
-    batch: Annotated[int, Field(ge=1, le=MAX_COUNT)] = 32
+    epochs: Count = 20
+    batch: Count = 32
     rate: Positive = 1e-3
     held_out: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.05
     plateau: Annotated[float, Field(gt=0.0, le=1.0)] = 0.3
@@ -77,7 +73,7 @@ class IPlannerTrainOptions(TrainOptions):
 
 
 class IPlannerConfig(Document):
-    """`config.json` of a trained planner. Version 2 has no fear output; version 3 names the target of the loss."""
+    """`config.json` of a trained planner. Version 3 names the target of the loss."""
 
     SCHEMA: ClassVar[str] = "labgym.iplanner/3"
 
@@ -92,10 +88,6 @@ class IPlannerConfig(Document):
         Raises:
             DocumentError: another schema or an invalid field; names the source and the field.
         """
-        if isinstance(data, dict) and data.get("schema") == "labgym.iplanner/1":
-            raise DocumentError(
-                source, "schema", "written by labgym 0.1, whose network had a fear output; train the network again"
-            )
         if isinstance(data, dict) and data.get("schema") == "labgym.iplanner/2":
             data = {**data, "schema": cls.SCHEMA}
             if isinstance(loss := data.setdefault("loss", {}), dict):

@@ -15,12 +15,12 @@ from pydantic import Field
 from labgym.artefacts import artefacts
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.envs.sensors import IMAGE_SHAPE
-from labgym.geometry import to_world
-from labgym.policies.blockage import Blockage
+from labgym.geometry import Array, to_world
+from labgym.policies.blockage import BlockageDetector
 from labgym.policies.iplanner.network import load_iplanner
 from labgym.policies.learned.maneuvers import (
-    Commitment,
     FaceGoal,
+    PathCommitment,
     StuckDetector,
     TurnInPlace,
     free_side,
@@ -28,13 +28,10 @@ from labgym.policies.learned.maneuvers import (
     goal_point,
 )
 from labgym.policies.learned.weights import CONFIG, WEIGHTS
-from labgym.policies.options import PolicyOptions
+from labgym.policies.options import NonNegative, PolicyOptions
 from labgym.policies.policy import EpisodeStart, Observation, Policy, Sensors
 from labgym.policies.tracking import PathTracker, turn_towards
 
-Array = NDArray[np.float64]
-Angle = Annotated[float, Field(ge=0.0)]
-Length = Annotated[float, Field(ge=0.0)]
 Steps = Annotated[int, Field(ge=1)]
 
 
@@ -56,15 +53,15 @@ class IPlannerOptions(PolicyOptions):
             the last `stuck_steps` control steps.
     """
 
-    facing: Angle = 0.5
+    facing: NonNegative = 0.5
     look: Steps = 2
-    commit: Length = 0.6
+    commit: NonNegative = 0.6
     patience: Steps = 25
-    turn_angle: Angle = 0.6
-    glance: Length | None = 1.0
-    glance_bearing: Angle = 0.6
+    turn_angle: NonNegative = 0.6
+    glance: NonNegative | None = 1.0
+    glance_bearing: NonNegative = 0.6
     stuck_steps: Steps = 30
-    stuck_distance: Length = 0.10
+    stuck_distance: NonNegative = 0.10
 
 
 class IPlannerPolicy(Policy):
@@ -108,12 +105,12 @@ class IPlannerPolicy(Policy):
         options = self._options
         self._robot = robot
         self._tracker: PathTracker | None = None
-        self._commitment = Commitment(options.commit, options.patience)
+        self._commitment = PathCommitment(options.commit, options.patience)
         self._step = 0
         self._facing = FaceGoal(options.facing)
         self._turn: TurnInPlace | None = None
         self._stuck = StuckDetector(options.stuck_steps, options.stuck_distance)
-        self._blockage = Blockage(robot)
+        self._blockage = BlockageDetector(robot)
         self._goal_last_ahead: Array | None = None
         self._glance_from: float | None = None
 

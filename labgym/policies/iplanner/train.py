@@ -7,28 +7,94 @@ on the expert's path (`IPlannerLossOptions.target`).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import torch
 from torch import Tensor
 
-from labgym.policies.data import load_dataset
-from labgym.policies.iplanner.config import IPlannerConfig
-from labgym.policies.iplanner.loss import IPlannerLosses, cost_maps, planning_loss
+from labgym.policies.data import Dataset, load_dataset
+from labgym.policies.data.maps import Maps
+from labgym.policies.iplanner.config import IPlannerConfig, IPlannerLossOptions
+from labgym.policies.iplanner.cost_to_go import Targets, targets_of
 from labgym.policies.iplanner.network import IPlannerNetwork, load_iplanner, save_iplanner
-from labgym.policies.iplanner.samples import IPlannerSamples
 from labgym.policies.learned.checkpoint import Stateful
-from labgym.policies.learned.frames import to_world
-from labgym.policies.learned.map_stack import MapStack
+from labgym.policies.learned.map_stack import MapStack, to_world
 from labgym.policies.learned.training_loop import (
     MIRROR,
     Trainer,
+    planner_run,
     run_epochs,
     seeded,
     split_by_layout,
 )
-from labgym.policies.learned.training_run import planner_run
+
+
+@dataclass(frozen=True, eq=False)
+class IPlannerSamples:
+    """A dataset of n samples as tensors.
+
+    Attributes:
+        depth: (n, 72, 128) uint16, millimeters.
+        pose: (n, 3) in the room frame.
+        goal: (n, 2) in the robot frame, meters.
+        place: (n,) index of each sample's maps.
+        targets: where each path should end.
+    """
+
+    depth: Tensor
+    pose: Tensor
+    goal: Tensor
+    place: Tensor
+    targets: Targets
+
+    @classmethod
+    def of(cls, data: Dataset, options: IPlannerLossOptions) -> IPlannerSamples:
+        """Return the samples of a dataset."""
+        return cls(
+            depth=torch.from_numpy(data.depth),
+            pose=torch.from_numpy(data.pose),
+            goal=torch.from_numpy(data.goal),
+            place=torch.from_numpy(data.place),
+            targets=targets_of(data, options),
+        )
+
+
+def cost_maps(maps: Sequence[Maps]) -> MapStack:
+    """Return the cost maps of layouts, sampled bicubically and continued by their edge."""
+    return MapStack(maps, [each.cost for each in maps], "bicubic", "edge")
+
+
+class IPlannerLosses(NamedTuple):
+    """The loss and its terms before weighting, each a mean over the batch."""
+
+    total: Tensor
+    obstacle: Tensor
+    motion: Tensor
+    goal: Tensor
+
+
+def planning_loss(
+    path: Tensor, costs: Tensor, miss: Tensor, reach: Tensor, options: IPlannerLossOptions
+) -> IPlannerLosses:
+    """Return the loss of planned paths.
+
+    Args:
+        path: (b, n, 2) from the origin, robot frame, meters.
+        costs: (b, n) of the cost map at the path's points.
+        miss: (b,) distance by which each path's end misses its target, meters.
+        reach: (b,) length of the way to the target, meters.
+        options: weights of the terms.
+    """
+    steps = (path[:, 1:] - path[:, :-1]).norm(dim=2)
+    even = reach[:, None] / steps.shape[1]
+    obstacle = costs.sum(dim=1).mean()
+    motion = (steps - even).abs().sum(dim=1).mean()
+    goal = torch.log1p(miss).mean()
+    total = options.obstacle * obstacle + options.motion * motion + options.goal * goal
+    return IPlannerLosses(total, obstacle, motion, goal)
 
 
 def train(

@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 
 from labgym.envs.robot import RobotSpec
 from labgym.envs.sensors import IMAGE_SHAPE
+from labgym.geometry import Array
 from labgym.policies.policy import Observation
 from labgym.policies.tracking import turn_towards
-
-Array = NDArray[np.float64]
 
 ABEAM = 1.0
 """Bearing beyond which a goal decides the side of a turn, radians."""
@@ -83,7 +82,7 @@ class StuckDetector:
         return float(np.linalg.norm(self._places[-1] - self._places[-self._steps])) < self._distance
 
 
-class Commitment:
+class PathCommitment:
     """Keeps the robot to a path until it has driven `distance` meters or `patience` control steps have passed."""
 
     def __init__(self, distance: float, patience: int) -> None:

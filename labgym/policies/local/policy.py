@@ -14,11 +14,11 @@ from labgym.counts import check_switch
 from labgym.errors import DocumentError
 from labgym.navigation import Pose
 from labgym.policies.adapters.actor_file import Perceptron
-from labgym.policies.local.inputs import SIZE, SIZES, Knowledge, Motion, Vector, network_input
+from labgym.policies.local.inputs import SIZE, SIZES, LatestMotion, StackState, TaskKnowledge, Vector, network_input
 from labgym.policies.policy import EpisodeStart, GroundTruth, Observation
 from labgym.policies.stack.old_map import OldMap
-from labgym.policies.stack.planner import Plan
-from labgym.policies.stack.policy import CREEP, StackPolicy
+from labgym.policies.stack.planner import PlannedPath
+from labgym.policies.stack.policy import CREEP_SPEED, StackPolicy
 from labgym.policies.tracking import approach_speed
 
 FILE = "policy.safetensors"
@@ -65,8 +65,8 @@ class LocalPolicy(StackPolicy):
 
     def _begin(self, episode: EpisodeStart, truth: GroundTruth, old: OldMap) -> None:
         super()._begin(episode, truth, old)
-        self._motion = Motion(episode.robot)
-        self._knowledge = Knowledge(
+        self._motion = LatestMotion(episode.robot)
+        self._knowledge = TaskKnowledge(
             drifts=episode.task.drift,
             docks=self._docking,
             glass=episode.task.glass,
@@ -81,20 +81,18 @@ class LocalPolicy(StackPolicy):
         self._motion.moved(pose)
         return super()._drive(pose, velocity)
 
-    def _follow(self, plan: Plan, pose: Pose, velocity: tuple[float, float], left: float) -> tuple[float, float]:
+    def _follow(self, plan: PlannedPath, pose: Pose, velocity: tuple[float, float], left: float) -> tuple[float, float]:
         rest = self._rest_for_people(plan, pose, velocity) if self._safety else None
         if rest is not None:
             return rest
         if self._arrives(plan, pose, left):
             return 0.0, 0.0
-        vector = network_input(
-            plan, pose, velocity, left, self._costmap, self._people, self._motion, self._knowledge, self._robot
-        )
-        action = self._decided(vector)
+        state = StackState(plan, left, pose, velocity, self._costmap, self._people)
+        action = self._decided(network_input(state, self._motion, self._knowledge, self._robot))
         v, w = self._robot.twist(float(action[0]), float(action[1]))
         if self._arrival.active:
             v = min(v, approach_speed(left, 0.7))
-        if self._safety and abs(v) < CREEP and self._alongside(pose):
+        if self._safety and abs(v) < CREEP_SPEED and self._alongside(pose):
             # Nobody walks into a robot at rest, and a network never commands exactly 0.
             return self._rest_at_goal(pose) or (0.0, w)
         return v, w

@@ -7,13 +7,9 @@ from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from labgym.counts import MAX_COUNT
 from labgym.documents import Document, Record
-from labgym.policies.learned.train_options import TrainOptions
+from labgym.policies.options import Count, NonNegative, Positive, TrainOptions
 
-Positive = Annotated[float, Field(gt=0.0)]
-Weight = Annotated[float, Field(ge=0.0)]
-Count = Annotated[int, Field(ge=1, le=MAX_COUNT)]
 Size = Annotated[int, Field(ge=1, le=4096)]
 
 GROUPS = 8
@@ -84,13 +80,13 @@ class NavDPLossOptions(Record):
         rotation: label paths are rotated by up to this angle to either side, radians, to give paths of lower value.
     """
 
-    noise: Weight = 0.8
-    critic: Weight = 0.2
+    noise: NonNegative = 0.8
+    critic: NonNegative = 0.2
     horizon: Positive = 3.6
     margin: Positive = 0.30
     unsafe: float = -5.0
     opening: float = 0.5
-    rotation: Weight = math.radians(60.0)
+    rotation: NonNegative = math.radians(60.0)
 
 
 class NavDPTrainOptions(TrainOptions):

@@ -15,10 +15,8 @@ from labgym.envs.sensors import Camera
 from labgym.layouts import Layout
 from labgym.policies.data.situations import DriveFrame, Guide
 from labgym.policies.learned.weights import CONFIG, WEIGHTS
-from labgym.policies.navdp.diffusion import make_schedule
-from labgym.policies.navdp.drawing import draw_trajectories
-from labgym.policies.navdp.frames import Bytes, frame
-from labgym.policies.navdp.network import load_navdp
+from labgym.policies.navdp.diffusion import TrajectorySampler
+from labgym.policies.navdp.network import Bytes, frame, load_navdp
 from labgym.runs.manifest import file_digest
 from labgym.scenes import RayScene
 
@@ -56,19 +54,19 @@ class NavDPLeader:
 class _Guide:
     def __init__(self, folder: Path, layout: Layout, seed: int) -> None:
         torch.set_num_threads(1)
-        self._network = load_navdp(folder)
-        self._schedule = make_schedule(self._network.config.diffusion)
+        self._sampler = TrajectorySampler(load_navdp(folder))
+        self._options = self._sampler.network.config.network
         self._camera, self._rays = Camera(), RayScene(layout)
-        self._frames: deque[Bytes] = deque(maxlen=self._network.config.network.memory)
+        self._frames: deque[Bytes] = deque(maxlen=self._options.memory)
         self._generator = torch.Generator().manual_seed(seed)
 
     def __call__(self, seen: DriveFrame) -> NDArray[np.float64]:
         if seen.frame == 0:
             self._frames.clear()
-        options = self._network.config.network
+        options = self._options
         rgb, depth = self._camera.colour_and_depth(self._rays, seen.pose)
         self._frames.append(frame(rgb, depth, options.shrink))
         frames = [self._frames[0]] * (options.memory - len(self._frames)) + list(self._frames)
-        drawn = draw_trajectories(self._network, self._schedule, frames, seen.goal, SAMPLES, 0.0, self._generator)
+        drawn = self._sampler.draw(frames, seen.goal, SAMPLES, 0.0, self._generator)
         best = drawn.trajectories[int(np.argmax(drawn.values))]
         return np.vstack([np.zeros((1, 2)), best])

@@ -5,23 +5,25 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from pydantic import Field
 
 from labgym.artefacts import artefacts
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.envs.sensors import IMAGE_SHAPE
-from labgym.geometry import to_world
+from labgym.geometry import Array, to_world
 from labgym.navigation import Pose
 from labgym.policies.arrival import planar_pose
-from labgym.policies.blockage import Blockage
+from labgym.policies.blockage import BlockageDetector
 from labgym.policies.data.situations import PERIOD
+from labgym.policies.distance_field import DistanceField
 from labgym.policies.learned.maneuvers import (
-    Commitment,
     FaceGoal,
+    PathCommitment,
     StuckDetector,
     TurnInPlace,
     free_side,
@@ -29,24 +31,79 @@ from labgym.policies.learned.maneuvers import (
     goal_point,
 )
 from labgym.policies.learned.weights import CONFIG, WEIGHTS
-from labgym.policies.navdp.diffusion import make_schedule
-from labgym.policies.navdp.drawing import DrawnTrajectories, draw_trajectories
-from labgym.policies.navdp.frames import Bytes, frame
-from labgym.policies.navdp.guidance import Guidance
-from labgym.policies.navdp.network import load_navdp
-from labgym.policies.navdp.options import NavDPOptions
-from labgym.policies.navdp.seen_obstacles import Clearance, SeenObstacles
-from labgym.policies.navdp.veto import checked_velocities, clear_ways
-from labgym.policies.options import PolicyOptions
+from labgym.policies.navdp.diffusion import DrawnTrajectories, Guidance, TrajectorySampler
+from labgym.policies.navdp.network import Bytes, frame, load_navdp
+from labgym.policies.navdp.seen_obstacles import SeenObstacles, checked_velocities, clear_ways
+from labgym.policies.options import NonNegative, PolicyOptions
 from labgym.policies.policy import EpisodeStart, GoalKind, Observation, Policy, Sensors
 from labgym.policies.tracking import PathTracker, turn_towards, velocities_to_action
 
-Array = NDArray[np.float64]
+Steps = Annotated[int, Field(ge=1)]
+
 
 SIGHT = 4.5
 """Distance up to which obstacles count for trajectories, meters: more than the longest one."""
+
 NEXT = 1.5
 """Distance up to which they count for the next control steps, meters: more than the robot needs to brake."""
+
+
+class NavDPOptions(PolicyOptions):
+    """How drawn trajectories become motion.
+
+    Attributes:
+        samples: number of trajectories drawn at a time.
+        choose: "critic" follows the trajectory with the highest value, "first" the first one drawn.
+        facing: an episode begins with a turn in place until the goal's bearing is within this angle, radians: the
+            camera is 68 degrees wide and the goal may be behind.
+        commit: distance for which a trajectory is followed before others are drawn, meters.
+        commit_after_turn: the same for the first trajectory after a turn, which leads away from the goal.
+        patience: control steps after which others are drawn in any case.
+        shortest: shorter trajectories mean "stop", meters.
+        stop: value below which no trajectory is safe and the robot turns in place; None never turns for that reason.
+        turn_angle: angle of a turn before trajectories are drawn again, radians.
+        turn_steps: control steps after which a turn ends in any case, because something may block it.
+        stuck_steps, stuck_distance: the robot turns in place when it has moved less than `stuck_distance` meters over
+            the last `stuck_steps` control steps.
+        remembers: whether the network sees earlier frames. False shows the present frame in their place.
+        veto: distances that a trajectory has to keep from all obstacles seen so far, meters, in order: the next one
+            counts if no trajectory keeps the previous one. Empty follows trajectories by the critic's value alone.
+        veto_ahead: length over which it has to keep that distance, meters.
+        redraws: further draws if no trajectory is clear.
+        guided: number of denoising steps, from the end, in which trajectories are pushed away from the obstacles seen.
+        margin: distance from which they push, meters.
+        check: distances that the robot has to keep from the obstacles seen in the next control steps, braking included,
+            meters, in order: it slows down to do so, and draws other trajectories if only a later distance can be kept.
+            It stops if none can. Empty follows the trajectory unchecked.
+        settled: turn rate below which the robot sets off after a turn in place, rad/s: faster, it would leave its path.
+            None sets off at once.
+    """
+
+    samples: Steps = 12
+    choose: Literal["critic", "first"] = "critic"
+    facing: NonNegative = 0.5
+    commit: NonNegative = 0.5
+    commit_after_turn: NonNegative = 1.2
+    patience: Steps = 20
+    shortest: NonNegative = 0.5
+    stop: float | None = -1.5
+    turn_angle: NonNegative = 0.5
+    turn_steps: Steps = 12
+    stuck_steps: Steps = 30
+    stuck_distance: NonNegative = 0.10
+    remembers: bool = True
+    veto: tuple[NonNegative, ...] = (0.42, 0.36, 0.30)
+    veto_ahead: NonNegative = 1.2
+    redraws: Annotated[int, Field(ge=0)] = 2
+    guided: Annotated[int, Field(ge=0)] = 4
+    margin: NonNegative = 0.45
+    check: tuple[NonNegative, ...] = (0.36, 0.28)
+    settled: NonNegative | None = 0.5
+
+    @property
+    def maps(self) -> bool:
+        """Whether any part looks at the obstacles seen so far."""
+        return bool(self.veto) or bool(self.check) or self.guided > 0
 
 
 class NavDPPolicy(Policy):
@@ -77,8 +134,8 @@ class NavDPPolicy(Policy):
         self, weights: str | Path | None = None, options: NavDPOptions | Mapping[str, Any] | None = None
     ) -> None:
         self._folder = artefacts("policies") / "navdp" if weights is None else Path(weights)
-        self._network = load_navdp(self._folder)
-        self._schedule = make_schedule(self._network.config.diffusion)
+        self._sampler = TrajectorySampler(load_navdp(self._folder))
+        self._config = self._sampler.network.config
         self._options = NavDPOptions.of(options)
         self._begin(ROBOT, 0)
 
@@ -99,15 +156,15 @@ class NavDPPolicy(Policy):
         self._robot, self._with_goal = robot, with_goal
         self._generator = torch.Generator().manual_seed(seed)
         self._stride = max(1, round(PERIOD / robot.control_dt))
-        memory = self._network.config.network.memory
+        memory = self._config.network.memory
         self._frames: deque[Bytes] = deque(maxlen=(memory - 1) * self._stride + 1)
         self._tracker: PathTracker | None = None
-        self._commitment = Commitment(options.commit, options.patience)
+        self._commitment = PathCommitment(options.commit, options.patience)
         self._step = 0
         self._facing = FaceGoal(options.facing)
         self._turn: TurnInPlace | None = None
         self._stuck = StuckDetector(options.stuck_steps, options.stuck_distance)
-        self._blockage = Blockage(robot)
+        self._blockage = BlockageDetector(robot)
         self._blocked = False
         self._seen = SeenObstacles(robot, noisy)
 
@@ -164,7 +221,7 @@ class NavDPPolicy(Policy):
         clearance = self._seen.around(pose[:2], SIGHT) if options.maps else None
         guidance = None
         if clearance is not None and options.guided:
-            scale = self._network.config.diffusion.scale
+            scale = self._config.diffusion.scale
             guidance = Guidance(clearance, pose, options.margin, scale, options.guided)
         for _ in range(1 + options.redraws if options.veto else 1):
             drawn = self.draw(goal, guidance)
@@ -175,7 +232,7 @@ class NavDPPolicy(Policy):
                     return np.asarray(ways[best])
         return None
 
-    def _allowed(self, ways: Array, clearance: Clearance | None) -> Iterator[NDArray[np.bool_]]:
+    def _allowed(self, ways: Array, clearance: DistanceField | None) -> Iterator[NDArray[np.bool_]]:
         """Yield the ways (n, 25, 2) that the map does not veto, (n,), for each distance of the option; else all."""
         if clearance is None or not self._options.veto:
             yield np.ones(len(ways), dtype=bool)
@@ -217,20 +274,18 @@ class NavDPPolicy(Policy):
         return self.draw(goal)
 
     def _remember(self, rgb: Bytes, depth: NDArray[np.floating[Any]]) -> None:
-        self._frames.append(frame(rgb, depth, self._network.config.network.shrink))
+        self._frames.append(frame(rgb, depth, self._config.network.shrink))
 
     def draw(self, goal: tuple[float, float] | None, guidance: Guidance | None = None) -> DrawnTrajectories:
         """Draw trajectories from the latest frames and value them.
 
         Args:
-            goal, guidance: as for `draw_trajectories`.
+            goal, guidance: as for `TrajectorySampler.draw`.
         """
-        options, memory = self._options, self._network.config.network.memory
+        options, memory = self._options, self._config.network.memory
         ages = [self._stride * age if options.remembers else 0 for age in range(memory - 1, -1, -1)]
         frames = [self._frames[max(0, len(self._frames) - 1 - age)] for age in ages]
-        return draw_trajectories(
-            self._network, self._schedule, frames, goal, options.samples, options.shortest, self._generator, guidance
-        )
+        return self._sampler.draw(frames, goal, options.samples, options.shortest, self._generator, guidance)
 
     def _best(self, drawn: DrawnTrajectories, clear: NDArray[np.bool_]) -> int | None:
         """Return the index of the trajectory to follow; None if none is safe or all mean "stop".

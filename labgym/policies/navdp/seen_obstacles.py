@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import cv2
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.envs.sensors import RANGE
+from labgym.geometry import Array
 from labgym.navigation import OccupancyGrid, Pose
 from labgym.policies.depth_map import DepthMap
-
-Array = NDArray[np.float64]
+from labgym.policies.distance_field import DistanceField
 
 REACH = 2.0 * RANGE
 """The map covers this distance along x and y on both sides of its center, meters."""
@@ -44,7 +45,7 @@ class SeenObstacles:
             self._follow(np.round(away / self._map.resolution) * self._map.resolution)
         self._map.add(depth, (pose[0] - self._centre[0], pose[1] - self._centre[1], pose[2]))
 
-    def around(self, place: tuple[float, float], reach: float) -> Clearance:
+    def around(self, place: tuple[float, float], reach: float) -> DistanceField:
         """Return the distances to the obstacles in a square.
 
         Args:
@@ -52,7 +53,7 @@ class SeenObstacles:
         """
         grid = self._map.window((place[0] - self._centre[0], place[1] - self._centre[1]), reach)
         x, y = self._centre + grid.origin
-        return Clearance(OccupancyGrid(grid.occupied, grid.resolution, (float(x), float(y))), reach)
+        return DistanceField.of_cells(OccupancyGrid(grid.occupied, grid.resolution, (float(x), float(y))), reach)
 
     def _follow(self, shift: Array) -> None:
         """Move the center of the map by whole cells, (2,) meters."""
@@ -64,53 +65,84 @@ class SeenObstacles:
         self._centre = self._centre + shift
 
 
-class Clearance:
-    """Distances to the nearest occupied cell of a grid, interpolated between the centers of the cells.
+Velocity = tuple[float, float]
 
-    The distance is negative inside an obstacle, so that its slope leads out of the obstacle. A place outside the grid
-    has the distance of the nearest place inside.
+SPACING = 0.05
+"""Distance between the places at which a way is checked, at most, meters."""
+
+SLACK = 0.01
+"""A robot that is nearer to an obstacle than it should be may come nearer by this, meters: the cells are coarse."""
+
+TIMES = 2
+"""Number of times in a control step at which the motion is computed."""
+
+SHARES = (1.0, 0.75, 0.5, 0.25)
+"""Shares of the wanted speed that are tried before the robot stops."""
+
+
+def clear_ways(ways: Array, clearance: DistanceField, radius: float, ahead: float) -> NDArray[np.bool_]:
+    """Return which ways (n, k, 2) keep the distance `radius` from obstacles over their first `ahead` meters, (n,).
+
+    A robot that starts nearer than the radius may leave, but not come nearer.
 
     Args:
-        grid: the obstacles; outside, the floor counts as free.
-        farthest: greatest distance, meters.
+        ways: points from the robot's place on, in the frame of the clearance, meters.
+        clearance: distances to the obstacles.
+        radius: distance to keep, meters.
+        ahead: length that is checked, meters.
     """
+    step = np.diff(ways, axis=1)
+    lengths = np.sqrt((step**2).sum(axis=2))
+    pieces = max(1, math.ceil(float(lengths.max(initial=0.0)) / SPACING))
+    shares = np.arange(1, pieces + 1) / pieces
+    places = ways[:, :-1, None] + shares[:, None] * step[:, :, None]
+    driven = (np.cumsum(lengths, axis=1) - lengths)[..., None] + shares * lengths[..., None]
+    needed = np.minimum(radius, clearance.at(ways[:, 0]) - SLACK)[:, None, None]
+    return np.asarray(((clearance.at(places) >= needed) | (driven > ahead)).all(axis=(1, 2)))
 
-    def __init__(self, grid: OccupancyGrid, farthest: float) -> None:
-        self._grid = grid
-        outside, inside = (
-            np.maximum(cv2.distanceTransform(mask.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE) - 0.5, 0.0)
-            for mask in (~grid.occupied, grid.occupied)
-        )
-        meters = (outside.astype(np.float64) - inside.astype(np.float64)) * grid.resolution
-        self._distance: Array = np.clip(meters, -farthest, farthest)
 
-    def at(self, points: Array) -> Array:
-        """Return the distances at points (..., 2), meters; shape (...)."""
-        (row, up), (column, right) = self._cells(points)
-        return np.asarray(self._mixed(row, column, up, right))
+def checked_velocities(
+    wanted: Velocity, present: Velocity, pose: Pose, clearance: DistanceField, radius: float, robot: RobotSpec
+) -> Velocity:
+    """Return the velocities with the greatest share of a wanted speed from which the robot can still brake in time.
 
-    def slope(self, points: Array) -> Array:
-        """Return the gradients of the distance at points (..., 2), without unit; shape (..., 2)."""
-        (row, up), (column, right) = self._cells(points)
-        d = self._distance
-        low, high = d[row, column + 1] - d[row, column], d[row + 1, column + 1] - d[row + 1, column]
-        left, far = d[row + 1, column] - d[row, column], d[row + 1, column + 1] - d[row, column + 1]
-        along_x, along_y = low + up * (high - low), left + right * (far - left)
-        return np.stack([along_x, along_y], axis=-1) / self._grid.resolution
+    A share has the curvature of the whole. If none is clear, the robot brakes and turns as wanted.
 
-    def _mixed(self, row: NDArray[np.intp], column: NDArray[np.intp], up: Array, right: Array) -> Array:
-        d = self._distance
-        low = d[row, column] + right * (d[row, column + 1] - d[row, column])
-        high = d[row + 1, column] + right * (d[row + 1, column + 1] - d[row + 1, column])
-        mixed: Array = low + up * (high - low)
-        return mixed
+    Args:
+        wanted: forward velocity and turn rate, m/s and rad/s; only a forward velocity above 0 is checked.
+        present: velocities of the robot.
+        pose: of the robot, in the frame of the clearance.
+        clearance: distances to the obstacles.
+        radius: distance to keep, meters.
+        robot: limits of the robot.
+    """
+    v, w = wanted
+    if v <= 0.0:
+        return wanted
+    for share in SHARES:
+        way = braking_way((share * v, share * w), present, pose, robot)
+        if clear_ways(way[None], clearance, radius, math.inf)[0]:
+            return share * v, share * w
+    return 0.0, w
 
-    def _cells(self, points: Array) -> tuple[tuple[NDArray[np.intp], Array], tuple[NDArray[np.intp], Array]]:
-        """Return the lower cell and the share of the next one, for rows and for columns."""
-        cells = []
-        for axis, count in ((1, self._distance.shape[0]), (0, self._distance.shape[1])):
-            place = (points[..., axis] - self._grid.origin[axis]) / self._grid.resolution - 0.5
-            place = np.clip(place, 0.0, count - 1.0)
-            lower = np.minimum(place.astype(np.intp), count - 2)
-            cells.append((lower, place - lower))
-        return cells[0], cells[1]
+
+def braking_way(wanted: Velocity, present: Velocity, pose: Pose, robot: RobotSpec) -> Array:
+    """Return the places (n, 2) of a robot that drives one control step as wanted and then brakes and turns on.
+
+    Args:
+        wanted, present: forward velocity and turn rate, m/s and rad/s. The robot changes them by its limits.
+        pose: (x, y, yaw) of the robot.
+        robot: limits of the robot.
+    """
+    x, y, yaw = pose
+    v, w = present
+    dt = robot.control_dt / TIMES
+    places = [(x, y)]
+    for k in range(TIMES + math.ceil(robot.v_max / robot.acceleration / dt) + 1):
+        target = wanted[0] if k < TIMES else 0.0
+        v += min(max(target - v, -robot.acceleration * dt), robot.acceleration * dt)
+        w += min(max(wanted[1] - w, -robot.turn_acceleration * dt), robot.turn_acceleration * dt)
+        yaw += w * dt
+        x, y = x + v * dt * math.cos(yaw), y + v * dt * math.sin(yaw)
+        places.append((x, y))
+    return np.array(places)

@@ -1,18 +1,15 @@
-"""Options of a training run, stored next to its weights."""
+"""Options and progress of a training run, stored next to its weights."""
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from labgym.counts import MAX_COUNT, MAX_STEPS
+from labgym.counts import MAX_STEPS
 from labgym.documents import Document
+from labgym.policies.options import Count, NonNegative, Positive, Share
 from labgym.policies.ppo.inputs import Sensor
-
-Count = Annotated[int, Field(ge=1, le=MAX_COUNT)]
-Positive = Annotated[float, Field(gt=0.0)]
-Share = Annotated[float, Field(ge=0.0, le=1.0)]
 
 
 class PPOOptions(Document):
@@ -68,8 +65,31 @@ class PPOOptions(Document):
     discount: Share = 0.99
     trace: Share = 0.95
     clip: Share = 0.2
-    entropy: Annotated[float, Field(ge=0.0)] = 0.001
+    entropy: NonNegative = 0.001
     noise: Positive = 0.3
     nearest: Positive = 5.0
     farthest: Positive = 15.0
     evaluate_every: Count = 6
+
+
+class TrainingProgress(Document):
+    """Progress of a run.
+
+    Attributes:
+        legs: number of finished legs.
+        best: highest score on validation so far, without the warm start's; None before the first.
+        records: records of the warm start's rounds, the legs and the evaluations, in order.
+    """
+
+    SCHEMA: ClassVar[str] = "labgym.ppo-progress/1"
+
+    legs: Annotated[int, Field(ge=0)] = 0
+    best: float | None = None
+    records: tuple[dict[str, float | int | str | None], ...] = ()
+
+    @model_validator(mode="after")
+    def _check_records(self) -> Self:
+        for index, record in enumerate(self.records):
+            if not isinstance(record.get("kind"), str):
+                raise ValueError(f"record {index} has no kind; train from the start with --fresh")
+        return self

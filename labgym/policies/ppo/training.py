@@ -11,31 +11,90 @@ from typing import Any
 
 import numpy as np
 import torch
+from gymnasium import spaces
 from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
+from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 from stable_baselines3.common.utils import FloatSchedule, set_random_seed
+from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv
+from torch import Tensor, nn
 from tqdm import tqdm
 
 from labgym.documents import append_text
 from labgym.layouts import Layout
 from labgym.layouts.batch import catalog_digest
 from labgym.policies.learned.checkpoint import Stateful, load_checkpoint, save_checkpoint
-from labgym.policies.learned.training_run import TIMES, finish, train_identity
+from labgym.policies.learned.training_loop import TIMES, finish, train_identity
 from labgym.policies.learned.weights import WEIGHTS, save_weights
 from labgym.policies.policy import Policy
 from labgym.policies.ppo.cloning import clone_expert
-from labgym.policies.ppo.drives import TrainingDrives
-from labgym.policies.ppo.learner import actor_of, make_environments, make_learner
-from labgym.policies.ppo.options import PPOOptions
+from labgym.policies.ppo.drives import TrainingDrives, layout_pool
+from labgym.policies.ppo.inputs import Sensor
+from labgym.policies.ppo.network import FEATURES, HIDDEN, Actor, Encoder
+from labgym.policies.ppo.options import PPOOptions, TrainingProgress
 from labgym.policies.ppo.policy import DRIVERS
-from labgym.policies.ppo.pool import layout_pool
-from labgym.policies.ppo.progress import Progress
+from labgym.policies.ppo.practice import PracticeEnv
 from labgym.runs import ExecutorOptions, RunFolder, RunIdentity
 
 OPTIONS, PROGRESS, CHECKPOINTS = "options.json", "progress.json", "checkpoint"
 
 Judge = Callable[[Policy], float]
 """Returns the success rate of a policy on the validation split."""
+
+
+class EncoderExtractor(BaseFeaturesExtractor):
+    """The encoder as a features extractor of stable-baselines3; actor and critic share it."""
+
+    def __init__(self, observation_space: spaces.Box, sensor: Sensor) -> None:
+        super().__init__(observation_space, FEATURES)
+        self.encoder = Encoder(sensor)
+
+    def forward(self, observations: Tensor) -> Tensor:
+        """Return the features of vectors."""
+        features: Tensor = self.encoder(observations)
+        return features
+
+
+def make_environments(drives: TrainingDrives, options: PPOOptions) -> DummyVecEnv:
+    """Return the training environments, stepped in turn in this process."""
+    return DummyVecEnv([lambda: PracticeEnv(drives, options.observation, options.horizon)] * options.environments)
+
+
+def make_learner(environments: VecEnv, options: PPOOptions) -> PPO:
+    """Return a PPO learner with new weights."""
+    return PPO(
+        "MlpPolicy",
+        environments,
+        learning_rate=options.rate,
+        n_steps=options.rollout,
+        batch_size=options.batch,
+        n_epochs=options.epochs,
+        gamma=options.discount,
+        gae_lambda=options.trace,
+        clip_range=options.clip,
+        ent_coef=options.entropy,
+        target_kl=0.03,
+        policy_kwargs={
+            "features_extractor_class": EncoderExtractor,
+            "features_extractor_kwargs": {"sensor": options.observation},
+            "net_arch": {"pi": [HIDDEN], "vf": [HIDDEN]},
+            "activation_fn": nn.ReLU,
+            "log_std_init": float(torch.tensor(options.noise).log()),
+            "ortho_init": False,
+        },
+        seed=options.seed,
+        device="cpu",
+    )
+
+
+def actor_of(learner: PPO, sensor: Sensor) -> Actor:
+    """Return a copy of the actor: the policy without critic and noise."""
+    actor = Actor(sensor)
+    policy: Any = learner.policy
+    actor.encoder.load_state_dict(policy.features_extractor.encoder.state_dict())
+    actor.hidden.load_state_dict(policy.mlp_extractor.policy_net.state_dict())
+    actor.action.load_state_dict(policy.action_net.state_dict())
+    return actor.eval()
 
 
 def train(
@@ -89,12 +148,12 @@ def _identity(options: PPOOptions, judge: Judge | None, layouts: tuple[Layout, .
 def _train(options: PPOOptions, out: Path, judge: Judge | None, pool: tuple[Layout, ...]) -> None:
     drives = TrainingDrives(pool, options.seed)
     environments = make_environments(drives, options)
-    progress = Progress.load(out / PROGRESS) if (out / PROGRESS).exists() else None
+    progress = TrainingProgress.load(out / PROGRESS) if (out / PROGRESS).exists() else None
     set_random_seed(options.seed)
     learner = make_learner(environments, options)
     if progress is None:
         records = clone_expert(learner, environments, options)
-        progress = Progress(records=tuple({"kind": "warm start", **record} for record in records))
+        progress = TrainingProgress(records=tuple({"kind": "warm start", **record} for record in records))
         _checkpoint(learner, progress, out)
     _restore(learner, progress, out)
     if progress.records and progress.records[-1]["kind"] == "warm start":
@@ -154,7 +213,9 @@ class Outcomes(BaseCallback):
         }
 
 
-def _judged(learner: PPO, progress: Progress, judge: Judge | None, options: PPOOptions, out: Path) -> Progress:
+def _judged(
+    learner: PPO, progress: TrainingProgress, judge: Judge | None, options: PPOOptions, out: Path
+) -> TrainingProgress:
     """Score the weights on validation, record the score, and save them as the best if they are and PPO trained them."""
     actor = actor_of(learner, options.observation)
     save_weights(actor, out / "last")
@@ -167,7 +228,7 @@ def _judged(learner: PPO, progress: Progress, judge: Judge | None, options: PPOO
     return progress.model_copy(update={"best": best, "records": (*progress.records, record)})
 
 
-def _checkpoint(learner: PPO, progress: Progress, out: Path) -> None:
+def _checkpoint(learner: PPO, progress: TrainingProgress, out: Path) -> None:
     """Write the state of the learner, then the progress that names the file; remove the previous checkpoint."""
     path = _checkpoint_path(out, progress)
     save_checkpoint(path, _parts(learner), {"steps": learner.num_timesteps, "updates": learner._n_updates})
@@ -177,11 +238,11 @@ def _checkpoint(learner: PPO, progress: Progress, out: Path) -> None:
             old.unlink()
 
 
-def _checkpoint_path(out: Path, progress: Progress) -> Path:
+def _checkpoint_path(out: Path, progress: TrainingProgress) -> Path:
     return out / CHECKPOINTS / f"leg-{progress.legs:05d}.pt"
 
 
-def _restore(learner: PPO, progress: Progress, out: Path) -> None:
+def _restore(learner: PPO, progress: TrainingProgress, out: Path) -> None:
     """Give a learner the state of the checkpoint: weights, optimizer and the number of steps."""
     record = load_checkpoint(_checkpoint_path(out, progress), _parts(learner), _is_record)
     learner.num_timesteps, learner._n_updates = record["steps"], record["updates"]

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
-from typing import Any
+from typing import Annotated, Any
 
-from labgym.counts import is_finite
-from labgym.errors import OptionError, UnknownNameError
+from pydantic import Field
+
+from labgym.errors import UnknownNameError
+from labgym.policies.options import PolicyOptions
+
+Limit = Annotated[float, Field(gt=0.0, strict=True)]
 
 
-@dataclass(frozen=True)
-class ProcessLimits:
+class ProcessLimits(PolicyOptions):
     """Limits of a policy's process. A policy that exceeds one fails its episode; below them they affect no result.
 
     Attributes:
@@ -23,15 +25,9 @@ class ProcessLimits:
         OptionError: a limit is not a positive number.
     """
 
-    call_seconds: float = 300.0
-    load_seconds: float = 600.0
-    memory_gb: float = 8.0
-
-    def __post_init__(self) -> None:
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if not is_finite(value) or value <= 0.0:
-                raise OptionError(f"policy limit {field.name} is {value!r}, expected a positive number")
+    call_seconds: Limit = 300.0
+    load_seconds: Limit = 600.0
+    memory_gb: Limit = 8.0
 
     @classmethod
     def named(cls, values: Mapping[str, Any]) -> ProcessLimits | None:
@@ -41,9 +37,8 @@ class ProcessLimits:
             UnknownNameError: no limit has that name.
             OptionError: a limit is not a positive number.
         """
-        names = [field.name for field in fields(cls)]
-        for name in values.keys() - set(names):
-            raise UnknownNameError("policy limit", name, names)
+        for name in values.keys() - cls.model_fields.keys():
+            raise UnknownNameError("policy limit", name, cls.model_fields)
         return cls(**values) if values else None
 
     @property

@@ -7,15 +7,17 @@ import os
 import pickle
 import socket
 import sys
+import threading
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from labgym.errors import LabgymError
 from labgym.policies.kernels import kernel_mode
-from labgym.policies.policy import EpisodeStart, Observation, PolicyError, Sensors
+from labgym.policies.policy import EpisodeStart, Observation, PolicyError
 from labgym.policies.process import linux
 from labgym.policies.process.episode import ACT, CLOSE, DECIDE, NEXT, RESET
 from labgym.policies.process.facts import PolicyFacts, read_error, read_facts, read_text
@@ -40,6 +42,7 @@ from labgym.policies.process.wire import (
 
 CLOSE_SECONDS = 5.0
 """Time limit for a policy to close after an episode, seconds."""
+
 STATUS_SECONDS = 3.0
 
 
@@ -59,7 +62,7 @@ class PolicyProcess:
 
     Attributes:
         name, observation, privileged, foresees, exclusive, stops, latency: as `Policy` declares them.
-        kernels: the numerical kernels of the process.
+        kernels: the kernels in force in the process once the policy is loaded, as `kernel_facts` returns them.
 
     Raises:
         LabgymError: the policy cannot be loaded; the class of the error is that of `make_policy`.
@@ -82,51 +85,15 @@ class PolicyProcess:
         except BaseException:
             self._guard.close()
             raise
-        self._facts = self._process.facts
-
-    @property
-    def name(self) -> str:
-        """Name of the policy in reports."""
-        return self._facts.name
-
-    @property
-    def observation(self) -> Sensors:
-        """The sensors that the policy receives."""
-        return self._facts.observation
-
-    @property
-    def privileged(self) -> bool:
-        """Whether the policy receives the map."""
-        return self._facts.privileged
-
-    @property
-    def foresees(self) -> bool:
-        """Whether the policy asks for the world as it is and will be, which no separate process receives."""
-        return self._facts.foresees
-
-    @property
-    def exclusive(self) -> bool:
-        """Whether only one instance may drive at a time."""
-        return self._facts.exclusive
-
-    @property
-    def stops(self) -> bool:
-        """Whether the policy decides itself when it has arrived."""
-        return self._facts.stops
-
-    @property
-    def latency(self) -> float:
-        """Declared time from an observation to its action, seconds."""
-        return self._facts.latency
-
-    @property
-    def kernels(self) -> dict[str, str | int]:
-        """The kernels in force in the process once the policy is loaded, as `kernel_facts` returns them."""
-        return self._facts.kernels
+        facts = self._process.facts
+        self.name, self.observation, self.privileged = facts.name, facts.observation, facts.privileged
+        self.foresees, self.exclusive, self.stops = facts.foresees, facts.exclusive, facts.stops
+        self.latency, self.kernels = facts.latency, facts.kernels
+        self._files = tuple(Path(path) for path in facts.files)
 
     def files(self) -> tuple[Path, ...]:
         """Return the files that the actions depend on."""
-        return tuple(Path(path) for path in self._facts.files)
+        return self._files
 
     def reset(self, episode: EpisodeStart) -> None:
         """Begin an episode in a fresh process.
@@ -346,3 +313,51 @@ class _LoadedProcess:
         link.settimeout(seconds)
         send_request(link, kind, content)
         return receive_answer(link, seconds)
+
+
+_local = threading.local()
+
+
+def shared_process(
+    source: PolicySource,
+    limits: ProcessLimits | None = None,
+    environment: Mapping[str, str] | None = None,
+    most: int = 1,
+) -> PolicyProcess:
+    """Return the process of a policy that this thread opened before, or a new one.
+
+    Loading a policy may take seconds; this way it is loaded once, however many pieces of work drive it.
+
+    Args:
+        source, limits, environment: as for `PolicyProcess`.
+        most: number of processes that the thread keeps, at least 1; those that it used least recently end.
+
+    Raises:
+        LabgymError: the policy cannot be loaded.
+    """
+    key = source, limits or ProcessLimits(), None if environment is None else dict(environment)
+    kept = _kept()
+    index = next((place for place, (other, _) in enumerate(kept) if other == key), None)
+    if index is not None:
+        kept.append(kept.pop(index))
+        return kept[-1][1]
+    while len(kept) >= most:
+        kept.pop(0)[1].close()
+    process = PolicyProcess(source, limits, environment)
+    kept.append((key, process))
+    return process
+
+
+def close_shared_process() -> None:
+    """End the processes that this thread opened."""
+    kept = _kept()
+    while kept:
+        kept.pop()[1].close()
+
+
+def _kept() -> list[tuple[Any, PolicyProcess]]:
+    """Return the open processes with what they were opened for; a fork of this process has none of them."""
+    if getattr(_local, "owner", None) != os.getpid():
+        _local.owner, _local.processes = os.getpid(), []
+    processes: list[tuple[Any, PolicyProcess]] = _local.processes
+    return processes

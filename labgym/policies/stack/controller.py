@@ -6,23 +6,20 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from labgym.envs.robot import ROBOT, RobotSpec
-from labgym.geometry import wrap_angle
+from labgym.geometry import Array, wrap_angle
 from labgym.navigation import Pose
 from labgym.policies.stack.costmap import Costmap
-from labgym.policies.stack.people import Person, approach_cost, way_cost
-from labgym.policies.stack.planner import Plan
+from labgym.policies.stack.people import TrackedPerson, approach_cost, way_cost
+from labgym.policies.stack.planner import PlannedPath
 
-Array = NDArray[np.float64]
-
-AHEAD = 3.0
+PATH_AHEAD_M = 3.0
 """Length of the path by which sequences are judged, meters."""
-THROUGH, NEAR = 0.24, 0.3
+LINE_CLEARANCE_M, LINE_START_M = 0.24, 0.3
 """Clearance of a straight line that the robot can drive, and distance from the robot within which it does not count,
 meters."""
-SAMPLES, FIRST = 16, 8
+LINE_SAMPLES, FIRST_PATH_POINTS = 16, 8
 """Points of that line that are looked up, and the number of points of the path that are always used."""
 
 
@@ -132,9 +129,9 @@ class Controller:
         self,
         pose: Pose,
         velocity: tuple[float, float],
-        plan: Plan,
+        plan: PlannedPath,
         costmap: Costmap,
-        people: tuple[Person, ...] = (),
+        people: tuple[TrackedPerson, ...] = (),
         speed: float = math.inf,
         shaping: Shaping | None = None,
     ) -> tuple[float, float]:
@@ -183,7 +180,7 @@ class Controller:
         sequences: Array,
         path: tuple[Array, Array],
         costmap: Costmap,
-        people: tuple[Person, ...],
+        people: tuple[TrackedPerson, ...],
         shaping: Shaping | None,
     ) -> Array:
         """Return the costs of sequences, (n,)."""
@@ -242,25 +239,25 @@ def rollouts(pose: Pose, velocity: tuple[float, float], sequences: Array, dt: fl
     return np.stack([x, y, yaw], axis=-1)
 
 
-def visible(plan: Plan, pose: Pose, costmap: Costmap) -> tuple[Array, Array]:
+def visible(plan: PlannedPath, pose: Pose, costmap: Costmap) -> tuple[Array, Array]:
     """Return the points of the path ahead that a straight line leads to, (m, 2), and the length left after each, (m,).
 
     A path around an obstacle comes back to the robot's side of it: beyond what is visible, nearness to the path would
     draw the robot against the obstacle.
     """
-    points, left = plan.ahead(AHEAD)
+    points, left = plan.ahead(PATH_AHEAD_M)
     start = np.array(pose[:2])
-    share = np.linspace(0.0, 1.0, SAMPLES)
+    share = np.linspace(0.0, 1.0, LINE_SAMPLES)
     samples = start + share[None, :, None] * (points[:, None] - start)
-    clear = costmap.clearance(samples.reshape(-1, 2)).reshape(samples.shape[:2]) > THROUGH
-    clear |= np.hypot(samples[..., 0] - start[0], samples[..., 1] - start[1]) < NEAR
+    clear = costmap.clearance(samples.reshape(-1, 2)).reshape(samples.shape[:2]) > LINE_CLEARANCE_M
+    clear |= np.hypot(samples[..., 0] - start[0], samples[..., 1] - start[1]) < LINE_START_M
     hidden = np.asarray(~clear.all(axis=1))
-    hidden[:FIRST] = False
+    hidden[:FIRST_PATH_POINTS] = False
     count = int(np.argmax(hidden)) if hidden.any() else len(points)
     return points[:count], left[:count]
 
 
-def bearing_of(plan: Plan, pose: Pose, ahead: float = 0.5) -> float:
+def bearing_of(plan: PlannedPath, pose: Pose, ahead: float = 0.5) -> float:
     """Return the bearing of the point of the path that is some meters ahead, radians."""
     points, _ = plan.ahead(ahead + 0.05)
     x, y = points[-1] - np.array(pose[:2])

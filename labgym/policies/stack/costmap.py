@@ -10,31 +10,30 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from labgym.envs.sensors import LIDAR_RAYS, RANGE
-from labgym.geometry import to_local
+from labgym.geometry import Array, to_local
 from labgym.navigation import OccupancyGrid, Pose
-from labgym.policies.stack.field import DistanceField
+from labgym.policies.distance_field import DistanceField
 
-Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
-UNEXPLAINED = 0.10
+UNEXPLAINED_M = 0.10
 """Distance from everything in the map beyond which a return is an obstacle that the map lacks, meters."""
-OFF = 0.02
+OFF_MAP_M = 0.02
 """Distance from the map beyond which the returns of the present scan are obstacles for the controller, meters: the map
 has a thing there, but not in this place."""
-HIT, MISS, MOST = 3, 1, 15
+HIT_EVIDENCE, MISS_EVIDENCE, MOST_EVIDENCE = 3, 1, 15
 """Evidence that a return adds to its cell, that a ray through the cell removes, and the most that a cell can have."""
-BEHIND = 0.15
+CLEARING_MARGIN_M = 0.15
 """Distance by which the rays around a cell must end behind it to clear it, meters."""
-VIEW = 6.0
+MARKING_RANGE_M = 6.0
 """Returns beyond this distance neither mark nor clear, meters."""
-WINDOW = 4.0
+HALF_WINDOW_M = 4.0
 """Half side of the window around the robot in which distances to marks are computed for the controller, meters."""
-DRIFT = 0.5
+WINDOW_SHIFT_M = 0.5
 """Way of the robot after which the window is moved, meters."""
-FAR = 3.0
+FARTHEST_MARK_M = 3.0
 """Distance that stands for no mark within the window, meters."""
-CARE = 0.6
+RETURN_RANGE_M = 0.6
 """Distance beyond which returns of the present scan do not count, meters."""
 
 
@@ -62,7 +61,7 @@ class Costmap:
         self.evidence: NDArray[np.int16] = np.zeros(static.values.shape, np.int16)
         self._marks: Index = np.empty(0, dtype=np.intp)
         self._guesses: Index = np.empty(0, dtype=np.intp)
-        self._near = np.full((1, 1), FAR, dtype=np.float32)
+        self._near = np.full((1, 1), FARTHEST_MARK_M, dtype=np.float32)
         self.unexplained: Array = np.empty((0, 2))
         self._corner, self._middle, self._stale = (0, 0), (math.inf, math.inf), True
 
@@ -77,10 +76,10 @@ class Costmap:
         """
         if self._clearing and len(self._marks):
             self._clear(pose, ranges)
-        near = np.hypot(points[:, 0] - pose[0], points[:, 1] - pose[1]) < VIEW
+        near = np.hypot(points[:, 0] - pose[0], points[:, 1] - pose[1]) < MARKING_RANGE_M
         off = np.where(near & ~ignored, self._seen.at(points), -math.inf)
-        new = points[off > UNEXPLAINED]
-        loose = points[off > OFF] if self._exact else new
+        new = points[off > UNEXPLAINED_M]
+        loose = points[off > OFF_MAP_M] if self._exact else new
         self._returns = loose
         self._loose = cKDTree(loose) if len(loose) else None
         evidence = self.evidence.reshape(-1)
@@ -88,7 +87,7 @@ class Costmap:
         fresh = evidence[cells] <= 0
         self.unexplained = new
         hit = np.unique(cells)
-        evidence[hit] = np.minimum(evidence[hit] + HIT, MOST)
+        evidence[hit] = np.minimum(evidence[hit] + HIT_EVIDENCE, MOST_EVIDENCE)
         self._remember(np.union1d(self._marks, hit))
         self._look(pose)
         return np.asarray(new[fresh])
@@ -104,7 +103,7 @@ class Costmap:
             least = np.minimum(least, self._near[rows, columns])
         if self._loose is None:
             return np.asarray(least)
-        return np.asarray(np.minimum(least, self._loose.query(points, distance_upper_bound=CARE)[0]))
+        return np.asarray(np.minimum(least, self._loose.query(points, distance_upper_bound=RETURN_RANGE_M)[0]))
 
     def guess(self, points: Array) -> None:
         """Set the places (n, 2) at which something is assumed to be, meters, in place of those before."""
@@ -144,8 +143,8 @@ class Costmap:
         bearing = np.arctan2(local[:, 1], local[:, 0])
         ray = np.round((bearing + math.pi) / (2.0 * math.pi) * LIDAR_RAYS).astype(np.intp)
         least = np.min([ranges[(ray + offset) % LIDAR_RAYS] for offset in (-1, 0, 1)], axis=0)
-        passed = (least > away + BEHIND) & (away < min(VIEW, RANGE))
-        self.evidence.reshape(-1)[self._marks[passed]] -= MISS
+        passed = (least > away + CLEARING_MARGIN_M) & (away < min(MARKING_RANGE_M, RANGE))
+        self.evidence.reshape(-1)[self._marks[passed]] -= MISS_EVIDENCE
 
     def _remember(self, marks: Index) -> None:
         """Keep those of some cells that are marked."""
@@ -155,11 +154,11 @@ class Costmap:
 
     def _look(self, pose: Pose) -> None:
         """Compute the distances to the marks around a pose, if they or the pose have changed enough."""
-        if not self._stale and math.dist(pose[:2], self._middle) < DRIFT:
+        if not self._stale and math.dist(pose[:2], self._middle) < WINDOW_SHIFT_M:
             return
         step = self._static.resolution
         (row,), (column,) = self._cells(np.array([pose[:2]]))
-        half = round(WINDOW / step)
+        half = round(HALF_WINDOW_M / step)
         top, left = max(0, int(row) - half), max(0, int(column) - half)
         bottom, right = int(row) + half, int(column) + half
         marked = self.evidence[top:bottom, left:right] > 0
@@ -192,8 +191,8 @@ class Costmap:
 
 
 def _distances(marked: NDArray[np.bool_], step: float) -> NDArray[np.float32]:
-    """Return the distance from each cell's center to the nearest marked cell's, meters, at most `FAR`."""
+    """Return the distance from each cell's center to the nearest marked cell's, meters, at most `FARTHEST_MARK_M`."""
     if not marked.any():
-        return np.full(marked.shape, FAR, dtype=np.float32)
+        return np.full(marked.shape, FARTHEST_MARK_M, dtype=np.float32)
     cells = cv2.distanceTransform((~marked).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    return np.asarray(np.minimum(np.asarray(cells, dtype=np.float32) * np.float32(step), np.float32(FAR)))
+    return np.asarray(np.minimum(np.asarray(cells, dtype=np.float32) * np.float32(step), np.float32(FARTHEST_MARK_M)))

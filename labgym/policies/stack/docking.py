@@ -6,34 +6,31 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from labgym.envs.sensors import LIDAR_RAYS, RANGE
-from labgym.geometry import OrientedBox, compose, relative, to_local, to_world
+from labgym.geometry import Array, OrientedBox, compose, relative, to_local, to_world
 from labgym.navigation import Pose
 from labgym.policies.stack.old_map import OldMap, ray_lengths
 
-Array = NDArray[np.float64]
-
-SHIFT, TURN = 0.12, math.radians(7.0)
+LARGEST_SHIFT_M, LARGEST_TURN_RAD = 0.12, math.radians(7.0)
 """Greatest displacement and rotation of a station that are looked for, meters and radians."""
-NEAR, CLOSE = 3.0, 0.75
-"""Distances from the goal between which scans are taken, meters."""
-CAP = 0.06
+SCAN_RANGE_M = 3.0
+"""Greatest distance from the goal at which scans are compared, meters."""
+RANGE_CAP_M = 0.06
 """Differences between an expected and a measured range count up to this one, meters."""
-KEPT = 12
+MOST_SCANS = 12
 """Greatest number of scans that are compared at a time."""
-APART = 0.20
+SCAN_DISTANCE_M = 0.20
 """Distance between the places of two scans, meters."""
-PRIOR = 0.002
-"""Cost of a displacement of 0.1 m, or of a rotation of 0.1 rad, as a mean difference of ranges in units of `CAP`."""
-ASIDE = 17
+SHIFT_COST = 0.002
+"""Cost of a displacement of 0.1 m, or of a rotation of 0.1 rad, as a share of the cap of the ranges."""
+ASIDE_STEPS = 17
 """Number of displacements along the front that are tried again with each scan."""
 HALVINGS = 7
 """Number of halvings of the step of the search: to 1 mm and 0.05 degrees."""
 
 
-class Station:
+class StationEstimate:
     """Estimates the pose of a station relative to the map.
 
     The scans near it are compared with those that the map predicts for a station that stands off by (dx, dy, turn)
@@ -71,15 +68,15 @@ class Station:
 
     def observe(self, pose: Pose, ranges: Array) -> None:
         """Take in a scan, (180,) meters, from a pose of the robot in the map's frame."""
-        if not self._boxes or math.dist(pose[:2], self._goal[:2]) > NEAR:
+        if not self._boxes or math.dist(pose[:2], self._goal[:2]) > SCAN_RANGE_M:
             return
-        if self._scans and math.dist(pose[:2], self._scans[-1][0][:2]) < APART:
+        if self._scans and math.dist(pose[:2], self._scans[-1][0][:2]) < SCAN_DISTANCE_M:
             return
         scan = self._selected(pose, ranges)
         if scan is None:
             return
         self._scans = [*self._scans, scan]
-        if len(self._scans) > KEPT:
+        if len(self._scans) > MOST_SCANS:
             # Every other one: views from other places tell most.
             self._scans = self._scans[1::2]
         self._search()
@@ -89,7 +86,8 @@ class Station:
         angles = -math.pi + 2.0 * math.pi / LIDAR_RAYS * np.arange(LIDAR_RAYS) + pose[2]
         directions = np.column_stack([np.cos(angles), np.sin(angles)])
         larger = [
-            OrientedBox(box.x, box.y, box.width + 2.4 * SHIFT, box.depth + 2.4 * SHIFT, box.yaw) for box in self._boxes
+            OrientedBox(box.x, box.y, box.width + 2.4 * LARGEST_SHIFT_M, box.depth + 2.4 * LARGEST_SHIFT_M, box.yaw)
+            for box in self._boxes
         ]
         origins = np.broadcast_to(np.array(pose[:2]), directions.shape)
         chosen = np.flatnonzero(np.isfinite(ray_lengths(origins, directions, larger)).any(axis=1) & (ranges < RANGE))
@@ -104,34 +102,40 @@ class Station:
             # Along its front a station shows itself only by its edges, which other scans may tell better.
             turn = self.offset[2]
             front = np.array([-math.sin(turn), math.cos(turn), 0.0])
-            aside = np.concatenate([[0.0], np.linspace(-SHIFT, SHIFT, ASIDE) - self.offset[1]])
+            aside = np.concatenate(
+                [[0.0], np.linspace(-LARGEST_SHIFT_M, LARGEST_SHIFT_M, ASIDE_STEPS) - self.offset[1]]
+            )
             candidates = np.array(self.offset) + aside[:, None] * front
             best, step = candidates[int(np.argmin(self._differences(candidates)))], 0.25
         else:
             grid = np.linspace(-1.0, 1.0, 7)
             candidates = np.stack(np.meshgrid(grid, grid, grid, indexing="ij"), axis=-1).reshape(-1, 3)
-            candidates = candidates * (SHIFT, SHIFT, TURN)
+            candidates = candidates * (LARGEST_SHIFT_M, LARGEST_SHIFT_M, LARGEST_TURN_RAD)
             best, step = candidates[int(np.argmin(self._differences(candidates)))], 1.0 / 3.0
         cross = np.stack(np.meshgrid(*[[-1.0, 0.0, 1.0]] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
         for _ in range(HALVINGS):
             step /= 2.0
             for _ in range(2):
-                candidates = best + step * cross * (SHIFT, SHIFT, TURN)
-                candidates = np.clip(candidates, (-SHIFT, -SHIFT, -TURN), (SHIFT, SHIFT, TURN))
+                candidates = best + step * cross * (LARGEST_SHIFT_M, LARGEST_SHIFT_M, LARGEST_TURN_RAD)
+                candidates = np.clip(
+                    candidates,
+                    (-LARGEST_SHIFT_M, -LARGEST_SHIFT_M, -LARGEST_TURN_RAD),
+                    (LARGEST_SHIFT_M, LARGEST_SHIFT_M, LARGEST_TURN_RAD),
+                )
                 best = candidates[int(np.argmin(self._differences(candidates)))]
         self.offset = (float(best[0]), float(best[1]), float(best[2]))
         self.measured = True
 
     def _differences(self, candidates: Array) -> Array:
         """Return the mean capped difference of ranges for displacements (n, 3), (n,)."""
-        total = PRIOR * (np.abs(candidates) / 0.1).sum(axis=1)
+        total = SHIFT_COST * (np.abs(candidates) / 0.1).sum(axis=1)
         for pose, directions, measured, behind in self._scans:
             # The station turned by an offset meets the rays as the mapped one meets rays turned back.
             origins, turned = unmoved(pose, directions, self._front, candidates)
             count = len(candidates)
             met = ray_lengths(origins.reshape(-1, 2), turned.reshape(-1, 2), self._boxes).min(axis=1)
             expected = np.minimum(met.reshape(count, -1), behind)
-            total += np.minimum(np.abs(expected - measured), CAP).mean(axis=1) / CAP / len(self._scans)
+            total += np.minimum(np.abs(expected - measured), RANGE_CAP_M).mean(axis=1) / RANGE_CAP_M / len(self._scans)
         return np.asarray(total)
 
     def _middle_of_front(self) -> Pose:

@@ -7,20 +7,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from labgym.envs.robot import ROBOT
-from labgym.geometry import OrientedBox
+from labgym.geometry import Array, OrientedBox
 from labgym.layouts import Layout
 from labgym.navigation import OBSTACLE_HEIGHT, Pose
-from labgym.policies.stack.field import DistanceField
+from labgym.policies.distance_field import DistanceField
 from labgym.scenes.building import building_solids
 
-Array = NDArray[np.float64]
-
-MARGIN = 1.0
+MAP_MARGIN_M = 1.0
 """Width of the region around the floor that the map covers, meters."""
-STATION = 1.5
+STATION_DISTANCE_M = 1.5
 """Greatest distance from a docking pose to its station, meters."""
 
 
@@ -49,8 +46,8 @@ class OldMap:
         walls = [box for box in building if box.z0 < OBSTACLE_HEIGHT]
         bounds = _bounds([box for _, box in sections] or walls)
         obstacles = [*walls, *layout.obstacles(OBSTACLE_HEIGHT)]
-        seen = DistanceField.of([box for _, box in sections], bounds)
-        return cls(DistanceField.of(obstacles, bounds), seen, sections)
+        seen = DistanceField.of_boxes([box for _, box in sections], bounds)
+        return cls(DistanceField.of_boxes(obstacles, bounds), seen, sections)
 
     def station(self, pose: Pose) -> tuple[OrientedBox, ...]:
         """Return the boxes of the placement that a robot at a pose faces; empty if it faces none within reach."""
@@ -59,7 +56,7 @@ class OldMap:
         away = ray_lengths(np.array([pose[:2]]), ray, boxes)[0]
         nearest = int(np.argmin(away))
         owner = self.sections[nearest][0]
-        if not owner or away[nearest] > STATION:
+        if not owner or away[nearest] > STATION_DISTANCE_M:
             return ()
         return tuple(box for name, box in self.sections if name == owner)
 
@@ -100,5 +97,5 @@ def ray_lengths(origins: Array, directions: Array, boxes: Sequence[OrientedBox])
 def _bounds(boxes: Sequence[OrientedBox]) -> tuple[float, float, float, float]:
     """Return bounds of boxes with a margin, at multiples of the resolution."""
     edges = np.array([box.bounds() for box in boxes])
-    low, high = np.floor(edges[:, :2].min(axis=0) - MARGIN), np.ceil(edges[:, 2:].max(axis=0) + MARGIN)
+    low, high = np.floor(edges[:, :2].min(axis=0) - MAP_MARGIN_M), np.ceil(edges[:, 2:].max(axis=0) + MAP_MARGIN_M)
     return float(low[0]), float(low[1]), float(high[0]), float(high[1])

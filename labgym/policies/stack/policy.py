@@ -12,49 +12,45 @@ from numpy.typing import NDArray
 
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.errors import LabgymError
-from labgym.geometry import compose, to_world, wrap_angle
+from labgym.geometry import Array, compose, to_world, wrap_angle
 from labgym.navigation import Pose
 from labgym.navigation.search_kernel import prepare
-from labgym.policies.arrival import AT_REST, DOCK_ANGLE, DOCK_DISTANCE, SETTLED, Arrival, planar_pose
+from labgym.policies.arrival import AT_REST, DOCK_ANGLE, DOCK_DISTANCE, SETTLED, GoalArrival, planar_pose
 from labgym.policies.dwa import lidar_points
 from labgym.policies.gentle import GentleCommands, GentleLimits
 from labgym.policies.policy import EpisodeStart, GroundTruth, Observation, Policy, Sensors
 from labgym.policies.stack.controller import Controller, MotionLimits, Shaping, bearing_of
-from labgym.policies.stack.costmap import UNEXPLAINED, Costmap
-from labgym.policies.stack.docking import Station
-from labgym.policies.stack.localization import Localizer
-from labgym.policies.stack.mounting import Mounting
+from labgym.policies.stack.costmap import UNEXPLAINED_M, Costmap
+from labgym.policies.stack.docking import StationEstimate
+from labgym.policies.stack.localization import LidarMounting, Localizer
 from labgym.policies.stack.old_map import OldMap
-from labgym.policies.stack.panes import Panes
-from labgym.policies.stack.people import Crowd, Person
-from labgym.policies.stack.planner import Plan, planned
+from labgym.policies.stack.panes import SeenPanes
+from labgym.policies.stack.people import PeopleTracker, TrackedPerson, Waiting, too_late
+from labgym.policies.stack.planner import PlannedPath, planned
 from labgym.policies.stack.recovery import Recovery
-from labgym.policies.stack.waiting import Waiting, too_late
 from labgym.policies.tracking import PathTracker, TrackingOptions, approach_speed, turn_towards, velocities_to_action
 
-Array = NDArray[np.float64]
-
-AMONG_PEOPLE = 0.95
+SPEED_AMONG_PEOPLE = 0.95
 """Greatest speed where people may come round a corner, m/s."""
-CREEP, ALONGSIDE = 0.15, 1.6
+CREEP_SPEED, ALONGSIDE_M = 0.15, 1.6
 """Speed below which a robot rests instead, m/s, if a person is within this distance, meters."""
-WELL_INSIDE = 0.02
+STOP_INSIDE_M = 0.02
 """Distance from the edge of the goal's disc at which a robot that rests there may stop, meters."""
-AT_EASE = 0.08
+REST_TURN_SPEED = 0.08
 """Speed below which a robot that rests for people turns towards its path, m/s."""
-GENTLY_LATE, TOO_NEAR = 0.35, 0.66
+GENTLE_DELAY_S, GENTLE_DISTANCE_M = 0.35, 0.66
 """Time by which gentle braking comes late, seconds; distance from a person at its end that is too little, meters."""
-AXIS = 0.5
+DOCKING_AXIS_M = 0.5
 """Length of the straight way to a docking pose, meters."""
-ON_AXIS, NO_AXIS = 0.15, 0.40
+AXIS_START_M, NO_AXIS_START_M = 0.15, 0.40
 """Distance from the beginning of that way at which docking begins, meters, and from the pose without room for it."""
-TURN_IN_PLACE = 1.1
+TURN_IN_PLACE_RAD = 1.1
 """Bearing of the path beyond which a slow robot turns in place, radians."""
-AGAIN = 10
+REPLAN_STEPS = 10
 """Control steps between two attempts to plan."""
-MOVED = 0.03
+TARGET_SHIFT_M = 0.03
 """Distance by which the place to drive to moves before the robot plans again, meters."""
-OFF_PATH = 0.8
+OFF_PATH_M = 0.8
 """Distance from the path beyond which the robot plans again, meters."""
 
 
@@ -103,9 +99,9 @@ class StackPolicy(Policy):
         # Rays pass panes, so that they clear nothing.
         self._costmap = Costmap(old.clearance, old.seen, exact=not task.drift, clearing=not task.glass)
         # Without people, an obstacle that the map lacks stands.
-        self._crowd = Crowd(episode.robot.control_dt, task.drift) if task.people else None
-        self._panes = Panes() if task.glass else None
-        self._mounting = Mounting(old.seen, truth.pair.goal) if task.mounting else None
+        self._crowd = PeopleTracker(episode.robot.control_dt, task.drift) if task.people else None
+        self._panes = SeenPanes() if task.glass else None
+        self._mounting = LidarMounting(old.seen, truth.pair.goal) if task.mounting else None
         self._begin(episode, truth, old)
 
     def next_goal(self, episode: EpisodeStart) -> None:
@@ -157,10 +153,10 @@ class StackPolicy(Policy):
 
     def _begin(self, episode: EpisodeStart, truth: GroundTruth, old: OldMap) -> None:
         """Begin a drive from the estimated pose."""
-        self._robot, self._arrival = episode.robot, Arrival(episode)
+        self._robot, self._arrival = episode.robot, GoalArrival(episode)
         self._docking = episode.heading is not None
         self._goal: Pose = truth.pair.goal
-        self._station = Station(old, self._goal)
+        self._station = StationEstimate(old, self._goal)
         limits = None if episode.beaker is None else GentleLimits.of(episode.beaker, episode.robot)
         self._gentle = None if limits is None else GentleCommands(limits, episode.robot)
         motion = MotionLimits()
@@ -168,13 +164,13 @@ class StackPolicy(Policy):
             gentle = min(0.9 * limits.acceleration, motion.acceleration)
             motion = MotionLimits(gentle, gentle, lateral=limits.lateral)
         if episode.task.people:
-            motion = replace(motion, speed=AMONG_PEOPLE, reverse=0.0)
+            motion = replace(motion, speed=SPEED_AMONG_PEOPLE, reverse=0.0)
         self._controller = Controller(episode.rng, motion, episode.robot)
         late = math.ceil(self.latency / episode.robot.control_dt - 1e-9) if episode.task.rests else 0
         self._pending: deque[tuple[float, float]] = deque([(0.0, 0.0)] * late, maxlen=late)
-        self._plan: Plan | None = None
+        self._plan: PlannedPath | None = None
         self._target = self._goal
-        self._since_plan = AGAIN
+        self._since_plan = REPLAN_STEPS
         self._parked: PathTracker | None = None
         self._stopping = False
         self._rested = 0
@@ -197,7 +193,7 @@ class StackPolicy(Policy):
         points = to_world(self._points, pose) if len(self._points) else np.empty((0, 2))
         walking = np.zeros(len(points), dtype=bool)
         if self._crowd is not None:
-            walking = self._crowd.observe(pose, points, self._map[1].seen.at(points) > 1.5 * UNEXPLAINED)
+            walking = self._crowd.observe(pose, points, self._map[1].seen.at(points) > 1.5 * UNEXPLAINED_M)
         self._costmap.observe(pose, ranges, points, walking)
         if self._panes is not None:
             self._costmap.guess(self._panes.observe(pose, ranges, self._costmap.unexplained))
@@ -238,7 +234,7 @@ class StackPolicy(Policy):
         left = self._plan.remaining - (0.0 if self._docking else self._arrival.short)
         return self._follow(self._plan, pose, velocity, left)
 
-    def _follow(self, plan: Plan, pose: Pose, velocity: tuple[float, float], left: float) -> tuple[float, float]:
+    def _follow(self, plan: PlannedPath, pose: Pose, velocity: tuple[float, float], left: float) -> tuple[float, float]:
         """Return the velocities along a plan, m/s and rad/s: rest for people and at the goal, turn, or drive.
 
         Args:
@@ -251,31 +247,33 @@ class StackPolicy(Policy):
         if self._arrives(plan, pose, left):
             return 0.0, 0.0
         bearing = bearing_of(plan, pose)
-        if abs(bearing) > TURN_IN_PLACE and velocity[0] < 0.1 and left > 0.3:
+        if abs(bearing) > TURN_IN_PLACE_RAD and velocity[0] < 0.1 and left > 0.3:
             self._controller.restart()
             return self._robot.twist(*turn_towards(bearing, self._robot))
         fastest = approach_speed(left, 0.7) if self._arrival.active else math.inf
         gentle = self._gentle
         shaping = None if gentle is None else Shaping(gentle.limits.weights, gentle.history)
         v, w = self._controller.command(pose, velocity, plan, self._costmap, self._people, fastest, shaping)
-        if self._controller.fastest_soon < CREEP and self._alongside(pose):
+        if self._controller.fastest_soon < CREEP_SPEED and self._alongside(pose):
             # Nobody walks into a robot at rest; one that creeps is at fault.
             self._controller.restart()
             self._rest_at_goal(pose)
             return 0.0, 0.0
         return v, w
 
-    def _rest_for_people(self, plan: Plan, pose: Pose, velocity: tuple[float, float]) -> tuple[float, float] | None:
+    def _rest_for_people(
+        self, plan: PlannedPath, pose: Pose, velocity: tuple[float, float]
+    ) -> tuple[float, float] | None:
         """Return the velocities of a robot that has to rest for people, None if it may drive."""
         if not self._waiting.step(pose, velocity[0], self._people):
             return None
         self._controller.restart()
         bearing = bearing_of(plan, pose)
         # A turn on the spot takes no floor from anybody.
-        turn = self._robot.twist(*turn_towards(bearing, self._robot))[1] if abs(velocity[0]) < AT_EASE else 0.0
+        turn = self._robot.twist(*turn_towards(bearing, self._robot))[1] if abs(velocity[0]) < REST_TURN_SPEED else 0.0
         return self._rest_at_goal(pose) or (0.0, turn)
 
-    def _arrives(self, plan: Plan, pose: Pose, left: float) -> bool:
+    def _arrives(self, plan: PlannedPath, pose: Pose, left: float) -> bool:
         """Return whether the robot is where it has to rest, and note that it is about to stop."""
         if self._docking or not (self._stopping or (left < 0.03 and plan.offset(pose) < 0.15)):
             return False
@@ -283,13 +281,13 @@ class StackPolicy(Policy):
         return self._stopping
 
     @property
-    def _people(self) -> tuple[Person, ...]:
+    def _people(self) -> tuple[TrackedPerson, ...]:
         """The people who are tracked."""
         return () if self._crowd is None else self._crowd.alive
 
     def _alongside(self, pose: Pose) -> bool:
         """Return whether a person is near the robot."""
-        return any(math.dist(person.place, pose[:2]) < ALONGSIDE for person in self._people)
+        return any(math.dist(person.place, pose[:2]) < ALONGSIDE_M for person in self._people)
 
     def _emergency(self, pose: Pose, speed: float) -> bool:
         """Return whether the robot has to brake for somebody who is too near to brake gently."""
@@ -297,12 +295,13 @@ class StackPolicy(Policy):
             return False
         braking = self._gentle.limits.acceleration
         return any(
-            person.sure and too_late(person, pose, speed, braking, GENTLY_LATE, TOO_NEAR) for person in self._people
+            person.sure and too_late(person, pose, speed, braking, GENTLE_DELAY_S, GENTLE_DISTANCE_M)
+            for person in self._people
         )
 
     def _rest_at_goal(self, pose: Pose) -> tuple[float, float] | None:
         """Return the velocities of a robot that has to rest, and may as well stop: it is in the goal's disc."""
-        inside = math.dist(pose[:2], self._goal[:2]) < self._arrival.radius - WELL_INSIDE
+        inside = math.dist(pose[:2], self._goal[:2]) < self._arrival.radius - STOP_INSIDE_M
         if self._docking or not self._arrival.active or not inside:
             return None
         self._stopping = True
@@ -310,11 +309,11 @@ class StackPolicy(Policy):
 
     def _replan(self, pose: Pose) -> None:
         """Plan if there is no path, if it is blocked or left, or if the docking pose has moved."""
-        if self._plan is not None and self._since_plan > AGAIN:
-            moved = self._docking and math.dist(self._axis_start()[:2], self._target[:2]) > MOVED
-            if moved or self._plan.blocked(self._costmap) or self._plan.offset(pose) > OFF_PATH:
+        if self._plan is not None and self._since_plan > REPLAN_STEPS:
+            moved = self._docking and math.dist(self._axis_start()[:2], self._target[:2]) > TARGET_SHIFT_M
+            if moved or self._plan.blocked(self._costmap) or self._plan.offset(pose) > OFF_PATH_M:
                 self._plan = None
-        if self._plan is None and self._since_plan >= AGAIN:
+        if self._plan is None and self._since_plan >= REPLAN_STEPS:
             self._target = self._axis_start() if self._docking else self._goal
             self._plan = planned(self._costmap, pose, self._target[:2])
             self._since_plan = 0
@@ -322,7 +321,7 @@ class StackPolicy(Policy):
     def _axis_start(self) -> Pose:
         """Return the pose from which the way to the docking pose is straight."""
         goal = self._station.goal
-        for length in (AXIS, 0.7 * AXIS):
+        for length in (DOCKING_AXIS_M, 0.7 * DOCKING_AXIS_M):
             start = compose(goal, (-length, 0.0, 0.0))
             if float(self._costmap.clearance(np.array([start[:2]]))[0]) > self._robot.planning_radius:
                 return start
@@ -331,7 +330,7 @@ class StackPolicy(Policy):
     def _at_axis(self, pose: Pose) -> bool:
         """Return whether the robot is where the straight way to the docking pose begins."""
         start, goal = self._axis_start(), self._station.goal
-        return math.dist(pose[:2], start[:2]) < (NO_AXIS if start == goal else ON_AXIS)
+        return math.dist(pose[:2], start[:2]) < (NO_AXIS_START_M if start == goal else AXIS_START_M)
 
     def _dock(self, pose: Pose, velocity: tuple[float, float]) -> tuple[float, float]:
         """Return the velocities of the straight way to the docking pose."""

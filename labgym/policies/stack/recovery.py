@@ -6,25 +6,23 @@ import math
 from collections import deque
 
 import numpy as np
-from numpy.typing import NDArray
 
 from labgym.envs.robot import ROBOT, RobotSpec
+from labgym.geometry import Array
 from labgym.navigation import Pose
 from labgym.policies.stack.costmap import Costmap
 
-Array = NDArray[np.float64]
-
-PATIENCE = 60
+STUCK_STEPS = 60
 """Control steps after which a robot that has hardly moved is stuck; those near people do not count."""
-MOVED = 0.25
+STUCK_DISTANCE_M = 0.25
 """Distance that a robot that is not stuck moves in this time, meters."""
-BACK, SPIN = 12, 25
+BACK_STEPS, TURN_STEPS = 12, 25
 """Control steps of backing off and of turning."""
-REVERSE = -0.15
+BACK_SPEED = -0.15
 """Speed of backing off, m/s."""
-ROOM = 0.10
+BACK_ROOM_M = 0.10
 """Room behind the robot that backing off needs, meters."""
-FORGET = 2.5
+FORGET_RADIUS_M = 2.5
 """Radius around the robot within which marks are forgotten, meters."""
 
 
@@ -37,7 +35,7 @@ class Recovery:
 
     def __init__(self, robot: RobotSpec = ROBOT) -> None:
         self._robot = robot
-        self._places: deque[Pose] = deque(maxlen=PATIENCE)
+        self._places: deque[Pose] = deque(maxlen=STUCK_STEPS)
         self._backing = self._turning = 0
 
     def step(
@@ -60,11 +58,11 @@ class Recovery:
         if self._backing or self._turning:
             return self._recovered(points)
         self._places.append(pose)
-        stuck = len(self._places) == PATIENCE and math.dist(self._places[0][:2], pose[:2]) < MOVED
+        stuck = len(self._places) == STUCK_STEPS and math.dist(self._places[0][:2], pose[:2]) < STUCK_DISTANCE_M
         if stuck:
             self._places.clear()
-            self._backing, self._turning = BACK, SPIN
-            costmap.forget(pose, FORGET)
+            self._backing, self._turning = BACK_STEPS, TURN_STEPS
+            costmap.forget(pose, FORGET_RADIUS_M)
         return None
 
     def _recovered(self, points: Array) -> tuple[float, float]:
@@ -73,8 +71,8 @@ class Recovery:
             self._backing -= 1
             behind = points[(points[:, 0] < 0.0) & (np.abs(points[:, 1]) < self._robot.chassis_radius + 0.03)]
             room = np.hypot(behind[:, 0], behind[:, 1]).min(initial=math.inf) - self._robot.chassis_radius
-            if room > ROOM:
-                return REVERSE, 0.0
+            if room > BACK_ROOM_M:
+                return BACK_SPEED, 0.0
             self._backing = 0
         self._turning -= 1
         return 0.0, 0.6 * self._robot.w_max

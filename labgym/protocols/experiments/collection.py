@@ -14,7 +14,7 @@ from labgym.documents import folder_path, json_bytes, write_bytes
 from labgym.errors import OptionError
 from labgym.protocols.experiments.feasibility import FeasibilityFilter, Verdict
 from labgym.protocols.experiments.model import Experiment, ExperimentFile, Rejection
-from labgym.runs.lock import only_writer
+from labgym.runs.folder import only_writer
 from labgym.temporary import temporary_folder
 
 PER_FILE = 1000

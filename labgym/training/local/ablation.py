@@ -17,7 +17,7 @@ from labgym.documents import Document, Record
 from labgym.errors import DocumentError, OptionError
 from labgym.eval.driving.intervals import Estimate
 from labgym.eval.labnav.figure import paired_difference
-from labgym.policies.learned.training_run import train_identity
+from labgym.policies.learned.training_loop import train_identity
 from labgym.policies.local.inputs import SIZES, place_of
 from labgym.policies.local.policy import FILE as WEIGHTS
 from labgym.policies.local.policy import checked_actor

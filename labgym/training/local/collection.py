@@ -22,7 +22,7 @@ from labgym.policies.adapters.actor_file import Perceptron
 from labgym.policies.local.inputs import SIZE, Vector
 from labgym.policies.local.policy import LocalPolicy, checked_actor
 from labgym.policies.policy import EpisodeStart
-from labgym.policies.stack.planner import Plan
+from labgym.policies.stack.planner import PlannedPath
 from labgym.policies.stack.policy import StackPolicy
 from labgym.policies.tracking import velocities_to_action
 from labgym.runs import ExecutorOptions, RunFolder, Shard, ShardOutput, run_shards
@@ -82,7 +82,7 @@ class Apprentice(LocalPolicy):
         self.legs: list[int] = []
         """Number of decisions before each drive."""
         self.meter = Meter()
-        self._followed: tuple[Plan, float] | None = None
+        self._followed: tuple[PlannedPath, float] | None = None
 
     def reset(self, episode: EpisodeStart) -> None:
         """Begin an episode."""
@@ -103,7 +103,7 @@ class Apprentice(LocalPolicy):
         self.legs.append(len(self.inputs))
         self.meter.begin_leg(0.0 if episode.beaker is None else episode.beaker.freeboard)
 
-    def _follow(self, plan: Plan, pose: Pose, velocity: tuple[float, float], left: float) -> tuple[float, float]:
+    def _follow(self, plan: PlannedPath, pose: Pose, velocity: tuple[float, float], left: float) -> tuple[float, float]:
         stopping, advice = self._stopping, None
         if self._mode in ("expert", "network"):
             advice = StackPolicy._follow(self, plan, pose, velocity, left)

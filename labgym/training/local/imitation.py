@@ -18,7 +18,7 @@ from tqdm import tqdm
 
 from labgym.documents import append_text, write_text
 from labgym.eval.labnav.figure import geometric
-from labgym.policies.learned.training_run import TIMES, finish, train_identity
+from labgym.policies.learned.training_loop import TIMES, finish, train_identity
 from labgym.policies.local.policy import FILE
 from labgym.runs import ExecutorOptions, RunFolder
 from labgym.training.local.collection import Mode, Records, driven

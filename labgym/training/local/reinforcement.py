@@ -21,7 +21,7 @@ from stable_baselines3.common.utils import FloatSchedule
 from torch import nn
 
 from labgym.policies.learned.checkpoint import load_checkpoint, save_checkpoint
-from labgym.policies.learned.training_run import CHECKPOINT, finish, train_identity
+from labgym.policies.learned.training_loop import CHECKPOINT, finish, train_identity
 from labgym.policies.local.policy import FILE, checked_actor
 from labgym.runs import ExecutorOptions, RunFolder
 from labgym.runs.manifest import file_digest

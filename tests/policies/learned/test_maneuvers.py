@@ -8,8 +8,8 @@ import pytest
 from labgym.envs.robot import ROBOT
 from labgym.envs.sensors import IMAGE_SHAPE
 from labgym.policies.learned.maneuvers import (
-    Commitment,
     FaceGoal,
+    PathCommitment,
     StuckDetector,
     TurnInPlace,
     free_side,
@@ -49,7 +49,7 @@ def test_a_robot_is_stuck_if_it_moved_less_than_the_distance_over_the_last_steps
 
 
 def test_a_path_is_kept_for_a_distance_or_a_number_of_steps() -> None:
-    commitment = Commitment(distance=0.5, patience=4)
+    commitment = PathCommitment(distance=0.5, patience=4)
     commitment.begin(10, np.array([1.0, 0.0]))
     assert not commitment.over(11, np.array([1.4, 0.0]))
     assert commitment.over(11, np.array([1.6, 0.0]))

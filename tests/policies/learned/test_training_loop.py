@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import torch
 
-from labgym.policies.learned.frames import rotated, to_world
+from labgym.policies.learned.map_stack import rotated, to_world
 from labgym.policies.learned.training_loop import seeded, split_by_layout
 
 
