@@ -70,7 +70,7 @@ class PointNavConfig:
     Attributes:
         split, layout, protocol, profile, episodes_per_layout, training, pool: choose the layout, the protocol and the
             drive of each episode; `LabPointNavEnv` describes them.
-        resident_mb: budget of this process for prepared layouts of published splits, megabytes.
+        resident_mb: budget of this process for prepared layouts, megabytes.
         drives: "pair", one drive an episode; "protocol", all drives of a protocol in one; or the task and level of
             LabNav as whose drives they are drawn, such as "labnav-aisle-2".
         tasks: chooses the tasks instead of these.
@@ -91,14 +91,14 @@ class PointNavConfig:
         exact: whether readings are equal on every processor.
     """
 
-    split: str = "test"
+    split: str = "train"
     layout: Layout | str | Path | None = None
     protocol: Protocol | str | Path | None = None
     observation: str = "lidar"
     render_mode: str | None = None
     profile: str = "default"
     weights: RewardWeights | Mapping[str, float] | None = None
-    episodes_per_layout: int = 8
+    episodes_per_layout: int = 64
     control_dt: float = ROBOT.control_dt
     width: int = 480
     height: int = 360

@@ -21,12 +21,12 @@ def task_source(config: PointNavConfig) -> Tasks:
         config.split,
         config.layout,
         config.protocol,
-        config.profile,
-        config.episodes_per_layout,
-        config.training,
-        config.pool,
-        config.senses,
-        config.resident_mb,
+        training=config.training,
+        resident_mb=config.resident_mb,
+        profile=config.profile,
+        episodes_per_layout=config.episodes_per_layout,
+        pool=config.pool,
+        senses=config.senses,
     )
     if config.drives.startswith(LABNAV):
         return LabNavTasks(source, config.drives)

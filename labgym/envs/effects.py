@@ -7,6 +7,7 @@ from dataclasses import fields
 from typing import TYPE_CHECKING
 
 from labgym.effects import refuse_idle
+from labgym.envs.tasks import TRAINING_SPLITS
 from labgym.errors import UnknownNameError
 
 if TYPE_CHECKING:
@@ -18,7 +19,6 @@ GENERATED = ("profile", "episodes_per_layout", "training", "pool")
 """Arguments of generated layouts."""
 PICTURE = ("width", "height", "quality")
 """Arguments of the image from behind and above the robot."""
-TRAINING_SPLITS = ("train", "floors-train")
 
 
 def check_effects(config: PointNavConfig, names: Collection[str]) -> None:
@@ -50,8 +50,6 @@ def _reason(config: PointNavConfig, name: str, passed: Collection[str]) -> str:
         return "with a fixed layout: leave one of the two out"
     if name in GENERATED and config.split not in TRAINING_SPLITS:
         return f"in split {config.split!r}, whose layouts are published: pass split='train' or split='floors-train'"
-    if name == "resident_mb" and config.split in TRAINING_SPLITS:
-        return f"in split {config.split!r}, whose layouts are generated: it concerns published splits"
     if name == "distance_to_go" and config.rewards is not None:
         return "on these reward terms: pass rewards, such as rewards=[{'kind': 'progress', 'method': 'exact'}, ...]"
     if name == "observation" and "sensors" in passed:

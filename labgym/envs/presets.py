@@ -19,11 +19,10 @@ from labgym.envs.parts.joint import JointSensor
 from labgym.envs.parts.measures import EXTENDED
 from labgym.envs.parts.rays import LidarSensor
 from labgym.envs.parts.vectors import PlaceSensor, PoseSensor, VelocitySensor
-from labgym.envs.tasks import FLOORS_TRAIN
 from labgym.errors import OptionError, UnknownArgumentError, UnknownNameError
 
-FLOORS = "floors-test"
-"""The split of the ids on floors."""
+FLOORS = "floors-train"
+"""The split of the ids on floors and of the tasks of LabNav."""
 
 
 @cache
@@ -65,7 +64,7 @@ def labnav_config_name(task: str, level: int, observation: str) -> str:
 
 
 def _labnav(task: str, level: int = HEADLINE, observation: str = "lidar") -> PointNavConfig:
-    return config_of(task, level, observation, split=FLOORS_TRAIN, drives=f"{LABNAV}{task}-{level}")
+    return config_of(task, level, observation, split=FLOORS, drives=f"{LABNAV}{task}-{level}")
 
 
 def preset(name: str) -> PointNavConfig:

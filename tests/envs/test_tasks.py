@@ -16,8 +16,7 @@ from labgym.protocols import Protocol, get
 
 
 def source(split: str = "test", **arguments: Any) -> TaskSource:
-    defaults = {"layout": None, "protocol": None, "profile": "default", "episodes_per_layout": 2}
-    return TaskSource(split, **{**defaults, **arguments})
+    return TaskSource(split, **{"episodes_per_layout": 2, **arguments})
 
 
 def rng(seed: int = 0) -> np.random.Generator:
@@ -29,7 +28,7 @@ def generated(layout: Layout, monkeypatch: pytest.MonkeyPatch) -> list[tuple]:
     """The calls of the generator, which returns the layout made by hand at once."""
     calls: list[tuple] = []
 
-    def generate(protocol: Protocol, seed: int, room: str, profile: str) -> Layout:
+    def generate(protocol: Protocol, seed: int, room: str, profile: str, **_: Any) -> Layout:
         calls.append((protocol.id, seed, room, profile))
         return layout.replace(id=f"{protocol.id}-{seed}")
 
@@ -96,7 +95,7 @@ def test_training_passes_over_rooms_that_cannot_hold_a_protocol(
 ) -> None:
     easy, tries = splits.generate, []
 
-    def fussy(*request: Any) -> Layout:
+    def fussy(*request: Any, **_: Any) -> Layout:
         tries.append(request)
         if len(tries) < 3:
             raise InfeasibleError("room", ["too small"], "roomy")
@@ -121,7 +120,7 @@ def test_training_layouts_are_really_generated_and_drivable() -> None:
         ({"protocol": "alchemy"}, UnknownNameError, "alk_03"),
         ({"layout": "test-alk_3"}, UnknownNameError, "nearest: .*test-alk_03"),
         ({"layout": 7}, OptionError, "published id"),
-        ({"episodes_per_layout": 0}, OptionError, "at least 1"),
+        ({"split": "train", "episodes_per_layout": 0}, OptionError, "at least 1"),
     ],
 )
 def test_unknown_names_are_refused_with_those_that_exist(arguments: dict, error: type, message: str) -> None:
