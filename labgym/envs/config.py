@@ -30,13 +30,12 @@ from labgym.envs.parts.protocols import (
 )
 from labgym.envs.parts.rays import ColorSensor, DepthSensor, LidarSensor
 from labgym.envs.parts.registry import part_of, parts_of
-from labgym.envs.parts.rewards import checked_terms
+from labgym.envs.parts.rewards import RewardWeights, checked_terms
 from labgym.envs.parts.robots import check_size
 from labgym.envs.parts.vectors import GoalSensor, VelocitySensor
 from labgym.envs.physics import check_physics
 from labgym.envs.pool import LayoutPool, PoolAddress
 from labgym.envs.residents import RESIDENT_MB, check_budget
-from labgym.envs.rewards import RewardWeights
 from labgym.envs.robot import ROBOT
 from labgym.envs.simulation import CHECK_STEPS
 from labgym.envs.stage import Senses

@@ -13,8 +13,8 @@ import numpy as np
 from labgym.envs.assembly import Assembly
 from labgym.envs.mount import Mount
 from labgym.envs.palette import Palette
-from labgym.envs.parts.joint import JointSensor
 from labgym.envs.parts.protocols import Sensor
+from labgym.envs.parts.vectors import JointSensor
 from labgym.envs.robot import PREFIX
 from labgym.errors import OptionError, UnknownNameError
 

@@ -11,7 +11,7 @@ from typing import Any
 from stable_baselines3.common.utils import LinearSchedule
 
 from labgym.counts import MAX_COUNT, MAX_STEPS, whole_number
-from labgym.envs.mapping_files import read_mapping
+from labgym.envs.presets import read_mapping
 from labgym.errors import DocumentError, OptionError, UnknownNameError
 from labgym.policies.adapters.actor_file import ACTIVATIONS
 from labgym.training.limits import ARGUMENTS, LINEAR, NORMALIZATION, Limit

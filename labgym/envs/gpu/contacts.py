@@ -20,7 +20,7 @@ FAR = wp.constant(wp.float64(1e30))
 
 @wp.struct
 class Robot:
-    """Inertia, servos and contact of the robot; the fields of `labgym.envs.planar.body.Body`."""
+    """Inertia, servos and contact of the robot; the fields of `labgym.envs.planar.contacts.Body`."""
 
     timestep: wp.float64
     mass: wp.float64

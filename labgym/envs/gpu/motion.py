@@ -1,4 +1,4 @@
-"""Control steps of many robots, as `labgym.envs.planar.motion` and `labgym.envs.planar.simulation`, for Warp.
+"""Control steps of many robots, as `labgym.envs.planar.simulation` and `labgym.envs.planar.simulation`, for Warp.
 
 One thread steps one robot. Scenes differ in size, so a row of addresses stands for the arrays of a robot's scene.
 """

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from labgym.envs.planar.body import Body, body_of
 from labgym.envs.planar.compiled import compiled, entry
 from labgym.envs.planar.lidar import Beams, lidar_beams, scan
-from labgym.envs.planar.outlines import solids_of
-from labgym.envs.planar.plan import Outlines, Plan, outlines, plan_of
+from labgym.envs.planar.plan import Outlines, Plan, outlines, plan_of, solids_of
 from labgym.envs.robot import ROBOT
 from labgym.envs.simulation import Pose
 from labgym.envs.world import World

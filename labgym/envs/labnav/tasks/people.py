@@ -6,8 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from labgym.envs.labnav.properties import ScoreWeights
-from labgym.envs.labnav.task import LabNavTask, Level, Result, register
+from labgym.envs.labnav.task import LabNavTask, Level, Result, ScoreWeights, register
 from labgym.envs.labnav.terms import ideal_time
 
 WEIGHTS = (0.4, 0.3, 0.3)
