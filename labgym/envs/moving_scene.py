@@ -15,10 +15,10 @@ from labgym.assets import Asset
 from labgym.assets.shapes import MATERIALS
 from labgym.envs.assembly import without
 from labgym.envs.conditions.bodies import Body, BodyRays, Shape
-from labgym.envs.palette import Palette
 from labgym.envs.pushing import PushingSimulation
 from labgym.envs.robot import BOTTOM, RobotSpec
 from labgym.envs.scene_simulation import SceneSimulation
+from labgym.envs.setting import Palette
 from labgym.envs.world import World, world_of
 from labgym.geometry import OrientedBox
 from labgym.layouts import Layout

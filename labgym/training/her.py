@@ -1,7 +1,7 @@
 """Soft actor-critic with hindsight experience replay (Andrychowicz et al. 2017) and the sparse reward.
 
 Episodes that miss the goal are stored a second time with goals that they reached. The environments are goal
-environments in the frame of the start (`labgym.training.start_frame`), so that the policy needs odometry, not a map;
+environments in the frame of the start (`labgym.training.environments`), so that the policy needs odometry, not a map;
 `labgym.training.robot_frame` gives its network goal and sensors as the robot sees them.
 """
 

@@ -31,7 +31,7 @@ class Hyperparameters:
         n_envs: number of environments. n_timesteps: control steps, summed over the environments.
         policy: policy of stable-baselines3.
         normalize: False; True, for observations and rewards; or arguments of `VecNormalize`.
-        near_goal: whether the observation also has the goal up close (`labgym.training.near_goal`).
+        near_goal: whether the observation also has the goal up close (`labgym.training.run`).
         layouts: number of generated layouts to train in (`FirstLayouts`); 0 generates new ones without end.
         env_kwargs: arguments of the training environments. eval_env_kwargs: those that differ in evaluations.
         eval_freq: control steps between two evaluations, each followed by a checkpoint.

@@ -20,9 +20,8 @@ from labgym.errors import MissingDependencyError, OptionError, UnknownNameError
 from labgym.training import environments as module
 from labgym.training import layouts as layouts_module
 from labgym.training import make_environments
+from labgym.training.environments import NearGoal, StartFrame
 from labgym.training.layouts import FirstLayouts
-from labgym.training.near_goal import NearGoal
-from labgym.training.start_frame import StartFrame
 
 LAYOUT = island_laboratory()
 

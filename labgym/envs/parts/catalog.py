@@ -2,7 +2,6 @@
 
 from labgym.envs.conditions import (  # noqa: F401
     changes,
-    contacts,
     glass,
     parked,
     payload,
@@ -25,5 +24,4 @@ from labgym.envs.parts import (  # noqa: F401
     rewards,
     robots,
     vectors,
-    wheels,
 )

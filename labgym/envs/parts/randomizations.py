@@ -13,12 +13,11 @@ from typing import Any
 import numpy as np
 
 from labgym.envs.checks import positive
-from labgym.envs.palette import Palette
 from labgym.envs.parts.protocols import Randomization
 from labgym.envs.parts.rays import CameraSensor, LidarSensor
 from labgym.envs.parts.registry import registered
 from labgym.envs.robot import PREFIX
-from labgym.envs.setting import Setting, floor_geoms, robot_bodies, robot_geoms
+from labgym.envs.setting import Palette, Setting, floor_geoms, robot_bodies, robot_geoms
 from labgym.errors import OptionError, UnknownNameError
 from labgym.scenes.mesh import MATERIAL_NAMES
 

@@ -21,10 +21,9 @@ from labgym.envs.planar.body import Body
 from labgym.envs.planar.compiled import carray, compiled, entry, floats, integers, pointer, points, row_of
 from labgym.envs.planar.contacts import Work, buffers
 from labgym.envs.planar.depth import Chunks, chunks_of, draw, lens_of
-from labgym.envs.planar.lidar import Beams, scan
 from labgym.envs.planar.plan import Cells, Outlines
 from labgym.envs.planar.routes import CompiledDistanceToGo, RouteLengths
-from labgym.envs.planar.scene import Boxes, beams, clearance_at, scene_of, walls_at
+from labgym.envs.planar.scene import Beams, Boxes, beams, clearance_at, scan, scene_of, walls_at
 from labgym.envs.planar.simulation import CHECK_INTERVAL, control_step
 from labgym.envs.robot import ROBOT
 from labgym.envs.simulation import Pose

@@ -1,4 +1,4 @@
-"""The solids of a compiled scene as convex outlines, in the robot's way and in the lidar's plane, and a grid of them."""
+"""The solids of a compiled scene as convex outlines, and the grid in which the kernel finds those near the robot."""
 
 from __future__ import annotations
 

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from labgym.envs.planar.body import Body
 from labgym.envs.planar.compiled import compiled, entry
 from labgym.envs.planar.contacts import Work, buffers, constrained, touching
-from labgym.envs.planar.lidar import Beams, lidar_beams, scan
 from labgym.envs.planar.plan import CELL, Cells, Outlines, Plan
+from labgym.envs.planar.scene import Beams, lidar_beams, scan
 from labgym.envs.robot import ROBOT
 from labgym.envs.sensors import LIDAR_RAYS, RANGE
 from labgym.envs.simulation import CHECK_STEPS, Pose

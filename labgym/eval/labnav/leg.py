@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.envs.conditions.payload import carried
-from labgym.envs.labnav.task import PERSON_NEAR, LabNavTask
-from labgym.envs.labnav.terms import docking_error
+from labgym.envs.labnav.task import PERSON_NEAR, LabNavTask, docking_error
 from labgym.envs.parts.endings import nearest_person
 from labgym.envs.parts.odometry import announced_goal
 from labgym.envs.parts.protocols import Ending
