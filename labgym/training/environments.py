@@ -2,25 +2,96 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from functools import partial
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import lru_cache, partial
 from importlib.util import find_spec
-from typing import Any
+from typing import Any, NoReturn
 
 import gymnasium as gym
 import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv, VecEnv, VecEnvWrapper, VecMonitor
+from tqdm import tqdm
 
 import labgym  # noqa: F401 -- registers the environments
 from labgym.counts import MAX_PROCESSES, PROCESS_MB, SINGLE_MB, check_memory, whole_number
 from labgym.envs.config import PointNavConfig
 from labgym.envs.presets import configured, presets
+from labgym.envs.training import LayoutSource, TrainingRooms, training_floor
 from labgym.envs.vector.processes import processors
-from labgym.errors import MissingDependencyError, OptionError, UnknownNameError
+from labgym.envs.world import keep
+from labgym.errors import MissingDependencyError, OptionError, SearchLimitWarning, UnknownNameError
+from labgym.layouts import Layout
 from labgym.policies.adapters.near_goal import SCALE, near_goal
-from labgym.training.layouts import SOURCES, FirstLayouts
+
+RESIDENT_MB = 2048.0
+"""Budget of a process for prepared training layouts, megabytes; with the lidar, a room takes 2 MB."""
+SOURCES: dict[str, LayoutSource] = {"train": TrainingRooms(), "floors-train": training_floor}
+"""The layouts of each training split."""
+
+
+@dataclass(frozen=True)
+class FirstLayouts:
+    """The first layouts of a source of training layouts, drawn again and again.
+
+        LabVecEnv(64, split="train", training=FirstLayouts(64), episodes_per_layout=1)
+
+    A process generates each layout once, when it is first drawn, and keeps it prepared.
+
+    Attributes:
+        count: number of layouts.
+        split: "train" or "floors-train".
+
+    Raises:
+        OptionError: the count is not a whole number of at least 1.
+        UnknownNameError: the split has no training layouts.
+    """
+
+    count: int
+    split: str = "train"
+
+    def __post_init__(self) -> None:
+        whole_number("layouts", self.count)
+        if self.split not in SOURCES:
+            raise UnknownNameError("split of training layouts", self.split, SOURCES)
+
+    def __call__(self, number: int) -> Layout:
+        """Return layout `number` modulo the count."""
+        layout = _layout(self.split, number % self.count)
+        keep(layout, RESIDENT_MB)
+        return layout
+
+
+@lru_cache(maxsize=4096)
+def _layout(split: str, number: int) -> Layout:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SearchLimitWarning)  # Less furniture than the room holds is no loss here.
+        layout = SOURCES[split](number)
+    for bar in _bars:
+        bar.update()
+        if bar.n >= bar.total:
+            bar.close()
+    return layout
+
+
+_bars: list[tqdm[NoReturn]] = []
+"""Bars that count the layouts which this process generates."""
+
+
+@contextmanager
+def layout_progress(count: int) -> Iterator[None]:
+    """Show on a terminal, on stderr, how many of `count` layouts this process has generated, until all are."""
+    with tqdm(total=count, desc="training layouts", unit="layout", disable=None, leave=False) as bar:
+        _bars.append(bar)
+        try:
+            yield
+        finally:
+            _bars.remove(bar)
+
 
 VECTORIZATIONS = ("auto", "kernel", "processes", "dummy", "subproc")
 MEASURES = ("is_success", "cost", "path_length", "shortest_path_length")

@@ -21,10 +21,9 @@ from labgym.errors import LabgymError, OptionError
 from labgym.layouts.batch import catalog_digest
 from labgym.policies.learned.training_run import finish, train_identity
 from labgym.runs import RunFolder
-from labgym.training.environments import NEAR_GOAL, NearGoal, make_environments
+from labgym.training.environments import NEAR_GOAL, NearGoal, layout_progress, make_environments
 from labgym.training.export import actor_of, save_policy
 from labgym.training.hyperparameters import Hyperparameters
-from labgym.training.layouts import layout_progress
 from labgym.training.legs import CHECKPOINT, learn
 from labgym.training.scores import ScoreCallback
 

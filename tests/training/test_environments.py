@@ -17,11 +17,10 @@ from stable_baselines3.common.vec_env import DummyVecEnv
 
 import labgym  # noqa: F401 -- registers the ids
 from labgym.errors import MissingDependencyError, OptionError, UnknownNameError
+from labgym.training import environments as layouts_module
 from labgym.training import environments as module
-from labgym.training import layouts as layouts_module
 from labgym.training import make_environments
-from labgym.training.environments import NearGoal, StartFrame
-from labgym.training.layouts import FirstLayouts
+from labgym.training.environments import FirstLayouts, NearGoal, StartFrame
 
 LAYOUT = island_laboratory()
 

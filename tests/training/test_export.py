@@ -20,7 +20,7 @@ from labgym.errors import DocumentError, LabgymError, OptionError
 from labgym.policies import EpisodeStart, make_policy
 from labgym.training import save_policy
 from labgym.training.environments import NearGoal
-from labgym.training.robot_frame import RobotFrame
+from labgym.training.export import RobotFrame
 
 SMALL = {"net_arch": [16, 16]}
 

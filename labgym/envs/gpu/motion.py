@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from labgym.envs.gpu.backend import wp
+from labgym.envs.gpu import wp
 from labgym.envs.planar.contacts import CONTACTS, HALVINGS, ITERATIONS, TOLERANCE
 from labgym.envs.planar.plan import CELL
 from labgym.envs.planar.scene import RADIUS

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.envs.gpu.backend import wp
+from labgym.envs.gpu import wp
 from labgym.envs.gpu.scene import DeviceMesh, device_mesh
 from labgym.envs.parts.rays import DepthSensor, LidarSensor
 from labgym.envs.planar.plan import LEVEL
