@@ -33,7 +33,7 @@ COMMANDS = (
     ("data", "--samples", "2", "--out", "data"),
 )
 SNIPPETS = (
-    "import gymnasium as gym, labgym; env = gym.make('LabPointNav-v0', observation='rgbd'); env.reset(seed=0)",
+    "import gymnasium, labgym; gymnasium.make('LabPointNav-v0', split='test', observation='rgbd').reset(seed=0)",
     "from labgym.policies import make_policy; make_policy('navdp'); make_policy('iplanner'); make_policy('ppo-depth')",
     "import onnxruntime, coacd, pxr.Usd, distributed, submitit, stable_baselines3, diffusers, openai, google.protobuf",
     "import ezdxf, numba, warp, yaml",

@@ -40,8 +40,8 @@ from labgym.datasets.tables import episodes_schema, steps_schema
 from labgym.documents import Document, tagged, write_text
 from labgym.envs import LabPointNavEnv
 from labgym.envs.goal_env import LabFloorNavGoalEnv
+from labgym.envs.labnav.nuisances import drawn_episode
 from labgym.envs.labnav.tasks import HEADLINE
-from labgym.envs.labnav.worlds import drawn_episode
 from labgym.errors import LabgymError
 from labgym.eval import LayoutReport, LayoutSummary, aggregate, score
 from labgym.eval.drawing.episode_picture import EpisodeWorld, episode_picture, save_episode_picture

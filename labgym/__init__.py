@@ -4,7 +4,7 @@ from gymnasium import register
 
 __version__ = "0.2.0"
 
-_VECTOR = "labgym.envs.vector.choice:vector_env"
+_VECTOR = "labgym.envs.vector:vector_env"
 
 register(
     id="LabPointNav-v0",

@@ -34,7 +34,7 @@ print(GL.glGetString(GL.GL_RENDERER).decode())
 """
 _EPISODE = """
 import gymnasium, labgym
-env = gymnasium.make("LabPointNav-v0")
+env = gymnasium.make("LabPointNav-v0", split="test")
 env.reset(seed=0)
 env.step(env.action_space.sample())
 print("LabPointNav-v0 resets and steps")

@@ -114,7 +114,7 @@ def environments(layout: Layout) -> dict[str, Callable[[], Any]]:
             "LabPointNav-v0", NUM_ENVS, vectorization_mode="vector_entry_point", observation="depth", **ours
         )
     with suppress(MissingDependencyError):
-        import labgym.envs.gpu.backend  # noqa: F401
+        import labgym.envs.gpu  # noqa: F401
 
         made[f"{NUM_ENVS} x lidar, Warp on one core"] = lambda: gym.make_vec(
             "LabPointNav-v0", NUM_ENVS, vectorization_mode="vector_entry_point", device="cpu", **ours

@@ -100,8 +100,8 @@ def _print(drive: LabNavDrive) -> None:
 
 def _episode(task: str, level: int, episode: str | None, seed: int) -> tuple[Layout, LabNavEpisode]:
     """Return a published episode, or one that is drawn, and its floor."""
+    from labgym.envs.labnav.nuisances import drawn_episode
     from labgym.envs.labnav.tasks import task_of
-    from labgym.envs.labnav.worlds import drawn_episode
     from labgym.eval.labnav.published import published_episode
 
     task_of(task).level(level)

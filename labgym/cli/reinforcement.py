@@ -80,7 +80,7 @@ def ppo(env: str = "LabPointNav-v0", training: Training = USUAL) -> int:
         env: Id of the environment, an entry of the file of hyperparameters.
     """
     hyperparameters, settings = training.read("ppo", env)
-    from labgym.training.ppo import train_ppo
+    from labgym.training.run import train_ppo
 
     return written(train_ppo(hyperparameters, settings))
 
@@ -92,7 +92,7 @@ def sac(env: str = "LabPointNav-v0", training: Training = USUAL) -> int:
         env: Id of the environment, an entry of the file of hyperparameters.
     """
     hyperparameters, settings = training.read("sac", env)
-    from labgym.training.sac import train_sac
+    from labgym.training.run import train_sac
 
     return written(train_sac(hyperparameters, settings))
 

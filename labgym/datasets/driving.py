@@ -13,10 +13,8 @@ from gymnasium import spaces
 from labgym.datasets.options import POINT, DriveOptions
 from labgym.datasets.recording import RecordedEnv, Steps
 from labgym.envs.config import PointNavConfig
-from labgym.envs.labnav.task import LabNavTask, LegResult, Result
-from labgym.envs.labnav.terms import spl
-from labgym.envs.parts.announced import announced_goal
-from labgym.envs.parts.odometry import OdometrySensor
+from labgym.envs.labnav.task import LabNavTask, LegResult, Result, spl
+from labgym.envs.parts.odometry import OdometrySensor, announced_goal
 from labgym.envs.parts.protocols import Sensor
 from labgym.envs.point_nav import Observation
 from labgym.envs.presets import configured

@@ -8,9 +8,9 @@ from labgym.envs.robot import RobotSpec, robot_spec
 
 if TYPE_CHECKING:
     from labgym.envs.config import PointNavConfig
+    from labgym.envs.parts.rewards import RewardWeights
     from labgym.envs.point_nav import LabPointNavEnv
     from labgym.envs.pool import LayoutPool
-    from labgym.envs.rewards import RewardWeights
 
 __all__ = ["LabPointNavEnv", "LayoutPool", "PointNavConfig", "RewardWeights", "RobotSpec", "robot_spec"]
 
@@ -30,7 +30,7 @@ def __getattr__(name: str) -> Any:
 
         return PointNavConfig
     if name == "RewardWeights":
-        from labgym.envs.rewards import RewardWeights
+        from labgym.envs.parts.rewards import RewardWeights
 
         return RewardWeights
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

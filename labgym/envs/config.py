@@ -29,13 +29,12 @@ from labgym.envs.parts.protocols import (
 )
 from labgym.envs.parts.rays import ColorSensor, DepthSensor, LidarSensor
 from labgym.envs.parts.registry import part_of, parts_of
-from labgym.envs.parts.rewards import checked_terms
+from labgym.envs.parts.rewards import RewardWeights, checked_terms
 from labgym.envs.parts.robots import check_size
 from labgym.envs.parts.vectors import GoalSensor, VelocitySensor
 from labgym.envs.physics import check_physics
 from labgym.envs.pool import LayoutPool, PoolAddress
 from labgym.envs.residents import RESIDENT_MB, check_budget
-from labgym.envs.rewards import RewardWeights
 from labgym.envs.robot import ROBOT
 from labgym.envs.simulation import CHECK_STEPS
 from labgym.envs.stage import Senses
@@ -69,7 +68,7 @@ class PointNavConfig:
     Attributes:
         split, layout, protocol, profile, episodes_per_layout, training, pool: choose the layout, the protocol and the
             drive of each episode; `LabPointNavEnv` describes them.
-        resident_mb: budget of this process for prepared layouts of published splits, megabytes.
+        resident_mb: budget of this process for prepared layouts, megabytes.
         drives: "pair", one drive an episode; "protocol", all drives of a protocol in one; or the task and level of
             LabNav as whose drives they are drawn, such as "labnav-aisle-2".
         tasks: chooses the tasks instead of these.
@@ -90,14 +89,14 @@ class PointNavConfig:
         exact: whether readings are equal on every processor.
     """
 
-    split: str = "test"
+    split: str = "train"
     layout: Layout | str | Path | None = None
     protocol: Protocol | str | Path | None = None
     observation: str = "lidar"
     render_mode: str | None = None
     profile: str = "default"
     weights: RewardWeights | Mapping[str, float] | None = None
-    episodes_per_layout: int = 8
+    episodes_per_layout: int = 64
     control_dt: float = ROBOT.control_dt
     width: int = 480
     height: int = 360

@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 
 from labgym.envs.assembly import Moving, assembly_of, is_standard
-from labgym.envs.moving_scene import MovingScene
+from labgym.envs.moving_scene import MovingScene, PushedScene
 from labgym.envs.parts.protocols import Command, Condition, Motion, Robot
 from labgym.envs.physics import Physics, make_physics
-from labgym.envs.pushed_scene import PushedScene
 from labgym.envs.pushing import PushingSimulation
 from labgym.envs.scene_simulation import SceneSimulation
 from labgym.envs.setting import Setting

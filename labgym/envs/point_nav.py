@@ -82,9 +82,9 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
 
     ## Arguments
 
-    - `split` ("test"): the split from which layouts are drawn. "val" and "test" hold published rooms, "floors-val",
-      "floors-seen" and "floors-test" published floors and the drives of their suites; "train" generates new rooms,
-      "floors-train" new floors. Drives on floors are long: pass `max_episode_steps=1500` to `gym.make`.
+    - `split` ("train"): the split from which layouts are drawn. "train" generates new rooms, "floors-train" new
+      floors; "val" and "test" hold published rooms, "floors-val", "floors-seen" and "floors-test" published floors and
+      the drives of their suites. Drives on floors are long: pass `max_episode_steps=1500` to `gym.make`.
     - `layout` (None): a fixed layout: a `labgym.layouts.Layout`, the path of a `.json` file, or a published id.
     - `protocol` (None): a fixed protocol: a `labgym.protocols.Protocol`, an id of the library, or the path of a `.json`
       file. By default the first protocol that the layout embeds.
@@ -95,8 +95,10 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
       process draws for all. A process that was forked after the first image cannot draw; start it by "spawn".
     - `profile` ("default"): thresholds that generated layouts satisfy: "default", "strict", "paper" or "code".
     - `weights` (`RewardWeights()`): weights of the reward terms.
-    - `episodes_per_layout` (8): for "train", number of episodes in a layout before the next one. The order of the
-      layouts depends on the seed alone.
+    - `episodes_per_layout` (64): number of episodes that a training layout serves before a new one takes its place. An
+      environment stays in a layout for up to 8 episodes in a row. Its first 32 layouts are new and stay resident; then
+      it returns to one of them, drawn at random, every 8 episodes. With 8 or fewer, every layout is new. The order of
+      the layouts depends on the seed alone: it is the same in any process and at any number of workers.
     - `control_dt` (0.1): duration of an action in seconds; a multiple of 0.025, at most 1.
     - `width`, `height` (480, 360): size of the image of "rgb_array" and "human" in pixels.
     - `quality` ("fast"): "fine" renders the "rgb_array" image with shadows and reflections, which takes ten times as
@@ -108,11 +110,12 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
       every passage that the disc fits.
     - `training` ("rooms"): the layouts of "train": "rooms", one-room laboratories of the presets; or a function of a
       module that returns training layout `number`, 0 to 10^7 - 1.
-    - `pool` (None): a `labgym.envs.LayoutPool`, whose processes prepare the layouts of "train" in advance. It changes
-      the time that `reset` takes and nothing else.
-    - `resident_mb` (512): prepared layouts of a published split stay in memory up to this size for each process, and a
-      reset in them is fast. With the lidar, a room takes 2 MB and a floor of several rooms 3 MB; with a camera 20 MB
-      and 30 MB. Of other layouts, the last 16 stay.
+    - `pool` (None): a `labgym.envs.LayoutPool`, whose processes prepare training layouts in advance. It changes the
+      time that `reset` takes and nothing else.
+    - `resident_mb` (512): prepared layouts of a split stay in memory up to this size for each process, and a reset in
+      them is fast. With the lidar, a room takes 2 MB and a floor of several rooms 3 MB; with a camera 20 MB and 30 MB.
+      A resident training layout beyond this size is prepared again, in 0.1 to 0.3 s. Of other layouts, the last 16
+      stay.
 
     The parts of the environment can be replaced. A part is an object with the members of an interface of
     `labgym.envs.parts.protocols`, the name of a kind such as "lidar", or a mapping with "kind" and the arguments of its
@@ -195,7 +198,7 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
     All ids are this class with another configuration (`labgym.envs.presets`), and take the same arguments and options.
     `LabPointNav-v0` is described above. `LabFloorNav-v0` differs in the following:
 
-    - `split`: "floors-test", published floors.
+    - `split`: "floors-train", new floors.
     - The robot must arrive and stop: `terminated` when it is within 0.36 m of the goal, slower than 0.05 m/s and
       0.1 rad/s.
     - `distance_to_go`: "exact". `shortest_path_length`: to the disc of 0.36 m around the goal, on the side that is
@@ -204,22 +207,31 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
       contact during the action; `ending`, the name of the rule that ended the drive, or ""; `achieved_goal` and
       `desired_goal`, float64 (2,), positions of robot and goal.
 
-    The ids, each with its limit in actions:
+    All ids draw training layouts by default; name another split, such as `split="test"` or `split="floors-test"`, to
+    evaluate.
 
-    - `LabPointNav-v0` (600), `LabFloorNav-v0` (1500).
-    - `LabFloorNavDepth-v0` (1500), `LabFloorNavRGBD-v0` (1500): `LabFloorNav-v0` with depth or color images.
-    - `LabFloorNavDiscrete-v0` (500): `LabFloorNav-v0` with the action space `Discrete(4)`: 0 STOP, 1 forward by
-      0.25 m, 2 left and 3 right by 15 degrees. An action lasts until the robot rests, about 1 s. STOP ends the
-      episode, with success within 0.36 m.
-    - `LabFloorNavGoal-v0` (1500): `LabFloorNav-v0` with goals that can be relabeled, for hindsight experience
-      replay; described by `labgym.envs.goal_env.LabFloorNavGoalEnv`.
-    - `LabProtocolNav-v0` (6000): `LabFloorNav-v0` with all drives of a protocol in one episode: where a goal is
-      reached, the next drive begins. Further info: `leg`, the drive in progress, from 0, and `legs`, their number; the
-      other entries are those of the drive in progress. The options "start" and "goal" do not exist.
-    - `LabNavAisle-v0`, `LabNavMoved-v0`, `LabNavPeople-v0`, `LabNavOdometry-v0`, `LabNavDock-v0`, `LabNavGlass-v0`,
-      `LabNavCarry-v0` (1200): the tasks of LabNav, on training floors; docs/labnav.md describes them. `level` (2)
-      is 1 to 3. The action has a third component, above 0 for STOP.
-    - `LabNavShift-v0` (12000): likewise, with all drives of a shift in one episode, and the further info `leg` and
+    | id | default split | limit, actions |
+    |---|---|--:|
+    | `LabPointNav-v0` | "train" | 600 |
+    | `LabFloorNav-v0`, `LabFloorNavDepth-v0`, `LabFloorNavRGBD-v0`, `LabFloorNavGoal-v0` | "floors-train" | 1500 |
+    | `LabFloorNavDiscrete-v0` | "floors-train" | 500 |
+    | `LabProtocolNav-v0` | "floors-train" | 6000 |
+    | `LabNavAisle-v0`, `LabNavMoved-v0`, `LabNavPeople-v0`, `LabNavOdometry-v0` | "floors-train" | 1200 |
+    | `LabNavDock-v0`, `LabNavGlass-v0`, `LabNavCarry-v0` | "floors-train" | 1200 |
+    | `LabNavShift-v0` | "floors-train" | 12000 |
+
+    - `LabFloorNavDepth-v0`, `LabFloorNavRGBD-v0`: `LabFloorNav-v0` with depth or color images.
+    - `LabFloorNavDiscrete-v0`: `LabFloorNav-v0` with the action space `Discrete(4)`: 0 STOP, 1 forward by 0.25 m,
+      2 left and 3 right by 15 degrees. An action lasts until the robot rests, about 1 s. STOP ends the episode, with
+      success within 0.36 m.
+    - `LabFloorNavGoal-v0`: `LabFloorNav-v0` with goals that can be relabeled, for hindsight experience replay;
+      described by `labgym.envs.goal_env.LabFloorNavGoalEnv`.
+    - `LabProtocolNav-v0`: `LabFloorNav-v0` with all drives of a protocol in one episode: where a goal is reached, the
+      next drive begins. Further info: `leg`, the drive in progress, from 0, and `legs`, their number; the other
+      entries are those of the drive in progress. The options "start" and "goal" do not exist.
+    - `LabNavAisle-v0` to `LabNavCarry-v0`: the tasks of LabNav; docs/labnav.md describes them. `level` (2) is 1 to 3.
+      The action has a third component, above 0 for STOP.
+    - `LabNavShift-v0`: likewise, with all drives of a shift in one episode, and the further info `leg` and
       `legs`. The next drive begins after STOP, after 30 s without progress, after a spill, and after 120 s; touching a
       person ends the episode.
 

@@ -2,28 +2,121 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import fields, replace
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from labgym.documents import read_json, read_yaml
+from labgym.effects import refuse_idle
 from labgym.envs.config import LABNAV, OBSERVATIONS, PointNavConfig
-from labgym.envs.effects import check_effects
 from labgym.envs.labnav.tasks import HEADLINE, TASKS, config_of
-from labgym.envs.mapping_files import read_mapping
-from labgym.envs.parts.discrete import DiscreteActions
+from labgym.envs.parts.actions import DiscreteActions
 from labgym.envs.parts.endings import REST_DISTANCE, RestEnding, StopEnding
 from labgym.envs.parts.goals import GoalEnding, GoalTerm
-from labgym.envs.parts.joint import JointSensor
 from labgym.envs.parts.measures import EXTENDED
 from labgym.envs.parts.rays import LidarSensor
-from labgym.envs.parts.vectors import PlaceSensor, PoseSensor, VelocitySensor
-from labgym.envs.tasks import FLOORS_TRAIN
-from labgym.errors import OptionError, UnknownArgumentError, UnknownNameError
+from labgym.envs.parts.vectors import JointSensor, PlaceSensor, PoseSensor, VelocitySensor
+from labgym.envs.tasks import TRAINING_SPLITS
+from labgym.errors import DocumentError, OptionError, UnknownArgumentError, UnknownNameError
 
-FLOORS = "floors-test"
-"""The split of the ids on floors."""
+if TYPE_CHECKING:
+    from labgym.envs.config import PointNavConfig
+
+MAX_FILE_BYTES = 2**18
+"""Largest size of a file; PyYAML takes 20 s for a megabyte."""
+_PLACE = re.compile(r"[^\W\d][\w.]*:[^\W\d][\w.]*")
+"""A class or a function as "module:name", which is imported and called."""
+
+
+def read_mapping(path: str | Path) -> Mapping[str, Any]:
+    """Return the mapping in a .json or .yaml file, which is data: it may name no code.
+
+    Raises:
+        DocumentError: the file cannot be read, exceeds the limits of documents, holds something else than a mapping, or
+            names a class or a function as "module:name".
+        MissingDependencyError: PyYAML is not installed.
+    """
+    path = Path(path)
+    if path.suffix in (".yaml", ".yml"):
+        data = read_yaml(path, MAX_FILE_BYTES, f"reading {path.name}")
+    else:
+        data = read_json(path, MAX_FILE_BYTES)
+    if not isinstance(data, Mapping):
+        raise DocumentError(path, "", f"holds a {type(data).__name__}, expected a mapping of arguments")
+    for text in _texts(data):
+        if _PLACE.fullmatch(text):
+            raise DocumentError(
+                path, "", f"names the code {text[:80]!r}, which runs; if you trust it, pass the content as a mapping"
+            )
+    return data
+
+
+def _texts(data: Any) -> Iterator[str]:
+    """Yield the texts in plain data."""
+    if isinstance(data, str):
+        yield data
+    elif isinstance(data, Mapping):
+        for value in data.values():
+            yield from _texts(value)
+    elif isinstance(data, list | tuple | set):
+        for value in data:
+            yield from _texts(value)
+
+
+CHOICE = ("split", "layout", "protocol", "profile", "episodes_per_layout", "training", "pool", "resident_mb", "drives")
+"""Arguments that choose the task of an episode, which the argument `tasks` replaces."""
+GENERATED = ("profile", "episodes_per_layout", "training", "pool")
+"""Arguments of generated layouts."""
+PICTURE = ("width", "height", "quality")
+"""Arguments of the image from behind and above the robot."""
+
+
+def check_effects(config: PointNavConfig, names: Collection[str]) -> None:
+    """Refuse arguments that have no effect in a configuration.
+
+    Args:
+        names: the arguments that were passed; those that have their default are not checked.
+
+    Raises:
+        OptionError: an argument has no effect; names the reason and the remedy.
+        UnknownNameError: `onward` names an ending that does not exist.
+    """
+    passed = [each.name for each in fields(config) if each.name in names and getattr(config, each.name) != each.default]
+    for name in passed:
+        reason = _reason(config, name, passed)
+        refuse_idle(((f"{name}={str(getattr(config, name))[:60]!r}", bool(reason), reason),))
+    if "onward" in passed:
+        endings = [ending.name for ending in config.endings]
+        for name in config.onward:
+            if name not in endings:
+                raise UnknownNameError("ending in onward", name, endings)
+
+
+def _reason(config: PointNavConfig, name: str, passed: Collection[str]) -> str:
+    """Return why an argument has no effect, and the remedy; "" if it has one."""
+    if name in CHOICE and config.tasks is not None:
+        return "with tasks, which choose layout and drive: leave one of the two out"
+    if name in ("split", *GENERATED, "resident_mb") and config.layout is not None:
+        return "with a fixed layout: leave one of the two out"
+    if name in GENERATED and config.split not in TRAINING_SPLITS:
+        return f"in split {config.split!r}, whose layouts are published: pass split='train' or split='floors-train'"
+    if name == "distance_to_go" and config.rewards is not None:
+        return "on these reward terms: pass rewards, such as rewards=[{'kind': 'progress', 'method': 'exact'}, ...]"
+    if name == "observation" and "sensors" in passed:
+        return "with sensors: pass one of the two"
+    # Gymnasium's checker makes every render mode with the same arguments.
+    if name in PICTURE and config.render_mode is None:
+        return "without a render mode: pass render_mode='rgb_array'"
+    if name == "onward" and config.tasks is None and config.drives == "pair":
+        return "in episodes of one drive: pass drives='protocol'"
+    return ""
+
+
+FLOORS = "floors-train"
+"""The split of the ids on floors and of the tasks of LabNav."""
 
 
 @cache
@@ -65,7 +158,7 @@ def labnav_config_name(task: str, level: int, observation: str) -> str:
 
 
 def _labnav(task: str, level: int = HEADLINE, observation: str = "lidar") -> PointNavConfig:
-    return config_of(task, level, observation, split=FLOORS_TRAIN, drives=f"{LABNAV}{task}-{level}")
+    return config_of(task, level, observation, split=FLOORS, drives=f"{LABNAV}{task}-{level}")
 
 
 def preset(name: str) -> PointNavConfig:

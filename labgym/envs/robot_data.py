@@ -11,9 +11,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.envs.reach import TRAVEL, robot_alone
+from labgym.envs.reach import BOX_FIELDS, TRAVEL, Solids, robot_alone
 from labgym.envs.robot import RobotSpec, attach_robot
-from labgym.envs.solids import BOX_FIELDS, Solids
 
 SLOTS = 16
 """Largest number of boxes around a robot that are simulated without the rest of the scene."""

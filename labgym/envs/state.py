@@ -15,11 +15,10 @@ from labgym.scenes.rays import Geometry, RaySource
 if TYPE_CHECKING:
     from labgym.envs.conditions.bodies import Body
     from labgym.envs.distance_to_go import DistanceToGo
-    from labgym.envs.moving_scene import MovingScene
-    from labgym.envs.palette import Palette
+    from labgym.envs.moving_scene import MovingScene, PushedScene
     from labgym.envs.parts.protocols import Presence, Robot
-    from labgym.envs.pushed_scene import PushedScene
     from labgym.envs.sensors import Camera, Lidar
+    from labgym.envs.setting import Palette
     from labgym.envs.tasks import Task
     from labgym.envs.world import World
 

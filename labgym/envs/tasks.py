@@ -13,21 +13,19 @@ import numpy as np
 from labgym import protocols
 from labgym.counts import is_whole
 from labgym.envs.endpoints import check_drivable, pair_between, passed_ends
-from labgym.envs.pool import AHEAD, LayoutPool, PoolAddress, check_sendable
 from labgym.envs.residents import RESIDENT_MB, check_budget
-from labgym.envs.stage import Senses
-from labgym.envs.training import ROOMS, LayoutSequence, LayoutSource, source_of, training_floor
-from labgym.envs.world import keep, layout_of, world_of
+from labgym.envs.training import ROOMS, LayoutSource, training_floor
+from labgym.envs.training_layouts import TrainingLayouts
+from labgym.envs.world import keep, world_of
 from labgym.errors import OptionError, UnknownNameError
 from labgym.layouts import Layout
-from labgym.layouts.rules.thresholds import profile as resolve_profile
 from labgym.layouts.splits import PUBLISHED, load_published, manifest, published
 from labgym.navigation import GoalPair, goal_pairs, resolve_protocol
 from labgym.protocols import Protocol
 from labgym.suites import Suite, load_suite
 
-FLOORS_TRAIN = "floors-train"
-SPLITS = ("train", FLOORS_TRAIN, *PUBLISHED)
+TRAINING_SPLITS = ("train", "floors-train")
+SPLITS = (*TRAINING_SPLITS, *PUBLISHED)
 OPTIONS = ("layout", "protocol", "pair", "start", "goal")
 
 
@@ -64,59 +62,44 @@ class TaskSource:
             "floors-train" for newly generated floors.
         layout: a fixed layout: a `Layout`, the path of one, or the id of a published one.
         protocol: a fixed protocol: a `Protocol`, its id or the path of its file.
-        profile: thresholds that generated layouts satisfy.
-        episodes_per_layout: number of episodes in a generated layout before the next one is generated.
         training: the layouts of "train": "rooms", or a function that returns layout `number`.
-        pool: prepares the layouts of "train" in advance; None generates them when they are drawn.
-        senses: what the pool prepares for the environment.
-        resident_mb: budget of this process for prepared layouts of published splits, which stay in memory, megabytes.
+        resident_mb: budget of this process for prepared layouts, which stay in memory, megabytes.
+        generated: as of `TrainingLayouts`.
 
     Raises:
-        UnknownNameError: a split, protocol, layout, profile or source of training layouts does not exist.
-        OptionError: `layout` or `training` has another type, `episodes_per_layout` is below 1, `resident_mb` is below
-            0, or `training` cannot be sent to the processes of the pool.
+        UnknownNameError: a split, protocol or layout does not exist.
+        OptionError: `layout` or `training` has another type, or `resident_mb` is below 0.
         DocumentError: a file is not a layout or a protocol.
+        LabgymError: as `TrainingLayouts`.
     """
 
     def __init__(
         self,
         split: str,
-        layout: Layout | str | Path | None,
-        protocol: Protocol | str | Path | None,
-        profile: str,
-        episodes_per_layout: int,
+        layout: Layout | str | Path | None = None,
+        protocol: Protocol | str | Path | None = None,
+        *,
         training: str | LayoutSource = ROOMS,
-        pool: LayoutPool | PoolAddress | None = None,
-        senses: Senses | None = None,
         resident_mb: float = RESIDENT_MB,
+        **generated: Any,
     ) -> None:
         check_budget(resident_mb)
         if split not in SPLITS:
             raise UnknownNameError("split", split, SPLITS)
-        if split == FLOORS_TRAIN:
-            if training != ROOMS:
-                raise OptionError("split 'floors-train' has its own training layouts: pass split='train' with training")
-            split, training = "train", training_floor
-        elif split != "train" and training != ROOMS:
-            raise OptionError(f"split {split!r} has no training layouts: pass split='train' with training")
-        if episodes_per_layout < 1:
-            raise OptionError(f"episodes_per_layout is {episodes_per_layout}, expected at least 1")
-        resolve_profile(profile)
-        self._split, self._profile = split, profile
+        if split != "train" and training != ROOMS:
+            raise OptionError(f"split {split!r} takes no training layouts: pass split='train' with training")
+        self._split = split
         self._layout = None if layout is None else resolve_layout(layout)
         self._protocol = None if protocol is None else _resolved_protocol(self._layout, protocol)
-        self._episodes_per_layout = episodes_per_layout
-        self._training = training
-        self._senses = senses if senses is not None else Senses()
         self._resident_mb = resident_mb
-        self._client = None if pool is None or split != "train" else pool.connect()
-        self._sequence: LayoutSequence | None = None
-        self._generated: Layout | None = None
-        self._episodes_left = 0
-        if split == "train" and self._layout is None:
-            source = source_of(training, self._protocol, profile)
-            if self._client is not None:
-                check_sendable(source)
+        self._training: TrainingLayouts | None = None
+        if split in TRAINING_SPLITS and self._layout is None:
+            self._training = TrainingLayouts(
+                training if split == "train" else training_floor,
+                protocol=self._protocol,
+                resident_mb=resident_mb,
+                **generated,
+            )
 
     def draw(self, rng: np.random.Generator, options: Mapping[str, Any], fresh: bool) -> Task:
         """Return the next task.
@@ -159,33 +142,17 @@ class TaskSource:
         return Task(layout, protocol, pair)
 
     def _drawn_layout(self, rng: np.random.Generator, protocol: Protocol | None, fresh: bool) -> Layout:
-        if self._split in PUBLISHED:
-            candidates = _with_drives(self._split, None if protocol is None else protocol.id)
-            published_layout = load(self._split, candidates[int(rng.integers(len(candidates)))])
-            keep(published_layout, self._resident_mb)
-            return published_layout
-        layout = self._generated
-        if fresh or layout is None or self._episodes_left == 0 or (protocol and protocol != layout.protocol):
-            source = source_of(self._training, protocol, self._profile)
-            if fresh or self._sequence is None:
-                self._sequence = LayoutSequence(source, int(rng.integers(2**63)))
-            self._sequence = self._sequence.of(source)
-            layout = self._generated = self._next(self._sequence)
-            self._episodes_left = self._episodes_per_layout
-        self._episodes_left -= 1
+        if self._training is not None:
+            return self._training.draw(rng, protocol, fresh)
+        candidates = _with_drives(self._split, None if protocol is None else protocol.id)
+        layout = load(self._split, candidates[int(rng.integers(len(candidates)))])
+        keep(layout, self._resident_mb)
         return layout
-
-    def _next(self, sequence: LayoutSequence) -> Layout:
-        """Return the next layout of a sequence, from the pool if it has it."""
-        numbers = sequence.numbers(1 + AHEAD)
-        sequence.place += 1
-        stage = None if self._client is None else self._client.take(sequence.source, numbers, self._senses)
-        return sequence.source(numbers[0]) if stage is None else layout_of(stage)
 
     def close(self) -> None:
         """Disconnect from the pool; the next draw connects again."""
-        if self._client is not None:
-            self._client.close()
+        if self._training is not None:
+            self._training.close()
 
 
 def resolve_layout(layout: Layout | str | Path, protocol: Protocol | str | Path | None = None) -> Layout:

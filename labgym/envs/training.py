@@ -1,9 +1,9 @@
-"""The layouts of the split "train": endless sequences that depend on the environment's seed alone."""
+"""The sources of training layouts: functions of a number."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,9 +14,7 @@ from labgym.layouts.splits import train_layout
 from labgym.protocols import Protocol
 
 LayoutSource = Callable[[int], Layout]
-"""Returns training layout `number`, from 0 to `NUMBERS` - 1; equal numbers give equal layouts in any process."""
-NUMBERS = 10**7
-"""Number of layouts of a source."""
+"""Returns training layout `number`, from 0 to 10^7 - 1; equal numbers give equal layouts in any process."""
 
 
 @dataclass(frozen=True)
@@ -76,31 +74,3 @@ def source_of(training: str | LayoutSource, protocol: Protocol | None, profile: 
             "only training='rooms' takes a protocol or a profile: other layouts come with their protocols"
         )
     return training
-
-
-@dataclass
-class LayoutSequence:
-    """The layouts of one environment, one after the other.
-
-    Which layout stands at a place depends on `entropy` and the place alone.
-
-    Attributes:
-        source: makes the layouts.
-        entropy: drawn from the environment's generator.
-        place: number of layouts drawn so far.
-    """
-
-    source: LayoutSource
-    entropy: int
-    place: int = field(default=0)
-
-    def numbers(self, count: int) -> list[int]:
-        """Return the numbers of the next layouts."""
-        return [
-            int(np.random.default_rng([self.entropy, place]).integers(NUMBERS))
-            for place in range(self.place, self.place + count)
-        ]
-
-    def of(self, source: LayoutSource) -> LayoutSequence:
-        """Return the sequence with another source, at the same place."""
-        return self if source == self.source else replace(self, source=source)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.envs.labnav.properties import TRANSITION, TaskProperties
+from labgym.envs.labnav.task import TRANSITION, TaskProperties
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.errors import LabgymError
 from labgym.policies.options import PolicyOptions

@@ -2,26 +2,102 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from functools import partial
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import lru_cache, partial
 from importlib.util import find_spec
-from typing import Any
+from typing import Any, NoReturn
 
 import gymnasium as gym
-from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv, VecEnv, VecMonitor
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv, VecEnv, VecEnvWrapper, VecMonitor
+from tqdm import tqdm
 
 import labgym  # noqa: F401 -- registers the environments
 from labgym.counts import MAX_PROCESSES, PROCESS_MB, SINGLE_MB, check_memory, whole_number
 from labgym.envs.config import PointNavConfig
 from labgym.envs.presets import configured, presets
+from labgym.envs.training import LayoutSource, TrainingRooms, training_floor
 from labgym.envs.vector.processes import processors
-from labgym.errors import MissingDependencyError, OptionError, UnknownNameError
-from labgym.training.layouts import SOURCES, FirstLayouts
-from labgym.training.start_frame import StartFrame
+from labgym.envs.world import keep
+from labgym.errors import MissingDependencyError, OptionError, SearchLimitWarning, UnknownNameError
+from labgym.layouts import Layout
+from labgym.policies.adapters.inputs import SCALE, near_goal
+
+RESIDENT_MB = 2048.0
+"""Budget of a process for prepared training layouts, megabytes; with the lidar, a room takes 2 MB."""
+SOURCES: dict[str, LayoutSource] = {"train": TrainingRooms(), "floors-train": training_floor}
+"""The layouts of each training split."""
+
+
+@dataclass(frozen=True)
+class FirstLayouts:
+    """The first layouts of a source of training layouts, drawn again and again.
+
+        LabVecEnv(64, split="train", training=FirstLayouts(64), episodes_per_layout=1)
+
+    A process generates each layout once, when it is first drawn, and keeps it prepared.
+
+    Attributes:
+        count: number of layouts.
+        split: "train" or "floors-train".
+
+    Raises:
+        OptionError: the count is not a whole number of at least 1.
+        UnknownNameError: the split has no training layouts.
+    """
+
+    count: int
+    split: str = "train"
+
+    def __post_init__(self) -> None:
+        whole_number("layouts", self.count)
+        if self.split not in SOURCES:
+            raise UnknownNameError("split of training layouts", self.split, SOURCES)
+
+    def __call__(self, number: int) -> Layout:
+        """Return layout `number` modulo the count."""
+        layout = _layout(self.split, number % self.count)
+        keep(layout, RESIDENT_MB)
+        return layout
+
+
+@lru_cache(maxsize=4096)
+def _layout(split: str, number: int) -> Layout:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SearchLimitWarning)  # Less furniture than the room holds is no loss here.
+        layout = SOURCES[split](number)
+    for bar in _bars:
+        bar.update()
+        if bar.n >= bar.total:
+            bar.close()
+    return layout
+
+
+_bars: list[tqdm[NoReturn]] = []
+"""Bars that count the layouts which this process generates."""
+
+
+@contextmanager
+def layout_progress(count: int) -> Iterator[None]:
+    """Show on a terminal, on stderr, how many of `count` layouts this process has generated, until all are."""
+    with tqdm(total=count, desc="training layouts", unit="layout", disable=None, leave=False) as bar:
+        _bars.append(bar)
+        try:
+            yield
+        finally:
+            _bars.remove(bar)
+
 
 VECTORIZATIONS = ("auto", "kernel", "processes", "dummy", "subproc")
 MEASURES = ("is_success", "cost", "path_length", "shortest_path_length")
 """The entries of the info that the logs and scores of training need."""
+NEAR_GOAL = "near_goal"
+"""Entry of the observation that holds the goal up close."""
 CHOICES = ("layout", "tasks", "training", "profile", "episodes_per_layout", "protocol")
 """Arguments of an environment that choose its layouts otherwise than `layouts` does."""
 
@@ -141,3 +217,80 @@ def _single(environment: str, options: Mapping[str, Any]) -> gym.Env[Any, Any]:
     # From its description, an older version is made without Gymnasium's warning.
     single = gym.make(gym.spec(environment), disable_env_checker=True, **options)
     return StartFrame(single) if _is_goal(_config(environment, options)) else single
+
+
+Observation = dict[str, NDArray[np.float32]]
+
+
+class StartFrame(gym.ObservationWrapper[Observation, NDArray[np.float32], Observation]):
+    """`LabFloorNavGoal-v0` with poses and positions in the start frame: origin at the robot's start, x ahead, y left.
+
+    `LabFloorNavGoal-v0` gives poses in the room frame, which a robot without a map does not know. In the start frame
+    they are what a `Policy` receives: odometry and goal. Rewards depend on distances alone and stay the same.
+
+    Args:
+        env: an environment whose `observation` begins with x, y, cosine and sine of the yaw.
+    """
+
+    def __init__(self, env: gym.Env[Any, Any]) -> None:
+        super().__init__(env)
+        self._place = np.zeros(2)
+        self._axes = np.eye(2)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Begin an episode; its first pose is the frame."""
+        observation, info = self.env.reset(seed=seed, options=options)
+        x, y, cosine, sine = observation["observation"][:4].astype(np.float64).tolist()
+        self._place, self._axes = np.array([x, y]), np.array([[cosine, sine], [-sine, cosine]])
+        return self.observation(observation), info
+
+    def observation(self, observation: Observation) -> Observation:
+        """Return an observation in the start frame."""
+        joint = observation["observation"].astype(np.float32)
+        joint[:2], joint[2:4] = self._local(joint[:2]), self._axes @ joint[2:4]
+        return {
+            "observation": joint,
+            "achieved_goal": self._local(observation["achieved_goal"]),
+            "desired_goal": self._local(observation["desired_goal"]),
+        }
+
+    def _local(self, position: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return a position (2,) in the start frame."""
+        return (self._axes @ (position - self._place)).astype(np.float32)
+
+
+class NearGoal(VecEnvWrapper):
+    """Environments whose observation has the entry `near_goal`, as `labgym.policies.adapters.inputs`.
+
+    Args:
+        venv: environments that observe `goal`.
+
+    Raises:
+        OptionError: they do not.
+    """
+
+    def __init__(self, venv: VecEnv) -> None:
+        space = venv.observation_space
+        if not isinstance(space, spaces.Dict) or "goal" not in space.spaces:
+            raise OptionError("near_goal needs environments whose observation has the entry goal")
+        self.observation_space: spaces.Dict
+        entry = spaces.Box(-SCALE, SCALE, (3,), np.float32)
+        super().__init__(venv, spaces.Dict({**space.spaces, NEAR_GOAL: entry}))
+
+    def reset(self) -> Any:
+        """Begin the episodes of all environments."""
+        return _extended(self.venv.reset())
+
+    def step_wait(self) -> Any:
+        """Carry out the actions."""
+        observations, rewards, dones, infos = self.venv.step_wait()
+        for info in infos:
+            if "terminal_observation" in info:
+                info["terminal_observation"] = _extended(info["terminal_observation"])
+        return _extended(observations), rewards, dones, infos
+
+
+def _extended(observation: Any) -> dict[str, Any]:
+    return {**observation, NEAR_GOAL: near_goal(observation["goal"])}

@@ -1,8 +1,8 @@
 """Soft actor-critic with hindsight experience replay (Andrychowicz et al. 2017) and the sparse reward.
 
 Episodes that miss the goal are stored a second time with goals that they reached. The environments are goal
-environments in the frame of the start (`labgym.training.start_frame`), so that the policy needs odometry, not a map;
-`labgym.training.robot_frame` gives its network goal and sensors as the robot sees them.
+environments in the frame of the start (`labgym.training.environments`), so that the policy needs odometry, not a map;
+`labgym.training.export` gives its network goal and sensors as the robot sees them.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from pathlib import Path
 
 from stable_baselines3 import SAC, HerReplayBuffer
 
+from labgym.training.export import RobotFrame
 from labgym.training.hyperparameters import Hyperparameters
-from labgym.training.robot_frame import RobotFrame
 from labgym.training.run import RunSettings, model_errors, train_model, training_environments
 
 

@@ -11,7 +11,7 @@ from typing import Any
 from stable_baselines3.common.utils import LinearSchedule
 
 from labgym.counts import MAX_COUNT, MAX_STEPS, check_switch, whole_number
-from labgym.envs.mapping_files import read_mapping
+from labgym.envs.presets import read_mapping
 from labgym.errors import DocumentError, OptionError, UnknownNameError
 from labgym.policies.adapters.actor_file import ACTIVATIONS
 from labgym.training.limits import ARGUMENTS, LINEAR, NORMALIZATION, Limit
@@ -31,7 +31,7 @@ class Hyperparameters:
         n_envs: number of environments. n_timesteps: control steps, summed over the environments.
         policy: policy of stable-baselines3.
         normalize: False; True, for observations and rewards; or arguments of `VecNormalize`.
-        near_goal: whether the observation also has the goal up close (`labgym.training.near_goal`).
+        near_goal: whether the observation also has the goal up close (`labgym.training.run`).
         layouts: number of generated layouts to train in (`FirstLayouts`); 0 generates new ones without end.
         env_kwargs: arguments of the training environments. eval_env_kwargs: those that differ in evaluations.
         eval_freq: control steps between two evaluations, each followed by a checkpoint.

@@ -1,4 +1,4 @@
-"""The folder of a training run, and the environments that its hyperparameters describe."""
+"""The folder of a training run, the environments that its hyperparameters describe, and training by PPO and SAC."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import torch
+from stable_baselines3 import PPO, SAC
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.logger import configure
 from stable_baselines3.common.vec_env import VecEnv, VecNormalize
@@ -20,12 +21,10 @@ from labgym.errors import LabgymError, OptionError
 from labgym.layouts.batch import catalog_digest
 from labgym.policies.learned.training_loop import finish, train_identity
 from labgym.runs import RunFolder
-from labgym.training.environments import make_environments
+from labgym.training.environments import NEAR_GOAL, NearGoal, layout_progress, make_environments
 from labgym.training.export import actor_of, save_policy
 from labgym.training.hyperparameters import Hyperparameters
-from labgym.training.layouts import layout_progress
 from labgym.training.legs import CHECKPOINT, learn
-from labgym.training.near_goal import NEAR_GOAL, NearGoal
 from labgym.training.scores import ScoreCallback
 
 BEST, LAST = "policy.safetensors", "last.safetensors"
@@ -166,3 +165,41 @@ def _train(model: BaseAlgorithm, evaluation: VecEnv, hyperparameters: Hyperparam
     learn(model, scores, hyperparameters.steps, hyperparameters.leg, settings.seed, out)
     save_policy(model, out / LAST, environment=environment)
     write_text(out / SCORES, "".join(json.dumps(record) + "\n" for record in scores.records))
+
+
+def train_ppo(hyperparameters: Hyperparameters, settings: RunSettings) -> Path:
+    """Train, or resume, the run in a folder and return the file of the best policy.
+
+    Raises:
+        OptionError: the folder is in use or holds another run, or a hyperparameter is out of range.
+        DocumentError: the checkpoint is damaged, or a finished run was changed.
+    """
+    with training_environments(hyperparameters, settings) as environments:
+        with model_errors():
+            model = PPO(
+                hyperparameters.policy,
+                environments,
+                **hyperparameters.algorithm_arguments(),
+                seed=settings.seed,
+                device="cpu",
+            )
+        return train_model(model, hyperparameters, settings)
+
+
+def train_sac(hyperparameters: Hyperparameters, settings: RunSettings) -> Path:
+    """Train, or resume, the run in a folder and return the file of the best policy.
+
+    Raises:
+        OptionError: the folder is in use or holds another run, or a hyperparameter is out of range.
+        DocumentError: the checkpoint is damaged, or a finished run was changed.
+    """
+    with training_environments(hyperparameters, settings) as environments:
+        with model_errors():
+            model = SAC(
+                hyperparameters.policy,
+                environments,
+                **hyperparameters.algorithm_arguments(),
+                seed=settings.seed,
+                device="cpu",
+            )
+        return train_model(model, hyperparameters, settings)

@@ -15,9 +15,9 @@ from labgym.envs.assembly import without
 from labgym.envs.conditions.bodies import Body, Shape
 from labgym.envs.conditions.panes import FRAMED, FRAMELESS
 from labgym.envs.labnav.episodes import LabNavEpisode
+from labgym.envs.labnav.nuisances import prepared
 from labgym.envs.labnav.task import SECONDS
 from labgym.envs.labnav.tasks import task_of
-from labgym.envs.labnav.worlds import prepared
 from labgym.envs.state import State
 from labgym.envs.tasks import Task
 from labgym.eval.drawing.episode_plan import people_of, route_of

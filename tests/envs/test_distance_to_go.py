@@ -9,7 +9,7 @@ import pytest
 
 from labgym.envs import LabPointNavEnv
 from labgym.envs.distance_to_go import ExactDistanceToGo, GridDistanceToGo
-from labgym.envs.rewards import RewardWeights
+from labgym.envs.parts.rewards import RewardWeights
 from labgym.errors import UnknownNameError
 from labgym.layouts import Layout
 from labgym.navigation import PLANNING_RADIUS, OccupancyGrid, ShortestPaths, occupancy, shortest_path

@@ -27,11 +27,10 @@ class OneTask:
         ({"layout": LAYOUT, "split": "val"}, "split"),
         ({"layout": LAYOUT, "profile": "strict"}, "profile"),
         ({"layout": LAYOUT, "episodes_per_layout": 2}, "episodes_per_layout"),
-        ({"layout": LAYOUT, "split": "train", "training": print}, "split"),
+        ({"layout": LAYOUT, "split": "train", "training": print}, "training"),
         ({"layout": LAYOUT, "resident_mb": 3.0}, "resident_mb"),
         ({"split": "val", "profile": "strict"}, "profile"),
         ({"split": "val", "episodes_per_layout": 2}, "episodes_per_layout"),
-        ({"split": "train", "resident_mb": 3.0}, "resident_mb"),
         ({"tasks": OneTask(), "split": "val"}, "split"),
         ({"tasks": OneTask(), "layout": LAYOUT}, "layout"),
         ({"tasks": OneTask(), "drives": "protocol"}, "drives"),
@@ -95,8 +94,10 @@ def observed(env: LabPointNavEnv, name: str) -> object:
     """Return what the user of an environment gets from an argument."""
     source = getattr(env.tasks, "_source", env.tasks)
     source = getattr(source, "_source", source)
-    tasks = (type(env.tasks), vars(source).get("_layout"), vars(source).get("_protocol"), vars(source).get("_profile"))
-    generated = tuple(vars(source).get(key) for key in ("_episodes_per_layout", "_training", "_resident_mb"))
+    tasks = (type(env.tasks), vars(source).get("_layout"), vars(source).get("_protocol"))
+    training = vars(source).get("_training")
+    names = ("_lifetime", "_training", "_resident_mb", "_profile")
+    generated = None if training is None else [vars(training)[key] for key in names]
     parts = [env._terms, env._endings, env._actions, env._robot, env._randomizations, env._conditions, env._entries]
     view = (env._view._size, env._view._quality, env.render_mode)
     used = {each: getattr(env.config, each) for each in ("control_dt", "exact", "disc", "interactive", "onward")}

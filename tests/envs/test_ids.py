@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import labgym  # noqa: F401  (registers the environments)
-from labgym.envs.parts.discrete import FORWARD, LEFT, RIGHT, STOP
+from labgym.envs.parts.actions import FORWARD, LEFT, RIGHT, STOP
 from labgym.envs.presets import preset
 from labgym.errors import OptionError, UnknownNameError
 from labgym.geometry import wrap_angle

@@ -10,11 +10,10 @@ from laboratories import island_laboratory
 
 from labgym.envs import LabPointNavEnv
 from labgym.envs.conditions.bodies import Body
-from labgym.envs.parts.announced import AnnouncedGoalSensor, OdometryVelocitySensor
+from labgym.envs.parts.actions import SlippingActions
 from labgym.envs.parts.endings import StuckEnding, TouchedEnding, nearest_person
-from labgym.envs.parts.odometry import OdometrySensor
+from labgym.envs.parts.odometry import AnnouncedGoalSensor, OdometrySensor, OdometryVelocitySensor
 from labgym.envs.parts.protocols import Presence
-from labgym.envs.parts.slipping import SlippingActions
 from labgym.envs.parts.vectors import GoalSensor, VelocitySensor
 from labgym.errors import OptionError
 

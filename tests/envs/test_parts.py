@@ -12,9 +12,8 @@ import pytest
 from labgym.assets import Catalog
 from labgym.envs import LabPointNavEnv
 from labgym.envs.parts.actuation import LOCOBOT, LoCoBotActuation, RoboThorActuation
-from labgym.envs.parts.depth_noise import BASELINE, RedwoodDepth, RimOcclusion
 from labgym.envs.parts.maps import BUILDING, NOTHING, asset_labels
-from labgym.envs.parts.noise import Dropout, Quantization
+from labgym.envs.parts.noise import BASELINE, Dropout, Quantization, RedwoodDepth, RimOcclusion
 from labgym.envs.parts.odometry import OdometrySensor
 from labgym.envs.state import State
 from labgym.errors import OptionError

@@ -23,8 +23,7 @@ pytest.importorskip("numba")
 
 from labgym.envs.planar.agreement import Reference, commands, contacts, differing_rays, free_motion, free_poses
 from labgym.envs.planar.body import TIMESTEP, body_of
-from labgym.envs.planar.outlines import Solid, solids_of
-from labgym.envs.planar.plan import plan_of
+from labgym.envs.planar.plan import Solid, plan_of, solids_of
 from labgym.envs.planar.simulation import PlanarSimulation
 
 LAYOUTS = {

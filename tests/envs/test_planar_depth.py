@@ -20,8 +20,7 @@ from labgym.scenes import SceneMesh
 
 pytest.importorskip("numba")
 
-from labgym.envs.planar.chunks import FACES, Chunks, chunked, chunks_of
-from labgym.envs.planar.depth import depth, draw, lens_of
+from labgym.envs.planar.depth import FACES, Chunks, chunked, chunks_of, depth, draw, lens_of
 
 LAYOUTS = {
     "island": island_laboratory,

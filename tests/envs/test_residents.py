@@ -82,4 +82,4 @@ def test_derived_data_are_made_once_and_shared():
 @pytest.mark.parametrize("budget", [-1.0, float("nan"), "512", True])
 def test_a_budget_that_is_not_a_size_is_refused(budget):
     with pytest.raises(OptionError, match="resident_mb"):
-        TaskSource("val", None, None, "default", 8, resident_mb=budget)
+        TaskSource("val", resident_mb=budget)

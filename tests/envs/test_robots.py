@@ -16,8 +16,7 @@ from labgym.envs import LabPointNavEnv
 from labgym.envs.assembly import assembly_of, is_standard
 from labgym.envs.mount import Mount, at_rest, on_floor
 from labgym.envs.parts.protocols import Robot
-from labgym.envs.parts.robots import DifferentialDrive, HolonomicDrive
-from labgym.envs.parts.wheels import WheeledDrive
+from labgym.envs.parts.robots import DifferentialDrive, HolonomicDrive, WheeledDrive
 from labgym.envs.physics import make_physics
 from labgym.envs.robot import ROBOT
 from labgym.envs.scene_simulation import SceneSimulation

@@ -17,8 +17,7 @@ from labgym.protocols import Protocol, get
 
 
 def source(split: str = "test", **arguments: Any) -> TaskSource:
-    defaults = {"layout": None, "protocol": None, "profile": "default", "episodes_per_layout": 2}
-    return TaskSource(split, **{**defaults, **arguments})
+    return TaskSource(split, **{"episodes_per_layout": 2, **arguments})
 
 
 def rng(seed: int = 0) -> np.random.Generator:
@@ -123,7 +122,7 @@ def test_training_layouts_are_really_generated_and_drivable() -> None:
         ({"protocol": "alchemy"}, UnknownNameError, "alk_03"),
         ({"layout": "test-alk_3"}, UnknownNameError, "nearest: .*test-alk_03"),
         ({"layout": 7}, OptionError, "published id"),
-        ({"episodes_per_layout": 0}, OptionError, "at least 1"),
+        ({"split": "train", "episodes_per_layout": 0}, OptionError, "at least 1"),
     ],
 )
 def test_unknown_names_are_refused_with_those_that_exist(arguments: dict, error: type, message: str) -> None:

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import gc
+from collections import Counter
 
+import numpy as np
 import pytest
 import training_sources
 
 from labgym.envs import LabPointNavEnv
-from labgym.envs.training import NUMBERS, LayoutSequence, TrainingRooms, source_of, training_floor
+from labgym.envs.training import TrainingRooms, source_of, training_floor
+from labgym.envs.training_layouts import NUMBERS, RESIDENT_LAYOUTS, TURN_EPISODES, LayoutSequence, TrainingLayouts
 from labgym.envs.world import KEPT, World
 from labgym.errors import OptionError, UnknownNameError
 from labgym.layouts import splits
@@ -45,15 +48,47 @@ def test_what_happens_within_a_layout_does_not_change_which_ones_follow():
 
 
 def test_numbers_are_spread_over_all_layouts():
-    numbers = [LayoutSequence(training_sources.shifted, entropy).numbers(3) for entropy in range(200)]
+    numbers = [LayoutSequence(training_sources.shifted, entropy, 8).numbers(3) for entropy in range(200)]
     flat = [number for row in numbers for number in row]
     assert len(set(flat)) > 595
     assert 0 <= min(flat) < NUMBERS / 50
     assert NUMBERS * 0.98 < max(flat) < NUMBERS
-    sequence = LayoutSequence(training_sources.shifted, 7)
+    sequence = LayoutSequence(training_sources.shifted, 7, 8)
     ahead = sequence.numbers(3)
-    sequence.place += 1
-    assert sequence.numbers(2) == ahead[1:]
+    assert [sequence.turn(sequence.source) for _ in range(2)] == ahead[:2]
+    assert sequence.numbers(1) == ahead[2:]
+
+
+def test_an_environment_returns_to_32_layouts_and_replaces_each_after_its_episodes():
+    sequence, turns = LayoutSequence(training_sources.shifted, 7, 64), 3000
+    numbers = [sequence.turn(sequence.source) for _ in range(turns)]
+    assert len(set(numbers[:RESIDENT_LAYOUTS])) == RESIDENT_LAYOUTS
+    assert set(numbers[RESIDENT_LAYOUTS : RESIDENT_LAYOUTS + 5]) <= set(numbers[:RESIDENT_LAYOUTS])
+    served = Counter(numbers)
+    assert max(served.values()) == 64 // TURN_EPISODES
+    finished = sum(count == 64 // TURN_EPISODES for count in served.values())
+    assert len(served) - RESIDENT_LAYOUTS <= finished <= len(served)
+    again = LayoutSequence(training_sources.shifted, 7, 64)
+    assert [again.turn(again.source) for _ in range(turns)] == numbers
+
+
+def test_a_layout_that_an_environment_returns_to_is_not_generated_again():
+    made, count = [], TURN_EPISODES * (RESIDENT_LAYOUTS + 20)
+
+    def counted(number):
+        made.append(number)
+        return training_sources.shifted(number)
+
+    def names(layouts, episodes):
+        rng = np.random.default_rng(3)
+        return [layouts.draw(rng, None, fresh=episode == 0).id for episode in range(episodes)]
+
+    layouts = TrainingLayouts(counted)
+    first = names(layouts, count)
+    assert len(made) == len(set(first)) < RESIDENT_LAYOUTS + 10
+    assert names(layouts, 1) == first[:1]
+    assert len(made) == len(set(first))
+    assert names(TrainingLayouts(training_sources.shifted), count) == first
 
 
 def test_rooms_of_a_number_are_those_of_train_layout(monkeypatch):

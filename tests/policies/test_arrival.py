@@ -8,7 +8,7 @@ from laboratories import island_laboratory
 from map_drives import drive
 
 from labgym.envs import LabPointNavEnv
-from labgym.envs.labnav.properties import TRANSITION, TaskProperties
+from labgym.envs.labnav.task import TRANSITION, TaskProperties
 from labgym.envs.labnav.tasks import task_of
 from labgym.navigation import goal_pairs
 from labgym.policies import EpisodeStart, make_policy

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.ndimage import binary_dilation
 
-from labgym.envs.parts.depth_noise import RedwoodDepth
+from labgym.envs.parts.noise import RedwoodDepth
 from labgym.envs.robot import ROBOT
 from labgym.envs.sensors import Camera
 from labgym.errors import OptionError

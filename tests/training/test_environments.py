@@ -17,12 +17,10 @@ from stable_baselines3.common.vec_env import DummyVecEnv
 
 import labgym  # noqa: F401 -- registers the ids
 from labgym.errors import MissingDependencyError, OptionError, UnknownNameError
+from labgym.training import environments as layouts_module
 from labgym.training import environments as module
-from labgym.training import layouts as layouts_module
 from labgym.training import make_environments
-from labgym.training.layouts import FirstLayouts
-from labgym.training.near_goal import NearGoal
-from labgym.training.start_frame import StartFrame
+from labgym.training.environments import FirstLayouts, NearGoal, StartFrame
 
 LAYOUT = island_laboratory()
 
@@ -183,12 +181,10 @@ def test_the_start_frame_has_its_origin_and_its_axis_at_the_start():
 
 
 @pytest.mark.parametrize(("name", "split"), [("LabNavAisle-v0", "floors-train"), ("LabPointNav-v0", "train")])
-def test_layouts_count_for_the_training_split_of_an_id_and_for_one_that_is_passed(name, split):
-    """LabNav ids have a training split, which nobody passes."""
-    options = {} if name.startswith("LabNav") else {"split": split}
-    environments = make_environments(name, 2, "dummy", layouts=3, **options)
+def test_layouts_count_for_the_training_split_of_an_id(name, split):
+    environments = make_environments(name, 2, "dummy", layouts=3)
     tasks = inner(environments).envs[0].unwrapped.tasks
-    training = getattr(tasks, "_source", tasks)._training
+    training = getattr(tasks, "_source", tasks)._training._training
     environments.close()
     assert training == FirstLayouts(3, split)
 
@@ -196,8 +192,8 @@ def test_layouts_count_for_the_training_split_of_an_id_and_for_one_that_is_passe
 @pytest.mark.parametrize(
     ("name", "options"),
     [
-        ("LabPointNav-v0", {}),
-        ("LabFloorNav-v0", {}),
+        ("LabPointNav-v0", {"split": "test"}),
+        ("LabFloorNav-v0", {"split": "floors-test"}),
         ("LabPointNav-v0", {"split": "val"}),
         ("LabNavAisle-v0", {"split": "floors-val"}),
         ("LabPointNav-v0", {"layout": LAYOUT}),

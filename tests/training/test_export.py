@@ -19,8 +19,8 @@ from torch import nn
 from labgym.errors import DocumentError, LabgymError, OptionError
 from labgym.policies import EpisodeStart, make_policy
 from labgym.training import save_policy
-from labgym.training.near_goal import NearGoal
-from labgym.training.robot_frame import RobotFrame
+from labgym.training.environments import NearGoal
+from labgym.training.export import RobotFrame
 
 SMALL = {"net_arch": [16, 16]}
 

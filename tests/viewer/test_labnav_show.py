@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from labgym.cli import main
-from labgym.envs.labnav.worlds import drawn_episode
+from labgym.envs.labnav.nuisances import drawn_episode
 from labgym.eval.labnav.drive import drive_floor
 from labgym.policies import EpisodeStart, Policy
 from labgym.viewer import LabNavShow, LabNavWatch

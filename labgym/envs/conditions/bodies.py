@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from labgym.envs.parts.protocols import Condition, Presence
+from labgym.envs.parts.registry import registered
+from labgym.envs.state import State
+from labgym.envs.tasks import Task
 from labgym.scenes.exact_rays import ExactRayScene
 from labgym.scenes.mesh import ROOM, SceneMesh
 from labgym.scenes.rays import RaySource
@@ -182,3 +186,40 @@ def _in_frame(starts: Array, along: NDArray[np.floating], pose: tuple[float, flo
     cosine, sine = math.cos(yaw), math.sin(yaw)
     turn = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
     return (starts - (x, y, 0.0)) @ turn, np.asarray(along, dtype=np.float64) @ turn
+
+
+@registered("condition")
+@dataclass(frozen=True)
+class Contacts(Condition):
+    """Checks contacts after every physics step, instead of every 0.025 s, and names them in `State.touched`.
+
+    Its data is None. The outcome has the names of all that the robot has touched so far.
+    """
+
+    name: str = "contacts"
+    kind: str = field(default="contacts", init=False)
+
+    def draw(self, task: Task, rng: np.random.Generator) -> None:
+        """Return None: nothing is drawn."""
+
+    def begin(self, state: State, data: Any, rng: np.random.Generator) -> Touches:  # noqa: ARG002
+        """Return the record of an episode."""
+        return Touches()
+
+
+class Touches(Presence):
+    """The names of what the robot has touched, in order."""
+
+    visible = False
+
+    def __init__(self) -> None:
+        self._names: dict[str, None] = {}
+
+    def step(self, state: State) -> None:
+        """Add what the robot touched in a control step."""
+        self._names |= dict.fromkeys(state.touched)
+
+    @property
+    def outcome(self) -> list[str]:
+        """The names so far."""
+        return list(self._names)

@@ -13,9 +13,9 @@ from labgym.counts import check_switch
 from labgym.envs.checks import count, positive
 from labgym.envs.conditions.change_draw import KINDS, draw_changes
 from labgym.envs.conditions.change_list import Added, changed, changes_of, masses, plain
+from labgym.envs.moving_scene import PushedScene
 from labgym.envs.parts.protocols import Condition, Presence
 from labgym.envs.parts.registry import registered
-from labgym.envs.pushed_scene import PushedScene
 from labgym.envs.robot import ROBOT
 from labgym.envs.state import State
 from labgym.envs.tasks import Task

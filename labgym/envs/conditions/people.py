@@ -8,8 +8,7 @@ from typing import Any, get_args
 import numpy as np
 
 from labgym.envs.checks import count, positive
-from labgym.envs.conditions.cast import MOST, Model, cast_of
-from labgym.envs.conditions.casting import draw_cast
+from labgym.envs.conditions.cast import MOST, Model, cast_of, draw_cast
 from labgym.envs.parts.protocols import Condition, Presence
 from labgym.envs.parts.registry import registered
 from labgym.envs.state import State

@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.envs.gpu.backend import device_of, wp
-from labgym.envs.gpu.contacts import Robot
-from labgym.envs.gpu.motion import drive
+from labgym.envs.gpu import device_of, wp
+from labgym.envs.gpu.motion import Robot, drive
 from labgym.envs.gpu.scene import DeviceScene, device_scene
 from labgym.envs.gpu.sensors import DeviceRays
 from labgym.envs.parts.rays import DepthSensor, LidarSensor

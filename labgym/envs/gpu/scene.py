@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.envs.gpu.backend import wp
+from labgym.envs.gpu import wp
 from labgym.envs.planar.scene import Scene, scene_of
 from labgym.envs.world import World
 from labgym.scenes import SceneMesh

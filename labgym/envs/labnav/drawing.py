@@ -1,15 +1,17 @@
-"""Drawing the episodes of a task on a floor, with how many drives were drawn for those that were accepted."""
+"""Drawing the episodes and the shifts of a task on a floor, and the number of drives drawn for those accepted."""
 
 from __future__ import annotations
 
 import math
 import zlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
+from labgym.envs.conditions.cast import SMALLEST
 from labgym.envs.conditions.parked import plain_things
 from labgym.envs.episode import stream
 from labgym.envs.labnav.episodes import Draws, LabNavEpisode, LabNavEpisodes, LabNavLeg, Split
@@ -21,7 +23,8 @@ from labgym.envs.tasks import Task
 from labgym.errors import OptionError
 from labgym.layouts import Layout, load_published, published
 from labgym.layouts.drives import entry_poses, places_of_work
-from labgym.navigation import PLANNING_RADIUS, GoalPair, Pose, ShortestPaths
+from labgym.layouts.placement import FLOOR
+from labgym.navigation import PLANNING_RADIUS, GoalPair, Pose, ShortestPaths, goal_pairs, goal_pose
 from labgym.navigation.discs import length_to_disc
 from labgym.navigation.goals import ANYWHERE
 
@@ -160,8 +163,6 @@ def draw_floor(
         attempts: number of drives to draw at most.
         filtered: as for `Drawer`.
     """
-    from labgym.envs.labnav.shifts import drawer_of
-
     drawer = drawer_of(layout, task, level) if filtered else Drawer(layout, task, level, filtered)
     kind = [] if filtered else [1]
     rng = np.random.default_rng([seed, layout.draw_seed, zlib.crc32(task.encode()), level, *kind])
@@ -223,3 +224,96 @@ def draw_suite(
         if len(accepted) == per_floor:
             episodes += accepted
     return LabNavEpisodes(task=task, level=level, split=split, seed=seed, episodes=tuple(episodes), draws=draws)
+
+
+CORRIDOR = "corridor"
+"""Use of the spaces that count as no rooms."""
+
+
+class ShiftDrawer(Drawer):
+    """Draws shifts on one floor: from an exit or a place of work to all places of a protocol in its order.
+
+    Where the protocol has too few places, or stays in too few rooms, an errand to furniture in another room is added at
+    its begin, and if that is not enough at its end (assumption: material is fetched, and samples are handed over).
+
+    Args:
+        layout: the floor. task: name of the task. level: its level.
+    """
+
+    def __init__(self, layout: Layout, task: str, level: int) -> None:
+        super().__init__(layout, task, level)
+        self._routes = [_places(layout, index) for index in range(len(layout.protocols))]
+        self._errands = _errands(layout, self._paths.free)
+
+    def draw(self, rng: np.random.Generator) -> Drawn | None:
+        """Return a shift if the next one drawn is accepted, else None."""
+        goals, start = self._goals(rng), self._place(rng, self._entries, self._work)
+        if goals is None or start is None:
+            return None
+        places = [start, *goals]
+        pairs = tuple(
+            GoalPair(index, here[1], there[1], here[0], there[0])
+            for index, (here, there) in enumerate(pairwise(places))
+        )
+        if not all(self._suits(self._length(self._paths, pair), pair) for pair in pairs):
+            return None
+        return self._conditioned(Task(self._layout, self._layout.protocol, pairs[0], pairs[1:]), rng)
+
+    def _goals(self, rng: np.random.Generator) -> list[Place] | None:
+        """Return the goals of a shift in their order, None if their numbers do not suit."""
+        routes = [route for route in self._routes if route]
+        if not routes:
+            return None
+        goals = list(routes[int(rng.integers(len(routes)))])
+        for place in (0, len(goals) + 1):
+            if self._enough(goals):
+                break
+            beside = self._room_at(goals[min(place, len(goals) - 1)][1])
+            others = [each for each in self._errands if self._room_at(each[1]) not in ("", beside)]
+            if not others:
+                return None
+            goals.insert(place, others[int(rng.integers(len(others)))])
+        most_goals, most_rooms = self._level.goals[1], self._level.rooms[1]
+        suits = self._enough(goals) and len(goals) <= most_goals and self._rooms(goals) <= most_rooms
+        return goals if suits else None
+
+    def _enough(self, goals: list[Place]) -> bool:
+        """Whether there are enough goals, in enough rooms."""
+        return len(goals) >= self._level.goals[0] and self._rooms(goals) >= self._level.rooms[0]
+
+    def _rooms(self, goals: list[Place]) -> int:
+        """Return the number of rooms in which goals are."""
+        return len({self._room_at(pose) for _, pose in goals} - {""})
+
+    def _room_at(self, pose: Pose) -> str:
+        """Return the id of the room at a pose, "" in a corridor."""
+        space = self._layout.floor.space_at(*pose[:2])
+        return "" if space is None or space.use == CORRIDOR else space.id
+
+
+def drawer_of(layout: Layout, task: str, level: int) -> Drawer:
+    """Return what draws the episodes of a task on a floor.
+
+    Raises:
+        UnknownNameError: there is no such task or level.
+    """
+    return (ShiftDrawer if task_of(task).chain else Drawer)(layout, task, level)
+
+
+def _places(layout: Layout, index: int) -> list[Place]:
+    """Return the places of one of a layout's protocols in its order, none for one that stays at a place."""
+    pairs = goal_pairs(layout, layout.protocols[index])
+    first = [(pair.start_location, pair.start) for pair in pairs[:1]]
+    return [*first, *((pair.goal_location, pair.goal) for pair in pairs)]
+
+
+def _errands(layout: Layout, free: Callable[[float, float], bool]) -> list[Place]:
+    """Return the places in front of furniture on the floor, by its asset, at which the robot fits."""
+    places = []
+    for placement in layout.placements:
+        box = layout.box(placement.id)
+        if placement.support == FLOOR and box.width * box.depth >= SMALLEST:
+            pose = goal_pose(box)
+            if free(*pose[:2]):
+                places.append((placement.asset, pose))
+    return places

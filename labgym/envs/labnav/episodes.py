@@ -14,7 +14,7 @@ from pydantic import Field, PrivateAttr, model_validator
 
 from labgym.artefacts import artefacts
 from labgym.documents import Document, Record, canonical_hash, write_text
-from labgym.envs.conditions.leg_payload import MOST_LEGS
+from labgym.envs.conditions.payload import MOST_LEGS
 from labgym.envs.labnav.tasks import TaskName, condition_names
 from labgym.envs.tasks import Task
 from labgym.errors import DocumentError, OptionError, UnknownNameError

@@ -8,9 +8,6 @@ from functools import cached_property
 from typing import Any
 
 from labgym.counts import is_whole
-from labgym.envs.labnav.properties import DEFAULT_WEIGHTS, ScoreWeights, TaskProperties
-from labgym.envs.parts.announced import AnnouncedGoalSensor, OdometryVelocitySensor
-from labgym.envs.parts.depth_noise import RedwoodDepth
 from labgym.envs.parts.endings import (
     REST_DISTANCE,
     LimitEnding,
@@ -19,13 +16,101 @@ from labgym.envs.parts.endings import (
     StuckEnding,
     TouchedEnding,
 )
-from labgym.envs.parts.noise import Gaussian
-from labgym.envs.parts.odometry import OdometrySensor
+from labgym.envs.parts.noise import Gaussian, RedwoodDepth
+from labgym.envs.parts.odometry import AnnouncedGoalSensor, OdometrySensor, OdometryVelocitySensor
 from labgym.envs.parts.protocols import Ending, Randomization, Sensor
 from labgym.envs.parts.randomizations import SensorPoseRandomization
 from labgym.envs.parts.rays import ColorSensor, DepthSensor, LidarSensor
 from labgym.envs.parts.vectors import VelocitySensor
 from labgym.errors import LabgymError, UnknownNameError
+
+FULL_SPEED = 1.0
+"""Speed of the ideal robot, m/s."""
+SLOWEST = 8.0
+"""Times OT beyond which being slower costs nothing more."""
+DOCK_POSITION, DOCK_HEADING = 0.10, 0.10
+"""Errors at which docking scores 0: meters and radians."""
+PRECISE = (0.05, 0.05)
+"""Errors below which a robot has docked by Nav2's criterion: meters and radians."""
+
+
+def spl(success: bool, shortest: float, driven: float) -> float:
+    """Return success weighted by path length, in [0, 1].
+
+    Args:
+        success: whether the goal was reached.
+        shortest: L*, meters, positive.
+        driven: P, meters.
+    """
+    return shortest / max(driven, shortest) if success else 0.0
+
+
+def ideal_time(shortest: float) -> float:
+    """Return OT, seconds, for L* in meters."""
+    return shortest / FULL_SPEED
+
+
+def timed(success: bool, shortest: float, time: float) -> float:
+    """Return S OT / clip(T, OT, 8 OT), for L* in meters and T in seconds."""
+    ideal = ideal_time(shortest)
+    return ideal / min(max(time, ideal), SLOWEST * ideal) if success else 0.0
+
+
+def docking_error(position: float, heading: float) -> float:
+    """Return e = max(position error / 0.10 m, heading error / 0.10 rad)."""
+    return max(position / DOCK_POSITION, abs(heading) / DOCK_HEADING)
+
+
+def leg_score(success: bool, docked: bool, shortest: float, driven: float) -> float:
+    """Return S L* / max(P, L*) of a drive of a chain, half of it out of the dock; 0 if it begins in its goal's disc."""
+    if shortest <= 0.0:
+        return 0.0
+    return spl(success, shortest, driven) * (1.0 if docked else 0.5)
+
+
+@dataclass(frozen=True)
+class ScoreWeights:
+    """Amounts that a score counts besides the success of a drive.
+
+    Attributes:
+        time: weight of OT / max(T, OT). people: of the distance from people. length: of L* / max(P, L*).
+    """
+
+    time: float = 1.0
+    people: float = 0.1
+    length: float = 0.0
+
+
+DEFAULT_WEIGHTS = ScoreWeights()
+
+
+@dataclass(frozen=True)
+class TaskProperties:
+    """The properties of a task that a policy receives at the start of a drive, whatever the level.
+
+    Attributes:
+        rests: whether the robot must come to rest at its goal, and whether its actions come late by the policy's
+            latency; False where touching the goal's disc ends the episode.
+        drift: whether the odometry drifts. noise: whether the depth camera has errors.
+        people: whether people may walk. glass: whether there may be panes, which rays pass.
+        mounting: whether the sensors are off their nominal places.
+        weights: what the score counts.
+        dock_slack: distance from a docking pose within which the robot may end without a loss, meters.
+    """
+
+    rests: bool = False
+    drift: bool = False
+    noise: bool = False
+    people: bool = False
+    glass: bool = False
+    mounting: bool = False
+    weights: ScoreWeights = DEFAULT_WEIGHTS
+    dock_slack: float = 0.0
+
+
+TRANSITION = TaskProperties()
+"""The paper's transition: an episode ends when the robot touches the goal's disc, and sensors are exact."""
+
 
 SECONDS = 120.0
 """Time limit of a drive, seconds."""

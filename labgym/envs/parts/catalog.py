@@ -2,9 +2,7 @@
 
 from labgym.envs.conditions import (  # noqa: F401
     changes,
-    contacts,
     glass,
-    leg_payload,
     parked,
     payload,
     people,
@@ -14,13 +12,8 @@ from labgym.envs.conditions import (  # noqa: F401
 from labgym.envs.parts import (  # noqa: F401
     actions,
     actuation,
-    announced,
-    appearance,
-    depth_noise,
-    discrete,
     endings,
     goals,
-    joint,
     maps,
     measures,
     mjcf,
@@ -30,7 +23,5 @@ from labgym.envs.parts import (  # noqa: F401
     rays,
     rewards,
     robots,
-    slipping,
     vectors,
-    wheels,
 )

@@ -1,4 +1,4 @@
-"""Noise models that fit any sensor."""
+"""Noise models: those that fit any sensor, and those of depth cameras and range finders."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from labgym.envs.checks import positive
-from labgym.envs.parts import depth_noise  # noqa: F401 - a model may be named by its kind
+from labgym.envs.checks import count, positive
 from labgym.envs.parts.protocols import Noise, Reading
 from labgym.envs.parts.registry import part_of, registered
 from labgym.errors import OptionError
@@ -111,3 +110,92 @@ class Quantization(Noise):
     def scaled(self, factor: float) -> Quantization:
         """Return the model with the step multiplied by a factor."""
         return replace(self, step=self.step * factor) if factor > 0.0 else self
+
+
+BASELINE = 35.130
+"""Disparity of the camera times the depth, pixels times meters."""
+JITTER, DISPARITY = 0.25, 1.0 / 36.0
+"""Standard deviations of the place of a pixel, pixels, and of the disparity."""
+FARTHEST = 10.0
+"""Depth from which the camera reads 0, meters."""
+
+
+@registered("noise")
+@dataclass(frozen=True)
+class RedwoodDepth(Noise):
+    """Errors of a PrimeSense depth camera (Choi, Zhou and Koltun, CVPR 2015), with the constants of `simdepth.py`.
+
+    A pixel shows the depth of a place up to about a quarter of a pixel away, of every second row and column; the
+    disparity 35.13 m / depth has normal errors of 1/36 and is rounded to eighths; from 10 m on the reading is 0. The
+    distortion of single devices (Teichman et al. 2013), which the original multiplies in from a table, is left out.
+
+    Attributes:
+        multiplier: factor on the deviations.
+    """
+
+    multiplier: float = 1.0
+    kind: str = field(default="redwood", init=False)
+
+    def __post_init__(self) -> None:
+        positive(self, "multiplier", zero=True)
+
+    def apply(self, reading: Reading, state: State, rng: np.random.Generator) -> Reading:  # noqa: ARG002
+        """Return the depth image (rows, columns) as the camera reads it.
+
+        Raises:
+            OptionError: the reading is not an image of depth.
+        """
+        if reading.ndim != 2:
+            raise OptionError("RedwoodDepth is for depth cameras: the reading has no rows and columns")
+        height, width = reading.shape
+        errors = rng.standard_normal((3, height, width))
+        rows = np.arange(height)[:, None] + self.multiplier * JITTER * errors[0]
+        columns = np.arange(width)[None, :] + self.multiplier * JITTER * errors[1]
+        row = (np.clip(rows, 0.0, height - 1.0) + 0.5).astype(np.int64)
+        column = (np.clip(columns, 0.0, width - 1.0) + 0.5).astype(np.int64)
+        depth = reading[row - row % 2, column - column % 2].astype(np.float64)
+        disparity = BASELINE / np.maximum(depth, 1e-6) + self.multiplier * DISPARITY * errors[2]
+        eighths = np.round(disparity * 8.0)
+        valid = (depth < FARTHEST) & (depth > 0.0) & (eighths > 0.0)
+        return np.where(valid, BASELINE * 8.0 / np.maximum(eighths, 1.0), 0.0).astype(reading.dtype)
+
+    def scaled(self, factor: float) -> RedwoodDepth:
+        """Return the model with the deviations multiplied by a factor."""
+        return replace(self, multiplier=self.multiplier * factor)
+
+
+@registered("noise")
+@dataclass(frozen=True)
+class RimOcclusion(Noise):
+    """Lost readings at a rim: where a neighbor is nearer by more than `step`, a stereo camera sees nothing.
+
+    Attributes:
+        step: jump of the range at a rim, meters. width: neighbors on each side, pixels or rays, that cast a shadow.
+        rate: probability that a shadowed reading is lost. value: reading of a lost one.
+    """
+
+    step: float = 0.2
+    width: int = 1
+    rate: float = 1.0
+    value: float = 0.0
+    kind: str = field(default="rim", init=False)
+
+    def __post_init__(self) -> None:
+        positive(self, "step")
+        count(self, "width")
+        if not 0.0 <= self.rate <= 1.0:
+            raise OptionError(f"RimOcclusion: rate is {self.rate}, expected a probability from 0 to 1")
+
+    def apply(self, reading: Reading, state: State, rng: np.random.Generator) -> Reading:  # noqa: ARG002
+        """Return the reading with losses along its last axis."""
+        shadow = np.zeros(reading.shape, dtype=bool)
+        for shift in range(1, self.width + 1):
+            jump = reading[..., shift:] - reading[..., :-shift]
+            shadow[..., shift:] |= jump > self.step
+            shadow[..., :-shift] |= jump < -self.step
+        lost = shadow & (rng.random(reading.shape) < self.rate)
+        return np.where(lost, np.asarray(self.value, reading.dtype), reading)
+
+    def scaled(self, factor: float) -> RimOcclusion:
+        """Return the model with the rate multiplied by a factor, at most 1."""
+        return replace(self, rate=min(self.rate * factor, 1.0))

@@ -1,4 +1,4 @@
-"""Randomizations of the physics and of sensors, drawn anew for each episode.
+"""Randomizations of the physics, of sensors and of colors, drawn anew for each episode.
 
 Names follow mjlab and robosuite: a range of factors on masses or frictions, of offsets of sensors, of factors on noise.
 """
@@ -13,12 +13,14 @@ from typing import Any
 import numpy as np
 
 from labgym.counts import is_finite, is_real
+from labgym.envs.checks import positive
 from labgym.envs.parts.protocols import Randomization
 from labgym.envs.parts.rays import CameraSensor, LidarSensor
 from labgym.envs.parts.registry import registered
 from labgym.envs.robot import PREFIX
-from labgym.envs.setting import Setting, floor_geoms, robot_bodies, robot_geoms
+from labgym.envs.setting import Palette, Setting, floor_geoms, robot_bodies, robot_geoms
 from labgym.errors import OptionError, UnknownNameError
+from labgym.scenes.mesh import MATERIAL_NAMES
 
 Range = tuple[float, float]
 
@@ -225,3 +227,30 @@ def _check_of(value: str, names: tuple[str, ...]) -> None:
 
 def _uniform(limits: Range, rng: np.random.Generator) -> float:
     return float(rng.uniform(*limits))
+
+
+@registered("randomization")
+@dataclass(frozen=True)
+class AppearanceRandomization(Randomization):
+    """Factors on the colors of materials and on the brightness of everything. Depth and lidar do not change.
+
+    Attributes:
+        tint: the red, green and blue of each material are multiplied by factors between 1 - tint and 1 + tint.
+        brightness: all colors are multiplied by a factor between 1 - brightness and 1 + brightness.
+    """
+
+    name: str = "appearance"
+    tint: float = 0.2
+    brightness: float = 0.3
+    kind: str = field(default="appearance", init=False)
+
+    def __post_init__(self) -> None:
+        positive(self, "tint", "brightness", zero=True)
+
+    def randomize(self, setting: Setting, rng: np.random.Generator) -> dict[str, Any]:
+        """Draw the factors; return the brightness and the tints by material."""
+        brightness = float(1.0 + self.brightness * rng.uniform(-1.0, 1.0))
+        factors = 1.0 + self.tint * rng.uniform(-1.0, 1.0, (len(MATERIAL_NAMES), 3))
+        tints = {name: tuple(factor) for name, factor in zip(MATERIAL_NAMES, factors.tolist(), strict=True)}
+        setting.palette = Palette(tints, brightness)
+        return {"brightness": brightness, "tints": tints}

@@ -1,4 +1,4 @@
-"""Terms of the reward."""
+"""Terms of the reward, and the weights of the usual ones."""
 
 from __future__ import annotations
 
@@ -159,3 +159,33 @@ def checked_terms(terms: tuple[RewardTerm, ...]) -> tuple[RewardTerm, ...]:
         if not is_finite(term.weight):
             raise OptionError(f"weight of reward term {term.name!r} is {term.weight!r}, expected a finite number")
     return terms
+
+
+@dataclass(frozen=True)
+class RewardWeights:
+    """Weight of each term of the usual reward.
+
+    Attributes:
+        progress: per meter by which the shortest path to the goal became shorter.
+        success: once, when the goal is reached.
+        collision: per action during which the robot touched something.
+        time: per action.
+    """
+
+    progress: float = 1.0
+    success: float = 10.0
+    collision: float = -0.1
+    time: float = -0.01
+
+    def terms(self, method: Method = "grid") -> tuple[RewardTerm, ...]:
+        """Return the terms.
+
+        Args:
+            method: how progress measures the way to the goal.
+        """
+        return (
+            ProgressTerm(self.progress, method),
+            SuccessTerm(self.success),
+            CollisionTerm(self.collision),
+            TimeTerm(self.time),
+        )

@@ -18,15 +18,12 @@ from numpy.typing import NDArray
 from labgym.counts import MAX_PROCESSES, whole_number
 from labgym.envs.parts.rays import DepthSensor, LidarSensor
 from labgym.envs.planar.body import Body
-from labgym.envs.planar.chunks import Chunks, chunks_of
-from labgym.envs.planar.compiled import carray, compiled, entry, pointer
+from labgym.envs.planar.compiled import carray, compiled, entry, floats, integers, pointer, points, row_of
 from labgym.envs.planar.contacts import Work, buffers
-from labgym.envs.planar.depth import draw, lens_of
-from labgym.envs.planar.lidar import Beams, scan
+from labgym.envs.planar.depth import Chunks, chunks_of, draw, lens_of
 from labgym.envs.planar.plan import Cells, Outlines
 from labgym.envs.planar.routes import CompiledDistanceToGo, RouteLengths
-from labgym.envs.planar.rows import floats, integers, points, row_of
-from labgym.envs.planar.scene import Boxes, beams, clearance_at, scene_of, walls_at
+from labgym.envs.planar.scene import Beams, Boxes, beams, clearance_at, scan, scene_of, walls_at
 from labgym.envs.planar.simulation import CHECK_INTERVAL, control_step
 from labgym.envs.robot import ROBOT
 from labgym.envs.simulation import Pose
@@ -45,7 +42,7 @@ class Robots(NamedTuple):
     """The robots, and what the latest control step gave.
 
     Attributes:
-        states: (n, 6), as in `labgym.envs.planar.motion`.
+        states: (n, 6), as in `labgym.envs.planar.simulation`.
         targets: (n, 2) target velocities, m/s and rad/s.
         scenes: (n, 2 ARRAYS + 2) address and size of each array of a robot's scene; rows and columns of its field.
         fields: (n, 3) origin and resolution of the field of distances, meters.

@@ -7,9 +7,13 @@ from __future__ import annotations
 
 import hashlib
 import os
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from labgym.errors import MissingDependencyError
 
@@ -71,3 +75,33 @@ def _folder() -> Path:
     for path in (*sorted(folder.glob("*.py")), *others):
         digest.update(path.name.encode() + b"\0" + path.read_bytes())
     return Path(base) / "labgym" / f"planar-{digest.hexdigest()[:16]}"
+
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+def row_of(arrays: Sequence[NDArray[Any]]) -> list[int]:
+    """Return the address and the size of each array. Who uses the row keeps the arrays alive."""
+    return [number for array in arrays for number in (array.ctypes.data, array.size)]
+
+
+@compiled
+def floats(row: Index, place: int) -> Array:
+    """Return array number `place` of a row, (n,)."""
+    array: Array = carray(pointer(row[2 * place]), (row[2 * place + 1],), np.float64)
+    return array
+
+
+@compiled
+def points(row: Index, place: int) -> Array:
+    """Return array number `place` of a row, (n, 2)."""
+    array: Array = carray(pointer(row[2 * place]), (row[2 * place + 1] // 2, 2), np.float64)
+    return array
+
+
+@compiled
+def integers(row: Index, place: int) -> Index:
+    """Return array number `place` of a row, (n,)."""
+    array: Index = carray(pointer(row[2 * place]), (row[2 * place + 1],), np.int64)
+    return array

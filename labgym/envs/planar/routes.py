@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.envs.distance_to_go import DistanceToGo, ExactDistanceToGo
-from labgym.envs.planar.compiled import compiled, entry
+from labgym.envs.planar.compiled import compiled, entry, floats, integers, points, row_of
 from labgym.envs.planar.ground import Ground, Routes, ground_of, routes_of
-from labgym.envs.planar.rows import floats, integers, points, row_of
 from labgym.envs.world import World
 
 Array = NDArray[np.float64]

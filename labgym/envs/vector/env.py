@@ -56,7 +56,7 @@ class VectorPointNavEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any
 
         envs = gym.make_vec("labgym:LabPointNav-v0", num_envs=64, vectorization_mode="vector_entry_point")
 
-    makes one where all parts are supported (`labgym.envs.vector.choice`). Observations, rewards, ends of episodes and
+    makes one where all parts are supported (`labgym.envs.vector`). Observations, rewards, ends of episodes and
     infos equal those of single environments with the same arguments and seeds to the bit. Each environment draws its
     own layouts.
 

@@ -4,21 +4,24 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
 import cloudpickle
 import numpy as np
 from gymnasium import spaces
-from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 from gymnasium.vector.utils import batch_space, concatenate, create_empty_array
+from gymnasium.wrappers import TimeLimit
 from numpy.typing import NDArray
 
 from labgym.counts import MAX_PROCESSES, PROCESS_MB, check_memory, whole_number
+from labgym.envs.config import PointNavConfig
+from labgym.envs.point_nav import LabPointNavEnv
 from labgym.envs.presets import configured
 from labgym.envs.vector.arguments import check_running, environment_count, mode_of, seeds_of, split_mask
-from labgym.envs.vector.board import shared_board
-from labgym.envs.vector.worker import begin, call
+from labgym.envs.vector.board import Board, BoardAddress, shared_board
 from labgym.errors import LabgymError, OptionError
 from labgym.runs.local_pool import LocalPool, WorkerLostError
 
@@ -178,7 +181,7 @@ class ProcessPointNavEnv(VectorEnv[Any, Any, NDArray[Any]]):
     def _observations(self, answers: Sequence[tuple[Any, ...]]) -> Any:
         if self._board is not None:
             return self._board.read()
-        rows = [row for answer in answers for row in _rows(self.single_observation_space, answer[0])]
+        rows = [row for answer in answers for row in _each_row(self.single_observation_space, answer[0])]
         empty: Any = create_empty_array(self.single_observation_space, self.num_envs)
         return concatenate(self.single_observation_space, rows, empty)
 
@@ -227,7 +230,7 @@ def _share(actions: Any, first: int, last: int, count: int) -> Any:
     return array[first:last]
 
 
-def _rows(space: spaces.Space[Any], observations: Any) -> list[Any]:
+def _each_row(space: spaces.Space[Any], observations: Any) -> list[Any]:
     """Return the observation of each environment of a share."""
     from gymnasium.vector.utils import iterate
 
@@ -237,3 +240,89 @@ def _rows(space: spaces.Space[Any], observations: Any) -> list[Any]:
 def processors() -> int:
     """Return the number of processors that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+Infos = dict[str, Any]
+
+
+class Rows:
+    """Some environments of a vector environment.
+
+    Args:
+        config: of each environment. limit: steps after which an episode is truncated; None for no limit.
+        first, count: the first environment, and their number. total: number of environments in all processes.
+        address: where the observations are written; None to return them.
+    """
+
+    def __init__(
+        self,
+        config: PointNavConfig,
+        limit: int | None,
+        mode: AutoresetMode,
+        first: int,
+        count: int,
+        total: int,
+        address: BoardAddress | None,
+    ) -> None:
+        self._envs = SyncVectorEnv([partial(_single, config, limit)] * count, copy=False, autoreset_mode=mode)
+        self._first = first
+        self._latest: Any = None
+        self._board: Board | None = None
+        if address is not None:
+            self._board = address.open(self._envs.single_observation_space, total)
+            self._board.close()
+
+    def reset(self, seeds: list[int | None], options: Infos, mask: NDArray[np.bool_]) -> tuple[Any, Infos]:
+        """Begin the episodes that a mask chooses."""
+        if not mask.any():
+            return self._sent(self._latest), {}
+        chosen = options if mask.all() else {**options, "reset_mask": mask}
+        self._latest, infos = self._envs.reset(seed=seeds, options=chosen)
+        return self._sent(self._latest), infos
+
+    def step(self, actions: Any) -> tuple[Any, NDArray[Any], NDArray[Any], NDArray[Any], Infos]:
+        """Carry out an action in each environment."""
+        self._latest, *rest, infos = self._envs.step(actions)
+        rewards, terminated, truncated = rest
+        return self._sent(self._latest), rewards, terminated, truncated, infos
+
+    def render(self) -> tuple[Any, ...]:
+        """Return the picture of each environment."""
+        return tuple(self._envs.render() or ())
+
+    def _sent(self, observations: Any) -> Any:
+        """Write observations where the other process reads them, or return them."""
+        if self._board is None:
+            return observations
+        self._board.write(self._first, observations)
+        return None
+
+
+_rows: Rows | None = None
+"""The environments of this process, which serves one vector environment."""
+
+
+def begin(pickled: bytes, *arguments: Any) -> None:
+    """Make the environments of this process.
+
+    Args:
+        pickled: the configuration, by cloudpickle. arguments: the others of `Rows`.
+    """
+    global _rows
+    _rows = Rows(cloudpickle.loads(pickled), *arguments)
+
+
+def call(name: str, *arguments: Any) -> Any:
+    """Return the result of a method of the environments of this process.
+
+    Raises:
+        WorkerLostError: the process that had them was lost before the call, and this one replaced it.
+    """
+    if _rows is None:
+        raise WorkerLostError("its replacement has no environments")
+    return getattr(_rows, name)(*arguments)
+
+
+def _single(config: PointNavConfig, limit: int | None) -> Any:
+    env = LabPointNavEnv(config=config)
+    return env if limit is None else TimeLimit(env, limit)

@@ -9,7 +9,7 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
-from labgym.envs.vector.choice import vector_env
+from labgym.envs.vector import vector_env
 from labgym.errors import MissingDependencyError
 
 try:
@@ -28,7 +28,7 @@ class LabVecEnv(VecEnv):
 
     Args:
         num_envs: number of environments. max_episode_steps: steps after which an episode is truncated.
-        options: as of `labgym.envs.vector.choice.vector_env`.
+        options: as of `labgym.envs.vector.vector_env`.
     """
 
     def __init__(self, num_envs: int, max_episode_steps: int | None = 600, **options: Any) -> None:

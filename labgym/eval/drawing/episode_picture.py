@@ -14,8 +14,8 @@ from PIL import Image, ImageDraw
 from labgym.documents import write_bytes
 from labgym.envs.conditions.panes import FRAMED, FRAMELESS
 from labgym.envs.labnav.episodes import LabNavEpisode
+from labgym.envs.labnav.nuisances import people_at_start, prepared
 from labgym.envs.labnav.tasks import task_of
-from labgym.envs.labnav.worlds import people_at_start, prepared
 from labgym.envs.tasks import Task
 from labgym.errors import OptionError
 from labgym.eval.drawing import palette

@@ -9,11 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.envs.conditions.beaker_look import beaker_shape
+from labgym.envs.conditions.beaker import beaker_shape
 from labgym.envs.conditions.bodies import Body, BodyRays
-from labgym.envs.conditions.leg_payload import leg_payload_of
 from labgym.envs.conditions.panes import FRAMED, FRAMELESS
-from labgym.envs.conditions.payload import beaker_of
+from labgym.envs.conditions.payload import beaker_of, leg_payload_of
 from labgym.envs.parts.endings import REST_DISTANCE
 from labgym.envs.robot_mesh import robot_mesh
 from labgym.envs.state import Pose

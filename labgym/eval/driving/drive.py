@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.envs import LabPointNavEnv
-from labgym.envs.labnav.terms import spl
+from labgym.envs.labnav.task import spl
 from labgym.envs.robot import ROBOT
 from labgym.eval.driving.assignments import Assignment, assignment_between, assignments
 from labgym.eval.driving.episode_row import EpisodeRow, Pose

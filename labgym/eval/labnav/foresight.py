@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.envs.conditions.walking import Walking
+from labgym.envs.parts.actions import SlippingActions
 from labgym.envs.parts.protocols import Actions
-from labgym.envs.parts.slipping import SlippingActions
 from labgym.envs.state import Pose, State
 from labgym.errors import OptionError
 from labgym.eval.labnav.row import Track

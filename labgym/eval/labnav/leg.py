@@ -11,11 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.envs.conditions.leg_payload import carried
-from labgym.envs.labnav.task import PERSON_NEAR, LabNavTask
-from labgym.envs.labnav.terms import docking_error
-from labgym.envs.parts.announced import announced_goal
+from labgym.envs.conditions.payload import carried
+from labgym.envs.labnav.task import PERSON_NEAR, LabNavTask, docking_error
 from labgym.envs.parts.endings import nearest_person
+from labgym.envs.parts.odometry import announced_goal
 from labgym.envs.parts.protocols import Ending
 from labgym.envs.point_nav import LabPointNavEnv
 from labgym.envs.state import Pose, State

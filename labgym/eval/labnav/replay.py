@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from labgym.envs.conditions.bodies import Body
-from labgym.envs.conditions.leg_payload import carried
+from labgym.envs.conditions.payload import carried
 from labgym.envs.labnav.episodes import LabNavEpisode, LabNavEpisodes
 from labgym.envs.robot import ROBOT
 from labgym.envs.state import Pose, State

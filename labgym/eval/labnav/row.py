@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, StrictBool
 
 from labgym.documents import Record
-from labgym.envs.conditions.leg_payload import MOST_LEGS
+from labgym.envs.conditions.payload import MOST_LEGS
 from labgym.envs.labnav.tasks import TaskName
 from labgym.eval.driving.episode_row import Count, Length, Pose, Share
 from labgym.eval.labnav.rules import Ending

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from labgym.envs.conditions.leg_payload import carried
+from labgym.envs.conditions.payload import carried
 from labgym.envs.labnav.episodes import LabNavEpisode
 from labgym.envs.labnav.task import LabNavTask
 from labgym.envs.parts.endings import LimitEnding, TouchedEnding

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from labgym.documents import Record
-from labgym.envs.conditions.leg_payload import MOST_LEGS
+from labgym.envs.conditions.payload import MOST_LEGS
 from labgym.envs.robot import ROBOT
 from labgym.envs.tasks import Task
 from labgym.eval.driving.drive import Route

@@ -11,8 +11,8 @@ from pydantic import Field
 
 from labgym.documents import Document, Record
 from labgym.envs.labnav.necks import RADII
+from labgym.envs.labnav.task import PRECISE
 from labgym.envs.labnav.tasks import TaskName, task_of
-from labgym.envs.labnav.terms import PRECISE
 from labgym.eval.driving.intervals import Estimate, bounded_mean
 from labgym.eval.labnav.figure import arithmetic, figure, mean_score, nines
 from labgym.eval.labnav.row import LabNavRow, Track

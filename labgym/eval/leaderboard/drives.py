@@ -8,7 +8,7 @@ from pathlib import Path
 
 from labgym.artefacts import artefacts
 from labgym.documents import write_bytes
-from labgym.envs.labnav.worlds import prepared
+from labgym.envs.labnav.nuisances import prepared
 from labgym.eval.driving.files import read_lines, record_line
 from labgym.eval.labnav.evaluation import LabNavEvaluation
 from labgym.eval.labnav.row import LabNavRow

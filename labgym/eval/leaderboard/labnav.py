@@ -10,8 +10,8 @@ from pydantic import Field
 
 from labgym.artefacts import artefacts
 from labgym.documents import Document, Record
-from labgym.envs.conditions.leg_payload import MOST_LEGS
-from labgym.envs.labnav.terms import leg_score
+from labgym.envs.conditions.payload import MOST_LEGS
+from labgym.envs.labnav.task import leg_score
 from labgym.errors import DocumentError, OptionError
 from labgym.eval.driving.episode_row import Length, Share
 from labgym.eval.driving.evaluation import sessions_of

@@ -13,13 +13,12 @@ from labgym.envs.assembly import without
 from labgym.envs.conditions.cast import RADIUS as PERSON_RADIUS
 from labgym.envs.conditions.cast import cast_of
 from labgym.envs.conditions.change_list import Added, changes_of, masses
-from labgym.envs.conditions.leg_payload import leg_payload_of
-from labgym.envs.conditions.payload import beaker_of
+from labgym.envs.conditions.payload import beaker_of, leg_payload_of
 from labgym.envs.conditions.walking import BESIDE, CLOSE
 from labgym.envs.labnav.episodes import LabNavEpisode, LabNavEpisodes, straight
+from labgym.envs.labnav.nuisances import prepared
+from labgym.envs.labnav.task import docking_error
 from labgym.envs.labnav.tasks import condition_names, task_of
-from labgym.envs.labnav.terms import docking_error
-from labgym.envs.labnav.worlds import prepared
 from labgym.envs.parts.endings import PERSON
 from labgym.envs.robot import ROBOT
 from labgym.envs.tasks import Task

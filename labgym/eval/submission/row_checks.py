@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from labgym.envs.labnav.terms import spl
+from labgym.envs.labnav.task import spl
 from labgym.envs.world import World
 from labgym.eval.driving.assignments import Assignment
 from labgym.eval.driving.episode_row import EpisodeRow

@@ -12,8 +12,8 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from labgym.envs.labnav.task import leg_score
 from labgym.envs.labnav.tasks import HEADLINE
-from labgym.envs.labnav.terms import leg_score
 from labgym.envs.state import State
 from labgym.eval.labnav.drive import drive_floor
 from labgym.eval.labnav.row import LabNavRow

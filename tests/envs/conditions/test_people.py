@@ -21,15 +21,14 @@ from shapely.geometry import Point, Polygon
 from shapely.ops import unary_union
 
 import labgym  # noqa: F401 -- registers the ids
-from labgym.envs.conditions.cast import RADIUS, cast_of
-from labgym.envs.conditions.casting import free_floor
+from labgym.envs.conditions.cast import RADIUS, cast_of, free_floor
 from labgym.envs.conditions.crowd import Crowd
 from labgym.envs.conditions.figures import LEG_APART, figure
 from labgym.envs.conditions.intentions import STOP
 from labgym.envs.conditions.orca import Disc
 from labgym.envs.conditions.people import People
 from labgym.envs.conditions.social_force import SocialForce
-from labgym.envs.drawn_bodies import add_shapes, place_bodies
+from labgym.envs.view import add_shapes, place_bodies
 from labgym.envs.world import world_of
 from labgym.errors import LabgymError, OptionError
 from labgym.eval.drawing.film import film

@@ -14,8 +14,7 @@ from laboratories import island_laboratory, put
 from shapely import Polygon
 
 import labgym  # noqa: F401 -- registers the ids
-from labgym.envs.conditions.station import Station
-from labgym.envs.conditions.station_move import station_of
+from labgym.envs.conditions.station import Station, station_of
 from labgym.envs.tasks import Task
 from labgym.errors import OptionError
 from labgym.geometry import wrap_angle

@@ -11,10 +11,10 @@ from labgym.envs.labnav.nuisances import (
     NUISANCES,
     episode_without,
     nuisances_of,
+    prepared,
     properties_without,
 )
 from labgym.envs.labnav.tasks import TASKS, config_of
-from labgym.envs.labnav.worlds import prepared
 from labgym.envs.parts.odometry import OdometrySensor
 from labgym.envs.point_nav import LabPointNavEnv
 from labgym.errors import UnknownNameError

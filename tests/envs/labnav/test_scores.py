@@ -9,13 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from labgym.envs.labnav.task import LegResult, Result
+from labgym.envs.labnav.task import LegResult, Result, timed
 from labgym.envs.labnav.tasks import FIGURE_TASKS, TASKS, task_of
 from labgym.envs.labnav.tasks.carry import carry
 from labgym.envs.labnav.tasks.dock import dock
 from labgym.envs.labnav.tasks.moved import effort, moved
 from labgym.envs.labnav.tasks.people import people
-from labgym.envs.labnav.terms import timed
 from labgym.envs.presets import labnav_id
 from labgym.envs.robot import ROBOT
 

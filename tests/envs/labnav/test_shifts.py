@@ -13,10 +13,9 @@ from laboratories import island_laboratory
 import labgym  # noqa: F401 -- registers the ids
 from labgym.documents import canonical_hash
 from labgym.envs.conditions.changes import Changes
-from labgym.envs.conditions.leg_payload import LegPayload, leg_payload_of
-from labgym.envs.labnav.drawing import draw_floor
+from labgym.envs.conditions.payload import LegPayload, leg_payload_of
+from labgym.envs.labnav.drawing import ShiftDrawer, draw_floor
 from labgym.envs.labnav.episodes import LabNavEpisode, LabNavEpisodes, published_episodes
-from labgym.envs.labnav.shifts import ShiftDrawer
 from labgym.envs.world import world_of
 from labgym.errors import LabgymError, OptionError
 from labgym.layouts import load_published

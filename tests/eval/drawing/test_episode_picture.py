@@ -11,8 +11,8 @@ from PIL import Image
 
 from labgym.cli import main
 from labgym.envs.labnav.episodes import EpisodeTasks
+from labgym.envs.labnav.nuisances import drawn_episode, people_at_start, prepared
 from labgym.envs.labnav.tasks import TASKS, config_of
-from labgym.envs.labnav.worlds import drawn_episode, people_at_start, prepared
 from labgym.envs.point_nav import LabPointNavEnv
 from labgym.envs.robot_mesh import robot_mesh
 from labgym.errors import OptionError, UnknownNameError

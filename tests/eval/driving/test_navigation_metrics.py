@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 from episode_rows import row
 
-from labgym.envs.labnav.terms import spl
+from labgym.envs.labnav.task import spl
 from labgym.eval.driving.navigation_metrics import (
     METRICS,
     contacts_per_meter,

@@ -7,9 +7,8 @@ from collections.abc import Iterator
 import pytest
 
 from labgym.envs.labnav.drawing import draw_suite
-from labgym.envs.labnav.task import TASKS, LabNavTask, Level, register
+from labgym.envs.labnav.task import TASKS, LabNavTask, Level, register, spl
 from labgym.envs.labnav.tasks import FIGURE_TASKS, task_of
-from labgym.envs.labnav.terms import spl
 from labgym.errors import LabgymError, UnknownNameError
 from labgym.eval.labnav.runner import evaluate_labnav
 from labgym.eval.labnav.suites import LabNavSuite

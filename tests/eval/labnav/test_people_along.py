@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from labgym.envs.labnav.drawing import draw_suite
-from labgym.envs.labnav.worlds import prepared
+from labgym.envs.labnav.nuisances import prepared
 from labgym.envs.robot import ROBOT
 from labgym.eval.drawing.episode_plan import people_of
 from labgym.eval.labnav.people_along import people_along, velocities_of

@@ -7,13 +7,11 @@ import json
 import pytest
 from pydantic import ValidationError
 
-from labgym.envs.labnav.drawing import draw_floor
+from labgym.envs.drive_source import LabNavTasks
+from labgym.envs.labnav.drawing import draw_floor, drawer_of
 from labgym.envs.labnav.episodes import LabNavEpisodes, published_episodes
-from labgym.envs.labnav.nuisances import episode_without, nuisances_of, properties_without
-from labgym.envs.labnav.shifts import drawer_of
-from labgym.envs.labnav.source import LabNavTasks
+from labgym.envs.labnav.nuisances import drawn_episode, episode_without, nuisances_of, prepared, properties_without
 from labgym.envs.labnav.tasks import condition_names, config_of, task_of
-from labgym.envs.labnav.worlds import drawn_episode, prepared
 from labgym.errors import DocumentError, UnknownNameError
 from labgym.eval.driving.episode_row import EpisodeRow
 from labgym.eval.labnav.drive import drive_floor

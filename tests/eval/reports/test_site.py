@@ -21,7 +21,7 @@ from labnav_folders import line_to_goal, write_folder
 from labgym.artefacts import artefacts
 from labgym.cli import main
 from labgym.envs.labnav.episodes import published_episodes
-from labgym.envs.labnav.worlds import prepared
+from labgym.envs.labnav.nuisances import prepared
 from labgym.errors import OptionError
 from labgym.eval.labnav.evaluation import LabNavEvaluation
 from labgym.eval.labnav.rules import Ending

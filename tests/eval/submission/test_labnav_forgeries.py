@@ -13,7 +13,7 @@ from scipy.signal import lsim, lti
 from shapely import LineString
 
 from labgym.envs.conditions.beaker import Beaker
-from labgym.envs.labnav.worlds import prepared
+from labgym.envs.labnav.nuisances import prepared
 from labgym.envs.world import world_of
 from labgym.eval.labnav.drive import drive_floor
 from labgym.eval.labnav.results import score_of

@@ -11,7 +11,7 @@ from laboratories import island_laboratory
 from labgym.cli import main
 from labgym.envs.labnav.drawing import draw_suite
 from labgym.envs.labnav.episodes import LabNavEpisode, LabNavEpisodes
-from labgym.envs.labnav.terms import timed
+from labgym.envs.labnav.task import timed
 from labgym.errors import UnknownNameError
 from labgym.eval.labnav.drive import drive_floor
 from labgym.eval.labnav.together import Entrant

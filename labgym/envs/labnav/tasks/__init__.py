@@ -11,8 +11,8 @@ from pydantic import AfterValidator, Field
 from labgym.counts import check_switch
 from labgym.envs.config import PointNavConfig
 from labgym.envs.labnav.task import TASKS, LabNavTask, Level
+from labgym.envs.parts.actions import SlippingActions
 from labgym.envs.parts.measures import EXTENDED
-from labgym.envs.parts.slipping import SlippingActions
 from labgym.errors import UnknownNameError
 
 __all__ = ["FIGURE_TASKS", "HEADLINE", "TASKS", "TaskName", "condition_names", "config_of", "task_of"]

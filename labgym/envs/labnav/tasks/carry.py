@@ -6,10 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from labgym.envs.conditions.payload import beaker_of
-from labgym.envs.labnav.properties import ScoreWeights
-from labgym.envs.labnav.task import LabNavTask, Level, Result, register
+from labgym.envs.labnav.task import LabNavTask, Level, Result, ScoreWeights, register, timed
 from labgym.envs.labnav.tasks.people import condition as people
-from labgym.envs.labnav.terms import timed
 
 
 def carry(success: bool, shortest: float, time: float, rise: float, freeboard: float) -> float:

@@ -6,8 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from labgym.envs.labnav.task import LabNavTask, Level, Result, register
-from labgym.envs.labnav.terms import docking_error
+from labgym.envs.labnav.task import LabNavTask, Level, Result, docking_error, register
 
 MOUNTING = (0.02, 1.5)
 """Errors of the places of the sensors, drawn for each episode: meters and degrees."""

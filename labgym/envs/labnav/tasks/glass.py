@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from labgym.envs.labnav.task import LabNavTask, Level, Result, register
-from labgym.envs.labnav.terms import spl
+from labgym.envs.labnav.task import LabNavTask, Level, Result, register, spl
 
 
 def score(result: Result, outcomes: Mapping[str, Any], conditions: Mapping[str, Any]) -> float:  # noqa: ARG001

@@ -6,8 +6,7 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from labgym.envs.labnav.task import LabNavTask, Level, Result, register
-from labgym.envs.labnav.terms import spl
+from labgym.envs.labnav.task import LabNavTask, Level, Result, register, spl
 from labgym.envs.robot import ROBOT
 
 

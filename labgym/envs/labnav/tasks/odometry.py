@@ -6,8 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from labgym.envs.labnav.task import LabNavTask, Level, Result, register
-from labgym.envs.labnav.terms import spl
+from labgym.envs.labnav.task import LabNavTask, Level, Result, register, spl
 from labgym.envs.parts.actuation import LOCOBOT
 
 NOISE: dict[str, Any] = {"lidar": 0.03, "color": 25.5, "redwood": True}

@@ -6,9 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from labgym.envs.labnav.properties import ScoreWeights
-from labgym.envs.labnav.task import LabNavTask, Level, Result, register
-from labgym.envs.labnav.terms import ideal_time
+from labgym.envs.labnav.task import LabNavTask, Level, Result, ScoreWeights, ideal_time, register
 
 WEIGHTS = (0.4, 0.3, 0.3)
 """Of success, time and distance from people."""

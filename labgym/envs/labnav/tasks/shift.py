@@ -7,10 +7,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from labgym.envs.labnav.properties import ScoreWeights
-from labgym.envs.labnav.task import LabNavTask, Level, Result, register
+from labgym.envs.labnav.task import LabNavTask, Level, Result, ScoreWeights, leg_score, register
 from labgym.envs.labnav.tasks import moved, odometry, people
-from labgym.envs.labnav.terms import leg_score
 
 
 def score(result: Result, outcomes: Mapping[str, Any], conditions: Mapping[str, Any]) -> float:  # noqa: ARG001

@@ -12,8 +12,8 @@ from urllib.parse import quote
 import numpy as np
 
 from labgym.envs.labnav.episodes import LabNavEpisode, LabNavEpisodes
+from labgym.envs.labnav.nuisances import prepared
 from labgym.envs.labnav.tasks import task_of
-from labgym.envs.labnav.worlds import prepared
 from labgym.envs.tasks import Task
 from labgym.errors import LabgymError
 from labgym.eval.labnav.shown_drive import ShownDrive

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from labgym.envs.labnav.terms import DOCK_HEADING, DOCK_POSITION
+from labgym.envs.labnav.task import DOCK_HEADING, DOCK_POSITION
 from labgym.envs.parts.endings import StuckEnding
 from labgym.eval.labnav.rules import WAITED, Ending
 from labgym.eval.labnav.suites import FIRST
