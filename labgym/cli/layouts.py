@@ -25,13 +25,13 @@ from labgym.cli.outcome import DONE, FAILED, written
 from labgym.cli.saving import Overwrite, layout_path, refuse_other_content, save
 from labgym.errors import InfeasibleError, OptionError, SearchLimitWarning, UnrepairedError, UnrepairedWarning
 from labgym.layouts import Floor, Room
-from labgym.layouts.failures import FAILURES, summary
 from labgym.layouts.generate import ADDED
 from labgym.layouts.method import Method
+from labgym.layouts.phases import FAILURES, summary
 from labgym.layouts.trace import Recorder
 
 if TYPE_CHECKING:
-    from labgym.layouts.holdings import Holdings
+    from labgym.layouts.request import Holdings
     from labgym.layouts.rules import RuleSet
 
 
@@ -239,7 +239,7 @@ def _print_notes(options: dict[str, Any]) -> None:
 def _holdings(have: Path | None, only_have: bool, extra: bool) -> Holdings | None:
     """Return what the options say about what exists."""
     from labgym.exchange.inventory import read_inventory
-    from labgym.layouts.holdings import Holdings
+    from labgym.layouts.request import Holdings
 
     if have is None:
         return None

@@ -47,7 +47,7 @@ def repair(
     """
     from labgym import protocols
     from labgym.envs.tasks import resolve_layout
-    from labgym.layouts.adjusters import make_adjuster
+    from labgym.layouts.method import make_adjuster
     from labgym.layouts.repairs import repair_layout
     from labgym.layouts.rules import rule_set
     from labgym.layouts.trace import Recorder

@@ -5,7 +5,7 @@ from labgym.layouts.generate import GENERATOR, generate, reasons
 from labgym.layouts.model import Layout
 from labgym.layouts.optimise import optimise
 from labgym.layouts.placement import Placement
-from labgym.layouts.provenance import Provenance
+from labgym.layouts.records import Provenance
 from labgym.layouts.refinement import refine
 from labgym.layouts.rooms import room_presets
 from labgym.layouts.splits import load_published, published, train_layout

@@ -11,7 +11,7 @@ from labgym.geometry import OrientedBox
 from labgym.layouts.brief import Brief
 from labgym.layouts.model import Layout
 from labgym.layouts.placement import FLOOR, Placement
-from labgym.layouts.provenance import Provenance
+from labgym.layouts.records import Provenance
 from labgym.layouts.request import Request
 
 

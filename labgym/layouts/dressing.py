@@ -18,8 +18,8 @@ from labgym.assets import Asset
 from labgym.geometry import BoxArray, OrientedBox, pairwise_distance
 from labgym.layouts.fitting import Accept, Keepouts, along_walls, on_floor, on_surface, on_wall, over_door
 from labgym.layouts.floor import Space
+from labgym.layouts.ground.wide_ways import Passages
 from labgym.layouts.model import Layout
-from labgym.layouts.passages import Passages
 from labgym.layouts.placement import FLOOR, WALL, Placement
 from labgym.layouts.request import Request
 from labgym.layouts.rules.objective import Assessment, evaluate_layout

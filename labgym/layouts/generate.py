@@ -17,23 +17,18 @@ from labgym.counts import MAX_SEED, whole_number
 from labgym.effects import refuse_idle
 from labgym.errors import OptionError, SearchLimitWarning, UnrepairedError, UnrepairedWarning
 from labgym.layouts.adjust import Adjuster
-from labgym.layouts.adjusters import RULES
 from labgym.layouts.clutter import add_clutter, check_level
-from labgym.layouts.combination import combination
 from labgym.layouts.dressing import dress as dressed
-from labgym.layouts.failures import FAILURES, failures, summary
 from labgym.layouts.floor import Floor, Room
-from labgym.layouts.floor.closed_doors import closed_doors
+from labgym.layouts.floor.changes import closed_doors
 from labgym.layouts.habits import Habits
-from labgym.layouts.holdings import Holdings
 from labgym.layouts.interiors import FloorProposer
-from labgym.layouts.method import DEFAULT, Dressing, Method, OnFailure
+from labgym.layouts.method import DEFAULT, RULES, SOLVER, Dressing, Method, OnFailure, Proposer
 from labgym.layouts.model import Layout
-from labgym.layouts.phases import improved, repaired
+from labgym.layouts.phases import FAILURES, failures, improved, repaired, summary
 from labgym.layouts.placement import FLOOR, WALL, Placement
-from labgym.layouts.proposers import SOLVER, Proposer
-from labgym.layouts.provenance import Provenance
-from labgym.layouts.request import Request
+from labgym.layouts.records import Provenance
+from labgym.layouts.request import Holdings, Request, combination
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.rule_sets import TOUCHSTONE, RuleSet, rule_set
 from labgym.layouts.rules.thresholds import Profile
@@ -86,7 +81,7 @@ def generate(
         seed: 0 to 2^53 - 1, the integers that JSON represents exactly.
         room: a room, a preset, a size such as "12x9", a room file, or None for the preset "bay" (8 x 8 m, two doors).
         profile: thresholds to satisfy; by default those of the rule set.
-        proposer: makes the first layout: a name of `labgym.layouts.proposers`, or an object; by default "solver".
+        proposer: makes the first layout: a name of `labgym.layouts.method`, or an object; by default "solver".
         catalog: source of every asset; `Catalog.load()` by default.
         fixed: floor and wall objects that stay where they are, such as a sink or a pillar. One of an asset that the
             laboratory needs takes that role; the others are obstacles.
@@ -97,7 +92,7 @@ def generate(
             objects are the same at every level.
         optimise: whether to repair and adjust the proposal (without it, the refinement repairs nothing either).
         refine: whether to refine the layout for navigation; without it the optimization clears no ways either.
-        adjuster: makes the adjustments: a name of `labgym.layouts.adjusters`, or an object; by default "rules".
+        adjuster: makes the adjustments: a name of `labgym.layouts.method`, or an object; by default "rules".
         dress: whether to add accessories and safety equipment: only to what the solver proposes, "always" or "never".
         on_failure: what to do with a layout that still violates rules or lacks required assets: "raise" an error, or
             "keep" it, with its failures in `provenance.options["failures"]`.

@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 
 from labgym.assets import Asset
 from labgym.layouts.brief import LEVELS, Furnishing, Unit
-from labgym.layouts.cabinets import Cabinet
 from labgym.layouts.placement import FLOOR
 from labgym.layouts.request import Request
 from labgym.layouts.roles import takes_role, with_role
 from labgym.layouts.rules.thresholds import SHOWER_RADIUS
+from labgym.layouts.stocking import Cabinet
 
 GOAL_FRONT = 1.0
 """Free depth in front of a location: the stand-off of 0.60 m, the robot's 0.30 m, and two cells of the grid."""

@@ -12,7 +12,7 @@ from labgym.cli import main
 from labgym.errors import DocumentError, UnrepairedError
 from labgym.exchange.dxf.reading import read_dxf, read_furniture
 from labgym.layouts import generate
-from labgym.layouts.floor.closed_doors import walls_with
+from labgym.layouts.floor.changes import walls_with
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.protocols import protocols
 

@@ -15,9 +15,8 @@ from labgym.errors import OptionError, UnknownNameError, UnrepairedError, Unrepa
 from labgym.layouts import Layout, generate
 from labgym.layouts.batch import generate_batch, read_rows
 from labgym.layouts.generate import resolve_request
-from labgym.layouts.method import Method
+from labgym.layouts.method import PROPOSERS, Method, make_proposer, proposer_names
 from labgym.layouts.moves import Move, apply
-from labgym.layouts.proposers import PROPOSERS, make_proposer, proposer_names
 from labgym.layouts.refinement import refine_assessed
 from labgym.layouts.rules import rule_set
 from labgym.layouts.rules.objective import evaluate_layout

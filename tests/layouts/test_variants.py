@@ -14,8 +14,7 @@ from labgym.layouts import generate
 from labgym.layouts.clutter import add_clutter
 from labgym.layouts.floors import draw_floor
 from labgym.layouts.generate import generate_assessed, resolve_request
-from labgym.layouts.style import Style
-from labgym.layouts.variants import draw_variants
+from labgym.layouts.style import Style, draw_variants
 from labgym.protocols import protocols
 
 CATALOG = Catalog.load()

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from labgym.layouts.floor import Column, Floor
-from labgym.layouts.floor.exits import NFPA_45
+from labgym.layouts.floor.fields import NFPA_45
 from labgym.layouts.floors.fittings import draw_finishes, draw_services, draw_windows, panel_area
 from labgym.layouts.floors.openings import Openings
 from labgym.layouts.floors.plots import Plot, space_of

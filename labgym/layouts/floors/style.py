@@ -9,7 +9,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from labgym.errors import OptionError
-from labgym.layouts.floor.exits import HOOD_DOOR_LEAST
+from labgym.layouts.floor.fields import HOOD_DOOR_LEAST
 from labgym.layouts.floors.openings import Openings
 from labgym.layouts.floors.plots import Plot
 from labgym.layouts.floors.ranges import BuildingRanges, uniform

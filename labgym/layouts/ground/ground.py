@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -109,6 +110,12 @@ class Ground:
     def to_ground(self, box: OrientedBox) -> OrientedBox:
         """Return a box of the floor's frame in the ground's."""
         return _moved(box, self.frame)
+
+
+@lru_cache(maxsize=16)
+def grounds(floor: Floor) -> tuple[Ground, ...]:
+    """Return the grounds of a floor's spaces."""
+    return tuple(Ground.of(floor, space) for space in floor.spaces)
 
 
 def _local(wall: Wall, frame: Pose) -> LocalWall:

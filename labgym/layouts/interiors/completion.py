@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from labgym.layouts.brief import Unit
-from labgym.layouts.briefing import nearness_of
 from labgym.layouts.habits import Habits, RoomHabit
+from labgym.layouts.interiors.distances import nearness_of
 from labgym.layouts.interiors.emergency import add_emergency_equipment
 from labgym.layouts.interiors.filling import Names, add_piece, add_pieces, fill, is_equipped
 from labgym.layouts.interiors.interior import Interior

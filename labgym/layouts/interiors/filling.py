@@ -19,8 +19,7 @@ from labgym.layouts.interiors.standing import ASIDE, WALL_GAP
 from labgym.layouts.interiors.supply import Options, preferred, supplied
 from labgym.layouts.rules.facility.showers import SHOWER_WALK
 from labgym.layouts.rules.supplies import supplies_of
-from labgym.layouts.style import Style
-from labgym.layouts.variants import Furniture
+from labgym.layouts.style import Furniture, Style
 
 MISSES = 5
 """Number of pieces in a row that find no place before a wall counts as full, and of blocks for the open floor."""

@@ -9,7 +9,7 @@ from labgym.geometry import OrientedBox
 from labgym.layouts.brief import Unit
 from labgym.layouts.ground import Ground
 from labgym.layouts.ground.wide_ways import WideWays
-from labgym.layouts.interiors.dryness import dry_distances
+from labgym.layouts.interiors.distances import dry_distances
 from labgym.layouts.interiors.lattice import Lattice
 from labgym.layouts.interiors.siting import DOOR_STEPS, aloof_options, options_on
 from labgym.layouts.interiors.standing import Standing, strips

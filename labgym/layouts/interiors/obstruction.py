@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from labgym.geometry import OrientedBox
 from labgym.layouts.brief import Unit
-from labgym.layouts.floor.exits import HOOD_DOOR_LEAST
+from labgym.layouts.floor.fields import HOOD_DOOR_LEAST
 from labgym.layouts.ground import Ground
 from labgym.layouts.interiors.standing import Standing
 from labgym.layouts.interiors.supply import required

@@ -14,6 +14,7 @@ from labgym.errors import InfeasibleError
 from labgym.layouts.assembly import Plan, Pose
 from labgym.layouts.brief import Brief, Unit
 from labgym.layouts.equipping import equipped
+from labgym.layouts.ground import grounds as grounds_of
 from labgym.layouts.interiors.completion import complete
 from labgym.layouts.interiors.interior import Interior
 from labgym.layouts.interiors.needs import EXTRA_HOODS, Needs, needs_of, relaxed
@@ -24,7 +25,6 @@ from labgym.layouts.model import Layout
 from labgym.layouts.placement import WALL
 from labgym.layouts.request import Request
 from labgym.layouts.rooms import room_presets
-from labgym.layouts.surroundings import grounds as grounds_of
 
 DISTRIBUTIONS = 4
 """Number of distributions over the spaces that are tried."""

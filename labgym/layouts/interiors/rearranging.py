@@ -9,7 +9,7 @@ import numpy as np
 
 from labgym.geometry import BoxArray, OrientedBox
 from labgym.layouts.brief import Unit
-from labgym.layouts.ground import Ground, Segment
+from labgym.layouts.ground import Ground, Segment, grounds
 from labgym.layouts.interiors.program import Option, Stand, plan_walls
 from labgym.layouts.interiors.siting import Places, all_places
 from labgym.layouts.interiors.standing import Standing
@@ -22,7 +22,6 @@ from labgym.layouts.rules.building import building_of
 from labgym.layouts.rules.supplies import supplies_of
 from labgym.layouts.rules.thresholds import MOVABLE, ONE_SIDED
 from labgym.layouts.rules.zones import INTRUSION
-from labgym.layouts.surroundings import grounds
 
 TURN = 0.5
 """Cost of turning a piece around, as a distance, meters."""

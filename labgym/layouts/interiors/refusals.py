@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 
 from labgym.errors import InfeasibleError, SearchLimitError
 from labgym.layouts.brief import Content, Unit
-from labgym.layouts.cabinets import plan_cabinets
 from labgym.layouts.ground import Ground
 from labgym.layouts.interiors.distribution import wall_length
 from labgym.layouts.interiors.fixed_pieces import fixed_pieces
@@ -22,6 +21,7 @@ from labgym.layouts.rules import facility
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.layouts.rules.site import Site
+from labgym.layouts.stocking import plan_cabinets
 
 
 def check_floor(request: Request, grounds: Sequence[Ground]) -> None:

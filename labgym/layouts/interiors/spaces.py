@@ -8,11 +8,9 @@ import numpy as np
 
 from labgym.geometry import OrientedBox
 from labgym.layouts.brief import Separation
-from labgym.layouts.briefing import nearness_of
 from labgym.layouts.ground import Ground
-from labgym.layouts.interiors.distances import neighborhoods
+from labgym.layouts.interiors.distances import dry_separations, nearness_of, neighborhoods
 from labgym.layouts.interiors.distribution import distribute
-from labgym.layouts.interiors.dryness import dry_separations
 from labgym.layouts.interiors.filling import Names
 from labgym.layouts.interiors.fixed_pieces import fixed_pieces
 from labgym.layouts.interiors.furnisher import ATTEMPTS, Demands, Outcome, furnish

@@ -6,7 +6,6 @@ from dataclasses import dataclass, field, replace
 
 from labgym.assets import Asset
 from labgym.layouts.adjust import Adjuster, RuleAdjuster
-from labgym.layouts.combination import combination
 from labgym.layouts.model import Layout
 from labgym.layouts.moves import may_move
 from labgym.layouts.optimise import optimise_assessed
@@ -26,6 +25,7 @@ from labgym.layouts.repairs.resettling import lying, resettled
 from labgym.layouts.repairs.safeguards import broken_rules, safeguarded
 from labgym.layouts.repairs.softening import softened, without_surplus
 from labgym.layouts.repairs.ways import widened
+from labgym.layouts.request import combination
 from labgym.layouts.rules.objective import Assessment
 from labgym.layouts.rules.rule_sets import TOUCHSTONE, RuleSet, rule_set
 from labgym.layouts.rules.storage import STORAGE_CLASSES

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from functools import cached_property, total_ordering
 
-from labgym.layouts.floor.exits import HOOD_DOOR_LEAST
+from labgym.layouts.floor.fields import HOOD_DOOR_LEAST
 from labgym.layouts.model import Layout
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.egress import MARGIN, blocked_places, narrow_exits

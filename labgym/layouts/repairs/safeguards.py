@@ -10,9 +10,9 @@ from itertools import chain, islice
 from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
 from labgym.layouts.adjust import swaps
 from labgym.layouts.fitting import Keepouts, on_wall
+from labgym.layouts.ground.wide_ways import Passages
 from labgym.layouts.model import Layout
 from labgym.layouts.moves import apply, may_move, replaced
-from labgym.layouts.passages import Passages
 from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.repairs.berths import berths
 from labgym.layouts.repairs.rank import State

@@ -11,7 +11,7 @@ from labgym.errors import LabgymError
 from labgym.layouts.floor import Identifier
 from labgym.layouts.model import Layout
 from labgym.layouts.placement import Placement
-from labgym.layouts.zone import Assignments, Zones
+from labgym.layouts.records import Assignments, Zones
 
 MOST_PLACEMENTS = 2000
 
