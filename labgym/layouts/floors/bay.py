@@ -1,4 +1,4 @@
-"""Bays: one rectangular laboratory of any size, with one to three doors on any walls."""
+"""Bays and ells: one rectangular or L-shaped laboratory of any size."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from typing import Annotated
 import numpy as np
 
 from labgym.layouts.floors.building import SECOND_EXIT_AREA, FloorDraw, Shell, door_widths, finished
-from labgym.layouts.floors.openings import Openings, add_exits
-from labgym.layouts.floors.plots import Plot, rectangle
-from labgym.layouts.floors.ranges import KINDS, BuildingRanges, Limits, integer, logarithmic
+from labgym.layouts.floors.openings import Openings, UnsuitableError, add_exits
+from labgym.layouts.floors.plots import Plot, diagonal, posed, rectangle
+from labgym.layouts.floors.ranges import KINDS, BuildingRanges, Limits, integer, logarithmic, uniform
 from labgym.layouts.floors.sides import sides_of
 
 
@@ -38,3 +38,42 @@ def bay(generator: np.random.Generator, ranges: BayRanges) -> FloorDraw:
     walls = [range(len(openings.sides))] * count
     add_exits(openings, walls, widths, shell.door_height, math.hypot(width, depth) / 2.0, generator)
     return finished(openings, plots, shell, ranges, generator, {"width": width, "depth": depth, "doors": widths})
+
+
+@dataclass(frozen=True)
+class EllRanges(BuildingRanges):
+    """Ranges of ells."""
+
+    length: Annotated[Limits, "length of each of the two outer walls, m", "assumption"] = (7.0, 16.0)
+    leg: Annotated[Limits, "width of each leg, m", "JGJ 91: a bay of 6.6 m, at least half of one"] = (3.3, 8.0)
+    notch: Annotated[Limits, "sides of the missing corner, m", "assumption: less is an alcove"] = (2.0, 12.0)
+    floor_area: Annotated[Limits, "floor area, m²", "assumption: one laboratory unit"] = (40.0, 200.0)
+    exits: Annotated[
+        tuple[int, int], "number of exits; two at least above 46.5 m²", "NFPA 45: 46.5 m² for a class B laboratory"
+    ] = (1, 3)
+    islands: Annotated[tuple[str, ...], KINDS, "assumption"] = ("island", "double_island", "peninsula")
+
+
+def ell(generator: np.random.Generator, ranges: EllRanges) -> FloorDraw:
+    """Return an ell, turned and mirrored at random.
+
+    Raises:
+        UnsuitableError: the legs or the area are out of range.
+    """
+    shell = Shell.drawn(ranges, generator)
+    width, depth = uniform(generator, ranges.length), uniform(generator, ranges.length)
+    across, along = uniform(generator, ranges.leg), uniform(generator, ranges.leg)
+    notch = min(width - along, depth - across), max(width - along, depth - across)
+    outline = ((0.0, 0.0), (width, 0.0), (width, across), (along, across), (along, depth), (0.0, depth))
+    plots = posed((Plot("laboratory", "laboratory", outline),), generator)
+    if not ranges.notch[0] <= notch[0] <= notch[1] <= ranges.notch[1]:
+        raise UnsuitableError(f"the missing corner measures {notch[0]:.2f} x {notch[1]:.2f} m")
+    if not ranges.floor_area[0] <= plots[0].area <= ranges.floor_area[1]:
+        raise UnsuitableError(f"the floor has {plots[0].area:.1f} m²")
+    openings = Openings(sides_of(plots, shell.exterior))
+    count = max(integer(generator, ranges.exits), 2 if plots[0].area > SECOND_EXIT_AREA else 1)
+    widths = door_widths(ranges, count, generator)
+    walls = [range(len(openings.sides))] * count
+    add_exits(openings, walls, widths, shell.door_height, diagonal(plots) / 2.0, generator)
+    drawn = {"length": [width, depth], "leg": [along, across], "doors": widths}
+    return finished(openings, plots, shell, ranges, generator, drawn)

@@ -10,11 +10,18 @@ import numpy as np
 
 from labgym.layouts.floor import Column, Floor
 from labgym.layouts.floor.fields import NFPA_45
-from labgym.layouts.floors.fittings import draw_finishes, draw_services, draw_windows, panel_area
+from labgym.layouts.floors.fittings import (
+    FamilyStyle,
+    draw_finishes,
+    draw_services,
+    draw_style,
+    draw_windows,
+    hood_walls,
+    panel_area,
+)
 from labgym.layouts.floors.openings import Openings
 from labgym.layouts.floors.plots import Plot, space_of
 from labgym.layouts.floors.ranges import BuildingRanges, uniform
-from labgym.layouts.floors.style import FamilyStyle, draw_style, hood_walls
 
 SECOND_EXIT_AREA = NFPA_45
 """Largest laboratory with one way out, square meters: that of the default profile of thresholds."""

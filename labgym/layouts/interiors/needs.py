@@ -14,8 +14,7 @@ from labgym.layouts.interiors.filling import Names
 from labgym.layouts.interiors.refusals import check_holdings
 from labgym.layouts.interiors.safeguards import marked
 from labgym.layouts.interiors.surfaces import stock_surfaces
-from labgym.layouts.interiors.units import supplied_with, unit_of
-from labgym.layouts.pieces import WallPiece, further_pieces, pieces, with_fixed
+from labgym.layouts.pieces import WallPiece, further_pieces, pieces, supplied_with, unit_of, with_fixed
 from labgym.layouts.request import Request
 from labgym.layouts.stocking import Cabinet, plan_cabinets
 

@@ -12,9 +12,8 @@ from labgym.layouts.ground import Ground
 from labgym.layouts.interiors.distances import dry_separations, nearness_of, neighborhoods
 from labgym.layouts.interiors.distribution import distribute
 from labgym.layouts.interiors.filling import Names
-from labgym.layouts.interiors.fixed_pieces import fixed_pieces
 from labgym.layouts.interiors.furnisher import ATTEMPTS, Demands, Outcome, furnish
-from labgym.layouts.interiors.interior import Interior
+from labgym.layouts.interiors.interior import Interior, fixed_pieces
 from labgym.layouts.interiors.needs import Needs
 from labgym.layouts.interiors.safeguards import with_safeguards
 from labgym.layouts.interiors.standing import Distances
