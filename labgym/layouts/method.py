@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pkgutil import resolve_name
 from typing import Any, Literal, get_args
 
+from labgym.effects import refuse_idle
 from labgym.errors import OptionError, UnknownNameError
 from labgym.layouts.adjust import Adjuster
 from labgym.layouts.interiors import FloorProposer
@@ -28,6 +29,13 @@ PROPOSERS: dict[str, str] = {
 """Module and class of each other proposer; the class is made without arguments, and its module imported only then."""
 ALIASES = {"holodeck-plus-llm": "holodeck+-llm"}
 """Other spellings that are accepted."""
+RULES = "rules"
+"""Name of the default: rules and search."""
+ADJUSTERS: dict[str, str] = {
+    RULES: "labgym.layouts.adjust:RuleAdjuster",
+    "llm": "labgym.layouts.language:LanguageAdjuster",
+}
+"""Module and class of each adjuster; the class is made without arguments, and its module imported only then."""
 
 
 class Proposer(typing.Protocol):
@@ -42,45 +50,16 @@ def proposer_names() -> tuple[str, ...]:
     return SOLVER, *sorted(PROPOSERS)
 
 
-def check_proposer(name: str) -> None:
-    """Check that a proposer exists, without importing it.
-
-    Raises:
-        UnknownNameError: no proposer has that name; lists all.
-    """
-    if name not in proposer_names() and name not in ALIASES:
-        raise UnknownNameError("proposer", name, proposer_names())
-
-
 def make_proposer(name: str) -> Proposer:
     """Return the proposer of a name.
 
     Raises:
         UnknownNameError: no proposer has that name; lists all.
     """
-    check_proposer(name)
+    _check_proposer(name)
     if name == SOLVER:
         return FloorProposer()
     return typing.cast(Proposer, resolve_name(PROPOSERS[ALIASES.get(name, name)])())
-
-
-RULES = "rules"
-"""Name of the default: rules and search."""
-ADJUSTERS: dict[str, str] = {
-    RULES: "labgym.layouts.adjust:RuleAdjuster",
-    "llm": "labgym.layouts.language:LanguageAdjuster",
-}
-"""Module and class of each adjuster; the class is made without arguments, and its module imported only then."""
-
-
-def check_adjuster(name: str) -> None:
-    """Check that an adjuster exists, without importing it.
-
-    Raises:
-        UnknownNameError: no adjuster has that name; lists all.
-    """
-    if name not in ADJUSTERS:
-        raise UnknownNameError("adjuster", name, ADJUSTERS)
 
 
 def make_adjuster(name: str) -> Adjuster:
@@ -89,8 +68,19 @@ def make_adjuster(name: str) -> Adjuster:
     Raises:
         UnknownNameError: no adjuster has that name; lists all.
     """
-    check_adjuster(name)
+    _check_adjuster(name)
     return typing.cast(Adjuster, resolve_name(ADJUSTERS[name])())
+
+
+def _check_proposer(name: str) -> None:
+    """Check that a proposer exists, without importing it."""
+    if name not in proposer_names() and name not in ALIASES:
+        raise UnknownNameError("proposer", name, proposer_names())
+
+
+def _check_adjuster(name: str) -> None:
+    if name not in ADJUSTERS:
+        raise UnknownNameError("adjuster", name, ADJUSTERS)
 
 
 Dressing = Literal["solver", "always", "never"]
@@ -118,7 +108,7 @@ class Method:
 
     Raises:
         UnknownNameError: no proposer or adjuster has that name.
-        OptionError: `dress` or `on_failure` has another value.
+        OptionError: `dress` or `on_failure` has another value, or an adjuster is named without `optimise`.
     """
 
     proposer: str | Proposer = SOLVER
@@ -132,9 +122,11 @@ class Method:
 
     def __post_init__(self) -> None:
         if isinstance(self.proposer, str):
-            check_proposer(self.proposer)
+            _check_proposer(self.proposer)
         if isinstance(self.adjuster, str):
-            check_adjuster(self.adjuster)
+            _check_adjuster(self.adjuster)
+        idle = self.adjuster != RULES and not self.optimise
+        refuse_idle((("adjuster", idle, "with optimise=False, which adjusts nothing"),))
         _check("dress", self.dress, get_args(Dressing))
         _check("on_failure", self.on_failure, get_args(OnFailure))
 

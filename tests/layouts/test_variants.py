@@ -34,7 +34,7 @@ FAMILIES_OF_FURNITURE = {
 def held_out_floor(family, seed, clutter=0):
     """A floor as test splits draw it."""
     draw = draw_floor(family, seed, held_out=True)
-    request = resolve_request("sub_01", seed, None, "default", None, (), draw.floor, clutter=clutter)
+    request = resolve_request("sub_01", seed, None, "default", floor=draw.floor, clutter=clutter)
     return generate_assessed(replace(request, style=Style.of(draw.style), family=family))[0]
 
 
