@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 
-from labgym.layouts.floors.building import SECOND_EXIT_AREA, FloorDraw, Shell, door_widths, finished
-from labgym.layouts.floors.openings import Openings, UnsuitableError, add_exits
-from labgym.layouts.floors.plots import Plot, diagonal, posed, rectangle
+from labgym.layouts.floors.building import SECOND_EXIT_AREA, Draft, FloorDraw, Shell
+from labgym.layouts.floors.openings import UnsuitableError
+from labgym.layouts.floors.plots import Plot, posed, rectangle
 from labgym.layouts.floors.ranges import KINDS, BuildingRanges, Limits, integer, logarithmic, uniform
-from labgym.layouts.floors.sides import sides_of
 
 
 @dataclass(frozen=True)
@@ -32,12 +30,7 @@ def bay(generator: np.random.Generator, ranges: BayRanges) -> FloorDraw:
     shell = Shell.drawn(ranges, generator)
     width, depth = logarithmic(generator, ranges.width), logarithmic(generator, ranges.depth)
     plots = (Plot("laboratory", "laboratory", rectangle(0.0, 0.0, width, depth)),)
-    openings = Openings(sides_of(plots, shell.exterior))
-    count = max(integer(generator, ranges.exits), 2 if width * depth > SECOND_EXIT_AREA else 1)
-    widths = door_widths(ranges, count, generator)
-    walls = [range(len(openings.sides))] * count
-    add_exits(openings, walls, widths, shell.door_height, math.hypot(width, depth) / 2.0, generator)
-    return finished(openings, plots, shell, ranges, generator, {"width": width, "depth": depth, "doors": widths})
+    return _with_exits(Draft.of(plots, shell, ranges, generator), width * depth, {"width": width, "depth": depth})
 
 
 @dataclass(frozen=True)
@@ -70,10 +63,13 @@ def ell(generator: np.random.Generator, ranges: EllRanges) -> FloorDraw:
         raise UnsuitableError(f"the missing corner measures {notch[0]:.2f} x {notch[1]:.2f} m")
     if not ranges.floor_area[0] <= plots[0].area <= ranges.floor_area[1]:
         raise UnsuitableError(f"the floor has {plots[0].area:.1f} m²")
-    openings = Openings(sides_of(plots, shell.exterior))
-    count = max(integer(generator, ranges.exits), 2 if plots[0].area > SECOND_EXIT_AREA else 1)
-    widths = door_widths(ranges, count, generator)
-    walls = [range(len(openings.sides))] * count
-    add_exits(openings, walls, widths, shell.door_height, diagonal(plots) / 2.0, generator)
-    drawn = {"length": [width, depth], "leg": [along, across], "doors": widths}
-    return finished(openings, plots, shell, ranges, generator, drawn)
+    drawn = {"length": [width, depth], "leg": [along, across]}
+    return _with_exits(Draft.of(plots, shell, ranges, generator), plots[0].area, drawn)
+
+
+def _with_exits(draft: Draft[BayRanges] | Draft[EllRanges], area: float, drawn: dict[str, Any]) -> FloorDraw:
+    """Return the floor with exits in any walls."""
+    count = max(integer(draft.generator, draft.ranges.exits), 2 if area > SECOND_EXIT_AREA else 1)
+    widths = draft.door_widths(count)
+    draft.add_exits([range(len(draft.openings.sides))] * count, widths)
+    return draft.finished({**drawn, "doors": widths})
