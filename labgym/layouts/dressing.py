@@ -145,8 +145,11 @@ class _Dresser:
         asset = self.catalog.get(name)
         accept = self._keeps_ways(asset, space)
         front = asset.clearance if asset.subtype == "fire" else 0.0
-        place = on_wall(self.layout, asset, self.keepouts, near, None, space.id, accept, front, WALL_PLACES)
-        self._add(place)
+        self._add(
+            on_wall(
+                self.layout, asset, self.keepouts, near, space=space.id, accept=accept, front=front, tries=WALL_PLACES
+            )
+        )
 
     def _keeps_ways(self, asset: Asset, space: Space) -> Accept | None:
         """The condition that an object leaves the ways of a space wide; None if it stands in no way.

@@ -9,9 +9,9 @@ from dataclasses import replace
 import numpy as np
 
 from labgym.layouts.brief import Unit
-from labgym.layouts.habits import Habits, RoomHabit
+from labgym.layouts.habits import Habits
 from labgym.layouts.interiors.distances import nearness_of
-from labgym.layouts.interiors.filling import Names, add_piece, add_pieces, fill, is_equipped, is_near
+from labgym.layouts.interiors.filling import Filler, Names, add_pieces, is_equipped, is_near
 from labgym.layouts.interiors.interior import Interior
 from labgym.layouts.interiors.needs import Needs
 from labgym.layouts.interiors.safeguards import EQUIPMENT
@@ -20,7 +20,6 @@ from labgym.layouts.pieces import WallPiece, unit_of
 from labgym.layouts.request import Request
 from labgym.layouts.rules.safety.pieces import OPTIONAL_PIECES
 from labgym.layouts.rules.thresholds import MOVABLE
-from labgym.layouts.style import Style
 
 
 def add_emergency_equipment(
@@ -60,7 +59,7 @@ def complete(
     request: Request, needs: Needs, rooms: Mapping[str, Interior], generator: np.random.Generator
 ) -> list[Unit]:
     """Add further pieces and fill all spaces; return the further pieces that found no place."""
-    habits, style = request.habits, request.style
+    habits = request.habits
     partners: dict[str, list[str]] = {}
     for near in nearness_of((*needs.required, *needs.further), habits):
         partners.setdefault(near.first, []).append(near.second)
@@ -79,15 +78,14 @@ def complete(
         beyond = (False,) if unit.asset.fume_hood or not unit.supplies else (False, True)
         if all(add_pieces(room, [unit], partners, generator, farther) for farther in beyond for room in able):
             left.append(unit)
+    filler = Filler(request, names, generator)
     if request.holdings is not None:
-        _add_existing(request, needs, rooms, style, names, generator)
+        _add_existing(filler, needs, rooms)
         if request.holdings.purchases != "any":
             return left
     for room in rooms.values():
-        habit = habits.rooms.get(room.ground.use, RoomHabit())
         counts = Counter(unit.asset.role for other in rooms.values() for unit in other.units.values())
-        spare = {name: most - counts[name] for name, most in OPTIONAL_PIECES.items()}
-        fill(room, request.furniture, habit, habits.peninsula, style, names, generator, spare)
+        filler.fill(room, {name: most - counts[name] for name, most in OPTIONAL_PIECES.items()})
     return left
 
 
@@ -110,15 +108,9 @@ def _able(habits: Habits, rooms: Mapping[str, Interior], name: str) -> list[Inte
     return able + [room for room in rooms.values() if room.ground.use not in (*uses, "corridor")]
 
 
-def _add_existing(
-    request: Request,
-    needs: Needs,
-    rooms: Mapping[str, Interior],
-    style: Style,
-    names: Names,
-    generator: np.random.Generator,
-) -> None:
+def _add_existing(filler: Filler, needs: Needs, rooms: Mapping[str, Interior]) -> None:
     """Place the furniture that exists beyond what is required, the largest pieces first, as far as it finds a place."""
+    request = filler.request
     if request.holdings is None:
         return
     placed = [unit.asset.name for room in rooms.values() for unit in room.units.values()]
@@ -129,5 +121,5 @@ def _add_existing(
     for asset in sorted(assets, key=lambda asset: (-asset.size.width * asset.size.depth, asset.name)):
         able = _able(request.habits, rooms, asset.name)
         free = request.habits.of(asset.name).stance != "wall"
-        if asset.name not in full and not any(add_piece(room, asset, free, style, names, generator) for room in able):
+        if asset.name not in full and not any(filler.add_piece(room, asset, free) for room in able):
             full.add(asset.name)

@@ -15,7 +15,7 @@ from itertools import combinations
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from labgym.geometry import OrientedBox
-from labgym.layouts.brief import Nearness, Proximity, Separation, Unit
+from labgym.layouts.brief import Demands, Nearness, Proximity, Unit
 from labgym.layouts.ground import Segment
 from labgym.layouts.interiors.standing import SIDE_GAP, WALL_GAP
 from labgym.navigation.plan import STAND_OFF
@@ -89,26 +89,19 @@ class _Choice:
     goal: _Rect
 
 
-def plan_walls(
-    stands: Sequence[Stand],
-    separations: Sequence[Separation],
-    nearness: Sequence[Nearness],
-    seed: int,
-    effort: float,
-    proximities: Sequence[Proximity] = (),
-) -> WallPlan:
+def plan_walls(stands: Sequence[Stand], demands: Demands, seed: int, effort: float) -> WallPlan:
     """Search a place along a wall for every unit.
 
     Args:
         stands: units with their options.
-        separations, nearness: those between two of the units count.
+        demands: those between two of the units count; the distance of a proximity is |dx| + |dy| in the frame of the
+            space.
         seed: random seed of the search.
         effort: deterministic search time, in the solver's units (about seconds).
-        proximities: those between two of the units hold; the distance is |dx| + |dy| in the frame of the space.
     """
     if any(not stand.options for stand in stands):
         return WallPlan("infeasible", {})
-    program = _Program(stands, separations, nearness, proximities)
+    program = _Program(stands, demands)
     status, solver = run(program.model, seed, effort, GAP_LIMIT)
     if status != "solved":
         return WallPlan(status, {})
@@ -123,13 +116,7 @@ def plan_walls(
 class _Program:
     """The model, and the choices of each unit."""
 
-    def __init__(
-        self,
-        stands: Sequence[Stand],
-        separations: Sequence[Separation],
-        nearness: Sequence[Nearness],
-        proximities: Sequence[Proximity],
-    ) -> None:
+    def __init__(self, stands: Sequence[Stand], demands: Demands) -> None:
         from ortools.sat.python import cp_model
 
         self.model: cp_model.CpModel = cp_model.CpModel()
@@ -139,16 +126,16 @@ class _Program:
         self._rows()
         for first, second in combinations(self.choices.values(), 2):
             self._pair(first, second)
-        for rule in separations:
+        for rule in demands.separations:
             if rule.first in self.choices and rule.second in self.choices:
                 gap = centimeters(rule.distance)
                 for one in self.choices[rule.first]:
                     for other in self.choices[rule.second]:
                         self._apart(one, one.foot, other, other.foot, gap)
-        for near in nearness:
+        for near in demands.nearness:
             if near.first in self.choices and near.second in self.choices:
                 self._near(near)
-        for pair in proximities:
+        for pair in demands.proximities:
             if pair.first in self.choices and pair.second in self.choices:
                 self._within(pair)
         self.model.minimize(sum(self.terms))

@@ -8,7 +8,7 @@ from collections.abc import Collection, Iterator, Sequence
 import numpy as np
 
 from labgym.geometry import BoxArray, OrientedBox
-from labgym.layouts.brief import Unit
+from labgym.layouts.brief import Demands, Unit
 from labgym.layouts.ground import Ground, Segment, grounds
 from labgym.layouts.interiors.program import Option, Stand, plan_walls
 from labgym.layouts.interiors.siting import Places, all_places
@@ -80,7 +80,7 @@ def _moves(
     if feet:
         places = all_places(standing, upright, {}, ())
     stands = [_stand(unit, ground.to_ground(layout.box(unit.id)), places) for unit in upright]
-    plan = plan_walls(stands, (), (), 0, effort)
+    plan = plan_walls(stands, Demands(), 0, effort)
     if plan.status != "solved":
         return None
     moves = []

@@ -12,7 +12,7 @@ from labgym.layouts.brief import Content, Unit
 from labgym.layouts.floor.fields import HOOD_DOOR_LEAST
 from labgym.layouts.ground import Ground
 from labgym.layouts.interiors.distribution import wall_length
-from labgym.layouts.interiors.furnisher import Outcome
+from labgym.layouts.interiors.furnisher import FurnishedSpace
 from labgym.layouts.interiors.interior import Interior, fixed_pieces
 from labgym.layouts.interiors.standing import Standing
 from labgym.layouts.interiors.supply import required
@@ -168,7 +168,11 @@ def check_places(request: Request, required: Sequence[Unit], grounds: Sequence[G
 
 
 def failure(
-    request: Request, required: Sequence[Unit], grounds: Sequence[Ground], outcome: Outcome, attempts: Counter[str]
+    request: Request,
+    required: Sequence[Unit],
+    grounds: Sequence[Ground],
+    outcome: FurnishedSpace,
+    attempts: Counter[str],
 ) -> InfeasibleError:
     """Return the error for a floor without a plan: infeasible if that is proved, else a search that ended."""
     needed = sum(unit.width for unit in required)

@@ -143,7 +143,8 @@ def rehung(
     heights = (None, HEAVY_GAS_TOP_M - asset.size.height) if asset.subtype == "sensor" else (None,)
     for height in heights:
         for space in (None, *(spaces if len(spaces) > 1 else ())):
-            place = on_wall(rest, asset, keepouts, near or here.position[:2], height, space, plain, tries=WALL_PLACES)
+            point = near or here.position[:2]
+            place = on_wall(rest, asset, keepouts, point, height=height, space=space, accept=plain, tries=WALL_PLACES)
             if place is not None:
                 yield replaced(layout, {item: place.model_copy(update={"id": item})})
 
