@@ -14,6 +14,7 @@ from tyro.conf import OmitArgPrefixes, Positional, arg
 from labgym.errors import OptionError
 
 if TYPE_CHECKING:
+    from labgym.layouts.rules import RuleSet
     from labgym.runs import ExecutorOptions
 
 
@@ -87,6 +88,32 @@ class ExecutorArguments:
         from labgym.runs import ExecutorOptions
 
         return ExecutorOptions(self.executor, self.workers, self.scheduler, parse_options(self.slurm))
+
+
+@dataclass(frozen=True)
+class RuleArguments:
+    """Rules that a layout satisfies.
+
+    Attributes:
+        profile: Thresholds to satisfy: default, strict, paper, or code (default, and a second exit is required).
+        rules: Rule set to satisfy: touchstone, under which missing safety equipment is added, too, or paper.
+    """
+
+    profile: str = "default"
+    rules: str = "touchstone"
+
+    def rule_set(self) -> RuleSet:
+        """Return the rule set with the thresholds.
+
+        Raises:
+            UnknownNameError: no rule set or no profile has that name.
+        """
+        from labgym.layouts.rules import rule_set
+
+        return rule_set(self.rules, self.profile)
+
+
+DEFAULT_RULES = RuleArguments()
 
 
 def parse_options(texts: Iterable[str]) -> dict[str, Any]:

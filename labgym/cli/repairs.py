@@ -7,7 +7,9 @@ from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from labgym.cli.arguments import LayoutName, OptionalPath, OptionalText
+from tyro.conf import OmitArgPrefixes
+
+from labgym.cli.arguments import DEFAULT_RULES, LayoutName, OptionalPath, OptionalText, RuleArguments
 from labgym.cli.outcome import DONE, FAILED
 from labgym.cli.saving import Overwrite, layout_path, refuse_other_content, save
 
@@ -18,8 +20,7 @@ if TYPE_CHECKING:
 def repair(
     layout: LayoutName,
     out: OptionalPath = None,
-    profile: str = "default",
-    rules: str = "touchstone",
+    rules: OmitArgPrefixes[RuleArguments] = DEFAULT_RULES,
     protocol: OptionalText = None,
     adjuster: str = "rules",
     trace: OptionalPath = None,
@@ -28,17 +29,15 @@ def repair(
     """Repair a layout: hand-edited, imported from another program, or proposed by a model.
 
     Items return to surfaces, reagents to cabinets and furniture to walls; what the protocol requires and is missing is
-    added; objects that need not move stay. Optional pieces beyond their greatest number are removed, and in a layout
-    without faults at most 6 objects move for soft terms. Each change is printed with its reason, and what could not be
-    repaired; the exit code is then 1. Objects with `fixed` never move.
+    added; objects that need not move stay. Under the rule set touchstone, vessels also return to their hood, the pieces
+    of an apparatus to each other and wall units to walls. Optional pieces beyond their greatest number are removed, and
+    in a layout without faults at most 6 objects move for soft terms. Each change is printed with its reason, and what
+    could not be repaired; the exit code is then 1. Objects with `fixed` never move.
 
     Args:
         layout: A layout's .json file, or the id of a published layout.
         out: The .json file of the repaired layout; with --overwrite it may be the same file. Default:
             NAME-repaired.json in the current folder.
-        profile: Thresholds to satisfy: default, strict, paper or code.
-        rules: Rule set: touchstone, under which vessels also return to their hood, the pieces of an
-            apparatus to each other and wall units to walls, and safety equipment is added, or paper.
         protocol: Id or .json file of the protocol to repair the layout for; by default all protocols of the layout.
         adjuster: What adjusts the layout where repair by geometry does not help: rules, or llm, the configured language
             model (docs/language-models.md).
@@ -47,15 +46,14 @@ def repair(
     """
     from labgym import protocols
     from labgym.envs.tasks import resolve_layout
-    from labgym.layouts.adjusters import make_adjuster
+    from labgym.layouts.method import make_adjuster
     from labgym.layouts.repairs import repair_layout
-    from labgym.layouts.rules import rule_set
     from labgym.layouts.trace import Recorder
 
     target = layout_path(out if out is not None else Path(f"{Path(layout).stem}-repaired.json"))
     chosen = None if protocol is None else protocols.resolve(protocol)
     recorder = None if trace is None else Recorder()
-    chosen_rules = rule_set(rules, profile)
+    chosen_rules = rules.rule_set()
     result = repair_layout(resolve_layout(layout), chosen, chosen_rules, make_adjuster(adjuster), recorder)
     refuse_other_content(result.layout, target, overwrite)
     for change in result.changes:

@@ -18,7 +18,7 @@ from labgym.artefacts import artefacts
 from labgym.eval.driving.floor_suites import commitment_to, floor_suite, suite_floors
 from labgym.eval.outside import WrittenPlan, findings
 from labgym.layouts import Layout
-from labgym.layouts.combination import combination
+from labgym.layouts.request import combination
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.layouts.rules.rule_sets import RULE_SETS
 from labgym.layouts.sealed import COMMITMENT, SEALED, SEALED_FLOORS, read_secret

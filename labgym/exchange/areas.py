@@ -10,7 +10,7 @@ from labgym.exchange.structure import polygon as footprint
 from labgym.exchange.wall_lines import TOUCHING
 from labgym.geometry.polygons import difference, grown, largest, polygons, union
 from labgym.layouts.floor import Wall
-from labgym.layouts.floor.joints import extensions
+from labgym.layouts.floor.walls import extensions
 
 if TYPE_CHECKING:
     from shapely import MultiPolygon, Polygon

@@ -19,7 +19,7 @@ from labgym.exchange.strips import Point, around
 from labgym.exchange.structure import outline
 from labgym.exchange.wall_lines import add_opening, wall_lines, walls_on
 from labgym.layouts.floor import Column, Floor, KeepOut, Service, Space, Wall
-from labgym.layouts.floor.closed_doors import closed_doors, walls_with
+from labgym.layouts.floor.changes import closed_doors, walls_with
 
 if TYPE_CHECKING:
     from shapely import Polygon

@@ -11,8 +11,7 @@ from pydantic import ValidationError
 from labgym.exchange.strips import Point
 from labgym.exchange.wall_lines import FRAME
 from labgym.layouts.floor import Opening, Rectangle, Space, Wall
-from labgym.layouts.floor.rectangles import rectangle_parts
-from labgym.layouts.floor.rooms import Room
+from labgym.layouts.floor.rooms import Room, rectangle_parts
 
 
 def squared(walls: Sequence[Wall], spaces: Sequence[Space]) -> tuple[list[Wall], list[Space]]:

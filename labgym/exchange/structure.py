@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 from labgym.geometry import OrientedBox
 from labgym.geometry.polygons import grown, union
 from labgym.layouts.floor import Floor, Opening, Space, Wall
-from labgym.layouts.floor.joints import extensions
 from labgym.layouts.floor.spaces import CONTACT
+from labgym.layouts.floor.walls import extensions
 
 if TYPE_CHECKING:
     from shapely import Geometry

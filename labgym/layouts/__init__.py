@@ -1,11 +1,12 @@
 """LabGen: propose, repair, adjust and refine layouts for navigation."""
 
 from labgym.layouts.floor import Door, Floor, Room
-from labgym.layouts.generate import GENERATOR, generate, reasons
+from labgym.layouts.generate import GENERATOR, generate, reasons, resolve_request
+from labgym.layouts.method import Method
 from labgym.layouts.model import Layout
 from labgym.layouts.optimise import optimise
 from labgym.layouts.placement import Placement
-from labgym.layouts.provenance import Provenance
+from labgym.layouts.records import Provenance
 from labgym.layouts.refinement import refine
 from labgym.layouts.rooms import room_presets
 from labgym.layouts.splits import load_published, published, train_layout
@@ -15,6 +16,7 @@ __all__ = [
     "Door",
     "Floor",
     "Layout",
+    "Method",
     "Placement",
     "Provenance",
     "Room",
@@ -24,6 +26,7 @@ __all__ = [
     "published",
     "reasons",
     "refine",
+    "resolve_request",
     "room_presets",
     "train_layout",
 ]

@@ -116,6 +116,7 @@ def generate_batch(
     protocols: Sequence[Protocol | str | Path] | str,
     count: int,
     out: str | Path,
+    *,
     seed: int = 0,
     room: Room | str | Path | None = None,
     profile: str | Profile | None = None,

@@ -5,11 +5,12 @@ The proposer makes it once; the assembly reads it and asks nothing else.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
 from labgym.assets import Asset
+from labgym.geometry import OrientedBox
 from labgym.layouts.placement import Placement
 from labgym.layouts.tabletop import Spot
 
@@ -86,6 +87,21 @@ class Proximity:
     second: str
     distance: float
     reason: str
+
+
+@dataclass(frozen=True)
+class Demands:
+    """Conditions between units.
+
+    Attributes:
+        separations, nearness, proximities: between units of the space.
+        apart: boxes of other spaces and the distance to keep from each, by unit id.
+    """
+
+    separations: Sequence[Separation] = ()
+    nearness: Sequence[Nearness] = ()
+    proximities: Sequence[Proximity] = ()
+    apart: Mapping[str, Iterable[tuple[OrientedBox, float]]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

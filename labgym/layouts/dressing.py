@@ -18,8 +18,8 @@ from labgym.assets import Asset
 from labgym.geometry import BoxArray, OrientedBox, pairwise_distance
 from labgym.layouts.fitting import Accept, Keepouts, along_walls, on_floor, on_surface, on_wall, over_door
 from labgym.layouts.floor import Space
+from labgym.layouts.ground.wide_ways import Passages
 from labgym.layouts.model import Layout
-from labgym.layouts.passages import Passages
 from labgym.layouts.placement import FLOOR, WALL, Placement
 from labgym.layouts.request import Request
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
@@ -145,8 +145,11 @@ class _Dresser:
         asset = self.catalog.get(name)
         accept = self._keeps_ways(asset, space)
         front = asset.clearance if asset.subtype == "fire" else 0.0
-        place = on_wall(self.layout, asset, self.keepouts, near, None, space.id, accept, front, WALL_PLACES)
-        self._add(place)
+        self._add(
+            on_wall(
+                self.layout, asset, self.keepouts, near, space=space.id, accept=accept, front=front, tries=WALL_PLACES
+            )
+        )
 
     def _keeps_ways(self, asset: Asset, space: Space) -> Accept | None:
         """The condition that an object leaves the ways of a space wide; None if it stands in no way.

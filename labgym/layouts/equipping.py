@@ -80,7 +80,9 @@ def hung(
     ways += [(space, near, None, 0.0) for space, near in elsewhere]
     yielded = set[tuple[float, float, float]]()
     for space_id, near, reachable, front in ways:
-        placement = on_wall(layout, asset, keepouts, near, height, space_id, reachable, front, TRIES)
+        placement = on_wall(
+            layout, asset, keepouts, near, height=height, space=space_id, accept=reachable, front=front, tries=TRIES
+        )
         if placement is not None and placement.position not in yielded:
             yielded.add(placement.position)
             yield layout.replace(placements=(*layout.placements, placement))

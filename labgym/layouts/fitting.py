@@ -129,6 +129,7 @@ def on_wall(
     asset: Asset,
     keepouts: Keepouts,
     near: tuple[float, float],
+    *,
     height: float | None = None,
     space: str | None = None,
     accept: Accept | None = None,

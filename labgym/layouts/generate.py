@@ -14,26 +14,19 @@ import numpy as np
 import labgym
 from labgym.assets import Catalog
 from labgym.counts import MAX_SEED, whole_number
-from labgym.effects import refuse_idle
 from labgym.errors import OptionError, SearchLimitWarning, UnrepairedError, UnrepairedWarning
-from labgym.layouts.adjust import Adjuster
-from labgym.layouts.adjusters import RULES
 from labgym.layouts.clutter import add_clutter, check_level
-from labgym.layouts.combination import combination
 from labgym.layouts.dressing import dress as dressed
-from labgym.layouts.failures import FAILURES, failures, summary
 from labgym.layouts.floor import Floor, Room
-from labgym.layouts.floor.closed_doors import closed_doors
+from labgym.layouts.floor.changes import closed_doors
 from labgym.layouts.habits import Habits
-from labgym.layouts.holdings import Holdings
 from labgym.layouts.interiors import FloorProposer
-from labgym.layouts.method import DEFAULT, Dressing, Method, OnFailure
+from labgym.layouts.method import DEFAULT, Method
 from labgym.layouts.model import Layout
-from labgym.layouts.phases import improved, repaired
+from labgym.layouts.phases import FAILURES, Phases, failures, summary
 from labgym.layouts.placement import FLOOR, WALL, Placement
-from labgym.layouts.proposers import SOLVER, Proposer
-from labgym.layouts.provenance import Provenance
-from labgym.layouts.request import Request
+from labgym.layouts.records import Provenance
+from labgym.layouts.request import Holdings, Request, combination
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.rule_sets import TOUCHSTONE, RuleSet, rule_set
 from labgym.layouts.rules.thresholds import Profile
@@ -59,22 +52,10 @@ def generate(
     seed: int = 0,
     room: Room | str | Path | None = None,
     profile: str | Profile | None = None,
-    proposer: str | Proposer | None = None,
-    catalog: Catalog | None = None,
-    fixed: Iterable[Placement] = (),
-    floor: Floor | str | Path | None = None,
-    family: str | None = None,
-    holdings: Holdings | None = None,
-    clutter: int = 0,
-    optimise: bool = True,
-    refine: bool = True,
-    adjuster: str | Adjuster | None = None,
-    dress: Dressing = "solver",
-    on_failure: OnFailure = "raise",
+    *,
+    method: Method = DEFAULT,
     trace: Recorder | None = None,
-    zones: bool = False,
-    facility: bool = True,
-    rules: str | RuleSet = TOUCHSTONE,
+    **request: Any,
 ) -> Layout:
     """Return a laboratory for one or more protocols: proposed, optimized, refined for navigation, and dressed.
 
@@ -82,58 +63,22 @@ def generate(
     along any wall.
 
     Args:
-        protocol: a protocol, its id in the library, or its .json file; or up to five of them, which share equipment.
-        seed: 0 to 2^53 - 1, the integers that JSON represents exactly.
-        room: a room, a preset, a size such as "12x9", a room file, or None for the preset "bay" (8 x 8 m, two doors).
-        profile: thresholds to satisfy; by default those of the rule set.
-        proposer: makes the first layout: a name of `labgym.layouts.proposers`, or an object; by default "solver".
-        catalog: source of every asset; `Catalog.load()` by default.
-        fixed: floor and wall objects that stay where they are, such as a sink or a pillar. One of an asset that the
-            laboratory needs takes that role; the others are obstacles.
-        floor: a floor of any shape or its .json file, in place of a room.
-        family: name of a family of floors, of which the seed draws one, in place of a room.
-        holdings: what exists. It is used first, and what may be bought besides is limited.
-        clutter: level of loose objects, which are added last: 0 (none), 1 (tidy), 2 (busy) or 3 (crowded). The other
-            objects are the same at every level.
-        optimise: whether to repair and adjust the proposal (without it, the refinement repairs nothing either).
-        refine: whether to refine the layout for navigation; without it the optimization clears no ways either.
-        adjuster: makes the adjustments: a name of `labgym.layouts.adjusters`, or an object; by default "rules".
-        dress: whether to add accessories and safety equipment: only to what the solver proposes, "always" or "never".
-        on_failure: what to do with a layout that still violates rules or lacks required assets: "raise" an error, or
-            "keep" it, with its failures in `provenance.options["failures"]`.
-        zones: give the proposal functional zones, and assign the steps of the protocol to them (`Layout.zones`).
+        protocol, seed, room, profile: as `resolve_request`.
+        method: the proposer, the phases after it, and whether a layout that fails is an error.
         trace: records the state after each phase and iteration, and everything that is tried.
-        facility: whether the optimization follows the facility rules and clears ways, and a failing layout is repaired.
-            If not, the phases are those of the paper: the cost is v(L), and only the refinement considers navigation.
-        rules: rule set to satisfy, or its name: `touchstone` or `paper`.
+        request: further arguments of `resolve_request`: catalog, fixed, floor, family, holdings, clutter, rules.
 
     Raises:
-        UnknownNameError: no such protocol, room preset, family, profile, rule set, proposer or adjuster.
-        OptionError: a seed or a level of clutter out of range, not a room, more than one of room, floor and family, or
-            a fixed object that does not stand on the floor or a wall.
+        UnknownNameError, OptionError: as `resolve_request`.
         InfeasibleError: the room cannot hold the protocols; names the conflicts.
         SearchLimitError: the search ended at its effort limit without a layout; one may exist.
-        UnrepairedError: the proposal could not be repaired, and `on_failure` is "raise".
+        UnrepairedError: the proposal could not be repaired, and `method.on_failure` is "raise".
 
     Warns:
         SearchLimitWarning: searches stopped at their effort limit, and the laboratory is not fully furnished.
         UnrepairedWarning: the layout was kept although it violates rules or lacks required assets.
     """
-    refuse_idle(
-        (("adjuster", adjuster not in (None, RULES) and not optimise, "with optimise=False, which adjusts nothing"),)
-    )
-    request = resolve_request(protocol, seed, room, profile, catalog, fixed, floor, family, holdings, clutter, rules)
-    method = Method(
-        proposer=SOLVER if proposer is None else proposer,
-        optimise=optimise,
-        refine=refine,
-        adjuster=RULES if adjuster is None else adjuster,
-        dress=dress,
-        on_failure=on_failure,
-        zones=zones,
-        facility=facility,
-    )
-    layout = generate_assessed(request, method, trace)[0]
+    layout = generate_assessed(resolve_request(protocol, seed, room, profile, **request), method, trace)[0]
     options = layout.provenance.options
     stopped = options.get("attempts", {}).get("stopped", 0)
     if stopped and options.get("furnishing", "full") != "full":
@@ -152,29 +97,20 @@ def generate_assessed(
     Raises:
         InfeasibleError, SearchLimitError, UnrepairedError: as `generate`.
     """
-    proposer, adjuster, protocol = method.proposes_with(), method.adjusts_with(), request.protocol
+    proposer, protocol = method.proposes_with(), request.protocol
     layout = proposer.propose(request)
     if method.zones and not layout.zones:
         layout = zoned(layout, protocol)
     solved = isinstance(proposer, FloorProposer)
+    phases = Phases(protocol, request.rules, method, trace, complete=not solved)
     proposed = layout
-    layout, assessment = improved(
-        layout,
-        protocol,
-        request.rules,
-        adjuster,
-        method.optimise,
-        method.refine,
-        not solved,
-        trace,
-        method.facility,
-    )
+    layout, assessment = phases.improved(layout)
     added = _counts(layout) - _counts(proposed)
     tidy = layout
     if method.dresses(proposer):
         tidy, assessment = dressed(layout, assessment, request)
     if solved and method.repairs and request.holdings is None:
-        tidy, assessment = repaired(tidy, assessment, protocol, adjuster, trace)
+        tidy, assessment = phases.repaired(tidy, assessment)
     layout = add_clutter(tidy, request.clutter, np.random.default_rng([request.seed, CLUTTER_STREAM]))
     if request.clutter:
         assessment = evaluate_layout(layout, protocol, request.rules, navigation=True, earlier=assessment)
@@ -200,7 +136,7 @@ def generate_assessed(
             "labgym": labgym.__version__,
             "generator": str(GENERATOR),
             "furnisher": str(FURNISHER),
-            "ortools": _version("ortools"),
+            "ortools": metadata.version("ortools"),
             **layout.provenance.versions,
         },
     )
@@ -219,26 +155,14 @@ def _accounts(layout: Layout, holdings: Holdings) -> dict[str, dict[str, int]]:
     return {"existing": existing, "to_buy": holdings.missing(placed), "unused": holdings.left(placed)}
 
 
-def reasons(
-    protocol: Protocol | str | Path | Sequence[Protocol | str | Path],
-    seed: int = 0,
-    room: Room | str | Path | None = None,
-    profile: str | Profile | None = None,
-    catalog: Catalog | None = None,
-    fixed: Iterable[Placement] = (),
-    floor: Floor | str | Path | None = None,
-    family: str | None = None,
-    holdings: Holdings | None = None,
-    rules: str | RuleSet = TOUCHSTONE,
-) -> dict[str, str]:
-    """Return why each object of a generated layout is there, by placement id.
+def reasons(request: Request) -> dict[str, str]:
+    """Return why each object of the layout that the solver generates for a request is there, by placement id.
 
-    Takes the arguments of `generate`. Accessories and clutter, which no protocol requires, are not listed.
+    Accessories and clutter, which no protocol requires, are not listed.
 
     Raises:
-        UnknownNameError, OptionError, InfeasibleError: as `generate`.
+        InfeasibleError, SearchLimitError: as `generate`.
     """
-    request = resolve_request(protocol, seed, room, profile, catalog, fixed, floor, family, holdings, rules=rules)
     return FloorProposer().plan(request).reasons()
 
 
@@ -249,16 +173,34 @@ def resolve_request(
     profile: str | Profile | None = None,
     catalog: Catalog | None = None,
     fixed: Iterable[Placement] = (),
+    *,
     floor: Floor | str | Path | None = None,
     family: str | None = None,
     holdings: Holdings | None = None,
     clutter: int = 0,
     rules: str | RuleSet = TOUCHSTONE,
 ) -> Request:
-    """Return the request that the arguments of `generate` describe.
+    """Return the request that some arguments describe.
+
+    Args:
+        protocol: a protocol, its id in the library, or its .json file; or up to five of them, which share equipment.
+        seed: 0 to 2^53 - 1, the integers that JSON represents exactly.
+        room: a room, a preset, a size such as "12x9", a room file, or None for the preset "bay" (8 x 8 m, two doors).
+        profile: thresholds to satisfy; by default those of the rule set.
+        catalog: source of every asset; `Catalog.load()` by default.
+        fixed: floor and wall objects that stay where they are, such as a sink or a pillar. One of an asset that the
+            laboratory needs takes that role; the others are obstacles.
+        floor: a floor of any shape or its .json file, in place of a room.
+        family: name of a family of floors, of which the seed draws one, in place of a room.
+        holdings: what exists. It is used first, and what may be bought besides is limited.
+        clutter: level of loose objects, which are added last: 0 (none), 1 (tidy), 2 (busy) or 3 (crowded). The other
+            objects are the same at every level.
+        rules: rule set to satisfy, or its name: `touchstone` or `paper`.
 
     Raises:
-        UnknownNameError, OptionError: as `generate`.
+        UnknownNameError: no such protocol, room preset, family, profile or rule set.
+        OptionError: a seed or a level of clutter out of range, not a room, more than one of room, floor and family, or
+            a fixed object that does not stand on the floor or a wall.
     """
     seed = whole_number("seed", seed, 0, MAX_SEED)
     check_level(clutter)
@@ -305,7 +247,3 @@ def _unrepaired(assessment: Assessment, request: Request, problems: Mapping[str,
             f"the robot cannot pass the closed doors between spaces ({closed}): open them in the floor; or {remedy}"
         )
     return UnrepairedError(what, conflicts, None, remedy=remedy)
-
-
-def _version(package: str) -> str:
-    return metadata.version(package)

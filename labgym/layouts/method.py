@@ -1,15 +1,87 @@
-"""How a layout is made from a request: the proposer, and the phases after it."""
+"""How a layout is made from a request: proposers and adjusters by name, and the phases."""
 
 from __future__ import annotations
 
+import typing
 from dataclasses import dataclass
+from pkgutil import resolve_name
 from typing import Any, Literal, get_args
 
-from labgym.errors import OptionError
+from labgym.effects import refuse_idle
+from labgym.errors import OptionError, UnknownNameError
 from labgym.layouts.adjust import Adjuster
-from labgym.layouts.adjusters import RULES, check_adjuster, make_adjuster
 from labgym.layouts.interiors import FloorProposer
-from labgym.layouts.proposers import SOLVER, Proposer, check_proposer, make_proposer
+from labgym.layouts.model import Layout
+from labgym.layouts.request import Request
+
+SOLVER = "solver"
+"""Name of the default: planning habits and a constraint solver."""
+PROPOSERS: dict[str, str] = {
+    "holodeck": "labgym.paper.rivals:HolodeckProposer",
+    "holodeck+": "labgym.paper.rivals:HolodeckPlusProposer",
+    "holodeck+-llm": "labgym.paper.rivals.language:HolodeckPlusLanguageProposer",
+    "holodeck-llm": "labgym.paper.rivals.language:HolodeckLanguageProposer",
+    "llm": "labgym.layouts.language:LanguageProposer",
+    "sampler": "labgym.paper.sampler:SamplerProposer",
+    "sceneweaver": "labgym.paper.rivals:SceneWeaverProposer",
+    "sceneweaver-llm": "labgym.paper.rivals.language:SceneWeaverLanguageProposer",
+}
+"""Module and class of each other proposer; the class is made without arguments, and its module imported only then."""
+ALIASES = {"holodeck-plus-llm": "holodeck+-llm"}
+"""Other spellings that are accepted."""
+RULES = "rules"
+"""Name of the default: rules and search."""
+ADJUSTERS: dict[str, str] = {
+    RULES: "labgym.layouts.adjust:RuleAdjuster",
+    "llm": "labgym.layouts.language:LanguageAdjuster",
+}
+"""Module and class of each adjuster; the class is made without arguments, and its module imported only then."""
+
+
+class Proposer(typing.Protocol):
+    """Makes a first layout (phase 1 of LabGen), which the later phases repair and verify."""
+
+    def propose(self, request: Request) -> Layout:
+        """Return a layout that holds everything the protocol requires; it may violate rules."""
+
+
+def proposer_names() -> tuple[str, ...]:
+    """Return the names of all proposers."""
+    return SOLVER, *sorted(PROPOSERS)
+
+
+def make_proposer(name: str) -> Proposer:
+    """Return the proposer of a name.
+
+    Raises:
+        UnknownNameError: no proposer has that name; lists all.
+    """
+    _check_proposer(name)
+    if name == SOLVER:
+        return FloorProposer()
+    return typing.cast(Proposer, resolve_name(PROPOSERS[ALIASES.get(name, name)])())
+
+
+def make_adjuster(name: str) -> Adjuster:
+    """Return the adjuster of a name.
+
+    Raises:
+        UnknownNameError: no adjuster has that name; lists all.
+    """
+    _check_adjuster(name)
+    return typing.cast(Adjuster, resolve_name(ADJUSTERS[name])())
+
+
+def _check_proposer(name: str) -> None:
+    """Check that a proposer exists, without importing it."""
+    if name not in proposer_names() and name not in ALIASES:
+        raise UnknownNameError("proposer", name, proposer_names())
+
+
+def _check_adjuster(name: str) -> None:
+    if name not in ADJUSTERS:
+        raise UnknownNameError("adjuster", name, ADJUSTERS)
+
 
 Dressing = Literal["solver", "always", "never"]
 OnFailure = Literal["raise", "keep"]
@@ -36,7 +108,7 @@ class Method:
 
     Raises:
         UnknownNameError: no proposer or adjuster has that name.
-        OptionError: `dress` or `on_failure` has another value.
+        OptionError: `dress` or `on_failure` has another value, or an adjuster is named without `optimise`.
     """
 
     proposer: str | Proposer = SOLVER
@@ -50,9 +122,11 @@ class Method:
 
     def __post_init__(self) -> None:
         if isinstance(self.proposer, str):
-            check_proposer(self.proposer)
+            _check_proposer(self.proposer)
         if isinstance(self.adjuster, str):
-            check_adjuster(self.adjuster)
+            _check_adjuster(self.adjuster)
+        idle = self.adjuster != RULES and not self.optimise
+        refuse_idle((("adjuster", idle, "with optimise=False, which adjusts nothing"),))
         _check("dress", self.dress, get_args(Dressing))
         _check("on_failure", self.on_failure, get_args(OnFailure))
 

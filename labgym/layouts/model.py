@@ -14,15 +14,19 @@ from labgym.assets.model import APPARATUS_STAND
 from labgym.documents import Document, canonical_hash, read_json
 from labgym.errors import DocumentError, LabgymError, UnknownNameError
 from labgym.geometry import OrientedBox
-from labgym.layouts.canonical import canonical
-from labgym.layouts.embedded_protocol import EmbeddedProtocol
 from labgym.layouts.floor import Floor, Identifier, Room
 from labgym.layouts.floor.fields import Growing
-from labgym.layouts.placement import FLOOR, WALL, Placement, placed_box, placed_part, resized
-from labgym.layouts.provenance import Provenance
-from labgym.layouts.references import check_placements
+from labgym.layouts.placement import FLOOR, WALL, Placement, check_placements, placed_box, placed_part, resized
+from labgym.layouts.records import (
+    Assignments,
+    EmbeddedProtocol,
+    Provenance,
+    Zones,
+    canonical,
+    zone_problem,
+    zones_within,
+)
 from labgym.layouts.roles import with_role
-from labgym.layouts.zone import Assignments, Zones, zone_problem, zones_within
 from labgym.protocols import Protocol
 
 OPEN_HEADROOM = 1000.0

@@ -9,7 +9,7 @@ from labgym.errors import UnknownNameError
 from labgym.geometry import OrientedBox, rotate, wrap_angle
 from labgym.layouts.model import Layout
 from labgym.layouts.placement import FLOOR, WALL, Placement
-from labgym.layouts.zone import ZoneAssignment
+from labgym.layouts.records import ZoneAssignment
 
 
 @dataclass(frozen=True)

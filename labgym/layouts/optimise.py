@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from itertools import chain
 
 from labgym.layouts.adjust import Adjuster, Level, RuleAdjuster, way_commands
+from labgym.layouts.interiors.rearranging import rearrangements
 from labgym.layouts.model import Layout
 from labgym.layouts.moves import apply
-from labgym.layouts.rearrange import rearrangements
 from labgym.layouts.repair import fast_repair
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.rule_sets import TOUCHSTONE, RuleSet

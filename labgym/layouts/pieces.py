@@ -6,12 +6,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from labgym.assets import Asset
-from labgym.layouts.brief import LEVELS, Furnishing, Unit
-from labgym.layouts.cabinets import Cabinet
+from labgym.layouts.brief import LEVELS, Content, Furnishing, Unit
+from labgym.layouts.fitting import PERSON
 from labgym.layouts.placement import FLOOR
 from labgym.layouts.request import Request
 from labgym.layouts.roles import takes_role, with_role
+from labgym.layouts.rules.supplies import supplies_of
 from labgym.layouts.rules.thresholds import SHOWER_RADIUS
+from labgym.layouts.stocking import Cabinet
 
 GOAL_FRONT = 1.0
 """Free depth in front of a location: the stand-off of 0.60 m, the robot's 0.30 m, and two cells of the grid."""
@@ -109,3 +111,17 @@ def _floor_instruments(request: Request) -> Iterator[WallPiece]:
         if asset.placing == "floor":
             counts[asset.name] = counts.get(asset.name, 1) + 1
             yield WallPiece(f"{asset.name}_{counts[asset.name]}", asset, "instrument of the protocol")
+
+
+def unit_of(request: Request, piece: WallPiece) -> Unit:
+    """Return the unit of a piece, as the variant of the floor, with the services that it needs."""
+    asset = request.furniture.instead(piece.asset)
+    width = max(asset.size.width, PERSON if asset.subtype in ("eyewash", "fire") else 0.0)
+    front, clear = front_of(request, piece), clear_around(asset)
+    unit = Unit(piece.id, asset, width, asset.size.depth, front, clear=clear, reason=piece.reason)
+    return supplied_with(unit, ())
+
+
+def supplied_with(unit: Unit, contents: Sequence[Content]) -> Unit:
+    """Return a unit with the services that it and its contents need."""
+    return replace(unit, supplies=supplies_of(unit.asset, [content.asset for content in contents]))

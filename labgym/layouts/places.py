@@ -19,10 +19,10 @@ from labgym.counts import whole_number
 from labgym.documents import read_json
 from labgym.errors import InfeasibleError, OptionError, UnknownNameError
 from labgym.layouts.clutter import add_clutter
-from labgym.layouts.combination import combination
 from labgym.layouts.floors import SPLITS, FloorDraw, Population, population_of
 from labgym.layouts.generate import generate_assessed, resolve_request
 from labgym.layouts.model import Layout
+from labgym.layouts.request import combination
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.layouts.rules.rule_sets import PAPER
 from labgym.layouts.style import Style

@@ -6,14 +6,11 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 from labgym.errors import InfeasibleError, LabgymError, OptionError
-from labgym.layouts.combination import combination
-from labgym.layouts.extension import extended
 from labgym.layouts.floor import Floor
-from labgym.layouts.floor.closed_doors import closed_doors, walls_with
-from labgym.layouts.floor.stretching import Stretch, stretched
+from labgym.layouts.floor.changes import Stretch, closed_doors, extended, stretched, walls_with
 from labgym.layouts.interiors import FloorProposer
 from labgym.layouts.interiors.needs import GROUPS, separations_on
-from labgym.layouts.request import Request
+from labgym.layouts.request import Request, combination
 from labgym.layouts.rules.objective import evaluate_layout
 
 LONGER = (0.4, 0.8, 1.6, 3.2)

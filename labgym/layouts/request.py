@@ -1,21 +1,117 @@
-"""The arguments that a layout is generated from."""
+"""A request: the protocols, the floor and the existing pieces that a layout is generated from."""
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Literal
+
+from pydantic import ValidationError
 
 from labgym.assets import Asset, Catalog
+from labgym.errors import OptionError
 from labgym.layouts.floor import Floor
 from labgym.layouts.habits import Habits
-from labgym.layouts.holdings import Holdings
 from labgym.layouts.placement import Placement, resized
 from labgym.layouts.roles import stand_ins
 from labgym.layouts.rules.rule_sets import RuleSet
 from labgym.layouts.rules.thresholds import Profile
-from labgym.layouts.style import Style
-from labgym.layouts.variants import Furniture, draw_variants
+from labgym.layouts.style import Furniture, Style, draw_variants
 from labgym.protocols import Protocol
+
+Purchases = Literal["none", "required", "any"]
+"""What may be bought: nothing, what protocols and safety require, or also what makes the laboratory fuller."""
+
+
+@dataclass(frozen=True)
+class Holdings:
+    """The pieces that exist, and what may be bought.
+
+    Attributes:
+        counts: number of pieces by asset name.
+        purchases: what may be bought beyond them.
+    """
+
+    counts: Mapping[str, int] = field(default_factory=dict)
+    purchases: Purchases = "required"
+
+    def including(self, standing: Iterable[str]) -> Holdings:
+        """Return the same holdings with pieces that certainly exist, listed or not: the asset of each."""
+        counts = dict(self.counts)
+        for name, count in Counter(standing).items():
+            counts[name] = max(counts.get(name, 0), count)
+        return Holdings(counts, self.purchases)
+
+    def missing(self, placed: Iterable[str]) -> dict[str, int]:
+        """Return how many pieces of each asset must be bought for some pieces, by asset name.
+
+        Args:
+            placed: the asset of each piece.
+        """
+        counts = Counter(placed)
+        lacks = {name: count - self.counts.get(name, 0) for name, count in sorted(counts.items())}
+        return {name: lack for name, lack in lacks.items() if lack > 0}
+
+    def left(self, placed: Iterable[str]) -> dict[str, int]:
+        """Return how many pieces of each asset exist beyond some pieces, by asset name."""
+        counts = Counter(placed)
+        rest = {name: count - counts[name] for name, count in sorted(self.counts.items())}
+        return {name: count for name, count in rest.items() if count > 0}
+
+    def adds(self, name: str, placed: Iterable[str]) -> bool:
+        """Return whether one more piece of an asset, which nothing requires, may be placed besides some pieces."""
+        return self.purchases == "any" or sum(each == name for each in placed) < self.counts.get(name, 0)
+
+    def equips(self, name: str, placed: Iterable[str]) -> bool:
+        """Return whether one more piece of equipment, which safety requires, may be placed besides some pieces."""
+        return self.purchases != "none" or self.adds(name, placed)
+
+
+MOST = 5
+"""Most protocols of one laboratory."""
+
+
+def combination(protocols: Sequence[Protocol], catalog: Catalog) -> Protocol:
+    """Return a protocol whose laboratory serves several protocols.
+
+    Reagents and equipment are shared: each occurs as often as the protocol needs it that needs it most often. Steps
+    follow one another, and the constraints of all hold.
+
+    Raises:
+        OptionError: no protocol, too many, one named twice, or more steps or reagents than a protocol can have.
+    """
+    if not 1 <= len(protocols) <= MOST:
+        raise OptionError(f"{len(protocols)} protocols: a laboratory is for 1 to {MOST}")
+    ids = [protocol.id for protocol in protocols]
+    twice = next((name for name in ids if ids.count(name) > 1), None)
+    if twice is not None:
+        raise OptionError(f"protocol {twice!r} is named twice; name each once")
+    if len(protocols) == 1:
+        return protocols[0]
+    reagents = {catalog.find(use.name).name: use for protocol in reversed(protocols) for use in protocol.reagents}
+    instruments: Counter[str] = Counter()
+    for protocol in protocols:
+        instruments |= Counter(catalog.find(name).name for name in protocol.instruments)
+    steps = [step for protocol in protocols for step in protocol.steps]
+    try:
+        return Protocol(
+            id="-".join(ids)[:64].rstrip("-_"),
+            name="; ".join(protocol.name for protocol in protocols),
+            reaction_type=protocols[0].reaction_type,
+            reagents=tuple(reagents[name] for name in sorted(reagents)),
+            instruments=tuple(sorted(instruments.elements())),
+            steps=tuple(step.model_copy(update={"index": number}) for number, step in enumerate(steps, 1)),
+            chemical_constraints=tuple(dict.fromkeys(c for p in protocols for c in p.chemical_constraints)),
+            spatial_constraints=tuple(dict.fromkeys(c for p in protocols for c in p.spatial_constraints)),
+        )
+    except ValidationError as error:
+        problem = error.errors()[0]
+        raise OptionError(
+            f"protocols {', '.join(ids)} need too much for one laboratory: {problem['loc'][0]}: {problem['msg']}; name "
+            "fewer protocols"
+        ) from None
 
 
 @dataclass(frozen=True)

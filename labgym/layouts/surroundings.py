@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 
 import numpy as np
 
 from labgym.assets import Asset
 from labgym.geometry import OrientedBox, to_world
 from labgym.layouts.floor import Door, Floor, Room
-from labgym.layouts.ground import Gate, Ground
+from labgym.layouts.ground import Gate, Ground, grounds
 from labgym.layouts.rules.zones import door_area, door_pose
 
 BRACKET = 0.01
@@ -84,12 +83,6 @@ def inside(floor: Floor, box: OrientedBox) -> bool:
         x0, y0, x1, y1 = box.bounds()
         return x0 >= 0.0 and y0 >= 0.0 and x1 <= floor.room.width and y1 <= floor.room.depth
     return bool(floor.inside(box.corners()).all())
-
-
-@lru_cache(maxsize=16)
-def grounds(floor: Floor) -> tuple[Ground, ...]:
-    """Return the grounds of a floor's spaces."""
-    return tuple(Ground.of(floor, space) for space in floor.spaces)
 
 
 def _gates(floor: Floor) -> list[tuple[Ground, Gate]]:

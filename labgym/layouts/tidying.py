@@ -62,7 +62,7 @@ def _place(layout: Layout, placement_id: str, keepouts: Keepouts) -> Place | Non
     rest = without(layout, [placement_id])
     near, height = (placement.position[0], placement.position[1]), placement.position[2]
     if placement.support == WALL:
-        target = on_wall(rest, asset, keepouts, near, height)
+        target = on_wall(rest, asset, keepouts, near, height=height)
     else:
         target = on_floor(rest, asset, keepouts, along_walls(rest, asset, near), in_front=False)
     return None if target is None else Place(placement.id, target.position[0], target.position[1], target.yaw)

@@ -9,7 +9,7 @@ from itertools import pairwise
 
 from labgym.layouts.model import Layout
 from labgym.layouts.placement import FLOOR
-from labgym.layouts.zone import Role, Zone, ZoneAssignment
+from labgym.layouts.records import Role, Zone, ZoneAssignment
 from labgym.navigation.goals import goal_pose
 from labgym.protocols import Protocol
 

@@ -12,9 +12,19 @@ from labgym.eval.driving.runner import evaluate
 from labgym.eval.reports.results import ResultsFolder
 from labgym.layouts.batch import catalog_digest
 from labgym.pipeline.config import LABNAV, RunConfig
-from labgym.pipeline.drawing_stage import PICTURES, VIEWS, draw_pictures, render_views, write_results
-from labgym.pipeline.labnav_stage import drive_mini, published_tables
-from labgym.pipeline.layout_stage import SPLIT, LayoutJob, layout_jobs, make_layouts
+from labgym.pipeline.stages import (
+    PICTURES,
+    SPLIT,
+    VIEWS,
+    LayoutJob,
+    draw_pictures,
+    drive_mini,
+    layout_jobs,
+    make_layouts,
+    published_tables,
+    render_views,
+    write_results,
+)
 from labgym.runs import ExecutorOptions, RunFolder, RunIdentity
 from labgym.suites import load_suite, suite_of
 from labgym.table import Table

@@ -13,7 +13,7 @@ from shapely import Polygon
 from labgym.geometry import OrientedBox, to_world
 from labgym.geometry.polygons import GRID_M, difference, grown, intersection, polygons, union
 from labgym.layouts.floor import OUTSIDE, Doorway, Floor
-from labgym.layouts.floor.joints import extensions
+from labgym.layouts.floor.walls import extensions
 from labgym.scenes.finishes import floor_material
 from labgym.scenes.patches import Array, Faces, Patch, join
 

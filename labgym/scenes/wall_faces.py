@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from labgym.geometry import to_local, to_world
 from labgym.geometry.frames import PlanarPose
 from labgym.layouts.floor import Floor, Opening, Wall
-from labgym.layouts.floor.joints import extensions
+from labgym.layouts.floor.walls import extensions
 from labgym.scenes.finishes import PLAIN, EndWall, end_wall, paint
 from labgym.scenes.floor_covering import spaces_at
 from labgym.scenes.patches import Array, Corners, Patch, welded

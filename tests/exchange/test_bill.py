@@ -13,7 +13,7 @@ from labgym.errors import DocumentError
 from labgym.exchange.bill import COLUMNS, bill_of_materials, write_bill
 from labgym.exchange.inventory import read_inventory
 from labgym.layouts import load_published, published
-from labgym.layouts.holdings import Holdings
+from labgym.layouts.request import Holdings
 
 CATALOG = Catalog.load()
 

@@ -12,7 +12,8 @@ from labgym.cli import main
 from labgym.errors import DocumentError, UnrepairedError
 from labgym.exchange.dxf.reading import read_dxf, read_furniture
 from labgym.layouts import generate
-from labgym.layouts.floor.closed_doors import walls_with
+from labgym.layouts.floor.changes import walls_with
+from labgym.layouts.method import Method
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.protocols import protocols
 
@@ -181,7 +182,7 @@ def test_closed_doors_between_rooms_are_named_if_no_laboratory_fits(tmp_path):
     floor = read_dxf(plan(tmp_path / "plan.dxf"))
     shut = floor.model_copy(update={"walls": walls_with(floor, inner_doors(floor), state="closed")})
     with pytest.raises(UnrepairedError, match=r"cannot pass the closed doors between spaces \(1\): open them"):
-        generate("sub_01", seed=1, floor=shut, optimise=False, refine=False)
+        generate("sub_01", seed=1, floor=shut, method=Method(optimise=False, refine=False))
 
 
 def inner_doors(floor):

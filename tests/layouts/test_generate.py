@@ -12,6 +12,7 @@ from labgym.assets import Catalog
 from labgym.errors import InfeasibleError, OptionError, SearchLimitWarning, UnknownNameError
 from labgym.layouts import Door, Room, generate, room_presets
 from labgym.layouts.interiors import FloorProposer
+from labgym.layouts.method import Method
 from labgym.layouts.rules import rule_set
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.layouts.rules.zones import door_area, standing_in
@@ -147,7 +148,7 @@ def test_a_room_that_is_furnished_less_because_searches_stopped_is_a_warning(fur
 
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        generate("sub_01", 1, proposer=Hurried())
+        generate("sub_01", 1, method=Method(proposer=Hurried()))
     messages = [str(each.message) for each in caught if each.category is SearchLimitWarning]
     assert len(messages) == count
     assert all("reduced furnishing only" in message for message in messages)

@@ -1,7 +1,7 @@
 """The planning habits are data that the catalogue can satisfy, and every object of a layout has a reason."""
 
 from labgym.assets import Catalog
-from labgym.layouts import generate, reasons
+from labgym.layouts import generate, reasons, resolve_request
 from labgym.layouts.habits import Habits
 from labgym.layouts.rules.storage import STORAGE_CLASSES
 from labgym.protocols import protocols
@@ -32,7 +32,7 @@ def test_every_storage_class_of_reagents_has_a_cabinet_of_that_class():
 
 
 def test_every_object_that_a_protocol_brings_has_a_reason():
-    layout, why = generate("alk_03", 5), reasons("alk_03", 5)
+    layout, why = generate("alk_03", 5), reasons(resolve_request("alk_03", 5))
     assert all(why.values())
     assert set(why) <= set(layout.by_id)
     protocol, catalog = protocols()["alk_03"], Catalog.load()

@@ -137,7 +137,7 @@ def test_the_proposer_has_a_name_and_takes_the_configured_model(solved, loopback
         monkeypatch.setenv(f"LABGYM_LLM_{name}", value)
     for text in conversation(solved):
         loopback.says(text)
-    layout = generate("alk_03", seed=3, proposer="llm", optimise=False, refine=False, on_failure="keep")
+    layout = generate("alk_03", seed=3, method=Method(proposer="llm", optimise=False, refine=False, on_failure="keep"))
     assert {p.id for p in layout.placements} == {p.id for p in solved.placements}
     assert layout.provenance.options["proposer"] == "llm"
 

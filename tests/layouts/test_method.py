@@ -15,9 +15,8 @@ from labgym.errors import OptionError, UnknownNameError, UnrepairedError, Unrepa
 from labgym.layouts import Layout, generate
 from labgym.layouts.batch import generate_batch, read_rows
 from labgym.layouts.generate import resolve_request
-from labgym.layouts.method import Method
+from labgym.layouts.method import PROPOSERS, Method, make_proposer, proposer_names
 from labgym.layouts.moves import Move, apply
-from labgym.layouts.proposers import PROPOSERS, make_proposer, proposer_names
 from labgym.layouts.refinement import refine_assessed
 from labgym.layouts.rules import rule_set
 from labgym.layouts.rules.objective import evaluate_layout
@@ -38,7 +37,7 @@ def shaken(monkeypatch: pytest.MonkeyPatch) -> None:
 def kept() -> Layout:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UnrepairedWarning)
-        return generate(PROTOCOL, 3, proposer=Shaken(), on_failure="keep", **AS_PROPOSED)
+        return generate(PROTOCOL, 3, method=Method(proposer=Shaken(), on_failure="keep", **AS_PROPOSED))
 
 
 @pytest.fixture(scope="module")
@@ -47,14 +46,14 @@ def published() -> Layout:
 
 
 def test_the_names_of_the_defaults_make_the_same_file(published: Layout) -> None:
-    plain, named = published, generate(PROTOCOL, 3, proposer="solver", adjuster="rules")
+    plain, named = published, generate(PROTOCOL, 3, method=Method(proposer="solver", adjuster="rules"))
     assert plain.to_json() == named.to_json()
     assert not {"proposer", "adjuster", "optimise", "refine", "dress"} & plain.provenance.options.keys()
 
 
 def test_a_proposal_that_fails_is_an_error_that_recommends_no_room() -> None:
     with pytest.raises(UnrepairedError, match="could not be repaired") as caught:
-        generate(PROTOCOL, 3, proposer=Shaken(), **AS_PROPOSED)
+        generate(PROTOCOL, 3, method=Method(proposer=Shaken(), **AS_PROPOSED))
     assert "preset" not in str(caught.value)
     assert "interpenetrate" in str(caught.value)
     assert caught.value.smallest_preset is None
@@ -62,7 +61,7 @@ def test_a_proposal_that_fails_is_an_error_that_recommends_no_room() -> None:
 
 def test_a_layout_that_is_kept_names_its_failures_and_warns(kept: Layout, tmp_path: Path) -> None:
     with pytest.warns(UnrepairedWarning, match=r"kept with \d+ violations"):
-        again = generate(PROTOCOL, 3, proposer=Shaken(), on_failure="keep", **AS_PROPOSED)
+        again = generate(PROTOCOL, 3, method=Method(proposer=Shaken(), on_failure="keep", **AS_PROPOSED))
     assert again.hash == kept.hash
     assessment = evaluate_layout(kept, protocols()[PROTOCOL], navigation=True)
     failures = kept.provenance.options["failures"]
@@ -87,18 +86,18 @@ def test_without_phases_the_layout_is_the_proposal(kept: Layout) -> None:
 
 def test_what_a_proposal_forgets_is_added_unless_optimization_is_left_out() -> None:
     with pytest.warns(UnrepairedWarning, match="missing asset"):
-        bare = generate(PROTOCOL, 3, proposer=Forgetful(), on_failure="keep", **AS_PROPOSED)
+        bare = generate(PROTOCOL, 3, method=Method(proposer=Forgetful(), on_failure="keep", **AS_PROPOSED))
     (forgotten, *_) = bare.provenance.options["failures"]["missing"]
     assert not any(item.asset == forgotten for item in bare.placements)
     recorder = Recorder()
-    complete = generate(PROTOCOL, 3, proposer=Forgetful(), refine=False, trace=recorder)
+    complete = generate(PROTOCOL, 3, method=Method(proposer=Forgetful(), refine=False), trace=recorder)
     assert any(item.asset == forgotten for item in complete.placements)
     assert "complete" in {iteration.phase for iteration in recorder.trace().iterations}
     assert recorder.trace().final().placements == complete.placements
 
 
 def test_accessories_are_left_out_on_request(published: Layout) -> None:
-    bare = generate(PROTOCOL, 3, dress="never")
+    bare = generate(PROTOCOL, 3, method=Method(dress="never"))
     assert {item.id for item in bare.placements} < {item.id for item in published.placements}
     assert bare.provenance.options["dress"] == "never"
 
@@ -130,12 +129,12 @@ def test_unknown_names_are_one_line_that_lists_what_exists() -> None:
     for name in proposer_names():
         assert callable(make_proposer(name).propose)
     with pytest.raises(UnknownNameError, match="solver"):
-        generate(PROTOCOL, proposer="oracle")
+        generate(PROTOCOL, method=Method(proposer="oracle"))
     with pytest.raises(UnknownNameError, match="rules"):
-        generate(PROTOCOL, adjuster="oracle")
+        generate(PROTOCOL, method=Method(adjuster="oracle"))
     for option in ({"on_failure": "ignore"}, {"dress": "some"}):
         with pytest.raises(OptionError, match="expected one of"):
-            generate(PROTOCOL, **option)  # type: ignore[arg-type]
+            generate(PROTOCOL, method=Method(**option))  # type: ignore[arg-type]
 
 
 @pytest.mark.usefixtures("shaken")

@@ -5,8 +5,9 @@ from __future__ import annotations
 import pytest
 
 from labgym.layouts import Layout, Placement, load_published
+from labgym.layouts.method import Method
 from labgym.layouts.optimise import optimise_assessed
-from labgym.layouts.phases import improved
+from labgym.layouts.phases import Phases
 from labgym.layouts.rules import PAPER
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.layouts.trace import Recorder
@@ -37,12 +38,12 @@ def test_without_ways_an_object_at_a_goal_pose_stays():
 def test_without_facility_rules_only_the_refinement_clears_the_way(asset):
     blocked, placement = in_the_way(asset)
     assert evaluate_layout(blocked, blocked.protocol, rules="paper").v == 0
-    optimised, assessment = improved(blocked, blocked.protocol, PAPER, refine=False, facility=False)
+    optimised, assessment = Phases(blocked.protocol, PAPER, Method(refine=False, facility=False)).improved(blocked)
     assert optimised.placement("InTheWay") == placement
     assert assessment.rules == PAPER
     assert any(not move.feasible for move in assessment.transitions)
     recorder = Recorder()
-    _, assessment = improved(blocked, blocked.protocol, PAPER, trace=recorder, facility=False)
+    _, assessment = Phases(blocked.protocol, PAPER, Method(facility=False), recorder).improved(blocked)
     assert all(move.feasible for move in assessment.transitions)
     moves = [one for one in recorder.trace().iterations if one.change and not one.change.empty]
     assert {one.phase for one in moves} == {"refine"}

@@ -12,7 +12,7 @@ from shapely import Point, Polygon
 from labgym.layouts import Door, Layout, Placement, Room, generate, refine
 from labgym.layouts.moves import Move, Rotate, apply
 from labgym.layouts.refinement import blockages
-from labgym.layouts.refinement.fixes import Translation, deduplicated, responsible, rotation_fixes, translations
+from labgym.layouts.refinement.blockages import Translation, deduplicated, responsible, rotation_fixes, translations
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.navigation import feasibility
 from labgym.navigation.feasibility import Transition

@@ -12,12 +12,12 @@ from ortools.sat.python import cp_model
 from shapely import box
 
 from labgym.assets import Catalog, incompatible
-from labgym.layouts.cabinets import plan_cabinets
-from labgym.layouts.constraint_solver import search
 from labgym.layouts.floor import Door, Room
 from labgym.layouts.habits import Habits
+from labgym.layouts.interiors.program import search
 from labgym.layouts.request import Request
 from labgym.layouts.rules import rule_set
+from labgym.layouts.stocking import plan_cabinets
 from labgym.layouts.tabletop import GAP, Item, pack
 from labgym.protocols import protocols
 

@@ -12,6 +12,7 @@ from laboratories import island_laboratory
 
 from labgym.errors import DocumentError, OptionError
 from labgym.layouts import Layout, generate
+from labgym.layouts.method import Method
 from labgym.layouts.moves import Move, apply
 from labgym.layouts.optimise import optimise_assessed
 from labgym.layouts.repairs import repair_layout
@@ -25,7 +26,7 @@ PROTOCOL = "sub_01"
 @pytest.fixture(scope="module")
 def recorded() -> tuple[Layout, Trace]:
     recorder = Recorder()
-    layout = generate(PROTOCOL, 3, proposer=Shaken(), dress="always", clutter=1, trace=recorder)
+    layout = generate(PROTOCOL, 3, method=Method(proposer=Shaken(), dress="always"), clutter=1, trace=recorder)
     return layout, recorder.trace()
 
 
@@ -88,7 +89,7 @@ def test_a_repair_is_recorded_stage_by_stage() -> None:
 
 def test_recording_changes_nothing(recorded: tuple[Layout, Trace]) -> None:
     layout, _ = recorded
-    again = generate(PROTOCOL, 3, proposer=Shaken(), dress="always", clutter=1)
+    again = generate(PROTOCOL, 3, method=Method(proposer=Shaken(), dress="always"), clutter=1)
     assert again.to_json() == layout.to_json()
 
 

@@ -14,8 +14,7 @@ from labgym.layouts import generate
 from labgym.layouts.clutter import add_clutter
 from labgym.layouts.floors import draw_floor
 from labgym.layouts.generate import generate_assessed, resolve_request
-from labgym.layouts.style import Style
-from labgym.layouts.variants import draw_variants
+from labgym.layouts.style import Style, draw_variants
 from labgym.protocols import protocols
 
 CATALOG = Catalog.load()
@@ -35,7 +34,7 @@ FAMILIES_OF_FURNITURE = {
 def held_out_floor(family, seed, clutter=0):
     """A floor as test splits draw it."""
     draw = draw_floor(family, seed, held_out=True)
-    request = resolve_request("sub_01", seed, None, "default", None, (), draw.floor, clutter=clutter)
+    request = resolve_request("sub_01", seed, None, "default", floor=draw.floor, clutter=clutter)
     return generate_assessed(replace(request, style=Style.of(draw.style), family=family))[0]
 
 

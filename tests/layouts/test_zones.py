@@ -14,10 +14,10 @@ from laboratories import PROTOCOL, island_laboratory, put
 from labgym.errors import DocumentError, UnknownNameError
 from labgym.layouts import Layout
 from labgym.layouts.moves import Assign, apply
+from labgym.layouts.records import Zone, ZoneAssignment
 from labgym.layouts.refinement import refine_assessed
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.layouts.trace import Recorder
-from labgym.layouts.zone import Zone, ZoneAssignment
 from labgym.layouts.zoning import zoned
 from labgym.navigation import goal_pairs, goal_pose
 from labgym.protocols import get

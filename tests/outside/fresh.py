@@ -17,7 +17,7 @@ from typing import Any
 
 from labgym.errors import LabgymError
 from labgym.layouts import generate
-from labgym.layouts.combination import combination
+from labgym.layouts.request import combination
 from labgym.layouts.rules import rule_set
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.protocols import protocols

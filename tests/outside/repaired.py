@@ -25,9 +25,9 @@ from outside.safety_checker import faults
 
 from labgym.errors import LabgymError
 from labgym.layouts import Layout
-from labgym.layouts.combination import combination
 from labgym.layouts.moves import Place, apply, replaced
 from labgym.layouts.repairs import repair_layout
+from labgym.layouts.request import combination
 from labgym.layouts.rules import evaluate_layout
 from labgym.layouts.rules.safety.hazards import water_reactive
 from labgym.layouts.rules.supplies import WET

@@ -14,6 +14,7 @@ from shapely import Polygon
 
 from labgym.layouts import Layout, Placement, generate
 from labgym.layouts.generate import resolve_request
+from labgym.layouts.method import Method
 from labgym.layouts.placement import FLOOR
 from labgym.layouts.request import Request
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
@@ -253,8 +254,8 @@ def test_the_published_rates_are_the_assumed_ones_times_the_factors() -> None:
 
 
 def test_under_touchstone_the_safety_equipment_is_added_that_a_proposal_lacks() -> None:
-    assert missing_kinds(generate("red_02", 0, rules="paper", proposer="sampler"))
-    assert not missing_kinds(generate("red_02", 0, proposer="sampler"))
+    assert missing_kinds(generate("red_02", 0, rules="paper", method=Method(proposer="sampler")))
+    assert not missing_kinds(generate("red_02", 0, method=Method(proposer="sampler")))
 
 
 def missing_kinds(layout: Layout) -> list[str]:

@@ -14,8 +14,8 @@ from labgym.errors import DocumentError, MissingDependencyError, OptionError, Un
 from labgym.eval import evaluate
 from labgym.layouts import Layout, load_published, splits
 from labgym.pipeline import RunConfig
-from labgym.pipeline.layout_stage import layout_jobs, make_layout
 from labgym.pipeline.run import RunOutcome, report_folder, run_pipeline
+from labgym.pipeline.stages import layout_jobs, make_layout
 from labgym.policies import make_policy
 from labgym.protocols import protocols
 from labgym.runs.manifest import RunManifest

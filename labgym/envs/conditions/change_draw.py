@@ -15,7 +15,7 @@ from labgym.envs.robot import ROBOT
 from labgym.envs.tasks import Task
 from labgym.envs.world import world_of
 from labgym.geometry import BoxArray, OrientedBox, pairwise_distance, pairwise_penetration
-from labgym.layouts.clutter.openings import draw_openings, openable
+from labgym.layouts.clutter.kinds import draw_openings, openable
 from labgym.layouts.clutter.ways import Ways
 from labgym.layouts.placement import FLOOR, placed_part
 from labgym.navigation import OBSTACLE_HEIGHT, PLANNING_RADIUS

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from labgym.eval.drawing import palette
 from labgym.eval.drawing.plan_drawing import draw_goals, draw_objects, draw_plan, draw_violations, plan_size
 from labgym.eval.drawing.plan_labels import FONT
-from labgym.layouts.combination import combination
 from labgym.layouts.model import Layout
+from labgym.layouts.request import combination
 from labgym.layouts.rules import rule_set
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.trace import Iteration, Trace

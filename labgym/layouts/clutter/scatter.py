@@ -15,15 +15,14 @@ from labgym.assets.articulation import protruding
 from labgym.counts import is_whole
 from labgym.errors import OptionError
 from labgym.geometry import BoxArray, OrientedBox, pairwise_distance, pairwise_penetration
-from labgym.layouts.clutter.kinds import DENSITY, KINDS, LEVELS, OPENED, Kind
-from labgym.layouts.clutter.openings import draw_openings, openable
+from labgym.layouts.clutter.kinds import DENSITY, KINDS, LEVELS, OPENED, Kind, draw_openings, openable
 from labgym.layouts.clutter.ways import Point, Ways
 from labgym.layouts.model import Layout
 from labgym.layouts.placement import FLOOR, WALL, Placement, placed_part
 from labgym.layouts.rules.building import Entrance, building_of
 from labgym.layouts.rules.thresholds import LOOSE, MOVABLE, SHOWER_RADIUS
 from labgym.layouts.rules.zones import HEADROOM, front_zone
-from labgym.layouts.variants import Furniture
+from labgym.layouts.style import Furniture
 from labgym.navigation import OBSTACLE_HEIGHT, goal_pose
 
 TRIES, BATCH = 100, 20

@@ -1,4 +1,4 @@
-"""Types and limits that the records of a floor share. Lengths in meters, angles in radians."""
+"""Types and limits that the records of a floor share, and limits at ways out. Lengths in meters, angles in radians."""
 
 from __future__ import annotations
 
@@ -33,3 +33,12 @@ class Growing(Record):
         fields = type(self).model_fields
         plain = {name for name in self.ADDED if getattr(self, name) == fields[name].get_default()}
         return {name: value for name, value in handler(self).items() if name not in plain}
+
+
+NFPA_45 = 46.5
+"""Square meters: 500 ft2 of a class B laboratory unit (NFPA 45)."""
+CALIFORNIA = 18.6
+"""Square meters: 200 ft2 (California Building Code, 24 CCR)."""
+
+HOOD_DOOR_LEAST = 1.0
+"""Least distance between a hood and a doorway, meters (BS 7258-2 guidance and CEN/TS 14175-5: 1.0 to 1.5 m)."""

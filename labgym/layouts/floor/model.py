@@ -12,16 +12,13 @@ from pydantic import Field, ValidationError, model_validator
 
 from labgym.errors import LabgymError, UnknownNameError
 from labgym.geometry import BoxArray, OrientedBox, to_local
-from labgym.layouts.floor.checks import check_access, check_counts, check_doorways, check_overlaps
+from labgym.layouts.floor.checks import check_access, check_counts, check_doorways, check_enclosed, check_overlaps
 from labgym.layouts.floor.doorways import Doorway, doorways_of
-from labgym.layouts.floor.enclosure import check_enclosed
 from labgym.layouts.floor.fields import Growing
-from labgym.layouts.floor.joints import extensions
-from labgym.layouts.floor.rectangles import READS, rectangle_parts, room_of
-from labgym.layouts.floor.rooms import Door, Room
+from labgym.layouts.floor.rooms import READS, Door, Room, rectangle_parts, room_of
 from labgym.layouts.floor.solids import Part, solid_parts
 from labgym.layouts.floor.spaces import Column, KeepOut, Service, Space
-from labgym.layouts.floor.walls import Wall
+from labgym.layouts.floor.walls import Wall, extensions
 
 SERVED = 0.6
 """A service point serves the spaces that it is at most this far outside of: it may be in their walls, meters."""

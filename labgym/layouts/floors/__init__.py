@@ -1,9 +1,8 @@
 """Families of floors: seeded generators of rooms and suites, with sourced ranges for every parameter."""
 
 from labgym.layouts.floors.building import FloorDraw
-from labgym.layouts.floors.draw import FAMILIES, Family, draw_floor
-from labgym.layouts.floors.populations import SPLITS, Population, population_of
-from labgym.layouts.floors.style import FamilyStyle, HoodWall, Island
+from labgym.layouts.floors.draw import FAMILIES, SPLITS, Family, Population, draw_floor, population_of
+from labgym.layouts.floors.fittings import FamilyStyle, HoodWall, Island
 
 __all__ = [
     "FAMILIES",

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
 import numpy as np
 
-from labgym.layouts.floors.building import FloorDraw, Shell, door_widths, finished
+from labgym.layouts.floors.building import Draft, FloorDraw, Shell
 from labgym.layouts.floors.fittings import draw_glazing
-from labgym.layouts.floors.openings import Openings, UnsuitableError, add_exits, between, chosen
-from labgym.layouts.floors.plots import Plot, diagonal, posed, rectangle
+from labgym.layouts.floors.openings import UnsuitableError, between, chosen
+from labgym.layouts.floors.plots import Plot, posed, rectangle
 from labgym.layouts.floors.ranges import KINDS, BuildingRanges, Limits, chance, integer, uniform
-from labgym.layouts.floors.sides import OUTSIDE, sides_of
+from labgym.layouts.floors.sides import OUTSIDE
 
 SHARED = 2.5
 """Least length of the wall that the two laboratories share, meters: a passage and its corners."""
@@ -70,36 +69,35 @@ def double(generator: np.random.Generator, ranges: DoubleRanges) -> FloorDraw:
     area = sum(plot.area for plot in plots)
     if not ranges.floor_area[0] <= area <= ranges.floor_area[1]:
         raise UnsuitableError(f"the floor has {area:.1f} m²")
-    openings = Openings(sides_of(plots, shell.exterior))
+    draft = Draft.of(plots, shell, ranges, generator)
+    openings = draft.openings
     if (shortest := min(side.length for side in openings.sides)) < OFFSET:
         raise UnsuitableError(f"the walls of the two are offset by {shortest:.2f} m")
     shared = between(openings.sides, plots[0].id, plots[1].id)
-    ways = _join(openings, plots, ranges, shell, generator)
+    ways = _join(draft)
     count = integer(generator, ranges.exits)
-    doors = door_widths(ranges, count, generator)
+    doors = draft.door_widths(count)
     own = [between(openings.sides, plot.id, OUTSIDE) for plot in plots]
-    walls = [own[0], *([own[0] + own[1]] * (count - 1))]
-    add_exits(openings, walls, doors, shell.door_height, diagonal(plots) / 2.0, generator)
+    draft.add_exits([own[0], *([own[0] + own[1]] * (count - 1))], doors)
     panes = draw_glazing(openings, shared, shell.door_height, ranges.glazing[0], generator)
     drawn = {"widths": widths, "depths": depths, "shift": shift, "use": second, "doors": doors, "ways": ways}
-    return finished(openings, plots, shell, ranges, generator, {**drawn, "glazed": panes > 0})
+    return draft.finished({**drawn, "glazed": panes > 0})
 
 
-def _join(
-    openings: Openings, plots: Sequence[Plot], ranges: DoubleRanges, shell: Shell, generator: np.random.Generator
-) -> list[str]:
+def _join(draft: Draft[DoubleRanges]) -> list[str]:
     """Add a door, a passage or a door and a passage to the shared wall; return their kinds."""
+    openings, plots, generator = draft.openings, draft.plots, draft.generator
     shared = between(openings.sides, plots[0].id, plots[1].id)
     kinds: list[Literal["door", "passage"]] = ["door", "passage"]
     if not chance(generator, 0.2):
         kinds = [kinds[int(generator.integers(2))]]
     added: list[str] = []
     for kind in kinds:
-        width = uniform(generator, PASSAGE if kind == "passage" else ranges.door, 0.05)
+        width = uniform(generator, PASSAGE if kind == "passage" else draft.ranges.door, 0.05)
         into = plots[int(generator.integers(2))].id
         places = openings.places(shared, width, into)
         if places or not added:
             place = chosen(places, generator, "a way between the laboratories")
-            openings.add_way(place, width, shell.door_height, kind, into)
+            openings.add_way(place, width, draft.shell.door_height, kind, into)
             added.append(kind)
     return added

@@ -1,19 +1,19 @@
-"""Draws floors: the families by name, and one call for a family and a seed."""
+"""Draws floors: the families by name, one call for a family and a seed, and the families of each split."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
-from labgym.counts import MAX_SEED, whole_number
-from labgym.errors import InfeasibleError, UnknownNameError
-from labgym.layouts.floors.bay import BayRanges, bay
+from labgym.counts import MAX_SEED, is_whole, whole_number
+from labgym.errors import InfeasibleError, OptionError, UnknownNameError
+from labgym.layouts.floors.bay import BayRanges, EllRanges, bay, ell
 from labgym.layouts.floors.building import FloorDraw, named
 from labgym.layouts.floors.double import DoubleRanges, double
-from labgym.layouts.floors.ell import EllRanges, ell
 from labgym.layouts.floors.openings import UnsuitableError
 from labgym.layouts.floors.ranges import BuildingRanges, with_limits
 from labgym.layouts.floors.refit import RefitRanges, refit
@@ -88,3 +88,58 @@ def draw_floor(family: str, seed: int, **ranges: Any) -> FloorDraw:
 
 def _plain(value: Any) -> Any:
     return list(value) if isinstance(value, tuple) else value
+
+
+NONE: Mapping[str, Any] = MappingProxyType({})
+
+
+@dataclass(frozen=True)
+class Population:
+    """A family and the ranges that a split restricts.
+
+    Attributes:
+        family: name of the family.
+        ranges: ranges that replace those of the family.
+    """
+
+    family: str
+    ranges: Mapping[str, Any] = field(default_factory=lambda: NONE)
+
+    def draw(self, seed: int) -> FloorDraw:
+        """Return the floor of a seed. Raises as `draw_floor`."""
+        return draw_floor(self.family, seed, **self.ranges)
+
+
+HELD_OUT: Mapping[str, Any] = MappingProxyType({"held_out": True})
+
+TRAINED = (Population("bay"), Population("ell"), Population("suite", MappingProxyType({"rooms": (2, 3)})))
+TESTED = (
+    Population("double", HELD_OUT),
+    Population("refit", HELD_OUT),
+    Population("suite", MappingProxyType({"rooms": (4, 8), **HELD_OUT})),
+)
+
+SPLITS: dict[str, tuple[Population, ...]] = {
+    "floors-train": TRAINED,
+    "floors-val": TRAINED,
+    "floors-seen": TRAINED,
+    "floors-test": TESTED,
+    "floors-sealed": TESTED,
+}
+"""Populations of the splits of floors. The test families and their finishes do not occur in training; `floors-val` and
+`floors-seen` have further floors of the families of training, `floors-sealed` further floors of the test families."""
+
+
+def population_of(split: str, index: int) -> Population:
+    """Return the population of a place in a split: the populations take turns.
+
+    Raises:
+        UnknownNameError: there is no such split.
+        OptionError: the index is negative.
+    """
+    if split not in SPLITS:
+        raise UnknownNameError("split of floors", split, SPLITS)
+    if not is_whole(index) or index < 0:
+        raise OptionError(f"index of a floor in split {split!r} is {index!r}, expected a whole number of at least 0")
+    populations = SPLITS[split]
+    return populations[index % len(populations)]

@@ -168,39 +168,6 @@ def chosen(places: Sequence[Place], generator: np.random.Generator, what: str) -
     return on_side[int(generator.integers(len(on_side)))]
 
 
-def add_exits(
-    openings: Openings,
-    sides: Sequence[Sequence[int]],
-    widths: Sequence[float],
-    height: float,
-    apart: float,
-    generator: np.random.Generator,
-    corner: float = CORNER,
-) -> list[Place]:
-    """Add exits and return their places.
-
-    Args:
-        sides: for each exit the sides on which it may be.
-        widths: clear width of each exit.
-        apart: least distance between the first two, half the diagonal of what they serve (NFPA 101, 7.5.1.3).
-
-    Raises:
-        UnsuitableError: one of them fits nowhere.
-    """
-    exits: list[Place] = []
-    for number, (allowed, width) in enumerate(zip(sides, widths, strict=True)):
-        least = apart if number == 1 else 2.0
-        places = [
-            place
-            for place in openings.places(allowed, width, corner=corner)
-            if all(math.dist(place.point, other.point) > least for other in exits)
-        ]
-        place = chosen(places, generator, f"exit {number + 1}")
-        openings.add_way(place, width, height)
-        exits.append(place)
-    return exits
-
-
 def add_windows(
     openings: Openings,
     indices: Iterable[int],

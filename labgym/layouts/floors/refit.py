@@ -11,11 +11,11 @@ import numpy as np
 
 from labgym.geometry import BoxArray, OrientedBox, pairwise_distance, rotate
 from labgym.layouts.floor import Column
-from labgym.layouts.floors.building import FloorDraw, Shell, door_widths, finished
-from labgym.layouts.floors.openings import Openings, UnsuitableError, add_exits, between, chosen
-from labgym.layouts.floors.plots import Outline, Plot, Point, Use, diagonal, extent, posed
+from labgym.layouts.floors.building import Draft, FloorDraw, Shell
+from labgym.layouts.floors.openings import UnsuitableError, between, chosen
+from labgym.layouts.floors.plots import Outline, Plot, Point, Use, extent, posed
 from labgym.layouts.floors.ranges import KINDS, BuildingRanges, Limits, chance, integer, uniform
-from labgym.layouts.floors.sides import OUTSIDE, sides_of
+from labgym.layouts.floors.sides import OUTSIDE
 
 WAY = (1.2, 2.0)
 """Range of the width of a passage into the wing, meters (assumption)."""
@@ -66,23 +66,16 @@ def refit(generator: np.random.Generator, ranges: RefitRanges) -> FloorDraw:
     area = sum(plot.area for plot in plots)
     if not ranges.floor_area[0] <= area <= ranges.floor_area[1]:
         raise UnsuitableError(f"the floor has {area:.1f} m²")
-    openings = Openings(sides_of(plots, shell.exterior))
-    way = _join(openings, between(openings.sides, "hall", "wing"), ranges, shell, generator)
+    draft = Draft.of(plots, shell, ranges, generator)
+    way = _join(draft)
     exits = integer(generator, ranges.exits)
-    doors = door_widths(ranges, exits, generator)
-    own = [between(openings.sides, plot.id, OUTSIDE) for plot in plots]
-    add_exits(
-        openings,
-        [own[0], *([own[0] + own[1]] * (exits - 1))],
-        doors,
-        shell.door_height,
-        diagonal(plots) / 2.0,
-        generator,
-    )
-    columns = _columns(plots[0], openings.zones, ranges, generator)
+    doors = draft.door_widths(exits)
+    own = [between(draft.openings.sides, plot.id, OUTSIDE) for plot in plots]
+    draft.add_exits([own[0], *([own[0] + own[1]] * (exits - 1))], doors)
+    columns = _columns(draft)
     drawn = {"width": width, "depth": depth, "chamfers": {str(k): leg for k, leg in legs.items()}, "angle": angle}
     drawn |= {"wing": list(wing), "use": use, "way": way, "doors": doors, "columns": len(columns)}
-    return finished(openings, plots, shell, ranges, generator, drawn, columns)
+    return draft.finished(drawn, columns)
 
 
 def _chamfered(width: float, depth: float, legs: dict[int, float]) -> Outline:
@@ -125,22 +118,21 @@ def _wing(start: Point, size: tuple[float, float], angle: float) -> Outline:
     return (x, y), (x + lx, y + ly), (x + ux, y + near + uy), (x, y + near)
 
 
-def _join(
-    openings: Openings, shared: list[int], ranges: RefitRanges, shell: Shell, generator: np.random.Generator
-) -> str:
+def _join(draft: Draft[RefitRanges]) -> str:
     """Add a door or a passage between hall and wing and return its kind; the door opens into the hall."""
+    openings, generator = draft.openings, draft.generator
     wide = chance(generator, 0.5)
-    width = uniform(generator, WAY if wide else ranges.door, 0.05)
-    place = chosen(openings.places(shared, width, "hall"), generator, "a way into the wing")
+    width = uniform(generator, WAY if wide else draft.ranges.door, 0.05)
+    places = openings.places(between(openings.sides, "hall", "wing"), width, "hall")
+    place = chosen(places, generator, "a way into the wing")
     kind: Literal["door", "passage"] = "passage" if wide else "door"
-    openings.add_way(place, width, shell.door_height, kind, "hall")
+    openings.add_way(place, width, draft.shell.door_height, kind, "hall")
     return kind
 
 
-def _columns(
-    hall: Plot, zones: Sequence[OrientedBox], ranges: RefitRanges, generator: np.random.Generator
-) -> tuple[Column, ...]:
+def _columns(draft: Draft[RefitRanges]) -> tuple[Column, ...]:
     """Return columns on a grid in the hall, away from doors; those near a wall stand against it."""
+    hall, ranges, generator = draft.plots[0], draft.ranges, draft.generator
     x0, y0, x1, y1 = extent([hall.outline])
     side = uniform(generator, ranges.column, 0.05)
     pitch = uniform(generator, ranges.grid), uniform(generator, ranges.grid)
@@ -150,7 +142,7 @@ def _columns(
         for y in _lines(y0, y1, start[1], pitch[1], side):
             box = OrientedBox(x, y, side, side)
             inside = all(_left_of(edge, (x, y)) >= side / 2.0 - 1e-6 for edge in hall.edges)
-            if inside and _away(box, hall, zones):
+            if inside and _away(box, hall, draft.openings.zones):
                 columns.append(Column(id=f"column-{len(columns) + 1}", x=x, y=y, width=side, depth=side))
     return tuple(columns)
 

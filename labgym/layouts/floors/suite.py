@@ -9,12 +9,12 @@ from typing import Annotated
 
 import numpy as np
 
-from labgym.layouts.floors.building import SECOND_EXIT_AREA, FloorDraw, Shell, door_widths, finished
+from labgym.layouts.floors.building import SECOND_EXIT_AREA, Draft, FloorDraw, Shell
 from labgym.layouts.floors.fittings import draw_glazing
-from labgym.layouts.floors.openings import Openings, Place, UnsuitableError, add_exits, between, chosen
+from labgym.layouts.floors.openings import Place, UnsuitableError, between, chosen
 from labgym.layouts.floors.plots import Plot, Use, diagonal, posed, rectangle
 from labgym.layouts.floors.ranges import BuildingRanges, Limits, chance, integer, uniform
-from labgym.layouts.floors.sides import OUTSIDE, sides_of
+from labgym.layouts.floors.sides import OUTSIDE
 
 MODULES = (1.0, 1.0, 1.5, 2.0, 2.0, 2.5, 3.0)
 """Widths of rooms in modules, drawn from these (assumption)."""
@@ -77,16 +77,13 @@ def suite(generator: np.random.Generator, ranges: SuiteRanges) -> FloorDraw:
     area = sum(plot.area for plot in plots)
     if not ranges.floor_area[0] <= area <= ranges.floor_area[1]:
         raise UnsuitableError(f"the floor has {area:.1f} m²")
-    openings = Openings(sides_of(plots, shell.exterior))
-    doors = _add_doors(openings, plots, ranges, shell, generator)
-    exits = _add_exits(openings, plots, ranges, shell, generator)
+    draft = Draft.of(plots, shell, ranges, generator)
+    openings, doors, exits = draft.openings, _add_doors(draft), _add_exits(draft)
     partitions = [k for plot in plots[1:] for k in between(openings.sides, plots[0].id, plot.id)]
     panes = draw_glazing(openings, partitions, shell.door_height, ranges.glazing[0], generator)
     drawn = {"rooms": count, "corridor": corridor, "depths": depths[: 1 + bool(rows[1])], "length": max(lengths)}
     uses = {plot.id: plot.use for plot in plots}
-    return finished(
-        openings, plots, shell, ranges, generator, {**drawn, "uses": uses, "doors": doors + exits, "glazed": panes}
-    )
+    return draft.finished({**drawn, "uses": uses, "doors": doors + exits, "glazed": panes})
 
 
 def _rows(
@@ -136,63 +133,52 @@ def _assigned(outlines: Sequence[tuple[tuple[float, float], ...]], generator: np
     return plots
 
 
-def _add_doors(
-    openings: Openings, plots: Sequence[Plot], ranges: SuiteRanges, shell: Shell, generator: np.random.Generator
-) -> list[float]:
+def _add_doors(draft: Draft[SuiteRanges]) -> list[float]:
     """Add doors to all rooms: from the corridor, second ones to large rooms, and some between neighbors."""
-    corridor, rooms = plots[0], plots[1:]
+    openings, (corridor, *rooms) = draft.openings, draft.plots
     widths = []
     for room in rooms:
         sides = between(openings.sides, corridor.id, room.id)
-        width, first = _add_door(openings, sides, room, ranges, shell, generator)
+        width, first = _add_door(draft, sides, room)
         widths.append(width)
         if room.area > SECOND_EXIT_AREA:
             others = [k for other in rooms if other is not room for k in between(openings.sides, room.id, other.id)]
-            apart = diagonal([room]) / 2.0
-            widths.append(_add_door(openings, sides + others, room, ranges, shell, generator, first, apart)[0])
+            widths.append(_add_door(draft, sides + others, room, first)[0])
     for index, room in enumerate(rooms):
         for other in rooms[index + 1 :]:
             sides = between(openings.sides, room.id, other.id)
-            if sides and chance(generator, ranges.joined[0]) and not any(openings.on(k) for k in sides):
-                widths.append(_add_door(openings, sides, room, ranges, shell, generator)[0])
+            if sides and chance(draft.generator, draft.ranges.joined[0]) and not any(openings.on(k) for k in sides):
+                widths.append(_add_door(draft, sides, room)[0])
     return widths
 
 
 def _add_door(
-    openings: Openings,
-    sides: Sequence[int],
-    room: Plot,
-    ranges: SuiteRanges,
-    shell: Shell,
-    generator: np.random.Generator,
-    first: Place | None = None,
-    apart: float = 0.0,
+    draft: Draft[SuiteRanges], sides: Sequence[int], room: Plot, first: Place | None = None
 ) -> tuple[float, Place]:
     """Add an open door that swings into a room, and return its width and place.
 
     Args:
-        first: another door of the room, and its least distance from it.
+        first: another door of the room, from which it is half the diagonal of the room away.
     """
-    (width,) = door_widths(ranges, 1, generator)
-    places = openings.places(sides, width, room.id)
+    (width,) = draft.door_widths(1)
+    places = draft.openings.places(sides, width, room.id)
     if first is not None:
-        places = [place for place in places if math.dist(place.point, first.point) > apart]
-    place = chosen(places, generator, f"a door of room {room.id!r}")
-    openings.add_way(place, width, shell.door_height, "door", room.id)
+        places = [place for place in places if math.dist(place.point, first.point) > diagonal([room]) / 2.0]
+    place = chosen(places, draft.generator, f"a door of room {room.id!r}")
+    draft.openings.add_way(place, width, draft.shell.door_height, "door", room.id)
     return width, place
 
 
-def _add_exits(
-    openings: Openings, plots: Sequence[Plot], ranges: SuiteRanges, shell: Shell, generator: np.random.Generator
-) -> list[float]:
+def _add_exits(draft: Draft[SuiteRanges]) -> list[float]:
     """Add exits: at an end of the corridor, at its other end if that is far enough, and anywhere else."""
+    openings, plots = draft.openings, draft.plots
     ends = between(openings.sides, plots[0].id, OUTSIDE)
     anywhere = [k for plot in plots for k in between(openings.sides, plot.id, OUTSIDE)]
     apart = diagonal(plots) / 2.0
     second = ends if max(math.dist(*edge) for edge in plots[0].edges) > apart + 1.0 else anywhere
-    count = integer(generator, ranges.exits)
+    count = integer(draft.generator, draft.ranges.exits)
     widest = min(openings.sides[k].length for k in ends) - 2.0 * ENDS
-    widths = [min(width, round(widest - 0.005, 2)) for width in door_widths(ranges, count, generator)]
+    widths = [min(width, round(widest - 0.005, 2)) for width in draft.door_widths(count)]
     allowed = [ends, second, *([anywhere] * (count - 2))]
-    add_exits(openings, allowed, widths, shell.door_height, apart, generator, ENDS)
+    draft.add_exits(allowed, widths, ENDS)
     return widths

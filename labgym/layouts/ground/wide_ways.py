@@ -13,9 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.geometry import OrientedBox
-from labgym.layouts.ground.ground import Ground
+from labgym.layouts.ground.ground import Ground, grounds
+from labgym.layouts.model import Layout
+from labgym.layouts.placement import FLOOR
 from labgym.layouts.rules.clearance import cells_to, lower_to_boxes
-from labgym.layouts.rules.thresholds import EGRESS_WIDTH
+from labgym.layouts.rules.thresholds import EGRESS_WIDTH, MOVABLE
 from labgym.navigation import goal_pose
 
 FINE, COARSE = 0.025, 0.05
@@ -123,3 +125,46 @@ class WideWays:
 
 def _inside(x: float, y: float, yaw: float, depth: float) -> tuple[float, float]:
     return x - math.sin(yaw) * depth, y + math.cos(yaw) * depth
+
+
+class Passages:
+    """The ways of each space between its doors and its places of work; built for a space when it is first asked for."""
+
+    def __init__(self, layout: Layout) -> None:
+        """Start with the furniture of a layout."""
+        self._layout = layout
+        self._grounds = {ground.space: ground for ground in grounds(layout.floor)}
+        self._ways: dict[str, WideWays | None] = {}
+
+    def add(self, space: str, box: OrientedBox, emergency: bool = False) -> bool:
+        """Add an object unless it cuts a door or a place of work off from a way out; return whether it was added.
+
+        In a space whose furniture already does so, every object is added.
+
+        Args:
+            emergency: whether a way has to lead to the object too, and to remain.
+        """
+        if space not in self._ways:
+            self._ways[space] = self._furnished(space)
+        ways, foot = self._ways[space], self._grounds[space].to_ground(box)
+        return ways is None or ways.add([foot], [], emergency=[foot] if emergency else [])
+
+    def _furnished(self, space: str) -> WideWays | None:
+        ground, layout = self._grounds[space], self._layout
+        ways = WideWays(ground, [*ground.outside, *ground.solid, *ground.leaves])
+        feet, places, hung = [], [], []
+        for placement in layout.placements:
+            asset, at = layout.asset(placement.id), layout.floor.space_at(*placement.position[:2])
+            if at is None or at.id != space:
+                continue
+            if asset.subtype == "fire":
+                hung.append(ground.to_ground(layout.box(placement.id)))
+            elif placement.support == FLOOR and asset.subtype not in MOVABLE:
+                feet.append(ground.to_ground(layout.box(placement.id)))
+                places += [feet[-1]] if asset.clearance > 0.0 else []
+        ways.add(feet, places, check=False)
+        if not ways.joined:
+            return None
+        for extinguisher in hung:
+            ways.add([extinguisher], [], emergency=[extinguisher])
+        return ways

@@ -14,8 +14,7 @@ from labgym.layouts.interiors.interior import Interior
 from labgym.layouts.interiors.lattice import CELL, EPSILON
 from labgym.layouts.interiors.standing import SIDE_GAP
 from labgym.layouts.rules.thresholds import ONE_SIDED
-from labgym.layouts.style import Style
-from labgym.layouts.variants import Furniture
+from labgym.layouts.style import Furniture, Style
 
 STEP = 0.2
 """Spacing of the places that are tried along an oblique wall, meters."""

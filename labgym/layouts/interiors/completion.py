@@ -9,23 +9,57 @@ from dataclasses import replace
 import numpy as np
 
 from labgym.layouts.brief import Unit
-from labgym.layouts.briefing import nearness_of
-from labgym.layouts.habits import Habits, RoomHabit
-from labgym.layouts.interiors.emergency import add_emergency_equipment
-from labgym.layouts.interiors.filling import Names, add_piece, add_pieces, fill, is_equipped
+from labgym.layouts.habits import Habits
+from labgym.layouts.interiors.distances import nearness_of
+from labgym.layouts.interiors.filling import Filler, Names, add_pieces, is_equipped, is_near
 from labgym.layouts.interiors.interior import Interior
 from labgym.layouts.interiors.needs import Needs
+from labgym.layouts.interiors.safeguards import EQUIPMENT
+from labgym.layouts.interiors.supply import lacking
+from labgym.layouts.pieces import WallPiece, unit_of
 from labgym.layouts.request import Request
 from labgym.layouts.rules.safety.pieces import OPTIONAL_PIECES
 from labgym.layouts.rules.thresholds import MOVABLE
-from labgym.layouts.style import Style
+
+
+def add_emergency_equipment(
+    request: Request, rooms: Mapping[str, Interior], names: Names, generator: np.random.Generator
+) -> None:
+    """Add eyewashes, showers and a sink to every laboratory, so that any may get hoods.
+
+    The way from a hood takes at most 10 s, about 16.8 m, without a door between (ANSI/ISEA Z358.1). Nothing is added
+    where there is no place, or where the floor requires its water elsewhere.
+    """
+    for room in rooms.values():
+        if room.ground.use != "laboratory":
+            continue
+        for role, reason in EQUIPMENT.items():
+            if _is_far(room, role):
+                _add(request, room, role, reason, names, generator)
+
+
+def _is_far(room: Interior, role: str) -> bool:
+    """Whether a space lacks a piece, or some hazardous work is too far from it."""
+    work = [room.feet[unit_id] for unit_id, unit in room.units.items() if "work" in unit.hazards]
+    lacks = all(unit.asset.role != role for unit in room.units.values())
+    return lacks or not all(is_near(room, foot, role) for foot in work)
+
+
+def _add(
+    request: Request, room: Interior, name: str, reason: str, names: Names, generator: np.random.Generator
+) -> None:
+    asset = request.catalog.get(name)
+    unit = unit_of(request, WallPiece(names.next(asset), asset, reason))
+    far = [unit_id for unit_id, one in room.units.items() if "work" in one.hazards and one.asset.fume_hood]
+    if lacking(unit, room.ground)[1] or add_pieces(room, [unit], {unit.id: far[-1:]}, generator):
+        names.taken.discard(unit.id)
 
 
 def complete(
     request: Request, needs: Needs, rooms: Mapping[str, Interior], generator: np.random.Generator
 ) -> list[Unit]:
     """Add further pieces and fill all spaces; return the further pieces that found no place."""
-    habits, style = request.habits, request.style
+    habits = request.habits
     partners: dict[str, list[str]] = {}
     for near in nearness_of((*needs.required, *needs.further), habits):
         partners.setdefault(near.first, []).append(near.second)
@@ -44,15 +78,14 @@ def complete(
         beyond = (False,) if unit.asset.fume_hood or not unit.supplies else (False, True)
         if all(add_pieces(room, [unit], partners, generator, farther) for farther in beyond for room in able):
             left.append(unit)
+    filler = Filler(request, names, generator)
     if request.holdings is not None:
-        _add_existing(request, needs, rooms, style, names, generator)
+        _add_existing(filler, needs, rooms)
         if request.holdings.purchases != "any":
             return left
     for room in rooms.values():
-        habit = habits.rooms.get(room.ground.use, RoomHabit())
         counts = Counter(unit.asset.role for other in rooms.values() for unit in other.units.values())
-        spare = {name: most - counts[name] for name, most in OPTIONAL_PIECES.items()}
-        fill(room, request.furniture, habit, habits.peninsula, style, names, generator, spare)
+        filler.fill(room, {name: most - counts[name] for name, most in OPTIONAL_PIECES.items()})
     return left
 
 
@@ -75,15 +108,9 @@ def _able(habits: Habits, rooms: Mapping[str, Interior], name: str) -> list[Inte
     return able + [room for room in rooms.values() if room.ground.use not in (*uses, "corridor")]
 
 
-def _add_existing(
-    request: Request,
-    needs: Needs,
-    rooms: Mapping[str, Interior],
-    style: Style,
-    names: Names,
-    generator: np.random.Generator,
-) -> None:
+def _add_existing(filler: Filler, needs: Needs, rooms: Mapping[str, Interior]) -> None:
     """Place the furniture that exists beyond what is required, the largest pieces first, as far as it finds a place."""
+    request = filler.request
     if request.holdings is None:
         return
     placed = [unit.asset.name for room in rooms.values() for unit in room.units.values()]
@@ -94,5 +121,5 @@ def _add_existing(
     for asset in sorted(assets, key=lambda asset: (-asset.size.width * asset.size.depth, asset.name)):
         able = _able(request.habits, rooms, asset.name)
         free = request.habits.of(asset.name).stance != "wall"
-        if asset.name not in full and not any(add_piece(room, asset, free, style, names, generator) for room in able):
+        if asset.name not in full and not any(filler.add_piece(room, asset, free) for room in able):
             full.add(asset.name)

@@ -1,17 +1,82 @@
-"""Distances between the places where protocols work: heat from flammables, and short trips."""
+"""Distances that furniture keeps: habits, hazards of reagents, water, heat, and short trips."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
-from labgym.layouts.brief import Content, Proximity, Separation, Unit
-from labgym.layouts.briefing import MARGIN
+from labgym.geometry import OrientedBox
+from labgym.layouts.brief import Content, Nearness, Proximity, Separation, Unit
+from labgym.layouts.habits import Habits
 from labgym.layouts.request import Request
 from labgym.layouts.rules.nearness import PLACES_DISTANCE_M
 from labgym.layouts.rules.safety.hazards import burning
 from labgym.layouts.rules.separation import heat_band
+from labgym.layouts.rules.supplies import WET
+from labgym.layouts.rules.thresholds import Profile
+from labgym.layouts.stocking import Cabinet, conflict_between
 from labgym.protocols import Protocol
+
+MARGIN = 0.02
+"""Added to every distance between hazards, meters, so that rounding never undercuts a threshold."""
+
+
+def nearness_of(units: Sequence[Unit], habits: Habits) -> Iterable[Nearness]:
+    """Yield the habits of neighborhood that concern some units; the first unit of each kind counts."""
+    first: dict[str, str] = {}
+    for unit in units:
+        first.setdefault(unit.asset.role, unit.id)
+    for pair in habits.near:
+        if pair.first in first and pair.second in first:
+            yield Nearness(first[pair.first], first[pair.second], pair.weight)
+
+
+def separations_of(
+    cabinets: Sequence[Cabinet], contents: Mapping[str, tuple[Content, ...]], profile: Profile
+) -> Iterable[Separation]:
+    """Yield the distances of flammables and oxidizers from heat sources, and of incompatible cabinets."""
+    for unit_id, items in contents.items():
+        bands = [band for item in items if (band := heat_band(item.asset, profile)) is not None]
+        for cabinet in cabinets:
+            held = sorted(filter(burning, cabinet.reagents), key=lambda asset: not asset.hazards.flammable)
+            if bands and held:
+                distance = max(band.d_min for band in bands) + MARGIN
+                what = "is flammable" if held[0].hazards.flammable else "feeds fires"
+                yield Separation(cabinet.id, unit_id, distance, f"{held[0].name} {what}")
+    for first, second in combinations(cabinets, 2):
+        conflict = conflict_between(first, second, profile)
+        if conflict is not None:
+            yield Separation(first.id, second.id, profile.incompatible.d_min + MARGIN, conflict)
+
+
+WET_DISTANCE = 1.0 + MARGIN
+"""Distance of what stores or handles water-reactives from wet fittings, meters: the rule's 1.0 m and a margin."""
+
+
+def wet(unit: Unit) -> bool:
+    """Whether a unit is a sink, an eyewash, a shower or an ice machine."""
+    return unit.asset.subtype in WET
+
+
+def dry_separations(units: Sequence[Unit]) -> tuple[Separation, ...]:
+    """Return the distances of water-reactives from wet fittings."""
+    return tuple(
+        Separation(one.id, other.id, WET_DISTANCE, "reacts with water")
+        for one in units
+        if "reactive" in one.hazards
+        for other in units
+        if wet(other) and other.id != one.id
+    )
+
+
+def dry_distances(unit: Unit, placed: Iterable[tuple[Unit, OrientedBox]]) -> list[tuple[OrientedBox, float]]:
+    """Return the footprints from which a unit keeps a distance because one is wet and the other reacts with water."""
+    pairs = (
+        (wet(unit) and "reactive" in other.hazards, wet(other) and "reactive" in unit.hazards, foot)
+        for other, foot in placed
+    )
+    return [(foot, WET_DISTANCE) for one, two, foot in pairs if one or two]
 
 
 @dataclass(frozen=True)

@@ -17,10 +17,9 @@ from labgym.layouts.interiors.blocks import Block, blocks_of, island, place_bloc
 from labgym.layouts.interiors.interior import Interior
 from labgym.layouts.interiors.standing import ASIDE, WALL_GAP
 from labgym.layouts.interiors.supply import Options, preferred, supplied
+from labgym.layouts.request import Request
 from labgym.layouts.rules.facility.showers import SHOWER_WALK
 from labgym.layouts.rules.supplies import supplies_of
-from labgym.layouts.style import Style
-from labgym.layouts.variants import Furniture
 
 MISSES = 5
 """Number of pieces in a row that find no place before a wall counts as full, and of blocks for the open floor."""
@@ -76,123 +75,119 @@ def add_pieces(
     return left
 
 
-def add_piece(
-    room: Interior, asset: Asset, free_standing: bool, style: Style, names: Names, generator: np.random.Generator
-) -> bool:
-    """Place one more piece of furniture along a wall, or in the open, and return whether it found a place."""
-    unit = _unit(asset, names, "exists")
-    if free_standing:
-        stance = replace(unit, stance="island", clear=min(style.aisle, style.neck))
-        added = _add_at(room, island(asset), [stance], style, False, 1, generator)
-    else:
-        added = not add_pieces(room, [unit], {}, generator)
-    if not added:
-        names.taken.discard(unit.id)
-    return added
+@dataclass(frozen=True)
+class Filler:
+    """Adds furniture that nothing requires: along the walls and in the open, by the style of a request.
 
-
-def fill(
-    room: Interior,
-    furniture: Furniture,
-    habits: RoomHabit,
-    peninsula: str,
-    style: Style,
-    names: Names,
-    generator: np.random.Generator,
-    spare: Mapping[str, int],
-) -> None:
-    """Add free-standing benches and rows of furniture along the walls, as much as the style asks for.
-
-    Args:
-        habits: what a space of this use is filled with. peninsula: the bench with one end at a wall.
-        spare: number of pieces that the laboratory may still get, by asset name; any number of others.
+    Attributes:
+        names: ids of all pieces of the laboratory.
     """
-    if habits.islands:
-        _fill_open(room, furniture, habits, peninsula, style, names, generator)
-    if habits.walls:
-        usual = [name for name in habits.walls if furniture.catalog.get(name).fume_hood <= is_equipped(room)]
-        _fill_walls(room, furniture, usual, style, names, generator, dict(spare))
 
+    request: Request
+    names: Names
+    generator: np.random.Generator
 
-def _fill_open(
-    room: Interior,
-    furniture: Furniture,
-    habits: RoomHabit,
-    peninsula: str,
-    style: Style,
-    names: Names,
-    generator: np.random.Generator,
-) -> None:
-    wanted, taken, misses = style.islands * room.ground.area, 0.0, 0
-    while misses < MISSES and taken < wanted:
-        kind = style.kinds[int(generator.integers(len(style.kinds)))]
-        added = (
-            _add_peninsula(room, furniture.get(peninsula), style, names, generator)
-            if kind == "peninsula"
-            else _add_block(room, furniture, habits, kind, style, wanted - taken, names, generator)
-        )
-        taken += added
-        misses = 0 if added else misses + 1
+    def add_piece(self, room: Interior, asset: Asset, free_standing: bool) -> bool:
+        """Place one more piece of furniture along a wall, or in the open, and return whether it found a place."""
+        unit = self._unit(asset, "exists")
+        if free_standing:
+            added = self._add_at(room, island(asset), [unit], False, 1)
+        else:
+            added = not add_pieces(room, [unit], {}, self.generator)
+        if not added:
+            self.names.taken.discard(unit.id)
+        return added
 
+    def fill(self, room: Interior, spare: Mapping[str, int]) -> None:
+        """Add free-standing benches and rows of furniture along the walls, as much as the style asks for.
 
-def _add_block(
-    room: Interior,
-    furniture: Furniture,
-    habits: RoomHabit,
-    kind: str,
-    style: Style,
-    wanted: float,
-    names: Names,
-    generator: np.random.Generator,
-) -> float:
-    """Add a block of a kind, a large one if it fits, and return its area, 0 if none fits; square meters.
+        Args:
+            spare: number of pieces that the laboratory may still get, by asset name; any number of others.
+        """
+        habit = self.request.habits.rooms.get(room.ground.use, RoomHabit())
+        if habit.islands:
+            self._fill_open(room, habit)
+        if habit.walls:
+            catalog = self.request.furniture.catalog
+            usual = [name for name in habit.walls if catalog.get(name).fume_hood <= is_equipped(room)]
+            self._fill_walls(room, usual, dict(spare))
 
-    Args:
-        wanted: area that benches in the open may still take, square meters.
-    """
-    blocks = blocks_of(kind, furniture, habits.islands, habits.backs)
-    first = int(generator.integers(len(blocks)))
-    for block in blocks[first:]:
-        units = [_unit(bench.asset, names, f"{kind.replace('_', ' ')} bench") for bench in block.benches]
+    def _fill_open(self, room: Interior, habit: RoomHabit) -> None:
+        style = self.request.style
+        wanted, taken, misses = style.islands * room.ground.area, 0.0, 0
+        while misses < MISSES and taken < wanted:
+            kind = style.kinds[int(self.generator.integers(len(style.kinds)))]
+            if kind == "peninsula":
+                added = self._add_peninsula(room, self.request.furniture.get(self.request.habits.peninsula))
+            else:
+                added = self._add_block(room, habit, kind, wanted - taken)
+            taken += added
+            misses = 0 if added else misses + 1
+
+    def _add_block(self, room: Interior, habit: RoomHabit, kind: str, wanted: float) -> float:
+        """Add a block of a kind, a large one if it fits, and return its area, 0 if none fits; square meters.
+
+        Args:
+            wanted: area that benches in the open may still take, square meters.
+        """
+        blocks = blocks_of(kind, self.request.furniture, habit.islands, habit.backs)
+        first = int(self.generator.integers(len(blocks)))
+        for block in blocks[first:]:
+            units = [self._unit(bench.asset, f"{kind.replace('_', ' ')} bench") for bench in block.benches]
+            count = math.ceil(wanted / (block.width * block.depth))
+            if self._add_at(room, block, units, kind == "oblique", count):
+                return block.width * block.depth
+            self.names.taken.difference_update(unit.id for unit in units)
+        return 0.0
+
+    def _add_at(self, room: Interior, block: Block, units: Sequence[Unit], oblique: bool, wanted: int) -> bool:
+        """Add the benches of a block where it fits, and return whether they were added."""
+        style = self.request.style
         stances = [replace(unit, stance="island", clear=min(style.aisle, style.neck)) for unit in units]
-        count = math.ceil(wanted / (block.width * block.depth))
-        if _add_at(room, block, stances, style, kind == "oblique", count, generator):
-            return block.width * block.depth
-        names.taken -= {unit.id for unit in units}
-    return 0.0
+        pose = place_block(room, block, style, oblique, wanted, self.generator)
+        if pose is None or not room.add(list(zip(stances, block.feet(*pose), strict=True))):
+            return False
+        if abs(math.sin(2.0 * pose[2])) < ASIDE:
+            room.blocks.append(OrientedBox(pose[0], pose[1], block.width, block.depth, pose[2]))
+        return True
 
+    def _add_peninsula(self, room: Interior, asset: Asset) -> float:
+        """Add a bench with one short end at a wall and return its area, 0 if it fits nowhere; square meters."""
+        style = self.request.style
+        length, depth, aisle = asset.size.width, asset.size.depth, style.aisle
+        unit = replace(self._unit(asset, "peninsula bench"), stance="peninsula")
+        room_for = replace(unit, width=depth + 2.0 * aisle, depth=length + style.neck, front=0.0)
+        for segment, along in _draws(room.options(room_for), self.generator):
+            x, y = segment.point(along + aisle + depth / 2.0, WALL_GAP + length / 2.0)
+            turn = math.pi / 2.0 if self.generator.random() < 0.5 else -math.pi / 2.0
+            foot = OrientedBox(x, y, length, depth, segment.yaw + turn)
+            if room.add([(replace(unit, clear=min(aisle, style.neck)), foot)]):
+                return length * depth
+        self.names.taken.discard(unit.id)
+        return 0.0
 
-def _add_at(
-    room: Interior,
-    block: Block,
-    units: Sequence[Unit],
-    style: Style,
-    oblique: bool,
-    wanted: int,
-    generator: np.random.Generator,
-) -> bool:
-    """Add the benches of a block where it fits, and return whether they were added."""
-    pose = place_block(room, block, style, oblique, wanted, generator)
-    if pose is None or not room.add(list(zip(units, block.feet(*pose), strict=True))):
-        return False
-    if abs(math.sin(2.0 * pose[2])) < ASIDE:
-        room.blocks.append(OrientedBox(pose[0], pose[1], block.width, block.depth, pose[2]))
-    return True
+    def _fill_walls(self, room: Interior, usual: Sequence[str], spare: dict[str, int]) -> None:
+        length = sum(segment.length for segment in room.ground.segments)
+        used = sum(unit.width for unit in room.units.values() if unit.stance == "wall")
+        misses = 0
+        while misses < MISSES and used < self.request.style.walls * length:
+            offered = [name for name in usual if spare.get(name, 1) > 0]
+            name = offered[int(self.generator.integers(len(offered)))]
+            unit = self._unit(self.request.furniture.get(name), "fills free wall")
+            options = supplied(room.options(unit), unit, room.ground.supplies)
+            if any(room.add([(unit, foot)]) for foot in _wall_feet(room, unit, options, (), self.generator)):
+                used += unit.width
+                if name in spare:
+                    spare[name] -= 1
+                misses = 0
+            else:
+                self.names.taken.discard(unit.id)
+                misses += 1
 
-
-def _add_peninsula(room: Interior, asset: Asset, style: Style, names: Names, generator: np.random.Generator) -> float:
-    """Add a bench with one short end at a wall and return its area, 0 if it fits nowhere; square meters."""
-    length, depth, aisle = asset.size.width, asset.size.depth, style.aisle
-    unit = replace(_unit(asset, names, "peninsula bench"), stance="peninsula")
-    room_for = replace(unit, width=depth + 2.0 * aisle, depth=length + style.neck, front=0.0)
-    for segment, along in _draws(room.options(room_for), generator):
-        x, y = segment.point(along + aisle + depth / 2.0, WALL_GAP + length / 2.0)
-        turn = math.pi / 2.0 if generator.random() < 0.5 else -math.pi / 2.0
-        foot = OrientedBox(x, y, length, depth, segment.yaw + turn)
-        if room.add([(replace(unit, clear=min(aisle, style.neck)), foot)]):
-            return length * depth
-    names.taken.discard(unit.id)
-    return 0.0
+    def _unit(self, asset: Asset, reason: str) -> Unit:
+        front = max(asset.clearance, HOOD_FRONT if asset.fume_hood else 0.0)
+        name, size = self.names.next(asset), asset.size
+        return Unit(name, asset, size.width, size.depth, front, reason=reason, supplies=supplies_of(asset))
 
 
 def is_near(room: Interior, foot: OrientedBox, role: str) -> bool:
@@ -205,47 +200,6 @@ def is_near(room: Interior, foot: OrientedBox, role: str) -> bool:
 def is_equipped(room: Interior) -> bool:
     """Whether a space has what hazardous work needs: an eyewash, a shower and a sink for washing hands."""
     return {unit.asset.role for unit in room.units.values()} >= EQUIPPED
-
-
-def _fill_walls(
-    room: Interior,
-    furniture: Furniture,
-    usual: Sequence[str],
-    style: Style,
-    names: Names,
-    generator: np.random.Generator,
-    spare: dict[str, int],
-) -> None:
-    length = sum(segment.length for segment in room.ground.segments)
-    used = sum(unit.width for unit in room.units.values() if unit.stance == "wall")
-    misses = 0
-    while misses < MISSES and used < style.walls * length:
-        offered = [name for name in usual if spare.get(name, 1) > 0]
-        name = offered[int(generator.integers(len(offered)))]
-        asset = furniture.get(name)
-        unit = _unit(asset, names, "fills free wall")
-        options = supplied(room.options(unit), unit, room.ground.supplies)
-        if any(room.add([(unit, foot)]) for foot in _wall_feet(room, unit, options, (), generator)):
-            used += unit.width
-            if name in spare:
-                spare[name] -= 1
-            misses = 0
-        else:
-            names.taken.discard(unit.id)
-            misses += 1
-
-
-def _unit(asset: Asset, names: Names, reason: str) -> Unit:
-    front = max(asset.clearance, HOOD_FRONT if asset.fume_hood else 0.0)
-    return Unit(
-        names.next(asset),
-        asset,
-        asset.size.width,
-        asset.size.depth,
-        front,
-        reason=reason,
-        supplies=supplies_of(asset),
-    )
 
 
 def _wall_feet(

@@ -10,12 +10,13 @@ from typing import NamedTuple
 import numpy as np
 
 from labgym.geometry import OrientedBox
-from labgym.layouts.brief import Nearness, Proximity, Separation, Unit
+from labgym.layouts.brief import Demands, Unit
 from labgym.layouts.ground import Ground
 from labgym.layouts.interiors.interior import Interior
 from labgym.layouts.interiors.program import plan_walls
 from labgym.layouts.interiors.siting import (
     Aloof,
+    Places,
     all_places,
     choose_segments,
     distances_from,
@@ -36,18 +37,32 @@ QUICK, THOROUGH = 0.05, 1.0
 
 
 @dataclass(frozen=True)
-class Demands:
-    """Conditions between units.
+class Share:
+    """The furniture of a space.
 
     Attributes:
-        separations, nearness, proximities: between units of the space.
-        apart: boxes of other spaces and the distance to keep from each, by unit id.
+        units: what has to be placed.
+        standing: units that stand there already, with their footprints in the ground's frame.
+        wished: demands that the first attempts meet. least: demands that every attempt meets.
+        hood_walls: ids of the segments that may carry hoods, empty for any.
+        further: units, of which the first attempts leave those other than hoods a place within reach of the services
+            that they need.
     """
 
-    separations: tuple[Separation, ...] = ()
-    nearness: tuple[Nearness, ...] = ()
-    proximities: tuple[Proximity, ...] = ()
-    apart: Mapping[str, Distances] = field(default_factory=dict)
+    ground: Ground
+    units: Sequence[Unit]
+    standing: Sequence[tuple[Unit, OrientedBox]]
+    wished: Demands
+    least: Demands
+    hood_walls: Collection[str]
+    further: Sequence[Unit] = ()
+
+    def occupied(self) -> Interior:
+        """Return the space with what stands there already."""
+        room = Interior(self.ground)
+        for unit, foot in self.standing:
+            room.add_anyway(unit, foot)
+        return room
 
 
 class _Attempt(NamedTuple):
@@ -66,7 +81,7 @@ class _Attempt(NamedTuple):
 
 
 @dataclass
-class Outcome:
+class FurnishedSpace:
     """Result of placing the required furniture of a space.
 
     Attributes:
@@ -82,40 +97,23 @@ class Outcome:
     space: str = ""
 
 
-def furnish(
-    ground: Ground,
-    units: Sequence[Unit],
-    standing: Sequence[tuple[Unit, OrientedBox]],
-    wished: Demands,
-    least: Demands,
-    hood_walls: Collection[str],
-    seed: int,
-    generator: np.random.Generator,
-    further: Sequence[Unit] = (),
-    attempts: int = ATTEMPTS,
-    thorough: bool = True,
-) -> Outcome:
+def furnish(share: Share, seed: int, generator: np.random.Generator, thorough: bool = True) -> FurnishedSpace:
     """Place the required units of a space.
 
     Args:
-        ground: the space.
-        units: what has to be placed.
-        standing: units that stand there already, with their footprints in the ground's frame.
-        wished: demands that the first attempts meet. least: demands that every attempt meets.
-        hood_walls: ids of the segments that may carry hoods, empty for any.
+        share: the space and its furniture.
         seed: random seed of the solver.
-        further: units, of which the first attempts leave those other than hoods a place within reach of the services
-            that they need.
-        attempts: number of choices of walls tried.
         thorough: whether the solver chooses the walls in the end.
     """
-    outcome = Outcome(None)
-    for number, attempt in enumerate(_attempts(wished, least, attempts, thorough)):
+    result, ground, units = FurnishedSpace(None), share.ground, share.units
+    for number, attempt in enumerate(_attempts(share.wished, share.least, thorough)):
         demands = attempt.demands
-        room = Interior(ground)
-        for unit, foot in standing:
-            room.add_anyway(unit, foot)
-        places = all_places(room.standing, units, demands.apart, hood_walls, attempt.near_supplies, attempt.aloof)
+        room = share.occupied()
+
+        def places_of(able: Sequence[Unit], apart: Mapping[str, Distances]) -> Places:
+            return all_places(room.standing, able, apart, share.hood_walls, attempt.near_supplies, attempt.aloof)  # noqa: B023
+
+        places = places_of(units, demands.apart)
         bound = {unit for rule in demands.proximities for unit in (rule.first, rule.second)}
         able = [] if attempt.all_walls else [unit for unit in units if unit.id not in bound]
         feet = stand_oblique(room.standing, able, places, demands.separations, generator)
@@ -123,35 +121,28 @@ def furnish(
         if feet:
             from_feet = distances_from(feet, [unit.id for unit in upright], demands.separations)
             apart = {unit.id: [*demands.apart.get(unit.id, ()), *from_feet.get(unit.id, ())] for unit in upright}
-            places = all_places(room.standing, upright, apart, hood_walls, attempt.near_supplies, attempt.aloof)
+            places = places_of(upright, apart)
         if attempt.all_walls:
             stands = every_segment(upright, places, ground.supplies, generator)
         else:
-            stands = choose_segments(
-                upright, places, demands.separations, demands.nearness, demands.proximities, generator
-            )
-        effort = THOROUGH if attempt.all_walls else QUICK
-        effort *= max(1.0, len(units) / 15.0)
-        plan = plan_walls(stands, demands.separations, demands.nearness, seed + number, effort, demands.proximities)
+            stands = choose_segments(upright, places, demands, generator)
+        effort = (THOROUGH if attempt.all_walls else QUICK) * max(1.0, len(units) / 15.0)
+        plan = plan_walls(stands, demands, seed + number, effort)
         if plan.status != "solved":
-            outcome.attempts[plan.status] += 1
+            result.attempts[plan.status] += 1
             straight = all(segment.straight for segment in ground.segments)
-            lifted = demands is least and attempt.aloof == "none"
-            outcome.proven = attempt.all_walls and lifted and plan.status == "infeasible" and straight
+            lifted = demands is share.least and attempt.aloof == "none"
+            result.proven = attempt.all_walls and lifted and plan.status == "infeasible" and straight
             continue
-        room = Interior(ground)
-        for unit, foot in standing:
-            room.add_anyway(unit, foot)
+        room = share.occupied()
         by_id = {unit.id: unit for unit in units}
         added = room.add([(by_id[unit_id], foot) for unit_id, foot in {**feet, **plan.feet}.items()])
-        if added and (
-            not attempt.near_supplies
-            or all(_has_supplied_place(room, unit) for unit in further if not unit.asset.fume_hood)
-        ):
-            outcome.room = room
-            return outcome
-        outcome.attempts["closed"] += 1
-    return outcome
+        served = (_has_supplied_place(room, unit) for unit in share.further if not unit.asset.fume_hood)
+        if added and (not attempt.near_supplies or all(served)):
+            result.room = room
+            return result
+        result.attempts["closed"] += 1
+    return result
 
 
 def _has_supplied_place(room: Interior, unit: Unit) -> bool:
@@ -162,17 +153,17 @@ def _has_supplied_place(room: Interior, unit: Unit) -> bool:
     return bool(supplied(options_on(room.standing, unit, ()), unit, supplies))
 
 
-def _attempts(wished: Demands, least: Demands, count: int, thorough: bool) -> Iterator[_Attempt]:
-    """Yield the attempts in order: `count` with walls chosen beforehand, those with the least demands last.
+def _attempts(wished: Demands, least: Demands, thorough: bool) -> Iterator[_Attempt]:
+    """Yield the attempts in order: `ATTEMPTS` with walls chosen beforehand, those with the least demands last.
 
     Before the wishes are given up, the solver looks for walls that meet them, and in the end, if the search is
     thorough, for walls that meet the least demands. Hoods give their distance from doors up last.
     """
-    for _ in range(count - FREE_ATTEMPTS):
+    for _ in range(ATTEMPTS - FREE_ATTEMPTS):
         yield _Attempt(wished, True, False, "all")
     if wished.proximities or wished.separations != least.separations:
         yield _Attempt(wished, True, True, "hoods")
-    for _ in range(min(count, FREE_ATTEMPTS)):
+    for _ in range(FREE_ATTEMPTS):
         yield _Attempt(least, False, False, "hoods")
     if thorough:
         yield _Attempt(least, False, True, "hoods")

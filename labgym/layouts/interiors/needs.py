@@ -9,17 +9,14 @@ import numpy as np
 
 from labgym.errors import InfeasibleError
 from labgym.layouts.brief import Content, Proximity, Separation, Unit
-from labgym.layouts.briefing import separations_of
-from labgym.layouts.cabinets import Cabinet, plan_cabinets
-from labgym.layouts.interiors.distances import handling_distances, proximities_of
-from labgym.layouts.interiors.dryness import dry_separations
+from labgym.layouts.interiors.distances import dry_separations, handling_distances, proximities_of, separations_of
 from labgym.layouts.interiors.filling import Names
 from labgym.layouts.interiors.refusals import check_holdings
 from labgym.layouts.interiors.safeguards import marked
 from labgym.layouts.interiors.surfaces import stock_surfaces
-from labgym.layouts.interiors.units import supplied_with, unit_of
-from labgym.layouts.pieces import WallPiece, further_pieces, pieces, with_fixed
+from labgym.layouts.pieces import WallPiece, further_pieces, pieces, supplied_with, unit_of, with_fixed
 from labgym.layouts.request import Request
+from labgym.layouts.stocking import Cabinet, plan_cabinets
 
 EXTRA_BENCHES = 6
 """Most benches that are added because the instruments do not fit on the others."""

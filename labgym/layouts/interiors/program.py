@@ -9,16 +9,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from labgym.geometry import OrientedBox
-from labgym.layouts.brief import Nearness, Proximity, Separation, Unit
-from labgym.layouts.constraint_solver import CM, Status, centimeters, run
+from labgym.layouts.brief import Demands, Nearness, Proximity, Unit
 from labgym.layouts.ground import Segment
 from labgym.layouts.interiors.standing import SIDE_GAP, WALL_GAP
 from labgym.navigation.plan import STAND_OFF
+
+if TYPE_CHECKING:
+    from ortools.sat.python import cp_model
 
 GAP_LIMIT = 0.3
 """Relative distance to the best known bound at which the search stops: preferences need no proof of optimality."""
@@ -86,26 +89,19 @@ class _Choice:
     goal: _Rect
 
 
-def plan_walls(
-    stands: Sequence[Stand],
-    separations: Sequence[Separation],
-    nearness: Sequence[Nearness],
-    seed: int,
-    effort: float,
-    proximities: Sequence[Proximity] = (),
-) -> WallPlan:
+def plan_walls(stands: Sequence[Stand], demands: Demands, seed: int, effort: float) -> WallPlan:
     """Search a place along a wall for every unit.
 
     Args:
         stands: units with their options.
-        separations, nearness: those between two of the units count.
+        demands: those between two of the units count; the distance of a proximity is |dx| + |dy| in the frame of the
+            space.
         seed: random seed of the search.
         effort: deterministic search time, in the solver's units (about seconds).
-        proximities: those between two of the units hold; the distance is |dx| + |dy| in the frame of the space.
     """
     if any(not stand.options for stand in stands):
         return WallPlan("infeasible", {})
-    program = _Program(stands, separations, nearness, proximities)
+    program = _Program(stands, demands)
     status, solver = run(program.model, seed, effort, GAP_LIMIT)
     if status != "solved":
         return WallPlan(status, {})
@@ -120,13 +116,7 @@ def plan_walls(
 class _Program:
     """The model, and the choices of each unit."""
 
-    def __init__(
-        self,
-        stands: Sequence[Stand],
-        separations: Sequence[Separation],
-        nearness: Sequence[Nearness],
-        proximities: Sequence[Proximity],
-    ) -> None:
+    def __init__(self, stands: Sequence[Stand], demands: Demands) -> None:
         from ortools.sat.python import cp_model
 
         self.model: cp_model.CpModel = cp_model.CpModel()
@@ -136,16 +126,16 @@ class _Program:
         self._rows()
         for first, second in combinations(self.choices.values(), 2):
             self._pair(first, second)
-        for rule in separations:
+        for rule in demands.separations:
             if rule.first in self.choices and rule.second in self.choices:
                 gap = centimeters(rule.distance)
                 for one in self.choices[rule.first]:
                     for other in self.choices[rule.second]:
                         self._apart(one, one.foot, other, other.foot, gap)
-        for near in nearness:
+        for near in demands.nearness:
             if near.first in self.choices and near.second in self.choices:
                 self._near(near)
-        for pair in proximities:
+        for pair in demands.proximities:
             if pair.first in self.choices and pair.second in self.choices:
                 self._within(pair)
         self.model.minimize(sum(self.terms))
@@ -282,3 +272,55 @@ def _rect(segment: Segment, unit: Unit, low: int, high: int, depth: float) -> _R
 
 def _range(values: Sequence[int]) -> tuple[int, int]:
     return min(values), max(values)
+
+
+CM = 100
+SIGNAL_INTERVAL = 0.2
+"""Seconds after which a pending signal interrupts a search at the latest."""
+Status = Literal["solved", "infeasible", "stopped"]
+"""Result of a search: `infeasible` is proved; `stopped` is the effort limit, without a solution and without a proof."""
+
+
+def centimeters(meters: float) -> int:
+    """Return a length in whole centimeters, rounded up."""
+    return math.ceil(meters * CM - 1e-6)
+
+
+def run(model: cp_model.CpModel, seed: int, effort: float, gap_limit: float) -> tuple[Status, cp_model.CpSolver]:
+    """Search a solution of a program with one worker, and return the status and the solver with the solution.
+
+    Args:
+        seed: random seed of the search.
+        effort: deterministic search time, in the solver's units (about seconds).
+        gap_limit: relative distance to the best known bound at which the search stops.
+    """
+    from ortools.sat.python import cp_model
+
+    solver = cp_model.CpSolver()
+    solver.parameters.num_workers = 1
+    solver.parameters.random_seed = seed % (2**31)
+    solver.parameters.max_deterministic_time = effort
+    solver.parameters.relative_gap_limit = gap_limit
+    status = search(solver, model)
+    if status == cp_model.UNKNOWN:
+        return "stopped", solver
+    return ("solved" if status in (cp_model.OPTIMAL, cp_model.FEASIBLE) else "infeasible"), solver
+
+
+def search(solver: cp_model.CpSolver, model: cp_model.CpModel) -> cp_model.CpSolverStatus:
+    """Run a solver and return its status. Ctrl-C and other signals stop it and reach the caller as exceptions.
+
+    By itself the solver would end at Ctrl-C as at its effort limit, and a layout would depend on the interruption. It
+    runs in a thread, because Python handles signals in the main thread only between two Python instructions.
+    """
+    solver.parameters.catch_sigint_signal = False
+    with ThreadPoolExecutor(1) as thread:
+        status = thread.submit(solver.solve, model)
+        try:
+            # With a time limit: a signal that another thread receives does not wake one that waits without.
+            while not wait([status], timeout=SIGNAL_INTERVAL).done:
+                pass
+            return status.result()
+        except BaseException:
+            solver.stop_search()
+            raise

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 
 import numpy as np
 
 from labgym.geometry import BoxArray, OrientedBox
-from labgym.layouts.brief import Unit
-from labgym.layouts.ground import Ground, Segment
+from labgym.layouts.brief import Demands, Unit
+from labgym.layouts.ground import Ground, Segment, grounds
 from labgym.layouts.interiors.program import Option, Stand, plan_walls
 from labgym.layouts.interiors.siting import Places, all_places
 from labgym.layouts.interiors.standing import Standing
 from labgym.layouts.model import Layout
-from labgym.layouts.moves import Place, apply
+from labgym.layouts.moves import Place, apply, may_move
 from labgym.layouts.pieces import clear_around
 from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.relocation import free_places
@@ -22,7 +22,8 @@ from labgym.layouts.rules.building import building_of
 from labgym.layouts.rules.supplies import supplies_of
 from labgym.layouts.rules.thresholds import MOVABLE, ONE_SIDED
 from labgym.layouts.rules.zones import INTRUSION
-from labgym.layouts.surroundings import grounds
+from labgym.layouts.tidying import tidied
+from labgym.protocols import Protocol
 
 TURN = 0.5
 """Cost of turning a piece around, as a distance, meters."""
@@ -79,7 +80,7 @@ def _moves(
     if feet:
         places = all_places(standing, upright, {}, ())
     stands = [_stand(unit, ground.to_ground(layout.box(unit.id)), places) for unit in upright]
-    plan = plan_walls(stands, (), (), 0, effort)
+    plan = plan_walls(stands, Demands(), 0, effort)
     if plan.status != "solved":
         return None
     moves = []
@@ -149,3 +150,35 @@ def _way(segment: Segment, along: float, unit: Unit, box: OrientedBox) -> float:
     x, y = segment.point(along + unit.width / 2.0, unit.depth / 2.0)
     turn = abs(math.remainder(box.yaw - segment.yaw, 2.0 * math.pi)) / math.pi
     return float(np.hypot(x - box.x, y - box.y)) + TURN * turn
+
+
+EFFORTS = (0.1, 0.1, 0.2, 0.6)
+"""Deterministic search time with only the wall furniture in question free, with islands in question too, with all wall
+furniture, and with all furniture."""
+
+
+def rearrangements(layout: Layout, protocol: Protocol | None, involved: Collection[str]) -> Iterator[Layout]:
+    """Yield layouts with one-sided furniture at walls and islands free, close to where they are.
+
+    First only the involved furniture moves, wall furniture before islands, then all furniture that stands against
+    walls, then all; each space in its frame (`rearranged`). Stools, bins and boards make way.
+    """
+    furniture = [
+        placement.id
+        for placement in layout.placements
+        if placement.support == FLOOR
+        and layout.asset(placement.id).subtype not in MOVABLE
+        and may_move(layout, placement.id)
+    ]
+    at_walls = [item for item in furniture if layout.asset(item).size.depth < ONE_SIDED or item in involved]
+    in_question = [item for item in furniture if item in involved]
+    if not in_question:
+        return
+    walled = [item for item in in_question if layout.asset(item).size.depth < ONE_SIDED]
+    last: set[str] = set()
+    for movers, effort in zip((walled, in_question, at_walls, furniture), EFFORTS, strict=True):
+        if set(movers) != last:
+            last = set(movers)
+            candidate = rearranged(layout, movers, effort)
+            if candidate is not None:
+                yield tidied(candidate, protocol)

@@ -13,8 +13,7 @@ from labgym.layouts.ground import Ground
 from labgym.layouts.interiors.distances import first_of_role
 from labgym.layouts.interiors.filling import Names
 from labgym.layouts.interiors.supply import lacking
-from labgym.layouts.interiors.units import unit_of
-from labgym.layouts.pieces import WallPiece
+from labgym.layouts.pieces import WallPiece, unit_of
 from labgym.layouts.request import Request
 from labgym.layouts.rules.safety.hazards import burning, fire_classes, hazardous, water_reactive
 

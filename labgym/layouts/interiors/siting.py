@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.geometry import OrientedBox
-from labgym.layouts.brief import Nearness, Proximity, Separation, Unit
+from labgym.layouts.brief import Demands, Nearness, Proximity, Separation, Unit
 from labgym.layouts.ground import Segment
 from labgym.layouts.interiors.program import Option, Stand
 from labgym.layouts.interiors.standing import SIDE_GAP, WALL_GAP, Distances, Intervals, Standing
@@ -163,12 +163,7 @@ def distances_from(
 
 
 def choose_segments(
-    units: Sequence[Unit],
-    places: Places,
-    separations: Sequence[Separation],
-    nearness: Sequence[Nearness],
-    proximities: Sequence[Proximity],
-    generator: np.random.Generator,
+    units: Sequence[Unit], places: Places, demands: Demands, generator: np.random.Generator
 ) -> list[Stand]:
     """Return each unit with one straight segment.
 
@@ -179,7 +174,8 @@ def choose_segments(
     used: dict[str, float] = {}
     chosen: dict[str, str] = {}
     stands: dict[str, Stand] = {}
-    partners, bound = (_partners(separations), _partners(nearness)), _partners(proximities)
+    hostile_to, friendly_to = _partners(demands.separations), _partners(demands.nearness)
+    bound = _partners(demands.proximities)
     for unit in sorted(units, key=lambda unit: (not unit.asset.fume_hood, unit.id not in bound, -unit.width, unit.id)):
         options = [option for option in places[unit.id] if option[0].straight]
         if not options:
@@ -195,12 +191,12 @@ def choose_segments(
                 not _within(
                     unit, segment, intervals, stands[rule.second if rule.first == unit.id else rule.first], rule
                 )
-                for rule in proximities
+                for rule in demands.proximities
                 if unit.id in (rule.first, rule.second) and {rule.first, rule.second} & stands.keys()
             )
             if not unit.asset.fume_hood:
-                hostile = sum(chosen.get(other) == segment.id for other in partners[0].get(unit.id, ()))
-                friends = sum(chosen.get(other) == segment.id for other in partners[1].get(unit.id, ()))
+                hostile = sum(chosen.get(other) == segment.id for other in hostile_to.get(unit.id, ()))
+                friends = sum(chosen.get(other) == segment.id for other in friendly_to.get(unit.id, ()))
                 cost += CROWDED * share**2 + HOSTILE * hostile - NEIGHBOR * friends
             costs.append(cost)
         segment, intervals = options[int(np.argmin(costs))]

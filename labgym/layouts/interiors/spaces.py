@@ -7,16 +7,13 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from labgym.geometry import OrientedBox
-from labgym.layouts.brief import Separation
-from labgym.layouts.briefing import nearness_of
+from labgym.layouts.brief import Demands, Separation
 from labgym.layouts.ground import Ground
-from labgym.layouts.interiors.distances import neighborhoods
+from labgym.layouts.interiors.distances import dry_separations, nearness_of, neighborhoods
 from labgym.layouts.interiors.distribution import distribute
-from labgym.layouts.interiors.dryness import dry_separations
 from labgym.layouts.interiors.filling import Names
-from labgym.layouts.interiors.fixed_pieces import fixed_pieces
-from labgym.layouts.interiors.furnisher import ATTEMPTS, Demands, Outcome, furnish
-from labgym.layouts.interiors.interior import Interior
+from labgym.layouts.interiors.furnisher import FurnishedSpace, Share, furnish
+from labgym.layouts.interiors.interior import Interior, fixed_pieces
 from labgym.layouts.interiors.needs import Needs
 from labgym.layouts.interiors.safeguards import with_safeguards
 from labgym.layouts.interiors.standing import Distances
@@ -26,7 +23,7 @@ from labgym.layouts.style import Style
 
 def furnish_spaces(
     request: Request, needs: Needs, grounds: Sequence[Ground], last: bool, generator: np.random.Generator
-) -> tuple[dict[str, Interior] | None, Outcome]:
+) -> tuple[dict[str, Interior] | None, FurnishedSpace]:
     """Return the spaces with the required furniture; None and the outcome of the first that cannot hold its share."""
     fixed = {placement.id: placement for placement in request.fixed}
     free = [unit for unit in needs.required if unit.id not in fixed]
@@ -40,24 +37,21 @@ def furnish_spaces(
     least = (*needs.separations, *dry)
     boxes = {unit.id: _to_floor(ground, foot) for ground in grounds for unit, foot in standing[ground.space]}
     rooms: dict[str, Interior] = {}
-    total = Outcome(None)
+    total = FurnishedSpace(None)
     for ground in sorted(grounds, key=lambda ground: -len(shares[ground.space])):
         here = {unit.id for unit in shares[ground.space]}
         separations = *least, *needs.wished
         apart, further = (_remote(ground, here, rules, boxes) for rules in (least, separations))
-        outcome = furnish(
+        share = Share(
             ground,
-            shares[ground.space],
-            standing[ground.space],
-            Demands(separations, nearness, needs.proximities, further),
-            Demands(least, nearness, (), apart),
-            _hood_walls(ground, request.style),
-            request.seed,
-            generator,
-            needs.further,
-            attempts=ATTEMPTS,
-            thorough=last or len(grounds) == 1,
+            units=shares[ground.space],
+            standing=standing[ground.space],
+            wished=Demands(separations, nearness, needs.proximities, further),
+            least=Demands(least, nearness, (), apart),
+            hood_walls=_hood_walls(ground, request.style),
+            further=needs.further,
         )
+        outcome = furnish(share, request.seed, generator, thorough=last or len(grounds) == 1)
         total.attempts += outcome.attempts
         if outcome.room is None:
             total.proven = outcome.proven and len(grounds) == 1

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
 from labgym.geometry import distance as gap_between
 from labgym.layouts.brief import Unit
-from labgym.layouts.floor.exits import HOOD_DOOR_LEAST
+from labgym.layouts.floor.fields import HOOD_DOOR_LEAST
 from labgym.layouts.ground import Gate, Ground, Segment, without
 from labgym.layouts.rules.zones import front_zone
 

@@ -10,13 +10,12 @@ import numpy as np
 
 from labgym.assets import Asset
 from labgym.layouts.brief import Content, Unit
-from labgym.layouts.cabinets import Cabinet
 from labgym.layouts.interiors.distances import burning_at, first_of_role
 from labgym.layouts.request import Request
 from labgym.layouts.rules.reach import ARM_REACH, SHOULDER_HEIGHT
 from labgym.layouts.rules.safety.standing import forbidden
 from labgym.layouts.rules.separation import heat_band
-from labgym.layouts.stocking import Waiting, home, shelve, stand
+from labgym.layouts.stocking import Cabinet, Waiting, home, shelve, stand
 from labgym.layouts.tabletop import Arm
 from labgym.navigation.plan import STAND_OFF
 from labgym.protocols import Protocol

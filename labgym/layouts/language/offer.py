@@ -7,10 +7,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from labgym.assets import Asset
-from labgym.layouts.cabinets import plan_cabinets
 from labgym.layouts.pieces import pieces
 from labgym.layouts.placement import FLOOR
 from labgym.layouts.request import Request
+from labgym.layouts.stocking import plan_cabinets
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from labgym.layouts.language.material import (
 from labgym.layouts.language.offer import Offer, offer_of
 from labgym.layouts.model import Layout
 from labgym.layouts.placement import Placement
-from labgym.layouts.provenance import Provenance
+from labgym.layouts.records import Provenance
 from labgym.layouts.request import Request
 from labgym.llm.client import LanguageModel
 from labgym.llm.completion import QUOTED

@@ -5,25 +5,30 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 
-from labgym.layouts.adjust import Adjuster, RuleAdjuster
+from labgym.layouts.adjust import Adjuster, LimitedAdjuster, RuleAdjuster, Work, WorkLimitError
 from labgym.layouts.model import Layout
 from labgym.layouts.moves import Assign, Command, apply, may_move
 from labgym.layouts.optimise import optimise_assessed
-from labgym.layouts.refinement.blockages import Blockage, blockages
-from labgym.layouts.refinement.fixes import deduplicated, responsible, rotation_fixes, translations
+from labgym.layouts.refinement.blockages import (
+    Blockage,
+    blockages,
+    deduplicated,
+    responsible,
+    rotation_fixes,
+    translations,
+)
 from labgym.layouts.relocation import free_places
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.objective import Assessment, evaluate_layout, judged_drives
 from labgym.layouts.rules.rule_sets import TOUCHSTONE, RuleSet
 from labgym.layouts.rules.site import Site
 from labgym.layouts.trace import Recorder
-from labgym.layouts.work import LimitedAdjuster, Work, WorkLimitError
 from labgym.navigation import Transition
 from labgym.protocols import Protocol
 
 ITERATIONS = 8
 UNITS = 10_000_000
-"""Limit of work, as `labgym.layouts.work` counts it: no layout of a generator comes near it."""
+"""Limit of work, as `labgym.layouts.adjust` counts it: no layout of a generator comes near it."""
 PATIENCE = 3
 """Number of iterations without a drop of the unreachable rate after which the refinement stops."""
 MOST_SINGLES = 200

@@ -8,15 +8,15 @@ from itertools import islice
 from labgym.assets import Asset
 from labgym.layouts.equipping import heights, hung
 from labgym.layouts.habits import Habits
+from labgym.layouts.interiors.rearranging import rearrangements
 from labgym.layouts.model import Layout
 from labgym.layouts.moves import apply, may_move
 from labgym.layouts.placement import FLOOR, WALL, Placement
-from labgym.layouts.rearrange import rearrangements
 from labgym.layouts.relocation import free_places
 from labgym.layouts.repairs.berths import berths
 from labgym.layouts.repairs.furniture import middles
-from labgym.layouts.repairs.hanging import added_on_wall
 from labgym.layouts.repairs.rank import State
+from labgym.layouts.repairs.resettling import added_on_wall
 from labgym.layouts.repairs.safeguards import faults_of
 from labgym.layouts.rules.equipment import missing_equipment
 from labgym.layouts.rules.presence import missing_assets

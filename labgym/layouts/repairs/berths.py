@@ -12,7 +12,8 @@ import numpy as np
 from labgym.assets import Asset
 from labgym.geometry import BoxArray, OrientedBox, pairwise_distance, rotate, wrap_angle
 from labgym.layouts.floor import Floor
-from labgym.layouts.floor.exits import HOOD_DOOR_LEAST
+from labgym.layouts.floor.fields import HOOD_DOOR_LEAST
+from labgym.layouts.ground import grounds
 from labgym.layouts.habits import Habits
 from labgym.layouts.model import Layout
 from labgym.layouts.moves import Place
@@ -23,7 +24,6 @@ from labgym.layouts.rules.facility.backs import TALL
 from labgym.layouts.rules.facility.hoods import HOOD_DOOR
 from labgym.layouts.rules.supplies import Supplies, shortfall, supplies_of
 from labgym.layouts.rules.thresholds import MOVABLE, ONE_SIDED
-from labgym.layouts.surroundings import grounds
 
 WALL_STEP, OPEN_STEP = 0.05, 0.15
 """Spacing of the poses along walls and in the open, meters."""

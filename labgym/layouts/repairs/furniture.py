@@ -13,18 +13,18 @@ import numpy as np
 from labgym.assets import Asset
 from labgym.geometry import BoxArray, OrientedBox, rotate, to_world
 from labgym.geometry.overlap import paired_inset
+from labgym.layouts.ground import grounds
 from labgym.layouts.habits import Habits
+from labgym.layouts.interiors.rearranging import rearrangements
 from labgym.layouts.model import Layout
 from labgym.layouts.moves import Place, apply, may_move, replaced
 from labgym.layouts.placement import FLOOR
-from labgym.layouts.rearrange import rearrangements
 from labgym.layouts.relocation import WALL_GAP, free_places
 from labgym.layouts.repair import brought_inside, pushed_apart
 from labgym.layouts.repairs.rank import State
 from labgym.layouts.rules.building import Building, building_of
 from labgym.layouts.rules.collisions import collisions
 from labgym.layouts.rules.thresholds import ONE_SIDED, PENETRATION, SURFACE_TOLERANCE
-from labgym.layouts.surroundings import grounds
 from labgym.layouts.tidying import tidied
 
 Interval = tuple[float, float]

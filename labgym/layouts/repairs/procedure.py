@@ -5,32 +5,26 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 from labgym.assets import Asset
-from labgym.layouts.adjust import Adjuster, RuleAdjuster
-from labgym.layouts.combination import combination
+from labgym.layouts.adjust import UNITS, Adjuster, LimitedAdjuster, RuleAdjuster, Work, WorkLimitError
 from labgym.layouts.model import Layout
 from labgym.layouts.moves import may_move
 from labgym.layouts.optimise import optimise_assessed
 from labgym.layouts.refinement import refine_assessed
 from labgym.layouts.repair import fast_repair
 from labgym.layouts.repairs.additions import with_cabinets, with_equipment, with_missing
-from labgym.layouts.repairs.advice import advised, warned
-from labgym.layouts.repairs.apparatus import gathered
-from labgym.layouts.repairs.changes import Change, changes, moved_furniture, moved_ids
-from labgym.layouts.repairs.economy import economical
+from labgym.layouts.repairs.changes import Change, changes, moved_furniture, moved_ids, problems
+from labgym.layouts.repairs.conclusion import advised, economical, warned, widened
 from labgym.layouts.repairs.furniture import flush, placed_anew, relocated, settled, under_loads
-from labgym.layouts.repairs.hanging import hung, taken_down
 from labgym.layouts.repairs.rank import State
 from labgym.layouts.repairs.reinsertion import reinserted
-from labgym.layouts.repairs.remaining import problems
-from labgym.layouts.repairs.resettling import lying, resettled
+from labgym.layouts.repairs.resettling import gathered, hung, lying, resettled, taken_down
 from labgym.layouts.repairs.safeguards import broken_rules, safeguarded
 from labgym.layouts.repairs.softening import softened, without_surplus
-from labgym.layouts.repairs.ways import widened
+from labgym.layouts.request import combination
 from labgym.layouts.rules.objective import Assessment
 from labgym.layouts.rules.rule_sets import TOUCHSTONE, RuleSet, rule_set
 from labgym.layouts.rules.storage import STORAGE_CLASSES
 from labgym.layouts.trace import Recorder
-from labgym.layouts.work import UNITS, LimitedAdjuster, Work, WorkLimitError
 from labgym.protocols import Protocol
 
 ROUNDS = 3
@@ -82,7 +76,7 @@ def repair_layout(
         rules: rule set, with its thresholds.
         adjuster: proposes commands in the optimization; rules and search by default.
         trace: records the state after each stage, and the iterations of the optimization and the refinement.
-        units: limit of work (`labgym.layouts.work`).
+        units: limit of work (`labgym.layouts.adjust`).
         seeded: whether the layout is drawn by a seed (`State.seeded`).
     """
     protocol = protocol if protocol is not None else _protocol_of(layout)

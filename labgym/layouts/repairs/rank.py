@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from functools import cached_property, total_ordering
 
-from labgym.layouts.floor.exits import HOOD_DOOR_LEAST
+from labgym.layouts.adjust import Work
+from labgym.layouts.floor.fields import HOOD_DOOR_LEAST
 from labgym.layouts.model import Layout
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.egress import MARGIN, blocked_places, narrow_exits
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.rule_sets import RuleSet
 from labgym.layouts.rules.thresholds import Profile
-from labgym.layouts.work import Work
 from labgym.protocols import Protocol
 
 DIGITS = 9

@@ -10,9 +10,9 @@ from itertools import chain, islice
 from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
 from labgym.layouts.adjust import swaps
 from labgym.layouts.fitting import Keepouts, on_wall
+from labgym.layouts.ground.wide_ways import Passages
 from labgym.layouts.model import Layout
 from labgym.layouts.moves import apply, may_move, replaced
-from labgym.layouts.passages import Passages
 from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.repairs.berths import berths
 from labgym.layouts.repairs.rank import State
@@ -143,7 +143,8 @@ def rehung(
     heights = (None, HEAVY_GAS_TOP_M - asset.size.height) if asset.subtype == "sensor" else (None,)
     for height in heights:
         for space in (None, *(spaces if len(spaces) > 1 else ())):
-            place = on_wall(rest, asset, keepouts, near or here.position[:2], height, space, plain, tries=WALL_PLACES)
+            point = near or here.position[:2]
+            place = on_wall(rest, asset, keepouts, point, height=height, space=space, accept=plain, tries=WALL_PLACES)
             if place is not None:
                 yield replaced(layout, {item: place.model_copy(update={"id": item})})
 

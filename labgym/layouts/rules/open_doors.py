@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from labgym.layouts.floor.closed_doors import closed_doors, walls_with
+from labgym.layouts.floor.changes import closed_doors, walls_with
 from labgym.layouts.model import Layout
 
 

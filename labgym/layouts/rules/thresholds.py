@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from labgym.errors import UnknownNameError
-from labgym.layouts.floor.exits import CALIFORNIA, NFPA_45
+from labgym.layouts.floor.fields import CALIFORNIA, NFPA_45
 
 Severity = Literal["warning", "error"]
 

@@ -10,13 +10,13 @@ from labgym.errors import OptionError
 from labgym.layouts.model import Layout
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.rule_sets import RuleSet
-from labgym.layouts.trace.changes import StateChange
 from labgym.layouts.trace.document import (
     MOST_ITERATIONS,
     MOST_TRIALS,
     Figures,
     Iteration,
     Phase,
+    StateChange,
     Trace,
     Trial,
     Verdict,

@@ -18,7 +18,7 @@ from labgym.errors import DocumentError
 from labgym.layouts import Layout
 from labgym.layouts.floor import Door, Floor, Room
 from labgym.layouts.placement import FLOOR, Placement, resized
-from labgym.layouts.provenance import Provenance
+from labgym.layouts.records import Provenance
 from labgym.paper.labbuilder.forms import identifier
 from labgym.paper.labbuilder.frame import WALL_THICKNESS, to_radians, to_room
 from labgym.paper.labbuilder.names import Meaning, kind_of, meaning, unique_ids

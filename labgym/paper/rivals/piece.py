@@ -12,7 +12,7 @@ from labgym.assets import Asset
 from labgym.geometry import OrientedBox, wrap_angle
 from labgym.layouts.model import Layout
 from labgym.layouts.placement import FLOOR, WALL, Placement
-from labgym.layouts.provenance import Provenance
+from labgym.layouts.records import Provenance
 from labgym.layouts.request import Request
 from labgym.paper.rivals.chamber import Chamber, Pose
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from labgym.layouts.brief import Unit
-from labgym.layouts.cabinets import Cabinet, plan_cabinets
 from labgym.layouts.pieces import WallPiece, clear_around, front_of, further_pieces, pieces, with_fixed
 from labgym.layouts.request import Request
+from labgym.layouts.stocking import Cabinet, plan_cabinets
 from labgym.paper.sampler.slips import Slips
 
 

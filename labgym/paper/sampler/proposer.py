@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 
 from labgym.geometry import OrientedBox, wrap_angle
 from labgym.layouts.brief import Unit
-from labgym.layouts.briefing import separations_of
+from labgym.layouts.interiors.distances import separations_of
 from labgym.layouts.model import Layout
 from labgym.layouts.placement import FLOOR, WALL, Placement
-from labgym.layouts.provenance import Provenance
+from labgym.layouts.records import Provenance
 from labgym.layouts.request import Request
 from labgym.paper.sampler.inventory import list_furniture
 from labgym.paper.sampler.rates import Rates

@@ -8,13 +8,13 @@ from shapely import Polygon
 
 from labgym.layouts.brief import Proximity, Unit
 from labgym.layouts.generate import resolve_request
+from labgym.layouts.ground import grounds
 from labgym.layouts.interiors import FloorProposer
 from labgym.layouts.interiors.distances import neighborhoods
 from labgym.layouts.interiors.distribution import distribute
 from labgym.layouts.placement import FLOOR
 from labgym.layouts.rules import rule_set
 from labgym.layouts.rules.objective import evaluate_layout
-from labgym.layouts.surroundings import grounds
 from labgym.navigation import goal_pose
 
 SEVERAL = ("sub_01", "pro_05", "alk_04")

@@ -11,9 +11,9 @@ from labgym.errors import InfeasibleError
 from labgym.layouts import Placement, generate
 from labgym.layouts.floor import Door, Floor, KeepOut, Room, Service
 from labgym.layouts.generate import resolve_request
-from labgym.layouts.holdings import Holdings
 from labgym.layouts.interiors import FloorProposer
 from labgym.layouts.placement import FLOOR
+from labgym.layouts.request import Holdings
 from labgym.layouts.rules import evaluate_layout
 from labgym.layouts.rules.thresholds import EXHAUST_REACH, WATER_REACH
 

@@ -156,7 +156,7 @@ def test_a_floor_file_is_furnished_like_the_floor_and_what_is_fixed_stays(tmp_pa
     saved = Layout.load(layout.save(tmp_path / "layout.json"))
     assert saved.provenance == layout.provenance
     assert saved.hash == layout.hash
-    assert set(reasons("sub_01", 3, floor=floor)) <= set(layout.by_id)
+    assert set(reasons(resolve_request("sub_01", 3, floor=floor))) <= set(layout.by_id)
     sink = layout.find("SinkBench").model_copy(update={"id": "sink"})
     other = generate("sub_01", 4, floor=floor, fixed=[sink])
     assert other.placement("sink").position == sink.position

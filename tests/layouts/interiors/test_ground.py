@@ -10,7 +10,7 @@ from labgym.geometry import OrientedBox
 from labgym.layouts.floor import Floor, Opening, Room, Wall
 from labgym.layouts.floors import draw_floor
 from labgym.layouts.ground import Ground, without
-from labgym.layouts.ground.outline import Span, missing, outline
+from labgym.layouts.ground.ground import Span, missing, outline
 from labgym.layouts.interiors.lattice import Lattice
 from labgym.layouts.interiors.standing import strips
 

@@ -8,7 +8,7 @@ from shapely import Point, Polygon, box
 
 from labgym.assets import Catalog
 from labgym.geometry import OrientedBox
-from labgym.layouts.brief import Proximity, Separation, Unit
+from labgym.layouts.brief import Demands, Proximity, Separation, Unit
 from labgym.layouts.floor import Room
 from labgym.layouts.ground import Ground
 from labgym.layouts.interiors.program import Option, Stand, plan_walls
@@ -31,7 +31,7 @@ def stands(units):
 def test_units_keep_gaps_fronts_doors_and_distances(seed):
     units = [Unit(f"u{k}", BENCH, 0.8 + 0.1 * k, 0.6, 0.9) for k in range(8)]
     rules = (Separation("u0", "u1", 1.5, ""), Separation("u2", "u3", 2.0, ""))
-    plan = plan_walls(stands(units), rules, (), seed, 1.0)
+    plan = plan_walls(stands(units), Demands(rules), seed, 1.0)
     assert plan.status == "solved"
     shapes = {name: Polygon(foot.corners()) for name, foot in plan.feet.items()}
     assert set(shapes) == {unit.id for unit in units}
@@ -48,9 +48,9 @@ def test_units_keep_gaps_fronts_doors_and_distances(seed):
 
 def test_a_proof_differs_from_a_search_that_was_stopped():
     wide = [Unit(f"u{k}", BENCH, 3.0, 0.75, 1.0) for k in range(9)]
-    assert plan_walls(stands(wide), (), (), 0, 1.0).status == "infeasible"
+    assert plan_walls(stands(wide), Demands(), 0, 1.0).status == "infeasible"
     narrow = [Unit(f"u{k}", BENCH, 0.8, 0.6, 0.9) for k in range(20)]
-    assert plan_walls(stands(narrow), (), (), 0, 1e-6).status == "stopped"
+    assert plan_walls(stands(narrow), Demands(), 0, 1e-6).status == "stopped"
 
 
 @pytest.mark.cases(1)
@@ -58,7 +58,7 @@ def test_a_proof_differs_from_a_search_that_was_stopped():
 def test_goal_poses_of_neighbors_are_near_and_their_footprints_apart(seed):
     units = [Unit(f"u{k}", BENCH, 0.9, 0.6, 0.9) for k in range(6)]
     apart, pairs = (Separation("u0", "u1", 1.2, ""),), (Proximity("u0", "u1", 2.3, ""), Proximity("u1", "u2", 1.5, ""))
-    plan = plan_walls(stands(units), apart, (), seed, 1.0, pairs)
+    plan = plan_walls(stands(units), Demands(apart, (), pairs), seed, 1.0)
     assert plan.status == "solved"
     for pair in pairs:
         ends = []
@@ -72,4 +72,4 @@ def test_goal_poses_of_neighbors_are_near_and_their_footprints_apart(seed):
 def test_neighbors_that_must_also_stay_apart_are_infeasible():
     units = [Unit(f"u{k}", BENCH, 0.9, 0.6, 0.9) for k in range(2)]
     far, near = (Separation("u0", "u1", 3.0, ""),), (Proximity("u0", "u1", 0.5, ""),)
-    assert plan_walls(stands(units), far, (), 0, 1.0, near).status == "infeasible"
+    assert plan_walls(stands(units), Demands(far, (), near), 0, 1.0).status == "infeasible"

@@ -11,9 +11,9 @@ from shapely import Polygon
 from labgym.layouts import Layout, optimise
 from labgym.layouts.generate import resolve_request
 from labgym.layouts.interiors import FloorProposer
+from labgym.layouts.interiors.rearranging import rearrangements
 from labgym.layouts.moves import Place, apply
 from labgym.layouts.placement import FLOOR
-from labgym.layouts.rearrange import rearrangements
 from labgym.layouts.rules import evaluate_layout
 from labgym.layouts.rules.facility.backs import one_sided
 from labgym.layouts.rules.thresholds import BACK_GAP, MOVABLE

@@ -8,9 +8,8 @@ from shapely import Polygon, unary_union
 
 from labgym.errors import InfeasibleError, SearchLimitError
 from labgym.layouts import Placement, generate
-from labgym.layouts.extension import extended
 from labgym.layouts.floor import Door, Floor, KeepOut, Room, Service
-from labgym.layouts.floor.stretching import stretched
+from labgym.layouts.floor.changes import extended, stretched
 from labgym.layouts.generate import resolve_request
 from labgym.layouts.remedies import TRIALS, remedies, with_remedies
 

@@ -14,7 +14,7 @@ from shapely.affinity import rotate, translate
 from labgym.assets import Catalog
 from labgym.layouts import Layout, Placement, generate
 from labgym.layouts.floors import draw_floor
-from labgym.layouts.holdings import Holdings
+from labgym.layouts.request import Holdings
 
 CASES = {
     "hydride in a room": ("red_05", 71, {"room": "12x9"}),

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from labgym.layouts.generate import resolve_request
-from labgym.layouts.holdings import Holdings
 from labgym.layouts.interiors.needs import needs_of
+from labgym.layouts.request import Holdings
 
 SEVERAL = [
     ("sub_02", "cyc_03", "red_04", "pro_01", "con_03"),

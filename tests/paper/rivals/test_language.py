@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 
 from labgym.layouts.generate import resolve_request
+from labgym.layouts.method import make_proposer, proposer_names
 from labgym.layouts.placement import FLOOR
-from labgym.layouts.proposers import make_proposer, proposer_names
 from labgym.llm import LanguageModelError
 from labgym.paper.rivals.language import (
     HolodeckLanguageProposer,

@@ -4,6 +4,7 @@ import pytest
 
 from labgym.assets import Catalog
 from labgym.layouts.generate import generate, resolve_request
+from labgym.layouts.method import Method
 from labgym.layouts.model import Layout
 from labgym.layouts.placement import FLOOR, WALL, Placement
 from labgym.layouts.rules.arrangement import Arrangement
@@ -116,6 +117,8 @@ def test_the_household_plan_reads_the_description_and_no_lists(catalog: Catalog)
 
 @pytest.mark.filterwarnings("ignore::labgym.errors.UnrepairedWarning")
 def test_generate_takes_a_rival_by_name_and_keeps_its_faults() -> None:
-    layout = generate("pro_01", 4, proposer="sceneweaver", optimise=False, refine=False, on_failure="keep")
+    layout = generate(
+        "pro_01", 4, method=Method(proposer="sceneweaver", optimise=False, refine=False, on_failure="keep")
+    )
     assert layout.provenance.generator == "SceneWeaverProposer"
     assert layout.provenance.options["failures"]["missing"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from labgym.layouts.floor.exits import CALIFORNIA, NFPA_45
+from labgym.layouts.floor.fields import CALIFORNIA, NFPA_45
 from labgym.layouts.rules.regulations import measures
 from labgym.layouts.rules.regulations.clause import Clause
 

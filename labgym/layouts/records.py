@@ -1,14 +1,53 @@
-"""Functional zones of a laboratory, and which of them carries out the steps of each location."""
+"""Records of a layout besides its floor and placements, and records as plain data for content hashes."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterable
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field, GetJsonSchemaHandler, PlainSerializer
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema
 
-from labgym.documents import Record
+from labgym.documents import Record, tagged
+from labgym.geometry import wrap_angle
 from labgym.layouts.floor import Identifier
+from labgym.protocols import Protocol
+
+
+class Provenance(Record):
+    """How a layout was made: enough to make it again."""
+
+    generator: str = "manual"
+    seed: int | None = None
+    options: dict[str, Any] = Field(default_factory=dict)
+    versions: dict[str, str] = Field(default_factory=dict)
+
+
+def _untagged(data: Any) -> Any:
+    """Return an embedded document without its schema tag, which must be that of a protocol."""
+    if not isinstance(data, dict) or "schema" not in data:
+        return data
+    if data["schema"] != Protocol.SCHEMA:
+        raise ValueError(f"expected schema {Protocol.SCHEMA!r}, got {str(data['schema'])[:80]!r}")
+    return {key: value for key, value in data.items() if key != "schema"}
+
+
+class _TaggedSchema:
+    """Puts the schema tag into the JSON Schema of an embedded protocol."""
+
+    def __get_pydantic_json_schema__(self, core_schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        reference = handler(core_schema)
+        body = handler.resolve_ref_schema(reference)
+        body.update(tagged(body, Protocol))
+        return reference
+
+
+EmbeddedProtocol = Annotated[
+    Protocol, BeforeValidator(_untagged), PlainSerializer(Protocol.to_json, return_type=dict), _TaggedSchema()
+]
+
 
 Role = Literal["preparation", "reaction", "analysis", "storage", "cleaning", "waste", "safety", "work"]
 MOST_ZONES = 200
@@ -76,3 +115,23 @@ def zone_problem(zones: Iterable[Zone], assignment: Iterable[ZoneAssignment], ro
             return f"location {entry.location!r} is assigned twice"
         locations.add(entry.location)
     return None
+
+
+def canonical(value: Any) -> Any:
+    """Return plain data with lengths in 0.1 mm and yaws in 0.1 mrad, without fields that have their default value."""
+    if isinstance(value, Record):
+        body: dict[str, Any] = {}
+        for name, field in type(value).model_fields.items():
+            item = _canonical_field(name, getattr(value, name))
+            if field.is_required() or item != _canonical_field(name, field.get_default(call_default_factory=True)):
+                body[name] = item
+        return body
+    if isinstance(value, tuple | list):
+        return [canonical(item) for item in value]
+    return round(value * 1e4) if isinstance(value, float) else value
+
+
+def _canonical_field(name: str, value: Any) -> Any:
+    if name == "yaw":
+        return round(wrap_angle(value) * 1e4) % round(2e4 * math.pi)
+    return canonical(value)
