@@ -24,7 +24,7 @@ from labgym.cli.effects import refuses_idle_flags
 from labgym.cli.outcome import DONE, FAILED, written
 from labgym.cli.saving import Overwrite, layout_path, refuse_other_content, save
 from labgym.errors import InfeasibleError, OptionError, SearchLimitWarning, UnrepairedError, UnrepairedWarning
-from labgym.layouts import Floor, Room
+from labgym.layouts import Floor
 from labgym.layouts.failures import FAILURES, summary
 from labgym.layouts.generate import ADDED
 from labgym.layouts.method import Method
@@ -182,11 +182,12 @@ def _generate_one(
     resolved, catalog = [protocols.resolve(name) for name in names], Catalog.load()
     place, floor = _place(room)
     if service:
-        if family is not None or floor is not None:
-            raise OptionError("--service is for a room, by name, size or file; leave out --family, or draw the points")
         from labgym.layouts.rooms import resolve_room, with_services
 
-        place, floor = None, with_services(resolve_room(place), service)
+        drawn = resolve_room(place) if floor is None else None if floor.services else floor.as_room
+        if family is not None or drawn is None:
+            raise OptionError("--service is for a room, by name, size or file; leave out --family, or draw the points")
+        place, floor = None, with_services(drawn, service)
     pieces = () if fixed is None else read_fixed(fixed, catalog, remark=_note)
     request: dict[str, Any] = {"seed": seed, "room": place, "rules": rules, "floor": floor, "family": family}
     request |= {"catalog": catalog, "fixed": pieces, "holdings": holdings}
@@ -252,11 +253,10 @@ def _note(remark: str) -> None:
     print(f"note: {remark}", file=sys.stderr)
 
 
-def _place(room: str | None) -> tuple[Room | str | None, Floor | None]:
-    """Return the room or the floor in a drawing or a ROS map; other arguments unchanged, as a room."""
+def _place(room: str | None) -> tuple[str | None, Floor | None]:
+    """Return the floor in a drawing or a ROS map; other arguments unchanged, as a room."""
     if room is None or not room.lower().endswith((".dxf", ".yaml", ".yml")):
         return room, None
     from labgym.exchange.formats import read_floor
 
-    floor = read_floor(room)
-    return (floor.room, None) if floor.is_rectangle and not floor.services else (None, floor)
+    return None, read_floor(room)
