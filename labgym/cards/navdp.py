@@ -16,7 +16,7 @@ from labgym.cards.results import CardResults, ablation_table
 from labgym.documents import write_text
 from labgym.envs.sensors import Camera
 from labgym.eval.drawing.pictures import save_picture
-from labgym.eval.drawing.plan_drawing import draw_objects, draw_plan, longest_side
+from labgym.eval.drawing.plan_drawing import draw_objects, draw_plan, plan_size
 from labgym.eval.reports.route_figures import panel_grid
 from labgym.geometry import to_world
 from labgym.layouts import Layout, load_published, published
@@ -79,7 +79,7 @@ def trajectories_figure(policy: NavDPPolicy, layouts: Sequence[Layout]) -> Figur
         pose, goal, drawn = _drawn_at_start(policy, layout)
         axes.set_aspect("equal")
         draw_plan(axes, layout.floor)
-        draw_objects(axes, layout, 72.0 * PANEL_INCHES / longest_side(layout.floor))
+        draw_objects(axes, layout, 72.0 * PANEL_INCHES / max(plan_size(layout.floor)))
         order = np.argsort(drawn.values)
         for k in order:
             path = to_world(np.vstack([np.zeros((1, 2)), drawn.trajectories[k]]), pose)

@@ -26,7 +26,7 @@ from labgym.cli.effects import refuses_idle_flags
 from labgym.cli.outcome import DONE, FAILED, written
 from labgym.cli.saving import Overwrite, layout_path, refuse_other_content, save
 from labgym.errors import InfeasibleError, OptionError, UnrepairedError
-from labgym.layouts import Floor, Method, Room, reasons, resolve_request
+from labgym.layouts import Floor, Method, reasons, resolve_request
 from labgym.layouts.generate import ADDED, generate_assessed
 from labgym.layouts.phases import FAILURES, summary
 from labgym.layouts.placement import Placement
@@ -67,13 +67,14 @@ class SiteArguments:
         """
         room, floor = _place(self.room)
         if self.service:
-            if self.family is not None or floor is not None:
+            from labgym.layouts.rooms import resolve_room, with_services
+
+            drawn = resolve_room(room) if floor is None else None if floor.services else floor.as_room
+            if self.family is not None or drawn is None:
                 raise OptionError(
                     "--service is for a room, by name, size or file; leave out --family, or draw the points"
                 )
-            from labgym.layouts.rooms import resolve_room, with_services
-
-            room, floor = None, with_services(resolve_room(room), self.service)
+            room, floor = None, with_services(drawn, self.service)
         return {"room": room, "floor": floor, "family": self.family}
 
 
@@ -301,11 +302,10 @@ def _note(remark: str) -> None:
     print(f"note: {remark}", file=sys.stderr)
 
 
-def _place(room: str | None) -> tuple[Room | str | None, Floor | None]:
-    """Return the room or the floor in a drawing or a ROS map; other arguments unchanged, as a room."""
+def _place(room: str | None) -> tuple[str | None, Floor | None]:
+    """Return the floor in a drawing or a ROS map; other arguments unchanged, as a room."""
     if room is None or not room.lower().endswith((".dxf", ".yaml", ".yml")):
         return room, None
     from labgym.exchange.formats import read_floor
 
-    floor = read_floor(room)
-    return (floor.room, None) if floor.is_rectangle and not floor.services else (None, floor)
+    return None, read_floor(room)

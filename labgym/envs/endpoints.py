@@ -88,17 +88,11 @@ def _pose(name: str, value: Any, lengths: tuple[int, ...], floor: Floor) -> Pose
 
 
 def _check_inside(name: str, x: float, y: float, floor: Floor) -> None:
-    if not floor.is_rectangle:
-        if not floor.inside(np.array([[x, y]]))[0]:
-            ids = ", ".join(space.id for space in floor.spaces[:8])
-            more = ", ..." if len(floor.spaces) > 8 else ""
-            raise OptionError(
-                f"{name} {_shown((x, y))} is in none of the floor's spaces ({ids}{more}): choose a point in one"
-            )
-    elif not (0.0 < x < floor.room.width and 0.0 < y < floor.room.depth):
+    if not floor.inside(np.array([[x, y]]))[0]:
+        ids = ", ".join(space.id for space in floor.spaces[:8])
+        more = ", ..." if len(floor.spaces) > 8 else ""
         raise OptionError(
-            f"{name} {_shown((x, y))} is outside the room: x must be between 0 and {floor.room.width:g} m, "
-            f"y between 0 and {floor.room.depth:g} m"
+            f"{name} {_shown((x, y))} is in none of the floor's spaces ({ids}{more}): choose a point in one"
         )
 
 

@@ -244,8 +244,6 @@ def _camera(pose: Pose, station: tuple[float, float]) -> mujoco.MjvCamera:
 def _walls_between(layout: Layout, model: mujoco.MjModel, pose: Pose, camera: mujoco.MjvCamera) -> list[int]:
     """Return the geoms of the upper parts of the walls between the camera and the robot."""
     floor = layout.floor
-    if floor.is_rectangle:
-        return []
     azimuth = math.radians(camera.azimuth)
     level = camera.distance * math.cos(math.radians(camera.elevation))
     eye = camera.lookat[0] - level * math.cos(azimuth), camera.lookat[1] - level * math.sin(azimuth), 0.0

@@ -16,7 +16,7 @@ from labgym.layouts.placement import FLOOR, WALL, Placement
 from labgym.layouts.rules.thresholds import SHOWER_RADIUS, Profile
 from labgym.layouts.rules.zones import HEADROOM, INTRUSION, front_zone
 from labgym.layouts.stocking import BENCH_MARGIN
-from labgym.layouts.surroundings import BRACKET, Pose, building, door_areas, door_openings, inside, wall_poses
+from labgym.layouts.surroundings import BRACKET, Pose, door_areas, door_openings, inside, wall_poses
 from labgym.layouts.tabletop import Item, Spot, pack
 from labgym.navigation import PLANNING_RADIUS, goal_pose
 from labgym.protocols import Protocol
@@ -201,7 +201,7 @@ def on_floor(
     """
     size = asset.size
     barred = [*keepouts.areas, *keepouts.stands, *(() if in_front else keepouts.zones)]
-    floor, standing = layout.floor, [*_boxes(layout), *building(layout.floor)]
+    floor, standing = layout.floor, [*_boxes(layout), *layout.floor.solids]
     solid, barriers = BoxArray.of(standing), BoxArray.of([*standing, *barred])
     for some in _batched(list(poses), BATCH):
         boxes = [OrientedBox(x, y, size.width, size.depth, yaw, 0.0, size.height) for x, y, yaw in some]

@@ -114,7 +114,7 @@ class Habits(Document):
         habits: by asset name; assets that are absent stand at any wall.
         always: locations of every laboratory, with their purpose.
         furniture: further pieces by level. filling: benches, racks and cold storage for walls that stay free.
-        islands: free-standing benches, largest first. peninsula: the bench with one end at a wall.
+        peninsula: the bench with one end at a wall.
         homes: where an instrument of a category stands when the protocol does not say. default_home: else.
         cabinets: by storage class, in the order in which the cabinets are planned.
         uses: uses of the spaces in which a kind of furniture stands, best first; laboratories if it is absent.
@@ -128,7 +128,6 @@ class Habits(Document):
     always: dict[str, str]
     furniture: tuple[Furniture, ...]
     filling: tuple[str, ...]
-    islands: Annotated[tuple[str, ...], Field(min_length=1)]
     peninsula: str
     homes: dict[str, str]
     default_home: str

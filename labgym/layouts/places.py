@@ -60,8 +60,9 @@ DENSITY = 1.5
 """Loose objects of a floor as a multiple of those of `labgym generate --clutter` at the same level: 1.5 per 10 square
 meters on busy floors and 3 on crowded ones (assumption: floors in daily use)."""
 MADE_UNDER = PAPER
-"""Rule set that the generator satisfies in rooms and floors of the splits; those of floors are then checked under the
-default one. Another would change training layouts."""
+"""Rule set that the generator satisfies in rooms of the splits. Another would change training layouts."""
+FLOORS_MADE_UNDER = replace(PAPER, paths="exact")
+"""Rule set that the generator satisfies in floors of the splits, which are then checked under the default one."""
 CONTENT, STYLE, SCATTER = range(3)
 """Sub-streams of a seed: protocols and clutter level; style; positions of the clutter."""
 
@@ -141,7 +142,7 @@ class Place:
             InfeasibleError: the floor does not hold the protocols.
         """
         chosen = [published_protocols()[name] for name in self.protocols]
-        request = resolve_request(chosen, self.seed, floor=self.floor.floor, rules=MADE_UNDER)
+        request = resolve_request(chosen, self.seed, floor=self.floor.floor, rules=FLOORS_MADE_UNDER)
         style = Style.of(self.floor.style).varied(np.random.default_rng([self.seed, STYLE]))
         layout, _ = generate_assessed(replace(request, style=style, family=self.population.family))
         options = {**layout.provenance.options, **({} if self.development else {"place": self.name})}

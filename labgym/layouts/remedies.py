@@ -215,7 +215,7 @@ def _size_text(before: Floor, after: Floor, space: str, axis: int, by: float) ->
     region = after.space(space).region
     width = max(r.x1 for r in region) - min(r.x0 for r in region)
     depth = max(r.y1 for r in region) - min(r.y0 for r in region)
-    what = "the room" if before.is_rectangle else repr(space)
+    what = "the room" if len(before.spaces) == 1 else repr(space)
     return f"{what} {by:.1f} m {'wider' if axis == 0 else 'deeper'} ({width:g} x {depth:g} m)"
 
 

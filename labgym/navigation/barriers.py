@@ -22,10 +22,9 @@ class Barriers:
     """The barriers of a floor plan.
 
     Attributes:
-        obstacles: the rectangles: furniture, and on any floor but a single rectangular room walls and columns.
-        low, high: (2,) corners of a rectangle around the floor, meters.
-        floor: walls and spaces. Of a single rectangular room only the size counts: `low` and `high` are then its
-            corners, and the sides between them its walls.
+        obstacles: the rectangles: furniture, walls and columns.
+        low, high: (2,) corners of a rectangle around the floor and its walls, meters.
+        floor: walls and spaces.
     """
 
     obstacles: Obstacles
@@ -36,36 +35,20 @@ class Barriers:
     @classmethod
     def of(cls, plan: FloorPlan, below: float = OBSTACLE_HEIGHT) -> Barriers:
         """Return the barriers of a floor plan; objects whose bottom is above a height in meters are ignored."""
-        floor, boxes = plan.floor, list(plan.obstacles(below))
-        if floor.is_rectangle:
-            low, high = np.zeros(2), np.array([floor.room.width, floor.room.depth])
-        else:
-            bounds = np.array(floor.bounds, dtype=np.float64)
-            low, high = bounds[:2], bounds[2:]
-            boxes += [box for box in floor.solids if box.z0 < below]
-        return cls(Obstacles(boxes), low, high, floor)
+        boxes = [*plan.obstacles(below), *(box for box in plan.floor.solids if box.z0 < below)]
+        bounds = np.array(plan.floor.bounds, dtype=np.float64)
+        return cls(Obstacles(boxes), bounds[:2], bounds[2:], plan.floor)
 
     def clearance(self, points: Array) -> Array:
-        """Return the distance from points (m, 2) of the floor to the nearest barrier, (m,) meters.
-
-        It is 0 in an obstacle, and negative beyond the walls of a one-room floor.
-        """
-        nearest = self.obstacles.nearest(points)
-        if not self.floor.is_rectangle:
-            return nearest
-        return np.asarray(np.minimum(nearest, np.minimum(points, self.high - points).min(axis=1)))
+        """Return the distance from points (m, 2) to the nearest barrier, (m,) meters; 0 in an obstacle or a wall."""
+        return self.obstacles.nearest(points)
 
     def line_clearance(self, points: Array) -> float:
-        """Return the least distance from a polyline (n, 2) on the floor to a barrier, meters; as `clearance`."""
-        nearest = float(self.obstacles.segment_distances(points[:-1], points[1:]).min(initial=math.inf))
-        if not self.floor.is_rectangle:
-            return nearest
-        return min(nearest, float(points.min()), float((self.high - points).min()))
+        """Return the least distance from a polyline (n, 2) to a barrier, meters; as `clearance`."""
+        return float(self.obstacles.segment_distances(points[:-1], points[1:]).min(initial=math.inf))
 
     def inside(self, points: Array) -> NDArray[np.bool_]:
         """Whether points (m, 2) lie in a room, or in an opening between rooms, (m,)."""
-        if self.floor.is_rectangle:
-            return np.asarray(((points > self.low) & (points < self.high)).all(axis=1))
         return self.floor.inside(points)
 
     def discs_inside(self, points: Array, radius: float) -> NDArray[np.bool_]:
@@ -74,8 +57,6 @@ class Barriers:
         Walls enclose the floor, so a disc that none of them cuts is on the floor with all of its points or with none;
         spaces may leave wedges along oblique walls, so several points of the disc are looked up.
         """
-        if self.floor.is_rectangle:
-            return np.ones(len(points), dtype=bool)
         inside = np.asarray(self.floor.inside(points))
         rest = np.flatnonzero(~inside)
         if len(rest):

@@ -30,8 +30,7 @@ class FreeSpace:
     Attributes:
         barriers: what the disc keeps its distance from.
         obstacles: the rectangles among the barriers.
-        low, high: (2,) corners of a rectangle that contains the positions; in a one-room floor its sides are r from the
-            walls.
+        low, high: (2,) corners of a rectangle that contains the positions.
     """
 
     def __init__(self, barriers: Barriers, radius: float) -> None:
@@ -56,7 +55,7 @@ class FreeSpace:
         return good
 
     def in_bounds(self, points: Array) -> NDArray[np.bool_]:
-        """Whether the disc at points (m, 2) stays within the bounds, which are the walls of a one-room floor."""
+        """Whether the disc at points (m, 2) stays within the bounds of the floor and its walls."""
         return np.asarray(((points >= self.low - TOLERANCE) & (points <= self.high + TOLERANCE)).all(axis=-1))
 
     @cached_property

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.geometry import OrientedBox, pairwise_penetration
+from labgym.geometry import pairwise_penetration
 from labgym.navigation.barriers import Barriers
 from labgym.navigation.clearance import Index, Obstacles
 from labgym.navigation.plan import OBSTACLE_HEIGHT, FloorPlan
@@ -18,8 +18,6 @@ WIDEST = 3.0
 """Gaps wider than this count as this wide, meters."""
 STEP = 0.05
 """Spacing of the points of a route at which the width across it is measured, meters."""
-WALL = 0.1
-"""Thickness of the boxes that stand for the walls of a one-room floor, meters."""
 PIECES = 6
 """Number of consecutive pieces of a route that are compared with the gaps near them at a time."""
 
@@ -50,9 +48,7 @@ class Gaps:
     """
 
     def __init__(self, plan: FloorPlan, below: float = OBSTACLE_HEIGHT) -> None:
-        barriers = Barriers.of(plan, below)
-        walls = _walls(*barriers.high) if plan.floor.is_rectangle else ()
-        self._obstacles = Obstacles([*barriers.obstacles.sources, *walls])
+        self._obstacles = Barriers.of(plan, below).obstacles
         self._segments = _corner_segments(self._obstacles)
 
     def narrowest(self, route: Array) -> float:
@@ -135,17 +131,6 @@ class Gaps:
         reach = np.full(len(points), WIDEST)
         np.minimum.at(reach, point[hit], np.maximum(enter[hit], 0.0))
         return reach
-
-
-def _walls(width: float, depth: float) -> tuple[OrientedBox, ...]:
-    """Return boxes for the walls of a one-room floor."""
-    half, long, deep = WALL / 2.0, width + 2.0 * WALL, depth + 2.0 * WALL
-    return (
-        OrientedBox(width / 2.0, -half, long, WALL),
-        OrientedBox(width / 2.0, depth + half, long, WALL),
-        OrientedBox(-half, depth / 2.0, WALL, deep),
-        OrientedBox(width + half, depth / 2.0, WALL, deep),
-    )
 
 
 def _corner_segments(obstacles: Obstacles) -> _Segments:

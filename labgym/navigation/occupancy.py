@@ -113,8 +113,8 @@ def occupancy(plan: FloorPlan, resolution: float = RESOLUTION, below: float = OB
     """Rasterize a floor plan.
 
     A cell is occupied if its interior intersects the footprint of an obstacle, a wall or a column, or extends outside
-    the floor. A footprint that only touches the cell does not count. The grid of a single rectangular room begins at
-    its corner; that of any other floor covers the floor's bounds, and its cells begin at multiples of the resolution.
+    the floor. A footprint that only touches the cell does not count. The grid covers the bounds of the floor with its
+    walls, and its cells begin at multiples of the resolution.
 
     Args:
         plan: the layout.
@@ -129,12 +129,6 @@ def occupancy(plan: FloorPlan, resolution: float = RESOLUTION, below: float = OB
     if not (resolution > 0.0) or width * depth / resolution**2 > MAX_CELLS:
         raise OptionError(f"resolution {resolution} m must be positive and give at most {MAX_CELLS} cells")
     boxes = barriers.obstacles.sources
-    if plan.floor.is_rectangle:
-        occupied = np.zeros((_cells(depth, resolution), _cells(width, resolution)), dtype=bool)
-        occupied[:, math.floor(width / resolution + TOUCH) :] = True
-        occupied[math.floor(depth / resolution + TOUCH) :, :] = True
-        _mark(occupied, boxes, resolution)
-        return OccupancyGrid(occupied, resolution)
     first = [math.floor(edge / resolution + TOUCH) for edge in barriers.low.tolist()]
     columns, rows = (math.ceil(e / resolution - TOUCH) - f for e, f in zip(barriers.high.tolist(), first, strict=True))
     origin = first[0] * resolution, first[1] * resolution
@@ -157,10 +151,6 @@ def _on_floor(grid: OccupancyGrid, barriers: Barriers) -> NDArray[np.bool_]:
         inside = barriers.inside(np.column_stack([x[columns * stride], y[rows * stride]]))
         reached[regions[rows[inside] * stride, columns[inside] * stride]] = True
     return np.asarray(reached[regions])
-
-
-def _cells(length: float, resolution: float) -> int:
-    return max(1, math.ceil(length / resolution - TOUCH))
 
 
 def _mark(occupied: NDArray[np.bool_], boxes: Iterable[OrientedBox], resolution: float) -> None:

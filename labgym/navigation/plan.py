@@ -21,32 +21,8 @@ OBSTACLE_HEIGHT = 1.40
 """Objects whose bottom is below this height are obstacles, meters: the robot (1.32 m, `RobotSpec.height`) and 8 cm."""
 
 
-class Extent(typing.Protocol):
-    """The room's interior: x in [0, width], y in [0, depth], meters."""
-
-    @property
-    def width(self) -> float:
-        """Along x, meters."""
-        ...
-
-    @property
-    def depth(self) -> float:
-        """Along y, meters."""
-        ...
-
-
 class FloorShape(typing.Protocol):
     """Where a robot can be on a floor without furniture; `labgym.layouts.floor.Floor` is one."""
-
-    @property
-    def is_rectangle(self) -> bool:
-        """Whether the floor is one rectangular room; only then `room` may be read."""
-        ...
-
-    @property
-    def room(self) -> Extent:
-        """The interior of the only room."""
-        ...
 
     @property
     def solids(self) -> Sequence[OrientedBox]:

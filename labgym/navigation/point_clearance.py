@@ -31,10 +31,6 @@ class PointClearance:
         rows = np.column_stack([boxes.centre, boxes.axes().reshape(-1, 4), boxes.half])
         self._rows: list[_Row] = [tuple(row) for row in rows.tolist()]
         self._cells: dict[tuple[int, int], tuple[_Row, ...]] = {}
-        self._walls: tuple[float, float] | None = None
-        if barriers.floor.is_rectangle:
-            width, depth = barriers.high.tolist()
-            self._walls = width, depth
 
     def at(self, x: float, y: float) -> float:
         """Return the distance from a point to the nearest barrier, meters, as `Barriers.clearance`."""
@@ -50,10 +46,7 @@ class PointClearance:
             away = abs(complex(u, v)) if u > 0.0 and v > 0.0 else max(u, v, 0.0)
             if away < nearest:
                 nearest = away
-        if self._walls is None:
-            return nearest
-        width, depth = self._walls
-        return min(nearest, x, y, width - x, depth - y)
+        return nearest
 
     def _nearest(self, column: int, row: int) -> tuple[_Row, ...]:
         """Return the rectangles that can be the nearest one to a point of a cell."""

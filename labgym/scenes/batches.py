@@ -62,7 +62,7 @@ def batched_spec(layout: Layout, mesh: SceneMesh) -> mujoco.MjSpec:
     Args:
         mesh: the layout's `scene_mesh`.
     """
-    scene = SpecBuilder(layout.id, textured=not layout.floor.is_rectangle)
+    scene = SpecBuilder(layout.id)
     set_looks(scene.spec, layout.floor)
     scene.add_floor(layout.floor)
     for number, batch in enumerate(batches(layout, mesh)):

@@ -7,10 +7,9 @@ from functools import lru_cache
 
 from labgym.geometry import OrientedBox
 from labgym.layouts.floor import Floor
-from labgym.scenes.finishes import floor_material
-from labgym.scenes.floor_covering import FLOOR, covering_patches
+from labgym.scenes.floor_covering import covering_patches
 from labgym.scenes.patches import Patch
-from labgym.scenes.rectangle import room_covering, room_patches, room_solids
+from labgym.scenes.rectangle import room_covering, room_patches
 from labgym.scenes.wall_faces import column_patches, wall_patches
 from labgym.scenes.wall_openings import opening_patches
 
@@ -26,29 +25,20 @@ def building_patches(floor: Floor, leaves: bool = True) -> tuple[Patch, ...]:
     Args:
         leaves: whether to include the leaves of interior doors.
     """
-    if floor.is_rectangle:
-        return room_patches(floor.room, floor.spaces[0].finishes)
     return _patches(floor, leaves)
 
 
 def floor_patches(floor: Floor) -> tuple[Patch, ...]:
     """Return the covering of the floor, a patch for each material."""
-    if floor.is_rectangle:
-        material = floor_material(floor.spaces[0].finishes)
-        return (Patch(FLOOR, FLOOR, material, *room_covering(floor.room)),)
     return _coverings(floor)
 
 
 def building_solids(floor: Floor, leaves: bool = True) -> dict[str, OrientedBox]:
     """Return the solid boxes of the building by name: those of `Floor.solids`.
 
-    A rectangular room has one for each of its walls, front, back, left and right; its doors are closed.
-
     Args:
         leaves: whether to include the leaves of interior doors.
     """
-    if floor.is_rectangle:
-        return room_solids(floor.room)
     solids: dict[str, OrientedBox] = {}
     count: Counter[str] = Counter()
     for part in floor.parts:
@@ -62,9 +52,11 @@ def building_solids(floor: Floor, leaves: bool = True) -> dict[str, OrientedBox]
 
 @lru_cache(maxsize=CACHED)
 def _patches(floor: Floor, leaves: bool) -> tuple[Patch, ...]:
+    if floor.as_room is not None:
+        return tuple(room_patches(floor, floor.as_room))
     return (*wall_patches(floor), *opening_patches(floor, leaves), *column_patches(floor))
 
 
 @lru_cache(maxsize=CACHED)
 def _coverings(floor: Floor) -> tuple[Patch, ...]:
-    return covering_patches(floor)
+    return covering_patches(floor) if floor.as_room is None else (room_covering(floor, floor.as_room),)

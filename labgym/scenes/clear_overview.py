@@ -28,7 +28,7 @@ FEWEST = 3
 
 
 def clear_overview(layout: Layout) -> View:
-    """Return the overview of a floor that is not one plain rectangular room.
+    """Return the overview of a furnished floor.
 
     It looks at the fronts of most tall furniture. Of several angles it takes the flattest from which the most pieces
     of furniture are seen.

@@ -13,7 +13,6 @@ from labgym.layouts.floor import Floor, Wall
 from labgym.layouts.placement import WALL
 from labgym.navigation.clearance import Obstacles
 from labgym.scenes.floor_covering import spaces_at
-from labgym.scenes.rectangle import nearest_wall, walls_between
 from labgym.scenes.wall_faces import column_name, upper, wall_name
 
 BEHIND = 0.03
@@ -27,14 +26,11 @@ Point = tuple[float, float, float]
 
 
 def hidden_walls(floor: Floor, position: Point) -> tuple[str, ...]:
-    """Return the walls, or their upper parts, that hide a space from a camera outside of the floor; none inside.
+    """Return the parts that hide a space from a camera outside of the floor; none inside.
 
-    Of a rectangular room, the walls between the camera and the room. Of any other floor, the upper parts of all columns
-    and of the walls with a space on their far side.
+    They are the upper parts of all columns and of the walls with a space on their far side.
     """
     x, y, _ = position
-    if floor.is_rectangle:
-        return walls_between(floor.room, x, y)
     x0, y0, x1, y1 = floor.bounds
     if x0 <= x <= x1 and y0 <= y <= y1:
         return ()
@@ -50,23 +46,18 @@ def near_walls(floor: Floor, x: float, y: float) -> tuple[str, ...]:
 
 
 def walls_across(floor: Floor, start: Point, end: Point) -> tuple[str, ...]:
-    """Return the upper parts of the walls that a line of sight crosses in the plane; none for a rectangular room."""
-    if floor.is_rectangle:
-        return ()
+    """Return the upper parts of the walls that a line of sight crosses in the plane."""
     walls = Obstacles(wall.box for wall in floor.walls)
     crossed = walls.segment_distances(np.array([start[:2]]), np.array([end[:2]]))[0] == 0.0
     return tuple(upper(wall_name(int(k))) for k in np.flatnonzero(crossed))
 
 
 def hanging_on(layout: Layout, placement: Placement) -> str | None:
-    """Return the wall, or the upper part of one, that a wall-mounted placement hangs on; None for other placements."""
+    """Return the upper part of the wall that a wall-mounted placement hangs on; None for other placements."""
     if placement.support != WALL:
         return None
     x, y, _ = placement.position
-    floor = layout.floor
-    if floor.is_rectangle:
-        return nearest_wall(floor.room, x, y)
-    distances = Obstacles(wall.box for wall in floor.walls).point_distances(np.array([[x, y]]))[0]
+    distances = Obstacles(wall.box for wall in layout.floor.walls).point_distances(np.array([[x, y]]))[0]
     return upper(wall_name(int(distances.argmin())))
 
 

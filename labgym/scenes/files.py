@@ -16,13 +16,13 @@ from labgym.assets.articulation import State
 from labgym.assets.meshes.colors import to_linear
 from labgym.assets.meshes.normals import corner_normals
 from labgym.assets.shapes import MATERIALS
-from labgym.assets.textures import Texture, corner_coordinates
+from labgym.assets.textures import Texture, corner_coordinates, texture
 from labgym.documents import write_bytes
 from labgym.errors import OptionError
 from labgym.layouts import Layout, Placement
 from labgym.layouts.floor import Finishes
 from labgym.scenes.building import building_patches, floor_patches
-from labgym.scenes.finishes import finishes_at, texture_on
+from labgym.scenes.finishes import finishes_at
 from labgym.scenes.fittings import drawn_asset, installations
 from labgym.scenes.folders import whole_folder
 from labgym.scenes.mesh import MATERIAL_NAMES, asset_mesh
@@ -39,8 +39,6 @@ TEXTURE_FOLDER = "textures"
 
 def write_mjcf(layout: Layout, folder: str | Path, interactive: bool = False, loose: bool = False) -> Path:
     """Write a layout as `folder/scene.xml` with `folder/meshes` and `folder/textures`, and return the file's path.
-
-    A layout of one plain rectangular room has no textures.
 
     The folder can be moved and loads in MuJoCo 3.3 and later without plugins. The files are written to a temporary
     folder, which then replaces an earlier scene.
@@ -90,7 +88,7 @@ def glb_bytes(layout: Layout) -> bytes:
 
     Each material of a placement is a node `<id>/<material>`. Colors are linear, as glTF defines them. Normals are
     smooth over round surfaces; a vertex is repeated for each of its normals, so merge vertices by position to get
-    watertight meshes. Floors other than one plain rectangular room have textures, whose means are the colors.
+    watertight meshes. Materials have textures, whose means are the colors.
     """
     import trimesh
 
@@ -99,7 +97,7 @@ def glb_bytes(layout: Layout) -> bytes:
     up = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, -1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
     added = (patch for installation in installations(layout) for patch in installation.patches)
     for patch in (*floor_patches(layout.floor), *building_patches(layout.floor), *added):
-        mesh = _painted(patch.vertices, patch.faces, patch.material, texture_on(layout.floor, patch.material))
+        mesh = _painted(patch.vertices, patch.faces, patch.material, texture(patch.material))
         scene.add_geometry(mesh, node_name=patch.name, geom_name=patch.name, transform=up)
     names: dict[tuple[Asset, Finishes, State], str] = {}
     for placement in layout.placements:
@@ -114,7 +112,7 @@ def glb_bytes(layout: Layout) -> bytes:
             if name in scene.geometry:
                 scene.graph.update(frame_to=f"{placement.id}/{material}", matrix=pose, geometry=name)  # type: ignore[no-untyped-call]
             else:
-                mesh = _painted(local.vertices, faces, material, texture_on(layout.floor, material))
+                mesh = _painted(local.vertices, faces, material, texture(material))
                 scene.add_geometry(mesh, node_name=f"{placement.id}/{material}", geom_name=name, transform=pose)
     content: bytes = scene.export(file_type="glb", include_normals=True, tree_postprocessor=_set_colors)  # type: ignore[no-untyped-call]
     return content

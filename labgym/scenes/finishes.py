@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.assets.textures import Texture, texture
 from labgym.layouts.floor import Doorway, Finishes, Floor, Space
 
 FLOORS = {
@@ -63,8 +62,6 @@ DOORS = {
     "walnut": "door_walnut",
     "green": "door_green",
 }
-JOINTS = {"floor_vinyl": 0.6, "floor_tile": 0.3}
-"""Side of the tiles of floor coverings that have joints, meters."""
 TURNS = {"opposite": 0.0, "left": math.pi / 2.0, "door": math.pi, "right": -math.pi / 2.0}
 """Angle from the direction into a space through its main door to that of the accent wall, radians."""
 METALS = ("stainless", "chrome", "aluminium", "galvanised", "brass")
@@ -86,14 +83,6 @@ def floor_material(finishes: Finishes) -> str:
 def paint(finishes: Finishes, accent: bool) -> str:
     """Return the material of a wall, or of the wall with the accent color."""
     return ACCENTS[finishes.accent] if accent and finishes.accent else WALLS[finishes.walls]
-
-
-def texture_on(floor: Floor, material: str) -> Texture | None:
-    """Return the texture of a material in the exported scene of a floor, or None.
-
-    Scenes of one plain rectangular room keep the bytes of earlier versions.
-    """
-    return None if floor.is_rectangle else texture(material)
 
 
 def palette(finishes: Finishes) -> dict[str, str]:

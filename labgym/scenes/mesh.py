@@ -24,7 +24,6 @@ from labgym.scenes.cutaway import hanging_on
 from labgym.scenes.finishes import finishes_at, palette
 from labgym.scenes.fittings import drawn_asset, installations
 from labgym.scenes.patches import Patch, join, visible
-from labgym.scenes.rectangle import room_covering
 
 if TYPE_CHECKING:
     import trimesh
@@ -222,8 +221,6 @@ def _placed(vertices: NDArray[np.float64], placement: Placement) -> NDArray[np.f
 
 def _ground(floor: Floor) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Return vertices and faces of the solid floor: a rectangle under everything."""
-    if floor.is_rectangle:
-        return room_covering(floor.room)
     x0, y0, x1, y1 = floor.bounds
     corners = np.array([[x0, y0, 0.0], [x1, y0, 0.0], [x1, y1, 0.0], [x0, y1, 0.0]])
     return corners, np.array([[0, 1, 2], [0, 2, 3]])

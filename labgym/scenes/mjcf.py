@@ -20,7 +20,7 @@ from labgym.geometry import OrientedBox
 from labgym.layouts import Layout
 from labgym.layouts.floor import Finishes, Floor
 from labgym.scenes.building import building_patches, building_solids, floor_patches
-from labgym.scenes.finishes import JOINTS, METALS, finishes_at, floor_material
+from labgym.scenes.finishes import METALS, finishes_at
 from labgym.scenes.fittings import drawn_asset, installations
 from labgym.scenes.interactive import add_moving_scene
 from labgym.scenes.mesh import asset_mesh
@@ -55,8 +55,7 @@ def to_mjcf(layout: Layout, visible: bool = True, interactive: bool = False, loo
     Each placement is a static body named by its id, at the layout's pose. Its visible parts are geoms of group 2 that
     collide with nothing. Its solids (boxes of `Asset.solids`, or convex bodies of an imported mesh) are geoms of
     group 3 named `<id>/solid/<k>`, hidden in default views. The solids of walls and floor belong to the world body and
-    are named `<wall>/solid` and `floor/solid`, where a wall is front, back, left or right in a rectangular room,
-    and otherwise `wall_<k>/<kind>_<n>` or `column_<k>_<n>`.
+    are named `<wall>/solid` and `floor/solid`, where a wall is `wall_<k>/<kind>_<n>` or `column_<k>_<n>`.
 
     Args:
         visible: whether to include visible parts; without them the model is small and compiles fast.
@@ -73,7 +72,7 @@ def to_mjcf(layout: Layout, visible: bool = True, interactive: bool = False, loo
         raise OptionError(f"placement id 'world' of layout {layout.id!r} is reserved by MuJoCo; rename the placement")
     if loose and not interactive:
         raise OptionError("loose objects need an interactive scene: set interactive as well")
-    scene = SpecBuilder(layout.id, visible, textured=not layout.floor.is_rectangle)
+    scene = SpecBuilder(layout.id, visible)
     set_looks(scene.spec, layout.floor)
     scene.add_floor(layout.floor, leaves=not interactive)
     if interactive:
@@ -90,14 +89,14 @@ def to_mjcf(layout: Layout, visible: bool = True, interactive: bool = False, loo
 class SpecBuilder:
     """A specification under construction; meshes and materials are added once."""
 
-    def __init__(self, name: str, visible: bool = True, textured: bool = False) -> None:
+    def __init__(self, name: str, visible: bool = True) -> None:
         self.spec = mujoco.MjSpec()
         self.spec.modelname = name
         self.visual = self.spec.add_default("visual", self.spec.default)
         self.visual.geom.contype, self.visual.geom.conaffinity, self.visual.geom.group = 0, 0, VISUAL_GROUP
         self.solid = self.spec.add_default("solid", self.spec.default)
         self.solid.geom.group, self.solid.geom.rgba = COLLISION_GROUP, [0.4, 0.6, 0.8, 0.4]
-        self.visible, self._textured = visible, textured
+        self.visible = visible
         self._names: set[str] = set()
 
     def add_floor(self, floor: Floor, leaves: bool = True) -> None:
@@ -107,15 +106,7 @@ class SpecBuilder:
         plane = mujoco.mjtGeom.mjGEOM_PLANE
         self.spec.worldbody.add_geom(self.solid, name="floor/solid", type=plane, size=half, pos=middle)
         if self.visible:
-            if floor.is_rectangle:
-                material = self._covering(floor_material(floor.spaces[0].finishes))
-                self.spec.worldbody.add_geom(
-                    self.visual, name="floor", type=plane, size=half, pos=middle, material=material
-                )
-            else:
-                for patch in floor_patches(floor):
-                    self.add_faces(patch.name, patch.material, patch.vertices, patch.faces)
-            for patch in building_patches(floor, leaves):
+            for patch in (*floor_patches(floor), *building_patches(floor, leaves)):
                 self.add_faces(patch.name, patch.material, patch.vertices, patch.faces)
         for wall, box in building_solids(floor, leaves).items():
             self.add_solid(self.spec.worldbody, f"{wall}/solid", box)
@@ -181,40 +172,6 @@ class SpecBuilder:
             self._mesh(mesh, vertices, faces)
         body.add_geom(self.solid, name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=mesh)
 
-    def _covering(self, name: str) -> str:
-        """Return the material of the floor of a rectangular room, with a texture of one tile if it has joints."""
-        if name not in JOINTS:
-            return self._material(name)
-        tiles = "tiles" if name == "floor_vinyl" else f"{name}_tiles"
-        if tiles not in self._names:
-            self._names.add(tiles)
-            self._add_tiles(name, tiles, 1.0 / JOINTS[name])
-        return tiles
-
-    def _add_tiles(self, name: str, tiles: str, repeat: float) -> None:
-        look = MATERIALS[name]
-        tint = np.array(look.rgba[:3])
-        self.spec.add_texture(
-            name=tiles,
-            type=mujoco.mjtTexture.mjTEXTURE_2D,
-            builtin=mujoco.mjtBuiltin.mjBUILTIN_FLAT,
-            mark=mujoco.mjtMark.mjMARK_EDGE,
-            rgb1=tint.tolist(),
-            rgb2=tint.tolist(),
-            markrgb=(tint * 0.86).tolist(),
-            width=256,
-            height=256,
-        )
-        material = self.spec.add_material(
-            name=tiles,
-            specular=look.specular,
-            shininess=look.shininess,
-            reflectance=look.reflectance,
-            texuniform=repeat != 1.0,
-            texrepeat=[repeat, repeat],
-        )
-        material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = tiles
-
     def add_faces(
         self, name: str, material: str, vertices: Array, faces: Faces, normals: NDArray[np.float32] | None = None
     ) -> None:
@@ -256,7 +213,7 @@ class SpecBuilder:
 
     def _texture(self, name: str) -> Texture | None:
         """Return the texture of a material; streaks of metal would be stretched over round parts."""
-        return texture(name) if self._textured and name not in METALS else None
+        return texture(name) if name not in METALS else None
 
     def _material(self, name: str, unwrapped: bool = False) -> str:
         """Return the name of a material, for meshes with texture coordinates or for other geoms."""
@@ -291,8 +248,7 @@ class SpecBuilder:
 
 def looks_of(material: str) -> str:
     """Return the key of `MATERIALS` from which a material of a specification was made, or its own name."""
-    name = material.partition("/")[0]
-    return "floor_vinyl" if name == "tiles" else name.removesuffix("_tiles")
+    return material.partition("/")[0]
 
 
 def set_looks(spec: mujoco.MjSpec, floor: Floor) -> None:
@@ -308,7 +264,7 @@ def set_looks(spec: mujoco.MjSpec, floor: Floor) -> None:
     visual.rgba.haze = [0.88, 0.91, 0.94, 1.0]
     spec.stat.center = [middle_x, middle_y, 0.8]
     spec.stat.extent = math.hypot(width, depth) / 2.0
-    distance = LAMP_DISTANCE if floor.is_rectangle else max(LAMP_DISTANCE, spec.stat.extent)
+    distance = max(LAMP_DISTANCE, spec.stat.extent)
     spec.add_texture(
         name="sky",
         type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
@@ -332,10 +288,7 @@ def set_looks(spec: mujoco.MjSpec, floor: Floor) -> None:
 
 
 def _extent(floor: Floor) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return the middle (x, y), and width and depth, of a floor: of a rectangular room without its walls."""
-    if floor.is_rectangle:
-        room = floor.room
-        return (room.width / 2.0, room.depth / 2.0), (room.width, room.depth)
+    """Return the middle (x, y), and width and depth, of a floor with its walls."""
     x0, y0, x1, y1 = floor.bounds
     return ((x0 + x1) / 2.0, (y0 + y1) / 2.0), (x1 - x0, y1 - y0)
 

@@ -26,8 +26,8 @@ FRONT, FRONTAL = -90.0, 30.0
 STRAIGHT, STEEP = 0.10, 0.006
 """Shares of its value that a view loses if it looks along an axis, and for a degree of pitch; the value of a view is
 the share of the picture that floor and walls fill."""
-ASIDE, HOODS_AT_BACK = 0.08, 0.25
-"""Shares that it loses if it looks from elsewhere than the front; in a rectangular room hoods stand at the back."""
+ASIDE = 0.08
+"""Share that it loses if it looks from elsewhere than the front."""
 FRONTS = 0.5
 """How much better a view is that looks at all fronts of the furniture, relative to one that sees them edge on."""
 FAR = 1e3
@@ -77,8 +77,7 @@ def _value(floor: Floor, outline: shapely.Geometry, bearing: float, pitch: float
     view, walls = _view(floor, outline, bearing, pitch)
     ground = shapely.transform(outline, lambda points: view.project(_at(points, 0.0)))
     drawn = union([ground, *(shapely.Polygon(view.project(wall)) for wall in walls)], GRID_M)
-    aside = (HOODS_AT_BACK if floor.is_rectangle else ASIDE) * (abs(bearing - FRONT) > FRONTAL)
-    loss = STRAIGHT * (bearing % 90.0 == 0.0) + aside
+    loss = STRAIGHT * (bearing % 90.0 == 0.0) + ASIDE * (abs(bearing - FRONT) > FRONTAL)
     return float(drawn.area) / (4.0 * WIDE) * (1.0 - loss - STEEP * (pitch - PITCHES[0]))
 
 

@@ -60,12 +60,11 @@ def description(episode: ViewerEpisode, success_distance: float) -> dict[str, An
 def plan_of(layout: Layout) -> dict[str, Any]:
     """Return what the page draws of a floor: bounds, walls and furniture below 1.4 m, as corners in meters."""
     floor = layout.floor
-    bounds = (0.0, 0.0, floor.room.width, floor.room.depth) if floor.is_rectangle else floor.bounds
     walls = [box.corners() for box in building_solids(floor).values() if box.z0 < OBSTACLE_HEIGHT]
     boxes = [layout.box(placement.id) for placement in layout.placements if placement.support == FLOOR]
     furniture = [box.corners() for box in boxes if box.z0 < OBSTACLE_HEIGHT]
     return {
-        "bounds": [round(float(value), 3) for value in bounds],
+        "bounds": [round(float(value), 3) for value in floor.bounds],
         "walls": [np.round(corners, 3).tolist() for corners in walls],
         "furniture": [np.round(corners, 3).tolist() for corners in furniture],
     }

@@ -218,7 +218,7 @@ def test_other_floors_are_no_room_and_say_why():
     )
     for changes, message in cases:
         other = floor.model_copy(update=changes)
-        assert not other.is_rectangle
+        assert other.as_room is None
         with pytest.raises(LabgymError, match=message) as caught:
             _ = other.room
         assert "\n" not in str(caught.value)

@@ -21,12 +21,20 @@ class Rectangle:
     """A floor of one rectangular room."""
 
     room: Extent = Extent()
-    is_rectangle: bool = True
-    solids: tuple[OrientedBox, ...] = ()
+
+    @property
+    def solids(self) -> tuple[OrientedBox, ...]:
+        width, depth = self.room.width, self.room.depth
+        return (
+            OrientedBox(width / 2.0, -0.1, width + 0.4, 0.2),
+            OrientedBox(width / 2.0, depth + 0.1, width + 0.4, 0.2),
+            OrientedBox(-0.1, depth / 2.0, 0.2, depth + 0.4),
+            OrientedBox(width + 0.1, depth / 2.0, 0.2, depth + 0.4),
+        )
 
     @property
     def bounds(self) -> tuple[float, float, float, float]:
-        return 0.0, 0.0, self.room.width, self.room.depth
+        return -0.2, -0.2, self.room.width + 0.2, self.room.depth + 0.2
 
     def inside(self, points: np.ndarray) -> np.ndarray:
         return ((points >= 0.0) & (points <= (self.room.width, self.room.depth))).all(axis=1)

@@ -41,8 +41,6 @@ def paths(floor) -> ShortestPaths:
 
 @pytest.fixture(scope="module")
 def polygons(floor) -> PolygonPaths:
-    if floor.is_rectangle:
-        return PolygonPaths([], PLANNING_RADIUS, (0.0, 0.0, floor.room.width, floor.room.depth))
     boxes = [box for box in floor.solids if box.z0 < OBSTACLE_HEIGHT]
     return PolygonPaths(boxes, PLANNING_RADIUS, floor.bounds)
 

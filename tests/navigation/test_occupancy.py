@@ -16,10 +16,12 @@ from labgym.navigation import OccupancyGrid, occupancy
 
 def test_a_footprint_on_cell_borders_fills_its_own_cells_and_no_more(make_plan):
     grid = occupancy(make_plan(OrientedBox(1.0, 2.0, 0.4, 0.2), width=4.0, depth=3.0))
-    assert grid.shape == (60, 80)
-    rows, columns = np.nonzero(grid.occupied)
+    room = grid.occupied[4:-4, 4:-4]
+    assert room.shape == (60, 80)
+    rows, columns = np.nonzero(room)
     assert (rows.min(), rows.max(), columns.min(), columns.max()) == (38, 41, 16, 23)
-    assert grid.occupied.sum() == 4 * 8
+    assert room.sum() == 4 * 8
+    assert grid.occupied.sum() == 4 * 8 + 68 * 88 - 60 * 80  # the walls of 0.2 m
 
 
 def test_a_quarter_turn_swaps_the_sides(make_plan):
@@ -39,24 +41,26 @@ def test_a_quarter_turn_swaps_the_sides(make_plan):
 def test_cells_are_occupied_exactly_where_the_footprint_overlaps_them(make_plan, x, y, width, depth, yaw):
     box = OrientedBox(x, y, width, depth, yaw)
     grid = occupancy(make_plan(box, width=3.0, depth=2.0), resolution=0.1)
+    room = grid.occupied[2:-2, 2:-2]
     rows, columns = np.mgrid[0:20, 0:30]
     cells = shapely.box(columns * 0.1, rows * 0.1, columns * 0.1 + 0.1, rows * 0.1 + 0.1)
     shared = shapely.area(shapely.intersection(cells, shapely.Polygon(box.corners())))
-    assert grid.occupied[shared > 1e-7].all()
-    assert not grid.occupied[shapely.distance(cells, shapely.Polygon(box.corners())) > 1e-7].any()
+    assert room[shared > 1e-7].all()
+    assert not room[shapely.distance(cells, shapely.Polygon(box.corners())) > 1e-7].any()
 
 
 def test_what_hangs_above_the_robot_is_not_in_its_way(make_plan):
     shelf = OrientedBox(2.0, 2.0, 1.0, 0.4, 0.0, 1.45, 1.9)
-    assert not occupancy(make_plan(shelf)).occupied.any()
-    assert occupancy(make_plan(shelf), below=1.5).occupied.any()
+    assert occupancy(make_plan(shelf)).free(2.0, 2.0)
+    assert not occupancy(make_plan(shelf), below=1.5).free(2.0, 2.0)
 
 
 def test_cells_that_reach_outside_the_room_are_occupied(make_plan):
     grid = occupancy(make_plan(width=3.02, depth=2.0))
-    assert grid.shape == (40, 61)
-    assert grid.occupied[:, 60].all()
-    assert not grid.occupied[:, :60].any()
+    assert grid.origin == pytest.approx((-0.2, -0.2))
+    assert grid.shape == (48, 69)
+    assert not grid.occupied[4:-4, 4:64].any()
+    assert (~grid.occupied).sum() == 40 * 60
     assert not grid.free(3.01, 1.0)
     assert not grid.free(-0.01, 1.0)
     assert not grid.free(1.0, 2.01)
@@ -65,7 +69,8 @@ def test_cells_that_reach_outside_the_room_are_occupied(make_plan):
 def test_cells_and_points_agree(make_plan):
     grid = occupancy(make_plan(width=6.6, depth=7.2))
     xs, ys = grid.centres()
-    for row, column in ((0, 0), (17, 3), (143, 131)):
+    assert grid.shape == (152, 140)
+    for row, column in ((0, 0), (17, 3), (151, 139)):
         assert grid.cell_of(*grid.centre_of(row, column)) == (row, column)
         assert grid.centre_of(row, column) == pytest.approx((xs[column], ys[row]))
 

@@ -13,8 +13,8 @@ from labgym.assets.shapes import MATERIALS, build
 from labgym.errors import OptionError, UnknownNameError
 from labgym.layouts import Layout, Placement, Room
 from labgym.scenes import to_mjcf, views
-from labgym.scenes.mjcf import COLLISION_GROUP, VISUAL_GROUP
-from labgym.scenes.rectangle import room_patches
+from labgym.scenes.building import building_patches
+from labgym.scenes.mjcf import COLLISION_GROUP, VISUAL_GROUP, looks_of
 
 
 @pytest.fixture(scope="module")
@@ -173,29 +173,30 @@ def test_the_overview_holds_the_whole_floor(size: tuple[float, float]) -> None:
 def test_materials_of_the_model_are_the_materials_of_the_shapes(model: mujoco.MjModel) -> None:
     for index in range(model.nmat):
         name = model.material(index).name
-        if name != "tiles":
-            assert model.mat_rgba[index] == pytest.approx(MATERIALS[name].rgba, abs=1e-6)
+        look, textured = MATERIALS[looks_of(name)], model.mat_texid[index].max() >= 0
+        expected = (1.0, 1.0, 1.0, look.rgba[3]) if textured else look.rgba
+        assert model.mat_rgba[index] == pytest.approx(expected, abs=1e-6)
 
 
 def test_walls_show_only_their_inner_faces_and_their_tops() -> None:
     room = Room(width=6.0, depth=5.0)
-    for patch in room_patches(room):
+    for patch in building_patches(room.floor):
         corners = patch.vertices[patch.faces]
         normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        outward = {"front": (1, -1.0), "back": (1, 1.0), "left": (0, -1.0), "right": (0, 1.0)}[patch.wall]
+        outward = {"wall_0": (1, -1.0), "wall_1": (1, 1.0), "wall_2": (0, -1.0), "wall_3": (0, 1.0)}[patch.wall[:6]]
         assert (normal[:, outward[0]] * outward[1] <= 1e-9).all()
 
 
 @pytest.mark.parametrize("thickness", [0.02, 0.2, 1.0])
 def test_wall_faces_lie_in_the_wall_and_never_in_the_room(thickness: float) -> None:
     room = Room(width=6.0, depth=5.0, wall_thickness=thickness)
-    for patch in room_patches(room):
+    for patch in building_patches(room.floor):
         gap = {
-            "front": -patch.vertices[:, 1],
-            "back": patch.vertices[:, 1] - room.depth,
-            "left": -patch.vertices[:, 0],
-            "right": patch.vertices[:, 0] - room.width,
-        }[patch.wall]
+            "wall_0": -patch.vertices[:, 1],
+            "wall_1": patch.vertices[:, 1] - room.depth,
+            "wall_2": -patch.vertices[:, 0],
+            "wall_3": patch.vertices[:, 0] - room.width,
+        }[patch.wall[:6]]
         assert gap.min() > -1e-9
         assert gap.max() < room.wall_thickness + 1e-9
 

@@ -125,9 +125,9 @@ def test_the_scene_mesh_as_trimesh_keeps_owners_and_colors(laboratory: Layout) -
 
 def test_hidden_walls_hide_the_placements_mounted_on_them(laboratory: Layout) -> None:
     clock = [placement.id for placement in laboratory.placements].index("clock")
-    assert clock not in scene_mesh(laboratory, hidden=("right",)).owner
-    assert clock in scene_mesh(laboratory, hidden=("left",)).owner
-    assert len(scene_mesh(laboratory, hidden=("left",)).faces) < len(scene_mesh(laboratory).faces)
+    assert clock not in scene_mesh(laboratory, hidden=("wall_3/upper",)).owner
+    assert clock in scene_mesh(laboratory, hidden=("wall_2/upper",)).owner
+    assert len(scene_mesh(laboratory, hidden=("wall_2/upper",)).faces) < len(scene_mesh(laboratory).faces)
 
 
 def test_an_unknown_geometry_is_refused() -> None:

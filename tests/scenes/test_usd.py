@@ -63,7 +63,7 @@ def test_colliders_are_the_solids_of_the_layout(laboratory: Layout, stage: Usd.S
         high = (*plane[:, 2:].max(axis=0), max(solid.z1 for solid in solids))
         np.testing.assert_allclose([box.GetMin(), box.GetMax()], [low, high], atol=1e-4)
     walls = stage.GetPrimAtPath("/Laboratory/Room/Colliders").GetChildren()
-    assert {prim.GetName() for prim in walls} == {"front", "back", "left", "right", "floor"}
+    assert {prim.GetName() for prim in walls} == {*(f"wall_{k}_wall_0" for k in range(4)), "floor"}
     assert all(prim.HasAPI(UsdPhysics.CollisionAPI) for prim in walls)
 
 

@@ -15,7 +15,7 @@ from labgym.envs.conditions.intentions import BEYOND, DT, PASSED, POINTS, STANDI
 from labgym.envs.conditions.orca import Avoidance, Disc, Robot, Vector, away_from, permitted_velocity, velocities
 from labgym.envs.conditions.social_force import SocialForce
 from labgym.envs.world import World
-from labgym.geometry import BoxArray, OrientedBox
+from labgym.geometry import BoxArray
 from labgym.layouts import Layout
 from labgym.navigation.barriers import Barriers
 
@@ -39,14 +39,7 @@ class Walls:
     @classmethod
     def of(cls, layout: Layout) -> Walls:
         """Return the furniture below 1.40 m and the walls of a layout."""
-        barriers = Barriers.of(layout)
-        boxes = list(barriers.obstacles.sources)
-        if layout.floor.is_rectangle:
-            (x0, y0), (x1, y1) = barriers.low.tolist(), barriers.high.tolist()
-            across, along = x1 - x0, y1 - y0
-            boxes += [OrientedBox((x0 + x1) / 2.0, y, across, 0.0) for y in (y0, y1)]
-            boxes += [OrientedBox(x, (y0 + y1) / 2.0, 0.0, along) for x in (x0, x1)]
-        return cls(BoxArray.of(boxes))
+        return cls(Barriers.of(layout).obstacles.boxes)
 
     def near(self, points: Array, reach: float) -> list[list[tuple[float, float]]]:
         """Return, for each point (n, 2), the vectors to the nearest points of the rectangles within reach, meters."""

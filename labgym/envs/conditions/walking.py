@@ -249,5 +249,5 @@ def _moves(velocity: tuple[float, float], sideways: float) -> bool:
 
 
 def _hiding(layout: Layout) -> Obstacles:
-    """Return the walls between rooms."""
-    return Obstacles([] if layout.floor.is_rectangle else layout.floor.solids)
+    """Return the walls."""
+    return Obstacles(layout.floor.solids)

@@ -75,7 +75,7 @@ class DeviceBatch:
         )
         self.routes = RouteLengths(count)
         self._addresses, self._sizes = np.zeros((count, 6), dtype=np.uint64), np.zeros((count, 6), dtype=np.int32)
-        self._plans, self._states = np.zeros((count, 6)), np.zeros((count, 6))
+        self._plans, self._states = np.zeros((count, 4)), np.zeros((count, 6))
         self._fields, self._grids = np.zeros((count, 3), dtype=np.int64), np.zeros((count, 3))
         # What addresses point to must live as long as they are used.
         self._scenes: list[DeviceScene | None] = [None] * count
@@ -90,7 +90,7 @@ class DeviceBatch:
                 ("targets", (count, 2), wp.float64),
                 ("addresses", (count, 6), wp.uint64),
                 ("sizes", (count, 6), wp.int32),
-                ("plans", (count, 6), wp.float64),
+                ("plans", (count, 4), wp.float64),
                 ("states", (count, 6), wp.float64),
                 ("contacts", (count, CONTACTS, 6), wp.float64),
                 ("poses", (count, 3), wp.float64),

@@ -208,7 +208,7 @@ def servo(gain: wp.float64, limit: wp.float64, missing: wp.float64):
 
 
 @wp.func
-def clearance(x: wp.float64, y: wp.float64, room: wp.vec2d, boxes: wp.array2d[wp.float64]):
+def clearance(x: wp.float64, y: wp.float64, boxes: wp.array2d[wp.float64]):
     """Return the distance from the chassis at a point to the nearest barrier, meters; 0 if they overlap."""
     nearest = wp.float64(1e30)
     for k in range(boxes.shape[0]):
@@ -219,9 +219,7 @@ def clearance(x: wp.float64, y: wp.float64, room: wp.vec2d, boxes: wp.array2d[wp
         u = wp.max(wp.abs(cosine * dx + sine * dy) - boxes[k, 2], ZERO)
         v = wp.max(wp.abs(cosine * dy - sine * dx) - boxes[k, 3], ZERO)
         nearest = wp.min(nearest, u * u + v * v)
-    distance = wp.sqrt(nearest)
-    distance = wp.min(distance, wp.min(wp.min(x, room[0] - x), wp.min(y, room[1] - y)))
-    return wp.max(distance - CHASSIS, ZERO)
+    return wp.max(wp.sqrt(nearest) - CHASSIS, ZERO)
 
 
 @wp.kernel(enable_backward=False)
@@ -324,4 +322,4 @@ def drive(
     velocities[robot, 1] = rate[2]
     driven[robot] = length
     touched[robot] = touches
-    clearances[robot] = clearance(position[0], position[1], wp.vec2d(plans[robot, 4], plans[robot, 5]), boxes)
+    clearances[robot] = clearance(position[0], position[1], boxes)

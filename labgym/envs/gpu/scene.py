@@ -27,7 +27,7 @@ class DeviceScene:
         addresses: (6,) of the sides (m, 5: first corner, normal, length), the first side of each outline, the reach of
             each outline, the first member of each cell, the members, and the boxes (k, 6: center, half extents, axis).
         sizes: (6,) their number of rows.
-        plan: (6,) corner, columns and rows of the grid of cells; width and depth of a rectangular room.
+        plan: (4,) corner, columns and rows of the grid of cells.
         nbytes: size in memory, bytes.
     """
 
@@ -46,7 +46,7 @@ class DeviceScene:
         self._arrays = [wp.array(np.ascontiguousarray(table), device=device) for table in tables]
         self.addresses = np.array([array.ptr or 0 for array in self._arrays], dtype=np.uint64)
         self.sizes = np.array([len(table) for table in tables], dtype=np.int32)
-        self.plan = np.concatenate([near.corner, near.shape, np.minimum(boxes.room, 1e30)])
+        self.plan = np.concatenate([near.corner, near.shape])
         self.nbytes = sum(table.nbytes for table in tables)
 
 

@@ -179,8 +179,9 @@ def commands(rng: np.random.Generator, steps: int) -> Iterator[tuple[float, floa
 def free_poses(layout: Layout, rng: np.random.Generator, count: int) -> Iterator[Pose]:
     """Yield random poses at which the robot touches nothing."""
     barriers = Barriers.of(layout)
+    corners = np.concatenate([box.corners() for space in layout.floor.spaces for box in space.boxes])
     while count > 0:
-        x, y = rng.uniform(barriers.low, barriers.high).tolist()
+        x, y = rng.uniform(corners.min(axis=0), corners.max(axis=0)).tolist()
         point = np.array([[x, y]])
         if barriers.inside(point)[0] and barriers.clearance(point)[0] > ROBOT.chassis_radius:
             count -= 1

@@ -32,7 +32,7 @@ from labgym.envs.world import World
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-ARRAYS = 19
+ARRAYS = 18
 """Number of arrays of a scene; those of the lidar and of the field of distances included."""
 SHARE = 8
 """Fewest robots of a thread."""
@@ -200,7 +200,7 @@ def _step(
         row, state = robots.scenes[k], robots.states[k]
         solids, walls = _outlines(row, 0), _outlines(row, 9)
         near = Cells(floats(row, 5), integers(row, 6), integers(row, 7), integers(row, 8))
-        boxes = Boxes(points(row, 14), points(row, 15), points(row, 16), floats(row, 17))
+        boxes = Boxes(points(row, 14), points(row, 15), points(row, 16))
         v, w = robots.targets[k, 0], robots.targets[k, 1]
         driven, touched = control_step(state, v, w, checks, steps, body, solids, near, work)
         robots.driven[k], robots.touched[k] = driven, touched
@@ -209,8 +209,8 @@ def _step(
         robots.velocities[k, 0] = math.cos(state[2]) * state[3] + math.sin(state[2]) * state[4]
         robots.velocities[k, 1] = state[5]
         robots.clearances[k] = clearance_at(state[0], state[1], boxes)
-        if row[2 * 18 + 1] > 0:
-            field = carray(pointer(row[2 * 18]), (row[2 * ARRAYS], row[2 * ARRAYS + 1]), np.float64)
+        if row[2 * 17 + 1] > 0:
+            field = carray(pointer(row[2 * 17]), (row[2 * ARRAYS], row[2 * ARRAYS + 1]), np.float64)
             robots.to_go[k] = interpolated(state[0], state[1], field, robots.fields[k])
         else:
             robots.to_go[k] = math.nan

@@ -126,13 +126,11 @@ class Boxes(NamedTuple):
 
     Attributes:
         center: (n, 2). half: (n, 2) half extents. axis: (n, 2) unit vector of each box's own x.
-        room: (2,) width and depth of a rectangular room; inf of other floors, whose walls are boxes.
     """
 
     center: Array
     half: Array
     axis: Array
-    room: Array
 
 
 class Scene(NamedTuple):
@@ -161,9 +159,8 @@ def scene_of(world: World) -> Scene:
 def boxes_of(barriers: Barriers) -> Boxes:
     """Return barriers as arrays."""
     boxes = barriers.obstacles.boxes
-    room = barriers.high if barriers.floor.is_rectangle else np.full(2, np.inf)
     axis = np.column_stack([np.cos(boxes.yaw), np.sin(boxes.yaw)])
-    return Boxes(*(np.ascontiguousarray(array, dtype=np.float64) for array in (boxes.centre, boxes.half, axis, room)))
+    return Boxes(*(np.ascontiguousarray(array, dtype=np.float64) for array in (boxes.centre, boxes.half, axis)))
 
 
 def ranges(world: World, pose: Pose, rays: int, reach: float, height: float) -> NDArray[np.float32]:
@@ -210,10 +207,7 @@ def clearance_at(x: float, y: float, boxes: Boxes) -> float:
         u = max(abs(cosine * dx + sine * dy) - boxes.half[k, 0], 0.0)
         v = max(abs(cosine * dy - sine * dx) - boxes.half[k, 1], 0.0)
         nearest = min(nearest, u * u + v * v)
-    distance = math.sqrt(nearest)
-    if boxes.room[0] < math.inf:
-        distance = min(distance, min(min(x, boxes.room[0] - x), min(y, boxes.room[1] - y)))
-    return max(distance - RADIUS, 0.0)
+    return max(math.sqrt(nearest) - RADIUS, 0.0)
 
 
 @entry

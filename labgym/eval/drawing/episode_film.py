@@ -34,7 +34,6 @@ from labgym.eval.drawing.episode_plan import (
 )
 from labgym.eval.drawing.film import Picture
 from labgym.eval.drawing.lettering import font, rgb
-from labgym.eval.drawing.plan_drawing import plan_bounds
 from labgym.eval.labnav.replay import Replay, Shot
 from labgym.scenes import Quality, RayScene
 
@@ -193,7 +192,7 @@ def _map_picture(task: Task, width: int, height: int) -> tuple[Picture, tuple[fl
     """Return the map of an episode in a rectangle of pixels, with pixels per meter and the left and upper bounds."""
     from matplotlib.figure import Figure
 
-    x0, y0, x1, y1 = plan_bounds(task.layout.floor)
+    x0, y0, x1, y1 = task.layout.floor.bounds
     scale = min(width / (x1 - x0), height / (y1 - y0))
     columns, rows = max(1, round((x1 - x0) * scale)), max(1, round((y1 - y0) * scale))
     dpi = 55

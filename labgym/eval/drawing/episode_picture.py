@@ -35,7 +35,6 @@ from labgym.eval.drawing.episode_plan import (
 )
 from labgym.eval.drawing.episode_view import episode_view, spot_of
 from labgym.eval.drawing.lettering import font, rgb
-from labgym.eval.drawing.plan_drawing import plan_bounds
 from labgym.layouts import Layout
 
 PLAN = 0.62
@@ -141,7 +140,7 @@ def _window(task: Task, route: Array, aspect: float) -> tuple[float, float, floa
         shown, around = shown[[1]], DOCKING / 2.0
     low, high = shown.min(axis=0) - around, shown.max(axis=0) + around
     size = np.maximum(high - low, (high - low)[::-1] * (aspect, 1.0 / aspect))
-    middle, bounds = (low + high) / 2.0, np.array(plan_bounds(task.layout.floor))
+    middle, bounds = (low + high) / 2.0, np.array(task.layout.floor.bounds)
     floor = bounds[:2] - 0.1, bounds[2:] + 0.1
     # Within the floor where it is large enough, in its middle where it is not.
     inside = np.where(

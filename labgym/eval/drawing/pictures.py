@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 PLAN_INCHES = 6.4
 MARGIN_INCHES = 0.25
 LEAST_SCALE, MOST_INCHES = 0.6, 16.0
-"""Inches per meter below which the picture of a floor of several spaces is larger, and its largest side."""
+"""Inches per meter below which the picture of a floor is larger, and its largest side."""
 DPI = 150
 
 
@@ -61,8 +61,7 @@ def topdown(
 
     span = plan_size(layout.floor)
     scale = PLAN_INCHES / max(span[0], min(span[1], 1.25 * span[0]))
-    if not layout.floor.is_rectangle:
-        scale = min(max(scale, LEAST_SCALE), MOST_INCHES / max(span))
+    scale = min(max(scale, LEAST_SCALE), MOST_INCHES / max(span))
     plan = (span[0] * scale, span[1] * scale)
     figure = Figure(facecolor="#ffffff")
     axes, column = (figure.add_axes((0.0, 0.0, 1.0, 1.0), frameon=False, label=label) for label in ("plan", "panel"))

@@ -15,7 +15,7 @@ from labgym.eval.drawing import palette
 from labgym.eval.drawing.floor_drawing import draw_floor, draw_names, swings
 from labgym.eval.drawing.plan_labels import FONT, label_furniture
 from labgym.geometry import OrientedBox
-from labgym.layouts.floor import Door, Floor, Room
+from labgym.layouts.floor import Floor
 from labgym.layouts.model import Layout
 from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules import Violation
@@ -49,83 +49,16 @@ class DrivenPath:
 
 def draw_plan(axes: Axes, floor: Floor) -> None:
     """Draw floor, meter grid, walls and openings, and set the limits of the axes to them."""
-    x0, y0, x1, y1 = plan_bounds(floor)
+    x0, y0, x1, y1 = floor.bounds
     axes.set_xlim(x0, x1)
     axes.set_ylim(y0, y1)
-    if floor.is_rectangle:
-        _draw_room(axes, floor.room)
-    else:
-        draw_floor(axes, floor)
-
-
-def plan_bounds(floor: Floor) -> tuple[float, float, float, float]:
-    """Return the bounds (x0, y0, x1, y1) of a floor with its walls, meters."""
-    if not floor.is_rectangle:
-        return floor.bounds
-    room = floor.room
-    wall = room.wall_thickness
-    return -wall, -wall, room.width + wall, room.depth + wall
+    draw_floor(axes, floor)
 
 
 def plan_size(floor: Floor) -> tuple[float, float]:
     """Return width and depth of a floor with its walls, meters."""
-    if floor.is_rectangle:
-        room = floor.room
-        return room.width + 2 * room.wall_thickness, room.depth + 2 * room.wall_thickness
     x0, y0, x1, y1 = floor.bounds
     return x1 - x0, y1 - y0
-
-
-def longest_side(floor: Floor) -> float:
-    """Return the longer side of a floor, meters; of a rectangular room without its walls."""
-    if floor.is_rectangle:
-        return max(floor.room.width, floor.room.depth)
-    x0, y0, x1, y1 = floor.bounds
-    return max(x1 - x0, y1 - y0)
-
-
-def _draw_room(axes: Axes, room: Room) -> None:
-    from matplotlib.patches import Rectangle
-
-    wall = room.wall_thickness
-    outer = Rectangle((-wall, -wall), room.width + 2 * wall, room.depth + 2 * wall, facecolor=palette.WALL, zorder=1)
-    axes.add_patch(outer)
-    axes.add_patch(Rectangle((0, 0), room.width, room.depth, facecolor=palette.FLOOR, zorder=2))
-    for x in range(1, math.ceil(room.width)):
-        axes.plot([x, x], [0, room.depth], color=palette.GRID, linewidth=0.6, zorder=3)
-    for y in range(1, math.ceil(room.depth)):
-        axes.plot([0, room.width], [y, y], color=palette.GRID, linewidth=0.6, zorder=3)
-    for door in room.doors:
-        _draw_door(axes, room, door)
-
-
-def _draw_door(axes: Axes, room: Room, door: Door) -> None:
-    """Draw the opening in the wall, the leaf at a right angle to it, and the sweep of the leaf."""
-    from matplotlib.patches import Rectangle
-
-    origin, along, inward = _wall_frame(room, door.wall)
-    hinge = origin + (door.offset - door.width / 2.0) * along
-    far = hinge + door.width * along
-    gap = np.array([hinge, far - room.wall_thickness * inward])
-    low, high = gap.min(axis=0), gap.max(axis=0)
-    axes.add_patch(Rectangle((low[0], low[1]), *(high - low), facecolor="#ffffff", zorder=2))
-    angles = np.linspace(0.0, math.pi / 2.0, 24)
-    sweep = hinge + door.width * (np.cos(angles)[:, None] * along + np.sin(angles)[:, None] * inward)
-    axes.plot(*sweep.T, color=palette.DOOR, linewidth=0.7, linestyle=(0, (3, 2)), zorder=4)
-    leaf = np.array([hinge, hinge + door.width * inward])
-    axes.plot(*leaf.T, color=palette.DOOR, linewidth=2.0, solid_capstyle="butt", zorder=4)
-
-
-def _wall_frame(room: Room, wall: str) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return a wall's start on the interior side, the direction of offsets along it, and the inward direction."""
-    x, y = np.array([1.0, 0.0]), np.array([0.0, 1.0])
-    start = np.zeros(2)
-    return {
-        "front": (start, x, y),
-        "back": (room.depth * y, x, -y),
-        "left": (start, y, x),
-        "right": (room.width * x, y, -x),
-    }[wall]
 
 
 def draw_objects(
@@ -152,25 +85,13 @@ def draw_objects(
 
 
 def _draw_all_names(axes: Axes, layout: Layout, scale: float, poses: Iterable[tuple[float, float, float]]) -> None:
-    floor = layout.floor
-    occupied = [_swing(floor.room, door) for door in floor.room.doors] if floor.is_rectangle else swings(floor)
-    if not floor.is_rectangle:
-        furniture = [layout.box(placement.id) for placement in layout.placements if placement.support == FLOOR]
-        occupied += draw_names(axes, floor, scale, furniture)
+    furniture = [layout.box(placement.id) for placement in layout.placements if placement.support == FLOOR]
+    occupied = [*swings(layout.floor), *draw_names(axes, layout.floor, scale, furniture)]
     for x, y, yaw in poses:
         ends = np.array([(x, y), (x + ARROW * math.cos(yaw), y + ARROW * math.sin(yaw))])
         low, high = ends.min(axis=0) - 0.13, ends.max(axis=0) + 0.13
         occupied.append((low[0], low[1], high[0], high[1]))
     label_furniture(axes, layout, scale, occupied)
-
-
-def _swing(room: Room, door: Door) -> tuple[float, float, float, float]:
-    """Return the square that a door's leaf sweeps: x0, y0, x1, y1."""
-    origin, along, inward = _wall_frame(room, door.wall)
-    hinge = origin + (door.offset - door.width / 2.0) * along
-    corners = np.array([hinge, hinge + door.width * (along + inward)])
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    return float(low[0]), float(low[1]), float(high[0]), float(high[1])
 
 
 def draw_violations(axes: Axes, layout: Layout, violations: Sequence[Violation | FacilityIssue]) -> None:

@@ -190,10 +190,6 @@ def _label_outside(layout: Layout, placement: Placement, scale: float, taken: Se
 
 def _in_one_space(floor: Floor, candidates: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Return which candidates (n, 4) lie in one space, by their corners, shape (n,)."""
-    if floor.is_rectangle:
-        room = floor.room
-        inside = (candidates[:, :2] >= 0.0).all(axis=1) & (candidates[:, 2:] <= (room.width, room.depth)).all(axis=1)
-        return np.asarray(inside)
     corners = candidates[:, [0, 1, 2, 1, 2, 3, 0, 3]].reshape(-1, 2)
     within = [space.contains(corners).reshape(-1, 4).all(axis=1) for space in floor.spaces]
     return np.asarray(np.logical_or.reduce(within))

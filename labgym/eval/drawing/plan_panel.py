@@ -27,9 +27,7 @@ MOST_VIOLATIONS = 6
 
 
 def floor_size(floor: Floor) -> str:
-    """Return the size of a floor as text: of its room, or the number, extent and area of its spaces."""
-    if floor.is_rectangle:
-        return f"{floor.room.width:g} x {floor.room.depth:g} m"
+    """Return the size of a floor as text: the number of its spaces, and its extent with its walls."""
     x0, y0, x1, y1 = floor.bounds
     count = len(floor.spaces)
     return f"{count} space{'s' if count > 1 else ''}, {x1 - x0:.1f} x {y1 - y0:.1f} m"
@@ -49,8 +47,7 @@ class Panel:
         for line in textwrap.wrap(protocol.name if protocol else layout.id, 30)[:3]:
             self._text(line, 10.0, weight="bold", line=0.19)
         size, count = floor_size(layout.floor), f"{len(layout.placements)} objects, grid 1 m"
-        lines = (f"{layout.id}   {size}", count) if layout.floor.is_rectangle else (layout.id, size, count)
-        for line in lines:
+        for line in (layout.id, size, count):
             self._text(line, color=palette.MUTED)
 
     def stops(self, locations: Sequence[str]) -> None:

@@ -53,8 +53,8 @@ class Floor(Growing):
 
     @cached_property
     def _checked(self) -> bool:
-        """True, once all checks have passed."""
-        if self.is_rectangle:
+        """True, once all checks have passed; `Room` has checked what one can describe."""
+        if self.as_room is not None:
             return True
         ids = [part.id for parts in (self.spaces, self.columns, self.keep_outs) for part in parts]
         check_counts(self.walls, self.spaces, ids)
@@ -86,13 +86,13 @@ class Floor(Growing):
         return cls(name=name, walls=walls, spaces=(space,))
 
     @property
-    def is_rectangle(self) -> bool:
-        """Whether the floor is what a `Room` can describe, which `room` returns.
+    def as_room(self) -> Room | None:
+        """The floor as a `Room`, None if it is more than one can describe.
 
-        That is one rectangular space at the origin with four walls of one thickness, closed doors that open inwards as
-        the only openings, no column and no keep-out. A rectangular bay with a window or a passage is not.
+        A room is one rectangular space at the origin with four walls of one thickness, closed doors that open inwards
+        as the only openings, no column and no keep-out. A rectangular bay with a window or a passage is none.
         """
-        return isinstance(self._room, Room)
+        return self._room if isinstance(self._room, Room) else None
 
     @property
     def room(self) -> Room:

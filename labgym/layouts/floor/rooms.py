@@ -138,6 +138,12 @@ def room_of(name: str, walls: Sequence[Wall], spaces: Sequence[Space]) -> Room:
     )
 
 
+def sides_of(room: Room, walls: Sequence[Wall]) -> dict[Side, int]:
+    """Return the index of the wall along each side of a room, in the order front, back, left, right."""
+    sides = {_side_of(wall, room.width, room.depth)[0]: index for index, wall in enumerate(walls)}
+    return {side: sides[side] for side in INWARD}
+
+
 def _only_space(spaces: Sequence[Space]) -> Space:
     if len(spaces) != 1:
         raise LabgymError(f"{READS}; got {len(spaces)} spaces")

@@ -163,13 +163,13 @@ class FloorProposer:
         """Return the first plan in which ways lead to everything, filled as the request's style asks for.
 
         Raises:
-            InfeasibleError, SearchLimitError: as `propose`; of a rectangular room they name the smallest preset that
-                fits, if the search is full.
+            InfeasibleError, SearchLimitError: as `propose`; of a single space they name the smallest preset that fits,
+                if the search is full.
         """
         try:
             return self._plan(request)
         except InfeasibleError as error:
-            if self.patience == "short" or not request.floor.is_rectangle:
+            if self.patience == "short" or len(request.floor.spaces) > 1:
                 raise
             raise error.with_preset(_smallest_preset(request)) from None
 

@@ -77,8 +77,7 @@ def _further(request: Request) -> Iterator[str]:
     yield from (piece.asset for piece in habits.furniture)
     yield from habits.always
     yield from habits.filling
-    if request.floor.is_rectangle:
-        yield from (*habits.islands, habits.peninsula)
+    yield habits.peninsula
     uses = {space.use for space in request.floor.spaces}
     for use, room in habits.rooms.items():
         if use in uses:

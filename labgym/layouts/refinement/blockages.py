@@ -22,7 +22,7 @@ from labgym.navigation.grid_search import astar
 from labgym.navigation.occupancy import RESOLUTION, occupancy
 
 GRID_ERROR = 2.0 * RESOLUTION
-"""Room that the grid of version 1 asks for beyond the disc: a cell of the obstacle and one of the disc, meters."""
+"""Room that a grid asks for beyond the disc: a cell of the obstacle and one of the disc, meters."""
 DETOUR_COST = 40.0
 """Cost of a meter of path per meter of overlap between the disc and movable furniture."""
 
@@ -50,15 +50,18 @@ class Blockage:
     depth: float = 0.0
 
 
-def blockages(layout: Layout, transition: Transition) -> tuple[Blockage, ...]:
+def blockages(layout: Layout, transition: Transition, on_grid: bool = False) -> tuple[Blockage, ...]:
     """Return the places at which a transition fails: its invalid ends, or else the blocked waypoints of its path.
 
     The path is the one that overlaps movable furniture least. The result is empty without a failure, with a missing
     location, and where fixed objects and walls alone separate the ends.
+
+    Args:
+        on_grid: whether the transition was judged on a grid, which asks for more room.
     """
     if transition.failure in (None, "missing"):
         return ()
-    radius = PLANNING_RADIUS + (GRID_ERROR if layout.floor.is_rectangle else 0.0)
+    radius = PLANNING_RADIUS + (GRID_ERROR if on_grid else 0.0)
     if transition.failure == "unreachable":
         return tuple(_waypoints(layout, transition, radius))
     return tuple(_ends(layout, transition, radius))

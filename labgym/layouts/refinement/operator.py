@@ -112,7 +112,8 @@ def _update(
 ) -> tuple[Layout, Assessment] | None:
     """Return the best accepted update, or None if none improves the layout."""
     failures = _failures(current)
-    places = [place for failure in failures for place in blockages(layout, failure)]
+    on_grid = current.rules.paths == "grid"
+    places = [place for failure in failures for place in blockages(layout, failure, on_grid)]
     unreachable = partial(_unreachable, rules=current.rules, protocol=protocol)
     for proposals in (_commands(layout, failures, places, unreachable), _new_places(layout, places)):
         best: tuple[Layout, Assessment] | None = None

@@ -359,7 +359,7 @@ def judged_drives(rules: RuleSet, site: Site, earlier: Assessment | None = None)
     if earlier is not None and earlier.driven is not None and _unmoved(layout, earlier.arrangement.layout):
         if legs == {name: [drive.leg for drive in own] for name, own in earlier.driven.items()}:
             return earlier.driven
-    on_grid = rules.paths == "grid" and layout.floor.is_rectangle
+    on_grid = rules.paths == "grid"
     space = occupancy(layout).dilated(PLANNING_RADIUS) if on_grid else ShortestPaths(layout)
     return {name: judge_legs(layout, own, space) for name, own in legs.items()}
 

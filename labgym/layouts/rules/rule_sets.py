@@ -40,8 +40,7 @@ class RuleSet:
         bounds: each returns the objects of a layout that are out of bounds.
         terms: rules that are measured on instances.
         drives: drives of the robot that must be possible.
-        paths: where the robot fits: `exact`, by the exact clearance, or `grid`, on a 5 cm grid in rectangular rooms and
-            by the exact clearance elsewhere.
+        paths: where the robot fits: `exact`, by the exact clearance, or `grid`, on a 5 cm grid.
         facility: facility rules in the order of reports.
         hard: names of the facility rules whose errors count in v(L).
         missing_is_hard: whether required assets and equipment that are missing count in v(L).
@@ -75,9 +74,9 @@ class RuleSet:
         return replace(self, terms=tuple(one for one in self.terms if one.name != term))
 
     def __reduce__(self) -> str | tuple[Any, ...]:
-        """Return what pickle stores: the name and the thresholds of a rule set of the table, so that workers get it."""
-        if self.name in RULE_SETS and replace(RULE_SETS[self.name], profile=self.profile) == self:
-            return rule_set, (self.name, self.profile)
+        """Return what pickle stores: the name of a rule set of the table, its thresholds and paths; workers get it."""
+        if self.name in RULE_SETS and replace(RULE_SETS[self.name], profile=self.profile, paths=self.paths) == self:
+            return _restored, (self.name, self.profile, self.paths)
         return super().__reduce__()
 
 
@@ -130,3 +129,7 @@ def rule_set(rules: str | RuleSet = TOUCHSTONE, profile: str | Profile | None = 
     chosen = RULE_SETS[rules] if isinstance(rules, str) else rules
     limits = chosen.profile if profile is None else thresholds.profile(profile)
     return chosen if limits is chosen.profile else replace(chosen, profile=limits)
+
+
+def _restored(name: str, profile: Profile, paths: Literal["exact", "grid"]) -> RuleSet:
+    return replace(RULE_SETS[name], profile=profile, paths=paths)

@@ -19,10 +19,9 @@ from labgym.scenes.fittings.hood_hoses import hood_hoses
 from labgym.scenes.fittings.hosts import Host, hosts
 from labgym.scenes.fittings.installation import Installation
 from labgym.scenes.fittings.outlets import Outlet, supplies
-from labgym.scenes.fittings.scope import has_fittings
 from labgym.scenes.fittings.sinks import sinks
 
-__all__ = ["Installation", "drawn_asset", "has_fittings", "installations"]
+__all__ = ["Installation", "drawn_asset", "installations"]
 STORES = ("glassware_cabinet", "rack")
 """Subtypes of furniture in which glassware is stored clean."""
 FUNNEL = "funnel"
@@ -30,10 +29,13 @@ FUNNEL = "funnel"
 
 
 def drawn_asset(layout: Layout, placement_id: str) -> Asset:
-    """Return the catalog entry whose shape a scene shows for a placement: stored glassware has no liquid."""
+    """Return the catalog entry whose shape a scene shows for a placement.
+
+    Stored glassware has no liquid on floors with service points.
+    """
     asset = layout.asset(placement_id)
     support = layout.placement(placement_id).support
-    if asset.category != "glassware" or support in (FLOOR, WALL) or not has_fittings(layout.floor):
+    if asset.category != "glassware" or support in (FLOOR, WALL) or not layout.floor.services:
         return asset
     if layout.asset(support).subtype not in STORES:
         return asset
@@ -42,8 +44,8 @@ def drawn_asset(layout: Layout, placement_id: str) -> Asset:
 
 
 def installations(layout: Layout) -> tuple[Installation, ...]:
-    """Return the installations of a layout, in the order of their furniture; none for a plain rectangular room."""
-    if not has_fittings(layout.floor):
+    """Return the installations of a layout, in the order of their furniture; none without service points."""
+    if not layout.floor.services:
         return ()
     return tuple(installation for host in hosts(layout) for installation in _of(host))
 

@@ -15,7 +15,6 @@ from labgym.layouts.floor import Floor
 from labgym.layouts.ground import without
 from labgym.layouts.placement import FLOOR, WALL
 from labgym.scenes.fittings.installation import Installation, Kind, moved
-from labgym.scenes.rectangle import nearest_wall
 from labgym.scenes.wall_faces import upper, wall_name
 
 NEAR = 0.12
@@ -168,8 +167,7 @@ def _backing(floor: Floor, placement: Placement, asset: Asset) -> Backing | None
             for opening in wall.openings
             for a, b in (opening.span,)
         )
-        name = nearest_wall(floor.room, x, y) if floor.is_rectangle else upper(wall_name(index))
-        backing = Backing(name, max(gap, 0.0), span, openings)
+        backing = Backing(upper(wall_name(index)), max(gap, 0.0), span, openings)
         if best is None or _covered(span, asset) > _covered(best.span, asset):
             best = backing
     return best if best is not None and _covered(best.span, asset) > 0.0 else None

@@ -8,11 +8,12 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from labgym.assets.textures import texture
 from labgym.assets.usd import write_collider, write_labels, write_look, write_mesh
 from labgym.geometry import OrientedBox
 from labgym.layouts.floor import Floor
 from labgym.scenes.building import building_patches, building_solids, floor_patches
-from labgym.scenes.finishes import DOORS, FLOORS, texture_on
+from labgym.scenes.finishes import DOORS, FLOORS
 from labgym.scenes.patches import Array, Faces
 from labgym.scenes.usd.names import identifiers
 
@@ -51,7 +52,7 @@ def room_layer(floor: Floor, leaves: bool = True) -> Any:
     surfaces = _surfaces(floor, leaves)
     UsdGeom.Scope.Define(stage, "/Room/Looks")
     materials = sorted({material for _, material, _, _ in surfaces})
-    textures = {material: texture_on(floor, material) for material in materials}
+    textures = {material: texture(material) for material in materials}
     files = {material: f"./{TEXTURE_FOLDER}/{material}.png" for material, image in textures.items() if image}
     looks = {name: write_look(stage, f"/Room/Looks/{name}", name, files.get(name)) for name in materials}
     UsdGeom.Scope.Define(stage, "/Room/Geometry")
@@ -86,9 +87,5 @@ def connected(faces: Faces) -> list[Faces]:
 
 
 def _floor_box(floor: Floor) -> OrientedBox:
-    if not floor.is_rectangle:
-        x0, y0, x1, y1 = floor.bounds
-        return OrientedBox((x0 + x1) / 2.0, (y0 + y1) / 2.0, x1 - x0, y1 - y0, 0.0, -FLOOR_THICKNESS, 0.0)
-    room = floor.room
-    width, depth = room.width + 2.0 * room.wall_thickness, room.depth + 2.0 * room.wall_thickness
-    return OrientedBox(room.width / 2.0, room.depth / 2.0, width, depth, 0.0, -FLOOR_THICKNESS, 0.0)
+    x0, y0, x1, y1 = floor.bounds
+    return OrientedBox((x0 + x1) / 2.0, (y0 + y1) / 2.0, x1 - x0, y1 - y0, 0.0, -FLOOR_THICKNESS, 0.0)

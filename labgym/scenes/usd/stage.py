@@ -11,13 +11,14 @@ import numpy as np
 
 from labgym.assets import Asset
 from labgym.assets.articulation import State, joints
+from labgym.assets.textures import texture
 from labgym.assets.usd import BODY, articulated_layer, asset_layer, write_labels, write_layer
 from labgym.layouts import Layout, Placement
 from labgym.layouts.floor import Finishes, Floor
 from labgym.layouts.placement import WALL
 from labgym.scenes.camera import WIDE, View
 from labgym.scenes.ceiling import PANEL, panels
-from labgym.scenes.finishes import finishes_at, palette, texture_on
+from labgym.scenes.finishes import finishes_at, palette
 from labgym.scenes.fittings import drawn_asset, installations
 from labgym.scenes.folders import whole_folder
 from labgym.scenes.mesh import MATERIAL_NAMES, asset_mesh, scene_mesh
@@ -107,7 +108,7 @@ def write_usd(layout: Layout, folder: str | Path, interactive: bool = False) -> 
     files = _asset_files(layout, interactive)
     names = (STAGE_FILE, ROOM_FILE, FITTINGS_FILE, DOORS_FILE, ASSET_FOLDER, TEXTURE_FOLDER)
     with whole_folder(folder, names, "USD stage of labgym") as fresh:
-        images = "" if layout.floor.is_rectangle else f"../{TEXTURE_FOLDER}"
+        images = f"../{TEXTURE_FOLDER}"
         for (asset, state, finishes), file in files.items():
             if interactive and _has_joints(asset):
                 layer = articulated_layer(asset, palette(finishes), images)
@@ -215,11 +216,9 @@ def _dressed(layout: Layout, placement: Placement, interactive: bool) -> Dressed
 
 
 def _write_textures(layout: Layout, folder: Path) -> None:
-    """Write the images of the materials of a layout; none for one plain rectangular room."""
-    if layout.floor.is_rectangle:
-        return
+    """Write the images of the materials of a layout."""
     for material in np.unique(scene_mesh(layout).material).tolist():
-        image = texture_on(layout.floor, MATERIAL_NAMES[material])
+        image = texture(MATERIAL_NAMES[material])
         if image is not None:
             folder.mkdir(exist_ok=True)
             (folder / f"{image.name}.png").write_bytes(image.png)

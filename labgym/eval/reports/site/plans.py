@@ -73,7 +73,7 @@ def plan_of_map(layout: Layout) -> dict[str, Any]:
         "walls": svg_path(walls),
         "doors": doors,
         "panes": panes,
-        "names": [] if floor.is_rectangle else _names(layout),
+        "names": _names(layout),
         "items": [
             _item(layout, placement)
             for placement in layout.placements
@@ -134,8 +134,6 @@ def changes_of_map(task: Task) -> list[list[Any]]:
 
 def region_of(floor: Floor) -> shapely.Geometry:
     """Return the outline of the floor's coverings."""
-    if floor.is_rectangle:
-        return shapely.box(0.0, 0.0, floor.room.width, floor.room.depth)
     return union(coverings(floor))
 
 

@@ -25,12 +25,7 @@ PARALLEL_RAD = math.radians(2.0)
 
 
 def _exits(site: Site) -> list[tuple[str, bool]]:
-    """Return the label of each door that leads out, and whether it opens inward.
-
-    Doors of one rectangular room always open inward (`Room`), allowed for fewer than 50 people: they are left out.
-    """
-    if site.arrangement.layout.floor.is_rectangle:
-        return []
+    """Return the label of each door that leads out, and whether it opens inward."""
     return [
         (way.label, way.opens_into(way.spaces[0]))
         for way in site.arrangement.layout.floor.doorways
