@@ -13,7 +13,7 @@ from labgym.documents import Document, Record
 from labgym.envs.labnav.necks import RADII
 from labgym.envs.labnav.tasks import TaskName, task_of
 from labgym.envs.labnav.terms import PRECISE
-from labgym.eval.driving.intervals import Estimate, bounded_mean
+from labgym.eval.driving.intervals import Estimate, bounded_mean, estimate_text
 from labgym.eval.labnav.figure import arithmetic, figure, mean_score, nines
 from labgym.eval.labnav.row import LabNavRow, Track
 from labgym.eval.labnav.suites import LabNavSuite, is_whole
@@ -269,9 +269,9 @@ def summary_table(summary: LabNavSummary) -> Table:
         (
             f"{task.task} {task.level}",
             str(task.episodes),
-            _interval(task.score),
-            _interval(task.success),
-            _interval(task.contacts),
+            estimate_text(task.score, 3),
+            estimate_text(task.success, 3),
+            estimate_text(task.contacts, 3),
             ", ".join(f"{ENDED.get(name, name)} {count}" for name, count in task.endings.items()),
         )
         for task in summary.tasks
@@ -281,21 +281,13 @@ def summary_table(summary: LabNavSummary) -> Table:
         notes.append("Draft episodes: they may change, and their figures are not those of LabNav.")
     for task in summary.tasks:
         if task.legs:
-            count, perfect = sum(task.legs.values()), _interval(task.success)
+            count, perfect = sum(task.legs.values()), estimate_text(task.success, 3)
             drives = ", ".join(f"{ENDED.get(name, name)} {number}" for name, number in task.legs.items())
             notes.append(f"{task.task} {task.level}: perfect shifts {perfect}; {count} drives: {drives}.")
     parked = sum(task.parked for task in summary.tasks)
     if parked:
         notes.append(f"The evaluator stopped the robot in {parked} episodes: the policy cannot stop.")
     if summary.labnav is not None:
-        notes.append(f"LabNav {_interval(summary.labnav, 1)}, arithmetic mean {summary.arithmetic:.1f}")
+        notes.append(f"LabNav {estimate_text(summary.labnav, 1)}, arithmetic mean {summary.arithmetic:.1f}")
     head = ("task", "episodes", "score", "arrived", "touched", "how episodes ended")
     return Table(f"{summary.policy} ({summary.track}), suite {summary.suite}", head, tuple(rows), tuple(notes))
-
-
-def _interval(estimate: Estimate, digits: int = 3) -> str:
-    if estimate.value is None:
-        return "-"
-    if estimate.low is None or estimate.high is None:
-        return f"{estimate.value:.{digits}f}"
-    return f"{estimate.value:.{digits}f} [{estimate.low:.{digits}f}, {estimate.high:.{digits}f}]"

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from itertools import combinations
 
 from labgym.envs.labnav.tasks import FIGURE_TASKS
-from labgym.eval.driving.intervals import Estimate
+from labgym.eval.driving.intervals import estimate_text
 from labgym.eval.labnav.figure import paired_difference, significant, swaps
 from labgym.eval.labnav.suites import FIRST
 from labgym.eval.leaderboard.labnav import LabNavResult
@@ -30,7 +30,7 @@ def published_table(results: Sequence[LabNavResult]) -> Table:
             (
                 summary.policy,
                 KNOWLEDGE[summary.track],
-                _figure(summary.labnav),
+                estimate_text(summary.labnav, 1),
                 number(summary.arithmetic, 1),
                 *(number(scores.get(task), 2) for task in FIGURE_TASKS),
                 number(_touched(result), 2),
@@ -82,14 +82,6 @@ def _pairs(results: Sequence[LabNavResult]) -> tuple[str, ...]:
 
 def _unfinished(results: Sequence[LabNavResult]) -> bool:
     return any(len(result.summary.tasks) < len(FIGURE_TASKS) for result in results)
-
-
-def _figure(estimate: Estimate | None) -> str:
-    if estimate is None:
-        return "-"
-    if estimate.low is None or estimate.high is None:
-        return number(estimate.value, 1)
-    return f"{number(estimate.value, 1)} [{estimate.low:.1f}, {estimate.high:.1f}]"
 
 
 def _touched(result: LabNavResult) -> float | None:

@@ -9,7 +9,7 @@ from typing import ClassVar, Literal
 from labgym.documents import Document, Record
 from labgym.errors import DocumentError, OptionError, UnknownNameError
 from labgym.eval.driving.evaluation import Evaluation
-from labgym.eval.driving.intervals import Estimate
+from labgym.eval.driving.intervals import estimate_text
 from labgym.eval.driving.paired import (
     TIMES,
     MetricDifference,
@@ -205,7 +205,7 @@ def _overall(comparison: Comparison, names: tuple[str, str]) -> Table:
     for name, metric in group.metrics.items():
         heading, digits = _HEADINGS[name]
         means = number(metric.a, digits), number(metric.b, digits)
-        rows.append((heading, *means, signed(metric.difference, digits), str(metric.difference.count)))
+        rows.append((heading, *means, estimate_text(metric.difference, digits, "+"), str(metric.difference.count)))
     counts = f"{group.episodes} shared of {comparison.a.episodes} and {comparison.b.episodes} episodes"
     return Table(
         title=f"{names[0]} - {names[1]}, suite {comparison.suite}, {counts} in {group.layouts} layouts",
@@ -229,19 +229,9 @@ def _by_group(comparison: Comparison, grouping: Grouping, heading: str, names: t
                 group.name,
                 str(group.episodes),
                 str(group.layouts),
-                *(signed(group.metrics[name].difference, 2 if name in TIMES else 3) for name in metrics),
+                *(estimate_text(group.metrics[name].difference, 2 if name in TIMES else 3, "+") for name in metrics),
             )
             for group in groups
         ),
         notes=("One layout has no interval. The intervals are not adjusted for the number of groups.",),
     )
-
-
-def signed(estimate: Estimate, digits: int) -> str:
-    """Return a difference with its sign, and its interval in brackets if it has one."""
-    if estimate.value is None:
-        return "-"
-    value = f"{estimate.value:+.{digits}f}"
-    if estimate.low is None or estimate.high is None:
-        return value
-    return f"{value} [{estimate.low:+.{digits}f}, {estimate.high:+.{digits}f}]"

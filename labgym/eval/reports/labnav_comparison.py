@@ -8,12 +8,13 @@ from typing import ClassVar
 
 from labgym.documents import Document, Record
 from labgym.errors import OptionError
+from labgym.eval.driving.intervals import estimate_text
 from labgym.eval.driving.paired import MetricDifference
 from labgym.eval.labnav.evaluation import LabNavEvaluation
 from labgym.eval.labnav.figure import paired_difference, significant
 from labgym.eval.labnav.row import LabNavRow
 from labgym.eval.labnav.summary import DIFFICULTIES
-from labgym.eval.reports.comparison import ComparedEvaluation, signed
+from labgym.eval.reports.comparison import ComparedEvaluation
 from labgym.eval.reports.labnav_tables import CLASSES, tasks_of
 from labgym.eval.reports.results import named_apart
 from labgym.table import Table, number
@@ -102,10 +103,10 @@ def _table(comparison: LabNavComparison, groups: Sequence[LabNavDifference], tit
             str(one.score.difference.count),
             number(one.score.a, 3),
             number(one.score.b, 3),
-            signed(one.score.difference, 3),
+            estimate_text(one.score.difference, 3, "+"),
             "yes" if significant(one.score) else "no",
-            signed(one.success.difference, 3),
-            signed(one.contacts.difference, 3),
+            estimate_text(one.success.difference, 3, "+"),
+            estimate_text(one.contacts.difference, 3, "+"),
         )
         for one in groups
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Protocol
 
-from labgym.eval.driving.intervals import Estimate
+from labgym.eval.driving.intervals import Estimate, estimate_text
 from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.reports.paper import paper
 from labgym.eval.scoring.layout_report import COLUMNS, LayoutSummary
@@ -113,7 +113,7 @@ def navigation_table(policies: Mapping[str, Mapping[str, Estimate]], suite: str)
         title=f"Navigation, {suite}, {episodes} per policy",
         columns=("Metric", *policies),
         rows=tuple(
-            (heading, *(interval(metrics[key], digits) for metrics in policies.values()))
+            (heading, *(estimate_text(metrics[key], digits) for metrics in policies.values()))
             for key, heading, digits in rows
         ),
         notes=(
@@ -188,16 +188,8 @@ def leaderboard(evaluations: Sequence[TableRow]) -> Table:
     )
 
 
-def interval(estimate: Estimate, digits: int) -> str:
-    """Return an estimate, with its interval in brackets if it has one."""
-    value = number(estimate.value, digits)
-    if estimate.low is None or estimate.high is None:
-        return value
-    return f"{value} [{estimate.low:.{digits}f}, {estimate.high:.{digits}f}]"
-
-
 def _shown(estimate: Estimate, digits: int, whole: bool) -> str:
-    return interval(estimate, digits) if whole else number(estimate.value, digits)
+    return estimate_text(estimate, digits) if whole else number(estimate.value, digits)
 
 
 def _layout_row(
