@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
+from labgym.eval.driving.episode_row import Ending
 from labgym.eval.driving.intervals import estimate_text
-from labgym.eval.labnav.rules import Ending
 from labgym.eval.labnav.suites import FIRST
 from labgym.eval.leaderboard.labnav import LabNavResult, published_results
 from labgym.eval.reports.labnav_tables import TRACKS

@@ -12,7 +12,7 @@ from labgym.cli.outcome import DONE, written
 
 if TYPE_CHECKING:
     from labgym.envs.labnav.episodes import LabNavEpisode
-    from labgym.eval.labnav.results import LabNavDrive
+    from labgym.eval.driving.drive import LabNavDrive
     from labgym.layouts import Layout
 
 SIZE = (900, 560)

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from labgym.documents import write_bytes
+from labgym.eval.driving.episode_row import LabNavRow
 from labgym.eval.driving.files import EPISODES
-from labgym.eval.labnav.row import LabNavRow
 from labgym.eval.labnav.suites import CHECK, MINI_GOALS, MINI_SECONDS, load_labnav
 from labgym.eval.labnav.together import FOLDER, drive_together
 from labgym.eval.leaderboard.check import agreement

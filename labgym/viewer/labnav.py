@@ -21,9 +21,10 @@ from labgym.envs.labnav.worlds import prepared
 from labgym.envs.state import State
 from labgym.envs.tasks import Task
 from labgym.eval.drawing.episode_plan import people_of, route_of
+from labgym.eval.driving.drive import LabNavDrive
 from labgym.eval.labnav.drive import drive_floor
 from labgym.eval.labnav.leg import LabNavDriver
-from labgym.eval.labnav.results import LabNavDrive
+from labgym.eval.labnav.results import DriveTerms
 from labgym.layouts import Layout
 from labgym.layouts.placement import FLOOR
 from labgym.navigation import OBSTACLE_HEIGHT
@@ -179,12 +180,7 @@ class LabNavShow(Stage):
                 self._driver,
                 episode.layout,
                 (episode.episode,),
-                episode.name,
-                episode.level,
-                self.label,
-                episode.suite,
-                self._seed,
-                self._seconds,
+                DriveTerms(episode.name, episode.level, self.label, episode.suite, self._seed, self._seconds),
                 watch,
             )
         except AnotherEpisodeError:

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from labgym.envs import LabPointNavEnv
 from labgym.envs.labnav.terms import spl
 from labgym.envs.robot import ROBOT
 from labgym.eval.driving.assignments import Assignment, assignment_between, assignments
-from labgym.eval.driving.episode_row import EpisodeRow, Pose
+from labgym.eval.driving.episode_row import EpisodeRow, LabNavRow, Pose, TransitionRow
 from labgym.eval.driving.kinematics import first_jump, possible_contacts
 from labgym.eval.driving.navigation_metrics import soft_spl
 from labgym.geometry import rotate, wrap_angle
@@ -32,23 +32,32 @@ Info = dict[str, Any]
 Watch = Callable[[Info], None]
 
 
+R = TypeVar("R", bound=EpisodeRow)
+
+
 @dataclass(frozen=True)
-class Drive:
+class DrivenEpisode(Generic[R]):
     """A finished episode.
 
     Attributes:
         row: the results.
         route: poses (x, y, yaw) of the robot in the room frame, at the start and after each control step; meters and
             radians, rounded to 0.001.
-        planning_ms: mean wall-clock milliseconds of the policy per action, its reset included; None without an action.
+        planning_ms, high_ms, slow: measured, as in `EpisodeTime`.
     """
 
-    row: EpisodeRow
+    row: R
     route: Route
     planning_ms: float | None = None
+    high_ms: float | None = None
+    slow: bool = False
 
 
-def drive_layout(policy: Driver, layout: Layout, suite: Suite, label: str, seed: int) -> tuple[Drive, ...]:
+TransitionDrive = DrivenEpisode[TransitionRow]
+LabNavDrive = DrivenEpisode[LabNavRow]
+
+
+def drive_layout(policy: Driver, layout: Layout, suite: Suite, label: str, seed: int) -> tuple[TransitionDrive, ...]:
     """Drive all episodes of a layout.
 
     Args:
@@ -70,7 +79,7 @@ def drive_episodes(
     label: str,
     seed: int,
     watch: Watch | None = None,
-) -> tuple[Drive, ...]:
+) -> tuple[TransitionDrive, ...]:
     """Drive the selected episodes of a layout, each as in `drive_layout`.
 
     Args:
@@ -92,7 +101,7 @@ def drive_pair(
     options: Mapping[str, Any] | None = None,
     start: Sequence[float] | None = None,
     goal: Sequence[float] | None = None,
-) -> Drive:
+) -> TransitionDrive:
     """Drive one goal pair of a layout, or between two points, under the rules of the published suites.
 
     Args:
@@ -153,7 +162,7 @@ class _Episode:
         self._clearances: list[float] = []
         self._touched: list[bool] = []
 
-    def run(self, label: str) -> Drive:
+    def run(self, label: str) -> TransitionDrive:
         """Drive to the end and return the results."""
         observation, info = self._env.reset(seed=self._seed, options=dict(self._assignment.options))
         initial = float(info["distance"])
@@ -172,7 +181,7 @@ class _Episode:
         error = error or self._jump()
         route = tuple((round(x, 3), round(y, 3), round(yaw, 3)) for x, y, yaw in self._poses)
         planning_ms = 1e3 * self._seconds / self._steps if self._steps else None
-        return Drive(self._row(label, initial, info, error), route, planning_ms)
+        return DrivenEpisode(self._row(label, initial, info, error), route, planning_ms)
 
     def _over(self, observation: Info, info: Info) -> bool:
         """Return whether the suite's rules end the episode now."""
@@ -226,14 +235,14 @@ class _Episode:
         (x0, y0, yaw0), (x, y, yaw) = self._poses[0], self._poses[-1]
         return np.array([*rotate(x - x0, y - y0, -yaw0), wrap_angle(yaw - yaw0)])
 
-    def _row(self, label: str, initial: float, info: Info, error: str | None) -> EpisodeRow:
+    def _row(self, label: str, initial: float, info: Info, error: str | None) -> TransitionRow:
         final, driven = (float(info[key]) for key in ("distance", "path_length"))
         # Rounded to a nanometer: the last bit depends on the kernels of NumPy in the evaluator's process.
         shortest = round(float(info["shortest_path_length"]), 9)
         success = error is None and final <= self._suite.success_distance
         navdp = self._suite.metrics == "navdp"
         has_spl = math.isfinite(shortest) and not navdp
-        return EpisodeRow(
+        return TransitionRow(
             suite=self._suite.label,
             split=self._suite.split,
             layout=self._layout.id,

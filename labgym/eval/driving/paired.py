@@ -12,13 +12,13 @@ from typing import Literal
 from labgym import protocols
 from labgym.documents import Record
 from labgym.errors import LabgymError, OptionError
-from labgym.eval.driving.episode_row import EpisodeRow, Pose
+from labgym.eval.driving.episode_row import Pose, TransitionRow
 from labgym.eval.driving.intervals import Estimate, bounded_mean, real_mean
 
-Pair = tuple[EpisodeRow, EpisodeRow]
+Pair = tuple[TransitionRow, TransitionRow]
 """Rows of both policies for one episode."""
 
-Value = Callable[[EpisodeRow], float | None]
+Value = Callable[[TransitionRow], float | None]
 
 COMPARED: dict[str, Value] = {
     "success": lambda row: float(row.success),
@@ -73,7 +73,7 @@ class Pairing:
     only_b: int
 
 
-def paired(a: Sequence[EpisodeRow], b: Sequence[EpisodeRow]) -> Pairing:
+def paired(a: Sequence[TransitionRow], b: Sequence[TransitionRow]) -> Pairing:
     """Pair the rows of the episodes that both policies drove: same layout (by hash), pair, repeat, start and goal.
 
     Raises:
@@ -125,7 +125,7 @@ def by_detour(pairs: Iterable[Pair]) -> dict[str, list[Pair]]:
     return _classed(pairs, _detour, DETOURS, "detour", "")
 
 
-def _by_episode(rows: Sequence[EpisodeRow], which: str) -> dict[tuple[str, int, int, Pose, Pose], EpisodeRow]:
+def _by_episode(rows: Sequence[TransitionRow], which: str) -> dict[tuple[str, int, int, Pose, Pose], TransitionRow]:
     if not rows:
         raise OptionError(f"{which} evaluation has no episodes; evaluate the policy first")
     for kind, names in (("suites", {row.suite for row in rows}), ("policies", {row.policy for row in rows})):
@@ -152,12 +152,12 @@ def _mean(values: Sequence[float]) -> float | None:
     return math.fsum(values) / len(values) if values else None
 
 
-def _detour(row: EpisodeRow) -> float | None:
+def _detour(row: TransitionRow) -> float | None:
     straight = math.dist(row.start[:2], row.goal[:2])
     return None if row.shortest_path_length is None or straight <= 0.0 else row.shortest_path_length / straight
 
 
-def _grouped(pairs: Iterable[Pair], group: Callable[[EpisodeRow], str]) -> dict[str, list[Pair]]:
+def _grouped(pairs: Iterable[Pair], group: Callable[[TransitionRow], str]) -> dict[str, list[Pair]]:
     groups: dict[str, list[Pair]] = {}
     for pair in pairs:
         groups.setdefault(group(pair[0]), []).append(pair)
@@ -172,7 +172,7 @@ def _classed(
     names += [f"{symbol} {low:g} to {high:g}{unit}" for low, high in pairwise(edges)]
     names += [f"{symbol} >= {edges[-1]:g}{unit}", "no path"]
 
-    def name(row: EpisodeRow) -> str:
+    def name(row: TransitionRow) -> str:
         size = measure(row)
         return names[-1] if size is None else names[sum(size >= edge for edge in edges)]
 

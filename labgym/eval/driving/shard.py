@@ -1,48 +1,43 @@
-"""The shard of an evaluation: all episodes of one layout, driven in this process or in a worker."""
+"""The policy of a shard: opened in a process of the worker that drives it."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from labgym.documents import files_digest
 from labgym.errors import LabgymError
-from labgym.eval.driving.drive import drive_layout
-from labgym.eval.driving.files import drive_files
-from labgym.layouts import Layout
 from labgym.policies.kernels import kernel_mode
-from labgym.policies.policy import Driver
+from labgym.policies.policy import Policy
 from labgym.policies.process import PolicyProcess, PolicySource, ProcessLimits, shared_process
-from labgym.runs import ShardOutput
 from labgym.runs.folder import SHARDS
-from labgym.suites import Suite
 
 
-def drive_shard(
-    policy: PolicySource | Driver,
-    files: str,
-    limits: ProcessLimits | None,
-    kernels: str,
-    label: str,
-    layout: Layout,
-    suite: Suite,
-    seed: int,
-) -> ShardOutput:
-    """Drive all episodes of a layout and return rows, routes and times, below `shards/LAYOUT/`.
+@dataclass(frozen=True)
+class ShardPolicy:
+    """A policy as shards take it.
 
-    Args:
-        policy: the policy, for a separate process, or a policy that drives in this process.
+    Attributes:
+        policy: for a separate process, or one that drives in this process.
         files: digest of the policy's files, such as weights, where the evaluation began.
-        limits: limits of the policy's process.
-        kernels: name of its kernel mode.
+        limits: of the policy's process. kernels: name of its kernel mode.
         label: name of the policy in the rows.
-        layout: the layout; its protocol gives the goal pairs.
-        suite: the rules.
-        seed: random seed of the evaluation.
-
-    Raises:
-        LabgymError: the policy's files are others here, or were changed; or this processor cannot run the kernels.
     """
-    driver = policy_process(policy, files, limits, kernels) if isinstance(policy, PolicySource) else policy
-    drives = drive_layout(driver, layout, suite, label, seed)
-    return ShardOutput({shard_file(layout.id, name): content for name, content in drive_files(drives).items()})
+
+    policy: PolicySource | Policy
+    files: str
+    limits: ProcessLimits | None
+    kernels: str
+    label: str
+
+    def driver(self) -> PolicyProcess | Policy:
+        """Return the policy in its process, or in this one.
+
+        Raises:
+            LabgymError: the policy's files are others here, or were changed; or this processor cannot run the kernels.
+        """
+        if not isinstance(self.policy, PolicySource):
+            return self.policy
+        return policy_process(self.policy, self.files, self.limits, self.kernels)
 
 
 def policy_process(

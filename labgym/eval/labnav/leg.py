@@ -20,8 +20,8 @@ from labgym.envs.parts.protocols import Ending
 from labgym.envs.point_nav import LabPointNavEnv
 from labgym.envs.state import Pose, State
 from labgym.eval.driving.drive import episode_rng, policy_errors
+from labgym.eval.driving.episode_row import Stopped
 from labgym.eval.labnav.foresight import TrueWorld
-from labgym.eval.labnav.row import Stopped
 from labgym.eval.labnav.rules import Finish, Parking, braking_distance, delay_of, stay_of
 from labgym.geometry import compose, relative, wrap_angle
 from labgym.policies import EpisodeStart, GroundTruth, Policy

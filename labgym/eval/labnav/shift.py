@@ -9,15 +9,17 @@ from dataclasses import replace
 from labgym.envs.conditions.leg_payload import carried
 from labgym.envs.labnav.episodes import LabNavEpisode
 from labgym.envs.labnav.task import LabNavTask
+from labgym.envs.labnav.tasks import task_of
 from labgym.envs.parts.endings import LimitEnding, TouchedEnding
 from labgym.envs.parts.protocols import Ending
 from labgym.envs.point_nav import LabPointNavEnv
 from labgym.envs.state import State
 from labgym.envs.world import World
+from labgym.eval.driving.drive import LabNavDrive
+from labgym.eval.driving.episode_row import Ending as Outcome
+from labgym.eval.driving.episode_row import LabNavLegRow, LabNavRow
 from labgym.eval.labnav.leg import LabNavDriver, LegDrive, Observation, Recorder
-from labgym.eval.labnav.results import Evaluated, LabNavDrive, fields_of, scored
-from labgym.eval.labnav.row import LabNavLegRow, LabNavRow
-from labgym.eval.labnav.rules import Ending as Outcome
+from labgym.eval.labnav.results import DriveTerms, fields_of, finished, scored
 from labgym.eval.labnav.rules import ending_of
 from labgym.geometry import wrap_angle
 from labgym.navigation import GoalPair
@@ -38,7 +40,7 @@ def leg_endings(task: LabNavTask) -> tuple[Ending, ...]:
 
 
 def drive_shift(
-    evaluated: Evaluated, episode: LabNavEpisode, env: LabPointNavEnv, driver: LabNavDriver, recorder: Recorder
+    terms: DriveTerms, episode: LabNavEpisode, env: LabPointNavEnv, driver: LabNavDriver, recorder: Recorder
 ) -> LabNavDrive:
     """Drive a shift to its end and return the results.
 
@@ -46,7 +48,7 @@ def drive_shift(
     that counts ends the shift, and so does an error of the policy.
     """
     observation: Observation = env.reset(seed=episode.seed, options={"episode": episode.number})[0]
-    state = env.state
+    task, state = task_of(terms.task), env.state
     recorder.note(observation, state)
     legs: list[LabNavLegRow] = []
     last: LegDrive | None = None
@@ -54,8 +56,8 @@ def drive_shift(
         if last is not None:
             observation = env.next_drive()
         shortest = shortest_from(state, length)
-        rules = leg_endings(evaluated.task)
-        last = LegDrive(env, driver, evaluated.task, recorder, evaluated.seed, evaluated.limit, rules)
+        rules = leg_endings(task)
+        last = LegDrive(env, driver, task, recorder, terms.seed, terms.limit, rules)
         observation = last.run(driver.reset if not legs else driver.next_goal, observation)
         if not last.parked:
             observation = last.brake(observation)
@@ -67,7 +69,7 @@ def drive_shift(
     perfect = len(legs) == count and all(leg.ending == "success" for leg in legs)
     stopped = {leg.stopped for leg in legs} - {""}
     row = LabNavRow(
-        **fields_of(evaluated, episode, env, driver, recorder),
+        **fields_of(terms, episode, env, driver, recorder),
         score=0.0,
         success=perfect,
         ending=_ending(legs),
@@ -76,7 +78,7 @@ def drive_shift(
         legs=tuple(legs),
         goals=count,
     )
-    return LabNavDrive.of(scored(row, state), recorder)
+    return finished(scored(row, state), recorder)
 
 
 def shortest_from(state: State, otherwise: float) -> float:

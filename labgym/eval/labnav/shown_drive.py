@@ -13,10 +13,8 @@ from labgym.envs.conditions.leg_payload import MOST_LEGS
 from labgym.envs.robot import ROBOT
 from labgym.envs.tasks import Task
 from labgym.eval.driving.drive import Route
-from labgym.eval.driving.episode_row import Count, Length, Share
+from labgym.eval.driving.episode_row import Count, Ending, LabNavRow, Length, Share
 from labgym.eval.labnav.people_along import people_along
-from labgym.eval.labnav.row import LabNavRow
-from labgym.eval.labnav.rules import Ending
 
 MOST_POSES, MOST_MOMENTS = 400, 200
 """Greatest number of poses of a route, and of moments at which people are shown."""

@@ -10,11 +10,11 @@ import numpy as np
 from labgym.documents import Record
 from labgym.envs.robot import ROBOT
 from labgym.errors import OptionError
-from labgym.eval.driving.episode_row import Count, Length
-from labgym.eval.driving.files import TIMES
+from labgym.eval.driving.episode_row import Count, LabNavRow, Length
+from labgym.eval.driving.files import TIMES, EpisodeTime
 from labgym.eval.labnav.drive import drive_floor
 from labgym.eval.labnav.leg import LabNavDriver
-from labgym.eval.labnav.row import LabNavRow, LabNavTime
+from labgym.eval.labnav.results import DriveTerms
 from labgym.eval.labnav.rules import is_slow
 from labgym.eval.labnav.suites import LabNavSuite
 from labgym.policies.process.facts import MAX_LATENCY
@@ -43,7 +43,7 @@ class Thinking(Record):
     episodes: Count
 
     @classmethod
-    def of(cls, times: Iterable[LabNavTime], declared: float, charged: float) -> Thinking | None:
+    def of(cls, times: Iterable[EpisodeTime], declared: float, charged: float) -> Thinking | None:
         """Return the time of a policy in some episodes; None if none was measured."""
         measured = [time.high_ms for time in times if time.high_ms is not None]
         if not measured:
@@ -67,7 +67,7 @@ class Thinking(Record):
         return words + paid + (f", longer in {self.slow} of {self.episodes} episodes" if late else "")
 
 
-def time_problems(rows: Iterable[LabNavRow], times: Mapping[str, LabNavTime], latency: float) -> Iterator[str]:
+def time_problems(rows: Iterable[LabNavRow], times: Mapping[str, EpisodeTime], latency: float) -> Iterator[str]:
     """Yield a sentence for each episode whose measured time is missing or does not have its mark.
 
     Args:
@@ -99,7 +99,7 @@ def charged_latency(driver: LabNavDriver, suite: LabNavSuite, seed: int) -> floa
     part = suite.parts[0]
     episode = part.episodes[0]
     (drive,) = drive_floor(
-        driver, part.layout(episode.floor), [episode], part.task, part.level, "probe", part.label, seed, PROBE_SECONDS
+        driver, part.layout(episode.floor), [episode], DriveTerms.of(part, "probe", seed, PROBE_SECONDS)
     )
     if drive.high_ms is None or not is_slow(drive.high_ms / 1e3, driver.latency):
         return driver.latency

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from labgym.envs.labnav.tasks import task_of
-from labgym.eval.labnav.row import LabNavRow
+from labgym.eval.driving.episode_row import LabNavRow
 from labgym.eval.leaderboard.labnav import LegOutcome, Outcome
 
 TOLERANCE = 1e-6

@@ -13,12 +13,10 @@ from labgym.documents import Document, Record
 from labgym.envs.conditions.leg_payload import MOST_LEGS
 from labgym.envs.labnav.terms import leg_score
 from labgym.errors import DocumentError, OptionError
-from labgym.eval.driving.episode_row import Length, Share
+from labgym.eval.driving.episode_row import Ending, LabNavLegRow, LabNavRow, Length, Share
 from labgym.eval.driving.evaluation import sessions_of
-from labgym.eval.driving.files import EPISODES, SUMMARY, TIMES, read_lines
+from labgym.eval.driving.files import EPISODES, SUMMARY, TIMES, EpisodeTime, read_lines
 from labgym.eval.labnav.figure import arithmetic, figure
-from labgym.eval.labnav.row import LabNavLegRow, LabNavRow, LabNavTime
-from labgym.eval.labnav.rules import Ending
 from labgym.eval.labnav.suites import FIRST, PREFIX, LabNavSuite, load_labnav
 from labgym.eval.labnav.summary import LabNavSummary, TaskSummary
 from labgym.eval.labnav.thinking import Thinking, time_problems
@@ -117,7 +115,7 @@ class LabNavResult(Document, Growing):
             problem = f"holds {missing[0].episodes} of {missing[0].expected} episodes of {missing[0].task}"
             raise DocumentError(folder, "", f"{problem}; run the same labgym eval command again")
         rows = read_rows(folder / EPISODES)
-        times = read_lines(folder / TIMES, LabNavTime).checked(folder / TIMES, TIMES)
+        times = read_lines(folder / TIMES, EpisodeTime).checked(folder / TIMES, TIMES)
         for problem in time_problems(rows, times, summary.latency):
             raise DocumentError(folder, "", f"{problem}: without it the result is not published; drive it again")
         declared = summary.latency if summary.declared is None else summary.declared

@@ -8,7 +8,7 @@ from typing import ClassVar, Literal
 
 from labgym.documents import Document, Record
 from labgym.errors import DocumentError, OptionError, UnknownNameError
-from labgym.eval.driving.evaluation import Evaluation
+from labgym.eval.driving.evaluation import TransitionEvaluation
 from labgym.eval.driving.intervals import estimate_text
 from labgym.eval.driving.paired import (
     TIMES,
@@ -64,7 +64,7 @@ class ComparedEvaluation(Record):
     mark: str = ""
 
     @classmethod
-    def of(cls, evaluation: Evaluation | LabNavEvaluation, shared: int, mark: str = "") -> ComparedEvaluation:
+    def of(cls, evaluation: TransitionEvaluation | LabNavEvaluation, shared: int, mark: str = "") -> ComparedEvaluation:
         """Return the side of an evaluation that has `shared` episodes in common with the other."""
         return cls(
             name=evaluation.name,
@@ -110,7 +110,7 @@ class Comparison(Document):
     groups: tuple[GroupDifference, ...]
 
 
-def evaluation_in(folder: str | Path, policy: str | None = None) -> Evaluation:
+def evaluation_in(folder: str | Path, policy: str | None = None) -> TransitionEvaluation:
     """Return the evaluation in a folder written by `labgym eval` or `labgym run`.
 
     Args:
@@ -123,7 +123,7 @@ def evaluation_in(folder: str | Path, policy: str | None = None) -> Evaluation:
         UnknownNameError: it holds no evaluation of the policy.
     """
     folder = Path(folder)
-    evaluations = [Evaluation.read(path.parent) for path in sorted(folder.glob("**/summary.json"))]
+    evaluations = [TransitionEvaluation.read(path.parent) for path in sorted(folder.glob("**/summary.json"))]
     if not evaluations:
         raise DocumentError(folder, "", "holds no finished evaluation (summary.json)")
     fitting = [one for one in evaluations if policy in (None, one.summary.policy, one.name)]
@@ -135,7 +135,9 @@ def evaluation_in(folder: str | Path, policy: str | None = None) -> Evaluation:
     return fitting[0]
 
 
-def chosen_evaluations(folders: Sequence[str | Path], policies: Sequence[str] = ()) -> tuple[Evaluation, Evaluation]:
+def chosen_evaluations(
+    folders: Sequence[str | Path], policies: Sequence[str] = ()
+) -> tuple[TransitionEvaluation, TransitionEvaluation]:
     """Return the two evaluations that the arguments of `labgym compare` name, with different names in tables.
 
     Args:
@@ -155,7 +157,7 @@ def chosen_evaluations(folders: Sequence[str | Path], policies: Sequence[str] = 
     return a, b
 
 
-def compare(a: Evaluation, b: Evaluation) -> Comparison:
+def compare(a: TransitionEvaluation, b: TransitionEvaluation) -> Comparison:
     """Return the paired differences a - b over the episodes that both evaluations hold.
 
     Raises:

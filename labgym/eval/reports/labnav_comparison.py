@@ -8,11 +8,11 @@ from typing import ClassVar
 
 from labgym.documents import Document, Record
 from labgym.errors import OptionError
+from labgym.eval.driving.episode_row import LabNavRow
 from labgym.eval.driving.intervals import estimate_text
 from labgym.eval.driving.paired import MetricDifference
 from labgym.eval.labnav.evaluation import LabNavEvaluation
 from labgym.eval.labnav.figure import paired_difference, significant
-from labgym.eval.labnav.row import LabNavRow
 from labgym.eval.labnav.summary import DIFFICULTIES
 from labgym.eval.reports.comparison import ComparedEvaluation
 from labgym.eval.reports.labnav_tables import CLASSES, tasks_of

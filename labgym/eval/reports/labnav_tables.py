@@ -9,12 +9,11 @@ from itertools import combinations
 from typing import get_args
 
 from labgym.envs.labnav.tasks import FIGURE_TASKS
+from labgym.eval.driving.episode_row import Ending, Track
 from labgym.eval.driving.intervals import Estimate, bounded_mean, estimate_text
 from labgym.eval.driving.paired import MetricDifference
 from labgym.eval.labnav.evaluation import LabNavEvaluation
 from labgym.eval.labnav.figure import paired_difference, significant, swaps
-from labgym.eval.labnav.row import Track
-from labgym.eval.labnav.rules import Ending
 from labgym.eval.labnav.summary import DIFFICULTIES, classes
 from labgym.table import Table, number
 

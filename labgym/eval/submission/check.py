@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import secrets
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from tqdm import tqdm
 
 from labgym.errors import DocumentError, OptionError, UnknownNameError
@@ -17,7 +19,6 @@ from labgym.eval.labnav.suites import LabNavSuite
 from labgym.eval.submission.claim import Claim
 from labgym.eval.submission.labnav_claim import LabNavClaim
 from labgym.eval.submission.record_checks import RunRecord, run_problems
-from labgym.eval.submission.second_drive import drawn_again, driven_again
 from labgym.eval.submission.submitted_policy import PolicyChoice
 from labgym.eval.submission.transition_claim import TransitionClaim
 from labgym.eval.submission.verdict import Verdict, completeness_problems, listed
@@ -25,12 +26,20 @@ from labgym.policies import Policy
 from labgym.policies.kernels import kernel_mode
 from labgym.policies.process import PolicyProcess
 
+SHARE = 0.1
+"""Share of the episodes of a large result that is driven again."""
+FEWEST = 60
+"""At least this many episodes are driven again: all of a smaller result."""
+FORGED = 3
+"""Number of forged rows whose probability to go unseen is stated."""
+
 
 def check_submission(
     folder: str | Path,
     seed: int | None = None,
     suite: str | LabNavSuite | None = None,
     policy: str | None = None,
+    *,
     options: Mapping[str, Any] | None = None,
     drive: bool = True,
     other_code: bool = False,
@@ -41,7 +50,7 @@ def check_submission(
     Nothing in the folder is executed, and no class that it names is imported unless it is built in.
 
     Args:
-        folder: folder written by `evaluate`, `evaluate_labnav` or `labgym eval`.
+        folder: folder written by `evaluate` or `labgym eval`.
         seed: random seed of the episodes that are driven again; by default it is drawn, so that nobody can know it
             in advance.
         suite: name or .json file of the suite, or a suite of LabNav, if it is not the published one of the submission's
@@ -61,7 +70,7 @@ def check_submission(
         raise DocumentError(folder, "", f"holds no {SUMMARY}; pass the folder of a finished labgym eval")
     try:
         if is_labnav_run(folder):
-            claim: Claim[Any] = LabNavClaim(folder, suite)
+            claim: Claim[Any, Any] = LabNavClaim(folder, suite)
         elif isinstance(suite, LabNavSuite):
             raise OptionError(f"{folder} holds no evaluation of LabNav: pass the name of its suite")
         else:
@@ -74,10 +83,8 @@ def check_submission(
         *run_problems(record, claim.identity_problems(record), other_code),
         *listed(claim.file_problems, "problems of files"),
         *claim.suite_problems(),
-        *listed(
-            completeness_problems(claim.keys, claim.rows, claim.routes, claim.suite_name, claim.name_of), "episodes"
-        ),
-        *listed(claim.episode_problems(), "problems of episodes"),
+        *listed(completeness_problems(claim.keys, claim.rows, claim.routes, claim.suite_name), "episodes"),
+        *listed((f"episode {key}: {problem}" for key, problem in claim.problems_by_episode()), "problems of episodes"),
         *claim.summary_problems(record),
     ]
     count = len(claim.keys)
@@ -98,11 +105,39 @@ def check_submission(
 
 
 def _drive_problems(
-    claim: Claim[Any], policy: PolicyProcess | Policy, keys: Sequence[Any], progress: bool
+    claim: Claim[Any, Any], policy: PolicyProcess | Policy, keys: Sequence[str], progress: bool
 ) -> Iterator[str]:
     """Drive episodes again and yield a sentence for each whose row or route differs."""
     with tqdm(total=len(keys), desc="drive again", unit="ep", disable=not progress) as bar:
-        for key, drive in claim.driven(policy, keys):
+        for drive in claim.driven(policy, keys):
             bar.update()
-            if difference := claim.difference(key, drive):
+            if difference := claim.difference(drive):
                 yield difference
+
+
+def drawn_again(keys: Sequence[str], seed: int) -> tuple[str, ...]:
+    """Return the keys of the episodes that are driven again, in their order: a random tenth, but at least 60."""
+    count = min(len(keys), max(FEWEST, math.ceil(SHARE * len(keys) - 1e-9)))
+    chosen = np.random.default_rng(seed).choice(len(keys), size=count, replace=False)
+    return tuple(keys[index] for index in sorted(chosen.tolist()))
+
+
+def unseen(episodes: int, again: int, forged: int = FORGED) -> float:
+    """Return the probability that none of some forged rows is among the episodes that are driven again.
+
+    Args:
+        episodes: number of all. again: number of those that are driven again. forged: number of forged rows.
+    """
+    forged = min(forged, episodes)
+    return math.comb(episodes - forged, again) / math.comb(episodes, again)
+
+
+def driven_again(again: int, episodes: int, policy: str, seed: int) -> str:
+    """Return the sentence of a verdict on the episodes that were driven again."""
+    if again == episodes:
+        return f"all {again} episodes driven again with {policy!r}"
+    chance = unseen(episodes, again)
+    return (
+        f"{again} of {episodes} episodes driven again with {policy!r}, chosen with --seed {seed}: {FORGED} forged rows "
+        f"that pass the other checks go unseen with a probability of {100.0 * chance:.0f}%"
+    )

@@ -7,9 +7,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from labgym.errors import OptionError
-from labgym.eval.driving.record import NavigationSummary
+from labgym.eval.driving.record import EvaluationSummary
 from labgym.eval.driving.runner import policy_fingerprint
-from labgym.eval.labnav.summary import LabNavSummary
 from labgym.eval.submission.record_checks import RunRecord
 from labgym.policies.process import PolicyProcess, PolicySource
 from labgym.policies.registry import BUILT_IN
@@ -30,9 +29,7 @@ class PolicyChoice:
     passed: bool = False
 
     @classmethod
-    def of(
-        cls, summary: NavigationSummary | LabNavSummary, name: str | None, options: Mapping[str, Any] | None
-    ) -> PolicyChoice:
+    def of(cls, summary: EvaluationSummary, name: str | None, options: Mapping[str, Any] | None) -> PolicyChoice:
         """Return the policy that the user passed, or else the built-in one that a submission names.
 
         A submission cannot choose a class, a file or a server: only built-in names are taken from it, and only

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import islice
-from typing import TypeVar
-
-Key = TypeVar("Key")
 
 MOST = 20
 """Largest number of problems of one kind that are listed."""
@@ -38,23 +35,18 @@ def listed(problems: Iterable[str], kind: str) -> list[str]:
 
 
 def completeness_problems(
-    episodes: Iterable[Key],
-    rows: Iterable[Key],
-    routes: Iterable[Key],
-    suite: str,
-    name: Callable[[Key], str],
+    episodes: Iterable[str], rows: Iterable[str], routes: Iterable[str], suite: str
 ) -> Iterator[str]:
     """Yield a sentence for each episode without a row or a route, and for each row or route of no episode.
 
     Args:
         episodes: keys of those of the suite. rows, routes: keys of those of the submission. suite: its name.
-        name: returns the name of the episode of a key.
     """
     expected, given = dict.fromkeys(episodes), {"row": dict.fromkeys(rows), "route": dict.fromkeys(routes)}
     for key in expected:
         missing = [kind for kind, keys in given.items() if key not in keys]
         if missing:
-            yield f"episode {name(key)} has no {' and no '.join(missing)}"
+            yield f"episode {key[:120]} has no {' and no '.join(missing)}"
     for key in given["row"] | given["route"]:
         if key not in expected:
-            yield f"episode {name(key)} is not in suite {suite}"
+            yield f"episode {key[:120]} is not in suite {suite}"

@@ -8,11 +8,11 @@ from episode_rows import row
 from scipy import stats
 
 from labgym.errors import OptionError
-from labgym.eval.driving.episode_row import EpisodeRow
+from labgym.eval.driving.episode_row import TransitionRow
 from labgym.eval.driving.paired import by_detour, by_length, by_protocol, by_task, differences, paired
 
 
-def evaluation(policy: str, seed: int, layouts: int = 20, pairs: int = 4) -> list[EpisodeRow]:
+def evaluation(policy: str, seed: int, layouts: int = 20, pairs: int = 4) -> list[TransitionRow]:
     rng = np.random.default_rng(seed)
     return [
         row(f"l{k:02d}", pair, policy=policy, spl=float(rng.uniform(0.5, 1.0)), time=float(rng.uniform(4.0, 9.0)))

@@ -11,7 +11,7 @@ from labgym.envs.labnav.task import TASKS, LabNavTask, Level, register
 from labgym.envs.labnav.tasks import FIGURE_TASKS, task_of
 from labgym.envs.labnav.terms import spl
 from labgym.errors import LabgymError, UnknownNameError
-from labgym.eval.labnav.runner import evaluate_labnav
+from labgym.eval.evaluator import evaluate
 from labgym.eval.labnav.suites import LabNavSuite
 from labgym.eval.submission.check import check_submission
 
@@ -32,7 +32,7 @@ def test_a_ninth_task_is_drawn_driven_scored_and_checked(ninth, tmp_path):
     assert part.name == "labnav-ninth-2"
     assert all(2.0 <= episode.length <= 6.0 for episode in part.episodes)
     suite = LabNavSuite(part.name, (part,), seconds=20.0)
-    report = evaluate_labnav("astar", suite, out=tmp_path / "ninth", progress=False)
+    report = evaluate("astar", suite, out=tmp_path / "ninth", progress=False)
     assert {row.task for row in report.rows} == {"ninth"}
     assert any(row.success for row in report.rows)
     for row in report.rows:

@@ -14,6 +14,7 @@ from labgym.envs.labnav.tasks import config_of
 from labgym.envs.point_nav import LabPointNavEnv
 from labgym.envs.world import world_of
 from labgym.eval.labnav.drive import drive_floor
+from labgym.eval.labnav.results import DriveTerms
 from labgym.eval.labnav.shift import shortest_from
 from labgym.eval.labnav.suites import LabNavSuite
 from labgym.eval.labnav.summary import summarise, summary_table
@@ -41,7 +42,9 @@ def shift(goals=GOALS, people=(), changes=(), legs=()):
 
 
 def driven(policy, one=None, level=2, **arguments):
-    (drive,) = drive_floor(policy, LAYOUT, (one or shift(),), "shift", level, "mine", "suite/0", 0, **arguments)
+    (drive,) = drive_floor(
+        policy, LAYOUT, (one or shift(),), DriveTerms("shift", level, "mine", "suite/0", 0, **arguments)
+    )
     return drive
 
 

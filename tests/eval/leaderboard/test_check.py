@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from labgym.eval.driving.episode_row import LabNavLegRow, LabNavRow
 from labgym.eval.labnav.results import score_of
-from labgym.eval.labnav.row import LabNavLegRow, LabNavRow
 from labgym.eval.leaderboard.check import agreement
 from labgym.eval.leaderboard.labnav import Outcome
 

@@ -22,8 +22,8 @@ from labgym.cli import main
 from labgym.envs.labnav.episodes import published_episodes
 from labgym.envs.labnav.worlds import prepared
 from labgym.errors import OptionError
+from labgym.eval.driving.episode_row import Ending
 from labgym.eval.labnav.evaluation import LabNavEvaluation
-from labgym.eval.labnav.rules import Ending
 from labgym.eval.labnav.shown_drive import packed, shown_route
 from labgym.eval.labnav.suites import LabNavSuite
 from labgym.eval.leaderboard.labnav import LabNavResult, published_results

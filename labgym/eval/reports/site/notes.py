@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 from labgym.envs.labnav.terms import DOCK_HEADING, DOCK_POSITION
 from labgym.envs.parts.endings import StuckEnding
-from labgym.eval.labnav.rules import WAITED, Ending
+from labgym.eval.driving.episode_row import Ending
+from labgym.eval.labnav.rules import WAITED
 from labgym.eval.labnav.suites import FIRST
 from labgym.eval.reports.site.entries import Entry
 

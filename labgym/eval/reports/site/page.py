@@ -15,9 +15,9 @@ from typing import Any
 
 from labgym.documents import write_text
 from labgym.envs.labnav.tasks import FIGURE_TASKS, task_of
+from labgym.eval.driving.episode_row import Track
 from labgym.eval.driving.intervals import Estimate, estimate_text
 from labgym.eval.labnav.figure import paired_difference, significant
-from labgym.eval.labnav.row import Track
 from labgym.eval.labnav.summary import TaskSummary, class_order
 from labgym.eval.reports.environment import PACKAGE, page_environment
 from labgym.eval.reports.labnav_tables import CLASSES, ENDINGS, TRACKS
