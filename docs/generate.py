@@ -51,7 +51,6 @@ from labgym.eval.leaderboard.lab30 import Lab30Result, published_lab30
 from labgym.eval.leaderboard.labnav import LabNavResult, published_results
 from labgym.eval.leaderboard.tables import published_table
 from labgym.eval.reports.comparison import Comparison
-from labgym.eval.reports.labnav_comparison import LabNavComparison
 from labgym.eval.reports.tables import layout_table, leaderboard
 from labgym.exchange.inventory import Inventory
 from labgym.layouts import Layout, Placement, generate, load_published, published
@@ -154,7 +153,6 @@ DOCUMENTS: tuple[type[Document], ...] = (
     LayoutSummary,
     NavigationSummary,
     Comparison,
-    LabNavComparison,
     LabNavResult,
     Lab30Result,
     Figures,

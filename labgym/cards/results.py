@@ -145,7 +145,7 @@ def ablation_table(folder: Path, titles: Mapping[str, str]) -> str:
             "of one suite"
         )
     rows = {name: read_rows(folder / name / EPISODES) for name in driven}
-    changes = {name: differences(paired(rows[name], rows[first]).pairs, "touchstone") for name in driven[1:]}
+    changes = {name: differences(paired(rows[name], rows[first]), "touchstone") for name in driven[1:]}
     table = Table(
         title="",
         columns=("Variant", *(heading for _, heading in ABLATION_COLUMNS)),

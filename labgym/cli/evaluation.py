@@ -180,15 +180,6 @@ def compare(
     """
     from labgym.eval.reports.comparison import chosen_evaluations, compare, comparison_tables
 
-    if _of_labnav(folders):
-        from labgym.eval.reports.labnav_comparison import compare_labnav, labnav_comparison_tables
-
-        result, problems = compare_labnav(folders)
-        for table in labnav_comparison_tables(result):
-            print(f"\n{table.text()}\n")
-        if out is not None:
-            written(result.save(out))
-        return complaints(problems)
     evaluations = chosen_evaluations(folders, policies)
     comparison = compare(*evaluations)
     for table in comparison_tables(comparison):

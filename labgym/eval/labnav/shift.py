@@ -18,7 +18,8 @@ from labgym.envs.world import World
 from labgym.eval.driving.drive import LabNavDrive
 from labgym.eval.driving.episode_row import Ending as Outcome
 from labgym.eval.driving.episode_row import LabNavLegRow, LabNavRow
-from labgym.eval.labnav.leg import LabNavDriver, LegDrive, Observation, Recorder
+from labgym.eval.driving.loop import Observation
+from labgym.eval.labnav.leg import LabNavDriver, LegDrive, Recorder
 from labgym.eval.labnav.results import DriveTerms, fields_of, finished, scored
 from labgym.eval.labnav.rules import ending_of
 from labgym.geometry import wrap_angle

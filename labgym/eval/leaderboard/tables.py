@@ -7,7 +7,7 @@ from itertools import combinations
 
 from labgym.envs.labnav.tasks import FIGURE_TASKS
 from labgym.eval.driving.intervals import estimate_text
-from labgym.eval.labnav.figure import paired_difference, significant, swaps
+from labgym.eval.labnav.figure import paired_difference, swaps
 from labgym.eval.labnav.suites import FIRST
 from labgym.eval.leaderboard.labnav import LabNavResult
 from labgym.table import Table, number
@@ -69,7 +69,7 @@ def _pairs(results: Sequence[LabNavResult]) -> tuple[str, ...]:
     unclear = [
         f"{a.summary.policy} and {b.summary.policy}"
         for a, b in pairs
-        if not significant(paired_difference(scores[a.summary.policy], scores[b.summary.policy]))
+        if not paired_difference(scores[a.summary.policy], scores[b.summary.policy]).significant
     ]
     apart = f"{len(pairs) - len(unclear)} of {len(pairs)} pairs of policies are apart (the 95% interval of the paired "
     apart += "difference of their mean scores over the episodes that both drove, with floors as the unit, excludes 0)"

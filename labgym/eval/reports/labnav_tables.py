@@ -13,7 +13,7 @@ from labgym.eval.driving.episode_row import Ending, Track
 from labgym.eval.driving.intervals import Estimate, bounded_mean, estimate_text
 from labgym.eval.driving.paired import MetricDifference
 from labgym.eval.labnav.evaluation import LabNavEvaluation
-from labgym.eval.labnav.figure import paired_difference, significant, swaps
+from labgym.eval.labnav.figure import paired_difference, swaps
 from labgym.eval.labnav.summary import DIFFICULTIES, classes
 from labgym.table import Table, number
 
@@ -132,11 +132,11 @@ def pair_table(evaluations: Sequence[LabNavEvaluation]) -> Table:
             f"{a.name} - {b.name}",
             estimate_text(one.difference, 3, "+"),
             str(one.difference.count),
-            "yes" if significant(one) else "no",
+            "yes" if one.significant else "no",
         )
         for a, b, one in found
     )
-    apart = sum(significant(one) for _, _, one in found)
+    apart = sum(one.significant for _, _, one in found)
     notes = [
         f"{apart} of {len(found)} pairs are apart: the 95% interval of the mean difference, with floors as the unit, "
         "does not contain 0. The intervals are not adjusted for the number of pairs."

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from labgym.errors import DocumentError, OptionError, UnknownNameError
 from labgym.eval.drawing.plan_drawing import DrivenPath
 from labgym.eval.driving.drive import Route
 from labgym.eval.driving.episode_row import TransitionRow
-from labgym.eval.driving.evaluation import UNFINISHED, TransitionEvaluation, is_unfinished
+from labgym.eval.driving.evaluation import UNFINISHED, Evaluation, TransitionEvaluation, is_unfinished
 from labgym.eval.scoring.layout_report import LayoutReport
 from labgym.layouts import Layout
 
@@ -80,34 +80,11 @@ class ResultsFolder:
         )
 
 
-def distinguished(evaluations: Sequence[TransitionEvaluation]) -> list[TransitionEvaluation]:
+E = TypeVar("E", bound=Evaluation[Any, Any])
+
+
+def distinguished(evaluations: Sequence[E]) -> list[E]:
     """Return evaluations with unique names: equal names get the part of the folder that differs as a suffix."""
-    return named_apart(evaluations, TransitionEvaluation.named)
-
-
-class Named(Protocol):
-    """An evaluation with a name in tables and a folder."""
-
-    @property
-    def name(self) -> str:
-        """Name of the policy in tables."""
-        ...
-
-    @property
-    def folder(self) -> Path:
-        """Path of its folder."""
-        ...
-
-
-N = TypeVar("N", bound=Named)
-
-
-def named_apart(evaluations: Sequence[N], renamed: Callable[[N, str], N]) -> list[N]:
-    """Return evaluations with unique names: equal names get the part of the folder that differs as a suffix.
-
-    Args:
-        renamed: returns an evaluation under another name.
-    """
     names = [one.name for one in evaluations]
     groups = {name: [one for one in evaluations if one.name == name] for name in names}
     suffixes = {
@@ -117,8 +94,7 @@ def named_apart(evaluations: Sequence[N], renamed: Callable[[N, str], N]) -> lis
         for one, suffix in zip(group, _suffixes([one.folder.resolve() for one in group]), strict=True)
     }
     return [
-        renamed(one, f"{one.name} ({suffixes[one.folder]})" if one.folder in suffixes else one.name)
-        for one in evaluations
+        one.named(f"{one.name} ({suffixes[one.folder]})" if one.folder in suffixes else one.name) for one in evaluations
     ]
 
 

@@ -13,7 +13,7 @@ from labgym.envs.labnav.tasks import FIGURE_TASKS, HEADLINE
 from labgym.eval.driving.episode_row import Count, Ending, LabNavRow, Length, Share
 from labgym.eval.driving.shard import policy_process
 from labgym.eval.labnav.drive import drive_floor
-from labgym.eval.labnav.figure import paired_difference, significant
+from labgym.eval.labnav.figure import paired_difference
 from labgym.eval.labnav.foresight import in_place
 from labgym.eval.labnav.leg import LabNavDriver
 from labgym.eval.labnav.results import DriveTerms
@@ -206,7 +206,7 @@ def _line(rows: Sequence[NuisanceRow], part: LabNavEpisodes, variant: str) -> tu
         **plain_cells({"without": gap.a, "with": gap.b}),
         "difference": estimate_cell(gap.difference, clusters),
     }
-    return Line(name=part.task, detail=_words(variant), cells=cells), significant(gap)
+    return Line(name=part.task, detail=_words(variant), cells=cells), gap.significant
 
 
 def _words(variant: str) -> str:

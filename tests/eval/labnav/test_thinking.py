@@ -22,7 +22,7 @@ from labgym.eval.labnav.suites import LabNavSuite
 from labgym.eval.labnav.thinking import Thinking, percentile
 from labgym.eval.leaderboard.labnav import LabNavResult, published_results
 from labgym.eval.leaderboard.tables import published_table
-from labgym.eval.reports.labnav_comparison import compare_labnav, labnav_comparison_tables
+from labgym.eval.reports.comparison import chosen_evaluations, compare, comparison_tables
 from labgym.eval.reports.labnav_tables import score_notes
 from labgym.eval.submission.check import check_submission
 from labgym.policies import Policy
@@ -108,8 +108,8 @@ def test_the_mark_is_in_the_published_file_the_tables_and_the_comparison(suite, 
     evaluation = LabNavEvaluation.read(folder)
     assert f"thoughtful {mark}." in score_notes([evaluation])
     evaluate(Quick(), suite, out=tmp_path / "quick", progress=False)
-    comparison, _ = compare_labnav([folder, tmp_path / "quick"])
-    assert f"thoughtful {mark}." in labnav_comparison_tables(comparison)[0].notes
+    comparison = compare(*chosen_evaluations([folder, tmp_path / "quick"]))
+    assert f"thoughtful {mark}." in comparison_tables(comparison)[0].notes
     result = published_results()[0]
     marked = result.model_copy(update={"thinking": {result.summary.tasks[0].suite: report.thinking}})
     assert f"{result.summary.policy} {mark}." in published_table([marked]).notes

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 from laboratories import small_laboratory
 
-from labgym.eval.driving.drive import TransitionDrive, drive_layout, episode_rng
+from labgym.eval.driving.drive import TransitionDrive, drive_layout
+from labgym.eval.driving.loop import episode_rng
 from labgym.eval.evaluator import evaluate
 from labgym.geometry import rotate
 from labgym.layouts import load_published, published

@@ -17,7 +17,7 @@ from labgym.documents import write_text
 from labgym.envs.labnav.tasks import FIGURE_TASKS, task_of
 from labgym.eval.driving.episode_row import Track
 from labgym.eval.driving.intervals import Estimate, estimate_text
-from labgym.eval.labnav.figure import paired_difference, significant
+from labgym.eval.labnav.figure import paired_difference
 from labgym.eval.labnav.summary import TaskSummary, class_order
 from labgym.eval.reports.environment import PACKAGE, page_environment
 from labgym.eval.reports.labnav_tables import CLASSES, ENDINGS, TRACKS
@@ -399,6 +399,6 @@ def _pairs(sections: Sequence[Section]) -> tuple[PairLine, ...]:
             result = paired_difference(a.entry.scores, b.entry.scores)
         one = result.difference
         low, high = (None if end is None else 100.0 * end for end in (one.low, one.high))
-        words, apart = estimate_text(one, 3), significant(result)
+        words, apart = estimate_text(one, 3), result.significant
         lines.append(PairLine(a, b, words, abs(100.0 * value), low, high, one.count, apart))
     return tuple(lines)
