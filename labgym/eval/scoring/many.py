@@ -37,6 +37,7 @@ def score_layouts(
     profile: str | None = None,
     executor: ExecutorOptions | None = None,
     fresh: bool = False,
+    *,
     progress: bool = True,
     rules: str = TOUCHSTONE.name,
     judge: JudgeOptions | None = None,

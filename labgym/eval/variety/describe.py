@@ -68,6 +68,7 @@ def describe_splits(
     episodes: int = 12,
     seed: int | None = 0,
     out: str | Path | None = None,
+    *,
     executor: ExecutorOptions | None = None,
     fresh: bool = False,
     progress: bool = True,
