@@ -102,7 +102,7 @@ def _episode(task: str, level: int, episode: str | None, seed: int) -> tuple[Lay
     """Return a published episode, or one that is drawn, and its floor."""
     from labgym.envs.labnav.tasks import task_of
     from labgym.envs.labnav.worlds import drawn_episode
-    from labgym.eval.labnav.published import published_episode
+    from labgym.eval.labnav.suites import published_episode
 
     task_of(task).level(level)
     if episode is None:

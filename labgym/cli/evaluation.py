@@ -70,11 +70,10 @@ def eval_(
             is not built in is measured first, and charged for what it thinks longer than it declares.
     """
     from labgym.envs.tasks import resolve_layouts
-    from labgym.eval.driving.folders import default_folder
+    from labgym.eval.driving.files import default_folder
     from labgym.eval.evaluator import AnySuite, evaluate
-    from labgym.eval.labnav.cost import cost
     from labgym.eval.labnav.evaluation import LabNavEvaluation
-    from labgym.eval.labnav.suites import is_labnav, resolve_labnav
+    from labgym.eval.labnav.suites import cost, is_labnav, resolve_labnav
     from labgym.eval.reports.tables import evaluation_table
     from labgym.policies.process import ProcessLimits
     from labgym.suites import Jitter, load_suite, suite_of
@@ -162,7 +161,6 @@ def report(folders: Folders, workers: int = 1) -> int:
     return complaints(outcome.problems)
 
 
-@refuses_idle_flags("compare")
 def compare(
     folders: Folders,
     policies: Texts = (),

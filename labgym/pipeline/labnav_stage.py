@@ -10,9 +10,8 @@ from labgym.eval.driving.episode_row import LabNavRow
 from labgym.eval.driving.files import EPISODES
 from labgym.eval.labnav.suites import CHECK, MINI_GOALS, MINI_SECONDS, load_labnav
 from labgym.eval.labnav.together import FOLDER, drive_together
-from labgym.eval.leaderboard.check import agreement
 from labgym.eval.leaderboard.lab30 import published_lab30
-from labgym.eval.leaderboard.labnav import published_results, read_rows
+from labgym.eval.leaderboard.labnav import agreement, published_results, read_rows
 from labgym.eval.leaderboard.tables import published_table
 from labgym.eval.reports.tables import leaderboard
 from labgym.pipeline.config import LABNAV, SHOWN

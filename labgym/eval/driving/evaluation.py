@@ -24,8 +24,8 @@ from labgym.eval.driving.files import (
     Lines,
     parse_lines,
     read_lines,
+    short_name,
 )
-from labgym.eval.driving.folders import short_name
 from labgym.eval.driving.intervals import Estimate
 from labgym.eval.driving.navigation_metrics import planning_time
 from labgym.eval.driving.record import EvaluationSummary, NavigationSummary

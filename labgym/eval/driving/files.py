@@ -6,6 +6,7 @@ Rows and routes are the same in every run; planning times are measured and kept 
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from io import BytesIO
@@ -18,6 +19,7 @@ from labgym.documents import Record, parse_json
 from labgym.errors import DocumentError
 from labgym.eval.driving.drive import DrivenEpisode, Route
 from labgym.eval.driving.episode_row import Count, Length, Pose, TransitionRow
+from labgym.policies.registry import FILES, is_class_place
 
 EPISODES, ROUTES, TIMES, SUMMARY = "episodes.jsonl", "routes.jsonl", "times.jsonl", "summary.json"
 MAX_LINE = 4 * 1024 * 1024
@@ -219,3 +221,20 @@ def record_line(record: Record) -> bytes:
 
 def _line(data: Mapping[str, Any]) -> bytes:
     return json.dumps(data, allow_nan=False).encode() + b"\n"
+
+
+def default_folder(policy: str, suite: str | Path) -> Path:
+    """Return where `labgym eval` writes by default: runs/POLICY-SUITE."""
+    return Path("runs") / f"{folder_name(policy)}-{Path(suite).stem}"
+
+
+def folder_name(policy: str) -> str:
+    """Return the name of a policy as the name of a folder: `mine:GoToGoal` becomes mine_GoToGoal."""
+    return re.sub(r"[^A-Za-z0-9._-]+", "_", short_name(policy) if Path(policy).suffix.lower() in FILES else policy)
+
+
+def short_name(policy: str) -> str:
+    """Return a policy's label as tables show it: of a class without its module, of a file without path and suffix."""
+    if Path(policy).suffix.lower() in FILES:
+        return Path(policy).stem
+    return policy.rpartition(":")[2] if is_class_place(policy) else policy

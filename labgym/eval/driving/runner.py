@@ -11,12 +11,10 @@ from typing import Any, Generic, TypeVar
 
 from labgym.assets import Catalog
 from labgym.documents import canonical_hash, files_digest, json_bytes
-from labgym.errors import OptionError
+from labgym.errors import LabgymError, OptionError
 from labgym.eval.driving.evaluation import Evaluation
-from labgym.eval.driving.files import EPISODES, ROUTES, SUMMARY, TIMES
-from labgym.eval.driving.folders import short_name
+from labgym.eval.driving.files import EPISODES, ROUTES, SUMMARY, TIMES, short_name
 from labgym.eval.driving.record import EvaluationSummary
-from labgym.eval.driving.shard import ShardPolicy, shard_file
 from labgym.layouts import Layout
 from labgym.policies import Policy
 from labgym.policies.fingerprint.policy import PolicyFingerprint, named_fingerprint, object_fingerprint
@@ -24,6 +22,59 @@ from labgym.policies.kernels import NATIVE, KernelMode, kernel_facts, kernel_mod
 from labgym.policies.process import PolicyProcess, PolicySource, ProcessLimits, close_shared_process, shared_process
 from labgym.policies.registry import SERVER, is_class_place, policy_place
 from labgym.runs import ExecutorOptions, RunFolder, RunIdentity, Shard, run_shards
+from labgym.runs.folder import SHARDS
+
+
+@dataclass(frozen=True)
+class ShardPolicy:
+    """A policy as shards take it.
+
+    Attributes:
+        policy: for a separate process, or one that drives in this process.
+        files: digest of the policy's files, such as weights, where the evaluation began.
+        limits: of the policy's process. kernels: name of its kernel mode.
+        label: name of the policy in the rows.
+    """
+
+    policy: PolicySource | Policy
+    files: str
+    limits: ProcessLimits | None
+    kernels: str
+    label: str
+
+    def driver(self) -> PolicyProcess | Policy:
+        """Return the policy in its process, or in this one.
+
+        Raises:
+            LabgymError: the policy's files are others here, or were changed; or this processor cannot run the kernels.
+        """
+        if not isinstance(self.policy, PolicySource):
+            return self.policy
+        return policy_process(self.policy, self.files, self.limits, self.kernels)
+
+
+def policy_process(
+    source: PolicySource, files: str, limits: ProcessLimits | None, kernels: str, most: int = 1
+) -> PolicyProcess:
+    """Return the process of a policy in this worker, which keeps `most` of them.
+
+    Raises:
+        LabgymError: the policy's files are not those of the digest.
+    """
+    process = shared_process(source, limits, kernel_mode(kernels).environment, most)
+    # A pickled object contains the weights that it has read.
+    if source.pickled is None and (own := files_digest(process.files())) != files:
+        raise LabgymError(
+            f"policy {source.name!r}: its files (digest {own[:12]}) are not those that the evaluation began with "
+            f"({files[:12]}); install the same version of labgym, and do not change weights during an evaluation"
+        )
+    return process
+
+
+def shard_file(shard: str, name: str) -> str:
+    """Return the path of a file of a shard, relative to the folder of the evaluation."""
+    return f"{SHARDS}/{shard}/{name}"
+
 
 Content = dict[str, bytes]
 """Content of the files of an evaluation by name."""

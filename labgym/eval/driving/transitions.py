@@ -11,8 +11,7 @@ from labgym.eval.driving.episode_row import TransitionRow
 from labgym.eval.driving.evaluation import TransitionEvaluation
 from labgym.eval.driving.files import drive_files
 from labgym.eval.driving.record import NavigationSummary
-from labgym.eval.driving.runner import Content, EvaluationRun, RunningPolicy
-from labgym.eval.driving.shard import ShardPolicy, shard_file
+from labgym.eval.driving.runner import Content, EvaluationRun, RunningPolicy, ShardPolicy, shard_file
 from labgym.layouts import Layout
 from labgym.runs import Shard, ShardOutput
 from labgym.suites import Suite

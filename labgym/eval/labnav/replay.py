@@ -16,7 +16,7 @@ from labgym.envs.tasks import Task
 from labgym.errors import DocumentError, LabgymError, OptionError, UnknownNameError
 from labgym.eval.driving.drive import LabNavDrive
 from labgym.eval.driving.episode_row import LabNavRow
-from labgym.eval.driving.folders import short_name
+from labgym.eval.driving.files import short_name
 from labgym.eval.driving.runner import open_driver, policy_source
 from labgym.eval.labnav.drive import drive_floor
 from labgym.eval.labnav.evaluation import LabNavEvaluation

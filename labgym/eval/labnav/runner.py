@@ -9,8 +9,7 @@ from labgym.envs.labnav.episodes import LabNavEpisode
 from labgym.errors import DocumentError
 from labgym.eval.driving.episode_row import LabNavRow
 from labgym.eval.driving.files import drive_files
-from labgym.eval.driving.runner import EvaluationRun, RunningPolicy
-from labgym.eval.driving.shard import ShardPolicy, shard_file
+from labgym.eval.driving.runner import EvaluationRun, RunningPolicy, ShardPolicy, shard_file
 from labgym.eval.labnav.drive import drive_floor
 from labgym.eval.labnav.evaluation import LabNavEvaluation
 from labgym.eval.labnav.foresight import in_place, track_of

@@ -8,16 +8,15 @@ from typing import Any
 
 from labgym.documents import files_digest
 from labgym.envs.labnav.episodes import LabNavEpisodes
-from labgym.eval.driving.files import EPISODES, ROUTES, drive_files
-from labgym.eval.driving.folders import short_name
+from labgym.eval.driving.files import EPISODES, ROUTES, drive_files, short_name
 from labgym.eval.driving.runner import (
     catalog_digest,
     installed_catalog,
     open_driver,
     policy_fingerprint,
+    policy_process,
     policy_source,
 )
-from labgym.eval.driving.shard import policy_process
 from labgym.eval.labnav.drive import drive_floor
 from labgym.eval.labnav.foresight import executor_for, in_place
 from labgym.eval.labnav.results import DriveTerms

@@ -14,8 +14,7 @@ from labgym.eval.driving.files import read_lines, record_line
 from labgym.eval.evaluator import evaluate
 from labgym.eval.labnav.shown_drive import ShownDrive
 from labgym.eval.labnav.suites import PREFIX, LabNavSuite, load_labnav
-from labgym.eval.leaderboard.check import agreement
-from labgym.eval.leaderboard.labnav import LabNavResult, Outcome
+from labgym.eval.leaderboard.labnav import LabNavResult, Outcome, agreement
 from labgym.runs import ExecutorOptions
 
 FOLDER = "leaderboard/drives"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -14,6 +14,7 @@ from labgym.eval.driving.intervals import estimate_text
 from labgym.eval.driving.paired import (
     TIMES,
     MetricDifference,
+    Pair,
     by_detour,
     by_length,
     by_protocol,
@@ -198,7 +199,7 @@ def _transition_groups(a: TransitionEvaluation, b: TransitionEvaluation) -> Grou
         labels = " and ".join(one.summary.suite.label for one in (a, b))
         raise OptionError(f"the evaluations are of the suites {labels}, which differ in {', '.join(differing)}")
     every = paired(a.rows, b.rows)
-    groupings = {
+    groupings: dict[str, Mapping[str, Sequence[Pair]]] = {
         ALL: {ALL: every},
         "task": by_task(every),
         "length": by_length(every),
@@ -244,7 +245,7 @@ def _labnav_groups(a: LabNavEvaluation, b: LabNavEvaluation) -> Groups:
 
 
 def _labnav_differences(pairs: Sequence[tuple[LabNavRow, LabNavRow]]) -> dict[str, MetricDifference]:
-    values = {
+    values: dict[str, Callable[[LabNavRow], float]] = {
         "score": lambda row: row.score,
         "success": lambda row: float(row.success),
         "contacts": lambda row: float(row.contacts > 0),

@@ -6,7 +6,9 @@ Its files are read within bounds, and nothing in them is executed.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
@@ -22,6 +24,52 @@ from labgym.eval.driving.record import EvaluationSummary
 from labgym.eval.submission.record_checks import RunRecord
 from labgym.policies import Policy
 from labgym.policies.process import PolicyProcess
+
+MOST = 20
+"""Largest number of problems of one kind that are listed."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The outcome of a check.
+
+    Attributes:
+        problems: a line for each failed check; empty if the submission passes.
+        facts: a line for each check that was made or left out.
+    """
+
+    problems: tuple[str, ...]
+    facts: tuple[str, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Whether there is no problem."""
+        return not self.problems
+
+
+def listed(problems: Iterable[str], kind: str) -> list[str]:
+    """Return the first problems, and a line if there are more."""
+    first = list(islice(problems, MOST + 1))
+    return first if len(first) <= MOST else [*first[:MOST], f"more {kind} like these are not listed"]
+
+
+def completeness_problems(
+    episodes: Iterable[str], rows: Iterable[str], routes: Iterable[str], suite: str
+) -> Iterator[str]:
+    """Yield a sentence for each episode without a row or a route, and for each row or route of no episode.
+
+    Args:
+        episodes: keys of those of the suite. rows, routes: keys of those of the submission. suite: its name.
+    """
+    expected, given = dict.fromkeys(episodes), {"row": dict.fromkeys(rows), "route": dict.fromkeys(routes)}
+    for key in expected:
+        missing = [kind for kind, keys in given.items() if key not in keys]
+        if missing:
+            yield f"episode {key[:120]} has no {' and no '.join(missing)}"
+    for key in given["row"] | given["route"]:
+        if key not in expected:
+            yield f"episode {key[:120]} is not in suite {suite}"
+
 
 EXCESS = 100
 """Number of lines beyond the suite's episodes after which reading a file stops."""

@@ -17,10 +17,9 @@ from labgym.eval.labnav.results import DriveTerms
 from labgym.eval.labnav.suites import LabNavSuite, load_labnav
 from labgym.eval.labnav.summary import LabNavSummary
 from labgym.eval.labnav.thinking import Thinking, time_problems
-from labgym.eval.submission.claim import Claim
+from labgym.eval.submission.claim import Claim, listed
 from labgym.eval.submission.labnav_rows import LabNavTerms, labnav_route_problems, labnav_row_problems
 from labgym.eval.submission.record_checks import RunRecord, catalog_problems, stated_problems
-from labgym.eval.submission.verdict import listed
 from labgym.layouts import Layout
 from labgym.policies import Policy
 from labgym.policies.process import PolicyProcess

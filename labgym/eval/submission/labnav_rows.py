@@ -26,9 +26,9 @@ from labgym.envs.tasks import Task
 from labgym.envs.world import world_of
 from labgym.errors import LabgymError
 from labgym.eval.driving.episode_row import LabNavRow
+from labgym.eval.labnav.drive import shortest_at
 from labgym.eval.labnav.results import score_of
 from labgym.eval.labnav.rules import delay_of
-from labgym.eval.labnav.shift import shortest_at
 from labgym.eval.submission.outcome_checks import LiquidClaim, PeopleClaims, liquid_problems
 from labgym.eval.submission.route_checks import (
     POSITION_ERROR,

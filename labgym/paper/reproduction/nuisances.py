@@ -11,7 +11,7 @@ from labgym.envs.labnav.episodes import LabNavEpisode, LabNavEpisodes
 from labgym.envs.labnav.nuisances import NUISANCES, episode_without, nuisances_of, properties_without
 from labgym.envs.labnav.tasks import FIGURE_TASKS, HEADLINE
 from labgym.eval.driving.episode_row import Count, Ending, LabNavRow, Length, Share
-from labgym.eval.driving.shard import policy_process
+from labgym.eval.driving.runner import policy_process
 from labgym.eval.labnav.drive import drive_floor
 from labgym.eval.labnav.figure import paired_difference
 from labgym.eval.labnav.foresight import in_place

@@ -16,8 +16,7 @@ from labgym.assets import Catalog
 from labgym.cli import main
 from labgym.errors import DocumentError, OptionError
 from labgym.eval.driving.evaluation import TransitionEvaluation
-from labgym.eval.driving.files import read_routes, read_rows
-from labgym.eval.driving.folders import default_folder, short_name
+from labgym.eval.driving.files import default_folder, read_routes, read_rows, short_name
 from labgym.eval.evaluator import evaluate
 from labgym.eval.reports.results import ResultsFolder
 from labgym.layouts import Layout

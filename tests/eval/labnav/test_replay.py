@@ -15,9 +15,8 @@ from labgym.envs.labnav.necks import RADII
 from labgym.errors import DocumentError, LabgymError, OptionError, UnknownNameError
 from labgym.eval.evaluator import evaluate
 from labgym.eval.labnav.evaluation import LabNavEvaluation, is_labnav_run
-from labgym.eval.labnav.published import published_episode
 from labgym.eval.labnav.replay import driver_name, replay
-from labgym.eval.labnav.suites import LabNavSuite, load_labnav
+from labgym.eval.labnav.suites import LabNavSuite, load_labnav, published_episode
 
 
 @pytest.fixture(scope="module")

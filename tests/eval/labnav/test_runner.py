@@ -18,11 +18,11 @@ from labgym.errors import LabgymError, OptionError, UnknownNameError
 from labgym.eval.driving import runner
 from labgym.eval.driving.episode_row import LabNavRow
 from labgym.eval.evaluator import evaluate
-from labgym.eval.labnav.cost import cost
 from labgym.eval.labnav.suites import (
     CHECK,
     MINI,
     LabNavSuite,
+    cost,
     is_labnav,
     load_labnav,
     read_labnav,

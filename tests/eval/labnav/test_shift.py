@@ -13,9 +13,8 @@ from labgym.envs.labnav.episodes import LabNavEpisode, LabNavEpisodes, LabNavLeg
 from labgym.envs.labnav.tasks import config_of
 from labgym.envs.point_nav import LabPointNavEnv
 from labgym.envs.world import world_of
-from labgym.eval.labnav.drive import drive_floor
+from labgym.eval.labnav.drive import drive_floor, shortest_from
 from labgym.eval.labnav.results import DriveTerms
-from labgym.eval.labnav.shift import shortest_from
 from labgym.eval.labnav.suites import LabNavSuite
 from labgym.eval.labnav.summary import summarise, summary_table
 from labgym.geometry import compose

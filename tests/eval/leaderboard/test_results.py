@@ -23,8 +23,7 @@ from labgym.eval.labnav.suites import LabNavSuite, load_labnav
 from labgym.eval.labnav.summary import summarise
 from labgym.eval.labnav.together import drive_together
 from labgym.eval.leaderboard import lab30, labnav
-from labgym.eval.leaderboard.check import agreement
-from labgym.eval.leaderboard.labnav import LabNavResult, Outcome, published_results
+from labgym.eval.leaderboard.labnav import LabNavResult, Outcome, agreement, published_results
 from labgym.eval.leaderboard.tables import published_table
 from labgym.eval.reports.tables import leaderboard
 from labgym.runs import ExecutorOptions

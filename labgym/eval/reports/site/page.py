@@ -19,12 +19,11 @@ from labgym.eval.driving.episode_row import Track
 from labgym.eval.driving.intervals import Estimate, estimate_text
 from labgym.eval.labnav.figure import paired_difference
 from labgym.eval.labnav.summary import TaskSummary, class_order
-from labgym.eval.reports.environment import PACKAGE, page_environment
 from labgym.eval.reports.labnav_tables import CLASSES, ENDINGS, TRACKS
-from labgym.eval.reports.site.card import card_html
+from labgym.eval.reports.report import PACKAGE, page_environment
 from labgym.eval.reports.site.entries import KINDS, Entry, Kind, card_of
 from labgym.eval.reports.site.episodes import Shown, episodes_shown
-from labgym.eval.reports.site.notes import MEANINGS, detail_of, reading_notes, swapped, versions_of
+from labgym.eval.reports.site.notes import MEANINGS, card_html, detail_of, reading_notes, swapped, versions_of
 from labgym.eval.reports.site.plans import CLASSES as FURNITURE
 from labgym.eval.reports.site.plans import thing_name
 from labgym.table import Table
