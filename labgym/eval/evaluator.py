@@ -8,20 +8,32 @@ from pathlib import Path
 from typing import Any
 
 from labgym.counts import MAX_SEED, whole_number
+from labgym.documents import json_bytes
 from labgym.effects import refuse_idle
 from labgym.errors import LabgymError, OptionError
+from labgym.eval.driving.assignments import episode_keys
+from labgym.eval.driving.drive import drive_layout
+from labgym.eval.driving.episode_row import TransitionRow
 from labgym.eval.driving.evaluation import Evaluation, TransitionEvaluation
-from labgym.eval.driving.runner import EvaluationRun, RunningPolicy, opened, policy_source
-from labgym.eval.driving.transitions import TransitionRun
-from labgym.eval.labnav.evaluation import LabNavEvaluation, is_labnav_run
+from labgym.eval.driving.files import drive_files
+from labgym.eval.driving.record import NavigationSummary
+from labgym.eval.driving.runner import (
+    Content,
+    EvaluationRun,
+    RunningPolicy,
+    ShardPolicy,
+    opened,
+    policy_source,
+    shard_file,
+)
+from labgym.eval.labnav.evaluation import LabNavEvaluation, checked_latency, is_labnav_run
 from labgym.eval.labnav.foresight import check_foresight, executor_for
 from labgym.eval.labnav.runner import LabNavRun, latency_of
 from labgym.eval.labnav.suites import LabNavSuite, is_labnav, resolve_labnav
-from labgym.eval.labnav.thinking import checked_latency
 from labgym.layouts import Layout
 from labgym.policies import Policy
 from labgym.policies.process import PolicyProcess, ProcessLimits
-from labgym.runs import ExecutorOptions
+from labgym.runs import ExecutorOptions, Shard, ShardOutput
 from labgym.suites import Jitter, Suite, load_suite, suite_of
 
 AnySuite = Suite | LabNavSuite
@@ -182,3 +194,74 @@ def _unique(layouts: Sequence[Layout]) -> tuple[Layout, ...]:
         problem = f"two layouts have the id {repeated[0]!r}" if repeated else "no layouts to drive in"
         raise LabgymError(f"{problem}; an evaluation needs at least one layout, and ids must be unique")
     return tuple(layouts)
+
+
+class TransitionRun(EvaluationRun[TransitionEvaluation]):
+    """An evaluation on transitions.
+
+    Args:
+        running: the policy. suite: the rules. layouts: in their order. seed: of the policy.
+    """
+
+    evaluation = TransitionEvaluation
+
+    def __init__(self, running: RunningPolicy, suite: Suite, layouts: tuple[Layout, ...], seed: int) -> None:
+        self._suite = suite
+        shards = [
+            Shard(
+                layout.id,
+                drive_shard,
+                (running.shard_policy, layout, suite, seed),
+                size=len(episode_keys(layout, suite)),
+            )
+            for layout in layouts
+        ]
+        super().__init__(running, shards, layouts, seed)
+
+    def inputs(self) -> dict[str, Any]:
+        """Return suite, layouts, and whether the policy is in a separate process."""
+        return {
+            "suite": self._suite.model_dump(mode="json"),
+            "layouts": {layout.id: layout.hash for layout in self.layouts},
+            "isolated": self.running.isolated,
+        }
+
+    def documents(self) -> Content:
+        """Return the layouts, if they are not published."""
+        if self._suite.split is not None:
+            return {}
+        return {f"layouts/{layout.id}.json": json_bytes(layout.to_json()) for layout in self.layouts}
+
+    def summary(self, rows: tuple[TransitionRow, ...]) -> NavigationSummary:
+        """Return the summary of rows."""
+        expected, running = sum(shard.size for shard in self.shards), self.running
+        summary = NavigationSummary(
+            suite=self._suite,
+            policy=running.label,
+            options=running.source.options,
+            privileged=running.driver.privileged,
+            sensors=running.driver.observation,
+            seed=self.seed,
+            layouts={layout.id: layout.hash for layout in self.layouts},
+            episodes=expected,
+            expected=expected,
+            errors=0,
+            unreachable=0,
+            complete=True,
+            metrics={},
+        )
+        return summary.recomputed(rows)
+
+
+def drive_shard(policy: ShardPolicy, layout: Layout, suite: Suite, seed: int) -> ShardOutput:
+    """Drive all episodes of a layout and return rows, routes and times, below `shards/LAYOUT/`.
+
+    Args:
+        policy: the policy. layout: the layout; its protocol gives the goal pairs. suite: the rules.
+        seed: random seed of the evaluation.
+
+    Raises:
+        LabgymError: the policy's files are others here, or were changed; or this processor cannot run the kernels.
+    """
+    drives = drive_layout(policy.driver(), layout, suite, policy.label, seed)
+    return ShardOutput({shard_file(layout.id, name): content for name, content in drive_files(drives).items()})

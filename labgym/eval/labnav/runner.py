@@ -11,12 +11,11 @@ from labgym.eval.driving.episode_row import LabNavRow
 from labgym.eval.driving.files import drive_files
 from labgym.eval.driving.runner import EvaluationRun, RunningPolicy, ShardPolicy, shard_file
 from labgym.eval.labnav.drive import drive_floor
-from labgym.eval.labnav.evaluation import LabNavEvaluation
+from labgym.eval.labnav.evaluation import LabNavEvaluation, charged_latency
 from labgym.eval.labnav.foresight import in_place, track_of
 from labgym.eval.labnav.results import DriveTerms
 from labgym.eval.labnav.suites import LabNavSuite
 from labgym.eval.labnav.summary import LabNavSummary, summarise
-from labgym.eval.labnav.thinking import charged_latency
 from labgym.layouts import Layout
 from labgym.policies.process import PolicyProcess, PolicySource
 from labgym.policies.registry import BUILT_IN
@@ -109,7 +108,7 @@ def drive_shard(
         policy: the policy. layout, episodes, terms: as for `drive_floor`.
 
     Raises:
-        LabgymError: as `labgym.eval.driving.transitions.drive_shard`.
+        LabgymError: as `labgym.eval.evaluator.drive_shard`.
     """
     assert isinstance(policy.policy, PolicySource)
     driver = in_place(policy.driver(), policy.policy)

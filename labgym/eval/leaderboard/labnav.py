@@ -18,10 +18,10 @@ from labgym.errors import DocumentError, OptionError
 from labgym.eval.driving.episode_row import Ending, LabNavLegRow, LabNavRow, Length, Share
 from labgym.eval.driving.evaluation import sessions_of
 from labgym.eval.driving.files import EPISODES, SUMMARY, TIMES, EpisodeTime, read_lines
+from labgym.eval.labnav.evaluation import Thinking, time_problems
 from labgym.eval.labnav.figure import arithmetic, figure
 from labgym.eval.labnav.suites import FIRST, PREFIX, LabNavSuite, load_labnav
 from labgym.eval.labnav.summary import LabNavSummary, TaskSummary
-from labgym.eval.labnav.thinking import Thinking, time_problems
 from labgym.layouts.floor.fields import Growing
 from labgym.runs.provenance import RunProvenance
 

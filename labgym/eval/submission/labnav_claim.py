@@ -11,12 +11,11 @@ from labgym.eval.driving.evaluation import in_one_line
 from labgym.eval.driving.files import SUMMARY, TIMES, EpisodeTime
 from labgym.eval.driving.runner import catalog_digest
 from labgym.eval.labnav.drive import drive_floor
-from labgym.eval.labnav.evaluation import LabNavEvaluation
+from labgym.eval.labnav.evaluation import LabNavEvaluation, Thinking, time_problems
 from labgym.eval.labnav.foresight import track_of
 from labgym.eval.labnav.results import DriveTerms
 from labgym.eval.labnav.suites import LabNavSuite, load_labnav
 from labgym.eval.labnav.summary import LabNavSummary
-from labgym.eval.labnav.thinking import Thinking, time_problems
 from labgym.eval.submission.claim import Claim, listed
 from labgym.eval.submission.labnav_rows import LabNavTerms, labnav_route_problems, labnav_row_problems
 from labgym.eval.submission.record_checks import RunRecord, catalog_problems, stated_problems

@@ -16,10 +16,9 @@ from labgym.errors import DocumentError, OptionError
 from labgym.eval.driving.files import EpisodeTime
 from labgym.eval.evaluator import evaluate
 from labgym.eval.labnav import runner
-from labgym.eval.labnav.evaluation import LabNavEvaluation
+from labgym.eval.labnav.evaluation import LabNavEvaluation, Thinking, percentile
 from labgym.eval.labnav.rules import delay_of
 from labgym.eval.labnav.suites import LabNavSuite
-from labgym.eval.labnav.thinking import Thinking, percentile
 from labgym.eval.leaderboard.labnav import LabNavResult, published_results
 from labgym.eval.leaderboard.tables import published_table
 from labgym.eval.reports.comparison import chosen_evaluations, compare, comparison_tables
