@@ -46,12 +46,10 @@ from labgym.errors import LabgymError
 from labgym.eval import LayoutReport, LayoutSummary, aggregate, score
 from labgym.eval.drawing.episode_picture import EpisodeWorld, episode_picture, save_episode_picture
 from labgym.eval.driving.record import NavigationSummary
-from labgym.eval.leaderboard.correlation import correlation_tables
 from labgym.eval.leaderboard.lab30 import Lab30Result, published_lab30
 from labgym.eval.leaderboard.labnav import LabNavResult, published_results
-from labgym.eval.leaderboard.tables import published_table
+from labgym.eval.leaderboard.tables import correlation_tables, published_table
 from labgym.eval.reports.comparison import Comparison
-from labgym.eval.reports.labnav_comparison import LabNavComparison
 from labgym.eval.reports.tables import layout_table, leaderboard
 from labgym.exchange.inventory import Inventory
 from labgym.layouts import Layout, Placement, generate, load_published, published
@@ -154,7 +152,6 @@ DOCUMENTS: tuple[type[Document], ...] = (
     LayoutSummary,
     NavigationSummary,
     Comparison,
-    LabNavComparison,
     LabNavResult,
     Lab30Result,
     PublishedFigures,

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from labgym.eval.driving.episode_row import EpisodeRow
+from labgym.eval.driving.episode_row import TransitionRow
 
 
-def row(layout: str = "one", pair: int = 0, **changes: Any) -> EpisodeRow:
+def row(layout: str = "one", pair: int = 0, **changes: Any) -> TransitionRow:
     """Return the row of an episode of 5 m that succeeds on the shortest path, with changes."""
     fields: dict[str, Any] = {
         "suite": "test/1",
@@ -31,4 +31,4 @@ def row(layout: str = "one", pair: int = 0, **changes: Any) -> EpisodeRow:
         "steps": 60,
         "time": 6.0,
     }
-    return EpisodeRow(**{**fields, **changes})
+    return TransitionRow(**{**fields, **changes})

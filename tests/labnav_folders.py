@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from labgym.envs.labnav.episodes import LabNavEpisode, LabNavEpisodes
-from labgym.eval.labnav.row import LabNavRow, Track
+from labgym.eval.driving.episode_row import LabNavRow, Track
 from labgym.eval.labnav.suites import LabNavSuite
 from labgym.eval.labnav.summary import summarise
 

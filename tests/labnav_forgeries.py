@@ -10,8 +10,8 @@ import numpy as np
 from labgym.envs.labnav.episodes import LabNavEpisode, LabNavEpisodes, straight
 from labgym.envs.labnav.tasks import config_of
 from labgym.envs.tasks import Task
+from labgym.eval.driving.episode_row import LabNavRow
 from labgym.eval.labnav.results import score_of
-from labgym.eval.labnav.row import LabNavRow
 
 DT = 0.1
 Points = Sequence[Sequence[float]]

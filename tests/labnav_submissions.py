@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from signed_folders import Lines, SignedFolder
 
-from labgym.eval.labnav.row import LabNavRow
+from labgym.eval.driving.episode_row import LabNavRow
 from labgym.eval.labnav.summary import LabNavSummary
 
 

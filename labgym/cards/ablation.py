@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from labgym.eval.driving.runner import evaluate
+from labgym.eval.evaluator import evaluate
 from labgym.policies.iplanner.config import IPlannerConfig, IPlannerLossOptions, IPlannerTrainOptions
 from labgym.suites import Suite, load_suite
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
-from labgym.eval.labnav.rules import Ending
+from labgym.eval.driving.episode_row import Ending
+from labgym.eval.driving.intervals import estimate_text
 from labgym.eval.labnav.suites import FIRST
 from labgym.eval.leaderboard.labnav import LabNavResult, published_results
 from labgym.eval.reports.labnav_tables import TRACKS
-from labgym.eval.reports.tables import interval
 from labgym.table import Table
 
 BEGIN, END = "<!-- LabNav: begin -->", "<!-- LabNav: end -->"
@@ -51,9 +51,9 @@ def head(result: LabNavResult) -> str:
     rows = tuple(
         (
             f"{task.task} {task.level}",
-            interval(task.score, 2),
-            interval(task.success, 2),
-            interval(task.contacts, 2),
+            estimate_text(task.score, 2),
+            estimate_text(task.success, 2),
+            estimate_text(task.contacts, 2),
             failures(task.endings) or "never",
         )
         for task in summary.tasks
@@ -104,7 +104,7 @@ def board(results: Sequence[LabNavResult], policies: Sequence[str]) -> str:
 
 def figure(result: LabNavResult) -> str:
     """Return the figure of a result with its interval, a dash if tasks are missing."""
-    return "-" if result.summary.labnav is None else interval(result.summary.labnav, 1)
+    return "-" if result.summary.labnav is None else estimate_text(result.summary.labnav, 1)
 
 
 def total(result: LabNavResult) -> Counter[str]:

@@ -14,8 +14,8 @@ from labgym.documents import json_bytes, write_bytes, write_text
 from labgym.envs.labnav.tasks import FIGURE_TASKS
 from labgym.errors import OptionError
 from labgym.eval.drawing.pictures import save_picture
+from labgym.eval.driving.intervals import estimate_text
 from labgym.eval.labnav.figure import geometric
-from labgym.eval.reports.tables import interval
 from labgym.policies.learned.training_loop import TIMES
 from labgym.policies.local.inputs import SIZE, SIZES
 from labgym.policies.local.policy import FILE, ImitationPolicy, ReinforcementPolicy
@@ -185,7 +185,7 @@ def _ablation(folder: Path, run: Path, out: Path, text: str = "") -> str:
         raise OptionError(f"{folder} holds the ablation of other weights than those of {run}: run labgym ablate again")
     rows = []
     for one in ablation.variants:
-        difference = "" if one.difference is None else interval(one.difference, 3)
+        difference = "" if one.difference is None else estimate_text(one.difference, 3)
         name = WHOLE if one.name == WHOLE else f"without {one.name}"
         rows.append((name, number(geometric(list(one.scores.values())), 1), difference))
     note = (

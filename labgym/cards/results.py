@@ -8,8 +8,8 @@ from pathlib import Path
 
 from labgym.errors import OptionError
 from labgym.eval.drawing.pictures import save_picture
-from labgym.eval.driving.episode_row import EpisodeRow
-from labgym.eval.driving.evaluation import Evaluation
+from labgym.eval.driving.episode_row import TransitionRow
+from labgym.eval.driving.evaluation import TransitionEvaluation
 from labgym.eval.driving.files import EPISODES, SUMMARY, read_rows
 from labgym.eval.driving.paired import MetricDifference, differences, paired
 from labgym.eval.driving.record import NavigationSummary
@@ -33,7 +33,7 @@ class CardResults:
         layouts: layouts of the suite, by id.
     """
 
-    evaluation: Evaluation
+    evaluation: TransitionEvaluation
     layouts: dict[str, Layout]
 
     @classmethod
@@ -44,7 +44,7 @@ class CardResults:
             DocumentError: a file is missing or broken.
             OptionError: the evaluation is not complete, of another policy, or its files do not agree.
         """
-        evaluation = Evaluation.read(folder)
+        evaluation = TransitionEvaluation.read(folder)
         if evaluation.problems:
             raise OptionError(evaluation.problems[0])
         summary = evaluation.summary
@@ -56,7 +56,7 @@ class CardResults:
         return cls(evaluation, {layout.id: layout for layout in summary.suite.load_layouts()})
 
     @property
-    def failures(self) -> list[EpisodeRow]:
+    def failures(self) -> list[TransitionRow]:
         """The failed episodes, in the suite's order."""
         return [row for row in self.evaluation.rows if not row.success]
 
@@ -116,7 +116,7 @@ Command: `labgym eval --policy {summary.policy} --suite {summary.suite.name}`, s
         return "\n".join([*lines, "", f"![Failed drives]({FAILURES})"])
 
 
-def _numbered(row: EpisodeRow) -> str:
+def _numbered(row: TransitionRow) -> str:
     """Return the number of a row's pair, with that of the repeat after the first."""
     return f"{row.pair}, repeat {row.repeat}" if row.repeat else str(row.pair)
 
@@ -145,7 +145,7 @@ def ablation_table(folder: Path, titles: Mapping[str, str]) -> str:
             "of one suite"
         )
     rows = {name: read_rows(folder / name / EPISODES) for name in driven}
-    changes = {name: differences(paired(rows[name], rows[first]).pairs, "touchstone") for name in driven[1:]}
+    changes = {name: differences(paired(rows[name], rows[first]), "touchstone") for name in driven[1:]}
     table = Table(
         title="",
         columns=("Variant", *(heading for _, heading in ABLATION_COLUMNS)),

@@ -14,8 +14,7 @@ from labgym.table import Table, number
 
 if TYPE_CHECKING:
     from labgym.assets.inference import Inference, LabelAgreement
-    from labgym.eval.driving.episode_row import EpisodeRow
-    from labgym.eval.labnav.row import LabNavRow
+    from labgym.eval.driving.episode_row import LabNavRow, TransitionRow
     from labgym.eval.scoring.layout_report import LayoutReport
     from labgym.layouts.rules.regulations import Ruling
     from labgym.protocols.experiments import Experiment
@@ -292,7 +291,7 @@ def _judged(report: LayoutReport) -> list[tuple[str, str]]:
     return facts + ([("total", f"{report.total:.1f} of 100")] if report.total is not None else [])
 
 
-def episode_outcome(row: EpisodeRow) -> str:
+def episode_outcome(row: TransitionRow) -> str:
     """Return how an episode ended, after which time and distance."""
     if row.error is not None:
         end = f"the policy failed after {row.time:.1f} s"

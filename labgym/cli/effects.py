@@ -123,7 +123,6 @@ IDLE: Mapping[str, tuple[Idle, ...]] = {
         Idle(("suite",), _replaced_suite, "with --layouts: only the .json file of a suite sets their rules"),
     ),
     "report": (Idle(("workers",), _labnav_folders, "on results of LabNav: leave it out"),),
-    "compare": (Idle(("policies",), _labnav_folders, "on results of LabNav, one policy in each folder"),),
     "record": (
         Idle(("pair", "protocol", "start", "goal"), _episodes, OWN_EPISODES),
         Idle(("pair",), lambda v: v.start and v.goal, "with --start and --goal, which replace both of its ends"),

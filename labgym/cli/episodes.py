@@ -12,7 +12,7 @@ from labgym.cli.outcome import DONE, written
 
 if TYPE_CHECKING:
     from labgym.envs.labnav.episodes import LabNavEpisode
-    from labgym.eval.labnav.results import LabNavDrive
+    from labgym.eval.driving.drive import LabNavDrive
     from labgym.layouts import Layout
 
 SIZE = (900, 560)
@@ -102,7 +102,7 @@ def _episode(task: str, level: int, episode: str | None, seed: int) -> tuple[Lay
     """Return a published episode, or one that is drawn, and its floor."""
     from labgym.envs.labnav.nuisances import drawn_episode
     from labgym.envs.labnav.tasks import task_of
-    from labgym.eval.labnav.published import published_episode
+    from labgym.eval.labnav.suites import published_episode
 
     task_of(task).level(level)
     if episode is None:

@@ -28,6 +28,7 @@ from labgym.errors import OptionError
 
 @refuses_idle_flags("eval")
 def eval_(
+    *,
     policy: str = "astar",
     suite: Annotated[str, arg(aliases=("--split",))] = "test",
     layouts: Texts = (),
@@ -69,10 +70,11 @@ def eval_(
             is not built in is measured first, and charged for what it thinks longer than it declares.
     """
     from labgym.envs.tasks import resolve_layouts
-    from labgym.eval.driving.folders import default_folder
-    from labgym.eval.driving.runner import evaluate
-    from labgym.eval.labnav.suites import is_labnav
-    from labgym.eval.reports.tables import navigation_table
+    from labgym.eval.driving.files import default_folder
+    from labgym.eval.evaluator import AnySuite, evaluate
+    from labgym.eval.labnav.evaluation import LabNavEvaluation
+    from labgym.eval.labnav.suites import cost, is_labnav, resolve_labnav
+    from labgym.eval.reports.tables import evaluation_table
     from labgym.policies.process import ProcessLimits
     from labgym.suites import Jitter, load_suite, suite_of
 
@@ -82,73 +84,34 @@ def eval_(
 
         print(policy_table())
         return DONE
+    rules: AnySuite
+    given, displacement = resolve_layouts(layouts, protocol), Jitter() if jitter else None
     if is_labnav(suite):
-        return _eval_labnav(policy, suite, layouts, seed, out, options, fresh, execution, limits, kernels, latency)
-    chosen = resolve_layouts(layouts, protocol)
-    from_file = suite.endswith(".json")
-    rules = suite_of(chosen) if chosen and not from_file else load_suite(suite)
-    displacement = Jitter() if jitter else None
-    repeated = rules.repeated(repeats, displacement)
-    folder = out or default_folder(policy, suite if not chosen and repeated is rules else repeated.name)
+        rules, given = resolve_labnav(suite, given), []
+        name = rules.name
+        print(cost(rules, policy))
+    else:
+        rules = suite_of(given) if given and not suite.endswith(".json") else load_suite(suite)
+        repeated = rules.repeated(repeats, displacement)
+        name = suite if not given and repeated is rules else repeated.name
+    folder = out or default_folder(policy, name)
     result = evaluate(
         policy,
         rules,
-        executor=execution.options(),
-        out=folder,
+        layouts=given,
         seed=seed,
-        options=parse_options(options),
-        fresh=fresh,
         repeats=repeats,
         jitter=displacement,
-        limits=ProcessLimits.named(parse_options(limits)),
-        kernels=kernels,
-        layouts=chosen,
-    )
-    summary = result.summary
-    print(f"\n{navigation_table({summary.policy: result.metrics}, f'suite {summary.suite.title}').text()}\n")
-    written(folder)
-    return complaints(_failures({"/".join(map(str, row.key)): row.error for row in result.rows}))
-
-
-def _eval_labnav(
-    policy: str,
-    suite: str,
-    layouts: Sequence[str],
-    seed: int,
-    out: OptionalPath,
-    options: PolicyOptions,
-    fresh: bool,
-    execution: Execution,
-    limits: PolicyOptions,
-    kernels: str | None,
-    latency: float | None,
-) -> int:
-    """Drive a suite of LabNav; the arguments are those of `eval_`."""
-    from labgym.envs.tasks import resolve_layouts
-    from labgym.eval.driving.folders import default_folder
-    from labgym.eval.labnav.cost import cost
-    from labgym.eval.labnav.runner import evaluate_labnav
-    from labgym.eval.labnav.suites import resolve_labnav
-    from labgym.eval.labnav.summary import summary_table
-    from labgym.policies.process import ProcessLimits
-
-    chosen = resolve_labnav(suite, resolve_layouts(layouts))
-    print(cost(chosen, policy))
-    folder = out or default_folder(policy, chosen.name)
-    result = evaluate_labnav(
-        policy,
-        chosen,
-        folder,
-        seed,
-        options=parse_options(options),
+        latency=latency,
+        out=folder,
         fresh=fresh,
+        options=parse_options(options),
         executor=execution.options(),
         limits=ProcessLimits.named(parse_options(limits)),
         kernels=kernels,
-        latency=latency,
     )
-    print(f"\n{summary_table(result.summary).text()}\n")
-    if result.thinking is not None and result.thinking.mark:
+    print(f"\n{evaluation_table(result).text()}\n")
+    if isinstance(result, LabNavEvaluation) and result.thinking is not None and result.thinking.mark:
         print(f"{result.summary.policy} {result.thinking.mark}.\n")
     written(folder)
     return complaints(_failures({row.key: row.error for row in result.rows}))
@@ -198,7 +161,6 @@ def report(folders: Folders, workers: int = 1) -> int:
     return complaints(outcome.problems)
 
 
-@refuses_idle_flags("compare")
 def compare(
     folders: Folders,
     policies: Texts = (),
@@ -216,15 +178,6 @@ def compare(
     """
     from labgym.eval.reports.comparison import chosen_evaluations, compare, comparison_tables
 
-    if _of_labnav(folders):
-        from labgym.eval.reports.labnav_comparison import compare_labnav, labnav_comparison_tables
-
-        result, problems = compare_labnav(folders)
-        for table in labnav_comparison_tables(result):
-            print(f"\n{table.text()}\n")
-        if out is not None:
-            written(result.save(out))
-        return complaints(problems)
     evaluations = chosen_evaluations(folders, policies)
     comparison = compare(*evaluations)
     for table in comparison_tables(comparison):

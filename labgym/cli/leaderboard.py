@@ -43,10 +43,9 @@ def leaderboard(
     from labgym.documents import read_json
     from labgym.eval.driving.files import SUMMARY
     from labgym.eval.labnav.summary import LabNavSummary
-    from labgym.eval.leaderboard.correlation import correlation_tables
     from labgym.eval.leaderboard.lab30 import publish_lab30, published_lab30
     from labgym.eval.leaderboard.labnav import publish, published_results
-    from labgym.eval.leaderboard.tables import published_table
+    from labgym.eval.leaderboard.tables import correlation_tables, published_table
     from labgym.eval.reports.tables import leaderboard as lab30_table
 
     for folder in add:

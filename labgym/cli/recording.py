@@ -86,8 +86,8 @@ def record(
         check_episode_film_size(*sized((width, height), WIDE))
     if folder:
         return _film_episode(Path(layout), episode, policy, out, (width, height), quality)
-    from labgym.eval.labnav.published import published_episode
     from labgym.eval.labnav.replay import drive_again
+    from labgym.eval.labnav.suites import published_episode
 
     part, chosen, seconds = published_episode(layout, episode)
     arguments = parse_options(options)

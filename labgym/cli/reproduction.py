@@ -22,8 +22,7 @@ from labgym.cli.outcome import complaints, findings, written
 from labgym.cli.scores import OptionalMode
 
 if TYPE_CHECKING:
-    from labgym.eval.scoring.judgement import Mode
-    from labgym.eval.scoring.judging.options import JudgeOptions
+    from labgym.eval.scoring.judgement import JudgeOptions, Mode
     from labgym.paper.reproduction.figures import PublishedFigures
     from labgym.paper.reproduction.scope import Scope as StudyScope
     from labgym.paper.reproduction.study import Study
@@ -190,7 +189,7 @@ def nuisances(policy: str = "astar", tasks: Texts = (), level: int = 2, run: Run
         tasks: Tasks, such as aisle glass; by default all eight.
         level: Level of the tasks: 1, 2 or 3.
     """
-    from labgym.eval.driving.folders import short_name
+    from labgym.eval.driving.files import short_name
     from labgym.paper.reproduction.nuisances import nuisance_study
 
     allow_local_modules()
@@ -255,7 +254,7 @@ def _judge(mode: Mode | None) -> JudgeOptions | None:
     """
     if mode is None:
         return None
-    from labgym.eval.scoring.judging.options import JudgeOptions
+    from labgym.eval.scoring.judgement import JudgeOptions
     from labgym.llm import LanguageModelConfig
 
     LanguageModelConfig.from_environment()

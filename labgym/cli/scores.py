@@ -16,7 +16,7 @@ from labgym.errors import OptionError
 from labgym.runs import ExecutorOptions
 
 if TYPE_CHECKING:
-    from labgym.eval.scoring.judging.options import JudgeOptions
+    from labgym.eval.scoring.judgement import JudgeOptions
 
 OptionalMode = Annotated[
     Literal["strict", "medium", "lenient"] | None, arg(metavar="{strict,medium,lenient}", help_behavior_hint="")
@@ -58,7 +58,7 @@ def score(
             (docs/language-models.md).
         samples: With --judge, number of answers about each layout; their spread is reported.
     """
-    from labgym.eval.scoring.judging.options import JudgeOptions
+    from labgym.eval.scoring.judgement import JudgeOptions
     from labgym.llm import LanguageModelConfig
 
     if not layout:

@@ -52,7 +52,9 @@ def floors(
     secret = None if secret_file is None else read_secret(secret_file)
     if count is None:
         count = SEALED_FLOORS if split == SEALED else 10
-    suite = floor_suite(split, count, out, first, episodes, development, secret, execution.options(), fresh)
+    suite = floor_suite(
+        split, count, out, first, episodes, development, secret=secret, executor=execution.options(), fresh=fresh
+    )
     drives = sum(map(len, (suite.drives or {}).values()))
     print(f"{count} floors, {drives} drives")
     written(out)

@@ -47,7 +47,7 @@ def check(
     if policy is not None:
         allow_local_modules()
     verdict = check_submission(
-        folder, seed, suite, policy, parse_options(options), drive=not no_drive, other_code=other_code
+        folder, seed, suite, policy, options=parse_options(options), drive=not no_drive, other_code=other_code
     )
     for fact in verdict.facts:
         print(fact)

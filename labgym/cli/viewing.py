@@ -17,7 +17,7 @@ from labgym.cli.outcome import DONE, written
 from labgym.errors import OptionError
 
 if TYPE_CHECKING:
-    from labgym.eval.driving.drive import Drive
+    from labgym.eval.driving.drive import TransitionDrive
     from labgym.layouts import Layout
     from labgym.suites import Suite
     from labgym.viewer import ViewerEpisode
@@ -92,7 +92,7 @@ def play(
     episodes, drives = episodes_of(chosen, rules), []
     records = None if out is None else DriveRecords(out, episodes, rules, name)
 
-    def finished(drive: Drive) -> None:
+    def finished(drive: TransitionDrive) -> None:
         _print(drive)
         drives.append(drive)
         if records is not None:
@@ -148,7 +148,7 @@ def _first(episodes: Sequence[ViewerEpisode], pair: int) -> int:
     return pairs.index(pair)
 
 
-def _film(layout: Layout, drive: Drive, path: Path) -> None:
+def _film(layout: Layout, drive: TransitionDrive, path: Path) -> None:
     from tqdm import tqdm
 
     from labgym.eval.drawing import film
@@ -162,7 +162,7 @@ def opened(url: str) -> None:
     print(f"Open {url} in a browser of this machine; press Ctrl-C to stop", flush=True)
 
 
-def _print(drive: Drive) -> None:
+def _print(drive: TransitionDrive) -> None:
     row = drive.row
     score = "" if row.spl is None else f", SPL {row.spl:.3f}"
     print(f"{row.layout} pair {row.pair}: {episode_outcome(row)}, {row.contacts} contacts{score}", flush=True)

@@ -20,10 +20,10 @@ from labgym.envs.point_nav import Observation
 from labgym.envs.presets import configured
 from labgym.envs.state import Pose, State
 from labgym.errors import LabgymError
+from labgym.eval.labnav.drive import shortest_from
 from labgym.eval.labnav.leg import LabNavDriver, LegDrive, Recorder
 from labgym.eval.labnav.results import plain
 from labgym.eval.labnav.rules import ending_of
-from labgym.eval.labnav.shift import shortest_from
 from labgym.geometry import wrap_angle
 from labgym.policies.policy import PolicyError
 

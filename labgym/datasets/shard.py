@@ -11,7 +11,7 @@ from labgym.datasets.driving import Drives, EpisodeFacts, RecordedEpisode
 from labgym.datasets.options import DriveOptions
 from labgym.datasets.tables import episode_table, parquet_bytes, step_table
 from labgym.datasets.video import lerobot_videos
-from labgym.eval.driving.shard import policy_process
+from labgym.eval.driving.runner import policy_process
 from labgym.eval.labnav.foresight import in_place
 from labgym.policies.process import PolicySource
 from labgym.runs import ShardOutput
@@ -53,7 +53,7 @@ def make_shard(options: DriveOptions, index: int, expert: PolicySource, files: s
     """Drive the episodes of a shard; they depend on the options and the index alone.
 
     Args:
-        expert, files, kernels: as for `labgym.eval.driving.shard.drive_shard`.
+        expert, files, kernels: as for `labgym.eval.driving.runner.drive_shard`.
     """
     driver = in_place(policy_process(expert, files, None, kernels), expert)
     drives = Drives(options, driver)

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from labgym.documents import canonical_hash
-from labgym.eval.driving.folders import folder_name
-from labgym.eval.driving.runner import evaluate
+from labgym.eval.driving.files import folder_name
+from labgym.eval.evaluator import evaluate
 from labgym.eval.reports.results import ResultsFolder
 from labgym.layouts.batch import catalog_digest
 from labgym.pipeline.config import LABNAV, RunConfig

@@ -12,13 +12,12 @@ from labgym.errors import OptionError
 from labgym.eval import score
 from labgym.eval.drawing.pictures import picture_bytes, topdown, view_bytes
 from labgym.eval.drawing.plan_drawing import DrivenPath
+from labgym.eval.driving.episode_row import LabNavRow
 from labgym.eval.driving.files import EPISODES
-from labgym.eval.labnav.row import LabNavRow
 from labgym.eval.labnav.suites import CHECK, MINI_GOALS, MINI_SECONDS, load_labnav
 from labgym.eval.labnav.together import FOLDER, drive_together
-from labgym.eval.leaderboard.check import agreement
 from labgym.eval.leaderboard.lab30 import published_lab30
-from labgym.eval.leaderboard.labnav import published_results, read_rows
+from labgym.eval.leaderboard.labnav import agreement, published_results, read_rows
 from labgym.eval.leaderboard.tables import published_table
 from labgym.eval.reports.report import write_report
 from labgym.eval.reports.results import ResultsFolder

@@ -21,9 +21,10 @@ from labgym.envs.labnav.tasks import task_of
 from labgym.envs.state import State
 from labgym.envs.tasks import Task
 from labgym.eval.drawing.episode_plan import people_of, route_of
+from labgym.eval.driving.drive import LabNavDrive
 from labgym.eval.labnav.drive import drive_floor
 from labgym.eval.labnav.leg import LabNavDriver
-from labgym.eval.labnav.results import LabNavDrive
+from labgym.eval.labnav.results import DriveTerms
 from labgym.layouts import Layout
 from labgym.layouts.placement import FLOOR
 from labgym.navigation import OBSTACLE_HEIGHT
@@ -180,12 +181,7 @@ class LabNavShow(PacedShow):
                 self._driver,
                 episode.layout,
                 (episode.episode,),
-                episode.name,
-                episode.level,
-                self.label,
-                episode.suite,
-                self._seed,
-                self._seconds,
+                DriveTerms(episode.name, episode.level, self.label, episode.suite, self._seed, self._seconds),
                 watch,
             )
         except AnotherEpisodeError:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from labgym.envs.sensors import RANGE, Camera, Lidar
 from labgym.envs.state import State
 from labgym.envs.world import World
-from labgym.eval.driving.episode_row import EpisodeRow
+from labgym.eval.driving.episode_row import TransitionRow
 
 NEAR = 0.2
 """Depth at the bright end of the depth image's scale, meters; the dark end is the sensor's range."""
@@ -118,7 +118,7 @@ class PageSenses:
         )
 
 
-def outcome(row: EpisodeRow) -> dict[str, Any]:
+def outcome(row: TransitionRow) -> dict[str, Any]:
     """Return what the page shows of a finished episode."""
     names = ("success", "spl", "soft_spl", "contacts", "path_length", "shortest_path_length", "final_distance", "time")
     return {**{name: getattr(row, name) for name in names}, "error": row.error}

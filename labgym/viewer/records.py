@@ -7,12 +7,9 @@ from pathlib import Path
 
 from labgym.documents import json_bytes, write_bytes
 from labgym.errors import OptionError
-from labgym.eval.driving.drive import Drive
-from labgym.eval.driving.episode_row import Key
+from labgym.eval.driving.drive import LabNavDrive, TransitionDrive
 from labgym.eval.driving.files import EPISODES, SUMMARY, drive_files
 from labgym.eval.driving.record import NavigationSummary
-from labgym.eval.labnav.results import LabNavDrive
-from labgym.eval.labnav.runner import drive_files as labnav_files
 from labgym.eval.labnav.suites import LabNavSuite
 from labgym.eval.labnav.summary import summarise
 from labgym.layouts import Layout
@@ -38,9 +35,9 @@ class DriveRecords:
         _check_empty(folder)
         self._folder, self._expected, self._suite, self._label = folder, len(episodes), suite, label
         self._layouts: dict[str, Layout] = {episode.layout.id: episode.layout for episode in episodes}
-        self._drives: dict[Key, Drive] = {}
+        self._drives: dict[str, TransitionDrive] = {}
 
-    def add(self, drive: Drive) -> None:
+    def add(self, drive: TransitionDrive) -> None:
         """Write the files with another drive."""
         self._drives[drive.row.key] = drive
         files = drive_files(self._drives.values())
@@ -99,7 +96,7 @@ class LabNavRecords:
             seed=0,
             latency=0.0,
         )
-        _write(self._folder, {**labnav_files(self._drives.values()), SUMMARY: json_bytes(summary.to_json())})
+        _write(self._folder, {**drive_files(self._drives.values()), SUMMARY: json_bytes(summary.to_json())})
 
 
 def _check_empty(folder: Path) -> None:

@@ -11,7 +11,7 @@ from typing import Any
 
 from labgym.envs.robot import ROBOT
 from labgym.envs.world import world_of
-from labgym.eval.driving.drive import Drive, drive_episodes
+from labgym.eval.driving.drive import TransitionDrive, drive_episodes
 from labgym.layouts import Layout
 from labgym.policies.policy import Driver
 from labgym.suites import Suite
@@ -143,7 +143,7 @@ class Show(PacedShow):
         *,
         seed: int = 0,
         waits: bool = False,
-        finished: Callable[[Drive], None] = lambda _: None,
+        finished: Callable[[TransitionDrive], None] = lambda _: None,
     ) -> None:
         super().__init__(console, label, waits, suite.control_dt)
         self.episodes, self.suite = episodes, suite

@@ -11,8 +11,8 @@ from labgym.cards.ablation import IPLANNER, PolicyAblation, ablate_iplanner
 from labgym.cards.iplanner import differences_section, introduction, training_section, write_iplanner_card
 from labgym.cards.planner_run import PlannerRun
 from labgym.errors import OptionError
-from labgym.eval.driving.evaluation import Evaluation
-from labgym.eval.driving.runner import evaluate
+from labgym.eval.driving.evaluation import TransitionEvaluation
+from labgym.eval.evaluator import evaluate
 from labgym.policies.data import DataOptions, make_dataset
 from labgym.policies.iplanner.config import IPlannerConfig, IPlannerLossOptions, IPlannerTrainOptions
 from labgym.policies.iplanner.network import load_iplanner
@@ -61,19 +61,25 @@ def test_each_variant_drives_with_its_own_weights_or_those_of_the_unchanged_poli
     monkeypatch.setattr(iplanner_card, "IPLANNER", PolicyAblation("iplanner", chosen))
     monkeypatch.setattr(ablation, "thinned_suite", lambda every: SHORT)
     results = ablate_iplanner(data, tmp_path / "ablation", IPlannerTrainOptions(epochs=1, samples=2), 1, progress=False)
-    weights = {name: Evaluation.read(results / name).summary.options["weights"] for name in ("whole", "obstacle")}
+    weights = {
+        name: TransitionEvaluation.read(results / name).summary.options["weights"] for name in ("whole", "obstacle")
+    }
     assert load_iplanner(weights["obstacle"]).state_dict().keys() == load_iplanner(weights["whole"]).state_dict().keys()
-    assert weights["obstacle"] != weights["whole"] == Evaluation.read(results / "glance").summary.options["weights"]
+    assert (
+        weights["obstacle"]
+        != weights["whole"]
+        == TransitionEvaluation.read(results / "glance").summary.options["weights"]
+    )
     evaluate("iplanner", SHORT, out=tmp_path / "eval", progress=False)
     card = write_iplanner_card(run, data, tmp_path / "eval", tmp_path / "card", tmp_path / "ablation").read_text()
     for variant in chosen:
-        success = Evaluation.read(results / variant.name).summary.metrics["success"].value
+        success = TransitionEvaluation.read(results / variant.name).summary.metrics["success"].value
         assert f"| {variant.title} | {success:.3f}" in card
 
 
 def test_a_card_needs_an_evaluation_of_this_policy(run: Path, data: Path, tmp_path: Path) -> None:
     evaluate("straight", SHORT, out=tmp_path / "eval", progress=False)
-    assert Evaluation.read(tmp_path / "eval").summary.policy == "straight"
+    assert TransitionEvaluation.read(tmp_path / "eval").summary.policy == "straight"
     with pytest.raises(OptionError, match="straight"):
         write_iplanner_card(run, data, tmp_path / "eval", tmp_path / "card")
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from labgym.cards.labnav import BEGIN, END, FAILURES, board, failures, head, headed
-from labgym.eval.labnav.row import LabNavRow
+from labgym.eval.driving.episode_row import LabNavRow
 from labgym.eval.leaderboard.labnav import published_results
 from labgym.policies.registry import BUILT_IN
 

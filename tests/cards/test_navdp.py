@@ -12,7 +12,7 @@ from labgym.cards.navdp import write_navdp_card
 from labgym.cards.planner_run import PlannerRun
 from labgym.errors import OptionError
 from labgym.eval.driving.record import NavigationSummary
-from labgym.eval.driving.runner import evaluate
+from labgym.eval.evaluator import evaluate
 from labgym.policies.data import DataOptions, make_dataset
 from labgym.policies.navdp.config import NavDPConfig
 from labgym.suites import Suite

@@ -9,7 +9,7 @@ from labgym.artefacts import artefacts
 from labgym.cards.ppo import INPUTS, training_section, write_ppo_card
 from labgym.errors import DocumentError, OptionError
 from labgym.eval import Suite, evaluate
-from labgym.eval.driving.episode_row import EpisodeRow
+from labgym.eval.driving.episode_row import TransitionRow
 from labgym.eval.reports.route_figures import sampled, what_went_wrong
 from labgym.layouts import load_published
 from labgym.layouts.splits import published
@@ -29,7 +29,7 @@ def row(**changes):
         "path_length": 4.0, "shortest_path_length": 5.0, "final_distance": 1.0, "contacts": 0, "min_clearance": 0.1,
         "steps": 600, "time": 60.0,
     }  # fmt: skip
-    return EpisodeRow(**{**values, **changes})
+    return TransitionRow(**{**values, **changes})
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from labgym.errors import OptionError
 from labgym.eval.driving.files import record_line
 from labgym.eval.driving.navigation_metrics import summarise
 from labgym.eval.driving.record import NavigationSummary
-from labgym.eval.driving.runner import evaluate
+from labgym.eval.evaluator import evaluate
 from labgym.suites import Suite
 
 TITLES = {"whole": "unchanged", "a": "without A", "b": "without B"}

@@ -12,7 +12,7 @@ import pytest
 
 from labgym.envs import LabPointNavEnv
 from labgym.errors import LabgymError, OptionError, UnknownNameError
-from labgym.eval.driving.runner import evaluate
+from labgym.eval.evaluator import evaluate
 from labgym.layouts import load_published, published
 from labgym.policies import EpisodeStart, Policy, make_policy
 from labgym.policies.fingerprint.policy import object_fingerprint

@@ -19,7 +19,7 @@ from PIL import Image
 from labgym.envs.robot import ROBOT
 from labgym.errors import OptionError
 from labgym.eval.driving.drive import drive_layout
-from labgym.eval.driving.runner import evaluate
+from labgym.eval.evaluator import evaluate
 from labgym.geometry import rotate
 from labgym.layouts import load_published, published
 from labgym.policies import EpisodeStart, make_policy

@@ -19,7 +19,7 @@ from laboratories import small_laboratory
 from labgym.envs.robot import ROBOT
 from labgym.envs.sensors import IMAGE_SHAPE
 from labgym.errors import LabgymError, OptionError
-from labgym.eval.driving.drive import Drive, drive_layout
+from labgym.eval.driving.drive import TransitionDrive, drive_layout
 from labgym.geometry import rotate
 from labgym.layouts import Layout
 from labgym.navigation import goal_pairs, occupancy
@@ -500,7 +500,7 @@ def test_images_of_a_wider_camera_are_cropped_to_our_field_of_view():
     assert observations[0, -1] * 1000.0 == pytest.approx(320.0 + half * 127 / 128, abs=1.0)
 
 
-def apart(one: Drive, other: Drive) -> float:
+def apart(one: TransitionDrive, other: TransitionDrive) -> float:
     """The greatest distance from a place on one route to the other, metres."""
     lines = [shapely.LineString([pose[:2] for pose in drive.route]) for drive in (one, other)]
     return float(lines[0].hausdorff_distance(lines[1]))

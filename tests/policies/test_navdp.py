@@ -14,7 +14,7 @@ from labgym.artefacts import artefacts
 from labgym.cli import main
 from labgym.documents import read_json, write_json
 from labgym.errors import DocumentError, OptionError
-from labgym.eval.driving.runner import evaluate
+from labgym.eval.evaluator import evaluate
 from labgym.layouts import load_published
 from labgym.policies import EpisodeStart, make_policy
 from labgym.policies.data import DataOptions, make_dataset

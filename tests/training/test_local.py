@@ -186,11 +186,12 @@ def test_the_expert_drives_as_the_stack_does(floors, network):
     """Looking over its shoulder changes nothing."""
     from labgym.envs.labnav.tasks import HEADLINE
     from labgym.eval.labnav.drive import drive_floor
+    from labgym.eval.labnav.results import DriveTerms
     from labgym.policies import make_policy
 
     layout, floor = read_floor(floors[0])
     episodes = floor.episodes["dock"][:1]
-    (alone,) = drive_floor(make_policy("stack"), layout, episodes, "dock", HEADLINE, "stack", "practice", 5)
+    (alone,) = drive_floor(make_policy("stack"), layout, episodes, DriveTerms("dock", HEADLINE, "stack", "practice", 5))
     row, records = drive(Apprentice(checked_actor(network), "expert"), Drive(floors[0], "dock", 0, 5))
     assert (row.score, row.time, row.path_length) == (alone.row.score, alone.row.time, alone.row.path_length)
     assert len(records["advice"]) == len(records["inputs"]) == len(records["rewards"]) > 20

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 import pytest
 from laboratories import island_laboratory
 
-from labgym.eval.driving.drive import Drive
+from labgym.eval.driving.drive import TransitionDrive
 from labgym.layouts import Layout
 from labgym.policies.policy import Driver
 from labgym.suites import Suite, suite_of
@@ -44,13 +44,13 @@ def console() -> Console:
 
 
 @pytest.fixture
-def driven(suite: Suite, episodes: tuple[ViewerEpisode, ...], console: Console) -> Callable[..., Drive]:
+def driven(suite: Suite, episodes: tuple[ViewerEpisode, ...], console: Console) -> Callable[..., TransitionDrive]:
     """Returns the first finished drive of a show."""
 
-    def first(driver: Driver, first: int = 0, waits: bool = False, label: str = "driver") -> Drive:
-        drives: list[Drive] = []
+    def first(driver: Driver, first: int = 0, waits: bool = False, label: str = "driver") -> TransitionDrive:
+        drives: list[TransitionDrive] = []
 
-        def finished(drive: Drive) -> None:
+        def finished(drive: TransitionDrive) -> None:
             drives.append(drive)
             raise OverError
 

@@ -18,6 +18,7 @@ from labgym.envs.labnav.episodes import published_episodes
 from labgym.eval.driving.files import SUMMARY
 from labgym.eval.labnav.drive import drive_floor
 from labgym.eval.labnav.evaluation import LabNavEvaluation
+from labgym.eval.labnav.results import DriveTerms
 from labgym.policies import EpisodeStart, Policy
 from labgym.viewer import Command, Console, LabNavKeyboardDriver, LabNavShow, LabNavWatch
 from runs.killing import hear_interrupts
@@ -83,7 +84,7 @@ def test_a_person_has_the_row_of_a_policy_that_acts_alike(task):
     with pytest.raises(OverError):
         show.run()
     own = (episode.episode,)
-    (drive,) = drive_floor(Scripted(), episode.layout, own, task, 2, "ada", episode.suite, 0)
+    (drive,) = drive_floor(Scripted(), episode.layout, own, DriveTerms(task, 2, "ada", episode.suite, 0))
     assert drives[0].row == drive.row
     assert drives[0].route == drive.route
     assert (drive.row.track, drive.row.stopped) == ("privileged", "policy")

@@ -12,6 +12,7 @@ import pytest
 from labgym.cli import main
 from labgym.envs.labnav.nuisances import drawn_episode
 from labgym.eval.labnav.drive import drive_floor
+from labgym.eval.labnav.results import DriveTerms
 from labgym.policies import EpisodeStart, Policy
 from labgym.viewer import LabNavShow, LabNavWatch
 
@@ -58,7 +59,7 @@ def moments(watch, console):
 
 def test_a_shown_episode_has_the_row_of_an_evaluation(watch, moments):
     _, published, (row,) = moments
-    (drive,) = drive_floor(Stops(), watch.layout, (watch.episode,), "shift", 2, "stops", "labnav", 0)
+    (drive,) = drive_floor(Stops(), watch.layout, (watch.episode,), DriveTerms("shift", 2, "stops", "labnav", 0))
     assert row == drive.row
     assert len(published) == len(drive.route) + 1  # the result, in addition
     assert published[-1].phase == "finished"

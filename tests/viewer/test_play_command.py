@@ -9,7 +9,7 @@ import cv2
 import pytest
 
 from labgym.cli import main
-from labgym.eval.driving.evaluation import Evaluation
+from labgym.eval.driving.evaluation import TransitionEvaluation
 from labgym.layouts import Layout
 from labgym.suites import Suite
 from labgym.viewer import Command, Show
@@ -47,7 +47,7 @@ def test_the_folder_is_read_as_an_evaluation_and_reported(
 ) -> None:
     code, folder = played("--out", "me", "--name", "ada")
     assert code == 0
-    evaluation = Evaluation.read(folder / "me")
+    evaluation = TransitionEvaluation.read(folder / "me")
     assert [(row.policy, row.steps) for row in evaluation.rows] == [("ada", STEPS)]
     assert evaluation.summary.privileged
     assert len(next(iter(evaluation.routes.values()))) == STEPS + 1

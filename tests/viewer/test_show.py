@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from labgym.errors import OptionError
-from labgym.eval.driving.drive import Drive, drive_episodes
-from labgym.eval.driving.evaluation import Evaluation
+from labgym.eval.driving.drive import TransitionDrive, drive_episodes
+from labgym.eval.driving.evaluation import TransitionEvaluation
 from labgym.eval.driving.files import read_routes, read_rows
 from labgym.layouts import Layout
 from labgym.policies import EpisodeStart, Policy
@@ -48,12 +48,12 @@ class ScriptedConsole(Console):
         return (-1.0, 0.0) if self.steps <= 10 else (0.2, 0.5)
 
 
-def evaluated(driver: Policy, episode: ViewerEpisode, suite: Suite, label: str) -> Drive:
+def evaluated(driver: Policy, episode: ViewerEpisode, suite: Suite, label: str) -> TransitionDrive:
     return drive_episodes(driver, episode.layout, (episode.assignment,), suite, label, 0)[0]
 
 
 def test_a_shown_policy_has_the_row_and_the_route_of_an_evaluation(
-    driven: Callable[..., Drive], suite: Suite, episodes: tuple[ViewerEpisode, ...]
+    driven: Callable[..., TransitionDrive], suite: Suite, episodes: tuple[ViewerEpisode, ...]
 ) -> None:
     shown, expected = driven(Scripted(), 1), evaluated(Scripted(), episodes[1], suite, "driver")
     assert (shown.row, shown.route) == (expected.row, expected.route)
@@ -61,12 +61,12 @@ def test_a_shown_policy_has_the_row_and_the_route_of_an_evaluation(
 
 
 def test_a_person_who_presses_a_policys_actions_has_its_row(suite: Suite, episodes: tuple[ViewerEpisode, ...]) -> None:
-    drives: list[Drive] = []
+    drives: list[TransitionDrive] = []
 
     class OverError(Exception):
         pass
 
-    def finished(drive: Drive) -> None:
+    def finished(drive: TransitionDrive) -> None:
         drives.append(drive)
         raise OverError
 
@@ -92,7 +92,7 @@ def test_an_episode_that_is_left_has_no_row_and_the_one_asked_for_begins(
     class OverError(Exception):
         pass
 
-    def finished(drive: Drive) -> None:
+    def finished(drive: TransitionDrive) -> None:
         rows.append(drive.row)
         raise OverError
 
@@ -116,7 +116,7 @@ def test_the_clock_of_a_person_waits_for_the_first_key(
     assert finished.wait(20.0)
 
 
-def test_moments_hold_the_sensors_of_the_pose(driven: Callable[..., Drive], console, suite, episodes) -> None:
+def test_moments_hold_the_sensors_of_the_pose(driven: Callable[..., TransitionDrive], console, suite, episodes) -> None:
     from labgym.envs.world import world_of
     from labgym.viewer.moment import PageSenses
 
@@ -150,14 +150,14 @@ def test_pausing_holds_the_drive(console: Console) -> None:
 
 
 def test_drives_are_written_as_an_evaluation_writes_them(
-    driven: Callable[..., Drive], suite: Suite, episodes: tuple[ViewerEpisode, ...], tmp_path: Path
+    driven: Callable[..., TransitionDrive], suite: Suite, episodes: tuple[ViewerEpisode, ...], tmp_path: Path
 ) -> None:
     drive, records = driven(Scripted(), label="me"), DriveRecords(tmp_path / "me", episodes, suite, "me")
     records.add(drive)
     records.add(drive)
     assert read_rows(tmp_path / "me" / "episodes.jsonl") == (drive.row,)
     assert read_routes(tmp_path / "me" / "routes.jsonl") == {drive.row.key: drive.route}
-    evaluation = Evaluation.read(tmp_path / "me")
+    evaluation = TransitionEvaluation.read(tmp_path / "me")
     assert (evaluation.name, evaluation.rows) == ("me", (drive.row,))
     assert evaluation.summary.metrics["success"].value == float(drive.row.success)
     assert f"1 of {len(episodes)} episodes" in " ".join(evaluation.problems)

@@ -33,7 +33,7 @@ from labgym.eval.drawing.episode_plan import (
     route_of,
 )
 from labgym.eval.drawing.film import Picture
-from labgym.eval.drawing.lettering import font, rgb
+from labgym.eval.drawing.palette import font, rgb
 from labgym.eval.labnav.replay import Replay, Shot
 from labgym.scenes import Quality, RayScene
 

@@ -34,7 +34,7 @@ from labgym.eval.drawing.episode_plan import (
     route_of,
 )
 from labgym.eval.drawing.episode_view import episode_view, spot_of
-from labgym.eval.drawing.lettering import font, rgb
+from labgym.eval.drawing.palette import font, rgb
 from labgym.layouts import Layout
 
 PLAN = 0.62

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from PIL import ImageFont
 
 from labgym.assets import Asset
 
@@ -77,3 +81,18 @@ def swatch(asset: Asset) -> Swatch:
 def policy_colors(policies: Sequence[str]) -> dict[str, str]:
     """Return a color for each policy, by its index in the sequence."""
     return {policy: _POLICY_COLORS[index % len(_POLICY_COLORS)] for index, policy in enumerate(policies)}
+
+
+@cache
+def font(size: int, bold: bool = False) -> ImageFont.FreeTypeFont:
+    """Return DejaVu Sans in a size, pixels."""
+    from matplotlib import get_data_path
+
+    name = "DejaVuSans-Bold.ttf" if bold else "DejaVuSans.ttf"
+    return ImageFont.truetype(str(Path(get_data_path()) / "fonts" / "ttf" / name), size)
+
+
+def rgb(color: str) -> tuple[int, int, int]:
+    """Return the parts of a color such as #0f6fb5, 0 to 255."""
+    red, green, blue = (int(color[k : k + 2], 16) for k in (1, 3, 5))
+    return red, green, blue

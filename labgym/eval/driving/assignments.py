@@ -12,7 +12,7 @@ import numpy as np
 from labgym.envs.endpoints import NO_PAIR, pair_between, passed_ends
 from labgym.envs.tasks import goal_pair
 from labgym.envs.world import world_of
-from labgym.eval.driving.episode_row import Key, Pose
+from labgym.eval.driving.episode_row import Pose
 from labgym.geometry import wrap_angle
 from labgym.layouts import Layout
 from labgym.navigation import GoalPair
@@ -37,15 +37,18 @@ class Assignment:
     options: Mapping[str, Any] = field(default_factory=dict)
 
 
-def episode_keys(layout: Layout, suite: Suite) -> tuple[Key, ...]:
+def episode_keys(layout: Layout, suite: Suite) -> tuple[str, ...]:
     """Return the keys of a layout's episodes in the order in which they are driven: by pair, then by repeat."""
-    return tuple((layout.id, pair.index, repeat) for pair in suite.pairs(layout) for repeat in range(suite.repeats))
+    return tuple(
+        f"{layout.id}/{pair.index}/{repeat}" for pair in suite.pairs(layout) for repeat in range(suite.repeats)
+    )
 
 
 def assignments(layout: Layout, suite: Suite) -> tuple[Assignment, ...]:
     """Return a layout's episodes, in the order of `episode_keys`."""
-    pairs = suite.pairs(layout)
-    return tuple(_assignment(layout, suite, pairs[pair], repeat) for _, pair, repeat in episode_keys(layout, suite))
+    return tuple(
+        _assignment(layout, suite, pair, repeat) for pair in suite.pairs(layout) for repeat in range(suite.repeats)
+    )
 
 
 def assignment_between(

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,40 +13,50 @@ from numpy.typing import NDArray
 from labgym.envs import LabPointNavEnv
 from labgym.envs.labnav.task import spl
 from labgym.envs.robot import ROBOT
+from labgym.envs.state import State
 from labgym.eval.driving.assignments import Assignment, assignment_between, assignments
-from labgym.eval.driving.episode_row import EpisodeRow, Pose
+from labgym.eval.driving.episode_row import EpisodeRow, LabNavRow, Pose, TransitionRow
 from labgym.eval.driving.kinematics import first_jump, possible_contacts
+from labgym.eval.driving.loop import Info, Observation, PolicyLoop, episode_rng
 from labgym.eval.driving.navigation_metrics import soft_spl
 from labgym.geometry import rotate, wrap_angle
 from labgym.layouts import Layout
 from labgym.policies import EpisodeStart, GroundTruth
-from labgym.policies.policy import Driver, PolicyError
+from labgym.policies.policy import Driver
 from labgym.policies.process import PolicyProcess, PolicySource
-from labgym.policies.process.episode import InvalidActionError, checked_action
+from labgym.policies.process.episode import checked_action
 from labgym.suites import Suite, suite_of
 
 Route = tuple[Pose, ...]
-Info = dict[str, Any]
 Watch = Callable[[Info], None]
 
 
+R = TypeVar("R", bound=EpisodeRow)
+
+
 @dataclass(frozen=True)
-class Drive:
+class DrivenEpisode(Generic[R]):
     """A finished episode.
 
     Attributes:
         row: the results.
         route: poses (x, y, yaw) of the robot in the room frame, at the start and after each control step; meters and
             radians, rounded to 0.001.
-        planning_ms: mean wall-clock milliseconds of the policy per action, its reset included; None without an action.
+        planning_ms, high_ms, slow: measured, as in `EpisodeTime`.
     """
 
-    row: EpisodeRow
+    row: R
     route: Route
     planning_ms: float | None = None
+    high_ms: float | None = None
+    slow: bool = False
 
 
-def drive_layout(policy: Driver, layout: Layout, suite: Suite, label: str, seed: int) -> tuple[Drive, ...]:
+TransitionDrive = DrivenEpisode[TransitionRow]
+LabNavDrive = DrivenEpisode[LabNavRow]
+
+
+def drive_layout(policy: Driver, layout: Layout, suite: Suite, label: str, seed: int) -> tuple[TransitionDrive, ...]:
     """Drive all episodes of a layout.
 
     Args:
@@ -70,7 +78,7 @@ def drive_episodes(
     label: str,
     seed: int,
     watch: Watch | None = None,
-) -> tuple[Drive, ...]:
+) -> tuple[TransitionDrive, ...]:
     """Drive the selected episodes of a layout, each as in `drive_layout`.
 
     Args:
@@ -79,7 +87,7 @@ def drive_episodes(
     """
     env = LabPointNavEnv(layout=layout, observation=policy.observation, control_dt=suite.control_dt, exact=True)
     try:
-        return tuple(_Episode(env, policy, layout, episode, suite, seed, watch).run(label) for episode in episodes)
+        return tuple(Transition(env, policy, episode, suite, seed, watch).drive(label) for episode in episodes)
     finally:
         env.close()
 
@@ -92,7 +100,7 @@ def drive_pair(
     options: Mapping[str, Any] | None = None,
     start: Sequence[float] | None = None,
     goal: Sequence[float] | None = None,
-) -> Drive:
+) -> TransitionDrive:
     """Drive one goal pair of a layout, or between two points, under the rules of the published suites.
 
     Args:
@@ -117,93 +125,69 @@ def drive_pair(
     return drive
 
 
-@contextmanager
-def policy_errors() -> Iterator[None]:
-    """Turn whatever a policy raises into a `PolicyError` of one line."""
-    try:
-        yield
-    except PolicyError:
-        raise
-    except InvalidActionError as error:
-        raise PolicyError(str(error)) from error
-    except (Exception, SystemExit) as error:
-        reason = " ".join(f"{type(error).__name__}: {error}".split())
-        raise PolicyError(reason[:500]) from error
+class Transition(PolicyLoop):
+    """A drive of the task `transition`: the paper's drive from the place of one protocol step to that of the next.
 
-
-class _Episode:
-    """An episode in progress."""
+    The rules are the suite's; by default the robot must come within 0.5 m of the goal, and contacts end nothing. The
+    policy has exact odometry and need not come to rest: the true pose decides.
+    """
 
     def __init__(
-        self,
-        env: LabPointNavEnv,
-        policy: Driver,
-        layout: Layout,
-        episode: Assignment,
-        suite: Suite,
-        seed: int,
-        watch: Watch | None,
+        self, env: LabPointNavEnv, driver: Driver, episode: Assignment, suite: Suite, seed: int, watch: Watch | None
     ) -> None:
-        self._watch = watch
-        self._env, self._policy, self._layout, self._pair = env, policy, layout, episode.pair
-        self._assignment, self._suite, self._seed = episode, suite, seed
-        self._seconds = 0.0
-        self._steps = 0
+        super().__init__(env, [])
+        self._driver = driver
+        self._watch, self._assignment, self._suite, self._seed = watch, episode, suite, seed
         self._poses: list[Pose] = []
         self._clearances: list[float] = []
         self._touched: list[bool] = []
 
-    def run(self, label: str) -> Drive:
+    def drive(self, label: str) -> TransitionDrive:
         """Drive to the end and return the results."""
         observation, info = self._env.reset(seed=self._seed, options=dict(self._assignment.options))
-        initial = float(info["distance"])
+        initial, state = float(info["distance"]), self._env.state
         self._note(info)
-        error: str | None = None
-        try:
-            self._timed(self._policy.reset, self._start())
-            while not self._over(observation, info) and self._steps < self._suite.max_steps:
-                action = self._timed(self._act, {**observation, "odometry": self._odometry()})
-                observation, _, _, _, info = self._env.step(action)
-                self._steps += 1
-                self._touched.append(bool(info["collision"]))
-                self._note(info)
-        except PolicyError as failure:
-            error = str(failure)
-        error = error or self._jump()
+        self.run(self._driver.reset, observation)
+        error = self.error or self._jump()
         route = tuple((round(x, 3), round(y, 3), round(yaw, 3)) for x, y, yaw in self._poses)
-        planning_ms = 1e3 * self._seconds / self._steps if self._steps else None
-        return Drive(self._row(label, initial, info, error), route, planning_ms)
+        planning_ms = 1e3 * self.seconds / state.steps if state.steps else None
+        return TransitionDrive(self._row(label, initial, state, error), route, planning_ms)
 
-    def _over(self, observation: Info, info: Info) -> bool:
-        """Return whether the suite's rules end the episode now."""
+    def over(self, observation: Observation, state: State) -> bool:
+        """Return whether the suite's rules or the time end the episode now."""
         arrival, stuck = self._suite.arrival, self._suite.stuck
+        if state.steps >= self._suite.max_steps:
+            return True
         if arrival is None:
-            return bool(info["distance"] <= self._suite.success_distance)
+            return bool(state.distance <= self._suite.success_distance)
         if stuck is not None and len(self._poses) >= stuck.steps:
             last = np.array(self._poses[-stuck.steps :])[:, :2]
             if np.linalg.norm(last - last[-1], axis=1).max() < stuck.distance:
                 return True
-        return bool(info["distance"] < arrival.distance and abs(observation["velocity"][0]) < arrival.speed)
+        return bool(state.distance < arrival.distance and abs(observation["velocity"][0]) < arrival.speed)
 
-    def _act(self, observation: Info) -> NDArray[np.float32]:
-        return checked_action(self._policy.act(observation))
-
-    def _timed(self, call: Callable[[Any], Any], argument: object) -> Any:
-        """Call the policy and add the elapsed time to the planning time."""
-        begin = time.perf_counter()
-        try:
-            with policy_errors():
-                return call(argument)
-        finally:
-            self._seconds += time.perf_counter() - begin
-
-    def _start(self) -> EpisodeStart:
-        x, y, yaw = self._poses[0]
-        goal = rotate(self._pair.goal[0] - x, self._pair.goal[1] - y, -yaw)
+    def start(self, state: State) -> EpisodeStart:
+        """Return goal, robot, and for a privileged policy the layout."""
+        pair, (x, y, yaw) = self._assignment.pair, self._poses[0]
+        goal = rotate(pair.goal[0] - x, pair.goal[1] - y, -yaw)
         robot = replace(ROBOT, control_dt=self._suite.control_dt)
-        truth = GroundTruth(self._layout, self._pair, self._poses[0]) if self._policy.privileged else None
-        rng = episode_rng(self._seed, goal, self._assignment.repeat)
-        return EpisodeStart(goal=goal, rng=rng, robot=robot, truth=truth)
+        truth = GroundTruth(state.task.layout, pair, self._poses[0]) if self._driver.privileged else None
+        return EpisodeStart(
+            goal=goal, rng=episode_rng(self._seed, goal, self._assignment.repeat), robot=robot, truth=truth
+        )
+
+    def action(self, observation: Observation, state: State) -> NDArray[np.floating]:  # noqa: ARG002 - of other tasks
+        """Return the policy's action, with exact odometry."""
+        (x0, y0, yaw0), (x, y, yaw) = self._poses[0], self._poses[-1]
+        odometry = np.array([*rotate(x - x0, y - y0, -yaw0), wrap_angle(yaw - yaw0)])
+        seen = {**observation, "odometry": odometry}
+        action: NDArray[np.floating] = self.decided(lambda given: checked_action(self._driver.act(given)), seen)
+        return action
+
+    def note(self, observation: Observation, info: Info) -> None:  # noqa: ARG002 - of other tasks
+        """Record pose, clearance and contact."""
+        self._touched.append(bool(info["collision"]))
+        self._note(info)
 
     def _note(self, info: Info) -> None:
         x, y, yaw = (float(value) for value in info["pose"])
@@ -222,53 +206,36 @@ class _Episode:
         distance = math.dist(self._poses[index][:2], self._poses[index - 1][:2])
         return f"pose {index} is {distance:.2f} m from the last one, farther than the robot can drive in {dt:g} s"
 
-    def _odometry(self) -> NDArray[np.float64]:
-        (x0, y0, yaw0), (x, y, yaw) = self._poses[0], self._poses[-1]
-        return np.array([*rotate(x - x0, y - y0, -yaw0), wrap_angle(yaw - yaw0)])
-
-    def _row(self, label: str, initial: float, info: Info, error: str | None) -> EpisodeRow:
-        final, driven = (float(info[key]) for key in ("distance", "path_length"))
+    def _row(self, label: str, initial: float, state: State, error: str | None) -> TransitionRow:
+        final, driven = float(state.distance), float(state.path_length)
+        layout, pair = state.task.layout, self._assignment.pair
         # Rounded to a nanometer: the last bit depends on the kernels of NumPy in the evaluator's process.
-        shortest = round(float(info["shortest_path_length"]), 9)
+        shortest = round(float(state.shortest_path_length), 9)
         success = error is None and final <= self._suite.success_distance
         navdp = self._suite.metrics == "navdp"
         has_spl = math.isfinite(shortest) and not navdp
-        return EpisodeRow(
+        return TransitionRow(
             suite=self._suite.label,
             split=self._suite.split,
-            layout=self._layout.id,
-            layout_hash=self._layout.hash,
-            protocol=self._layout.protocol_id,
-            pair=self._pair.index,
+            layout=layout.id,
+            layout_hash=layout.hash,
+            protocol=layout.protocol_id,
+            pair=pair.index,
             repeat=self._assignment.repeat,
             policy=label,
             seed=self._seed,
-            start=self._pair.start,
-            goal=self._pair.goal,
+            start=pair.start,
+            goal=pair.goal,
             success=success,
             spl=spl(success, shortest, driven) if has_spl else None,
             soft_spl=soft_spl(initial, final, shortest, driven) if has_spl else None,
             path_length=driven,
             shortest_path_length=shortest if math.isfinite(shortest) else None,
             final_distance=final,
-            contacts=int(info["contacts"]),
+            contacts=state.contacts,
             min_clearance=min(self._clearances),
-            steps=self._steps,
-            time=float(info["time"]),
+            steps=state.steps,
+            time=state.time,
             error=error,
             navdp_spl=spl(success, initial, driven) if navdp else None,
         )
-
-
-def episode_rng(seed: int, goal: tuple[float, float], repeat: int = 0) -> np.random.Generator:
-    """Return the random generator that a policy receives for an episode.
-
-    It depends on nothing that the policy does not know: layouts and goal pairs do not follow from its state.
-
-    Args:
-        seed: random seed of the evaluation.
-        goal: (x, y) of the goal in the start frame, meters, rounded to float32.
-        repeat: number of earlier episodes of the same goal pair.
-    """
-    bits = np.array(goal, np.float32).view(np.uint32).tolist()
-    return np.random.default_rng(np.random.SeedSequence([seed, repeat, *bits]))

@@ -1,16 +1,19 @@
-"""An evaluation read from its folder: every figure is computed from the rows, and contradictions are reported."""
+"""An evaluation of any suite: driven, or read from its folder, with every figure computed from the rows."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from typing import Any, ClassVar, Generic, Self, TypeVar
 
+from labgym.documents import read_json
 from labgym.errors import DocumentError
 from labgym.eval.driving.drive import Route
-from labgym.eval.driving.episode_row import EpisodeRow, Key
+from labgym.eval.driving.episode_row import EpisodeRow, TransitionRow
 from labgym.eval.driving.files import (
     EPISODES,
     ROUTES,
@@ -18,125 +21,151 @@ from labgym.eval.driving.files import (
     TIMES,
     EpisodeRoute,
     EpisodeTime,
+    Lines,
+    parse_lines,
     read_lines,
+    short_name,
 )
-from labgym.eval.driving.folders import short_name
 from labgym.eval.driving.intervals import Estimate
 from labgym.eval.driving.navigation_metrics import planning_time
-from labgym.eval.driving.record import NavigationSummary
+from labgym.eval.driving.record import EvaluationSummary, NavigationSummary
 from labgym.layouts import Layout
 from labgym.runs import RunProvenance, code_digest
 from labgym.runs.identity import IDENTITY_FILE, RunIdentity
 from labgym.runs.manifest import RunManifest, file_digest
 from labgym.runs.provenance import PROVENANCE_FILE
 
-COMPARED = ("episodes", "errors", "unreachable", "complete")
-"""Figures of a summary that the rows must give, in addition to the metrics."""
+UNFINISHED = "the evaluation is not finished; run the same labgym eval command again"
+KINDS = ("eval", "labnav")
+"""Kinds of the runs of `labgym eval`: of transitions and of LabNav."""
+S = TypeVar("S", bound=EvaluationSummary)
+R = TypeVar("R", bound=EpisodeRow)
 
 
 @dataclass(frozen=True)
-class Evaluation:
+class Evaluation(ABC, Generic[S, R]):
     """One policy's evaluation.
 
     Attributes:
-        folder: path of its folder.
+        folder: path of its folder; empty if it wrote nothing.
         name: name of the policy in tables.
         summary: the summary, every figure computed from the rows.
-        rows, routes: by the suite's order; by episode.
-        times: planning times by episode, milliseconds.
-        code: digest of the code that drove.
+        rows, routes, times: by the suite's order; routes and measured times by the row's key.
+        identity: the run; None if it wrote nothing, or if `run.json` is missing.
         provenance: versions, commit and machine of each session.
         problems: contradictions between the files of the folder, one sentence each.
     """
 
+    KIND: ClassVar[str]
+    SUMMARY: ClassVar[type[EvaluationSummary]]
+    ROW: ClassVar[type[EpisodeRow]]
+
     folder: Path
     name: str
-    summary: NavigationSummary
-    rows: tuple[EpisodeRow, ...]
-    routes: dict[Key, Route]
-    times: dict[Key, float | None]
-    code: str
+    summary: S
+    rows: tuple[R, ...]
+    routes: dict[str, Route]
+    times: dict[str, EpisodeTime]
+    identity: RunIdentity | None = None
     provenance: tuple[RunProvenance, ...] = ()
     problems: tuple[str, ...] = ()
 
     @classmethod
-    def read(cls, folder: str | Path) -> Evaluation:
+    def of(cls, content: Mapping[str, bytes], summary: Callable[[tuple[R, ...]], S], folder: Path) -> Self:
+        """Return an evaluation that was driven.
+
+        Args:
+            content: of rows, routes and times by the file's name. summary: returns the summary of the rows.
+            folder: where it was written.
+        """
+        rows: Any = tuple(parse_lines(EPISODES, content[EPISODES], cls.ROW).values())
+        own = summary(rows)
+        routes = parse_lines(ROUTES, content[ROUTES], EpisodeRoute)
+        times = parse_lines(TIMES, content[TIMES], EpisodeTime)
+        return cls(folder, short_name(own.policy), own, rows, _poses(routes), times)
+
+    @classmethod
+    def read(cls, folder: str | Path) -> Self:
         """Read the folder of an evaluation.
 
         Raises:
-            DocumentError: the folder has no summary, or the summary cannot be read.
+            DocumentError: the evaluation is not finished, or its summary cannot be read.
         """
         folder = Path(folder)
-        summary = NavigationSummary.load(folder / SUMMARY)
-        rows = read_lines(folder / EPISODES, EpisodeRow)
-        routes = read_lines(folder / ROUTES, EpisodeRoute)
-        times = read_lines(folder / TIMES, EpisodeTime)
+        if is_unfinished(folder):
+            raise DocumentError(folder, "", UNFINISHED)
+        summary: Any = cls.SUMMARY.load(folder / SUMMARY)
+        rows: Lines[Any] = read_lines(folder / EPISODES, cls.ROW)
+        routes, times = read_lines(folder / ROUTES, EpisodeRoute), read_lines(folder / TIMES, EpisodeTime)
+        records = tuple(rows.records.values())
         identity = identity_of(folder)
-        code = identity.code if identity is not None else ""
-        recomputed = summary.recomputed(tuple(rows.records.values()))
-        differing = summary_differences(summary, recomputed, exactly=code == code_digest())
-        problems = [*_mismatch(differing), *changed_files(folder), *rows.problems, *routes.problems, *times.problems]
-        problems += _incomplete(recomputed, rows.records, routes.records)
+        recomputed = summary.recomputed(records)
+        differing = summary.differences(recomputed, exactly=identity is not None and identity.code == code_digest())
+        problems = [*changed_files(folder), *rows.problems, *routes.problems, *times.problems]
+        if differing:
+            words = f"{SUMMARY} does not match the rows in {in_one_line(differing)}"
+            problems.insert(0, f"{words}; the figures shown are computed from the rows")
+        problems += recomputed.incomplete(records)
+        others = {row.policy for row in records} - {summary.policy}
+        if others:
+            problems.append(f"{EPISODES} has rows of other policies: {in_one_line(sorted(others)[:5])}")
+        unequal = len(rows.records.keys() ^ routes.records.keys())
+        if unequal:
+            problems.append(f"rows without a route, or routes without a row: {unequal}")
         return cls(
             folder=folder,
             name=short_name(summary.policy),
             summary=recomputed,
-            rows=tuple(rows.records.values()),
-            routes={key: route.poses for key, route in routes.records.items()},
-            times={key: time.planning_ms for key, time in times.records.items()},
-            code=code,
+            rows=records,
+            routes=_poses(routes.records),
+            times=times.records,
+            identity=identity,
             provenance=sessions_of(folder),
-            problems=located(folder, problems),
+            problems=tuple(f"{folder}: {problem}" for problem in problems),
         )
 
-    def named(self, name: str) -> Evaluation:
+    def named(self, name: str) -> Self:
         """Return the evaluation under another name."""
         return replace(self, name=name)
 
-    def of(self, layout: Layout) -> tuple[EpisodeRow, ...]:
+    @property
+    @abstractmethod
+    def metrics(self) -> Mapping[str, Estimate]:
+        """The figures by name."""
+
+    def __getitem__(self, metric: str) -> float | None:
+        """Return a metric's value, or None if it applies to no episode."""
+        return self.metrics[metric].value
+
+
+@dataclass(frozen=True)
+class TransitionEvaluation(Evaluation[NavigationSummary, TransitionRow]):
+    """The evaluation of a policy on transitions, such as those of lab30."""
+
+    KIND = KINDS[0]
+    SUMMARY = NavigationSummary
+    ROW = TransitionRow
+
+    def in_layout(self, layout: Layout) -> tuple[TransitionRow, ...]:
         """Return the episodes in a layout, if it is the layout that was driven in."""
         return tuple(row for row in self.rows if row.layout == layout.id and row.layout_hash == layout.hash)
 
     @cached_property
     def metrics(self) -> dict[str, Estimate]:
         """Metrics of the rows, and the planning time if it was measured."""
-        return with_planning(self.summary.metrics, self.times)
+        times = {key: time.planning_ms for key, time in self.times.items()}
+        return {**self.summary.metrics, **({"planning_ms": planning_time(times)} if times else {})}
 
 
-def with_planning(metrics: Mapping[str, Estimate], times: Mapping[Key, float | None]) -> dict[str, Estimate]:
-    """Return metrics, and if there are planning times also their mean."""
-    return {**metrics, "planning_ms": planning_time(times)} if times else dict(metrics)
-
-
-def summary_differences(summary: NavigationSummary, recomputed: NavigationSummary, exactly: bool) -> list[str]:
-    """Return the figures in which two summaries differ.
-
-    Args:
-        exactly: whether the same code computed both, so that intervals are equal too.
-    """
-    names = [name for name in COMPARED if getattr(summary, name) != getattr(recomputed, name)]
-    metrics = {**recomputed.metrics, **summary.metrics}
-    return names + [
-        name for name in metrics if not _agree(summary.metrics.get(name), recomputed.metrics.get(name), exactly)
-    ]
-
-
-def _agree(one: Estimate | None, other: Estimate | None, exactly: bool) -> bool:
-    if one is None or other is None:
-        return not exactly  # another version has other metrics
-    if exactly:
-        return one == other
-    counts = (one.count, one.nulls) == (other.count, other.nulls)
-    if one.value is None or other.value is None:
-        return counts and one.value is other.value
-    return counts and abs(one.value - other.value) <= 1e-9 * max(1.0, abs(other.value))
-
-
-def _mismatch(names: Iterable[str]) -> list[str]:
-    names = list(names)
-    if not names:
-        return []
-    return [f"{SUMMARY} does not match the rows in {in_one_line(names)}; the figures shown are computed from the rows"]
+def is_unfinished(folder: Path) -> bool:
+    """Return whether a folder holds an evaluation that was interrupted."""
+    if not (folder / IDENTITY_FILE).is_file() or (folder / SUMMARY).exists():
+        return False
+    try:
+        data = read_json(folder / IDENTITY_FILE)
+    except DocumentError:
+        return False
+    return isinstance(data, dict) and data.get("kind") in KINDS
 
 
 def in_one_line(metrics: Iterable[str]) -> str:
@@ -144,22 +173,8 @@ def in_one_line(metrics: Iterable[str]) -> str:
     return ", ".join(name if name.isprintable() else repr(name) for name in metrics)
 
 
-def _incomplete(
-    summary: NavigationSummary, rows: Mapping[Key, EpisodeRow], routes: Mapping[Key, EpisodeRoute]
-) -> list[str]:
-    problems = []
-    if not summary.complete:
-        problems.append(f"{EPISODES} holds {len(rows)} of {summary.expected} episodes; the others are left out")
-    foreign = {row.layout for row in rows.values() if summary.layouts.get(row.layout) != row.layout_hash}
-    if foreign:
-        problems.append(f"{EPISODES} has rows of layouts that are not in {SUMMARY}: {', '.join(sorted(foreign)[:5])}")
-    others = {row.policy for row in rows.values()} - {summary.policy}
-    if others:
-        problems.append(f"{EPISODES} has rows of other policies: {', '.join(sorted(others)[:5])}")
-    unequal = sum(key not in routes for key in rows) + sum(key not in rows for key in routes)
-    if unequal:
-        problems.append(f"rows without a route, or routes without a row: {unequal}")
-    return problems
+def _poses(routes: Mapping[str, EpisodeRoute]) -> dict[str, Route]:
+    return {key: route.poses for key, route in routes.items()}
 
 
 def changed_files(folder: Path) -> list[str]:
@@ -192,8 +207,3 @@ def sessions_of(folder: Path) -> tuple[RunProvenance, ...]:
         except ValueError:
             continue
     return tuple(sessions)
-
-
-def located(folder: Path, problems: Iterable[str]) -> tuple[str, ...]:
-    """Return sentences about the files of a folder, each with the folder's name."""
-    return tuple(f"{folder}: {problem}" for problem in problems)

@@ -40,6 +40,7 @@ def floor_suite(
     first: int = 0,
     episodes: int = EPISODES,
     seed: int | None = None,
+    *,
     secret: bytes | None = None,
     executor: ExecutorOptions | None = None,
     fresh: bool = False,

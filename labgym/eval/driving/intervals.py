@@ -66,6 +66,20 @@ class Estimate(Record):
     nulls: int
 
 
+def estimate_text(estimate: Estimate | None, digits: int, sign: str = "") -> str:
+    """Return an estimate with its interval in brackets if it has one; a dash without a value.
+
+    Args:
+        digits: after the point. sign: "+" to print the sign of positive numbers, too.
+    """
+    if estimate is None or estimate.value is None:
+        return "-"
+    value = f"{estimate.value:{sign}z.{digits}f}"
+    if estimate.low is None or estimate.high is None:
+        return value
+    return f"{value} [{estimate.low:{sign}.{digits}f}, {estimate.high:{sign}.{digits}f}]"
+
+
 @dataclass(frozen=True)
 class _Clusters:
     """Sums of a metric by layout.

@@ -33,7 +33,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Literal
 
-from labgym.eval.driving.episode_row import EpisodeRow, Key
+from labgym.eval.driving.episode_row import TransitionRow
 from labgym.eval.driving.intervals import Estimate, bounded_mean, positive_mean, real_mean
 
 VERSION = "navigation-v2"
@@ -89,7 +89,7 @@ def contacts_per_meter(contacts: int, driven: float) -> float:
 
 
 def summarise(
-    rows: Sequence[EpisodeRow], metrics: Literal["touchstone", "navdp"] = "touchstone"
+    rows: Sequence[TransitionRow], metrics: Literal["touchstone", "navdp"] = "touchstone"
 ) -> dict[str, Estimate]:
     """Return each metric with its 95% interval over layouts and repeats (see `intervals`).
 
@@ -118,10 +118,10 @@ def summarise(
     return {name: estimates[name] for name in (NAVDP_METRICS if metrics == "navdp" else METRICS)}
 
 
-def planning_time(times: Mapping[Key, float | None]) -> Estimate:
+def planning_time(times: Mapping[str, float | None]) -> Estimate:
     """Return the mean planning time of a policy per action with its interval, milliseconds.
 
     Args:
-        times: milliseconds by episode; None for an episode without an action.
+        times: milliseconds by key; None for an episode without an action.
     """
-    return positive_mean(list(times.values()), [layout for layout, _, _ in times])
+    return positive_mean(list(times.values()), [key.rsplit("/", 2)[0] for key in times])

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
 from typing import Literal
@@ -12,13 +11,13 @@ from typing import Literal
 from labgym import protocols
 from labgym.documents import Record
 from labgym.errors import LabgymError, OptionError
-from labgym.eval.driving.episode_row import EpisodeRow, Pose
+from labgym.eval.driving.episode_row import Pose, TransitionRow
 from labgym.eval.driving.intervals import Estimate, bounded_mean, real_mean
 
-Pair = tuple[EpisodeRow, EpisodeRow]
+Pair = tuple[TransitionRow, TransitionRow]
 """Rows of both policies for one episode."""
 
-Value = Callable[[EpisodeRow], float | None]
+Value = Callable[[TransitionRow], float | None]
 
 COMPARED: dict[str, Value] = {
     "success": lambda row: float(row.success),
@@ -58,23 +57,17 @@ class MetricDifference(Record):
     b: float | None
     difference: Estimate
 
-
-@dataclass(frozen=True)
-class Pairing:
-    """Episodes of two policies.
-
-    Attributes:
-        pairs: rows of both for each shared episode, in the order of the first.
-        only_a, only_b: numbers of episodes that only one of them drove.
-    """
-
-    pairs: tuple[Pair, ...]
-    only_a: int
-    only_b: int
+    @property
+    def significant(self) -> bool:
+        """Whether the 95% interval does not contain 0."""
+        low, high = self.difference.low, self.difference.high
+        return low is not None and high is not None and (low > 0.0 or high < 0.0)
 
 
-def paired(a: Sequence[EpisodeRow], b: Sequence[EpisodeRow]) -> Pairing:
-    """Pair the rows of the episodes that both policies drove: same layout (by hash), pair, repeat, start and goal.
+def paired(a: Sequence[TransitionRow], b: Sequence[TransitionRow]) -> tuple[Pair, ...]:
+    """Return the rows of both for each episode that both drove, in the order of the first.
+
+    Episodes are the same if layout (by hash), pair, repeat, start and goal are.
 
     Raises:
         OptionError: the rows of a policy are of several suites or policies, or repeat an episode; the suites differ; or
@@ -90,8 +83,7 @@ def paired(a: Sequence[EpisodeRow], b: Sequence[EpisodeRow]) -> Pairing:
             f"the evaluations share none of their {len(mine)} and {len(theirs)} episodes of suite {suites[0]}; compare "
             "evaluations of the same layouts and starts"
         )
-    pairs = tuple((mine[episode], theirs[episode]) for episode in shared)
-    return Pairing(pairs, len(mine) - len(shared), len(theirs) - len(shared))
+    return tuple((mine[episode], theirs[episode]) for episode in shared)
 
 
 def differences(pairs: Sequence[Pair], metrics: Literal["touchstone", "navdp"]) -> dict[str, MetricDifference]:
@@ -102,7 +94,26 @@ def differences(pairs: Sequence[Pair], metrics: Literal["touchstone", "navdp"]) 
         metrics: which metrics, as in the suite.
     """
     compared = COMPARED_NAVDP if metrics == "navdp" else COMPARED
-    return {name: _difference(pairs, name, value) for name, value in compared.items()}
+    layouts = [a.layout_hash for a, _ in pairs]
+    return {
+        name: metric_difference([(value(a), value(b)) for a, b in pairs], layouts, bounded=name not in TIMES)
+        for name, value in compared.items()
+    }
+
+
+def metric_difference(
+    values: Sequence[tuple[float | None, float | None]], layouts: Sequence[str], bounded: bool = True
+) -> MetricDifference:
+    """Return the difference of two policies in a metric over the episodes to which it applies for both.
+
+    Args:
+        values: of both policies, for each episode. layouts: of the episodes, the units of chance.
+        bounded: whether the metric is within [0, 1].
+    """
+    gaps = [None if a is None or b is None else a - b for a, b in values]
+    estimate = bounded_mean(gaps, layouts, lowest=-1.0) if bounded else real_mean(gaps, layouts)
+    both = [(a, b) for a, b in values if a is not None and b is not None]
+    return MetricDifference(a=_mean([a for a, _ in both]), b=_mean([b for _, b in both]), difference=estimate)
 
 
 def by_task(pairs: Iterable[Pair]) -> dict[str, list[Pair]]:
@@ -125,7 +136,7 @@ def by_detour(pairs: Iterable[Pair]) -> dict[str, list[Pair]]:
     return _classed(pairs, _detour, DETOURS, "detour", "")
 
 
-def _by_episode(rows: Sequence[EpisodeRow], which: str) -> dict[tuple[str, int, int, Pose, Pose], EpisodeRow]:
+def _by_episode(rows: Sequence[TransitionRow], which: str) -> dict[tuple[str, int, int, Pose, Pose], TransitionRow]:
     if not rows:
         raise OptionError(f"{which} evaluation has no episodes; evaluate the policy first")
     for kind, names in (("suites", {row.suite for row in rows}), ("policies", {row.policy for row in rows})):
@@ -139,25 +150,16 @@ def _by_episode(rows: Sequence[EpisodeRow], which: str) -> dict[tuple[str, int, 
     return episodes
 
 
-def _difference(pairs: Sequence[Pair], name: str, value: Value) -> MetricDifference:
-    values = [(value(a), value(b)) for a, b in pairs]
-    gaps = [None if a is None or b is None else a - b for a, b in values]
-    layouts = [a.layout_hash for a, _ in pairs]
-    estimate = real_mean(gaps, layouts) if name in TIMES else bounded_mean(gaps, layouts, lowest=-1.0)
-    both = [(a, b) for a, b in values if a is not None and b is not None]
-    return MetricDifference(a=_mean([a for a, _ in both]), b=_mean([b for _, b in both]), difference=estimate)
-
-
 def _mean(values: Sequence[float]) -> float | None:
     return math.fsum(values) / len(values) if values else None
 
 
-def _detour(row: EpisodeRow) -> float | None:
+def _detour(row: TransitionRow) -> float | None:
     straight = math.dist(row.start[:2], row.goal[:2])
     return None if row.shortest_path_length is None or straight <= 0.0 else row.shortest_path_length / straight
 
 
-def _grouped(pairs: Iterable[Pair], group: Callable[[EpisodeRow], str]) -> dict[str, list[Pair]]:
+def _grouped(pairs: Iterable[Pair], group: Callable[[TransitionRow], str]) -> dict[str, list[Pair]]:
     groups: dict[str, list[Pair]] = {}
     for pair in pairs:
         groups.setdefault(group(pair[0]), []).append(pair)
@@ -172,7 +174,7 @@ def _classed(
     names += [f"{symbol} {low:g} to {high:g}{unit}" for low, high in pairwise(edges)]
     names += [f"{symbol} >= {edges[-1]:g}{unit}", "no path"]
 
-    def name(row: EpisodeRow) -> str:
+    def name(row: TransitionRow) -> str:
         size = measure(row)
         return names[-1] if size is None else names[sum(size >= edge for edge in edges)]
 

@@ -2,18 +2,52 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Sequence
-from typing import Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from labgym.documents import Document
-from labgym.eval.driving.episode_row import EpisodeRow
+from labgym.eval.driving.episode_row import TransitionRow
+from labgym.eval.driving.files import EPISODES, SUMMARY
 from labgym.eval.driving.intervals import Estimate
 from labgym.eval.driving.navigation_metrics import VERSION, summarise
 from labgym.policies.policy import Sensors
 from labgym.suites import Suite
 
+COMPARED = ("episodes", "errors", "unreachable", "complete")
+"""Figures of a summary that the rows must give, in addition to the metrics."""
 
-class NavigationSummary(Document):
+
+class EvaluationSummary(Document):
+    """What the summaries of all suites have; each kind declares the fields itself, as `EpisodeRow` explains.
+
+    Attributes:
+        policy: label of the policy. options: its arguments. seed: random seed of the evaluation.
+    """
+
+    if TYPE_CHECKING:
+        policy: str
+        options: dict[str, Any]
+        seed: int
+
+    @abstractmethod
+    def recomputed(self, rows: Sequence[Any]) -> EvaluationSummary:
+        """Return the summary with every figure computed from rows."""
+
+    @abstractmethod
+    def differences(self, recomputed: Any, exactly: bool) -> list[str]:
+        """Return the figures in which the summary differs from that of the rows.
+
+        Args:
+            exactly: whether the same code computed both, so that intervals are equal too.
+        """
+
+    @abstractmethod
+    def incomplete(self, rows: Sequence[Any]) -> list[str]:
+        """Return a sentence if rows are missing, and one if some do not belong to the suite."""
+
+
+class NavigationSummary(EvaluationSummary):
     """`summary.json`: one policy over one suite. It is computed from the rows alone.
 
     Attributes:
@@ -46,7 +80,7 @@ class NavigationSummary(Document):
     metrics: dict[str, Estimate]
     definitions: str = "navigation-v1"
 
-    def recomputed(self, rows: Sequence[EpisodeRow]) -> Self:
+    def recomputed(self, rows: Sequence[TransitionRow]) -> Self:
         """Return the summary with every figure computed from rows."""
         figures = {
             "episodes": len(rows),
@@ -57,3 +91,33 @@ class NavigationSummary(Document):
             "definitions": VERSION,
         }
         return self.model_copy(update=figures)
+
+    def differences(self, recomputed: Self, exactly: bool) -> list[str]:
+        """Return the figures and metrics in which the summary differs from that of the rows."""
+        names = [name for name in COMPARED if getattr(self, name) != getattr(recomputed, name)]
+        metrics = {**recomputed.metrics, **self.metrics}
+        return names + [
+            name for name in metrics if not _agree(self.metrics.get(name), recomputed.metrics.get(name), exactly)
+        ]
+
+    def incomplete(self, rows: Sequence[TransitionRow]) -> list[str]:
+        """Return a sentence if rows are missing, and one if some are of other layouts."""
+        problems = []
+        if not self.complete:
+            problems.append(f"{EPISODES} holds {len(rows)} of {self.expected} episodes; the others are left out")
+        foreign = {row.layout for row in rows if self.layouts.get(row.layout) != row.layout_hash}
+        if foreign:
+            names = ", ".join(sorted(foreign)[:5])
+            problems.append(f"{EPISODES} has rows of layouts that are not in {SUMMARY}: {names}")
+        return problems
+
+
+def _agree(one: Estimate | None, other: Estimate | None, exactly: bool) -> bool:
+    if one is None or other is None:
+        return not exactly  # another version has other metrics
+    if exactly:
+        return one == other
+    counts = (one.count, one.nulls) == (other.count, other.nulls)
+    if one.value is None or other.value is None:
+        return counts and one.value is other.value
+    return counts and abs(one.value - other.value) <= 1e-9 * max(1.0, abs(other.value))

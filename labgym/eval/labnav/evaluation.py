@@ -1,91 +1,140 @@
-"""An evaluation of LabNav read from its folder: every figure is computed from the rows."""
+"""An evaluation of LabNav: driven, or read from its folder."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
-from labgym.documents import read_json
+import numpy as np
+
+from labgym.documents import Record, read_json
+from labgym.envs.robot import ROBOT
 from labgym.errors import DocumentError, OptionError, UnknownNameError
-from labgym.eval.driving.drive import Route
-from labgym.eval.driving.evaluation import changed_files, identity_of, in_one_line, located, sessions_of
-from labgym.eval.driving.files import EPISODES, ROUTES, SUMMARY, TIMES, read_lines
-from labgym.eval.driving.folders import short_name
-from labgym.eval.labnav.row import LabNavRoute, LabNavRow, LabNavTime
+from labgym.eval.driving.episode_row import Count, LabNavRow, Length
+from labgym.eval.driving.evaluation import KINDS, Evaluation
+from labgym.eval.driving.files import SUMMARY, TIMES, EpisodeTime
+from labgym.eval.driving.intervals import Estimate
+from labgym.eval.labnav.drive import drive_floor
+from labgym.eval.labnav.leg import LabNavDriver
+from labgym.eval.labnav.results import DriveTerms
+from labgym.eval.labnav.rules import is_slow
+from labgym.eval.labnav.suites import LabNavSuite
 from labgym.eval.labnav.summary import LabNavSummary, TaskSummary
-from labgym.eval.labnav.thinking import Thinking
-from labgym.runs import RunProvenance
-from labgym.runs.identity import IDENTITY_FILE, RunIdentity
+from labgym.policies.process.facts import MAX_LATENCY
+from labgym.runs.identity import IDENTITY_FILE
 
-KIND = "labnav"
-"""Kind of the runs of `labgym eval --suite labnav-...`."""
-UNFINISHED = "the evaluation is not finished; run the same labgym eval command again"
-NEARLY = 1e-9
-"""Difference of figures that versions of a mathematics library may cause."""
+PERCENTILE = 90.0
+"""Percentile of the times of a policy's actions that is compared with its latency."""
+PROBE_SECONDS = 3.0
+"""Simulated time that a policy drives before its latency is fixed, seconds."""
+STEP = 0.1
+"""Measured times are rounded up to a multiple of this, seconds."""
+
+
+class Thinking(Record):
+    """The measured time of a policy in an evaluation.
+
+    Attributes:
+        seconds: 90th percentile over the episodes of the 90th percentile of an episode's actions.
+        declared: latency that the policy declares, seconds. charged: by which its actions came late.
+        slow: episodes in which its actions took longer than was charged. episodes: that were measured.
+    """
+
+    seconds: Length
+    declared: Length
+    charged: Length
+    slow: Count
+    episodes: Count
+
+    @classmethod
+    def of(cls, times: Iterable[EpisodeTime], declared: float, charged: float) -> Thinking | None:
+        """Return the time of a policy in some episodes; None if none was measured."""
+        measured = [time.high_ms for time in times if time.high_ms is not None]
+        if not measured:
+            return None
+        return cls(
+            seconds=round(percentile(measured) / 1e3, 4),
+            declared=declared,
+            charged=charged,
+            slow=sum(is_slow(each / 1e3, charged) for each in measured),
+            episodes=len(measured),
+        )
+
+    @property
+    def mark(self) -> str:
+        """Words on a policy that thinks longer than it declares: "thinks 0.23 s, declares 0.1 s"; else ""."""
+        late = is_slow(self.seconds, self.charged)
+        if not late and self.charged <= self.declared:
+            return ""
+        words = f"thinks {self.seconds:.2f} s, declares {self.declared:g} s"
+        paid = f", its actions come {self.charged:g} s late" if self.charged > self.declared else ""
+        return words + paid + (f", longer in {self.slow} of {self.episodes} episodes" if late else "")
+
+
+def time_problems(rows: Iterable[LabNavRow], times: Mapping[str, EpisodeTime], latency: float) -> Iterator[str]:
+    """Yield a sentence for each episode whose measured time is missing or does not have its mark.
+
+    Args:
+        rows: of an evaluation. times: by the rows' key. latency: by which actions came late, seconds.
+    """
+    for row in rows:
+        time = times.get(row.key)
+        if time is None or (time.high_ms is None and row.error is None):
+            yield f"episode {row.key} has no measured time of the policy in {TIMES}"
+        elif time.slow != (time.high_ms is not None and is_slow(time.high_ms / 1e3, latency)):
+            took = f"the policy took {time.high_ms} ms at a latency of {latency:g} s"
+            yield f"episode {row.key}: slow is {time.slow} in {TIMES}, but {took}"
+
+
+def percentile(values: Iterable[float]) -> float:
+    """Return the 90th percentile of values: the least one that 90% of them do not exceed."""
+    return float(np.percentile(list(values), PERCENTILE, method="inverted_cdf"))
+
+
+def charged_latency(driver: LabNavDriver, suite: LabNavSuite, seed: int) -> float:
+    """Return the latency with which a policy drives a suite, seconds: what it declares, or the time that it takes.
+
+    The policy drives the first episode for 3 s. If the 90th percentile of its actions exceeds what it declares, and
+    the control step that every policy has, the latency is that time, rounded up to 0.1 s.
+
+    Args:
+        driver: the policy, in its process. suite: the suite. seed: of the evaluation.
+    """
+    part = suite.parts[0]
+    episode = part.episodes[0]
+    (drive,) = drive_floor(
+        driver, part.layout(episode.floor), [episode], DriveTerms.of(part, "probe", seed, PROBE_SECONDS)
+    )
+    if drive.high_ms is None or not is_slow(drive.high_ms / 1e3, driver.latency):
+        return driver.latency
+    return min(round(math.ceil(drive.high_ms / 1e3 / STEP) * STEP, 1), MAX_LATENCY)
+
+
+def checked_latency(latency: float, declared: float) -> float:
+    """Return a latency that the user passes, seconds.
+
+    Raises:
+        OptionError: it is less than the policy declares, or above the limit.
+    """
+    number = isinstance(latency, int | float) and not isinstance(latency, bool)
+    if not number or not max(declared, 0.0) <= latency <= MAX_LATENCY:
+        raise OptionError(
+            f"latency is {str(latency)[:40]}, expected seconds from {declared:g}, which the policy declares, to "
+            f"{MAX_LATENCY:g}; one step is {ROBOT.control_dt:g} s"
+        )
+    return float(latency)
 
 
 @dataclass(frozen=True)
-class LabNavEvaluation:
-    """The evaluation of a policy on a suite of LabNav.
+class LabNavEvaluation(Evaluation[LabNavSummary, LabNavRow]):
+    """The evaluation of a policy on a suite of LabNav."""
 
-    Attributes:
-        folder: path of its folder. name: name of the policy in tables.
-        summary: every figure computed from the rows.
-        rows, routes, times: of the episodes, in the order of the files; routes and times by the row's key.
-        identity: the run; None if `run.json` is missing. provenance: versions, commit and machine of each session.
-        problems: contradictions between the files of the folder, one sentence each.
-    """
-
-    folder: Path
-    name: str
-    summary: LabNavSummary
-    rows: tuple[LabNavRow, ...]
-    routes: dict[str, Route]
-    times: dict[str, LabNavTime]
-    identity: RunIdentity | None
-    provenance: tuple[RunProvenance, ...] = ()
-    problems: tuple[str, ...] = ()
-
-    @classmethod
-    def read(cls, folder: str | Path) -> LabNavEvaluation:
-        """Read the folder of an evaluation.
-
-        Raises:
-            DocumentError: the evaluation is not finished, or its summary cannot be read.
-        """
-        folder = Path(folder)
-        if not (folder / SUMMARY).is_file() and is_labnav_run(folder):
-            raise DocumentError(folder, "", UNFINISHED)
-        summary = LabNavSummary.load(folder / SUMMARY)
-        rows = read_lines(folder / EPISODES, LabNavRow)
-        routes = read_lines(folder / ROUTES, LabNavRoute)
-        times = read_lines(folder / TIMES, LabNavTime)
-        records = tuple(rows.records.values())
-        recomputed = summary.recomputed(records)
-        problems = [*changed_files(folder), *rows.problems, *routes.problems, *times.problems]
-        differing = summary_differences(summary, recomputed)
-        if differing:
-            words = f"{SUMMARY} does not match the rows in {in_one_line(differing)}"
-            problems.insert(0, f"{words}; the figures shown are computed from the rows")
-        return cls(
-            folder=folder,
-            name=short_name(summary.policy),
-            summary=recomputed,
-            rows=records,
-            routes={key: route.poses for key, route in routes.records.items()},
-            times=times.records,
-            identity=identity_of(folder),
-            provenance=sessions_of(folder),
-            problems=located(folder, [*problems, *_incomplete(recomputed, records, routes.records)]),
-        )
-
-    def named(self, name: str) -> LabNavEvaluation:
-        """Return the evaluation under another name."""
-        return replace(self, name=name)
+    KIND = KINDS[1]
+    SUMMARY = LabNavSummary
+    ROW = LabNavRow
 
     @cached_property
     def thinking(self) -> Thinking | None:
@@ -93,6 +142,13 @@ class LabNavEvaluation:
         summary = self.summary
         declared = summary.latency if summary.declared is None else summary.declared
         return Thinking.of(self.times.values(), declared, summary.latency)
+
+    @cached_property
+    def metrics(self) -> dict[str, Estimate]:
+        """The figure `labnav` if the suite has it, and the mean score of each task and level, such as "aisle-2"."""
+        figure = self.summary.labnav
+        scores = {name: task.score for name, task in self.tasks.items()}
+        return scores if figure is None else {"labnav": figure, **scores}
 
     @cached_property
     def tasks(self) -> dict[str, TaskSummary]:
@@ -123,7 +179,10 @@ class LabNavEvaluation:
 
 def is_labnav_run(folder: str | Path) -> bool:
     """Whether a folder holds an evaluation of LabNav, finished or not."""
-    for name, field, value in ((IDENTITY_FILE, "kind", KIND), (SUMMARY, "schema", LabNavSummary.SCHEMA)):
+    for name, field, value in (
+        (IDENTITY_FILE, "kind", LabNavEvaluation.KIND),
+        (SUMMARY, "schema", LabNavSummary.SCHEMA),
+    ):
         path = Path(folder) / name
         if path.is_file():
             try:
@@ -133,38 +192,3 @@ def is_labnav_run(folder: str | Path) -> bool:
             if isinstance(data, dict) and data.get(field) == value:
                 return True
     return False
-
-
-def summary_differences(summary: LabNavSummary, recomputed: LabNavSummary) -> list[str]:
-    """Return the figures in which a summary differs from that of the rows."""
-    names = [] if _alike(summary.labnav, recomputed.labnav) else ["labnav"]
-    for one, other in zip(summary.tasks, recomputed.tasks, strict=True):
-        fields = ("episodes", "errors", "score", "success", "contacts", "endings", "contact", "parked")
-        unlike = [name for name in fields if not _alike(getattr(one, name), getattr(other, name))]
-        names += [f"{name} of {one.task}-{one.level}" for name in unlike]
-    return names
-
-
-def _alike(one: Any, other: Any) -> bool:
-    """Whether two figures are equal but for rounding."""
-    values = [getattr(each, "value", each) for each in (one, other)]
-    if all(isinstance(value, float) for value in values):
-        return math.isclose(values[0], values[1], rel_tol=NEARLY, abs_tol=NEARLY)
-    return bool(values[0] == values[1])
-
-
-def _incomplete(summary: LabNavSummary, rows: Sequence[LabNavRow], routes: Iterable[str]) -> list[str]:
-    problems = []
-    counted, expected = sum(each.episodes for each in summary.tasks), sum(each.expected for each in summary.tasks)
-    if counted != expected:
-        problems.append(f"{EPISODES} holds {counted} of {expected} episodes; the others are left out")
-    others = {row.policy for row in rows} - {summary.policy}
-    if others:
-        problems.append(f"{EPISODES} has rows of other policies: {in_one_line(sorted(others)[:5])}")
-    foreign = len(rows) - counted
-    if foreign:
-        problems.append(f"{EPISODES} has {foreign} rows of tasks that are not in {SUMMARY}")
-    unequal = len({row.key for row in rows} ^ set(routes))
-    if unequal:
-        problems.append(f"rows without a route, or routes without a row: {unequal}")
-    return problems

@@ -15,7 +15,7 @@ from itertools import combinations
 
 from labgym.errors import OptionError
 from labgym.eval.driving.intervals import Estimate, bounded_mean, real_mean
-from labgym.eval.driving.paired import MetricDifference
+from labgym.eval.driving.paired import MetricDifference, metric_difference
 
 FLOOR = 0.05
 """Added to each score, so that a task of score 0 does not make the figure 0."""
@@ -97,15 +97,7 @@ def paired_difference(a: Mapping[str, float], b: Mapping[str, float]) -> MetricD
     if not shared:
         raise OptionError(f"the policies share none of their {len(a)} and {len(b)} episodes: drive the same suite")
     floors = [key.split("/")[-2] for key in shared]
-    gaps = [a[key] - b[key] for key in shared]
-    means = (_mean([each[key] for key in shared]) for each in (a, b))
-    return MetricDifference(a=next(means), b=next(means), difference=bounded_mean(gaps, floors, lowest=-1.0))
-
-
-def significant(difference: MetricDifference) -> bool:
-    """Whether the 95% interval of a difference does not contain 0."""
-    low, high = difference.difference.low, difference.difference.high
-    return low is not None and high is not None and (low > 0.0 or high < 0.0)
+    return metric_difference([(a[key], b[key]) for key in shared], floors)
 
 
 def _mean(values: Sequence[float]) -> float:

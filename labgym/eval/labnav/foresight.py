@@ -13,7 +13,7 @@ from labgym.envs.parts.actions import SlippingActions
 from labgym.envs.parts.protocols import Actions
 from labgym.envs.state import Pose, State
 from labgym.errors import OptionError
-from labgym.eval.labnav.row import Track
+from labgym.eval.driving.episode_row import Track
 from labgym.layouts import Layout
 from labgym.policies import Policy
 from labgym.policies.policy import Foreknowledge, PeopleForecast, RobotPath

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -18,18 +17,16 @@ from labgym.envs.parts.odometry import announced_goal
 from labgym.envs.parts.protocols import Ending
 from labgym.envs.point_nav import LabPointNavEnv
 from labgym.envs.state import Pose, State
-from labgym.eval.driving.drive import episode_rng, policy_errors
+from labgym.eval.driving.episode_row import Stopped
+from labgym.eval.driving.loop import Info, Observation, PolicyLoop, episode_rng
 from labgym.eval.labnav.foresight import TrueWorld
-from labgym.eval.labnav.row import Stopped
 from labgym.eval.labnav.rules import Finish, Parking, braking_distance, delay_of, stay_of
 from labgym.geometry import compose, relative, wrap_angle
 from labgym.policies import EpisodeStart, GroundTruth, Policy
-from labgym.policies.policy import PolicyError
 from labgym.policies.process import PolicyProcess
 from labgym.policies.process.episode import decision
 
 LabNavDriver = PolicyProcess | Policy
-Observation = Mapping[str, Any]
 AT_REST = 0.05
 """Speed below which a robot waits, m/s."""
 BRAKING = 100
@@ -74,7 +71,7 @@ class Recorder:
         return compose(self.poses[0], self.reckoned)
 
 
-class LegDrive:
+class LegDrive(PolicyLoop):
     """A drive to one goal, from where the robot is.
 
     The policy's frame has its origin at the robot's pose by odometry, so that the goal has the errors of the odometry
@@ -87,8 +84,8 @@ class LegDrive:
 
     Attributes:
         goal: announced, in the frame of this drive. shortest: L* from here, meters.
-        parked: whether the robot came to rest by STOP or by the evaluator. stopped: which of them, "" for neither.
-        rule: name of the ending that ended the drive, "" without. error: of the policy.
+        stopped: whether the policy or the evaluator brought the robot to rest, "" for neither.
+        rule: name of the ending that ended the drive, "" without.
         begun, driven: time and length driven in the episode when this drive began.
     """
 
@@ -102,37 +99,25 @@ class LegDrive:
         limit: int,
         rules: Sequence[Ending] = (),
     ) -> None:
-        self._env, self._driver, self._task, self._recorder = env, driver, task, recorder
+        super().__init__(env, recorder.times)
+        self._driver, self._task, self._recorder = driver, task, recorder
         self._seed, self._rules, state = seed, tuple(rules), env.state
         self._origin, self._until, self._waited = recorder.reckoned, state.steps + limit, recorder.waited
         self.goal = self._local(announced_goal(state))
         self.begun, self.driven = state.time, state.path_length
         self._parking: Parking | None = None
-        self.parked = False
         self.stopped: Stopped = ""
         self.rule = state.ending if state.verdict is not None else ""
-        self.error: str | None = None
 
     def run(self, begin: Callable[[EpisodeStart], None], observation: Observation) -> Observation:
-        """Drive to the end and return the last observation.
-
-        Args:
-            begin: tells the policy its goal. observation: at the start.
-        """
-        state = self._env.state
+        """Drive to the end and return the last observation; see `PolicyLoop.run`."""
         for each in self._rules:
-            each.reset(state)
-        try:
-            self._timed(begin, self._start(state))
-            while not self.rule and state.steps < self._until:
-                action = self._action(observation, state)
-                if action is None:
-                    self.parked = True
-                    break
-                observation = self.step(action)
-        except PolicyError as failure:
-            self.error = str(failure)
-        return observation
+            each.reset(self._env.state)
+        return super().run(begin, observation)
+
+    def over(self, observation: Observation, state: State) -> bool:  # noqa: ARG002 - of other tasks
+        """Return whether a rule or the time ends the drive now."""
+        return bool(self.rule) or state.steps >= self._until
 
     def brake(self, observation: Observation) -> Observation:
         """Bring the robot to rest where a rule or the time ended the drive, and return the last observation."""
@@ -144,14 +129,12 @@ class LegDrive:
             observation = self.step(action)
         return observation
 
-    def step(self, action: NDArray[np.floating]) -> Observation:
-        """Carry out an action, record the state, and note which rule ends the drive."""
-        observation: Observation = self._env.step(action)[0]
+    def note(self, observation: Observation, info: Info) -> None:  # noqa: ARG002 - of other tasks
+        """Record the state, and note which rule ends the drive."""
         state = self._env.state
         self._recorder.note(observation, state)
         ended = state.ending if state.verdict is not None else ""
         self.rule = ended or self.rule or next((each.name for each in self._rules if each.verdict(state)), "")
-        return observation
 
     def finish(self, state: State) -> Finish:
         """Return the facts about the drive that is over."""
@@ -176,7 +159,7 @@ class LegDrive:
     def _local(self, pose: Pose) -> Pose:
         return pose if self._origin == ORIGIN else relative(self._origin, pose)
 
-    def _action(self, observation: Observation, state: State) -> NDArray[np.floating] | None:
+    def action(self, observation: Observation, state: State) -> NDArray[np.floating] | None:
         """Return the next action, None once the robot has been parked."""
         stay = stay_of(self._task, delay_of(self._recorder.latency))
         here = self._here
@@ -186,29 +169,19 @@ class LegDrive:
                 self.stopped = "evaluator"
         if self._parking is None:
             seen = {**observation, "odometry": np.array(here)}
-            action: NDArray[np.floating] | None = self._timed(self._decide, seen)
+            action: NDArray[np.floating] | None = self.decided(self._decide, seen)
             if action is not None:
                 return action
             self._parking, self.stopped = Parking(None, stay), "policy"
         return self._parking.action(here, state.velocity)
 
     def _decide(self, observation: dict[str, Any]) -> NDArray[np.float32] | None:
-        self._recorder.times.append(0.0)
         if isinstance(self._driver, PolicyProcess):
             return self._driver.decide(observation)
         return decision(self._driver, observation)
 
-    def _timed(self, call: Callable[[Any], Any], argument: object) -> Any:
-        """Call the policy and add the elapsed time of its actions."""
-        begin = time.perf_counter()
-        try:
-            with policy_errors():
-                return call(argument)
-        finally:
-            if self._recorder.times:
-                self._recorder.times[-1] += time.perf_counter() - begin
-
-    def _start(self, state: State) -> EpisodeStart:
+    def start(self, state: State) -> EpisodeStart:
+        """Return the goal, the task, and what the track of the policy hands out."""
         goal = (self.goal[0], self.goal[1])
         truth = None
         if self._driver.privileged:

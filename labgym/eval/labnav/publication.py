@@ -293,8 +293,7 @@ def _drawn(
             for shard, output in run_shards(shards, folder, executor, FOLDER, "floor", progress=progress)
         }
         for shard in shards:
-            name = SuiteName(*shard.arguments[:3])
-            results[name].append(outputs[shard.name])
+            results[shard.arguments[0]].append(outputs[shard.name])
     return {name: _suite(publication, name, each) for name, each in results.items()}
 
 
@@ -306,36 +305,28 @@ def _next(
         count = publication.per_floor if name.filtered else UNFILTERED_PER_FLOOR
         lacking = publication.floors - sum(len(each["episodes"]) == count for each in done)
         for floor in floors[len(done) : len(done) + lacking]:
-            arguments = (name.task, name.level, name.filtered, publication.split, floor, count)
-            own = (publication.seed_of(name), publication.attempts, publication.layouts)
-            yield Shard(f"{name}/{floor}", draw_shard, (*arguments, *own))
+            # The secret stays here: shards receive the seeds that follow from it.
+            draw = count, publication.seed_of(name), publication.attempts
+            yield Shard(f"{name}/{floor}", draw_shard, (name, publication.split, floor, publication.layouts, *draw))
 
 
 def draw_shard(
-    task: str,
-    level: int,
-    filtered: bool,
-    split: Split,
-    floor: str,
-    count: int,
-    seed: int,
-    attempts: int,
-    layouts: Path | None,
+    name: SuiteName, split: Split, floor: str, layouts: Path | None, count: int, seed: int, attempts: int
 ) -> ShardOutput:
     """Return the episodes of a suite on one floor, and how many drives were drawn for them.
 
     Args:
-        task, level, filtered: the suite. split, floor: the floor; layouts: folder of a sealed one.
+        name: of the suite. split, floor: the floor; layouts: folder of a sealed one.
         count, seed, attempts: as for `labgym.envs.labnav.drawing.draw_floor`.
     """
     layout = load_published(split, floor) if layouts is None else sealed_floor(layouts, floor)
-    episodes, draws = draw_floor(layout, task, level, count, seed, attempts, filtered)
+    episodes, draws = draw_floor(layout, name.task, name.level, count, seed, attempts, name.filtered)
     data = {
         "floor": floor,
         "episodes": [each.model_dump(mode="json") for each in episodes],
         "draws": draws.model_dump(mode="json"),
     }
-    return ShardOutput({f"{SHARDS}/{SuiteName(task, level, filtered)}/{floor}.json": json.dumps(data).encode()})
+    return ShardOutput({f"{SHARDS}/{name}/{floor}.json": json.dumps(data).encode()})
 
 
 def sealed_floor(folder: Path, name: str) -> Layout:

@@ -14,13 +14,14 @@ from labgym.envs.robot import ROBOT
 from labgym.envs.state import Pose, State
 from labgym.envs.tasks import Task
 from labgym.errors import DocumentError, LabgymError, OptionError, UnknownNameError
-from labgym.eval.driving.folders import short_name
+from labgym.eval.driving.drive import LabNavDrive
+from labgym.eval.driving.episode_row import LabNavRow
+from labgym.eval.driving.files import short_name
 from labgym.eval.driving.runner import open_driver, policy_source
 from labgym.eval.labnav.drive import drive_floor
 from labgym.eval.labnav.evaluation import LabNavEvaluation
 from labgym.eval.labnav.foresight import in_place
-from labgym.eval.labnav.results import LabNavDrive
-from labgym.eval.labnav.row import LabNavRow
+from labgym.eval.labnav.results import DriveTerms
 from labgym.eval.labnav.suites import LabNavSuite, load_labnav
 from labgym.layouts import Layout
 from labgym.policies.kernels import kernel_mode
@@ -114,6 +115,7 @@ def drive_again(
     episode: LabNavEpisode,
     options: Mapping[str, Any] | None = None,
     seed: int = 0,
+    *,
     label: str = "",
     seconds: float = 120.0,
     kernels: str | None = None,
@@ -125,7 +127,7 @@ def drive_again(
         policy: a name for `make_policy`. options: its arguments. seed: random seed of the evaluation.
         part: the episodes of the task. episode: one of them.
         label: name of the policy in the row; by default its name. seconds: time limit.
-        kernels: as for `labgym.eval.driving.runner.evaluate`. latency: as for `drive_floor`.
+        kernels: as for `labgym.eval.evaluate`. latency: as in `DriveTerms`.
 
     Raises:
         LabgymError: the policy cannot be loaded.
@@ -141,19 +143,14 @@ def drive_again(
         shots.append(Shot(state.pose, bodies, state.distance, state.leg, rise, state.touched))
 
     source, mode = policy_source(policy, dict(options or {})), kernel_mode(kernels)
+    terms = DriveTerms.of(part, label or short_name(policy), seed, seconds, latency)
     with open_driver(policy, source, None, mode, isolated=True) as driver:
         (drive,) = drive_floor(
             in_place(driver, source),
             part.layout(episode.floor),
             (episode,),
-            part.task,
-            part.level,
-            label or short_name(policy),
-            part.label,
-            seed,
-            seconds,
+            terms,
             watch,
-            latency=latency,
         )
     return _shown(episode, first[0], drive, shots)
 

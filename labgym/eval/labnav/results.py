@@ -5,22 +5,23 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
-from labgym.envs.labnav.episodes import LabNavEpisode, straight
+from labgym.envs.labnav.episodes import LabNavEpisode, LabNavEpisodes, straight
 from labgym.envs.labnav.necks import widest_disc
-from labgym.envs.labnav.task import LabNavTask, LegResult, Result
+from labgym.envs.labnav.task import SECONDS, LegResult, Level, Result
 from labgym.envs.labnav.tasks import task_of
 from labgym.envs.parts.endings import TouchedEnding
 from labgym.envs.point_nav import LabPointNavEnv
+from labgym.envs.robot import ROBOT
 from labgym.envs.state import State
 from labgym.envs.tasks import Task
-from labgym.eval.driving.drive import Route
+from labgym.eval.driving.drive import LabNavDrive
+from labgym.eval.driving.episode_row import LabNavRow
 from labgym.eval.labnav.foresight import track_of
 from labgym.eval.labnav.leg import LabNavDriver, Recorder
-from labgym.eval.labnav.row import LabNavRow
 from labgym.eval.labnav.rules import delay_of, is_slow
 from labgym.geometry import wrap_angle
 
@@ -30,51 +31,51 @@ MOST_OUTCOME = 100
 
 
 @dataclass(frozen=True)
-class LabNavDrive:
-    """A finished episode.
-
-    Attributes:
-        row: the results. route: poses at the start and after each control step, rounded to 0.001.
-        planning_ms: mean wall-clock milliseconds of the policy per action; None without an action. high_ms: their 90th
-            percentile. slow: whether that is longer than the latency of the drive.
-    """
-
-    row: LabNavRow
-    route: Route
-    planning_ms: float | None
-    high_ms: float | None
-    slow: bool
-
-    @classmethod
-    def of(cls, row: LabNavRow, recorder: Recorder) -> LabNavDrive:
-        """Return the results with what was recorded."""
-        route = tuple((round(x, 3), round(y, 3), round(yaw, 3)) for x, y, yaw in recorder.poses)
-        if not recorder.times:
-            return cls(row, route, None, None, False)
-        high = float(np.percentile(recorder.times, 90.0, method="inverted_cdf"))
-        mean = math.fsum(recorder.times) / len(recorder.times)
-        return cls(row, route, 1e3 * mean, 1e3 * high, is_slow(high, recorder.latency))
-
-
-@dataclass(frozen=True)
-class Evaluated:
-    """An evaluation, as its rows name it.
+class DriveTerms:
+    """The terms under which episodes of a task are driven, as their rows name them.
 
     Attributes:
         task, level: of LabNav. label: name of the policy in the rows. suite: name and version of the suite.
-        seed: of the policy. limit: of a drive, control steps.
+        seed: random seed of the policy.
+        seconds: time limit of a drive; in `shift` of each of its drives.
+        latency: by which actions come late, seconds; None for what the policy declares.
+        properties: of the drives; None for those of the level (`labgym.envs.labnav.nuisances`).
     """
 
-    task: LabNavTask
+    task: str
     level: int
     label: str
     suite: str
     seed: int
-    limit: int
+    seconds: float = SECONDS
+    latency: float | None = None
+    properties: Level | None = None
+
+    @classmethod
+    def of(
+        cls, part: LabNavEpisodes, label: str, seed: int, seconds: float = SECONDS, latency: float | None = None
+    ) -> Self:
+        """Return the terms of the episodes of a suite."""
+        return cls(part.task, part.level, label, part.label, seed, seconds, latency)
+
+    @property
+    def limit(self) -> int:
+        """Control steps of a drive."""
+        return round(self.seconds / ROBOT.control_dt)
+
+
+def finished(row: LabNavRow, recorder: Recorder) -> LabNavDrive:
+    """Return the results with what was recorded."""
+    route = tuple((round(x, 3), round(y, 3), round(yaw, 3)) for x, y, yaw in recorder.poses)
+    if not recorder.times:
+        return LabNavDrive(row, route)
+    high = float(np.percentile(recorder.times, 90.0, method="inverted_cdf"))
+    mean = math.fsum(recorder.times) / len(recorder.times)
+    return LabNavDrive(row, route, 1e3 * mean, 1e3 * high, is_slow(high, recorder.latency))
 
 
 def fields_of(
-    evaluated: Evaluated, episode: LabNavEpisode, env: LabPointNavEnv, driver: LabNavDriver, recorder: Recorder
+    terms: DriveTerms, episode: LabNavEpisode, env: LabPointNavEnv, driver: LabNavDriver, recorder: Recorder
 ) -> dict[str, Any]:
     """Return the fields of a row that the state at the end has, whatever the task."""
     state = env.state
@@ -82,15 +83,15 @@ def fields_of(
     contact = ended.counted(state)[:1] if ended is not None and state.ending == "contact" else ()
     outcomes = {name: one.outcome for name, one in state.presences.items() if name != "contacts"}
     return {
-        "suite": evaluated.suite,
-        "task": evaluated.task.name,
-        "level": evaluated.level,
+        "suite": terms.suite,
+        "task": terms.task,
+        "level": terms.level,
         "floor": episode.floor,
         "floor_hash": episode.floor_hash,
         "number": episode.number,
-        "policy": evaluated.label,
+        "policy": terms.label,
         "track": track_of(driver),
-        "seed": evaluated.seed,
+        "seed": terms.seed,
         "contact": "".join(contact)[:100],
         "touched": tuple(name[:100] for name in recorder.touched)[:MOST_TOUCHED],
         "shortest": round(math.fsum(episode.lengths), 9),

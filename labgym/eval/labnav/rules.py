@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,13 +12,9 @@ from labgym.envs.labnav.task import LabNavTask
 from labgym.envs.robot import ROBOT
 from labgym.envs.state import Pose
 from labgym.errors import UnknownNameError
+from labgym.eval.driving.episode_row import Ending
 from labgym.geometry import wrap_angle
 from labgym.policies.tracking import turn_towards
-
-Ending = Literal[
-    "success", "contact", "stuck", "lost", "wrong place", "frozen", "spilt", "undocked", "time", "error"
-]  # fmt: skip
-"""How an episode ended."""
 
 SHARE = 0.7
 """Share of the success radius within which the evaluator brakes a policy that cannot stop."""

@@ -175,3 +175,48 @@ def _holds_episodes(file: Path) -> bool:
     except DocumentError:
         return False
     return isinstance(data, dict) and data.get("schema") == LabNavEpisodes.SCHEMA
+
+
+DRIVE_CPU_S = {
+    "still": 0.5, "straight": 0.25, "blind": 0.4, "bug2": 0.7, "astar": 0.4, "ppo": 0.5, "dwa": 1.0, "online_map": 4.0,
+    "stack": 1.1, "local-imitation": 0.7, "local-ppo": 0.7, "clairvoyant": 2.5, "iplanner": 2.5, "navdp": 20.0,
+    "ppo-depth": 3.0,
+}  # fmt: skip
+"""CPU seconds of a drive by policy on one core, with the processes of the policies: measured in carry; of online_map,
+iplanner, ppo-depth and navdp in labnav-60, from the time that two cores took; of clairvoyant estimated."""
+
+
+def cost(suite: LabNavSuite, policy: str) -> str:
+    """Return a sentence on the episodes of a suite, and on the CPU time of a policy as far as it is known."""
+    tasks = ", ".join(f"{part.task} {part.level}" for part in suite.parts)
+    text = f"{suite.name}: {suite.count} episodes of at most {suite.seconds:g} s simulated ({tasks})"
+    each = DRIVE_CPU_S.get(policy)
+    text += "." if each is None else f"; about {_hours(suite.drives * each)} of CPU time for {policy}."
+    missing = [task for task in FIGURE_TASKS if task not in {part.task for part in suite.parts}]
+    if suite.name == "labnav" and missing:
+        text += f" Not published yet: {', '.join(missing)}; without them there is no figure LabNav."
+    return text
+
+
+def _hours(seconds: float) -> str:
+    return f"{max(1.0, seconds / 60.0):.0f} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"
+
+
+def published_episode(suite: str, key: str) -> tuple[LabNavEpisodes, LabNavEpisode, float]:
+    """Return an episode of a suite with its task's episodes and its time limit, seconds.
+
+    Args:
+        suite: such as "labnav-people-2". key: floor/number, or task-level/floor/number.
+
+    Raises:
+        UnknownNameError: there is no such suite or episode.
+        OptionError: several tasks of the suite have such an episode.
+    """
+    chosen = load_labnav(suite)
+    keys = chosen.by_key
+    fitting = [key] if key in keys else [each for each in keys if each.endswith(f"/{key.lstrip('/')}")]
+    if not fitting:
+        raise UnknownNameError(f"episode of {suite}", key, keys)
+    if len(fitting) > 1:
+        raise OptionError(f"episode {key!r} of {suite} is one of {', '.join(fitting[:5])}: name its task too")
+    return *keys[fitting[0]], chosen.seconds

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -9,18 +10,24 @@ from typing import Any, ClassVar
 
 from pydantic import Field
 
-from labgym.documents import Document, Record
+from labgym.documents import Record
 from labgym.envs.labnav.necks import RADII
 from labgym.envs.labnav.task import PRECISE
 from labgym.envs.labnav.tasks import TaskName, task_of
-from labgym.eval.driving.intervals import Estimate, bounded_mean
+from labgym.eval.driving.episode_row import LabNavRow, Track
+from labgym.eval.driving.files import EPISODES, SUMMARY
+from labgym.eval.driving.intervals import Estimate, bounded_mean, estimate_text
+from labgym.eval.driving.record import EvaluationSummary
 from labgym.eval.labnav.figure import arithmetic, figure, mean_score, nines
-from labgym.eval.labnav.row import LabNavRow, Track
 from labgym.eval.labnav.suites import LabNavSuite, is_whole
 from labgym.layouts.floor.fields import Growing
 from labgym.policies.policy import Sensors
 from labgym.table import Table
 
+COMPARED = ("episodes", "errors", "score", "success", "contacts", "endings", "contact", "parked")
+"""Figures of a task that the rows must give."""
+NEARLY = 1e-9
+"""Difference of figures that versions of a mathematics library may cause."""
 NOT_BEGUN = "not begun"
 """Ending of the drives of a shift that come after the one that ended it."""
 ENDED = {"success": "no fault"}
@@ -76,7 +83,7 @@ class TaskSummary(Record):
     by_met: dict[str, tuple[float, int]] = Field(default_factory=dict)
 
 
-class LabNavSummary(Document, Growing):
+class LabNavSummary(EvaluationSummary, Growing):
     """The results of a policy on a suite.
 
     Attributes:
@@ -122,6 +129,33 @@ class LabNavSummary(Document, Growing):
         }
         whole = is_whole(self.suite, [part.task for part in parts])
         return _summary(self.suite, self.hash, parts, rows, whole, fields)
+
+    def differences(self, recomputed: LabNavSummary, exactly: bool) -> list[str]:  # noqa: ARG002 - of any version
+        """Return the figures in which the summary differs from that of the rows, but for rounding."""
+        names = [] if _alike(self.labnav, recomputed.labnav) else ["labnav"]
+        for one, other in zip(self.tasks, recomputed.tasks, strict=True):
+            unlike = [name for name in COMPARED if not _alike(getattr(one, name), getattr(other, name))]
+            names += [f"{name} of {one.task}-{one.level}" for name in unlike]
+        return names
+
+    def incomplete(self, rows: Sequence[LabNavRow]) -> list[str]:
+        """Return a sentence if rows are missing, and one if some are of other tasks."""
+        problems = []
+        counted, expected = sum(each.episodes for each in self.tasks), sum(each.expected for each in self.tasks)
+        if counted != expected:
+            problems.append(f"{EPISODES} holds {counted} of {expected} episodes; the others are left out")
+        foreign = len(rows) - counted
+        if foreign:
+            problems.append(f"{EPISODES} has {foreign} rows of tasks that are not in {SUMMARY}")
+        return problems
+
+
+def _alike(one: Any, other: Any) -> bool:
+    """Whether two figures are equal but for rounding."""
+    values = [getattr(each, "value", each) for each in (one, other)]
+    if all(isinstance(value, float) for value in values):
+        return math.isclose(values[0], values[1], rel_tol=NEARLY, abs_tol=NEARLY)
+    return bool(values[0] == values[1])
 
 
 def summarise(suite: LabNavSuite, rows: Sequence[LabNavRow], **fields: Any) -> LabNavSummary:
@@ -269,9 +303,9 @@ def summary_table(summary: LabNavSummary) -> Table:
         (
             f"{task.task} {task.level}",
             str(task.episodes),
-            _interval(task.score),
-            _interval(task.success),
-            _interval(task.contacts),
+            estimate_text(task.score, 3),
+            estimate_text(task.success, 3),
+            estimate_text(task.contacts, 3),
             ", ".join(f"{ENDED.get(name, name)} {count}" for name, count in task.endings.items()),
         )
         for task in summary.tasks
@@ -281,21 +315,13 @@ def summary_table(summary: LabNavSummary) -> Table:
         notes.append("Draft episodes: they may change, and their figures are not those of LabNav.")
     for task in summary.tasks:
         if task.legs:
-            count, perfect = sum(task.legs.values()), _interval(task.success)
+            count, perfect = sum(task.legs.values()), estimate_text(task.success, 3)
             drives = ", ".join(f"{ENDED.get(name, name)} {number}" for name, number in task.legs.items())
             notes.append(f"{task.task} {task.level}: perfect shifts {perfect}; {count} drives: {drives}.")
     parked = sum(task.parked for task in summary.tasks)
     if parked:
         notes.append(f"The evaluator stopped the robot in {parked} episodes: the policy cannot stop.")
     if summary.labnav is not None:
-        notes.append(f"LabNav {_interval(summary.labnav, 1)}, arithmetic mean {summary.arithmetic:.1f}")
+        notes.append(f"LabNav {estimate_text(summary.labnav, 1)}, arithmetic mean {summary.arithmetic:.1f}")
     head = ("task", "episodes", "score", "arrived", "touched", "how episodes ended")
     return Table(f"{summary.policy} ({summary.track}), suite {summary.suite}", head, tuple(rows), tuple(notes))
-
-
-def _interval(estimate: Estimate, digits: int = 3) -> str:
-    if estimate.value is None:
-        return "-"
-    if estimate.low is None or estimate.high is None:
-        return f"{estimate.value:.{digits}f}"
-    return f"{estimate.value:.{digits}f} [{estimate.low:.{digits}f}, {estimate.high:.{digits}f}]"

@@ -8,19 +8,18 @@ from typing import Any
 
 from labgym.documents import files_digest
 from labgym.envs.labnav.episodes import LabNavEpisodes
-from labgym.eval.driving.files import EPISODES, ROUTES
-from labgym.eval.driving.folders import short_name
+from labgym.eval.driving.files import EPISODES, ROUTES, drive_files, short_name
 from labgym.eval.driving.runner import (
     catalog_digest,
     installed_catalog,
     open_driver,
     policy_fingerprint,
+    policy_process,
     policy_source,
 )
-from labgym.eval.driving.shard import policy_process
 from labgym.eval.labnav.drive import drive_floor
 from labgym.eval.labnav.foresight import executor_for, in_place
-from labgym.eval.labnav.runner import drive_files
+from labgym.eval.labnav.results import DriveTerms
 from labgym.eval.labnav.suites import LabNavSuite
 from labgym.layouts import Layout
 from labgym.policies.kernels import kernel_mode
@@ -97,7 +96,7 @@ def drive_together(
                 "catalog": catalog_digest([layout]),
             }
             own = part.model_copy(update={"episodes": episodes, "draws": {}})
-            arguments = (entrants, layout, own, part.label, seed, suite.seconds)
+            arguments = (entrants, layout, own, seed, suite.seconds)
             size = len(entrants) * len(episodes)
             shards.append(Shard(f"{part.name}/{floor}", drive_all, arguments, size, inputs))
     contents: dict[str, bytes] = {}
@@ -120,21 +119,20 @@ def drive_all(
     entrants: tuple[Entrant, ...],
     layout: Layout,
     part: LabNavEpisodes,
-    label: str,
     seed: int,
     seconds: float,
 ) -> ShardOutput:
     """Drive the episodes of one floor by all policies and return their rows and routes.
 
     Args:
-        entrants: the policies. layout: the floor. part: its episodes. label: name and version of their suite.
+        entrants: the policies. layout: the floor. part: its episodes.
         seed: of the policies. seconds: time limit of a drive.
     """
     files: dict[str, bytes] = {}
     kernels = kernel_mode(None).kind
     for one in entrants:
         driver = in_place(policy_process(one.source, one.files, None, kernels, len(entrants)), one.source)
-        drives = drive_floor(driver, layout, part.episodes, part.task, part.level, one.label, label, seed, seconds)
+        drives = drive_floor(driver, layout, part.episodes, DriveTerms.of(part, one.label, seed, seconds))
         content = drive_files(drives)
         place = f"{FOLDER}/{part.name}/{layout.id}/{one.label}"
         files |= {f"{place}/{name}": content[name] for name in (EPISODES, ROUTES)}

@@ -9,14 +9,12 @@ from pathlib import Path
 from labgym.artefacts import artefacts
 from labgym.documents import write_bytes
 from labgym.envs.labnav.nuisances import prepared
+from labgym.eval.driving.episode_row import LabNavRow
 from labgym.eval.driving.files import read_lines, record_line
-from labgym.eval.labnav.evaluation import LabNavEvaluation
-from labgym.eval.labnav.row import LabNavRow
-from labgym.eval.labnav.runner import evaluate_labnav
+from labgym.eval.evaluator import evaluate
 from labgym.eval.labnav.shown_drive import ShownDrive
 from labgym.eval.labnav.suites import PREFIX, LabNavSuite, load_labnav
-from labgym.eval.leaderboard.check import agreement
-from labgym.eval.leaderboard.labnav import LabNavResult, Outcome
+from labgym.eval.leaderboard.labnav import LabNavResult, Outcome, agreement
 from labgym.runs import ExecutorOptions
 
 FOLDER = "leaderboard/drives"
@@ -49,15 +47,19 @@ def publish_drives(
         place: another folder to write to.
 
     Raises:
-        UnknownNameError: the policy is not built in. LabgymError: as `evaluate_labnav`.
+        UnknownNameError: the policy is not built in. LabgymError: as `evaluate`.
     """
     summary, outcomes = result.summary, result.by_key
     suite = suite_of_keys(frozenset(keys) & outcomes.keys())
-    folder = runs / suite.hash[:12] / summary.policy
-    evaluate_labnav(
-        summary.policy, suite, folder, summary.seed, options=summary.options, executor=executor, latency=summary.latency
+    evaluation = evaluate(
+        summary.policy,
+        suite,
+        out=runs / suite.hash[:12] / summary.policy,
+        seed=summary.seed,
+        options=summary.options,
+        executor=executor,
+        latency=summary.latency,
     )
-    evaluation = LabNavEvaluation.read(folder)
     episodes, shown, others = suite.by_key, [], []
     for row in evaluation.rows:
         if not _is_near(row, outcomes[row.key]):

@@ -9,7 +9,7 @@ from typing import ClassVar
 from labgym.artefacts import artefacts
 from labgym.documents import Document
 from labgym.errors import DocumentError
-from labgym.eval.driving.evaluation import Evaluation
+from labgym.eval.driving.evaluation import TransitionEvaluation
 from labgym.eval.driving.intervals import Estimate
 from labgym.eval.driving.record import NavigationSummary
 
@@ -66,7 +66,7 @@ def publish_lab30(folder: str | Path, place: Path | None = None) -> Path:
     Raises:
         DocumentError: the folder holds no evaluation, or its files contradict each other.
     """
-    evaluation = Evaluation.read(folder)
+    evaluation = TransitionEvaluation.read(folder)
     if evaluation.problems:
         raise DocumentError(folder, "", evaluation.problems[0])
     result = Lab30Result(summary=evaluation.summary, planning=evaluation.metrics.get(PLANNING))

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, ClassVar
 
@@ -12,16 +13,15 @@ from labgym.artefacts import artefacts
 from labgym.documents import Document, Record
 from labgym.envs.conditions.payload import MOST_LEGS
 from labgym.envs.labnav.task import leg_score
+from labgym.envs.labnav.tasks import task_of
 from labgym.errors import DocumentError, OptionError
-from labgym.eval.driving.episode_row import Length, Share
+from labgym.eval.driving.episode_row import Ending, LabNavLegRow, LabNavRow, Length, Share
 from labgym.eval.driving.evaluation import sessions_of
-from labgym.eval.driving.files import EPISODES, SUMMARY, TIMES, read_lines
+from labgym.eval.driving.files import EPISODES, SUMMARY, TIMES, EpisodeTime, read_lines
+from labgym.eval.labnav.evaluation import Thinking, time_problems
 from labgym.eval.labnav.figure import arithmetic, figure
-from labgym.eval.labnav.row import LabNavLegRow, LabNavRow, LabNavTime
-from labgym.eval.labnav.rules import Ending
 from labgym.eval.labnav.suites import FIRST, PREFIX, LabNavSuite, load_labnav
 from labgym.eval.labnav.summary import LabNavSummary, TaskSummary
-from labgym.eval.labnav.thinking import Thinking, time_problems
 from labgym.layouts.floor.fields import Growing
 from labgym.runs.provenance import RunProvenance
 
@@ -117,7 +117,7 @@ class LabNavResult(Document, Growing):
             problem = f"holds {missing[0].episodes} of {missing[0].expected} episodes of {missing[0].task}"
             raise DocumentError(folder, "", f"{problem}; run the same labgym eval command again")
         rows = read_rows(folder / EPISODES)
-        times = read_lines(folder / TIMES, LabNavTime).checked(folder / TIMES, TIMES)
+        times = read_lines(folder / TIMES, EpisodeTime).checked(folder / TIMES, TIMES)
         for problem in time_problems(rows, times, summary.latency):
             raise DocumentError(folder, "", f"{problem}: without it the result is not published; drive it again")
         declared = summary.latency if summary.declared is None else summary.declared
@@ -268,3 +268,73 @@ def _rank(result: LabNavResult) -> float:
         return result.summary.labnav.value
     scores: Sequence[float] = [task.score.value or 0.0 for task in result.summary.tasks]
     return sum(scores) / len(scores) if scores else 0.0
+
+
+TOLERANCE = 1e-6
+"""Greatest difference of equal scores and times."""
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """How rows agree with the published ones.
+
+    Attributes:
+        equal, compared: number of rows. differing: a sentence for each row that differs.
+        missing: tasks of rows that could not be compared: not published, or a shift without its drives.
+    """
+
+    equal: int
+    compared: int
+    differing: tuple[str, ...]
+    missing: tuple[str, ...] = ()
+
+
+def agreement(rows: Iterable[LabNavRow], published: Mapping[str, Outcome], seconds: float) -> Agreement:
+    """Return how rows agree with the published outcomes of the same episodes.
+
+    A shift may have fewer goals than the published one: its drives are compared, up to the first one that the shorter
+    limit cuts off. Its score is of fewer drives and is not compared.
+
+    Args:
+        rows: driven with a time limit of `seconds`. published: outcomes by key, driven with a limit at least as long.
+    """
+    differing = []
+    missing: dict[str, None] = {}
+    compared = 0
+    for row in rows:
+        expected, chain = published.get(row.key), task_of(row.task).chain
+        if expected is None or (chain and not expected.legs):
+            missing[row.task] = None
+            continue
+        compared += 1
+        if not (_equal_legs if chain else _equal)(row, expected, seconds):
+            here, there = _words(Outcome.of(row), row.goals), _words(expected, row.goals)
+            differing.append(f"{row.policy}, {row.key}: {here}; published: {there}")
+    return Agreement(compared - len(differing), compared, tuple(differing), tuple(missing))
+
+
+def _equal(row: LabNavRow, expected: Outcome, seconds: float) -> bool:
+    if _near(row, expected):
+        # A robot that waited may count as frozen after the whole time only.
+        return row.ending == expected.ending or {row.ending, expected.ending} == {"time", "frozen"}
+    cut = expected.time >= seconds - TOLERANCE
+    return cut and abs(row.time - seconds) <= TOLERANCE and row.score == 0.0
+
+
+def _equal_legs(row: LabNavRow, expected: Outcome, seconds: float) -> bool:
+    legs = tuple(map(LegOutcome.of, row.legs))
+    for leg, other in zip(legs, expected.legs, strict=False):
+        if leg.ending != other.ending or not _near(leg, other):
+            # The robot is braked after the limit: what follows differs from the published shift.
+            return other.time >= seconds - TOLERANCE and leg.time >= seconds - TOLERANCE and leg.score == 0.0
+    return len(legs) == min(row.goals, len(expected.legs))
+
+
+def _near(a: LabNavRow | Outcome | LegOutcome, b: Outcome | LegOutcome) -> bool:
+    return abs(a.time - b.time) <= TOLERANCE and abs(a.score - b.score) <= TOLERANCE
+
+
+def _words(outcome: Outcome, goals: int = 1) -> str:
+    """Return an outcome in words, that of a shift by its first drives."""
+    parts = outcome.legs[:goals] if outcome.legs else (outcome,)
+    return ", ".join(f"{each.ending} after {each.time:g} s, score {each.score:.3f}" for each in parts)

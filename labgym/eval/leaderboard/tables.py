@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from itertools import combinations
 
+import numpy as np
+from scipy.stats import rankdata, t
+
 from labgym.envs.labnav.tasks import FIGURE_TASKS
-from labgym.eval.driving.intervals import Estimate
-from labgym.eval.labnav.figure import paired_difference, significant, swaps
+from labgym.eval.driving.intervals import estimate_text
+from labgym.eval.labnav.figure import paired_difference, swaps
 from labgym.eval.labnav.suites import FIRST
 from labgym.eval.leaderboard.labnav import LabNavResult
 from labgym.table import Table, number
@@ -30,7 +34,7 @@ def published_table(results: Sequence[LabNavResult]) -> Table:
             (
                 summary.policy,
                 KNOWLEDGE[summary.track],
-                _figure(summary.labnav),
+                estimate_text(summary.labnav, 1),
                 number(summary.arithmetic, 1),
                 *(number(scores.get(task), 2) for task in FIGURE_TASKS),
                 number(_touched(result), 2),
@@ -69,7 +73,7 @@ def _pairs(results: Sequence[LabNavResult]) -> tuple[str, ...]:
     unclear = [
         f"{a.summary.policy} and {b.summary.policy}"
         for a, b in pairs
-        if not significant(paired_difference(scores[a.summary.policy], scores[b.summary.policy]))
+        if not paired_difference(scores[a.summary.policy], scores[b.summary.policy]).significant
     ]
     apart = f"{len(pairs) - len(unclear)} of {len(pairs)} pairs of policies are apart (the 95% interval of the paired "
     apart += "difference of their mean scores over the episodes that both drove, with floors as the unit, excludes 0)"
@@ -84,16 +88,164 @@ def _unfinished(results: Sequence[LabNavResult]) -> bool:
     return any(len(result.summary.tasks) < len(FIGURE_TASKS) for result in results)
 
 
-def _figure(estimate: Estimate | None) -> str:
-    if estimate is None:
-        return "-"
-    if estimate.low is None or estimate.high is None:
-        return number(estimate.value, 1)
-    return f"{number(estimate.value, 1)} [{estimate.low:.1f}, {estimate.high:.1f}]"
-
-
 def _touched(result: LabNavResult) -> float | None:
     """Return the share of episodes with a contact, over all tasks."""
     tasks = [task for task in result.summary.tasks if task.contacts.value is not None]
     count = sum(task.episodes for task in tasks)
     return sum((task.contacts.value or 0.0) * task.episodes for task in tasks) / count if count else None
+
+
+FEWEST = 4
+"""Number of policies, or of floors, below which there is no correlation."""
+
+Pairs = Mapping[tuple[str, str], tuple[float | None, int]]
+"""Correlation, None without one, and the number of policies behind it, by two tasks in the order of `FIGURE_TASKS`."""
+
+
+def spearman(a: Sequence[float], b: Sequence[float]) -> float | None:
+    """Return the rank correlation of two sequences, equal values with their mean rank; None if one is constant.
+
+    Args:
+        a, b: of the same length.
+    """
+    if len(a) < FEWEST:
+        return None
+    x, y = (rankdata(each) - (len(each) + 1) / 2.0 for each in (a, b))
+    scale = math.sqrt(float(x @ x) * float(y @ y))
+    return float(x @ y) / scale if scale > 0.0 else None
+
+
+def least_significant(count: int) -> float:
+    """Return the least rank correlation of `count` pairs that differs from 0 at 5%, two-sided.
+
+    By Student's t distribution with `count` - 2 degrees of freedom, as `scipy.stats.spearmanr`.
+
+    Args:
+        count: at least 3.
+    """
+    quantile = float(t.ppf(0.975, count - 2))
+    return quantile / math.sqrt(count - 2 + quantile * quantile)
+
+
+def over_policies(results: Sequence[LabNavResult]) -> Pairs:
+    """Return the rank correlation of the tasks' mean scores over the policies that drove both."""
+    means = {
+        task: {
+            one.summary.policy: each.score.value for one in results for each in one.summary.tasks if each.task == task
+        }
+        for task in FIGURE_TASKS
+    }
+    pairs: dict[tuple[str, str], tuple[float | None, int]] = {}
+    for a, b in combinations(FIGURE_TASKS, 2):
+        both = [(means[a][name], means[b][name]) for name in means[a] if name in means[b]]
+        shared = [(x, y) for x, y in both if x is not None and y is not None]
+        pairs[a, b] = spearman([x for x, _ in shared], [y for _, y in shared]), len(shared)
+    return pairs
+
+
+def over_floors(results: Sequence[LabNavResult]) -> Pairs:
+    """Return the rank correlation of a policy's mean scores on the floors of two tasks, as the mean over policies.
+
+    Policies with equal scores on all floors of a task are left out.
+    """
+    floors = [floor_means(result) for result in results]
+    pairs: dict[tuple[str, str], tuple[float | None, int]] = {}
+    for a, b in combinations(FIGURE_TASKS, 2):
+        values = []
+        for own in floors:
+            shared = [floor for floor in own.get(a, {}) if floor in own.get(b, {})]
+            value = (
+                spearman([own[a][floor] for floor in shared], [own[b][floor] for floor in shared]) if shared else None
+            )
+            values += [] if value is None else [value]
+        pairs[a, b] = math.fsum(values) / len(values) if values else None, len(values)
+    return pairs
+
+
+def floor_means(result: LabNavResult) -> dict[str, dict[str, float]]:
+    """Return the mean scores of a policy by task and floor."""
+    scores: dict[str, dict[str, list[float]]] = {}
+    for outcome in result.outcomes:
+        level, floor, _ = outcome.key.split("/")
+        scores.setdefault(level.rpartition("-")[0], {}).setdefault(floor, []).append(outcome.score)
+    return {
+        task: {floor: math.fsum(each) / len(each) for floor, each in floors.items()} for task, floors in scores.items()
+    }
+
+
+def correlation_tables(results: Sequence[LabNavResult]) -> tuple[Table, Table]:
+    """Return the tables of the correlations over policies and over floors, of all pairs of tasks.
+
+    Args:
+        results: of at least one policy.
+    """
+    policies, floors = over_policies(results), over_floors(results)
+    absent = {
+        result.summary.policy: [
+            task for task in FIGURE_TASKS if task not in {each.task for each in result.summary.tasks}
+        ]
+        for result in results
+    }
+    lacking = ", ".join(f"{policy} ({', '.join(tasks)})" for policy, tasks in absent.items() if tasks)
+    left_out = (f"Policies without results in some tasks: {lacking}.",) if lacking else ()
+    title = "Rank correlation between the tasks of LabNav"
+    return (
+        _table(
+            f"{title}, over policies",
+            policies,
+            (
+                "Spearman's correlation of the mean scores, over the policies that drove both tasks"
+                f"{_counts(policies)}; a dash stands for fewer than {FEWEST}, or for equal scores.",
+                *_range(policies),
+                *_significance(policies),
+                *left_out,
+            ),
+        ),
+        _table(
+            f"{title}, over floors",
+            floors,
+            (
+                "Spearman's correlation of a policy's mean scores on the floors that both tasks have, as the mean over "
+                f"policies{_counts(floors)}; policies with equal scores on all floors of a task are left out.",
+                *_range(floors),
+            ),
+        ),
+    )
+
+
+def _table(title: str, pairs: Pairs, notes: tuple[str, ...]) -> Table:
+    def cell(a: str, b: str) -> str:
+        return "1" if a == b else number(pairs[(a, b) if (a, b) in pairs else (b, a)][0], 2)
+
+    rows = tuple((a, *(cell(a, b) for b in FIGURE_TASKS)) for a in FIGURE_TASKS)
+    return Table(title, ("Task", *FIGURE_TASKS), rows, notes)
+
+
+def _counts(pairs: Pairs) -> str:
+    """Return the number of policies behind the correlations in words."""
+    counts = sorted({count for value, count in pairs.values() if value is not None})
+    return "" if not counts else f" ({counts[0]})" if len(counts) == 1 else f" ({counts[0]} to {counts[-1]})"
+
+
+def _significance(pairs: Pairs) -> tuple[str, ...]:
+    """Return a sentence on the least correlation that chance does not explain; nothing without any."""
+    counts = [count for value, count in pairs.values() if value is not None]
+    if not counts:
+        return ()
+    return (
+        f"Among {max(counts)} policies, a correlation below {least_significant(max(counts)):.2f} could be chance "
+        "(two-sided, 5%, t distribution).",
+    )
+
+
+def _range(pairs: Pairs) -> tuple[str, ...]:
+    """Return a sentence on the least and the greatest correlation; nothing without any."""
+    values = {pair: value for pair, (value, _) in pairs.items() if value is not None}
+    if not values:
+        return ()
+    least, greatest = min(values, key=lambda pair: values[pair]), max(values, key=lambda pair: values[pair])
+    middle = float(np.median(list(values.values())))
+    return (
+        f"From {values[least]:.2f} ({' and '.join(least)}) to {values[greatest]:.2f} ({' and '.join(greatest)}), "
+        f"median {middle:.2f}.",
+    )

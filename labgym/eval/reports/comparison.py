@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import ClassVar, Literal
+from typing import Any, ClassVar
 
 from labgym.documents import Document, Record
 from labgym.errors import DocumentError, OptionError, UnknownNameError
-from labgym.eval.driving.evaluation import Evaluation
-from labgym.eval.driving.intervals import Estimate
+from labgym.eval.driving.episode_row import LabNavRow
+from labgym.eval.driving.evaluation import Evaluation, TransitionEvaluation
+from labgym.eval.driving.intervals import estimate_text
 from labgym.eval.driving.paired import (
     TIMES,
     MetricDifference,
@@ -21,28 +22,39 @@ from labgym.eval.driving.paired import (
     differences,
     paired,
 )
+from labgym.eval.evaluator import read_evaluation
 from labgym.eval.labnav.evaluation import LabNavEvaluation
+from labgym.eval.labnav.figure import paired_difference
+from labgym.eval.labnav.summary import DIFFICULTIES
+from labgym.eval.reports.labnav_tables import CLASSES, tasks_of
 from labgym.eval.reports.results import distinguished
 from labgym.eval.reports.tables import NAVDP_ROWS, NAVIGATION_ROWS
 from labgym.table import Table, number
 
-Grouping = Literal["all", "task", "length", "detour", "protocol"]
-
-GROUPINGS: dict[Grouping, str] = {
-    "all": "Overall",
+ALL = "all"
+GROUPINGS = {
+    ALL: "Overall",
     "task": "Task",
     "length": "Length",
     "detour": "Detour",
     "protocol": "Protocol",
+    **CLASSES,
 }
 """Groupings and their headings, in the order of the tables."""
 
-GROUP_METRICS = ("success", "spl", "collision_free", "time_to_goal", "navdp_success", "navdp_spl", "navdp_time")
+GROUP_METRICS = (
+    "success", "spl", "collision_free", "time_to_goal", "navdp_success", "navdp_spl", "navdp_time", "score", "contacts",
+)  # fmt: skip
 """Metrics in the tables of groups; the document has all."""
 
+LABNAV_ROWS = (("score", "Score", 3), ("contacts", "Touched", 3))
+"""Metrics of LabNav besides success."""
+
 _HEADINGS = {name: (heading.removesuffix(" ↑").removesuffix(" ↓"), digits) for name, heading, digits in (
-    *NAVIGATION_ROWS, *NAVDP_ROWS
+    *NAVIGATION_ROWS, *NAVDP_ROWS, *LABNAV_ROWS
 )}  # fmt: skip
+Groups = Mapping[str, Mapping[str, tuple[int, int, dict[str, MetricDifference]]]]
+"""Number of episodes and of layouts, and differences by metric, of each group of each grouping."""
 
 
 class ComparedEvaluation(Record):
@@ -64,8 +76,9 @@ class ComparedEvaluation(Record):
     mark: str = ""
 
     @classmethod
-    def of(cls, evaluation: Evaluation | LabNavEvaluation, shared: int, mark: str = "") -> ComparedEvaluation:
+    def of(cls, evaluation: Evaluation[Any, Any], shared: int) -> ComparedEvaluation:
         """Return the side of an evaluation that has `shared` episodes in common with the other."""
+        thinking = evaluation.thinking if isinstance(evaluation, LabNavEvaluation) else None
         return cls(
             name=evaluation.name,
             policy=evaluation.summary.policy,
@@ -73,7 +86,7 @@ class ComparedEvaluation(Record):
             seed=evaluation.summary.seed,
             episodes=len(evaluation.rows),
             shared=shared,
-            mark=mark,
+            mark="" if thinking is None else thinking.mark,
         )
 
 
@@ -86,7 +99,7 @@ class GroupDifference(Record):
         metrics: differences by name of the metric.
     """
 
-    grouping: Grouping
+    grouping: str
     name: str
     episodes: int
     layouts: int
@@ -94,12 +107,12 @@ class GroupDifference(Record):
 
 
 class Comparison(Document):
-    """Paired comparison of two evaluations of one suite.
+    """Paired comparison of two evaluations.
 
     Attributes:
-        suite: name and version of the suite.
+        suite: name and version of the suite; of two of LabNav, which may share episodes, both names.
         a, b: the evaluations; every difference is a - b.
-        groups: the group of all shared episodes first, then by task, length, detour and protocol.
+        groups: the group of all shared episodes first, then by task, difficulty and, of transitions, protocol.
     """
 
     SCHEMA: ClassVar[str] = "labgym.comparison/1"
@@ -110,7 +123,7 @@ class Comparison(Document):
     groups: tuple[GroupDifference, ...]
 
 
-def evaluation_in(folder: str | Path, policy: str | None = None) -> Evaluation:
+def evaluation_in(folder: str | Path, policy: str | None = None) -> Evaluation[Any, Any]:
     """Return the evaluation in a folder written by `labgym eval` or `labgym run`.
 
     Args:
@@ -123,7 +136,7 @@ def evaluation_in(folder: str | Path, policy: str | None = None) -> Evaluation:
         UnknownNameError: it holds no evaluation of the policy.
     """
     folder = Path(folder)
-    evaluations = [Evaluation.read(path.parent) for path in sorted(folder.glob("**/summary.json"))]
+    evaluations = [read_evaluation(path.parent) for path in sorted(folder.glob("**/summary.json"))]
     if not evaluations:
         raise DocumentError(folder, "", "holds no finished evaluation (summary.json)")
     fitting = [one for one in evaluations if policy in (None, one.summary.policy, one.name)]
@@ -135,7 +148,9 @@ def evaluation_in(folder: str | Path, policy: str | None = None) -> Evaluation:
     return fitting[0]
 
 
-def chosen_evaluations(folders: Sequence[str | Path], policies: Sequence[str] = ()) -> tuple[Evaluation, Evaluation]:
+def chosen_evaluations(
+    folders: Sequence[str | Path], policies: Sequence[str] = ()
+) -> tuple[Evaluation[Any, Any], Evaluation[Any, Any]]:
     """Return the two evaluations that the arguments of `labgym compare` name, with different names in tables.
 
     Args:
@@ -155,47 +170,105 @@ def chosen_evaluations(folders: Sequence[str | Path], policies: Sequence[str] = 
     return a, b
 
 
-def compare(a: Evaluation, b: Evaluation) -> Comparison:
+def compare(a: Evaluation[Any, Any], b: Evaluation[Any, Any]) -> Comparison:
     """Return the paired differences a - b over the episodes that both evaluations hold.
 
     Raises:
         OptionError: the suites differ, no episode is shared, or the rows of an evaluation are mixed.
     """
+    if isinstance(a, TransitionEvaluation) and isinstance(b, TransitionEvaluation):
+        suite, groups = a.summary.suite.label, _transition_groups(a, b)
+    elif isinstance(a, LabNavEvaluation) and isinstance(b, LabNavEvaluation):
+        suite, groups = " and ".join(dict.fromkeys((a.summary.suite, b.summary.suite))), _labnav_groups(a, b)
+    else:
+        labnav, other = (a, b) if isinstance(a, LabNavEvaluation) else (b, a)
+        raise OptionError(f"{labnav.folder} is of LabNav and {other.folder} is not: compare within one suite")
+    rows = tuple(
+        GroupDifference(grouping=grouping, name=name, episodes=episodes, layouts=layouts, metrics=metrics)
+        for grouping, classes in groups.items()
+        for name, (episodes, layouts, metrics) in classes.items()
+    )
+    first, second = (ComparedEvaluation.of(one, rows[0].episodes) for one in (a, b))
+    return Comparison(suite=suite, a=first, b=second, groups=rows)
+
+
+def _transition_groups(a: TransitionEvaluation, b: TransitionEvaluation) -> Groups:
     rules = [one.summary.suite.model_dump(exclude={"layouts", "description"}) for one in (a, b)]
     differing = [name for name in rules[0] if rules[0][name] != rules[1][name]]
     if differing:
         labels = " and ".join(one.summary.suite.label for one in (a, b))
         raise OptionError(f"the evaluations are of the suites {labels}, which differ in {', '.join(differing)}")
-    pairing = paired(a.rows, b.rows)
-    metrics = a.summary.suite.metrics
-    groupings: dict[Grouping, Mapping[str, Sequence[Pair]]] = {
-        "all": {"all": pairing.pairs},
-        "task": by_task(pairing.pairs),
-        "length": by_length(pairing.pairs),
-        "detour": by_detour(pairing.pairs),
-        "protocol": by_protocol(pairing.pairs),
+    every = paired(a.rows, b.rows)
+    groupings: dict[str, Mapping[str, Sequence[Pair]]] = {
+        ALL: {ALL: every},
+        "task": by_task(every),
+        "length": by_length(every),
+        "detour": by_detour(every),
+        "protocol": by_protocol(every),
     }
-    groups = tuple(
-        GroupDifference(
-            grouping=grouping,
-            name=name,
-            episodes=len(pairs),
-            layouts=len({row.layout_hash for row, _ in pairs}),
-            metrics=differences(pairs, metrics),
-        )
+    return {
+        grouping: {
+            name: (
+                len(pairs),
+                len({row.layout_hash for row, _ in pairs}),
+                differences(pairs, a.summary.suite.metrics),
+            )
+            for name, pairs in classes.items()
+        }
         for grouping, classes in groupings.items()
-        for name, pairs in classes.items()
-    )
-    sides = (ComparedEvaluation.of(one, len(pairing.pairs)) for one in (a, b))
-    return Comparison(suite=a.summary.suite.label, a=next(sides), b=next(sides), groups=groups)
+    }
+
+
+def _labnav_groups(a: LabNavEvaluation, b: LabNavEvaluation) -> Groups:
+    theirs = {row.key: row for row in b.rows}
+    pairs = [(row, theirs[row.key]) for row in a.rows if _is_same(row, theirs.get(row.key))]
+    if not pairs:
+        raise OptionError(f"{a.folder} and {b.folder} share no episode of LabNav: drive the same suite")
+    groupings: dict[str, dict[str, list[tuple[LabNavRow, LabNavRow]]]] = {ALL: {ALL: pairs}}
+    tasks = {name: [pair for pair in pairs if f"{pair[0].task}-{pair[0].level}" == name] for name in tasks_of([a, b])}
+    groupings["task"] = {name: own for name, own in tasks.items() if own}
+    for field, class_of in DIFFICULTIES.items():
+        # The class is that of the first: people met depend on the drive.
+        names = {pair[0].key: class_of(pair[0]) for pair in pairs}
+        groupings[field] = {
+            name: [pair for pair in pairs if names[pair[0].key] == name]
+            for name in sorted({name for name in names.values() if name is not None})
+        }
+    return {
+        grouping: {
+            name: (len(own), len({row.floor for row, _ in own}), _labnav_differences(own))
+            for name, own in classes.items()
+        }
+        for grouping, classes in groupings.items()
+        if len(classes) > 1 or grouping in (ALL, "task")
+    }
+
+
+def _labnav_differences(pairs: Sequence[tuple[LabNavRow, LabNavRow]]) -> dict[str, MetricDifference]:
+    values: dict[str, Callable[[LabNavRow], float]] = {
+        "score": lambda row: row.score,
+        "success": lambda row: float(row.success),
+        "contacts": lambda row: float(row.contacts > 0),
+    }
+    return {
+        name: paired_difference(*({pair[side].key: value(pair[side]) for pair in pairs} for side in (0, 1)))
+        for name, value in values.items()
+    }
+
+
+def _is_same(row: LabNavRow, other: LabNavRow | None) -> bool:
+    """Whether two rows are of the same episode of the same version of a suite."""
+    fields = ("suite", "floor_hash", "shortest", "goals")
+    return other is not None and all(getattr(row, name) == getattr(other, name) for name in fields)
 
 
 def comparison_tables(comparison: Comparison) -> tuple[Table, ...]:
     """Return the table of all shared episodes, then one per grouping."""
     names = comparison.a.name, comparison.b.name
     return tuple(
-        _overall(comparison, names) if grouping == "all" else _by_group(comparison, grouping, heading, names)
+        _overall(comparison, names) if grouping == ALL else _by_group(comparison, grouping, heading, names)
         for grouping, heading in GROUPINGS.items()
+        if any(group.grouping == grouping for group in comparison.groups)
     )
 
 
@@ -205,43 +278,36 @@ def _overall(comparison: Comparison, names: tuple[str, str]) -> Table:
     for name, metric in group.metrics.items():
         heading, digits = _HEADINGS[name]
         means = number(metric.a, digits), number(metric.b, digits)
-        rows.append((heading, *means, signed(metric.difference, digits), str(metric.difference.count)))
+        apart = "yes" if metric.significant else "no"
+        text = estimate_text(metric.difference, digits, "+")
+        rows.append((heading, *means, text, apart, str(metric.difference.count)))
     counts = f"{group.episodes} shared of {comparison.a.episodes} and {comparison.b.episodes} episodes"
     return Table(
         title=f"{names[0]} - {names[1]}, suite {comparison.suite}, {counts} in {group.layouts} layouts",
-        columns=("Metric", *names, "Difference", "Episodes"),
+        columns=("Metric", *names, "Difference", "Apart", "Episodes"),
         rows=tuple(rows),
         notes=(
             "Differences over the same episodes, first minus second. Brackets: 95% intervals over layouts and repeats.",
-            "Time: episodes in which both succeeded.",
+            "Apart: 0 is outside the interval. Time: episodes in which both succeeded.",
+            *(f"{side.name} {side.mark}." for side in (comparison.a, comparison.b) if side.mark),
         ),
     )
 
 
-def _by_group(comparison: Comparison, grouping: Grouping, heading: str, names: tuple[str, str]) -> Table:
+def _by_group(comparison: Comparison, grouping: str, heading: str, names: tuple[str, str]) -> Table:
     groups = [group for group in comparison.groups if group.grouping == grouping]
     metrics = [name for name in GROUP_METRICS if name in comparison.groups[0].metrics]
     return Table(
-        title=f"{names[0]} - {names[1]} by {heading.lower()}",
-        columns=(heading, "Episodes", "Layouts", *(_HEADINGS[name][0] for name in metrics)),
+        title=f"{names[0]} - {names[1]}, by {heading[0].lower()}{heading[1:]}",
+        columns=(heading.partition(":")[0], "Episodes", "Layouts", *(_HEADINGS[name][0] for name in metrics)),
         rows=tuple(
             (
                 group.name,
                 str(group.episodes),
                 str(group.layouts),
-                *(signed(group.metrics[name].difference, 2 if name in TIMES else 3) for name in metrics),
+                *(estimate_text(group.metrics[name].difference, 2 if name in TIMES else 3, "+") for name in metrics),
             )
             for group in groups
         ),
         notes=("One layout has no interval. The intervals are not adjusted for the number of groups.",),
     )
-
-
-def signed(estimate: Estimate, digits: int) -> str:
-    """Return a difference with its sign, and its interval in brackets if it has one."""
-    if estimate.value is None:
-        return "-"
-    value = f"{estimate.value:+.{digits}f}"
-    if estimate.low is None or estimate.high is None:
-        return value
-    return f"{value} [{estimate.low:+.{digits}f}, {estimate.high:+.{digits}f}]"

@@ -16,7 +16,7 @@ from labgym.eval.leaderboard.drives import published_drives
 from labgym.eval.leaderboard.lab30 import published_lab30
 from labgym.eval.leaderboard.labnav import LabNavResult, published_results
 from labgym.eval.reports.labnav_tables import labnav_tables
-from labgym.eval.reports.results import named_apart
+from labgym.eval.reports.results import distinguished
 from labgym.eval.reports.site.entries import Entry, ranked_entries, short_commit, with_published
 from labgym.eval.reports.site.page import site_of, write_site
 from labgym.eval.reports.tables import leaderboard
@@ -37,7 +37,7 @@ def report_labnav(
         OptionError: the suites differ.
     """
     places = {Path(folder).resolve(): Path(folder) for folder in folders}
-    evaluations = named_apart([LabNavEvaluation.read(folder) for folder in places.values()], LabNavEvaluation.named)
+    evaluations = distinguished([LabNavEvaluation.read(folder) for folder in places.values()])
     suites = {(one.summary.suite, one.summary.hash): one for one in evaluations}
     if len(suites) > 1:
         a, b = list(suites.values())[:2]

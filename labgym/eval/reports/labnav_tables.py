@@ -9,14 +9,12 @@ from itertools import combinations
 from typing import get_args
 
 from labgym.envs.labnav.tasks import FIGURE_TASKS
-from labgym.eval.driving.intervals import Estimate, bounded_mean
+from labgym.eval.driving.episode_row import Ending, Track
+from labgym.eval.driving.intervals import Estimate, bounded_mean, estimate_text
 from labgym.eval.driving.paired import MetricDifference
 from labgym.eval.labnav.evaluation import LabNavEvaluation
-from labgym.eval.labnav.figure import paired_difference, significant, swaps
-from labgym.eval.labnav.row import Track
-from labgym.eval.labnav.rules import Ending
+from labgym.eval.labnav.figure import paired_difference, swaps
 from labgym.eval.labnav.summary import DIFFICULTIES, classes
-from labgym.eval.reports.comparison import signed
 from labgym.table import Table, number
 
 TRACKS: dict[Track, str] = {
@@ -93,10 +91,10 @@ def score_table(evaluations: Sequence[LabNavEvaluation], track: Track) -> Table:
         rows.append(
             (
                 one.name,
-                *((interval(figure, 1),) if whole else ()),
+                *((estimate_text(figure, 1),) if whole else ()),
                 number(100.0 * mean(one), 1),
-                *(interval(score, 2) for score in scores),
-                interval(touched(one), 2),
+                *(estimate_text(score, 2) for score in scores),
+                estimate_text(touched(one), 2),
             )
         )
     heads = ("policy", *(("LabNav",) if whole else ()), "mean", *(task.replace("-", " ") for task in tasks), "touched")
@@ -132,13 +130,13 @@ def pair_table(evaluations: Sequence[LabNavEvaluation]) -> Table:
     rows = tuple(
         (
             f"{a.name} - {b.name}",
-            signed(one.difference, 3),
+            estimate_text(one.difference, 3, "+"),
             str(one.difference.count),
-            "yes" if significant(one) else "no",
+            "yes" if one.significant else "no",
         )
         for a, b, one in found
     )
-    apart = sum(significant(one) for _, _, one in found)
+    apart = sum(one.significant for _, _, one in found)
     notes = [
         f"{apart} of {len(found)} pairs are apart: the 95% interval of the mean difference, with floors as the unit, "
         "does not contain 0. The intervals are not adjusted for the number of pairs."
@@ -180,19 +178,6 @@ def difficulty_tables(evaluations: Sequence[LabNavEvaluation]) -> tuple[Table, .
             tables.append(Table(title, ("policy", *names), rows))
     notes = ("Mean score, and number of episodes in parentheses; the tasks differ between the classes.",)
     return tuple(tables[:-1] + [replace(table, notes=notes) for table in tables[-1:]])
-
-
-def interval(estimate: Estimate | None, digits: int) -> str:
-    """Return an estimate with its interval in brackets."""
-    if estimate is None or estimate.value is None:
-        return "-"
-    if estimate.low is None or estimate.high is None:
-        return f"{estimate.value:.{digits}f}"
-    return f"{estimate.value:.{digits}f} [{estimate.low:.{digits}f}, {estimate.high:.{digits}f}]"
-
-
-def _apart(difference: MetricDifference) -> str:
-    return "yes" if significant(difference) else "no"
 
 
 def _class_cell(group: tuple[float, int] | None) -> str:

@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
-from labgym.documents import read_json
 from labgym.errors import DocumentError, OptionError, UnknownNameError
 from labgym.eval.drawing.plan_drawing import DrivenPath
 from labgym.eval.driving.drive import Route
-from labgym.eval.driving.episode_row import EpisodeRow
-from labgym.eval.driving.evaluation import Evaluation
+from labgym.eval.driving.episode_row import TransitionRow
+from labgym.eval.driving.evaluation import UNFINISHED, Evaluation, TransitionEvaluation, is_unfinished
 from labgym.eval.scoring.layout_report import LayoutReport
 from labgym.layouts import Layout
-
-UNFINISHED = "the evaluation is not finished; run the same labgym eval command again"
 
 
 @dataclass(frozen=True)
@@ -36,7 +33,7 @@ class ResultsFolder:
     folder: Path
     layouts: tuple[Layout, ...]
     scores: dict[str, LayoutReport]
-    evaluations: tuple[Evaluation, ...]
+    evaluations: tuple[TransitionEvaluation, ...]
     problems: tuple[str, ...] = ()
 
     @classmethod
@@ -57,14 +54,14 @@ class ResultsFolder:
             _check_has_results(place)
         paths = [path.parent for each in folders for path in sorted(each.glob("**/summary.json"))]
         places = {path.resolve(): path for path in paths}
-        evaluations = sorted(map(Evaluation.read, places.values()), key=lambda one: one.name)
+        evaluations = sorted(map(TransitionEvaluation.read, places.values()), key=lambda one: one.name)
         if policies:
             evaluations = [one for policy in policies for one in evaluations if one.summary.policy == policy]
         evaluations = distinguished(evaluations)
         layouts, problems = _layouts(folders, evaluations)
         scores = [LayoutReport.load(path) for path in sorted(folder.glob("scores/*.json"))]
         runs = [path.parent for each in folders for path in sorted(each.glob("**/run.json"))]
-        unfinished = [f"{path}: {UNFINISHED}" for path in runs if _is_unfinished(path)]
+        unfinished = [f"{path}: {UNFINISHED}" for path in runs if is_unfinished(path)]
         return cls(
             folder,
             tuple(layouts),
@@ -78,39 +75,16 @@ class ResultsFolder:
         return tuple(
             DrivenPath(one.name, np.array(one.routes[row.key], dtype=np.float64)[:, :2], row.success)
             for one in self.evaluations
-            for row in one.of(layout)
+            for row in one.in_layout(layout)
             if one.routes.get(row.key)
         )
 
 
-def distinguished(evaluations: Sequence[Evaluation]) -> list[Evaluation]:
+E = TypeVar("E", bound=Evaluation[Any, Any])
+
+
+def distinguished(evaluations: Sequence[E]) -> list[E]:
     """Return evaluations with unique names: equal names get the part of the folder that differs as a suffix."""
-    return named_apart(evaluations, Evaluation.named)
-
-
-class Named(Protocol):
-    """An evaluation with a name in tables and a folder."""
-
-    @property
-    def name(self) -> str:
-        """Name of the policy in tables."""
-        ...
-
-    @property
-    def folder(self) -> Path:
-        """Path of its folder."""
-        ...
-
-
-N = TypeVar("N", bound=Named)
-
-
-def named_apart(evaluations: Sequence[N], renamed: Callable[[N, str], N]) -> list[N]:
-    """Return evaluations with unique names: equal names get the part of the folder that differs as a suffix.
-
-    Args:
-        renamed: returns an evaluation under another name.
-    """
     names = [one.name for one in evaluations]
     groups = {name: [one for one in evaluations if one.name == name] for name in names}
     suffixes = {
@@ -120,8 +94,7 @@ def named_apart(evaluations: Sequence[N], renamed: Callable[[N, str], N]) -> lis
         for one, suffix in zip(group, _suffixes([one.folder.resolve() for one in group]), strict=True)
     }
     return [
-        renamed(one, f"{one.name} ({suffixes[one.folder]})" if one.folder in suffixes else one.name)
-        for one in evaluations
+        one.named(f"{one.name} ({suffixes[one.folder]})" if one.folder in suffixes else one.name) for one in evaluations
     ]
 
 
@@ -134,7 +107,7 @@ def _suffixes(folders: Sequence[Path]) -> list[str]:
     return [str(folder) for folder in folders]
 
 
-def _layouts(folders: Iterable[Path], evaluations: Sequence[Evaluation]) -> tuple[list[Layout], list[str]]:
+def _layouts(folders: Iterable[Path], evaluations: Sequence[TransitionEvaluation]) -> tuple[list[Layout], list[str]]:
     """Return the layouts of the folders or else of the suite, by id, and a sentence for those that differ."""
     layouts: dict[str, Layout] = {}
     for path in sorted((path for each in folders for path in each.glob("layouts/*.json")), key=lambda path: path.name):
@@ -157,25 +130,13 @@ def _layouts(folders: Iterable[Path], evaluations: Sequence[Evaluation]) -> tupl
 
 
 def _check_has_results(folder: Path) -> None:
-    if _is_unfinished(folder):
+    if is_unfinished(folder):
         raise DocumentError(folder, "", UNFINISHED)
     if not any(folder.glob("**/summary.json")) and not any(folder.glob("layouts/*.json")):
         raise DocumentError(folder, "", "holds neither layouts/*.json nor an evaluation's summary.json")
 
 
-def _is_unfinished(folder: Path) -> bool:
-    """Return whether a folder holds an evaluation that was interrupted."""
-    path = folder / "run.json"
-    if not path.is_file() or (folder / "summary.json").exists():
-        return False
-    try:
-        data = read_json(path)
-    except DocumentError:
-        return False
-    return isinstance(data, dict) and data.get("kind") == "eval"
-
-
-def recorded_drive(folder: str | Path, episode: str, policy: str | None = None) -> tuple[Layout, EpisodeRow, Route]:
+def recorded_drive(folder: str | Path, episode: str, policy: str | None = None) -> tuple[Layout, TransitionRow, Route]:
     """Return the layout, the row and the route of an episode in a folder of results.
 
     Args:
@@ -196,10 +157,10 @@ def recorded_drive(folder: str | Path, episode: str, policy: str | None = None) 
     name, *parts = episode.split("/")
     if not 1 <= len(parts) <= 2 or not all(part.isdecimal() and len(part) < 7 for part in parts):
         raise OptionError(f"episode {episode[:80]!r} must be LAYOUT/PAIR or LAYOUT/PAIR/REPEAT, such as test-sub_01/3")
-    key = name, int(parts[0]), int(parts[1]) if len(parts) == 2 else 0
+    key = f"{name}/{int(parts[0])}/{int(parts[1]) if len(parts) == 2 else 0}"
     rows = {row.key: row for row in evaluation.rows}
     if key not in rows:
-        raise UnknownNameError(f"{folder}: episode", episode, ["/".join(map(str, each)) for each in rows])
+        raise UnknownNameError(f"{folder}: episode", episode, rows)
     layout = next((each for each in results.layouts if each.id == name), None)
     route = evaluation.routes.get(key)
     if layout is None or layout.hash != rows[key].layout_hash or not route:

@@ -12,8 +12,8 @@ from labgym.errors import LabgymError
 from labgym.eval.drawing import palette
 from labgym.eval.drawing.plan_drawing import DrivenPath, draw_objects, draw_plan, draw_traces
 from labgym.eval.driving.drive import Route
-from labgym.eval.driving.episode_row import EpisodeRow
-from labgym.eval.driving.evaluation import Evaluation
+from labgym.eval.driving.episode_row import TransitionRow
+from labgym.eval.driving.evaluation import TransitionEvaluation
 from labgym.layouts import Layout
 
 if TYPE_CHECKING:
@@ -29,13 +29,15 @@ BACK_AND_FORTH = 3.0
 """A robot went back and forth if it drove this multiple of its largest distance from the start."""
 
 
-def sampled(rows: Sequence[EpisodeRow], count: int = 10) -> list[EpisodeRow]:
+def sampled(rows: Sequence[TransitionRow], count: int = 10) -> list[TransitionRow]:
     """Return `count` evenly spaced episodes: the same ones for every policy on a suite."""
     indices = np.linspace(0, len(rows) - 1, min(count, len(rows))).round().astype(int)
     return [rows[index] for index in indices]
 
 
-def drives_figure(evaluation: Evaluation, layouts: Mapping[str, Layout], rows: Sequence[EpisodeRow]) -> Figure:
+def drives_figure(
+    evaluation: TransitionEvaluation, layouts: Mapping[str, Layout], rows: Sequence[TransitionRow]
+) -> Figure:
     """Draw episodes side by side on their floor plans: a ring at the start, the success disc at the goal.
 
     Args:
@@ -75,7 +77,7 @@ def panel_grid(count: int, columns: int, inches: float, title_inches: float) -> 
     return figure, tuple(grid.flat[:count])
 
 
-def what_went_wrong(row: EpisodeRow, route: Route) -> str:
+def what_went_wrong(row: TransitionRow, route: Route) -> str:
     """Return in a few words how an episode failed, from its row and its poses (x, y, yaw)."""
     if row.error is not None:
         return f"the policy raised: {row.error}"
@@ -90,7 +92,7 @@ def what_went_wrong(row: EpisodeRow, route: Route) -> str:
     return f"time limit reached {row.final_distance:.1f} m from the goal{touching}"
 
 
-def _draw_drive(axes: Axes, layout: Layout, row: EpisodeRow, route: Route) -> None:
+def _draw_drive(axes: Axes, layout: Layout, row: TransitionRow, route: Route) -> None:
     from matplotlib.patches import Circle
 
     axes.set_aspect("equal")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from labgym.eval.drawing.plan_labels import readable_name
 from labgym.eval.drawing.plan_panel import floor_size
-from labgym.eval.driving.evaluation import Evaluation
+from labgym.eval.driving.evaluation import TransitionEvaluation
 from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.reports.report import Card, Picture, Report, Tile
 from labgym.eval.reports.results import ResultsFolder
@@ -27,7 +27,7 @@ def result_tables(results: ResultsFolder) -> tuple[Table, ...]:
     return (*tables, *map(_navigation, groups))
 
 
-def _navigation(evaluations: Sequence[Evaluation]) -> Table:
+def _navigation(evaluations: Sequence[TransitionEvaluation]) -> Table:
     """Return the table of evaluations on one suite."""
     suite = evaluations[0].summary.suite
     if suite.metrics == "navdp":
@@ -74,7 +74,7 @@ def _tiles(results: ResultsFolder) -> tuple[Tile, ...]:
     return tuple(tiles)
 
 
-def _best(evaluations: Sequence[Evaluation]) -> Evaluation | None:
+def _best(evaluations: Sequence[TransitionEvaluation]) -> TransitionEvaluation | None:
     """Return the evaluation with most drives without contact, then SPL; without the true map, if there are any."""
     candidates = [one for one in evaluations if not one.summary.privileged] or evaluations
     return max(candidates, key=lambda one: _merit(one.summary), default=None)
@@ -126,8 +126,8 @@ def _episodes(results: ResultsFolder, layout: Layout) -> Table | None:
             str(row.contacts),
         )
         for one in results.evaluations
-        for pairs in [one.summary.suite.pairs(layout) if one.of(layout) else ()]
-        for row in one.of(layout)
+        for pairs in [one.summary.suite.pairs(layout) if one.in_layout(layout) else ()]
+        for row in one.in_layout(layout)
         if row.pair < len(pairs)
     ]
     columns = ("goal pair", "policy", "outcome", "SPL", "driven, m", "shortest, m", "time, s", "contact steps")
@@ -158,10 +158,11 @@ def _provenance(results: ResultsFolder) -> tuple[tuple[str, str], ...]:
     return (*facts, ("generators", "; ".join(sorted(generators))))
 
 
-def _origin(evaluation: Evaluation) -> list[tuple[str, str]]:
+def _origin(evaluation: TransitionEvaluation) -> list[tuple[str, str]]:
     """Return how an evaluation was made: episodes, seed, code, versions and machines."""
     summary, sessions = evaluation.summary, evaluation.provenance
-    facts = [(evaluation.name, f"{summary.episodes} episodes, seed {summary.seed}, code {evaluation.code[:12]}")]
+    code = "unknown" if evaluation.identity is None else evaluation.identity.code
+    facts = [(evaluation.name, f"{summary.episodes} episodes, seed {summary.seed}, code {code[:12]}")]
     if sessions:
         last = sessions[-1]
         facts.append(("commit", f"{last.commit or 'not a checkout'}{' with changes' if last.dirty else ''}"))

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Protocol
+from typing import Any, Protocol
 
-from labgym.eval.driving.intervals import Estimate
+from labgym.eval.driving.evaluation import Evaluation
+from labgym.eval.driving.intervals import Estimate, estimate_text
 from labgym.eval.driving.record import NavigationSummary
+from labgym.eval.labnav.evaluation import LabNavEvaluation
+from labgym.eval.labnav.summary import summary_table
 from labgym.eval.reports.paper import paper
 from labgym.eval.scoring.layout_report import COLUMNS, LayoutSummary
 from labgym.layouts.rules.rule_sets import PAPER
@@ -113,7 +116,7 @@ def navigation_table(policies: Mapping[str, Mapping[str, Estimate]], suite: str)
         title=f"Navigation, {suite}, {episodes} per policy",
         columns=("Metric", *policies),
         rows=tuple(
-            (heading, *(interval(metrics[key], digits) for metrics in policies.values()))
+            (heading, *(estimate_text(metrics[key], digits) for metrics in policies.values()))
             for key, heading, digits in rows
         ),
         notes=(
@@ -121,6 +124,14 @@ def navigation_table(policies: Mapping[str, Mapping[str, Estimate]], suite: str)
             "Time to goal is a mean over successful episodes. Planning time depends on the machine.",
         ),
     )
+
+
+def evaluation_table(evaluation: Evaluation[Any, Any]) -> Table:
+    """Return the table of one evaluation."""
+    if isinstance(evaluation, LabNavEvaluation):
+        return summary_table(evaluation.summary)
+    summary = evaluation.summary
+    return navigation_table({summary.policy: evaluation.metrics}, f"suite {summary.suite.title}")
 
 
 class TableRow(Protocol):
@@ -188,16 +199,8 @@ def leaderboard(evaluations: Sequence[TableRow]) -> Table:
     )
 
 
-def interval(estimate: Estimate, digits: int) -> str:
-    """Return an estimate, with its interval in brackets if it has one."""
-    value = number(estimate.value, digits)
-    if estimate.low is None or estimate.high is None:
-        return value
-    return f"{value} [{estimate.low:.{digits}f}, {estimate.high:.{digits}f}]"
-
-
 def _shown(estimate: Estimate, digits: int, whole: bool) -> str:
-    return interval(estimate, digits) if whole else number(estimate.value, digits)
+    return estimate_text(estimate, digits) if whole else number(estimate.value, digits)
 
 
 def _layout_row(

@@ -13,8 +13,7 @@ from pathlib import Path
 from labgym.documents import write_text
 from labgym.eval.drawing.pictures import with_palette
 from labgym.eval.drawing.trace_frames import State, draw_state, judged
-from labgym.eval.reports.environment import page_environment
-from labgym.eval.reports.report import Picture
+from labgym.eval.reports.report import Picture, page_environment
 from labgym.layouts.trace import Iteration, Trace, Trial
 
 SHOWN_TRIALS = 60

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from labgym.documents import canonical_hash
 from labgym.errors import DocumentError, OptionError
-from labgym.eval.scoring.judging.options import JudgeOptions
+from labgym.eval.scoring.judgement import JudgeOptions
 from labgym.eval.scoring.layout_report import LayoutReport
 from labgym.eval.scoring.score import score
 from labgym.layouts.batch import catalog_digest
@@ -37,6 +37,7 @@ def score_layouts(
     profile: str | None = None,
     executor: ExecutorOptions | None = None,
     fresh: bool = False,
+    *,
     progress: bool = True,
     rules: str = TOUCHSTONE.name,
     judge: JudgeOptions | None = None,

@@ -2,28 +2,118 @@
 
 from __future__ import annotations
 
+import math
 import secrets
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from tqdm import tqdm
 
 from labgym.errors import DocumentError, OptionError, UnknownNameError
 from labgym.eval.driving.files import SUMMARY
+from labgym.eval.driving.record import EvaluationSummary
+from labgym.eval.driving.runner import policy_fingerprint
 from labgym.eval.labnav.evaluation import is_labnav_run
 from labgym.eval.labnav.foresight import in_place
 from labgym.eval.labnav.suites import LabNavSuite
-from labgym.eval.submission.claim import Claim
+from labgym.eval.submission.claim import Claim, Verdict, completeness_problems, listed
 from labgym.eval.submission.labnav_claim import LabNavClaim
 from labgym.eval.submission.record_checks import RunRecord, run_problems
-from labgym.eval.submission.second_drive import drawn_again, driven_again
-from labgym.eval.submission.submitted_policy import PolicyChoice
 from labgym.eval.submission.transition_claim import TransitionClaim
-from labgym.eval.submission.verdict import Verdict, completeness_problems, listed
 from labgym.policies import Policy
 from labgym.policies.kernels import kernel_mode
-from labgym.policies.process import PolicyProcess
+from labgym.policies.process import PolicyProcess, PolicySource
+from labgym.policies.registry import BUILT_IN
+
+
+@dataclass(frozen=True)
+class PolicyChoice:
+    """The policy that drives again.
+
+    Attributes:
+        name: for `make_policy`.
+        options: its arguments.
+        passed: whether the user passed the policy; otherwise it is the built-in one that the submission names.
+    """
+
+    name: str
+    options: dict[str, Any] = field(default_factory=dict)
+    passed: bool = False
+
+    @classmethod
+    def of(cls, summary: EvaluationSummary, name: str | None, options: Mapping[str, Any] | None) -> PolicyChoice:
+        """Return the policy that the user passed, or else the built-in one that a submission names.
+
+        A submission cannot choose a class, a file or a server: only built-in names are taken from it, and only
+        options that are numbers and switches.
+
+        Raises:
+            OptionError: the policy of the submission is not built in, or has options that are not taken from it.
+        """
+        remedy = "pass the policy with --policy and --options, or check without driving with --no-drive"
+        if name is not None:
+            if summary.options and not options:
+                raise OptionError(
+                    f"the submission drove with options {_shown(summary.options)}: pass them with --options"
+                )
+            return cls(name, dict(options or {}), passed=True)
+        if summary.policy not in BUILT_IN:
+            raise OptionError(f"policy {summary.policy[:80]!r} of the submission is not built in; {remedy}")
+        unsafe = sorted(key for key, value in summary.options.items() if not _is_plain(value))
+        if unsafe:
+            raise OptionError(f"option {unsafe[0][:80]!r} of the submission is not a number or a switch; {remedy}")
+        return cls(summary.policy, dict(summary.options))
+
+    @property
+    def source(self) -> PolicySource:
+        """The policy, for a separate process."""
+        return PolicySource.named(self.name, self.options)
+
+    def problems(
+        self, policy: PolicyProcess, stated: Mapping[str, tuple[object, object]], label: str, record: RunRecord
+    ) -> Iterator[str]:
+        """Yield a sentence for each way in which the policy is not the one that the submission names.
+
+        Args:
+            policy: in its process. stated: properties of it, and what the submission says of them.
+            label: of the policy in the submission. record: of the run.
+        """
+        for name, (value, claimed) in stated.items():
+            if value != claimed:
+                yield f"{name} of the policy is {value!r}, the submission says {claimed!r}"
+        if record.identity is None:
+            return
+        expected = policy_fingerprint(self.name, self.source, label, policy.files()).model_dump()
+        stated_policy = record.identity.inputs.get("policy")
+        differing = [
+            name
+            for name in expected
+            if not isinstance(stated_policy, dict) or stated_policy.get(name) != expected[name]
+        ]
+        if differing:
+            yield f"the policy's {', '.join(differing)} differ from those in the submission's identity"
+
+
+def _is_plain(value: object) -> bool:
+    """Return whether a value is a number, a switch, None, or a mapping of such values."""
+    if isinstance(value, dict):
+        return all(not isinstance(item, dict) and _is_plain(item) for item in value.values())
+    return value is None or isinstance(value, bool | int | float)
+
+
+def _shown(options: Mapping[str, Any]) -> str:
+    return ", ".join(f"{key}={value}" for key, value in options.items())[:200]
+
+
+SHARE = 0.1
+"""Share of the episodes of a large result that is driven again."""
+FEWEST = 60
+"""At least this many episodes are driven again: all of a smaller result."""
+FORGED = 3
+"""Number of forged rows whose probability to go unseen is stated."""
 
 
 def check_submission(
@@ -31,6 +121,7 @@ def check_submission(
     seed: int | None = None,
     suite: str | LabNavSuite | None = None,
     policy: str | None = None,
+    *,
     options: Mapping[str, Any] | None = None,
     drive: bool = True,
     other_code: bool = False,
@@ -41,7 +132,7 @@ def check_submission(
     Nothing in the folder is executed, and no class that it names is imported unless it is built in.
 
     Args:
-        folder: folder written by `evaluate`, `evaluate_labnav` or `labgym eval`.
+        folder: folder written by `evaluate` or `labgym eval`.
         seed: random seed of the episodes that are driven again; by default it is drawn, so that nobody can know it
             in advance.
         suite: name or .json file of the suite, or a suite of LabNav, if it is not the published one of the submission's
@@ -61,7 +152,7 @@ def check_submission(
         raise DocumentError(folder, "", f"holds no {SUMMARY}; pass the folder of a finished labgym eval")
     try:
         if is_labnav_run(folder):
-            claim: Claim[Any] = LabNavClaim(folder, suite)
+            claim: Claim[Any, Any] = LabNavClaim(folder, suite)
         elif isinstance(suite, LabNavSuite):
             raise OptionError(f"{folder} holds no evaluation of LabNav: pass the name of its suite")
         else:
@@ -74,10 +165,8 @@ def check_submission(
         *run_problems(record, claim.identity_problems(record), other_code),
         *listed(claim.file_problems, "problems of files"),
         *claim.suite_problems(),
-        *listed(
-            completeness_problems(claim.keys, claim.rows, claim.routes, claim.suite_name, claim.name_of), "episodes"
-        ),
-        *listed(claim.episode_problems(), "problems of episodes"),
+        *listed(completeness_problems(claim.keys, claim.rows, claim.routes, claim.suite_name), "episodes"),
+        *listed((f"episode {key}: {problem}" for key, problem in claim.problems_by_episode()), "problems of episodes"),
         *claim.summary_problems(record),
     ]
     count = len(claim.keys)
@@ -98,11 +187,39 @@ def check_submission(
 
 
 def _drive_problems(
-    claim: Claim[Any], policy: PolicyProcess | Policy, keys: Sequence[Any], progress: bool
+    claim: Claim[Any, Any], policy: PolicyProcess | Policy, keys: Sequence[str], progress: bool
 ) -> Iterator[str]:
     """Drive episodes again and yield a sentence for each whose row or route differs."""
     with tqdm(total=len(keys), desc="drive again", unit="ep", disable=not progress) as bar:
-        for key, drive in claim.driven(policy, keys):
+        for drive in claim.driven(policy, keys):
             bar.update()
-            if difference := claim.difference(key, drive):
+            if difference := claim.difference(drive):
                 yield difference
+
+
+def drawn_again(keys: Sequence[str], seed: int) -> tuple[str, ...]:
+    """Return the keys of the episodes that are driven again, in their order: a random tenth, but at least 60."""
+    count = min(len(keys), max(FEWEST, math.ceil(SHARE * len(keys) - 1e-9)))
+    chosen = np.random.default_rng(seed).choice(len(keys), size=count, replace=False)
+    return tuple(keys[index] for index in sorted(chosen.tolist()))
+
+
+def unseen(episodes: int, again: int, forged: int = FORGED) -> float:
+    """Return the probability that none of some forged rows is among the episodes that are driven again.
+
+    Args:
+        episodes: number of all. again: number of those that are driven again. forged: number of forged rows.
+    """
+    forged = min(forged, episodes)
+    return math.comb(episodes - forged, again) / math.comb(episodes, again)
+
+
+def driven_again(again: int, episodes: int, policy: str, seed: int) -> str:
+    """Return the sentence of a verdict on the episodes that were driven again."""
+    if again == episodes:
+        return f"all {again} episodes driven again with {policy!r}"
+    chance = unseen(episodes, again)
+    return (
+        f"{again} of {episodes} episodes driven again with {policy!r}, chosen with --seed {seed}: {FORGED} forged rows "
+        f"that pass the other checks go unseen with a probability of {100.0 * chance:.0f}%"
+    )

@@ -1,53 +1,115 @@
-"""A submission set against the suite of this installation that it claims; what all kinds of suites have in common."""
+"""A submission set against the suite of this installation that it claims; what all kinds of suites have in common.
+
+Its files are read within bounds, and nothing in them is executed.
+"""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import NDArray
 
-from labgym.eval.driving.drive import Drive
+from labgym.documents import parse_json
+from labgym.eval.driving.drive import DrivenEpisode
 from labgym.eval.driving.episode_row import EpisodeRow
-from labgym.eval.driving.record import NavigationSummary
-from labgym.eval.labnav.results import LabNavDrive
-from labgym.eval.labnav.row import LabNavRow
-from labgym.eval.labnav.summary import LabNavSummary
+from labgym.eval.driving.evaluation import in_one_line
+from labgym.eval.driving.files import EPISODES, MAX_LINE, ROUTES, SUMMARY, EpisodeRoute, each_record
+from labgym.eval.driving.record import EvaluationSummary
 from labgym.eval.submission.record_checks import RunRecord
 from labgym.policies import Policy
 from labgym.policies.process import PolicyProcess
 
-Key = TypeVar("Key")
+MOST = 20
+"""Largest number of problems of one kind that are listed."""
 
 
-class Claim(ABC, Generic[Key]):
-    """A submission and the suite that it claims.
+@dataclass(frozen=True)
+class Verdict:
+    """The outcome of a check.
 
     Attributes:
-        summary: of the submission. suite_name: of the suite. keys: of the suite's episodes, in their order.
-        rows: of the submission by key. file_problems: a sentence for each line that cannot be read.
+        problems: a line for each failed check; empty if the submission passes.
+        facts: a line for each check that was made or left out.
     """
 
-    summary: NavigationSummary | LabNavSummary
-    suite_name: str
-    keys: Sequence[Key]
-    rows: Mapping[Key, EpisodeRow] | Mapping[Key, LabNavRow]
-    file_problems: Sequence[str]
+    problems: tuple[str, ...]
+    facts: tuple[str, ...]
 
     @property
-    @abstractmethod
-    def routes(self) -> Mapping[Key, Any]:
-        """The routes of the submission, or where they are, by key."""
+    def passed(self) -> bool:
+        """Whether there is no problem."""
+        return not self.problems
 
-    @abstractmethod
-    def route(self, key: Key) -> ArrayLike:
+
+def listed(problems: Iterable[str], kind: str) -> list[str]:
+    """Return the first problems, and a line if there are more."""
+    first = list(islice(problems, MOST + 1))
+    return first if len(first) <= MOST else [*first[:MOST], f"more {kind} like these are not listed"]
+
+
+def completeness_problems(
+    episodes: Iterable[str], rows: Iterable[str], routes: Iterable[str], suite: str
+) -> Iterator[str]:
+    """Yield a sentence for each episode without a row or a route, and for each row or route of no episode.
+
+    Args:
+        episodes: keys of those of the suite. rows, routes: keys of those of the submission. suite: its name.
+    """
+    expected, given = dict.fromkeys(episodes), {"row": dict.fromkeys(rows), "route": dict.fromkeys(routes)}
+    for key in expected:
+        missing = [kind for kind, keys in given.items() if key not in keys]
+        if missing:
+            yield f"episode {key[:120]} has no {' and no '.join(missing)}"
+    for key in given["row"] | given["route"]:
+        if key not in expected:
+            yield f"episode {key[:120]} is not in suite {suite}"
+
+
+EXCESS = 100
+"""Number of lines beyond the suite's episodes after which reading a file stops."""
+S = TypeVar("S", bound=EvaluationSummary)
+R = TypeVar("R", bound=EpisodeRow)
+
+
+class Claim(ABC, Generic[S, R]):
+    """A submission and the suite that it claims.
+
+    Args:
+        folder: of the submission. summary: of it. suite_name: of the suite.
+        keys: of the suite's episodes, in their order. kind: type of the rows.
+
+    Attributes:
+        rows: of the submission by key. routes: places of their routes in the file, bytes.
+        file_problems: a sentence for each line that cannot be read, repeats an episode or is one too many.
+    """
+
+    def __init__(self, folder: Path, summary: S, suite_name: str, keys: Sequence[str], kind: type[R]) -> None:
+        self.folder, self.summary, self.suite_name, self.keys = folder, summary, suite_name, keys
+        self.file_problems: list[str] = []
+        self.rows: Mapping[str, R] = {record.key: record for _, record in self._records(EPISODES, kind)}
+        self.routes = {record.key: place for place, record in self._records(ROUTES, EpisodeRoute)}
+
+    def _records(self, name: str, kind: type[Any]) -> Iterator[tuple[int, Any]]:
+        """Yield place and record of each line of a file, a few more than the suite has episodes at most."""
+        path = self.folder / name
+        if not path.is_file():
+            self.file_problems.append(f"{name} is missing")
+            return
+        with path.open("rb") as stream:
+            yield from each_record(name, stream, kind, self.file_problems, len(self.keys) + EXCESS)
+
+    def route(self, key: str) -> NDArray[np.float64]:
         """Return the poses (n, 3) of a route."""
-
-    @abstractmethod
-    def name_of(self, key: Key) -> str:
-        """Return the name of an episode."""
+        with (self.folder / ROUTES).open("rb") as stream:
+            stream.seek(self.routes[key])
+            poses = parse_json(stream.readline(MAX_LINE), ROUTES)["poses"]
+        return np.array(poses, dtype=np.float64).reshape(-1, 3)
 
     @abstractmethod
     def identity_problems(self, record: RunRecord) -> Iterator[str]:
@@ -58,27 +120,34 @@ class Claim(ABC, Generic[Key]):
         """Yield a sentence for each way in which the claimed suite differs from that of this installation."""
 
     @abstractmethod
-    def episode_problems(self) -> Iterator[str]:
-        """Yield a sentence for each contradiction in a row, and between a row and its route."""
-
-    @abstractmethod
-    def summary_problems(self, record: RunRecord) -> Iterator[str]:
-        """Yield a sentence for each figure of the summary that the rows do not give."""
+    def problems_by_episode(self) -> Iterator[tuple[str, str]]:
+        """Yield the key and a sentence for each contradiction in a row, and between a row and its route."""
 
     @abstractmethod
     def stated(self, driver: PolicyProcess) -> dict[str, tuple[object, object]]:
         """Return properties of the policy, and what the submission says of them."""
 
     @abstractmethod
-    def driven(self, driver: PolicyProcess | Policy, keys: Sequence[Key]) -> Iterator[tuple[Key, Drive | LabNavDrive]]:
-        """Drive episodes again and yield each with its key."""
+    def driven(self, driver: PolicyProcess | Policy, keys: Sequence[str]) -> Iterator[DrivenEpisode[R]]:
+        """Drive episodes again and yield their results."""
+
+    def summary_problems(self, record: RunRecord) -> Iterator[str]:
+        """Yield a sentence if the summary has figures that the rows do not give."""
+        if not self.rows:
+            return
+        recomputed = self.summary.recomputed(tuple(self.rows.values()))
+        # Intervals are equal if the present code wrote the summary.
+        names = self.summary.differences(recomputed, exactly=record.code_is_present)
+        if names:
+            yield f"{SUMMARY} does not match the rows in {in_one_line(name[:80] for name in names[:10])}"
 
     def facts(self) -> Iterator[str]:
         """Yield further facts for the verdict."""
         return iter(())
 
-    def difference(self, key: Key, drive: Drive | LabNavDrive) -> str:
+    def difference(self, drive: DrivenEpisode[R]) -> str:
         """Return in what an episode that was driven again differs, "" for nothing or if the submission lacks it."""
+        key = drive.row.key
         row = self.rows.get(key)
         if row is None or key not in self.routes:
             return ""  # reported as missing
@@ -86,16 +155,16 @@ class Claim(ABC, Generic[Key]):
         if fields:
             shown = ", ".join(f"{name} {_text(row, name)}, now {_text(drive.row, name)}" for name in fields[:3])
             more = f" and {len(fields) - 3} more" if len(fields) > 3 else ""
-            return f"episode {self.name_of(key)} driven again differs: {shown}{more}"
-        route, again = (np.array(each, dtype=np.float64).reshape(-1, 3) for each in (self.route(key), drive.route))
+            return f"episode {key[:120]} driven again differs: {shown}{more}"
+        route, again = self.route(key), np.array(drive.route, dtype=np.float64).reshape(-1, 3)
         count = min(len(route), len(again))
         unlike = (route[:count] != again[:count]).any(axis=1)
         if len(route) == len(again) and not unlike.any():
             return ""
         step = int(np.argmax(unlike)) if unlike.any() else count
-        return f"episode {self.name_of(key)} driven again has another route from step {step}"
+        return f"episode {key[:120]} driven again has another route from step {step}"
 
 
-def _text(row: EpisodeRow | LabNavRow, name: str) -> str:
+def _text(row: EpisodeRow, name: str) -> str:
     value = getattr(row, name)
     return f"{value:.6g}" if isinstance(value, float) else str(value)[:60]

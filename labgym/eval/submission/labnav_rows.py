@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from labgym.envs.assembly import without
 from labgym.envs.conditions.cast import RADIUS as PERSON_RADIUS
@@ -24,11 +24,10 @@ from labgym.envs.robot import ROBOT
 from labgym.envs.tasks import Task
 from labgym.envs.world import world_of
 from labgym.errors import LabgymError
-from labgym.eval.driving.drive import Route
+from labgym.eval.driving.episode_row import LabNavRow
+from labgym.eval.labnav.drive import shortest_at
 from labgym.eval.labnav.results import score_of
-from labgym.eval.labnav.row import LabNavRow
 from labgym.eval.labnav.rules import delay_of
-from labgym.eval.labnav.shift import shortest_at
 from labgym.eval.submission.outcome_checks import LiquidClaim, PeopleClaims, liquid_problems
 from labgym.eval.submission.route_checks import (
     POSITION_ERROR,
@@ -99,7 +98,7 @@ def labnav_row_problems(
 
 
 def labnav_route_problems(
-    row: LabNavRow, route: Route, part: LabNavEpisodes, episode: LabNavEpisode, layout: Layout
+    row: LabNavRow, route: ArrayLike, part: LabNavEpisodes, episode: LabNavEpisode, layout: Layout
 ) -> Iterator[str]:
     """Yield a sentence for each figure of a row that its route contradicts, and for a motion that is impossible.
 

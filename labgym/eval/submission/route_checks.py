@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from labgym.envs.robot import ROBOT
 from labgym.envs.world import World
-from labgym.eval.driving.episode_row import EpisodeRow, Pose
+from labgym.eval.driving.episode_row import Pose, TransitionRow
 from labgym.eval.driving.kinematics import SLACK, first_jump, possible_contacts
 from labgym.eval.labnav.rules import REST
 from labgym.eval.submission.outcome_checks import LiquidClaim, PeopleClaims, liquid_problems, people_problems
@@ -114,7 +114,7 @@ def route_problems(
         yield from liquid_problems(claims.liquid, poses[: max(free, 1)], control_dt)
 
 
-def lab30_route_problems(row: EpisodeRow, poses: Array, suite: Suite, world: World) -> Iterator[str]:
+def lab30_route_problems(row: TransitionRow, poses: Array, suite: Suite, world: World) -> Iterator[str]:
     """Yield a sentence for each problem of the route of a row of lab30, as `route_problems` and by the suite's rules.
 
     Args:
@@ -143,7 +143,7 @@ def shortest_drive(poses: Array) -> float:
     return max(lengths)
 
 
-def _ending_problems(row: EpisodeRow, poses: Array, away: Array, suite: Suite) -> Iterator[str]:
+def _ending_problems(row: TransitionRow, poses: Array, away: Array, suite: Suite) -> Iterator[str]:
     """Yield whether the episode went on after its end, or ended without a reason."""
     if row.error is not None or row.steps >= suite.max_steps:
         return
@@ -166,7 +166,7 @@ def _is_stuck(poses: Array, suite: Suite) -> bool:
     return bool(np.linalg.norm(last - last[-1], axis=1).max() < stuck.distance + 2.0 * POSITION_ERROR)
 
 
-def _length_problems(row: EpisodeRow, poses: Array, dt: float) -> Iterator[str]:
+def _length_problems(row: TransitionRow, poses: Array, dt: float) -> Iterator[str]:
     chords = np.linalg.norm(np.diff(poses[:, :2], axis=0), axis=1) + 2.0 * POSITION_ERROR
     reach = np.maximum(ROBOT.v_max * dt, np.maximum(chords, np.concatenate([[0.0], chords[:-1]])))
     if row.path_length > SLACK * float(reach.sum()) + 1e-9:

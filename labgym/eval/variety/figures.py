@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
 from labgym.documents import Record
-from labgym.eval.variety.hood_walls import WALLS
-from labgym.eval.variety.rows import DriveRow, FloorRow
+from labgym.eval.variety.rows import WALLS, DriveRow, FloorRow
 from labgym.navigation.drives import SHORTEST
 
 DETOURS = (1.1, 1.3)
@@ -121,3 +122,50 @@ def group_figures(
 
 def _share(flags: Sequence[bool | None] | np.ndarray) -> float | None:
     return round(float(np.mean(np.asarray(flags, dtype=np.float64))), 6) if len(flags) else None
+
+
+BLIND_FLOORS = 90
+"""Number of other floors whose furniture the blind policies know."""
+
+
+@dataclass(frozen=True)
+class SplitLimit:
+    """A limit and the value of a split.
+
+    Attributes:
+        name: what is limited.
+        value: the split's value; None without one.
+        limit: the limit. relation: how the value must relate to it.
+        digits: decimals that are printed.
+    """
+
+    name: str
+    value: float | None
+    limit: float
+    relation: Literal[">=", "<", "="]
+    digits: int = 2
+
+    @property
+    def reached(self) -> bool:
+        """Whether the value is on the right side of the limit."""
+        if self.value is None:
+            return False
+        return {">=": self.value >= self.limit, "<": self.value < self.limit, "=": self.value == self.limit}[
+            self.relation
+        ]
+
+
+def bars(figures: GroupFigures) -> tuple[SplitLimit, ...]:
+    """Return the bars of a split with its values."""
+    episodes = figures.accepted
+    return (
+        SplitLimit("median length of the shortest path, m", episodes.length, 8.0, ">="),
+        SplitLimit("share of episodes with a detour of at least 1.1", episodes.detour_1, 0.60, ">="),
+        SplitLimit("share of episodes with a detour of at least 1.3", episodes.detour_3, 0.30, ">="),
+        SplitLimit("share of episodes whose widest way is under 0.90 m", episodes.widest_neck, 0.30, ">="),
+        SplitLimit("episodes under 2 m", float(episodes.short), 0.0, "=", 0),
+        SplitLimit("share of episodes driven blind, by the mean of other floors", episodes.blind, 0.40, "<"),
+        SplitLimit("share of episodes driven blind, by distance from walls", episodes.blind_walls, 0.40, "<"),
+        SplitLimit("overlap of furniture of two floors of a family", figures.overlap, 0.45, "<"),
+        SplitLimit("share of hoods on the rarest wall", figures.rarest_wall, 0.10, ">="),
+    )

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from labgym.eval.variety.bars import bars
 from labgym.eval.variety.describe import SplitsSummary
-from labgym.eval.variety.figures import DriveFigures, GroupFigures
-from labgym.eval.variety.hood_walls import WALLS
+from labgym.eval.variety.figures import DriveFigures, GroupFigures, bars
+from labgym.eval.variety.rows import WALLS
 from labgym.table import Table, number
 
 FLOOR_COLUMNS = ("split", "family", "floors", "area, m²", "rooms", "objects", "overlap", *(f"{w} hoods" for w in WALLS))

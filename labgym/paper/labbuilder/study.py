@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 from labgym.documents import Record, json_bytes, read_json
 from labgym.errors import DocumentError, LabgymError, OptionError
 from labgym.eval.driving.drive import drive_layout
-from labgym.eval.driving.episode_row import EpisodeRow
+from labgym.eval.driving.episode_row import TransitionRow
 from labgym.eval.scoring.score import score
 from labgym.layouts import Layout
 from labgym.layouts.repairs import repair_layout
@@ -173,7 +173,7 @@ def _measured(path: Path) -> tuple[SceneRow, dict[str, bytes]]:
     return row, files
 
 
-def _driven(layout: Layout) -> list[EpisodeRow]:
+def _driven(layout: Layout) -> list[TransitionRow]:
     """Return the drives of the policy between the places of a scene; its process stays open for the next scene."""
     process = shared_process(PolicySource.named(POLICY, {}), None, kernel_mode(None).environment)
     return [drive.row for drive in drive_layout(process, layout, suite_of([layout]), POLICY, 0)]

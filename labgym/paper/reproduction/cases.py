@@ -10,7 +10,7 @@ from pydantic import Field
 
 from labgym.documents import Record, json_bytes
 from labgym.errors import InfeasibleError
-from labgym.eval.scoring.judging.options import JudgeOptions
+from labgym.eval.scoring.judgement import JudgeOptions
 from labgym.eval.scoring.layout_report import LayoutReport
 from labgym.eval.scoring.score import score
 from labgym.layouts.generate import generate_assessed, resolve_request

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 from labgym.documents import Record, canonical_hash
 from labgym.eval.reports.paper import PaperTable, paper
-from labgym.eval.scoring.judging.options import JudgeOptions
+from labgym.eval.scoring.judgement import JudgeOptions
 from labgym.layouts.method import Method, proposer_names
 from labgym.paper.reproduction.cases import ROOM, LayoutRow, StudyVariant, layout_shards
 from labgym.paper.reproduction.figures import PublishedFigures

@@ -9,7 +9,7 @@ from itertools import pairwise
 from labgym.documents import Record
 from labgym.errors import InfeasibleError
 from labgym.eval.driving.drive import drive_layout
-from labgym.eval.driving.episode_row import EpisodeRow
+from labgym.eval.driving.episode_row import TransitionRow
 from labgym.layouts.model import Layout
 from labgym.navigation import goal_pairs
 from labgym.navigation.goals import location_pose, same_place
@@ -59,7 +59,7 @@ def drive_case(
     for the next case.
     """
     rows: list[StudyDriveRow] = []
-    drives: dict[str, Mapping[tuple[str, str], EpisodeRow]] = {}
+    drives: dict[str, Mapping[tuple[str, str], TransitionRow]] = {}
     for variant in variants:
         layout = _layout(variant, protocol, seed, profile)
         if layout is not None and layout.hash not in drives:
@@ -82,7 +82,7 @@ def drive_case(
     return rows_output(f"{policy}/{protocol.id}-{seed}", rows)
 
 
-def _filled(row: StudyDriveRow, drive: EpisodeRow) -> StudyDriveRow:
+def _filled(row: StudyDriveRow, drive: TransitionRow) -> StudyDriveRow:
     return row.model_copy(
         update={
             "driven": True,
@@ -102,7 +102,7 @@ def _layout(variant: StudyVariant, protocol: Protocol, seed: int, profile: str) 
         return None
 
 
-def _drives(policy: str, layout: Layout, protocol: Protocol) -> Mapping[tuple[str, str], EpisodeRow]:
+def _drives(policy: str, layout: Layout, protocol: Protocol) -> Mapping[tuple[str, str], TransitionRow]:
     """Return the drives between places that the layout has, by start and goal."""
     steps = tuple(step for step in protocol.steps if layout.find(step.location) is not None)
     if not steps:

@@ -10,14 +10,13 @@ from labgym.documents import Record
 from labgym.envs.labnav.episodes import LabNavEpisode, LabNavEpisodes
 from labgym.envs.labnav.nuisances import NUISANCES, episode_without, nuisances_of, properties_without
 from labgym.envs.labnav.tasks import FIGURE_TASKS, HEADLINE
-from labgym.eval.driving.episode_row import Count, Length, Share
-from labgym.eval.driving.shard import policy_process
+from labgym.eval.driving.episode_row import Count, Ending, LabNavRow, Length, Share
+from labgym.eval.driving.runner import policy_process
 from labgym.eval.labnav.drive import drive_floor
-from labgym.eval.labnav.figure import paired_difference, significant
+from labgym.eval.labnav.figure import paired_difference
 from labgym.eval.labnav.foresight import in_place
 from labgym.eval.labnav.leg import LabNavDriver
-from labgym.eval.labnav.row import LabNavRow
-from labgym.eval.labnav.rules import Ending
+from labgym.eval.labnav.results import DriveTerms
 from labgym.eval.labnav.suites import VAL, load_labnav
 from labgym.eval.labnav.together import Entrant
 from labgym.layouts import Layout
@@ -201,7 +200,7 @@ def driven(
     chosen = tuple(episode_without(each, layout, task, level, off) for each in episodes)
     properties = properties_without(task, level, off)
     suite = f"{part.label} without {_words(variant)}" if off else part.label
-    drives = drive_floor(driver, layout, chosen, task, level, label, suite, seed, properties=properties)
+    drives = drive_floor(driver, layout, chosen, DriveTerms(task, level, label, suite, seed, properties=properties))
     return [NuisanceRow.of(drive.row, variant) for drive in drives]
 
 
@@ -214,7 +213,7 @@ def _line(rows: Sequence[NuisanceRow], part: LabNavEpisodes, variant: str) -> tu
         **plain_cells({"without": gap.a, "with": gap.b}),
         "difference": estimate_cell(gap.difference, clusters),
     }
-    return FigureLine(name=part.task, detail=_words(variant), cells=cells), significant(gap)
+    return FigureLine(name=part.task, detail=_words(variant), cells=cells), gap.significant
 
 
 def _words(variant: str) -> str:

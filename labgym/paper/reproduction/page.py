@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from labgym.eval.reports.environment import page_environment
-from labgym.eval.reports.report import Picture
+from labgym.eval.reports.report import Picture, page_environment
 from labgym.paper.reproduction.figures import FigureTable, PublishedFigures
 
 

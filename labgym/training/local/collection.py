@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from labgym.envs.labnav.task import leg_score
 from labgym.envs.labnav.tasks import HEADLINE
 from labgym.envs.state import State
+from labgym.eval.driving.episode_row import LabNavRow
 from labgym.eval.labnav.drive import drive_floor
-from labgym.eval.labnav.row import LabNavRow
+from labgym.eval.labnav.results import DriveTerms
 from labgym.navigation import Pose
 from labgym.policies.adapters.actor_file import Perceptron
 from labgym.policies.local.inputs import SIZE, Vector
@@ -143,7 +144,11 @@ def drive(apprentice: Apprentice, one: Drive) -> tuple[LabNavRow, Records]:
     episode = floor.episodes[one.task][one.number]
     episode = episode.model_copy(update={"following": episode.following[: GOALS - 1]})
     (result,) = drive_floor(
-        apprentice, layout, [episode], one.task, HEADLINE, "apprentice", "practice", one.seed, watch=apprentice.watch
+        apprentice,
+        layout,
+        [episode],
+        DriveTerms(one.task, HEADLINE, "apprentice", "practice", one.seed),
+        apprentice.watch,
     )
     row = result.row
     count = len(apprentice.inputs)

@@ -77,7 +77,7 @@ def test_the_view_of_the_robot_is_in_the_corner():
 
 
 def test_an_episode_of_a_folder_is_filmed_by_its_route(tmp_path, capsys):
-    from labgym.eval.driving.runner import evaluate
+    from labgym.eval.evaluator import evaluate
 
     layout = load_published("test", "test-sub_01")
     suite = suite_of([layout]).model_copy(update={"max_steps": 3})

@@ -15,10 +15,9 @@ from notebook_policies import notebook_policy
 from labgym.assets import Catalog
 from labgym.cli import main
 from labgym.errors import DocumentError, OptionError
-from labgym.eval.driving.evaluation import Evaluation
-from labgym.eval.driving.files import read_routes, read_rows
-from labgym.eval.driving.folders import default_folder, short_name
-from labgym.eval.driving.runner import evaluate
+from labgym.eval.driving.evaluation import TransitionEvaluation
+from labgym.eval.driving.files import default_folder, read_routes, read_rows, short_name
+from labgym.eval.evaluator import evaluate
 from labgym.eval.reports.results import ResultsFolder
 from labgym.layouts import Layout
 from labgym.policies import EpisodeStart, Policy
@@ -94,7 +93,7 @@ def test_a_folder_holds_what_decides_the_run_and_what_came_out(finished, layouts
     assert "times.jsonl" not in RunManifest.read(finished).files
     times = [json.loads(line) for line in (finished / "times.jsonl").read_text().splitlines()]
     assert [(time["layout"], time["pair"]) for time in times] == [
-        row.key[:2] for row in read_rows(finished / OUTPUT[0])
+        (row.layout, row.pair) for row in read_rows(finished / OUTPUT[0])
     ]
     assert all(time["planning_ms"] > 0.0 for time in times)
     assert not any(b"planning" in text for text in content(finished).values())
@@ -114,7 +113,7 @@ def test_a_finished_run_is_read_and_not_driven_again(folder, layouts):
     assert (content(folder), (folder / "times.jsonl").read_bytes()) == (before, times)
     assert report.rows == read_rows(folder / "episodes.jsonl")
     assert report.routes == read_routes(folder / "routes.jsonl")
-    assert report.metrics == Evaluation.read(folder).metrics
+    assert report.metrics == TransitionEvaluation.read(folder).metrics
 
 
 @pytest.mark.parametrize(
@@ -203,7 +202,7 @@ def test_a_merged_file_that_was_changed_is_not_resumed(folder, layouts):
 
 
 def test_an_untouched_folder_has_no_problems(finished):
-    evaluation = Evaluation.read(finished)
+    evaluation = TransitionEvaluation.read(finished)
     assert evaluation.problems == ()
     assert evaluation.summary.to_json() == json.loads((finished / "summary.json").read_text())
     assert evaluation.metrics["planning_ms"].count == len(evaluation.rows)
@@ -211,7 +210,7 @@ def test_an_untouched_folder_has_no_problems(finished):
 
 def test_figures_come_from_the_rows_and_a_summary_that_differs_is_named(folder):
     edit(folder / "summary.json", lambda text: text.replace('"value": 0.0', '"value": 1.0', 1))
-    evaluation = Evaluation.read(folder)
+    evaluation = TransitionEvaluation.read(folder)
     assert evaluation.metrics["success"].value == 0.0
     assert any("summary.json does not match the rows in success" in problem for problem in evaluation.problems)
     assert any("summary.json: not as the run wrote it" in problem for problem in evaluation.problems)
@@ -222,7 +221,7 @@ def test_figures_come_from_the_rows_and_a_summary_that_differs_is_named(folder):
     [
         ("episodes.jsonl", lambda text: text[:-40], r"episodes\.jsonl line 6 cannot be read \(not valid JSON"),
         ("episodes.jsonl", lambda text: "".join(text.splitlines(True)[1:]), r"holds 5 of 6 episodes"),
-        ("episodes.jsonl", lambda text: text + text.splitlines(True)[0], r"line 7 repeats the episode 'first', pair 0"),
+        ("episodes.jsonl", lambda text: text + text.splitlines(True)[0], r"line 7 repeats the episode 'first/0/0'"),
         ("episodes.jsonl", lambda text: text.replace('"steps": 5', '"steps": -5', 1), r"line 1 .*steps"),
         ("episodes.jsonl", lambda text: text.replace('"Arc"', '"Other"', 1), r"rows of other policies: Other"),
         ("episodes.jsonl", lambda text: text.replace('_hash": "', '_hash": "0', 1), r"rows of layouts .*: first"),
@@ -233,7 +232,7 @@ def test_figures_come_from_the_rows_and_a_summary_that_differs_is_named(folder):
 )
 def test_damaged_and_missing_lines_are_reported(folder, file, change, expected):
     edit(folder / file, change)
-    problems = " | ".join(Evaluation.read(folder).problems)
+    problems = " | ".join(TransitionEvaluation.read(folder).problems)
     assert re.search(expected, problems), problems
     assert "\n" not in problems
 

@@ -12,7 +12,7 @@ from labgym.cli import main
 from labgym.errors import OptionError, UnknownNameError
 from labgym.eval.driving import floor_suites
 from labgym.eval.driving.floor_suites import floor_suite
-from labgym.eval.driving.runner import evaluate
+from labgym.eval.evaluator import evaluate
 from labgym.layouts import Layout
 from labgym.layouts.floors import SPLITS
 from labgym.navigation import ShortestPaths

@@ -10,8 +10,9 @@ import pytest
 from labgym.envs import LabPointNavEnv
 from labgym.errors import DocumentError, OptionError
 from labgym.eval.driving.drive import drive_layout
+from labgym.eval.driving.evaluation import TransitionEvaluation
 from labgym.eval.driving.navigation_metrics import METRICS, NAVDP_METRICS
-from labgym.eval.driving.runner import NavigationReport, evaluate
+from labgym.eval.evaluator import evaluate
 from labgym.eval.reports.tables import NAVDP_ROWS, NAVIGATION_ROWS, navigation_table
 from labgym.layouts import load_published, published
 from labgym.navigation import goal_pairs
@@ -28,7 +29,7 @@ def suite() -> Suite:
 
 
 @pytest.fixture(scope="module")
-def report(suite) -> NavigationReport:
+def report(suite) -> TransitionEvaluation:
     return evaluate("straight", suite, progress=False)
 
 

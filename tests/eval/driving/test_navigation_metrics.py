@@ -76,7 +76,7 @@ def test_no_episodes_have_no_figures():
 
 
 def test_the_planning_time_is_the_mean_over_episodes_with_an_action():
-    times = {("one", 0, 0): 1.0, ("one", 1, 0): None, ("two", 0, 0): 4.0}
+    times = {"one/0/0": 1.0, "one/1/0": None, "two/0/0": 4.0}
     estimate = planning_time(times)
     assert estimate.value == pytest.approx(2.5)
     assert (estimate.count, estimate.nulls) == (2, 1)

@@ -8,11 +8,11 @@ from episode_rows import row
 from scipy import stats
 
 from labgym.errors import OptionError
-from labgym.eval.driving.episode_row import EpisodeRow
+from labgym.eval.driving.episode_row import TransitionRow
 from labgym.eval.driving.paired import by_detour, by_length, by_protocol, by_task, differences, paired
 
 
-def evaluation(policy: str, seed: int, layouts: int = 20, pairs: int = 4) -> list[EpisodeRow]:
+def evaluation(policy: str, seed: int, layouts: int = 20, pairs: int = 4) -> list[TransitionRow]:
     rng = np.random.default_rng(seed)
     return [
         row(f"l{k:02d}", pair, policy=policy, spl=float(rng.uniform(0.5, 1.0)), time=float(rng.uniform(4.0, 9.0)))
@@ -23,7 +23,7 @@ def evaluation(policy: str, seed: int, layouts: int = 20, pairs: int = 4) -> lis
 
 def test_the_difference_in_time_is_scipy_s_paired_t_test_of_the_layout_means():
     a, b = evaluation("a", 1), evaluation("b", 2)
-    metric = differences(paired(a, b).pairs, "touchstone")["time_to_goal"]
+    metric = differences(paired(a, b), "touchstone")["time_to_goal"]
     means = [np.reshape([one.time for one in rows], (20, 4)).mean(axis=1) for rows in (a, b)]
     reference = stats.ttest_rel(*means).confidence_interval()
     assert metric.difference.value == pytest.approx(np.mean(means[0] - means[1]))
@@ -33,7 +33,7 @@ def test_the_difference_in_time_is_scipy_s_paired_t_test_of_the_layout_means():
 
 def test_the_difference_in_spl_is_close_to_a_cluster_bootstrap_of_scipy():
     a, b = evaluation("a", 3, layouts=200), evaluation("b", 4, layouts=200)
-    difference = differences(paired(a, b).pairs, "touchstone")["spl"].difference
+    difference = differences(paired(a, b), "touchstone")["spl"].difference
     gaps = np.reshape([x.spl - y.spl for x, y in zip(a, b, strict=True)], (200, 4)).mean(axis=1)
     reference = stats.bootstrap((gaps,), np.mean, method="BCa", rng=0).confidence_interval
     assert (difference.low, difference.high) == pytest.approx((reference.low, reference.high), abs=0.003)
@@ -41,8 +41,8 @@ def test_the_difference_in_spl_is_close_to_a_cluster_bootstrap_of_scipy():
 
 def test_swapping_the_policies_changes_the_signs():
     a, b = evaluation("a", 5), evaluation("b", 6)
-    for name, one in differences(paired(a, b).pairs, "touchstone").items():
-        other = differences(paired(b, a).pairs, "touchstone")[name]
+    for name, one in differences(paired(a, b), "touchstone").items():
+        other = differences(paired(b, a), "touchstone")[name]
         assert (-other.difference.high, -other.difference.low) == pytest.approx(
             (one.difference.low, one.difference.high), abs=1e-8
         )
@@ -50,8 +50,8 @@ def test_swapping_the_policies_changes_the_signs():
 
 def test_rows_in_any_order_give_the_same_bytes():
     a, b = evaluation("a", 7), evaluation("b", 8)
-    first = differences(paired(a, b).pairs, "touchstone")
-    second = differences(paired(a[::-1], b[1:] + b[:1]).pairs, "touchstone")
+    first = differences(paired(a, b), "touchstone")
+    second = differences(paired(a[::-1], b[1:] + b[:1]), "touchstone")
     dumped = [json.dumps({name: metric.model_dump() for name, metric in each.items()}) for each in (first, second)]
     assert dumped[0] == dumped[1]
 
@@ -66,9 +66,8 @@ def test_only_the_same_episodes_are_paired():
         row("one", 0, policy="b", repeat=1),
         row("one", 0, policy="b", repeat=2),
     ]
-    pairing = paired(a, b)
-    assert [(one.pair, one.repeat, other.policy) for one, other in pairing.pairs] == [(0, 0, "b"), (0, 1, "b")]
-    assert (pairing.only_a, pairing.only_b) == (3, 4)
+    pairs = paired(a, b)
+    assert [(one.pair, one.repeat, other.policy) for one, other in pairs] == [(0, 0, "b"), (0, 1, "b")]
 
 
 @pytest.mark.parametrize(
@@ -90,7 +89,7 @@ def test_rows_that_are_not_comparable_are_refused_in_one_line(a, b, message):
 def test_time_is_compared_where_both_succeeded_and_spl_where_both_have_one():
     a = [row("one", 0, time=4.0), row("one", 1, time=60.0, success=False), row("two", 0, spl=None)]
     b = [row("one", 0, time=6.0), row("one", 1, time=5.0), row("two", 0, spl=None, time=6.0)]
-    metrics = differences(paired(a, b).pairs, "touchstone")
+    metrics = differences(paired(a, b), "touchstone")
     assert metrics["time_to_goal"].difference.value == pytest.approx(-1.0)
     assert metrics["time_to_goal"].difference.count == 2
     assert metrics["spl"].difference.count == 2
@@ -99,7 +98,7 @@ def test_time_is_compared_where_both_succeeded_and_spl_where_both_have_one():
 
 def test_suites_with_the_navdp_rules_have_metrics_of_their_own():
     rows = [row(spl=None, soft_spl=None, navdp_spl=0.5)]
-    metrics = differences(paired(rows, rows).pairs, "navdp")
+    metrics = differences(paired(rows, rows), "navdp")
     assert list(metrics) == ["navdp_success", "navdp_spl", "navdp_time"]
 
 
@@ -111,7 +110,7 @@ def test_groups_are_tasks_protocols_and_classes_of_difficulty():
         row("three", 0, protocol="unknown", shortest_path_length=None, spl=None),
         row("four", 0, protocol=None, goal=(1.0, 0.0, 0.0), shortest_path_length=1.0),
     ]
-    pairs = paired(rows, rows).pairs
+    pairs = paired(rows, rows)
     sizes = [{name: len(group) for name, group in by(pairs).items()} for by in (by_task, by_protocol)]
     assert sizes[0] == {"other": 2, "redox": 1, "substitution": 2}
     assert sizes[1] == {"four": 1, "red_01": 1, "sub_01": 2, "unknown": 1}

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from labgym.documents import read_json
-from labgym.eval.driving.evaluation import Evaluation
-from labgym.eval.driving.runner import evaluate
+from labgym.eval.driving.evaluation import TransitionEvaluation
+from labgym.eval.evaluator import evaluate
 from labgym.policies.kernels import runs_pinned
 from labgym.runs import RunProvenance
 from labgym.runs.manifest import RunManifest
@@ -24,7 +24,7 @@ SUITE = Suite(name="short", split="val", layouts=("val-alk_01",), max_steps=2)
 def sessions(folder: Path, policy: str, kernels: str | None = None) -> list[RunProvenance]:
     """Drive a few steps and return the provenance in the folder."""
     evaluate(policy, SUITE, out=folder, progress=False, kernels=kernels)
-    return [one for one in Evaluation.read(folder).provenance if isinstance(one, RunProvenance)]
+    return [one for one in TransitionEvaluation.read(folder).provenance if isinstance(one, RunProvenance)]
 
 
 @pytest.mark.skipif(not runs_pinned(), reason="the processor has no AVX2")

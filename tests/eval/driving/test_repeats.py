@@ -14,9 +14,9 @@ from labgym.cli.app import main
 from labgym.errors import OptionError
 from labgym.eval.driving.assignments import assignment_between, assignments, episode_keys, jittered_start
 from labgym.eval.driving.drive import drive_layout, drive_pair
-from labgym.eval.driving.episode_row import EpisodeRow
+from labgym.eval.driving.episode_row import TransitionRow
 from labgym.eval.driving.files import read_routes, read_rows
-from labgym.eval.driving.runner import evaluate
+from labgym.eval.evaluator import evaluate
 from labgym.geometry import wrap_angle
 from labgym.layouts import Layout
 from labgym.navigation import OBSTACLE_HEIGHT, goal_pairs, shortest_path
@@ -29,8 +29,8 @@ JITTERED = Suite(name="mine", layouts=("first",), repeats=3, jitter=Jitter())
 
 def test_every_pair_is_driven_as_often_as_the_suite_says_in_order() -> None:
     keys = episode_keys(LAYOUT, JITTERED)
-    assert keys == tuple(("first", pair, repeat) for pair in range(3) for repeat in range(3))
-    assert [(one.pair.index, one.repeat) for one in assignments(LAYOUT, JITTERED)] == [key[1:] for key in keys]
+    assert keys == tuple(f"first/{pair}/{repeat}" for pair in range(3) for repeat in range(3))
+    assert [f"first/{one.pair.index}/{one.repeat}" for one in assignments(LAYOUT, JITTERED)] == list(keys)
 
 
 def test_the_published_suites_start_every_episode_once_exactly_at_the_pair() -> None:
@@ -110,7 +110,7 @@ def test_rows_have_the_jittered_start_its_own_shortest_length_and_a_route_from_t
     assert report.summary.suite.repeats == 2
     assert report.summary.suite.jitter == Jitter()
     pairs = goal_pairs(LAYOUT)
-    assert [row.key for row in report.rows] == [("first", pair, repeat) for pair in range(3) for repeat in range(2)]
+    assert [row.key for row in report.rows] == [f"first/{pair}/{repeat}" for pair in range(3) for repeat in range(2)]
     for row in report.rows:
         assert row.start != pairs[row.pair].start
         assert math.dist(row.start[:2], pairs[row.pair].start[:2]) <= 0.02
@@ -151,8 +151,8 @@ def test_rows_and_routes_from_before_repeats_are_read_as_repeat_0(tmp_path) -> N
     (tmp_path / "episodes.jsonl").write_text(json.dumps(data) + "\n")
     (tmp_path / "routes.jsonl").write_text('{"layout": "first", "pair": 0, "poses": [[1.0, 2.0, 0.0]]}\n')
     assert read_rows(tmp_path / "episodes.jsonl") == (row,)
-    assert EpisodeRow.model_validate(data).repeat == 0
-    assert read_routes(tmp_path / "routes.jsonl") == {("first", 0, 0): ((1.0, 2.0, 0.0),)}
+    assert TransitionRow.model_validate(data).repeat == 0
+    assert read_routes(tmp_path / "routes.jsonl") == {"first/0/0": ((1.0, 2.0, 0.0),)}
 
 
 def test_one_drive_between_two_points() -> None:

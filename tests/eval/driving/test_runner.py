@@ -11,9 +11,9 @@ from laboratories import small_laboratory
 
 from labgym.errors import LabgymError, OptionError, UnknownNameError
 from labgym.eval.driving.drive import drive_layout, drive_pair
-from labgym.eval.driving.evaluation import Evaluation
+from labgym.eval.driving.evaluation import TransitionEvaluation
 from labgym.eval.driving.files import read_routes, read_rows
-from labgym.eval.driving.runner import NavigationReport, evaluate
+from labgym.eval.evaluator import evaluate
 from labgym.geometry import rotate
 from labgym.layouts import Layout
 from labgym.navigation import goal_pairs, shortest_path
@@ -80,12 +80,12 @@ class Listener(Policy):
         return np.array([0.4, 0.3])
 
 
-def numbers(report: NavigationReport) -> list[dict[str, object]]:
+def numbers(report: TransitionEvaluation) -> list[dict[str, object]]:
     return [row.model_dump() for row in report.rows]
 
 
 @pytest.fixture(scope="module")
-def astar_report(layouts, tmp_path_factory) -> tuple[NavigationReport, Path]:
+def astar_report(layouts, tmp_path_factory) -> tuple[TransitionEvaluation, Path]:
     folder = tmp_path_factory.mktemp("astar")
     return evaluate("astar", layouts, out=folder, progress=False), folder
 
@@ -135,7 +135,7 @@ def test_the_folder_holds_rows_routes_and_a_summary_that_say_the_same(astar_repo
     assert summary["metrics"]["success"]["value"] == 1.0
     provenance = json.loads((folder / "provenance.jsonl").read_text().splitlines()[-1])
     assert provenance["versions"]["labgym"]
-    assert Evaluation.read(folder).times == report.times
+    assert TransitionEvaluation.read(folder).times == report.times
     assert report.metrics["planning_ms"].count == 9
 
 

@@ -11,6 +11,7 @@ from laboratories import island_laboratory
 from labgym.envs.labnav.episodes import LabNavEpisode
 from labgym.envs.labnav.tasks import TASKS
 from labgym.eval.labnav.drive import drive_floor
+from labgym.eval.labnav.results import DriveTerms
 from labgym.navigation import goal_pose
 from labgym.policies import Policy
 
@@ -44,7 +45,7 @@ DOCK = goal_pose(LAYOUT.box("ValidationPlatform_1"))
 def driven(policy, task="aisle", level=2, one=None, **arguments):
     goal = DOCK if task == "dock" else GOAL
     episodes = (one or episode(goal=goal, **NOTHING.get(task, {})),)
-    (drive,) = drive_floor(policy, LAYOUT, episodes, task, level, "mine", "suite/0", 0, **arguments)
+    (drive,) = drive_floor(policy, LAYOUT, episodes, DriveTerms(task, level, "mine", "suite/0", 0, **arguments))
     return drive
 
 

@@ -69,7 +69,7 @@ def test_paired_differences_have_floors_as_their_unit():
     one = figure.paired_difference(a, b)
     assert (one.a, one.b) == pytest.approx((0.8, 0.6))
     assert one.difference.value == pytest.approx(0.2)
-    assert figure.significant(one)
-    assert not figure.significant(figure.paired_difference(a, a))
+    assert one.significant
+    assert not figure.paired_difference(a, a).significant
     with pytest.raises(OptionError, match="share none"):
         figure.paired_difference(a, {"x/y/0": 1.0})

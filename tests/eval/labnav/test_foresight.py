@@ -9,6 +9,7 @@ from laboratories import island_laboratory
 from labgym.envs.labnav.episodes import LabNavEpisode
 from labgym.errors import LabgymError
 from labgym.eval.labnav.drive import drive_floor
+from labgym.eval.labnav.results import DriveTerms
 from labgym.navigation import goal_pose
 from labgym.policies import EpisodeStart, make_policy
 
@@ -25,7 +26,7 @@ def driven(task, start=START, goal=GOAL, **conditions):
         floor=LAYOUT.id, floor_hash=LAYOUT.hash, number=0, start=start, goal=goal, conditions=conditions, seed=3,
         length=LENGTH,
     )  # fmt: skip
-    (drive,) = drive_floor(make_policy("clairvoyant"), LAYOUT, (episode,), task, 2, "mine", "suite/0", 0)
+    (drive,) = drive_floor(make_policy("clairvoyant"), LAYOUT, (episode,), DriveTerms(task, 2, "mine", "suite/0", 0))
     return drive
 
 

@@ -10,7 +10,7 @@ from labgym.envs.labnav.drawing import draw_suite
 from labgym.envs.labnav.task import TASKS, LabNavTask, Level, register, spl
 from labgym.envs.labnav.tasks import FIGURE_TASKS, task_of
 from labgym.errors import LabgymError, UnknownNameError
-from labgym.eval.labnav.runner import evaluate_labnav
+from labgym.eval.evaluator import evaluate
 from labgym.eval.labnav.suites import LabNavSuite
 from labgym.eval.submission.check import check_submission
 
@@ -31,7 +31,7 @@ def test_a_ninth_task_is_drawn_driven_scored_and_checked(ninth, tmp_path):
     assert part.name == "labnav-ninth-2"
     assert all(2.0 <= episode.length <= 6.0 for episode in part.episodes)
     suite = LabNavSuite(part.name, (part,), seconds=20.0)
-    report = evaluate_labnav("astar", suite, out=tmp_path / "ninth", progress=False)
+    report = evaluate("astar", suite, out=tmp_path / "ninth", progress=False)
     assert {row.task for row in report.rows} == {"ninth"}
     assert any(row.success for row in report.rows)
     for row in report.rows:

@@ -9,8 +9,8 @@ from labgym.envs.labnav.drawing import draw_suite
 from labgym.envs.labnav.nuisances import prepared
 from labgym.envs.robot import ROBOT
 from labgym.eval.drawing.episode_plan import people_of
-from labgym.eval.labnav.people_along import people_along, velocities_of
 from labgym.eval.labnav.replay import drive_again
+from labgym.eval.labnav.shown_drive import people_along, velocities_of
 
 
 @pytest.fixture(scope="module")

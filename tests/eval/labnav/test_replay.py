@@ -13,11 +13,10 @@ from labgym.cli import main
 from labgym.envs.labnav.drawing import draw_suite
 from labgym.envs.labnav.necks import RADII
 from labgym.errors import DocumentError, LabgymError, OptionError, UnknownNameError
+from labgym.eval.evaluator import evaluate
 from labgym.eval.labnav.evaluation import LabNavEvaluation, is_labnav_run
-from labgym.eval.labnav.published import published_episode
 from labgym.eval.labnav.replay import driver_name, replay
-from labgym.eval.labnav.runner import evaluate_labnav
-from labgym.eval.labnav.suites import LabNavSuite, load_labnav
+from labgym.eval.labnav.suites import LabNavSuite, load_labnav, published_episode
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +29,7 @@ def suite():
 @pytest.fixture(scope="module")
 def folder(suite, tmp_path_factory):
     folder = tmp_path_factory.mktemp("labnav") / "run"
-    evaluate_labnav("straight", suite, folder, progress=False)
+    evaluate("straight", suite, out=folder, progress=False)
     return folder
 
 

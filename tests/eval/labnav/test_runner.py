@@ -16,14 +16,13 @@ from labgym.envs.labnav.episodes import suite_file
 from labgym.envs.tasks import resolve_layouts
 from labgym.errors import LabgymError, OptionError, UnknownNameError
 from labgym.eval.driving import runner
-from labgym.eval.driving.runner import evaluate
-from labgym.eval.labnav.cost import cost
-from labgym.eval.labnav.row import LabNavRow
-from labgym.eval.labnav.runner import evaluate_labnav
+from labgym.eval.driving.episode_row import LabNavRow
+from labgym.eval.evaluator import evaluate
 from labgym.eval.labnav.suites import (
     CHECK,
     MINI,
     LabNavSuite,
+    cost,
     is_labnav,
     load_labnav,
     read_labnav,
@@ -46,13 +45,13 @@ def suite():
 @pytest.fixture(scope="module")
 def report(suite, tmp_path_factory):
     folder = tmp_path_factory.mktemp("labnav") / "run"
-    return folder, evaluate_labnav("straight", suite, folder, progress=False)
+    return folder, evaluate("straight", suite, out=folder, progress=False)
 
 
 def test_a_finished_folder_gives_the_same_report_without_driving(suite, report, monkeypatch):
     folder, first = report
     monkeypatch.setattr("labgym.eval.labnav.runner.drive_floor", None)
-    again = evaluate_labnav("straight", suite, folder, progress=False)
+    again = evaluate("straight", suite, out=folder, progress=False)
     assert (again.summary, again.rows) == (first.summary, first.rows)
     rows = [LabNavRow.model_validate(json.loads(line)) for line in (folder / "episodes.jsonl").open()]
     assert tuple(rows) == first.rows
@@ -68,13 +67,13 @@ def test_rows_are_of_the_episodes_and_end_by_the_suites_limit(suite, report):
 
 def test_an_unfiltered_suite_is_driven(suite, tmp_path):
     part = suite.parts[0].first(1, 1).model_copy(update={"filtered": False})
-    report = evaluate_labnav("straight", LabNavSuite(part.name, (part,), 1.0), tmp_path / "run", progress=False)
+    report = evaluate("straight", LabNavSuite(part.name, (part,), 1.0), out=tmp_path / "run", progress=False)
     assert [row.suite for row in report.rows] == ["labnav-odometry-2-unfiltered/0 on floors-val (draft)"]
 
 
 def test_another_evaluation_is_refused_in_the_folder(suite, report):
     with pytest.raises(LabgymError, match="holds another run"):
-        evaluate_labnav("straight", suite, report[0], seed=1, progress=False)
+        evaluate("straight", suite, out=report[0], seed=1, progress=False)
 
 
 def test_the_summary_counts_endings_and_has_no_figure_of_one_task(suite, report):
@@ -207,7 +206,7 @@ class Oracle(Policy):
 
 def test_only_built_in_policies_foresee_the_world_and_only_in_labnav(suite):
     with pytest.raises(OptionError, match="'Oracle' declares `foresees`"):
-        evaluate_labnav(Oracle(), suite, progress=False)
+        evaluate(Oracle(), suite, progress=False)
     with pytest.raises(OptionError, match="only LabNav hands out"):
         evaluate(Oracle(), [island_laboratory()], progress=False)
 
@@ -220,7 +219,7 @@ def test_the_privileged_track_is_evaluated_in_one_worker_with_one_thread(suite, 
         return runner_shards(shards, folder, executor, *arguments, **options)
 
     monkeypatch.setattr(runner, "run_shards", run_shards)
-    report = evaluate_labnav("clairvoyant", suite, progress=False)
+    report = evaluate("clairvoyant", suite, progress=False)
     assert opened == [ExecutorOptions(apart=True)]
     with open_executor(opened[0]) as workers:
         assert workers.executor.submit(os.getpid).result() != os.getpid()
@@ -262,13 +261,13 @@ def test_a_suite_in_a_file_or_folder_is_driven_on_the_layouts_that_come_with_it(
 def test_layouts_of_a_suite_in_files_are_those_of_its_episodes(in_files, suite):
     path = str(in_files / "suites" / "odometry-2.json")
     with pytest.raises(OptionError, match="pass their folder"):
-        evaluate_labnav("straight", resolve_labnav(path), progress=False)
+        evaluate("straight", resolve_labnav(path), progress=False)
     other = suite.parts[0].layout(suite.parts[0].episodes[1].floor)
     with pytest.raises(UnknownNameError, match="layout of"):
-        evaluate_labnav("straight", resolve_labnav(path, [other]), progress=False)
+        evaluate("straight", resolve_labnav(path, [other]), progress=False)
     changed = other.model_copy(update={"id": suite.parts[0].episodes[0].floor})
     with pytest.raises(LabgymError, match="hash"):
-        evaluate_labnav("straight", resolve_labnav(path, [changed]), progress=False)
+        evaluate("straight", resolve_labnav(path, [changed]), progress=False)
     with pytest.raises(OptionError, match="has its floors"):
         resolve_labnav("labnav-aisle", [other])
     with pytest.raises(LabgymError, match="holds no episodes"):

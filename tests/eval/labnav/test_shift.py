@@ -13,8 +13,8 @@ from labgym.envs.labnav.episodes import LabNavEpisode, LabNavEpisodes, LabNavLeg
 from labgym.envs.labnav.tasks import config_of
 from labgym.envs.point_nav import LabPointNavEnv
 from labgym.envs.world import world_of
-from labgym.eval.labnav.drive import drive_floor
-from labgym.eval.labnav.shift import shortest_from
+from labgym.eval.labnav.drive import drive_floor, shortest_from
+from labgym.eval.labnav.results import DriveTerms
 from labgym.eval.labnav.suites import LabNavSuite
 from labgym.eval.labnav.summary import summarise, summary_table
 from labgym.geometry import compose
@@ -41,7 +41,9 @@ def shift(goals=GOALS, people=(), changes=(), legs=()):
 
 
 def driven(policy, one=None, level=2, **arguments):
-    (drive,) = drive_floor(policy, LAYOUT, (one or shift(),), "shift", level, "mine", "suite/0", 0, **arguments)
+    (drive,) = drive_floor(
+        policy, LAYOUT, (one or shift(),), DriveTerms("shift", level, "mine", "suite/0", 0, **arguments)
+    )
     return drive
 
 

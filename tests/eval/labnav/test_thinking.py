@@ -13,16 +13,15 @@ from signed_folders import SignedFolder
 from labgym.cli import main
 from labgym.envs.labnav.drawing import draw_suite
 from labgym.errors import DocumentError, OptionError
+from labgym.eval.driving.files import EpisodeTime
+from labgym.eval.evaluator import evaluate
 from labgym.eval.labnav import runner
-from labgym.eval.labnav.evaluation import LabNavEvaluation
-from labgym.eval.labnav.row import LabNavTime
+from labgym.eval.labnav.evaluation import LabNavEvaluation, Thinking, percentile
 from labgym.eval.labnav.rules import delay_of
-from labgym.eval.labnav.runner import evaluate_labnav
 from labgym.eval.labnav.suites import LabNavSuite
-from labgym.eval.labnav.thinking import Thinking, percentile
 from labgym.eval.leaderboard.labnav import LabNavResult, published_results
 from labgym.eval.leaderboard.tables import published_table
-from labgym.eval.reports.labnav_comparison import compare_labnav, labnav_comparison_tables
+from labgym.eval.reports.comparison import chosen_evaluations, compare, comparison_tables
 from labgym.eval.reports.labnav_tables import score_notes
 from labgym.eval.submission.check import check_submission
 from labgym.policies import Policy
@@ -57,7 +56,7 @@ def suite():
 @pytest.fixture(scope="module")
 def thoughtful(suite, tmp_path_factory):
     folder = tmp_path_factory.mktemp("thinking") / "thoughtful"
-    return folder, evaluate_labnav(Thoughtful(), suite, folder, progress=False)
+    return folder, evaluate(Thoughtful(), suite, out=folder, progress=False)
 
 
 def test_a_policy_is_charged_for_the_time_that_it_does_not_declare(thoughtful):
@@ -77,25 +76,25 @@ def test_a_policy_is_charged_for_the_time_that_it_does_not_declare(thoughtful):
 def test_the_latency_is_measured_once_and_kept_in_the_folder(suite, thoughtful, monkeypatch):
     folder, first = thoughtful
     monkeypatch.setattr(runner, "charged_latency", None)
-    again = evaluate_labnav(Thoughtful(), suite, folder, progress=False)
+    again = evaluate(Thoughtful(), suite, out=folder, progress=False)
     assert again.summary == first.summary
 
 
 def test_a_quick_policy_and_a_built_in_one_have_the_latency_that_they_declare(suite, monkeypatch):
-    assert {row.delay for row in evaluate_labnav(Quick(), suite, progress=False).rows} == {0}
+    assert {row.delay for row in evaluate(Quick(), suite, progress=False).rows} == {0}
     monkeypatch.setattr(runner, "charged_latency", None)
-    report = evaluate_labnav("stack", suite, progress=False)
+    report = evaluate("stack", suite, progress=False)
     assert (report.summary.latency, report.summary.declared) == (0.1, None)
     assert {row.delay for row in report.rows} == {1}
 
 
 def test_a_latency_that_the_user_passes_is_not_measured_and_never_below_the_declared_one(suite, monkeypatch):
     monkeypatch.setattr(runner, "charged_latency", None)
-    report = evaluate_labnav(Quick(), suite, progress=False, latency=0.45)
+    report = evaluate(Quick(), suite, progress=False, latency=0.45)
     assert ({row.delay for row in report.rows}, report.summary.declared) == ({5}, 0.0)
     for latency in (0.05, -1.0, float("nan"), True, 1e6):
         with pytest.raises(OptionError, match="latency is"):
-            evaluate_labnav("stack", suite, progress=False, latency=latency)
+            evaluate("stack", suite, progress=False, latency=latency)
 
 
 def test_the_mark_is_in_the_published_file_the_tables_and_the_comparison(suite, thoughtful, tmp_path):
@@ -107,9 +106,9 @@ def test_the_mark_is_in_the_published_file_the_tables_and_the_comparison(suite, 
     assert saved.mark == mark
     evaluation = LabNavEvaluation.read(folder)
     assert f"thoughtful {mark}." in score_notes([evaluation])
-    evaluate_labnav(Quick(), suite, tmp_path / "quick", progress=False)
-    comparison, _ = compare_labnav([folder, tmp_path / "quick"])
-    assert f"thoughtful {mark}." in labnav_comparison_tables(comparison)[0].notes
+    evaluate(Quick(), suite, out=tmp_path / "quick", progress=False)
+    comparison = compare(*chosen_evaluations([folder, tmp_path / "quick"]))
+    assert f"thoughtful {mark}." in comparison_tables(comparison)[0].notes
     result = published_results()[0]
     marked = result.model_copy(update={"thinking": {result.summary.tasks[0].suite: report.thinking}})
     assert f"{result.summary.policy} {mark}." in published_table([marked]).notes
@@ -144,7 +143,7 @@ def test_a_delay_that_was_dropped_is_named(suite, thoughtful, tmp_path):
 
 
 def test_a_policy_that_becomes_slow_after_the_probe_is_marked():
-    times = [LabNavTime(key=str(k), planning_ms=5.0, high_ms=20.0 if k < 8 else 340.0, slow=k >= 8) for k in range(10)]
+    times = [EpisodeTime(key=str(k), planning_ms=5.0, high_ms=20.0 if k < 8 else 340.0, slow=k >= 8) for k in range(10)]
     thinking = Thinking.of(times, declared=0.1, charged=0.1)
     assert thinking.mark == "thinks 0.34 s, declares 0.1 s, longer in 2 of 10 episodes"
     assert Thinking.of(times[:8], 0.1, 0.1).mark == ""

@@ -13,10 +13,10 @@ from labgym.envs.labnav.episodes import LabNavEpisodes, published_episodes
 from labgym.envs.labnav.nuisances import drawn_episode, episode_without, nuisances_of, prepared, properties_without
 from labgym.envs.labnav.tasks import condition_names, config_of, task_of
 from labgym.errors import DocumentError, UnknownNameError
-from labgym.eval.driving.episode_row import EpisodeRow
+from labgym.eval.driving.episode_row import LabNavRow, TransitionRow
 from labgym.eval.labnav.drive import drive_floor
 from labgym.eval.labnav.publication import Publication
-from labgym.eval.labnav.row import LabNavRow
+from labgym.eval.labnav.results import DriveTerms
 from labgym.eval.labnav.rules import RULES, Finish, ending_of
 from labgym.eval.labnav.suites import load_labnav
 from labgym.policies import make_policy
@@ -42,7 +42,7 @@ BY_TASK = {
     "load_labnav": lambda task: load_labnav(f"labnav-{task}"),
     "LabNavTasks": lambda task: LabNavTasks(None, f"labnav-{task}-2"),
     "Publication": lambda task: Publication("floors-val", tasks=(task,)),
-    "drive_floor": lambda task: drive_floor(make_policy("still"), LAYOUT, [EPISODE], task, 2, "x", "x", 0),
+    "drive_floor": lambda task: drive_floor(make_policy("still"), LAYOUT, [EPISODE], DriveTerms(task, 2, "x", "x", 0)),
 }
 
 
@@ -61,7 +61,7 @@ def test_an_unknown_level_raises(level):
         lambda: config_of("dock", level),
         lambda: nuisances_of("dock", level),
         lambda: drawer_of(LAYOUT, "dock", level),
-        lambda: drive_floor(make_policy("still"), LAYOUT, [EPISODE], "dock", level, "x", "x", 0),
+        lambda: drive_floor(make_policy("still"), LAYOUT, [EPISODE], DriveTerms("dock", level, "x", "x", 0)),
     ):
         with pytest.raises(UnknownNameError, match=r"level of task 'dock'.*available: 1, 2, 3"):
             call()
@@ -133,6 +133,6 @@ def test_a_row_without_a_field_is_refused(field):
 
 
 def test_success_of_a_lab30_row_is_a_truth_value():
-    assert EpisodeRow.model_fields["success"].annotation is bool
+    assert TransitionRow.model_fields["success"].annotation is bool
     with pytest.raises(ValidationError, match="success"):
-        EpisodeRow.model_validate({"success": 1})
+        TransitionRow.model_validate({"success": 1})

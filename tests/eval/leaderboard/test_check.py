@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from labgym.eval.driving.episode_row import LabNavLegRow, LabNavRow
 from labgym.eval.labnav.results import score_of
-from labgym.eval.labnav.row import LabNavLegRow, LabNavRow
-from labgym.eval.leaderboard.check import agreement
-from labgym.eval.leaderboard.labnav import Outcome
+from labgym.eval.leaderboard.labnav import Outcome, agreement
 
 SECONDS = 60.0
 

@@ -11,14 +11,14 @@ from labgym.cli import main
 from labgym.envs.labnav.episodes import published_episodes
 from labgym.eval.labnav.suites import LabNavSuite
 from labgym.eval.labnav.summary import summarise
-from labgym.eval.leaderboard.correlation import (
+from labgym.eval.leaderboard.labnav import LabNavResult, Outcome
+from labgym.eval.leaderboard.tables import (
     correlation_tables,
     least_significant,
     over_floors,
     over_policies,
     spearman,
 )
-from labgym.eval.leaderboard.labnav import LabNavResult, Outcome
 
 AISLE, DOCK = published_episodes("aisle", 2), published_episodes("dock", 2)
 FLOORS = [floor for floor in AISLE.floors if floor in DOCK.floors]

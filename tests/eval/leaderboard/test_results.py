@@ -15,17 +15,15 @@ from labgym.cli import main
 from labgym.envs.labnav.drawing import draw_suite
 from labgym.envs.labnav.tasks import FIGURE_TASKS
 from labgym.errors import DocumentError, OptionError
-from labgym.eval.driving.files import EPISODES, ROUTES, parse_lines
-from labgym.eval.driving.runner import evaluate
+from labgym.eval.driving.episode_row import LabNavRow
+from labgym.eval.driving.files import EPISODES, ROUTES, EpisodeRoute, parse_lines
+from labgym.eval.evaluator import evaluate
 from labgym.eval.labnav import together
-from labgym.eval.labnav.row import LabNavRoute, LabNavRow
-from labgym.eval.labnav.runner import evaluate_labnav
 from labgym.eval.labnav.suites import LabNavSuite, load_labnav
 from labgym.eval.labnav.summary import summarise
 from labgym.eval.labnav.together import drive_together
 from labgym.eval.leaderboard import lab30, labnav
-from labgym.eval.leaderboard.check import agreement
-from labgym.eval.leaderboard.labnav import LabNavResult, Outcome, published_results
+from labgym.eval.leaderboard.labnav import LabNavResult, Outcome, agreement, published_results
 from labgym.eval.leaderboard.tables import published_table
 from labgym.eval.reports.tables import leaderboard
 from labgym.runs import ExecutorOptions
@@ -41,16 +39,16 @@ def suite():
 @pytest.fixture(scope="module")
 def folder(suite, tmp_path_factory):
     place = tmp_path_factory.mktemp("run") / "straight"
-    evaluate_labnav("straight", suite, place, progress=False)
+    evaluate("straight", suite, out=place, progress=False)
     return place
 
 
 def test_policies_that_share_worlds_drive_as_each_alone(suite, folder):
     driven = drive_together(["still", "straight"], suite, None, ExecutorOptions(), progress=False)
     rows = tuple(parse_lines(EPISODES, driven["straight"][EPISODES], LabNavRow).values())
-    assert rows == evaluate_labnav("straight", suite, folder, progress=False).rows
+    assert rows == evaluate("straight", suite, out=folder, progress=False).rows
     assert set(driven) == {"still", "straight"}
-    routes = parse_lines(ROUTES, driven["still"][ROUTES], LabNavRoute)
+    routes = parse_lines(ROUTES, driven["still"][ROUTES], EpisodeRoute)
     assert [route.poses[0] for route in routes.values()] == [route.poses[-1] for route in routes.values()]
 
 

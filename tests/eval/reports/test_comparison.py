@@ -9,7 +9,7 @@ import pytest
 from labgym.cli import main
 from labgym.errors import DocumentError, OptionError, UnknownNameError
 from labgym.eval.driving.files import read_rows
-from labgym.eval.driving.runner import evaluate
+from labgym.eval.evaluator import evaluate
 from labgym.eval.reports.comparison import Comparison, chosen_evaluations, compare, comparison_tables, evaluation_in
 from labgym.suites import Suite
 

@@ -16,7 +16,7 @@ from labgym.eval.labnav.evaluation import LabNavEvaluation
 from labgym.eval.labnav.figure import paired_difference
 from labgym.eval.labnav.suites import LabNavSuite
 from labgym.eval.labnav.summary import classes
-from labgym.eval.reports.labnav_comparison import LabNavComparison, compare_labnav
+from labgym.eval.reports.comparison import Comparison, chosen_evaluations, compare
 from labgym.eval.reports.labnav_report import report_labnav
 from labgym.eval.reports.labnav_tables import labnav_tables
 
@@ -108,18 +108,18 @@ def test_classes_are_in_the_order_of_difficulty(folders):
 
 def test_a_comparison_is_the_paired_difference_of_all_and_of_each_task(folders, tmp_path, capsys):
     good, bad, _ = folders
-    comparison, _ = compare_labnav([good, bad])
+    comparison = compare(*chosen_evaluations([good, bad]))
     scores = [LabNavEvaluation.read(each).scores for each in (good, bad)]
-    assert comparison.groups[0].score == paired_difference(*scores)
+    assert comparison.groups[0].metrics["score"] == paired_difference(*scores)
     tasks = {one.name: one for one in comparison.groups if one.grouping == "task"}
     assert list(tasks) == ["aisle-2", "people-2"]
-    assert tasks["people-2"].score.difference.value == pytest.approx(0.85)
-    assert tasks["people-2"].success.difference.value == 1.0
-    assert tasks["people-2"].contacts.difference.value == -1.0
+    assert tasks["people-2"].metrics["score"].difference.value == pytest.approx(0.85)
+    assert tasks["people-2"].metrics["success"].difference.value == 1.0
+    assert tasks["people-2"].metrics["contacts"].difference.value == -1.0
     out = tmp_path / "comparison.json"
     assert main(["compare", str(good), str(bad), "--out", str(out)]) == 1  # no manifest
-    assert LabNavComparison.load(out) == comparison
-    assert "good - bad: by task" in capsys.readouterr().out
+    assert Comparison.load(out) == comparison
+    assert "good - bad, by task" in capsys.readouterr().out
 
 
 def test_folders_of_different_episodes_are_not_reported_together(folders, suite, tmp_path):
@@ -127,7 +127,7 @@ def test_folders_of_different_episodes_are_not_reported_together(folders, suite,
     folder = write_folder(tmp_path / "other", other, "other", "mapless", lambda _, __: 0.5)
     with pytest.raises(OptionError, match="different episodes"):
         report_labnav([folders[0], folder])
-    comparison, _ = compare_labnav([folders[0], folder])
+    comparison = compare(*chosen_evaluations([folders[0], folder]))
     assert comparison.a.shared == 12
 
 
@@ -135,8 +135,8 @@ def test_bad_input_is_one_line(folders, tmp_path, capsys):
     (tmp_path / "empty").mkdir()
     for words, message in (
         (["report", str(folders[0]), str(tmp_path / "empty")], "is of LabNav and"),
-        (["compare", str(folders[0])], "takes two"),
-        (["compare", str(folders[0]), str(folders[1]), "--policies", "a", "b"], "--policies has no effect"),
+        (["compare", str(folders[0])], "do not name two evaluations"),
+        (["compare", str(folders[0]), str(folders[1]), "--policies", "a", "b"], "policy"),
     ):
         assert main(words) == 2
         error = capsys.readouterr().err

@@ -23,13 +23,12 @@ from labgym.cli import main
 from labgym.envs.labnav.episodes import published_episodes
 from labgym.envs.labnav.nuisances import prepared
 from labgym.errors import OptionError
+from labgym.eval.driving.episode_row import Ending
 from labgym.eval.labnav.evaluation import LabNavEvaluation
-from labgym.eval.labnav.rules import Ending
 from labgym.eval.labnav.shown_drive import packed, shown_route
 from labgym.eval.labnav.suites import LabNavSuite
 from labgym.eval.leaderboard.labnav import LabNavResult, published_results
 from labgym.eval.reports.labnav_report import report_labnav, write_leaderboard
-from labgym.eval.reports.site.card import card_html
 from labgym.eval.reports.site.entries import (
     Entry,
     card_of,
@@ -39,7 +38,7 @@ from labgym.eval.reports.site.entries import (
     with_published,
 )
 from labgym.eval.reports.site.episodes import chosen, episodes_shown
-from labgym.eval.reports.site.notes import MEANINGS, detail_of
+from labgym.eval.reports.site.notes import MEANINGS, card_html, detail_of
 from labgym.eval.reports.site.page import embedded, render_site, site_of
 from labgym.eval.reports.site.plans import place_name, plan_of_map, thing_name, world_of_episode
 from labgym.layouts import load_published

@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 from labgym.errors import UnknownNameError
-from labgym.eval.driving.evaluation import Evaluation
+from labgym.eval.driving.evaluation import TransitionEvaluation
+from labgym.eval.driving.files import EpisodeTime
 from labgym.eval.driving.intervals import Estimate
 from labgym.eval.driving.navigation_metrics import METRICS
 from labgym.eval.driving.record import NavigationSummary
@@ -113,7 +114,7 @@ def test_the_navigation_table_shows_every_metric_that_is_computed():
     assert {name for name, _, _ in NAVIGATION_ROWS} == {*METRICS, "planning_ms"}
 
 
-def evaluation_of(policy: str, **changes) -> Evaluation:
+def evaluation_of(policy: str, **changes) -> TransitionEvaluation:
     sure = Estimate(value=0.5, low=0.25, high=0.75, count=4, nulls=0)
     summary = NavigationSummary(
         suite=Suite(name="s", split="test"),
@@ -129,7 +130,9 @@ def evaluation_of(policy: str, **changes) -> Evaluation:
         metrics=dict.fromkeys(METRICS, sure),
         **({"privileged": False} | changes),
     )
-    return Evaluation(Path(policy), policy, summary, rows=(), routes={}, times={("l", 0, 0): 3.0}, code="0")
+    return TransitionEvaluation(
+        Path(policy), policy, summary, rows=(), routes={}, times={"l/0/0": EpisodeTime(key="l/0/0", planning_ms=3.0)}
+    )
 
 
 def test_the_leaderboard_says_what_each_policy_sees_and_ends_with_the_paper_s_rows():

@@ -14,12 +14,10 @@ from labgym.cli import main
 from labgym.errors import OptionError, UnknownNameError
 from labgym.eval import LayoutReport, aggregate, score
 from labgym.eval.reports.tables import layout_table
-from labgym.eval.scoring.judgement import HARD_ZEROS, Judgement, Sample
+from labgym.eval.scoring.judgement import HARD_ZEROS, MODES, Judgement, JudgeOptions, Sample
 from labgym.eval.scoring.judging import judge
 from labgym.eval.scoring.judging import pictures as judged_pictures
-from labgym.eval.scoring.judging.judge import TEMPERATURE, Judge
-from labgym.eval.scoring.judging.options import MODES, JudgeOptions
-from labgym.eval.scoring.judging.pictures import judged_views
+from labgym.eval.scoring.judging.judge import TEMPERATURE, Judge, judged_views
 from labgym.eval.scoring.many import read_scores, score_layouts
 from labgym.layouts import load_published
 from labgym.layouts.floors import draw_floor

@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 from signed_folders import SignedFolder
 
-from labgym.eval.driving.episode_row import EpisodeRow
+from labgym.eval.driving.episode_row import TransitionRow
 from labgym.eval.driving.record import NavigationSummary
-from labgym.eval.driving.runner import evaluate
+from labgym.eval.evaluator import evaluate
 from labgym.suites import Jitter, Suite
 
 Rows = list[dict[str, Any]]
@@ -34,7 +34,7 @@ class Submission(SignedFolder):
         self.write("episodes.jsonl", rows)
         self.write("routes.jsonl", routes)
         summary = NavigationSummary.load(self.folder / "summary.json")
-        summary.recomputed([EpisodeRow.model_validate(row) for row in rows]).save(self.folder / "summary.json")
+        summary.recomputed([TransitionRow.model_validate(row) for row in rows]).save(self.folder / "summary.json")
         self.sign()
 
     def change_document(self, name: str, **fields: Any) -> None:

@@ -17,7 +17,7 @@ import pytest
 
 from labgym.cli.app import main
 from labgym.errors import DocumentError, OptionError
-from labgym.eval.driving.runner import evaluate
+from labgym.eval.evaluator import evaluate
 from labgym.eval.submission.check import Verdict, check_submission
 from labgym.layouts import load_published
 from labgym.navigation import goal_pairs
@@ -224,10 +224,10 @@ def other_seeds(rows: Rows, routes: Rows) -> None:
         (lengthen_the_shortest_path, r"shortest_path_length is .*, recomputed"),
         (raise_spl, r"spl is 0.999999, recomputed"),
         (drop_an_episode, r"has no row and no route"),
-        (double_an_episode, r"episodes.jsonl line \d+ repeats episode"),
+        (double_an_episode, r"episodes.jsonl line \d+ repeats the episode"),
         (replace_an_episode_by_a_double, r"has no row and no route"),
-        (add_a_foreign_episode, r"pair 99 repeat \d is not in suite"),
-        (another_layout, r"test-con_01 pair 0: layout_hash is"),
+        (add_a_foreign_episode, r"/99/\d is not in suite"),
+        (another_layout, r"test-con_01/0/0: layout_hash is"),
         (a_nearer_start, r"start is .*, expected"),
         (the_start_without_jitter, r"start is .*, expected"),
         (more_clearance, r"min_clearance is .*, recomputed"),

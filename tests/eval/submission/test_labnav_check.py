@@ -9,7 +9,7 @@ from labnav_submissions import LabNavFolder
 
 from labgym.cli import main
 from labgym.envs.labnav.drawing import draw_suite
-from labgym.eval.labnav.runner import evaluate_labnav
+from labgym.eval.evaluator import evaluate
 from labgym.eval.labnav.suites import LabNavSuite
 from labgym.eval.submission.check import check_submission
 
@@ -24,7 +24,7 @@ def suite():
 @pytest.fixture(scope="module")
 def honest(suite, tmp_path_factory):
     folder = tmp_path_factory.mktemp("honest") / "straight"
-    evaluate_labnav("straight", suite, folder, progress=False, kernels="pinned")
+    evaluate("straight", suite, out=folder, progress=False, kernels="pinned")
     return folder
 
 

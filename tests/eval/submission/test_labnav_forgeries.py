@@ -18,10 +18,10 @@ from labgym.envs.world import world_of
 from labgym.eval.labnav.drive import drive_floor
 from labgym.eval.labnav.results import score_of
 from labgym.eval.labnav.suites import load_labnav
+from labgym.eval.submission.check import drawn_again, driven_again, unseen
 from labgym.eval.submission.labnav_rows import LabNavTerms, labnav_route_problems, labnav_row_problems
 from labgym.eval.submission.outcome_checks import least_rise
 from labgym.eval.submission.route_checks import RouteClaims, route_problems
-from labgym.eval.submission.second_drive import drawn_again, driven_again, unseen
 from labgym.layouts import Layout
 from labgym.navigation import ShortestPaths
 from labgym.policies import make_policy

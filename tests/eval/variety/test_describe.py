@@ -11,11 +11,9 @@ import pytest
 from labgym.cli import main
 from labgym.errors import OptionError, UnknownNameError
 from labgym.eval.variety import describe as describing
-from labgym.eval.variety.bars import bars
 from labgym.eval.variety.describe import describe_splits
-from labgym.eval.variety.figures import DriveFigures, group_figures
-from labgym.eval.variety.hood_walls import hood_walls
-from labgym.eval.variety.rows import DriveRow, FloorRow
+from labgym.eval.variety.figures import DriveFigures, bars, group_figures
+from labgym.eval.variety.rows import DriveRow, FloorRow, hood_walls
 from labgym.eval.variety.sketch import FloorSketch, main_entrance, sketch_of
 from labgym.eval.variety.tables import tables
 from labgym.layouts import Layout, Placement, Room, load_published, published

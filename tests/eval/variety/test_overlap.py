@@ -10,7 +10,7 @@ import shapely
 from room_sketches import sketch
 from shapely import affinity
 
-from labgym.eval.variety.overlap import best_overlap, occupied, overlaps
+from labgym.eval.variety.describe import best_overlap, occupied, overlaps
 
 
 def random_boxes(rng: np.random.Generator, width: float, depth: float, count: int = 12) -> np.ndarray:

@@ -14,6 +14,7 @@ from labgym.envs.labnav.episodes import LabNavEpisode, LabNavEpisodes
 from labgym.envs.labnav.task import timed
 from labgym.errors import UnknownNameError
 from labgym.eval.labnav.drive import drive_floor
+from labgym.eval.labnav.results import DriveTerms
 from labgym.eval.labnav.together import Entrant
 from labgym.paper.reproduction.nuisances import NuisanceRow, NuisanceStudy, driven, nuisance_study, variants_of
 from labgym.paper.reproduction.study import reproduce
@@ -56,7 +57,7 @@ def test_without_the_beaker_a_drive_of_carry_has_the_score_of_its_time():
 def test_with_all_nuisances_a_drive_is_that_of_labnav():
     part = suite("odometry")
     (row,) = driven(Pursuing(), "mine", LAYOUT, part.episodes, part, "")
-    (drive,) = drive_floor(Pursuing(), LAYOUT, part.episodes, "odometry", 2, "mine", part.label, 0)
+    (drive,) = drive_floor(Pursuing(), LAYOUT, part.episodes, DriveTerms.of(part, "mine", 0))
     assert row == NuisanceRow.of(drive.row, "")
     (none,) = driven(Pursuing(), "mine", LAYOUT, part.episodes, part, "all")
     # Without errors the robot drives the straight line until the evaluator brakes it, at 1.5 m/s2.

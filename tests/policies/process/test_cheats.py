@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 from laboratories import small_laboratory
 
-from labgym.eval.driving.drive import Drive, drive_layout, episode_rng
-from labgym.eval.driving.runner import evaluate
+from labgym.eval.driving.drive import TransitionDrive, drive_layout
+from labgym.eval.driving.loop import episode_rng
+from labgym.eval.evaluator import evaluate
 from labgym.geometry import rotate
 from labgym.layouts import load_published, published
 from labgym.navigation import goal_pairs
@@ -42,7 +43,7 @@ def driven(name: str) -> list[dict[str, object]]:
         process.close()
 
 
-def measured(drive: Drive) -> dict[str, object]:
+def measured(drive: TransitionDrive) -> dict[str, object]:
     return drive.row.model_dump(exclude={"planning_ms"})
 
 

@@ -12,8 +12,8 @@ import pytest
 from laboratories import small_laboratory
 
 from labgym.errors import LabgymError, MissingDependencyError, OptionError, UnknownNameError
-from labgym.eval.driving.drive import Drive, drive_layout
-from labgym.eval.driving.runner import evaluate
+from labgym.eval.driving.drive import TransitionDrive, drive_layout
+from labgym.eval.evaluator import evaluate
 from labgym.geometry import rotate
 from labgym.navigation import goal_pairs
 from labgym.policies.process import PolicyProcess, PolicySource, ProcessLimits
@@ -31,7 +31,7 @@ def users_module(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(HERE)
 
 
-def driven(name: str, limits: ProcessLimits | None = None, **options: object) -> tuple[Drive, ...]:
+def driven(name: str, limits: ProcessLimits | None = None, **options: object) -> tuple[TransitionDrive, ...]:
     process = PolicyProcess(PolicySource.named(f"misbehaving:{name}", options), limits)
     try:
         return drive_layout(process, LAYOUT, BRIEF, "policy", seed=0)
@@ -45,7 +45,7 @@ def goal_x(pair: int) -> float:
     return rotate(goal[0] - x, goal[1] - y, -yaw)[0]
 
 
-def measured(drive: Drive) -> dict[str, object]:
+def measured(drive: TransitionDrive) -> dict[str, object]:
     return drive.row.model_dump(exclude={"planning_ms"})
 
 

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from labgym.errors import DocumentError, OptionError
-from labgym.eval.driving.runner import evaluate, policy_fingerprint
+from labgym.eval.driving.runner import policy_fingerprint
+from labgym.eval.evaluator import evaluate
 from labgym.layouts import load_published, published
 from labgym.policies import EpisodeStart, make_policy
 from labgym.policies.policy import PolicyError

@@ -11,10 +11,9 @@ from typing import Literal
 
 from labgym.artefacts import artefacts
 from labgym.eval.driving.drive import Route
+from labgym.eval.driving.episode_row import Ending, LabNavRow
 from labgym.eval.driving.intervals import Estimate
 from labgym.eval.labnav.evaluation import LabNavEvaluation
-from labgym.eval.labnav.row import LabNavRow
-from labgym.eval.labnav.rules import Ending
 from labgym.eval.labnav.shown_drive import ShownDrive
 from labgym.eval.labnav.suites import CHECK, MINI
 from labgym.eval.labnav.summary import LabNavSummary, TaskSummary

@@ -15,16 +15,15 @@ from typing import Any
 
 from labgym.documents import write_text
 from labgym.envs.labnav.tasks import FIGURE_TASKS, task_of
-from labgym.eval.driving.intervals import Estimate
-from labgym.eval.labnav.figure import paired_difference, significant
-from labgym.eval.labnav.row import Track
+from labgym.eval.driving.episode_row import Track
+from labgym.eval.driving.intervals import Estimate, estimate_text
+from labgym.eval.labnav.figure import paired_difference
 from labgym.eval.labnav.summary import TaskSummary, class_order
-from labgym.eval.reports.environment import PACKAGE, page_environment
-from labgym.eval.reports.labnav_tables import CLASSES, ENDINGS, TRACKS, interval
-from labgym.eval.reports.site.card import card_html
+from labgym.eval.reports.labnav_tables import CLASSES, ENDINGS, TRACKS
+from labgym.eval.reports.report import PACKAGE, page_environment
 from labgym.eval.reports.site.entries import KINDS, Entry, Kind, card_of
 from labgym.eval.reports.site.episodes import Shown, episodes_shown
-from labgym.eval.reports.site.notes import MEANINGS, detail_of, reading_notes, swapped, versions_of
+from labgym.eval.reports.site.notes import MEANINGS, card_html, detail_of, reading_notes, swapped, versions_of
 from labgym.eval.reports.site.plans import CLASSES as FURNITURE
 from labgym.eval.reports.site.plans import thing_name
 from labgym.table import Table
@@ -52,7 +51,7 @@ class Bar:
         if estimate.value is None:
             return None
         ends = [None if end is None else scale * end for end in (estimate.low, estimate.high)]
-        text = interval(estimate, digits)
+        text = estimate_text(estimate, digits)
         return cls(text, scale * estimate.value, ends[0], ends[1], text.partition(" ")[0])
 
 
@@ -324,7 +323,7 @@ def _line(number: int, one: Entry, name: str, task: TaskSummary, shown: Shown) -
         if episode["key"].startswith(f"{name}/") and ending is not None:
             first.setdefault(ending, f"#e{index}.p{number}")
     endings = tuple((each, task.endings.get(each, 0), first.get(each, "")) for each in ENDINGS)
-    success, contacts = (interval(each, 2) for each in (task.success, task.contacts))
+    success, contacts = (estimate_text(each, 2) for each in (task.success, task.contacts))
     return TaskLine(name.replace("-", " "), Bar.of(task.score, 2, 100.0), success, contacts, task.episodes, endings)
 
 
@@ -351,7 +350,7 @@ def _facts(one: Entry) -> tuple[tuple[str, str], ...]:
         facts.append(("Stopped by the evaluator", f"in {parked} episodes: the policy cannot stop"))
     for task in summary.tasks:
         if task.precise is not None:
-            facts.append(("Docked within 0.05 m and 0.05 rad", f"{interval(task.precise, 2)} of episodes"))
+            facts.append(("Docked within 0.05 m and 0.05 rad", f"{estimate_text(task.precise, 2)} of episodes"))
         if task.legs:
             facts.append(("Drives of shifts", _counted(task.legs.items())))
     return tuple(facts)
@@ -399,6 +398,6 @@ def _pairs(sections: Sequence[Section]) -> tuple[PairLine, ...]:
             result = paired_difference(a.entry.scores, b.entry.scores)
         one = result.difference
         low, high = (None if end is None else 100.0 * end for end in (one.low, one.high))
-        words, apart = interval(one, 3), significant(result)
+        words, apart = estimate_text(one, 3), result.significant
         lines.append(PairLine(a, b, words, abs(100.0 * value), low, high, one.count, apart))
     return tuple(lines)
