@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from labgym.counts import is_real
 from labgym.documents import Record, read_json
 from labgym.envs.robot import ROBOT
 from labgym.errors import DocumentError, OptionError, UnknownNameError
@@ -119,8 +120,7 @@ def checked_latency(latency: float, declared: float) -> float:
     Raises:
         OptionError: it is less than the policy declares, or above the limit.
     """
-    number = isinstance(latency, int | float) and not isinstance(latency, bool)
-    if not number or not max(declared, 0.0) <= latency <= MAX_LATENCY:
+    if not is_real(latency) or not max(declared, 0.0) <= latency <= MAX_LATENCY:
         raise OptionError(
             f"latency is {str(latency)[:40]}, expected seconds from {declared:g}, which the policy declares, to "
             f"{MAX_LATENCY:g}; one step is {ROBOT.control_dt:g} s"
