@@ -109,13 +109,13 @@ class ExistingArguments:
             OptionError: the two options about purchases exclude each other.
         """
         from labgym.exchange.inventory import read_inventory
-        from labgym.layouts.request import Holdings
+        from labgym.layouts.request import Holdings, Purchases
 
         if self.have is None:
             return None
         if self.only_have and self.extra:
             raise OptionError("--only-have and --extra exclude each other")
-        purchases = "none" if self.only_have else "any" if self.extra else "required"
+        purchases: Purchases = "none" if self.only_have else "any" if self.extra else "required"
         return Holdings(read_inventory(self.have, remark=_note).counts, purchases)
 
 
