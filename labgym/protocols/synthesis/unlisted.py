@@ -71,7 +71,7 @@ _TRIVIAL_ENDING = re.compile(
 """Endings of trivial names that hardly any word of another kind has: limonene, estrone, quinine, geraniol, vanillin."""
 _CLASS = (
     r"(?:aldehyde|nitrile|amide|imide|lactam|lactone|azole|azine|ophene|furan|indole|silane|siloxane|phthalein|amine|"
-    r"aniline|phenone|quinone|sulfone|sulfoxide|oxime|hydrazone|carbazone|azide|carbamate|imine|silanol|adduct)s?"
+    r"aniline|phenone|quinone|sulfone|sulfoxide|oxime|hydrazone|carbazone|azide|carbamate|imine|silanol|anilide|adduct)s?"
 )
 _OF_CLASS = re.compile(rf"[a-z]{{3}}{_CLASS}$")
 """A name that ends in the name of a class of substances, whatever its stem is: caprolactam."""
@@ -240,7 +240,7 @@ def _unknown(text: str, mentioned: Sequence[Mention]) -> Iterator[tuple[int, int
         if _LAMP.match(tail) or _is_imperative(text, start, end):
             continue
         weighed = _AMOUNT_AFTER.match(tail) or _AMOUNT_BEFORE.search(head)
-        expected = _POSITION.search(head) or _IMPERATIVE.search(head) or _follows_operation(head)
+        expected = _POSITION.search(head) or _is_ordered(head, mentioned) or _follows_operation(head)
         ester = _RADICAL_WORDS.search(head) is not None and _ENDING.search(token) is not None
         named = (
             expected
@@ -261,6 +261,12 @@ def _is_imperative(text: str, start: int, end: int) -> bool:
     """Return whether a word is the verb of an instruction: "Nitrosate diphenylamine"."""
     first = not text[:start].strip() or text[:start].rstrip()[-1] in ".;:。；"
     return first and text[start:end].endswith(("ate", "ize", "ise", "ify")) and _OBJECT.match(text, end) is not None
+
+
+def _is_ordered(head: str, mentioned: Sequence[Mention]) -> bool:
+    """Return whether the word before a text's end begins a sentence and names nothing: "Saponify" before "estrone"."""
+    verb = _IMPERATIVE.search(head)
+    return verb is not None and not any(m.start <= verb.start(1) < m.end for m in mentioned)
 
 
 def _follows_operation(head: str) -> bool:
@@ -350,7 +356,7 @@ _POSITION = re.compile(
     rf"\s*{_MODIFIER}$",
     re.IGNORECASE,
 )
-_IMPERATIVE = re.compile(rf"(?:^|[.;:。；]\s*)[A-Z][a-z]{{1,20}}(?:-[a-z]{{1,20}})?\s+{_MODIFIER}$")
+_IMPERATIVE = re.compile(rf"(?:^|[.;:。；]\s*)([A-Z][a-z]{{1,20}}(?:-[a-z]{{1,20}})?)\s+{_MODIFIER}$")
 """The first word of a sentence, an imperative for the next word: "Saponify ethyl lactate"."""
 _NOUN_AFTER = re.compile(
     r"\s+(?:reaction|synthesis|conditions?|work-?up|procedure|protocol|method|apparatus|flask|funnel|trap|bath|column|"
