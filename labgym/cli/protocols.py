@@ -182,6 +182,7 @@ def stage(
 @refuses_idle_flags("protocols import")
 def import_(
     path: Positional[Path],
+    *,
     format: Format,  # noqa: A002
     out: Path,
     limit: OptionalWholeNumber = None,
