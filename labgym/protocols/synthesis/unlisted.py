@@ -240,13 +240,11 @@ def _unknown(text: str, mentioned: Sequence[Mention]) -> Iterator[tuple[int, int
         if _LAMP.match(tail) or _is_imperative(text, start, end):
             continue
         weighed = _AMOUNT_AFTER.match(tail) or _AMOUNT_BEFORE.search(head)
-        expected = _POSITION.search(head) or _is_ordered(head, mentioned) or _follows_operation(head)
+        expected = _POSITION.search(head) is not None
+        if not expected and not re.fullmatch(_CLASS, token):
+            expected = _is_ordered(head, mentioned) or _follows_operation(head)
         ester = _RADICAL_WORDS.search(head) is not None and _ENDING.search(token) is not None
-        named = (
-            expected
-            and not re.fullmatch(_CLASS, token)
-            and (element is not None or _has_name_of_substance(token.lower()))
-        )
+        named = expected and (element is not None or _has_name_of_substance(token.lower()))
         if weighed or ester or transformed or named or _NAME_LIKE.search(token):
             if not _NOUN_AFTER.match(tail) and not _EXCLUDED.search(head):
                 yield _with_radicals(text, start), end
