@@ -15,7 +15,7 @@ from labgym.protocols.rules.finding import Finding, ProtocolCase
 
 DANGEROUS_PRODUCT = "dangerous-product"
 """Rule whose findings no change of the steps removes."""
-FACE_VELOCITY = FACE[0]
+LEAST_FACE_VELOCITY_M_S = FACE[0]
 """Lowest face velocity at which a hood contains vapors, m/s (EN 14175 and ANSI/ASSP Z9.5 practice: 0.3 to 0.5)."""
 FATAL = ("H300", "H310", "H330")
 INERT = re.compile(r"(?<!liquid )\b(?:nitrogen|argon)\b(?!\s+(?:trap|dewar))|\b(?:inert|glove\s?box|schlenk)\b", re.I)
@@ -89,13 +89,16 @@ def hoods_draw_enough(case: ProtocolCase) -> Iterator[Finding]:
         vapours = [asset.name for asset in situation.added if needs_ventilation(asset)]
         opened = fatal or (vapours if place.fume_hood else [])
         velocity = place.specs.face_velocity_m_s
-        if not opened or (place.fume_hood and (velocity is None or velocity >= FACE_VELOCITY)):
+        if not opened or (place.fume_hood and (velocity is None or velocity >= LEAST_FACE_VELOCITY_M_S)):
             continue
         problem = f"draws only {velocity:g} m/s" if place.fume_hood else "is not a hood"
         why = "is fatal" if fatal else "is volatile or toxic"
         message = f"step {step.index} opens {opened[0]}, which {why}, at {place.name}, which {problem}"
         yield Finding(
-            "hood-draws", step.index, message, f"use a hood with at least {FACE_VELOCITY:g} m/s, such as FumeHood"
+            "hood-draws",
+            step.index,
+            message,
+            f"use a hood with at least {LEAST_FACE_VELOCITY_M_S:g} m/s, such as FumeHood",
         )
 
 

@@ -30,7 +30,7 @@ from labgym.quantities import pressure
 
 _VACUUM = re.compile(r"\b(?:vacuum|reduced pressure|in vacuo|evacuate)\b", re.I)
 EVACUATED = ("pump", "rotavap", "lyophilizer", "manifold", "oven")
-AMBIENT, PRESSED = 1000.0, 1500.0
+VACUUM_BELOW_MBAR, PRESSURE_ABOVE_MBAR = 1000.0, 1500.0
 """Pressures in mbar: below the first is a vacuum; above the second, a vessel needs a pressure rating."""
 READABLE = 10.0
 """Smallest mass that is weighed to within 10 %, as a multiple of the balance's resolution."""
@@ -42,7 +42,7 @@ def vacuum_is_reached(case: ProtocolCase) -> Iterator[Finding]:
         step = situation.step
         pumps = [asset for asset in situation.devices if evacuates_to(asset) is not None]
         stated = _stated_mbar(step.text)
-        if stated is not None and stated < AMBIENT and pumps:
+        if stated is not None and stated < VACUUM_BELOW_MBAR and pumps:
             best = min(pumps, key=lambda asset: evacuates_to(asset) or 0.0)
             limit = evacuates_to(best) or 0.0
             if limit > stated:
@@ -65,7 +65,7 @@ def pressures_are_withstood(case: ProtocolCase) -> Iterator[Finding]:
             for asset in situation.devices
             if (limit := withstands(asset) or delivers(asset)) is not None
         ]
-        if stated is None or stated <= PRESSED:
+        if stated is None or stated <= PRESSURE_ABOVE_MBAR:
             continue
         vessel = situation.vessel.name if situation.vessel is not None else "its apparatus"
         balloon = next((asset.name for asset in situation.devices if asset.subtype == "gas"), "")

@@ -20,7 +20,7 @@ _ICE = re.compile(r"\b(?:ice|iced|chill(?:s|ed|ing)?)\b(?![\s-]*(?:free|bath\s+r
 """Words for a step that uses ice, whether or not it states a temperature."""
 RETURNS = ("condenser", "adapter", "trap", "rotavap")
 """Subtypes of devices that return vapor or lead it away."""
-SUPERHEAT = 15.0
+SUPERHEAT_K = 15.0
 """Tolerated boiling-point elevation of a mixture by salts and products, degrees Celsius."""
 VOLATILE_SHARE = 0.2
 """Share of the volume from which on a liquid that boils off counts."""
@@ -37,7 +37,7 @@ INITIATOR_EQUIVALENTS = 0.2
 """Largest catalytic amount of a radical initiator, moles per mole of the main reagent."""
 RADICAL_SOURCES = frozenset({"azo", "organic_peroxide"})
 """Reactive groups that decompose to radicals."""
-QUENCH_LIMIT = 25.0
+QUENCH_LIMIT_C = 25.0
 """Highest temperature at which a reagent of `VIOLENT_IN_WATER` is quenched, degrees Celsius."""
 VIOLENT_IN_WATER = frozenset({"metal_hydride", "organometallic", "alkali_metal", "acyl_halide", "halogenating_agent"})
 _MELTING = re.compile(r"\bmp\s*(\d{2,3}(?:\.\d)?)(?:\s*[-–]\s*(\d{2,3}(?:\.\d)?))?\s*(?:°\s*)?C\b")
@@ -114,7 +114,7 @@ def reflux_is_as_hot_as_it_can_be(case: ProtocolCase) -> Iterator[Finding]:
             continue
         boiling = [_boiling_point(case, name) for name in situation.bulk()]
         points = [point for point in boiling if point is not None]
-        if points and len(points) == len(boiling) and temperature > max(points) + SUPERHEAT:
+        if points and len(points) == len(boiling) and temperature > max(points) + SUPERHEAT_K:
             message = (
                 f"step {step.index} is at {temperature:g} C under a condenser, above {max(points):g} C, where it boils"
             )
@@ -155,7 +155,7 @@ def quenches_are_cold(case: ProtocolCase) -> Iterator[Finding]:
         if step.action != "Quench":
             continue
         names = [name for name in {**before.contents, **situation.contents} if _is_violent(case, name)]
-        if names and (step.temperature is None or step.temperature > QUENCH_LIMIT):
+        if names and (step.temperature is None or step.temperature > QUENCH_LIMIT_C):
             stated = "no temperature" if step.temperature is None else f"{step.temperature:g} C"
             message = f"step {step.index} quenches {names[0]}, which reacts violently, at {stated}"
             yield Finding("quench-cold", step.index, message, "quench at 0 to 10 C in IceBath, slowly")

@@ -24,7 +24,7 @@ CLOSED = re.compile(r"\b(?:stopper(?:ed)?|seal(?:ed)?|closed|cap(?:ped)?|screw\s
 OPENED = re.compile(
     r"\b(?:unstoppered|unsealed|not\s+(?:sealed|closed|stoppered)|closed\s+bottle|vent(?:ing|ed)?)\b", re.I
 )
-PRESSURISED = 50.0
+PRESSURE_FROM_C = 50.0
 """Temperature below which the pressure in a closed vessel is negligible, degrees Celsius."""
 TROUTON, TROUTON_ASSOCIATED = 10.6, 13.1
 """Entropy of vaporization over the gas constant: of most liquids by Trouton's rule (88 J/(mol K)), and of water and
@@ -110,7 +110,7 @@ def closed_vessels_stand_the_pressure(case: ProtocolCase) -> Iterator[Finding]:
     """A vessel that is heated closed has a pressure rating, and the vapor pressure stays below it."""
     for situation in case.situations:
         step, temperature = situation.step, situation.step.temperature
-        if temperature is None or temperature < PRESSURISED or situation.vessel is None:
+        if temperature is None or temperature < PRESSURE_FROM_C or situation.vessel is None:
             continue
         vessels = [asset for asset in situation.devices if withstands(asset) is not None]
         if vessels:

@@ -13,7 +13,7 @@ from labgym.protocols.synthesis.derivatives import derivatives
 from labgym.protocols.synthesis.operations import operation_stem, operations, table
 from labgym.units import UNITS
 
-SHORTEST = 6
+SHORTEST_NAME = 6
 _METALS = (
     r"sodium|potassium|lithium|calcium|barium|zinc|copper|silver|gold|iron|lead|mercury|nickel|cobalt|manganese|tin|"
     r"ammonium|c(?:a)?esium|magnesium|alumini?um|palladium|platinum|titanium|boron|phosphorus|sulfur|chromium|rhodium|"
@@ -144,7 +144,7 @@ def chemical_names(text: str) -> bool:
 def is_named_like_a_substance(text: str) -> bool:
     """Return whether a phrase may name a substance, if the wording announces one."""
     words = [word.lower().strip("(),'-") for word in text.split()]
-    return any(len(word) >= SHORTEST and _ENDING.search(word) and not _is_operation(word) for word in words)
+    return any(len(word) >= SHORTEST_NAME and _ENDING.search(word) and not _is_operation(word) for word in words)
 
 
 def _compounds(text: str) -> Iterator[tuple[int, int]]:
