@@ -10,8 +10,10 @@ import io
 import os
 import signal
 import sys
-from collections.abc import Sequence
-from contextlib import suppress
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from types import FrameType
 from typing import Annotated, Literal
 
 from tyro.conf import FlagCreatePairsOff, OmitArgPrefixes, Positional, arg
@@ -40,7 +42,6 @@ from labgym.cli.recording import record
 from labgym.cli.repairs import repair
 from labgym.cli.reproduction import reproduce_app
 from labgym.cli.scores import score
-from labgym.cli.signals import Terminated, raise_termination
 from labgym.cli.splits import describe_app, floors, labnav
 from labgym.cli.submission import submit_app
 from labgym.cli.traces import trace
@@ -50,10 +51,47 @@ from labgym.cli.viewing import play
 from labgym.errors import LabgymError, MissingDependencyError
 from labgym.pipeline import RunConfig
 
+SIGNALS = (signal.SIGTERM, signal.SIGHUP)
 app = SubcommandApp()
-
 GROUPS = {"assets": assets_app, "protocols": protocols_app, "reproduce": reproduce_app}
 """Groups whose default command runs when no command of the group is named."""
+
+
+class Terminated(KeyboardInterrupt):
+    """A signal that asks this process to end.
+
+    Attributes:
+        number: the signal.
+    """
+
+    def __init__(self, number: int) -> None:
+        self.number = number
+        super().__init__(signal.Signals(number).name)
+
+
+@contextmanager
+def raise_termination() -> Iterator[None]:
+    """Raise `Terminated` at the first SIGTERM or SIGHUP in this context; a second one kills the process.
+
+    A signal that is ignored, as SIGHUP is under nohup, stays ignored. Outside the main thread nothing changes.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = {number: signal.getsignal(number) for number in SIGNALS}
+    replaced = [number for number in SIGNALS if before[number] is signal.SIG_DFL]
+    for number in replaced:
+        signal.signal(number, _raise)
+    try:
+        yield
+    finally:
+        for number in replaced:
+            signal.signal(number, before[number])
+
+
+def _raise(number: int, _: FrameType | None) -> None:
+    signal.signal(number, signal.SIG_DFL)
+    raise Terminated(number)
 
 
 @app.command

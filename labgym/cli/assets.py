@@ -59,6 +59,7 @@ def show(
 @refuses_idle_flags("assets add")
 def add(
     paths: Positional[Annotated[tuple[Path, ...], arg(metavar="PATH [PATH ...]", help_behavior_hint="(required)")]],
+    *,
     catalog: OptionalPath = None,
     unit: OptionalText = None,
     scale: Annotated[float | None, arg(metavar="FACTOR", help_behavior_hint="")] = None,

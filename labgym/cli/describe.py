@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from labgym.eval.scoring.layout_report import LayoutReport
     from labgym.layouts.rules.regulations import Ruling
     from labgym.protocols.experiments import Experiment
-    from labgym.protocols.experiments.feasibility import Verdict
+    from labgym.protocols.experiments.feasibility import FeasibilityVerdict
     from labgym.protocols.retrieval import SearchResults
 
 
@@ -221,7 +221,7 @@ def experiment_details(experiment: Experiment, catalog: Catalog) -> str:
     return "\n".join([f"{experiment.id}  {experiment.name}", experiment.description, "", *_facts(facts), "", *actions])
 
 
-def verdict_table(verdicts: Sequence[Verdict]) -> str:
+def verdict_table(verdicts: Sequence[FeasibilityVerdict]) -> str:
     """Return how many experiments are feasible, and a table of the obstacles to the others."""
     possible = sum(verdict.feasible for verdict in verdicts)
     rows = tuple(

@@ -70,6 +70,7 @@ def compile_(
 @refuses_idle_flags("view")
 def view(
     layouts: Positional[Annotated[tuple[str, ...], arg(metavar="LAYOUT [...]", help_behavior_hint="")]] = (),
+    *,
     out: OptionalPath = None,
     camera: str = "topdown",
     width: OptionalWholeNumber = None,
@@ -121,7 +122,16 @@ def view(
             return watch_episode(task, level, episode, seed, policy, options, port)
         return view_episode(task, level, episode, seed, out, (width, height))
     if web:
-        return watch(layouts, suite, protocol, policy, pair, seed, options, port)
+        return watch(
+            layouts,
+            suite=suite,
+            protocol=protocol,
+            policy=policy,
+            pair=pair,
+            seed=seed,
+            options=options,
+            port=port,
+        )
     if len(layouts) != 1:
         raise OptionError(f"{len(layouts)} layouts to draw, expected one; --web shows several")
     scene = resolve_layout(layouts[0], protocol)

@@ -25,6 +25,7 @@ Names = UseAppendAction[Annotated[tuple[str, ...], arg(metavar="NAME=ASSET")]]
 @import_app.command
 def labbuilder(
     scene: Positional[Annotated[Path, arg(metavar="SCENE")]],
+    *,
     sizes: OptionalPath = None,
     protocol: OptionalText = None,
     out: OptionalPath = None,

@@ -41,6 +41,7 @@ def local_practice(
 
 def local_imitation(
     practice: Practice = Path("runs/local-practice"),
+    *,
     out: Path = Path("runs/local-imitation"),
     tasks: Tasks = None,
     rounds: int = 4,
@@ -69,6 +70,7 @@ def local_imitation(
 
 def local_ppo(
     start: Path = Path("runs/local-imitation/policy.safetensors"),
+    *,
     practice: Practice = Path("runs/local-practice"),
     out: OptionalPath = None,
     tasks: Tasks = None,

@@ -19,7 +19,7 @@ from labgym.cli.saving import Overwrite, save
 from labgym.documents import folder_path
 from labgym.errors import OptionError
 from labgym.protocols import Protocol, ReactionType
-from labgym.protocols.importers import Format, Source
+from labgym.protocols.importers import Format, ImportSource
 
 if TYPE_CHECKING:
     from labgym.protocols.experiments.collection import Tally
@@ -182,6 +182,7 @@ def stage(
 @refuses_idle_flags("protocols import")
 def import_(
     path: Positional[Path],
+    *,
     format: Format,  # noqa: A002
     out: Path,
     limit: OptionalWholeNumber = None,
@@ -210,7 +211,7 @@ def import_(
         raise OptionError(f"--limit is {limit}; read at least 1 record, or leave it out to read all")
     if format == "ord":
         check_installed("google.protobuf", "labgym protocols import --format ord")
-    source = Source(path, format, product)
+    source = ImportSource(path, format, product)
     return _collected(import_experiments(source, out, limit, feasible, execution.options(), fresh), out)
 
 

@@ -34,6 +34,7 @@ SMALL, WIDE = (480, 360), (960, 540)
 @refuses_idle_flags("record")
 def record(
     layout: Filmed,
+    *,
     policy: OptionalText = None,
     pair: int = 0,
     out: Path = Path("drive.mp4"),
@@ -79,7 +80,19 @@ def record(
     check_film_path(out)
     folder = Path(layout).is_dir()
     if not folder and not is_labnav(layout):
-        return _film_pair(layout, policy, pair, out, seed, (width, height), quality, protocol, options, start, goal)
+        return _film_pair(
+            layout,
+            policy=policy,
+            pair=pair,
+            out=out,
+            seed=seed,
+            size=(width, height),
+            quality=quality,
+            protocol=protocol,
+            options=options,
+            start=start,
+            goal=goal,
+        )
     if episode is None:
         raise OptionError(f"name an episode of {layout} with --episode; labgym record --help shows how they are named")
     if not folder or is_labnav_run(layout):
@@ -97,6 +110,7 @@ def record(
 
 def _film_pair(
     layout: str,
+    *,
     policy: str | None,
     pair: int,
     out: Path,

@@ -28,6 +28,7 @@ MAX_LISTED = 20
 @refuses_idle_flags("score")
 def score(
     layout: LayoutNames,
+    *,
     protocol: OptionalText = None,
     profile: str = "default",
     rules: str = "touchstone",
@@ -69,7 +70,18 @@ def score(
     if options is not None:
         LanguageModelConfig.from_environment()  # before anything is computed
     if len(layout) > 1 or out is not None or Path(layout[0]).is_dir():
-        return _score_many(layout, protocol, profile, rules, as_json, check, out, execution.options(), fresh, options)
+        return _score_many(
+            layout,
+            protocol=protocol,
+            profile=profile,
+            rules=rules,
+            as_json=as_json,
+            check=check,
+            out=out,
+            executor=execution.options(),
+            fresh=fresh,
+            judge=options,
+        )
     import labgym.eval
     from labgym.cli.describe import layout_score
     from labgym.envs.tasks import resolve_layout
@@ -108,6 +120,7 @@ def _rulings(names: Sequence[str], regulations: str, as_json: bool, check: bool)
 
 def _score_many(
     names: Sequence[str],
+    *,
     protocol: str | None,
     profile: str,
     rules: str,

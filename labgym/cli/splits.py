@@ -20,6 +20,7 @@ SplitNames = Annotated[tuple[SplitName, ...], arg(metavar="SPLIT [SPLIT ...]")]
 
 def floors(
     split: SplitName | Literal["floors-sealed"],
+    *,
     out: Path,
     count: OptionalWholeNumber = None,
     first: int = 0,
@@ -74,6 +75,7 @@ def floors(
 @refuses_idle_flags("labnav")
 def labnav(
     split: Literal["floors-val", "floors-seen", "floors-test", "floors-sealed"],
+    *,
     out: Path,
     floors: int = 60,
     episodes: int = 5,
@@ -151,6 +153,7 @@ def labnav(
 @refuses_idle_flags("describe splits")
 def splits(
     split: SplitNames = ("floors-test",),
+    *,
     floors: int = 91,
     episodes: int = 12,
     seed: int = 0,

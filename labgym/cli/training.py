@@ -49,6 +49,7 @@ card_app.command(name="local-ppo")(card_local_ppo)
 @train_app.command
 def iplanner(
     data: DataFolder = Path("runs/data"),
+    *,
     out: Path = Path("runs/iplanner"),
     epochs: int = 20,
     patience: int = 1,
@@ -83,6 +84,7 @@ def iplanner(
 @train_app.command
 def navdp(
     data: DataFolder = Path("runs/data"),
+    *,
     out: Path = Path("runs/navdp"),
     start: OptionalPath = None,
     epochs: int = 12,
@@ -120,6 +122,7 @@ def navdp(
 @train_app.command(name="ppo-imitation")
 def train_ppo(
     observation: Sensor = "lidar",
+    *,
     steps: int = 200_000,
     layouts: int = 120,
     warm_start: WarmStart = True,

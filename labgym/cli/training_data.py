@@ -33,6 +33,7 @@ LED = 0.5
 @refuses_idle_flags("data")
 def data(
     out: OptionalPath = None,
+    *,
     format: DataFormat = "planner",  # noqa: A002
     samples: OptionalWholeNumber = None,
     floors: OptionalNumber = None,

@@ -27,6 +27,7 @@ Layouts = Positional[Annotated[tuple[str, ...], arg(metavar="LAYOUT [...]", help
 
 def watch(
     layouts: Sequence[str],
+    *,
     suite: str | None,
     protocol: str | None,
     policy: str,

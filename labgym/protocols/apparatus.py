@@ -22,7 +22,7 @@ FILL = 0.6
 """Largest share of a vessel that a reaction mixture may fill."""
 FLASKS = ("RoundBottomFlask", "ThreeNeckFlask", "JacketedReactor")
 BEAKERS = ("Beaker", "LargeBeaker", "JacketedReactor")
-MINUTES = 15.0
+USUAL_MINUTES = 15.0
 """Default duration of an action for which `APPARATUS` gives none."""
 _SLOT = re.compile(r"\{([a-z]+)\}")
 
@@ -42,7 +42,7 @@ class Apparatus:
 
     devices: tuple[str, ...] = ()
     place: str = HOOD
-    minutes: float = MINUTES
+    minutes: float = USUAL_MINUTES
     temperature: float | None = None
     needs: tuple[frozenset[str], ...] = ()
 

@@ -6,10 +6,10 @@ from collections.abc import Callable, Collection
 
 from labgym.assets import Asset, Catalog
 
-MATERIAL_LIMITS = {"glassware": 500.0, "plasticware": 120.0}
+MATERIAL_LIMITS_C = {"glassware": 500.0, "plasticware": 120.0}
 """Highest temperatures of ware without a specification, degrees Celsius: borosilicate glass 3.3 for a short time, and
 polypropylene in an autoclave."""
-LINE_WIDTH = 15.0
+LINE_HALF_WIDTH_NM = 15.0
 """Half width of a lamp's or filter's line, nm."""
 Span = tuple[float, float]
 """Smallest and largest value."""
@@ -40,7 +40,7 @@ def stands_to(asset: Asset) -> float | None:
     if specs.withstands_C is not None:
         return specs.withstands_C
     span = specs.working_C or specs.measures_C
-    return span[1] if span is not None else MATERIAL_LIMITS.get(asset.category)
+    return span[1] if span is not None else MATERIAL_LIMITS_C.get(asset.category)
 
 
 def speeds(asset: Asset) -> tuple[Span, ...]:
@@ -61,7 +61,7 @@ def flows(asset: Asset) -> tuple[Span, ...]:
 def shines(asset: Asset) -> tuple[Span, ...]:
     """Return the wavelength ranges of a lamp or an optical instrument, nm; empty if it is neither."""
     specs = asset.specs
-    lines = tuple((line - LINE_WIDTH, line + LINE_WIDTH) for line in specs.lines_nm)
+    lines = tuple((line - LINE_HALF_WIDTH_NM, line + LINE_HALF_WIDTH_NM) for line in specs.lines_nm)
     return lines if specs.spectrum_nm is None else (specs.spectrum_nm, *lines)
 
 

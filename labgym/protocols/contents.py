@@ -29,7 +29,7 @@ SOLID = ("DrySolid", "Recrystallize", "Chromatograph")
 """Actions that start with the bare product, without the liquids of earlier steps."""
 _WATERY = frozenset({"aqueous", "strong_acid", "oxidizing_acid"})
 _QUENCHED = frozenset({"metal_hydride", "organometallic", "alkali_metal", "acyl_halide", "anhydride", "chlorosilane"})
-STRIPPED = 100.0
+STRIPPING_MARGIN_K = 100.0
 """Evaporation removes liquids that boil up to this far above the bath temperature, degrees Celsius."""
 
 
@@ -169,7 +169,7 @@ class _BatchTracker:
         if step.action in (*SOLID, "Distill"):
             return {}
         if step.action == "Concentrate":
-            limit = (step.temperature if step.temperature is not None else 40.0) + STRIPPED
+            limit = (step.temperature if step.temperature is not None else 40.0) + STRIPPING_MARGIN_K
             return {name: part for name, part in contents.items() if not self._boils_by(name, limit)}
         if target == SEPARATING and step.action == "Extract":
             organic = [asset for asset in added if not _is_aqueous(asset) and contents[asset.name] > 0.0]

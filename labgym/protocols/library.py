@@ -14,7 +14,7 @@ from labgym.artefacts import artefacts
 from labgym.errors import DocumentError, OptionError, UnknownNameError
 from labgym.protocols.model import Protocol
 
-WORDS = 4
+DESCRIPTION_WORDS = 4
 """Texts of this many words describe an experiment and name none."""
 
 
@@ -62,7 +62,7 @@ def _is_path(text: str) -> bool:
 
 
 def _is_description(text: str) -> bool:
-    return len(text.split()) >= WORDS and not _is_file(text)
+    return len(text.split()) >= DESCRIPTION_WORDS and not _is_file(text)
 
 
 def _is_file(text: str) -> bool:

@@ -16,7 +16,7 @@ from labgym.documents import Document, Record
 from labgym.errors import MissingDependencyError
 from labgym.protocols.errors import RefusalError
 
-SMALL = 4
+LEAST_AZIDE_CARBONS = 4
 """Least number of carbon atoms of an alkyl azide that may be made, cold and undistilled."""
 _CONFUSABLE = str.maketrans(
     "аеорсхуіјѕԁһҺАВСЕНІЈКМОРЅТХУАαοινρτυκΑΒΕΖΗΙΚΜΝΟΡΤΥΧ",
@@ -66,7 +66,7 @@ class HazardousProduct(Record):
         english: pattern of names in lower case. chinese: parts of names.
         why: what it does.
         smarts: patterns, any of which must match. several: patterns that must match at least twice.
-        small: patterns that count in a molecule with fewer than `SMALL` carbon atoms.
+        small: patterns that count in a molecule with fewer than `LEAST_AZIDE_CARBONS` carbon atoms.
         without: patterns none of which may match. smiles: single substances of the kind.
     """
 
@@ -93,7 +93,7 @@ class HazardousProduct(Record):
         return (
             any(matches(structure, smarts) for smarts in self.smarts)
             or any(len(matches(structure, smarts)) > 1 for smarts in self.several)
-            or (carbons < SMALL and any(matches(structure, smarts) for smarts in self.small))
+            or (carbons < LEAST_AZIDE_CARBONS and any(matches(structure, smarts) for smarts in self.small))
             or any(canonical(smiles) == spelling for smiles in self.smiles)
         )
 

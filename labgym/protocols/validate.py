@@ -8,7 +8,7 @@ from labgym.assets import Catalog
 from labgym.errors import LabgymError
 from labgym.protocols.errors import RefusalError
 from labgym.protocols.model import Protocol
-from labgym.protocols.rules import ALL, EQUIPMENT, Case, Finding
+from labgym.protocols.rules import ALL, EQUIPMENT, Finding, ProtocolCase
 from labgym.protocols.rules.hazards import DANGEROUS_PRODUCT
 
 
@@ -35,7 +35,7 @@ def validate(protocol: Protocol, catalog: Catalog | None = None) -> tuple[Findin
         protocol: any protocol that satisfies the schema.
         catalog: the assets that the protocol names; the default catalog if None.
     """
-    case = Case(protocol, catalog if catalog is not None else Catalog.load())
+    case = ProtocolCase(protocol, catalog if catalog is not None else Catalog.load())
     return tuple(finding for rule in ALL for finding in rule(case))
 
 
@@ -50,7 +50,7 @@ def examine(protocol: Protocol, catalog: Catalog | None = None) -> tuple[Finding
         protocol: any protocol that satisfies the schema.
         catalog: the assets that the protocol names; the default catalog if None.
     """
-    case = Case(protocol, catalog if catalog is not None else Catalog.load())
+    case = ProtocolCase(protocol, catalog if catalog is not None else Catalog.load())
     return tuple(finding for rule in (*ALL, *EQUIPMENT) for finding in rule(case))
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from labgym.assets import Catalog
 from labgym.protocols import Finding, Protocol, ReagentUse, Step, examine, protocols, validate
-from labgym.protocols.rules import EQUIPMENT, Case
+from labgym.protocols.rules import EQUIPMENT, ProtocolCase
 from labgym.protocols.rules.vessels import vapour_pressure
 
 CATALOG = Catalog.load()
@@ -714,7 +714,7 @@ def test_the_nearest_protocol_that_keeps_the_rule_is_not_found(name):
 
 
 def test_every_rule_has_a_case():
-    cases = [Case(broken, CATALOG) for _, _, _, broken, _ in CASES.values()]
+    cases = [ProtocolCase(broken, CATALOG) for _, _, _, broken, _ in CASES.values()]
     assert [rule.__name__ for rule in EQUIPMENT if not any(list(rule(case)) for case in cases)] == []
 
 

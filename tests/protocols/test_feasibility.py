@@ -7,14 +7,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from experiment_checks import check, disagreement
 
 from labgym.assets import Catalog
 from labgym.errors import DocumentError, OptionError
 from labgym.protocols.amounts import read_amount
 from labgym.protocols.experiments import Experiment, ExperimentFile, Material, Rejection, read_experiments
-from labgym.protocols.experiments.checks import check, disagreement
 from labgym.protocols.experiments.collection import PER_FILE, REJECTED, collect, filtered
-from labgym.protocols.experiments.feasibility import FeasibilityFilter, Verdict, reasons
+from labgym.protocols.experiments.feasibility import FeasibilityFilter, FeasibilityVerdict, reasons
 from labgym.protocols.experiments.grounding import Grounder
 from labgym.protocols.experiments.narration import narrate
 from labgym.protocols.importers import read
@@ -315,8 +315,8 @@ def test_an_xdl_file_without_a_product_is_kept_once_it_is_named(tmp_path: Path) 
     feasibility = FeasibilityFilter(Catalog.published())
     (unnamed,) = filtered(read(file, "xdl"), feasibility)
     (named,) = filtered(read(file, "xdl", product="methyl benzoate"), feasibility)
-    assert isinstance(unnamed, Verdict)
-    assert isinstance(named, Verdict)
+    assert isinstance(unnamed, FeasibilityVerdict)
+    assert isinstance(named, FeasibilityVerdict)
     assert [obstacle.code for obstacle in unnamed.obstacles] == ["incomplete"]
     assert "product" in unnamed.obstacles[0].message
     assert named.feasible

@@ -425,7 +425,8 @@ def test_a_hostile_dataset_is_one_line(tmp_path: Path, name: str, content: bytes
     ("reaction", "reason"),
     [
         ("unknown { " * 20_000 + "}" * 20_000, "not an ORD reaction"),
-        ("workups { type: WASH } " * 30_000, "more than 250"),
+        ("workups { type: WASH } " * 300, "more than 250"),
+        ("workups { type: WASH } " * 30_000, "more than 10000 messages"),
         ("inputs { key: 'a' value { " + "components { } " * 5_000 + "} }", "more than 30 components"),
         (f"{REACTION} conditions {{ ph: {'9' * 400} }}", "finite"),
         (f"{REACTION} conditions {{ temperature {{ setpoint {{ value: nan units: CELSIUS }} }} }}", "finite"),

@@ -8,7 +8,7 @@ import pytest
 from labgym.cli import main
 from labgym.errors import DocumentError, OptionError
 from labgym.protocols.experiments import read_experiments
-from labgym.protocols.importers import Source, read
+from labgym.protocols.importers import ImportSource, read
 from labgym.protocols.importers.run import import_experiments
 from labgym.runs import ExecutorOptions
 from runs import killing
@@ -33,7 +33,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def whole(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("whole") / "imported"
-    tally = import_experiments(Source(folder, "xdl"), out, progress=False)
+    tally = import_experiments(ImportSource(folder, "xdl"), out, progress=False)
     assert (tally.accepted, tally.rejected) == (COUNT - 2, 2)
     return out
 
@@ -48,28 +48,30 @@ def test_an_import_has_the_experiments_of_its_files_in_their_order(folder: Path,
 def test_workers_do_not_change_an_import_and_a_finished_one_is_not_read_again(
     folder: Path, whole: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    tally = import_experiments(Source(folder, "xdl"), tmp_path, executor=ExecutorOptions(workers=2), progress=False)
+    tally = import_experiments(
+        ImportSource(folder, "xdl"), tmp_path, executor=ExecutorOptions(workers=2), progress=False
+    )
     assert killing.tree(tmp_path) == killing.tree(whole)
     monkeypatch.setattr("labgym.protocols.importers.run.import_file", None)
-    assert import_experiments(Source(folder, "xdl"), tmp_path, progress=False) == tally
+    assert import_experiments(ImportSource(folder, "xdl"), tmp_path, progress=False) == tally
 
 
 def test_a_limit_counts_the_records_of_all_files(folder: Path, tmp_path: Path) -> None:
-    tally = import_experiments(Source(folder, "xdl"), tmp_path, limit=5, progress=False)
+    tally = import_experiments(ImportSource(folder, "xdl"), tmp_path, limit=5, progress=False)
     assert (tally.accepted, tally.rejected) == (4, 1)
 
 
 def test_a_folder_keeps_to_one_import(folder: Path, whole: Path, tmp_path: Path) -> None:
     with pytest.raises(OptionError, match=r"limit .*--fresh"):
-        import_experiments(Source(folder, "xdl"), whole, limit=5, progress=False)
+        import_experiments(ImportSource(folder, "xdl"), whole, limit=5, progress=False)
     (tmp_path / "mine.json").write_text("{}")
     with pytest.raises(OptionError, match=r"mine\.json"):
-        import_experiments(Source(folder, "xdl"), tmp_path, progress=False)
+        import_experiments(ImportSource(folder, "xdl"), tmp_path, progress=False)
 
 
 def test_a_single_file_that_cannot_be_read_is_an_error(folder: Path, tmp_path: Path) -> None:
     with pytest.raises(DocumentError, match=r"x03\.xdl"):
-        import_experiments(Source(folder / "x03.xdl", "xdl"), tmp_path, progress=False)
+        import_experiments(ImportSource(folder / "x03.xdl", "xdl"), tmp_path, progress=False)
     words = ["protocols", "import", str(folder / "x03.xdl"), "--format", "xdl", "--out", str(tmp_path)]
     assert main(words) == 2
 

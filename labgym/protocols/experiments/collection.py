@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from labgym.documents import folder_path, json_bytes, write_bytes
 from labgym.errors import OptionError
-from labgym.protocols.experiments.feasibility import FeasibilityFilter, Verdict
+from labgym.protocols.experiments.feasibility import FeasibilityFilter, FeasibilityVerdict
 from labgym.protocols.experiments.model import Experiment, ExperimentFile, Rejection
 from labgym.runs.folder import only_writer
 from labgym.temporary import temporary_folder
@@ -49,13 +49,15 @@ class Tally:
 
 def filtered(
     records: Iterable[Experiment | Rejection], feasibility: FeasibilityFilter
-) -> Iterator[Verdict | Rejection]:
+) -> Iterator[FeasibilityVerdict | Rejection]:
     """Return the filter's verdict on each experiment; rejections pass through."""
     for record in records:
         yield record if isinstance(record, Rejection) else feasibility.judge(record)
 
 
-def collect(records: Iterable[Experiment | Verdict | Rejection], folder: str | Path, replace: bool = False) -> Tally:
+def collect(
+    records: Iterable[Experiment | FeasibilityVerdict | Rejection], folder: str | Path, replace: bool = False
+) -> Tally:
     """Write records to a folder: files of `PER_FILE` experiments, and a list of the rejected records.
 
     Infeasible experiments and repeated ids are rejected too. The previous content of the folder stays until all records
@@ -84,7 +86,7 @@ def collect(records: Iterable[Experiment | Verdict | Rejection], folder: str | P
     return tally
 
 
-def merged(records: Iterable[Experiment | Verdict | Rejection], tally: Tally) -> Iterator[tuple[str, bytes]]:
+def merged(records: Iterable[Experiment | FeasibilityVerdict | Rejection], tally: Tally) -> Iterator[tuple[str, bytes]]:
     """Yield the files of a collection with their content, the list of the rejected records last.
 
     Args:
@@ -109,14 +111,14 @@ def merged(records: Iterable[Experiment | Verdict | Rejection], tally: Tally) ->
     yield REJECTED, rejected.getvalue().encode()
 
 
-def _accepted(record: Experiment | Verdict | Rejection, ids: set[str]) -> Experiment | RejectedRecord:
+def _accepted(record: Experiment | FeasibilityVerdict | Rejection, ids: set[str]) -> Experiment | RejectedRecord:
     """Return the experiment of a record, or the reason for its rejection."""
     if isinstance(record, Rejection):
         return RejectedRecord(record.place, "unreadable", record.reason)
-    experiment = record.experiment if isinstance(record, Verdict) else record
+    experiment = record.experiment if isinstance(record, FeasibilityVerdict) else record
     if experiment.id in ids:
         return RejectedRecord(experiment.id, "repeated", "an earlier experiment has the same id")
-    if isinstance(record, Verdict) and record.obstacles:
+    if isinstance(record, FeasibilityVerdict) and record.obstacles:
         reason = "; ".join(item.message for item in record.obstacles)
         return RejectedRecord(experiment.id, record.obstacles[0].code, reason)
     return experiment

@@ -45,7 +45,7 @@ class Obstacle:
 
 
 @dataclass(frozen=True)
-class Verdict:
+class FeasibilityVerdict:
     """The filter's verdict on an experiment.
 
     Attributes:
@@ -85,7 +85,7 @@ class FeasibilityFilter:
         self._finest = min((least for least, _ in balances), default=None)
         self._heaviest = max((most for _, most in balances), default=None)
 
-    def judge(self, experiment: Experiment) -> Verdict:
+    def judge(self, experiment: Experiment) -> FeasibilityVerdict:
         """Return whether an experiment is feasible, with all obstacles."""
         names = {material.name: self._grounder.find(material) for material in experiment.materials}
         obstacles = [*_incomplete(experiment), *self._unlisted(experiment, names)]
@@ -97,7 +97,7 @@ class FeasibilityFilter:
             obstacles += self._masses(number, action, listed)
         obstacles += self._volume(experiment, listed)
         obstacles += _unsafe(experiment, listed)
-        return Verdict(experiment if obstacles else grounded(experiment, listed), tuple(obstacles))
+        return FeasibilityVerdict(experiment if obstacles else grounded(experiment, listed), tuple(obstacles))
 
     def _unlisted(self, experiment: Experiment, names: dict[str, str | None]) -> Iterator[Obstacle]:
         for material in experiment.materials:
@@ -165,7 +165,7 @@ class FeasibilityFilter:
         return volume_of(self.catalog.get(name), amount) * amount.portions
 
 
-def reasons(verdicts: Iterable[Verdict]) -> Counter[Code]:
+def reasons(verdicts: Iterable[FeasibilityVerdict]) -> Counter[Code]:
     """Return the number of experiments with each kind of obstacle; an experiment may have several."""
     counts: Counter[Code] = Counter()
     for verdict in verdicts:

@@ -29,6 +29,8 @@ MAX_REACTIONS = 1_000_000
 """Largest number of reactions of a binary file; the Open Reaction Database has 2 million in all its files."""
 MAX_VALUES = 3_000_000
 """Largest number of values of a JSON dataset; they take up to 600 MB."""
+MAX_MESSAGES = 10_000
+"""Largest number of messages of a reaction in text; published ones have some hundred."""
 MAX_DEPTH = 50
 BINARY, TEXT, JSON, PARQUET = (".pb", ".binpb"), (".pbtxt", ".txtpb"), (".json",), (".parquet",)
 _TOKEN = re.compile(
@@ -182,6 +184,8 @@ def _text(path: Path, content: bytes) -> Iterator[Parse]:
 def _from_text(block: bytes) -> Any:
     from google.protobuf import text_format
 
+    if block.count(b"{") + block.count(b"<") > MAX_MESSAGES:
+        raise UnreadableError(f"not an ORD reaction (it has more than {MAX_MESSAGES} messages)")
     try:
         return text_format.Parse(block.decode("utf-8"), messages()[1](), allow_unknown_field=True)
     except UnicodeDecodeError:

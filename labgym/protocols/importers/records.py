@@ -76,7 +76,7 @@ def holding(temperature: float | None) -> Verb:
 
 
 @dataclass(frozen=True)
-class Source:
+class ImportSource:
     """A file or a folder of files in one format.
 
     Attributes:

@@ -16,8 +16,8 @@ from labgym.assets import Catalog
 from labgym.documents import Document, json_bytes
 from labgym.protocols.experiments import Experiment, Rejection
 from labgym.protocols.experiments.collection import Tally, merged
-from labgym.protocols.experiments.feasibility import FeasibilityFilter, Obstacle, Verdict
-from labgym.protocols.importers.records import Source
+from labgym.protocols.experiments.feasibility import FeasibilityFilter, FeasibilityVerdict, Obstacle
+from labgym.protocols.importers.records import ImportSource
 from labgym.runs import ExecutorOptions, RunFolder, RunIdentity, Shard, ShardOutput, run_shards
 
 SUMMARY = "summary.json"
@@ -34,7 +34,7 @@ class ImportSummary(Document):
 
 
 def import_experiments(
-    source: Source,
+    source: ImportSource,
     out: str | Path,
     limit: int | None = None,
     feasible: bool = False,
@@ -83,7 +83,9 @@ def import_experiments(
     return Tally(summary.accepted, Counter(summary.reasons))
 
 
-def import_file(number: int, source: Source, file: Path, limit: int | None, catalog: Catalog | None) -> ShardOutput:
+def import_file(
+    number: int, source: ImportSource, file: Path, limit: int | None, catalog: Catalog | None
+) -> ShardOutput:
     """Return the records of a file, one per line; with a catalog, experiments have the verdict of its filter."""
     feasibility = None if catalog is None else FeasibilityFilter(catalog)
     lines = []
@@ -91,7 +93,7 @@ def import_file(number: int, source: Source, file: Path, limit: int | None, cata
         if isinstance(record, Rejection):
             lines.append(json.dumps({"place": record.place, "reason": record.reason}))
             continue
-        verdict = Verdict(record, ()) if feasibility is None else feasibility.judge(record)
+        verdict = FeasibilityVerdict(record, ()) if feasibility is None else feasibility.judge(record)
         obstacles = [asdict(obstacle) for obstacle in verdict.obstacles]
         experiment = verdict.experiment.model_dump(mode="json")
         lines.append(json.dumps({"experiment": experiment, "obstacles": obstacles}))
@@ -105,7 +107,7 @@ def _outputs(run: RunFolder, files: int, limit: int | None) -> Iterator[tuple[st
     yield SUMMARY, json_bytes(ImportSummary(accepted=tally.accepted, reasons=dict(tally.reasons)).to_json())
 
 
-def _records(run: RunFolder, files: int) -> Iterator[Verdict | Rejection]:
+def _records(run: RunFolder, files: int) -> Iterator[FeasibilityVerdict | Rejection]:
     for number in range(files):
         with (run.path / _part(number)).open("rb") as stream:
             for line in stream:
@@ -114,7 +116,7 @@ def _records(run: RunFolder, files: int) -> Iterator[Verdict | Rejection]:
                     yield Rejection(**data)
                 else:
                     obstacles = tuple(Obstacle(**obstacle) for obstacle in data["obstacles"])
-                    yield Verdict(Experiment.model_validate(data["experiment"]), obstacles)
+                    yield FeasibilityVerdict(Experiment.model_validate(data["experiment"]), obstacles)
 
 
 def _part(number: int) -> str:

@@ -213,9 +213,8 @@ def _carry_out(step: Element, actions: _ActionList) -> None:
         times = step.get("repeats", "")
         if not _NUMBER.fullmatch(times) or not 1 <= int(times) <= MAX_ACTIONS:
             raise UnreadableError(f"a Repeat needs a number of repeats from 1 to {MAX_ACTIONS}, got {times[:40]!r}")
-        for _ in range(int(times)):
-            for inner in step:
-                _carry_out(inner, actions)
+        for inner in list(step) * int(times):
+            _carry_out(inner, actions)
     elif step.tag in _STEPS:
         _STEPS[step.tag](step, actions)
     elif step.tag not in MACHINE:

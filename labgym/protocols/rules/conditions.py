@@ -10,7 +10,7 @@ from labgym.assets import Asset
 from labgym.assets.mixing import Limit, limit_of
 from labgym.protocols.amounts import read_amount
 from labgym.protocols.contents import SEPARATING, STILL, Situation
-from labgym.protocols.rules.finding import Case, Finding, Severity
+from labgym.protocols.rules.finding import Finding, ProtocolCase, Severity
 from labgym.protocols.rules.hazards import INERT, INERT_DEVICES
 from labgym.quantities import ROOM_TEMPERATURE
 
@@ -55,7 +55,7 @@ COLD_END_C = 30.0
 """Highest temperature at which a step that ends a reaction may bring together what reacts violently."""
 
 
-def peracids_meet_no_ketone(case: Case) -> Iterator[Finding]:
+def peracids_meet_no_ketone(case: ProtocolCase) -> Iterator[Finding]:
     """Peracids and peroxides are not used in a ketone as the solvent: cyclic peroxides form that detonate.
 
     Source: Bretherick's Handbook, entries on hydrogen peroxide with ketones and on 3-chloroperoxybenzoic acid.
@@ -69,7 +69,7 @@ def peracids_meet_no_ketone(case: Case) -> Iterator[Finding]:
             return
 
 
-def hydrides_meet_no_protic_solvent(case: Case) -> Iterator[Finding]:
+def hydrides_meet_no_protic_solvent(case: ProtocolCase) -> Iterator[Finding]:
     """Aluminium hydride, sodium hydride and butyllithium are used in aprotic solvents until they are quenched.
 
     Source: Prudent Practices in the Laboratory, 6.D (water-reactive and pyrophoric reagents).
@@ -85,7 +85,7 @@ def hydrides_meet_no_protic_solvent(case: Case) -> Iterator[Finding]:
             return
 
 
-def borohydride_stays_cold(case: Case) -> Iterator[Finding]:
+def borohydride_stays_cold(case: ProtocolCase) -> Iterator[Finding]:
     """Borohydride is not heated in a carboxylic acid, nor boiled in an alcohol: hydrogen comes off all at once."""
     for situation in _reacting(case):
         temperature = situation.step.temperature
@@ -106,7 +106,7 @@ def borohydride_stays_cold(case: Case) -> Iterator[Finding]:
             return
 
 
-def organometallics_stay_dry(case: Case) -> Iterator[Finding]:
+def organometallics_stay_dry(case: ProtocolCase) -> Iterator[Finding]:
     """A Grignard reagent is made from magnesium and a halide without water, alcohols or acids until the quench."""
     for situation in _reacting(case):
         names = situation.contents
@@ -121,7 +121,7 @@ def organometallics_stay_dry(case: Case) -> Iterator[Finding]:
             return
 
 
-def quenches_come_after_the_reaction(case: Case) -> Iterator[Finding]:
+def quenches_come_after_the_reaction(case: ProtocolCase) -> Iterator[Finding]:
     """Check that reagents which destroy a Lewis acid or hydride are added only to end the reaction."""
     for situation in _reacting(case):
         step = situation.step
@@ -135,7 +135,7 @@ def quenches_come_after_the_reaction(case: Case) -> Iterator[Finding]:
             return
 
 
-def washes_have_a_layer(case: Case) -> Iterator[Finding]:
+def washes_have_a_layer(case: ProtocolCase) -> Iterator[Finding]:
     """An organic layer is washed or separated only where a liquid that water does not dissolve is present.
 
     A liquid that takes part in the reaction may have become the layer, as tert-butanol becomes its bromide.
@@ -154,7 +154,7 @@ def washes_have_a_layer(case: Case) -> Iterator[Finding]:
             return
 
 
-def wet_layers_are_dried(case: Case) -> Iterator[Finding]:
+def wet_layers_are_dried(case: ProtocolCase) -> Iterator[Finding]:
     """Check that organic layers are dried after contact with water and before distillation.
 
     Evaporating toluene or benzene dries too: both carry water over as an azeotrope.
@@ -178,7 +178,7 @@ def wet_layers_are_dried(case: Case) -> Iterator[Finding]:
             return
 
 
-def funnels_take_liquids(case: Case) -> Iterator[Finding]:
+def funnels_take_liquids(case: ProtocolCase) -> Iterator[Finding]:
     """A solid does not go through a dropping funnel unless it is dissolved."""
     amounts = {use.name: read_amount(use.amount) for use in case.protocol.reagents}
     for situation in case.situations:
@@ -192,7 +192,7 @@ def funnels_take_liquids(case: Case) -> Iterator[Finding]:
             yield Finding("solid-in-funnel", step.index, message, "add it in portions, or as a solution")
 
 
-def supported_catalysts_are_filtered_off(case: Case) -> Iterator[Finding]:
+def supported_catalysts_are_filtered_off(case: ProtocolCase) -> Iterator[Finding]:
     """Palladium on carbon and Raney nickel are filtered off, kept wet, before the solvent is evaporated."""
     catalyst = ""
     for situation in case.situations:
@@ -208,7 +208,7 @@ def supported_catalysts_are_filtered_off(case: Case) -> Iterator[Finding]:
             return
 
 
-def supported_catalysts_are_weighed_with_their_support(case: Case) -> Iterator[Finding]:
+def supported_catalysts_are_weighed_with_their_support(case: ProtocolCase) -> Iterator[Finding]:
     """A mass of palladium on carbon that matches its moles as pure metal is ten times too small."""
     for use in case.protocol.reagents:
         amount = read_amount(use.amount)
@@ -221,7 +221,7 @@ def supported_catalysts_are_weighed_with_their_support(case: Case) -> Iterator[F
             yield Finding("catalyst-loading", step, message, suggestion)
 
 
-def sensitive_catalysts_have_inert_gas(case: Case) -> Iterator[Finding]:
+def sensitive_catalysts_have_inert_gas(case: ProtocolCase) -> Iterator[Finding]:
     """Palladium(0) phosphine complexes are added and heated under an inert gas, because oxygen destroys them."""
     shielded = False
     for situation in case.situations:
@@ -235,7 +235,7 @@ def sensitive_catalysts_have_inert_gas(case: Case) -> Iterator[Finding]:
             return
 
 
-def _reacting(case: Case) -> Iterator[Situation]:
+def _reacting(case: ProtocolCase) -> Iterator[Situation]:
     """Yield the steps before the first that ends the reaction."""
     for situation in case.situations:
         if situation.step.action in ENDING:
@@ -244,11 +244,11 @@ def _reacting(case: Case) -> Iterator[Situation]:
             yield situation
 
 
-def _is_protic(case: Case, name: str) -> bool:
+def _is_protic(case: ProtocolCase, name: str) -> bool:
     return bool(PROTIC & _groups(case, name))
 
 
-def _is_lively(case: Case, name: str) -> bool:
+def _is_lively(case: ProtocolCase, name: str) -> bool:
     """Return whether water destroys a Lewis acid or hydride violently; borohydride is used in water."""
     asset = case.catalog.get(name)
     reactive = asset.chemistry is not None and asset.chemistry.water_reactive
@@ -256,12 +256,12 @@ def _is_lively(case: Case, name: str) -> bool:
     return hydride or (reactive and "lewis_acid" in _groups(case, name))
 
 
-def _groups(case: Case, name: str) -> frozenset[str]:
+def _groups(case: ProtocolCase, name: str) -> frozenset[str]:
     asset: Asset = case.catalog.get(name)
     return frozenset() if asset.chemistry is None else frozenset(asset.chemistry.groups)
 
 
-def _state(case: Case, name: str) -> str:
+def _state(case: ProtocolCase, name: str) -> str:
     chemistry = case.catalog.get(name).chemistry
     return "" if chemistry is None else chemistry.state
 
@@ -281,7 +281,7 @@ RULES = (
 )
 
 
-def pairs_stay_within_their_limits(case: Case) -> Iterator[Finding]:
+def pairs_stay_within_their_limits(case: ProtocolCase) -> Iterator[Finding]:
     """Every pair in a vessel satisfies the reactivity matrix at the temperatures of all its steps, in a hood or not."""
     met: dict[tuple[str, str], bool] = {}
     reported: set[tuple[str, str]] = set()
@@ -311,7 +311,7 @@ def _is_any_of(asset: Asset, groups: frozenset[str]) -> bool:
     return asset.chemistry is not None and not groups.isdisjoint(asset.chemistry.groups)
 
 
-def _limits(case: Case, situation: Situation) -> Iterator[tuple[tuple[str, str], Limit]]:
+def _limits(case: ProtocolCase, situation: Situation) -> Iterator[tuple[tuple[str, str], Limit]]:
     """Yield the pairs in the vessel of a step that have a limit; consecutive washes do not meet."""
     assets = {name: case.catalog.get(name) for name in sorted(situation.contents)}
     shares = {name: volume / situation.volume for name, volume in situation.contents.items() if situation.volume}

@@ -33,7 +33,7 @@ class Finding:
 
 
 @dataclass(frozen=True)
-class Case:
+class ProtocolCase:
     """A protocol and the catalog that holds its assets."""
 
     protocol: Protocol

@@ -8,10 +8,10 @@ from typing import get_args
 from labgym.assets import StorageClass
 from labgym.protocols.capability import is_ventilated, is_workplace
 from labgym.protocols.model import ChemicalConstraint
-from labgym.protocols.rules.finding import Case, Finding
+from labgym.protocols.rules.finding import Finding, ProtocolCase
 
 
-def assets_exist(case: Case) -> Iterator[Finding]:
+def assets_exist(case: ProtocolCase) -> Iterator[Finding]:
     """Reagents, instruments and locations are catalog entries of their kind."""
     named: list[tuple[str, str, int | None]] = [(use.name, "reagent", None) for use in case.protocol.reagents]
     named += [(name, "instrument", None) for name in dict.fromkeys(case.protocol.instruments)]
@@ -25,7 +25,7 @@ def assets_exist(case: Case) -> Iterator[Finding]:
             yield Finding("asset-kind", step, message, f"name a {kind}, or list it among the {asset.kind}s")
 
 
-def locations_are_workplaces(case: Case) -> Iterator[Finding]:
+def locations_are_workplaces(case: ProtocolCase) -> Iterator[Finding]:
     """Each step takes place at a bench, hood or glove box (check iii)."""
     for step in case.protocol.steps:
         asset = case.asset(step.location)
@@ -35,7 +35,7 @@ def locations_are_workplaces(case: Case) -> Iterator[Finding]:
             yield Finding("location-legal", step.index, message, f"choose one of: {places}")
 
 
-def reagents_are_distinct(case: Case) -> Iterator[Finding]:
+def reagents_are_distinct(case: ProtocolCase) -> Iterator[Finding]:
     """A reagent is listed once, with all its roles and amounts."""
     names = [use.name for use in case.protocol.reagents]
     for name in dict.fromkeys(name for name in names if names.count(name) > 1):
@@ -43,7 +43,7 @@ def reagents_are_distinct(case: Case) -> Iterator[Finding]:
         yield Finding("reagent-distinct", None, message, "list it once with all its roles and amounts")
 
 
-def uses_are_listed(case: Case) -> Iterator[Finding]:
+def uses_are_listed(case: ProtocolCase) -> Iterator[Finding]:
     """Steps use only listed reagents and instruments."""
     listed = {use.name for use in case.protocol.reagents} | set(case.protocol.instruments)
     for step in case.protocol.steps:
@@ -53,7 +53,7 @@ def uses_are_listed(case: Case) -> Iterator[Finding]:
                 yield Finding("use-listed", step.index, message, "add it to the list, or remove it from the step")
 
 
-def everything_is_used(case: Case) -> Iterator[Finding]:
+def everything_is_used(case: ProtocolCase) -> Iterator[Finding]:
     """Each reagent and instrument is used by a step."""
     used = {name for step in case.protocol.steps for name in step.uses}
     for name in dict.fromkeys([*(use.name for use in case.protocol.reagents), *case.protocol.instruments]):
@@ -62,7 +62,7 @@ def everything_is_used(case: Case) -> Iterator[Finding]:
             yield Finding("all-used", None, message, "name it in the step that uses it, or remove it from the list")
 
 
-def _nearest(name: str, case: Case) -> str:
+def _nearest(name: str, case: ProtocolCase) -> str:
     near = case.catalog.nearest(name)
     return f"nearest: {', '.join(near)}" if near else "choose an asset of the catalog"
 
@@ -70,7 +70,7 @@ def _nearest(name: str, case: Case) -> str:
 RULES = (assets_exist, locations_are_workplaces, reagents_are_distinct, uses_are_listed, everything_is_used)
 
 
-def chemical_constraints_refer(case: Case) -> Iterator[Finding]:
+def chemical_constraints_refer(case: ProtocolCase) -> Iterator[Finding]:
     """The subject of a chemical constraint is a reagent of the protocol, and its object exists and fits its kind."""
     reagents = [use.name for use in case.protocol.reagents]
     for constraint in case.protocol.chemical_constraints:
@@ -83,7 +83,7 @@ def chemical_constraints_refer(case: Case) -> Iterator[Finding]:
             yield Finding("constraint-refers", None, message, problem[1])
 
 
-def spatial_constraints_refer(case: Case) -> Iterator[Finding]:
+def spatial_constraints_refer(case: ProtocolCase) -> Iterator[Finding]:
     """A spatial constraint names instruments, reagents and locations of the protocol; objects stand on locations."""
     things = {use.name for use in case.protocol.reagents} | set(case.protocol.instruments)
     places = set(case.protocol.locations)
@@ -101,7 +101,7 @@ def spatial_constraints_refer(case: Case) -> Iterator[Finding]:
             yield Finding("constraint-refers", None, message, "name two different things")
 
 
-def _object_problem(constraint: ChemicalConstraint, case: Case) -> tuple[str, str] | None:
+def _object_problem(constraint: ChemicalConstraint, case: ProtocolCase) -> tuple[str, str] | None:
     """Return the problem with a chemical constraint's object and its remedy, or None."""
     name = constraint.object
     if constraint.kind == "separate_heat":
@@ -124,7 +124,7 @@ def _object_problem(constraint: ChemicalConstraint, case: Case) -> tuple[str, st
     return None
 
 
-def _storage_problem(constraint: ChemicalConstraint, case: Case) -> tuple[str, str] | None:
+def _storage_problem(constraint: ChemicalConstraint, case: ProtocolCase) -> tuple[str, str] | None:
     storage = constraint.object
     if storage not in get_args(StorageClass):
         return f"in {storage!r}, which is not a storage class", f"choose one of: {', '.join(get_args(StorageClass))}"

@@ -11,11 +11,11 @@ from labgym.protocols.capability import heats_to, is_ventilated, needs_ventilati
 from labgym.protocols.contents import SEPARATING, STILL, WATER, Situation
 from labgym.protocols.errors import RefusalError
 from labgym.protocols.refusals import refuse_to_make
-from labgym.protocols.rules.finding import Case, Finding
+from labgym.protocols.rules.finding import Finding, ProtocolCase
 
 DANGEROUS_PRODUCT = "dangerous-product"
 """Rule whose findings no change of the steps removes."""
-FACE_VELOCITY = FACE[0]
+LEAST_FACE_VELOCITY_M_S = FACE[0]
 """Lowest face velocity at which a hood contains vapors, m/s (EN 14175 and ANSI/ASSP Z9.5 practice: 0.3 to 0.5)."""
 FATAL = ("H300", "H310", "H330")
 INERT = re.compile(r"(?<!liquid )\b(?:nitrogen|argon)\b(?!\s+(?:trap|dewar))|\b(?:inert|glove\s?box|schlenk)\b", re.I)
@@ -51,7 +51,7 @@ TOXIC_GAS = ("acid_with_toxic_gas_former", "acid_with_hypochlorite", "hypochlori
 SCRUBBERS = ("GasWashBottle", "ColdTrap")
 
 
-def flames_are_away_from_flammables(case: Case) -> Iterator[Finding]:
+def flames_are_away_from_flammables(case: ProtocolCase) -> Iterator[Finding]:
     """No flame or glowing element is used with a flammable reagent, or at a place where another step opens one."""
     for situation in case.situations:
         for flame in (asset for asset in situation.devices if _is_flame(asset)):
@@ -63,7 +63,7 @@ def flames_are_away_from_flammables(case: Case) -> Iterator[Finding]:
                 yield from _flame_in_the_room(case, situation, flame)
 
 
-def carried_vapours_are_ventilated(case: Case) -> Iterator[Finding]:
+def carried_vapours_are_ventilated(case: ProtocolCase) -> Iterator[Finding]:
     """A batch that still contains a volatile or toxic reagent is handled only at ventilated places."""
     for situation in case.situations:
         step, place = situation.step, situation.place
@@ -79,7 +79,7 @@ def carried_vapours_are_ventilated(case: Case) -> Iterator[Finding]:
                 break
 
 
-def hoods_draw_enough(case: Case) -> Iterator[Finding]:
+def hoods_draw_enough(case: ProtocolCase) -> Iterator[Finding]:
     """Volatile or toxic reagents are opened in a hood with sufficient air flow; fatal ones only in a hood."""
     for situation in case.situations:
         step, place = situation.step, situation.place
@@ -89,17 +89,20 @@ def hoods_draw_enough(case: Case) -> Iterator[Finding]:
         vapours = [asset.name for asset in situation.added if needs_ventilation(asset)]
         opened = fatal or (vapours if place.fume_hood else [])
         velocity = place.specs.face_velocity_m_s
-        if not opened or (place.fume_hood and (velocity is None or velocity >= FACE_VELOCITY)):
+        if not opened or (place.fume_hood and (velocity is None or velocity >= LEAST_FACE_VELOCITY_M_S)):
             continue
         problem = f"draws only {velocity:g} m/s" if place.fume_hood else "is not a hood"
         why = "is fatal" if fatal else "is volatile or toxic"
         message = f"step {step.index} opens {opened[0]}, which {why}, at {place.name}, which {problem}"
         yield Finding(
-            "hood-draws", step.index, message, f"use a hood with at least {FACE_VELOCITY:g} m/s, such as FumeHood"
+            "hood-draws",
+            step.index,
+            message,
+            f"use a hood with at least {LEAST_FACE_VELOCITY_M_S:g} m/s, such as FumeHood",
         )
 
 
-def acid_goes_into_water(case: Case) -> Iterator[Finding]:
+def acid_goes_into_water(case: ProtocolCase) -> Iterator[Finding]:
     """Water is not added to concentrated sulfuric or nitric acid."""
     for situation in case.situations:
         step = situation.step
@@ -115,7 +118,7 @@ def acid_goes_into_water(case: Case) -> Iterator[Finding]:
             yield Finding("acid-into-water", step.index, message, "pour the acid slowly onto water or ice, and stir")
 
 
-def peroxides_are_tested_for(case: Case) -> Iterator[Finding]:
+def peroxides_are_tested_for(case: ProtocolCase) -> Iterator[Finding]:
     """Peroxide formers are tested for peroxides, or stabilized, before they are concentrated.
 
     Distillation without a test is a fault, and so is evaporation to dryness with heat alone. Evaporation of a fresh
@@ -155,7 +158,7 @@ def _forms_peroxides_in_storage(asset: Asset) -> bool:
     return not PEROXIDES_IN_STORAGE.isdisjoint(form.lower() for form in (asset.name, *asset.synonyms_en))
 
 
-def pyrophorics_see_no_air(case: Case) -> Iterator[Finding]:
+def pyrophorics_see_no_air(case: ProtocolCase) -> Iterator[Finding]:
     """Check that pyrophoric substances are handled in a glove box or under an inert gas."""
     for situation in case.situations:
         step = situation.step
@@ -166,7 +169,7 @@ def pyrophorics_see_no_air(case: Case) -> Iterator[Finding]:
             yield Finding("inert-gas", step.index, message, "work at GloveBox, or with SchlenkLine under nitrogen")
 
 
-def toxic_gases_are_caught(case: Case) -> Iterator[Finding]:
+def toxic_gases_are_caught(case: ProtocolCase) -> Iterator[Finding]:
     """Reagents that form a toxic gas are combined with a scrubber."""
     for situation in case.situations:
         added = [asset.name for asset in situation.added]
@@ -182,7 +185,7 @@ def toxic_gases_are_caught(case: Case) -> Iterator[Finding]:
                 yield Finding("toxic-gas", situation.step.index, message, suggestion, "advice")
 
 
-def _flame_in_the_room(case: Case, situation: Situation, flame: Asset) -> Iterator[Finding]:
+def _flame_in_the_room(case: ProtocolCase, situation: Situation, flame: Asset) -> Iterator[Finding]:
     step = situation.step
     for other in case.situations:
         flammable = [asset.name for asset in other.added if asset.hazards.flammable]
@@ -196,7 +199,7 @@ def _flame_in_the_room(case: Case, situation: Situation, flame: Asset) -> Iterat
             return
 
 
-def _flameless(case: Case, situation: Situation) -> str:
+def _flameless(case: ProtocolCase, situation: Situation) -> str:
     temperature = situation.step.temperature if situation.step.temperature is not None else 100.0
     fit = [
         (limit, asset.name)
@@ -219,7 +222,7 @@ def _has_group(asset: Asset, groups: frozenset[str]) -> bool:
     return asset.chemistry is not None and not groups.isdisjoint(asset.chemistry.groups)
 
 
-def products_may_be_made(case: Case) -> Iterator[Finding]:
+def products_may_be_made(case: ProtocolCase) -> Iterator[Finding]:
     """Check that the product is not an explosive, a weapon, a controlled drug or a substance that kills in traces."""
     try:
         refuse_to_make(case.protocol.name, case.protocol.product)

@@ -25,24 +25,24 @@ from labgym.protocols.capability import (
     withstands,
 )
 from labgym.protocols.contents import STILL
-from labgym.protocols.rules.finding import Case, Finding
+from labgym.protocols.rules.finding import Finding, ProtocolCase
 from labgym.quantities import pressure
 
 _VACUUM = re.compile(r"\b(?:vacuum|reduced pressure|in vacuo|evacuate)\b", re.I)
 EVACUATED = ("pump", "rotavap", "lyophilizer", "manifold", "oven")
-AMBIENT, PRESSED = 1000.0, 1500.0
+VACUUM_BELOW_MBAR, PRESSURE_ABOVE_MBAR = 1000.0, 1500.0
 """Pressures in mbar: below the first is a vacuum; above the second, a vessel needs a pressure rating."""
 READABLE = 10.0
 """Smallest mass that is weighed to within 10 %, as a multiple of the balance's resolution."""
 
 
-def vacuum_is_reached(case: Case) -> Iterator[Finding]:
+def vacuum_is_reached(case: ProtocolCase) -> Iterator[Finding]:
     """A step under vacuum has a pump, which reaches the stated pressure."""
     for situation in case.situations:
         step = situation.step
         pumps = [asset for asset in situation.devices if evacuates_to(asset) is not None]
         stated = _stated_mbar(step.text)
-        if stated is not None and stated < AMBIENT and pumps:
+        if stated is not None and stated < VACUUM_BELOW_MBAR and pumps:
             best = min(pumps, key=lambda asset: evacuates_to(asset) or 0.0)
             limit = evacuates_to(best) or 0.0
             if limit > stated:
@@ -56,7 +56,7 @@ def vacuum_is_reached(case: Case) -> Iterator[Finding]:
                 yield Finding("vacuum-source", step.index, message, "add VacuumPump or RotaryVanePump to its uses")
 
 
-def pressures_are_withstood(case: Case) -> Iterator[Finding]:
+def pressures_are_withstood(case: ProtocolCase) -> Iterator[Finding]:
     """A stated pressure above ambient is within the rating of the vessel or of the pump."""
     for situation in case.situations:
         step, stated = situation.step, _stated_mbar(situation.step.text)
@@ -65,7 +65,7 @@ def pressures_are_withstood(case: Case) -> Iterator[Finding]:
             for asset in situation.devices
             if (limit := withstands(asset) or delivers(asset)) is not None
         ]
-        if stated is None or stated <= PRESSED:
+        if stated is None or stated <= PRESSURE_ABOVE_MBAR:
             continue
         vessel = situation.vessel.name if situation.vessel is not None else "its apparatus"
         balloon = next((asset.name for asset in situation.devices if asset.subtype == "gas"), "")
@@ -78,7 +78,7 @@ def pressures_are_withstood(case: Case) -> Iterator[Finding]:
 
 
 @dataclass(frozen=True)
-class Setting:
+class DeviceSetting:
     """A setting of a device that a step's text can state.
 
     Attributes:
@@ -95,14 +95,16 @@ class Setting:
 
 
 SETTINGS = (
-    Setting("speed-reach", "rpm", re.compile(r"(\d[\d,]{1,6})\s*(?:rpm|r\.p\.m\.|turns a minute|U/min)", re.I), speeds),
-    Setting("force-reach", "x g", re.compile(r"(\d[\d,]{1,6})\s*(?:[x×]\s*g|rcf)\b", re.I), forces),
-    Setting("flow-reach", "mL/min", re.compile(r"(\d{1,5}(?:\.\d{1,4})?)\s*mL\s*(?:/\s*min|min-1)", re.I), flows),
-    Setting("wavelength-reach", "nm", re.compile(r"(\d{3,4})\s*nm\b"), shines),
+    DeviceSetting(
+        "speed-reach", "rpm", re.compile(r"(\d[\d,]{1,6})\s*(?:rpm|r\.p\.m\.|turns a minute|U/min)", re.I), speeds
+    ),
+    DeviceSetting("force-reach", "x g", re.compile(r"(\d[\d,]{1,6})\s*(?:[x×]\s*g|rcf)\b", re.I), forces),
+    DeviceSetting("flow-reach", "mL/min", re.compile(r"(\d{1,5}(?:\.\d{1,4})?)\s*mL\s*(?:/\s*min|min-1)", re.I), flows),
+    DeviceSetting("wavelength-reach", "nm", re.compile(r"(\d{3,4})\s*nm\b"), shines),
 )
 
 
-def settings_are_reached(case: Case) -> Iterator[Finding]:
+def settings_are_reached(case: ProtocolCase) -> Iterator[Finding]:
     """A stated speed, force, flow or wavelength is within the range of a device of the step."""
     for situation in case.situations:
         for setting in SETTINGS:
@@ -123,7 +125,7 @@ def settings_are_reached(case: Case) -> Iterator[Finding]:
                 yield Finding(setting.rule, index, message, suggestion)
 
 
-def stirrers_move_the_batch(case: Case) -> Iterator[Finding]:
+def stirrers_move_the_batch(case: ProtocolCase) -> Iterator[Finding]:
     """A batch is not too large for its stirrer."""
     for situation in case.situations:
         stirring = [(most, asset.name) for asset in situation.devices if (most := stirs(asset)) is not None]
@@ -140,7 +142,7 @@ def stirrers_move_the_batch(case: Case) -> Iterator[Finding]:
         )
 
 
-def balances_weigh_what_they_get(case: Case) -> Iterator[Finding]:
+def balances_weigh_what_they_get(case: ProtocolCase) -> Iterator[Finding]:
     """A mass is within the capacity of its balance and can be weighed to within 10 %."""
     amounts = {use.name: read_amount(use.amount) for use in case.protocol.reagents}
     for situation in case.situations:
@@ -158,7 +160,7 @@ def balances_weigh_what_they_get(case: Case) -> Iterator[Finding]:
                     yield Finding("balance-range", situation.step.index, message, _balance(case, mass), "advice")
 
 
-def benches_carry_their_load(case: Case) -> Iterator[Finding]:
+def benches_carry_their_load(case: ProtocolCase) -> Iterator[Finding]:
     """The instruments on a bench are within its load limit."""
     loads: dict[str, dict[str, float]] = defaultdict(dict)
     for situation in case.situations:
@@ -181,11 +183,11 @@ def _stated_mbar(text: str) -> float | None:
     return None if bar is None else 1000.0 * bar
 
 
-def _has(setting: Setting, asset: Asset, value: float) -> bool:
+def _has(setting: DeviceSetting, asset: Asset, value: float) -> bool:
     return any(low <= value <= high for low, high in setting.spans(asset))
 
 
-def _balance(case: Case, mass: float) -> str:
+def _balance(case: ProtocolCase, mass: float) -> str:
     balances = [(limits, asset.name) for asset in case.catalog.of_kind("instrument") if (limits := weighs(asset))]
     for limits, name in balances:
         if READABLE * limits[0] <= mass <= limits[1]:

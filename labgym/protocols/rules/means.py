@@ -15,7 +15,7 @@ from labgym.protocols.apparatus import APPARATUS
 from labgym.protocols.capability import stirs, weighs
 from labgym.protocols.contents import STILL, Situation
 from labgym.protocols.rules.conditions import MISCIBLE
-from labgym.protocols.rules.finding import Case, Finding
+from labgym.protocols.rules.finding import Finding, ProtocolCase
 from labgym.protocols.rules.safety import HEATED_ACTIONS
 from labgym.quantities import ROOM_RANGE
 
@@ -53,7 +53,7 @@ OXIDANT = re.compile(r"\b(?:peroxides?|oxidant|oxidi[sz]er|permanganate|purple|h
 REDUCING = frozenset({"sulfite", "weak_reducer", "strong_reducer", "metal_hydride"})
 
 
-def weighed_reagents_have_a_balance(case: Case) -> Iterator[Finding]:
+def weighed_reagents_have_a_balance(case: ProtocolCase) -> Iterator[Finding]:
     """Check that steps which weigh use a balance, or the glove box with its own, and that solids by mass have one."""
     balance = glove_box = False
     for situation in case.situations:
@@ -74,7 +74,7 @@ def weighed_reagents_have_a_balance(case: Case) -> Iterator[Finding]:
             return
 
 
-def liquids_are_measured(case: Case) -> Iterator[Finding]:
+def liquids_are_measured(case: ProtocolCase) -> Iterator[Finding]:
     """A protocol that takes liquids has a cylinder, pipette, burette or syringe, or a balance for those with a mass."""
     devices = [asset for situation in case.situations for asset in situation.devices]
     if any(asset.subtype in MEASURES and asset.category != "vacuum" for asset in devices):
@@ -92,7 +92,7 @@ def liquids_are_measured(case: Case) -> Iterator[Finding]:
             return
 
 
-def mixtures_are_stirred(case: Case) -> Iterator[Finding]:
+def mixtures_are_stirred(case: ProtocolCase) -> Iterator[Finding]:
     """A step that stirs, adds dropwise or in portions, or boils a mixture of two phases, uses a stirrer.
 
     Swirling and shaking by hand count where the text says so, and boiling stones where the mixture boils.
@@ -109,7 +109,7 @@ def mixtures_are_stirred(case: Case) -> Iterator[Finding]:
             yield Finding("stirring-means", step.index, message, "add MagneticStirrer or OverheadStirrer to its uses")
 
 
-def warm_steps_are_heated(case: Case) -> Iterator[Finding]:
+def warm_steps_are_heated(case: ProtocolCase) -> Iterator[Finding]:
     """A step that is warmer than the room and than the step before uses a heat source."""
     before = ROOM_RANGE[1]
     for situation in case.situations:
@@ -125,7 +125,7 @@ def warm_steps_are_heated(case: Case) -> Iterator[Finding]:
         before = max(ROOM_RANGE[1], temperature or 0.0)
 
 
-def actions_have_their_devices(case: Case) -> Iterator[Finding]:
+def actions_have_their_devices(case: ProtocolCase) -> Iterator[Finding]:
     """A step uses one device of each kind that its action needs, as `labgym.protocols.apparatus.APPARATUS` lists."""
     for situation in case.situations:
         step = situation.step
@@ -138,7 +138,7 @@ def actions_have_their_devices(case: Case) -> Iterator[Finding]:
                 yield Finding("device-means", step.index, message, f"add {min(choice)} to its uses")
 
 
-def destruction_names_its_agent(case: Case) -> Iterator[Finding]:
+def destruction_names_its_agent(case: ProtocolCase) -> Iterator[Finding]:
     """A step that quenches or destroys something names what does it; an oxidant is destroyed by a reductant."""
     for situation in case.situations:
         step = situation.step
@@ -159,7 +159,7 @@ def destruction_names_its_agent(case: Case) -> Iterator[Finding]:
             yield Finding("agent-means", step.index, message, remedy)
 
 
-def _why_stirred(case: Case, situation: Situation) -> str:
+def _why_stirred(case: ProtocolCase, situation: Situation) -> str:
     """Return why a step needs a stirrer, or an empty text."""
     step = situation.step
     if step.action == "Stir" or STIRRED.search(step.text):
@@ -171,7 +171,7 @@ def _why_stirred(case: Case, situation: Situation) -> str:
     return ""
 
 
-def _phases(case: Case, situation: Situation) -> int:
+def _phases(case: ProtocolCase, situation: Situation) -> int:
     """Return the least number of phases in the vessel: solids, water, and oils that water does not dissolve."""
     assets = [case.catalog.get(name) for name in situation.contents]
     solids = any(
@@ -189,7 +189,7 @@ def _moves(asset: Asset) -> bool:
     return stirs_itself or stirs(asset) is not None or asset.category == "cleaning" or asset.subtype == "rod"
 
 
-def _first_uses(case: Case) -> Iterator[tuple[Situation, Asset]]:
+def _first_uses(case: ProtocolCase) -> Iterator[tuple[Situation, Asset]]:
     """Yield each reagent with the first step that puts it into a mixture."""
     seen: set[str] = set()
     for situation in case.situations:
@@ -199,7 +199,7 @@ def _first_uses(case: Case) -> Iterator[tuple[Situation, Asset]]:
                 yield situation, asset
 
 
-def _amount(case: Case, reagent: Asset) -> Amount:
+def _amount(case: ProtocolCase, reagent: Asset) -> Amount:
     return read_amount(next((use.amount for use in case.protocol.reagents if use.name == reagent.name), ""))
 
 

@@ -9,14 +9,14 @@ from labgym.assets import Asset, incompatible
 from labgym.assets.reactivity import reactions
 from labgym.protocols.capability import heats_to, is_ventilated, needs_ventilation
 from labgym.protocols.model import Step
-from labgym.protocols.rules.finding import Case, Finding
+from labgym.protocols.rules.finding import Finding, ProtocolCase
 from labgym.protocols.rules.sequence import PREPARATION
 
 HEATED_ACTIONS = ("Heat", "Reflux", "Distill", "Recrystallize", "DrySolid")
 REMEDY = "move the step to FumeHood, GloveBox or a bench with local exhaust"
 
 
-def vapours_are_carried_off(case: Case) -> Iterator[Finding]:
+def vapours_are_carried_off(case: ProtocolCase) -> Iterator[Finding]:
     """Volatile, toxic or flammable reagents are opened only at ventilated places; solids may be weighed anywhere."""
     for step, reagents in _open_steps(case):
         for reagent in reagents:
@@ -29,7 +29,7 @@ def vapours_are_carried_off(case: Case) -> Iterator[Finding]:
                 yield Finding("location-safe", step.index, message, REMEDY)
 
 
-def incompatible_reagents_meet_in_the_hood(case: Case) -> Iterator[Finding]:
+def incompatible_reagents_meet_in_the_hood(case: ProtocolCase) -> Iterator[Finding]:
     """Reagents that react violently are combined only at ventilated places; weighing does not combine them."""
     for step, reagents in _open_steps(case):
         distinct = {asset.name: asset for asset in reagents}
@@ -40,7 +40,7 @@ def incompatible_reagents_meet_in_the_hood(case: Case) -> Iterator[Finding]:
                 yield Finding("location-safe", step.index, message, REMEDY)
 
 
-def heat_has_a_source(case: Case) -> Iterator[Finding]:
+def heat_has_a_source(case: ProtocolCase) -> Iterator[Finding]:
     """A heated step uses a heat source, and each of its heat sources reaches the temperature."""
     for step in case.protocol.steps:
         used = [asset for name in step.uses if (asset := case.asset(name)) is not None]
@@ -54,7 +54,7 @@ def heat_has_a_source(case: Case) -> Iterator[Finding]:
             yield Finding("heat-source", step.index, message, _hotter(case, step.temperature))
 
 
-def _hotter(case: Case, temperature: float) -> str:
+def _hotter(case: ProtocolCase, temperature: float) -> str:
     devices = [asset for asset in case.catalog.of_kind("instrument") if asset.category == "heating"]
     reaching = [
         (limit, asset.name)
@@ -74,7 +74,7 @@ def _danger(a: Asset, b: Asset) -> str | None:
     return worst.cell.hazard if worst is not None and worst.cell.severity == "dangerous" else None
 
 
-def _open_steps(case: Case) -> Iterator[tuple[Step, list[Asset]]]:
+def _open_steps(case: ProtocolCase) -> Iterator[tuple[Step, list[Asset]]]:
     """Yield the steps at places without ventilation, with their reagents."""
     for step in case.protocol.steps:
         place = case.asset(step.location)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from labgym.protocols.amounts import read_amount
-from labgym.protocols.rules.finding import Case, Finding
+from labgym.protocols.rules.finding import Finding, ProtocolCase
 
 PREPARATION = ("Weigh", "Measure", "Prepare")
 PREPARATION_PLACES = ("PreparationBench", "BalanceTable")
@@ -13,7 +13,7 @@ ANALYSIS, CLEANING = "Analyze", "Clean"
 HOT_ACTIONS = ("Heat", "Reflux", "Distill", "Recrystallize", "DrySolid", "Concentrate")
 
 
-def fields_are_filled(case: Case) -> Iterator[Finding]:
+def fields_are_filled(case: ProtocolCase) -> Iterator[Finding]:
     """Names, roles, amounts, actions, texts and durations are present; heated steps have a temperature."""
     for field in ("name", "description", "product"):
         if not getattr(case.protocol, field).strip():
@@ -37,7 +37,7 @@ def fields_are_filled(case: Case) -> Iterator[Finding]:
             yield Finding("field-complete", step.index, message, "give a temperature in degrees Celsius")
 
 
-def amounts_are_readable(case: Case) -> Iterator[Finding]:
+def amounts_are_readable(case: ProtocolCase) -> Iterator[Finding]:
     """Amounts have units that `labgym.quantities` knows."""
     for use in case.protocol.reagents:
         for text in read_amount(use.amount).unread:
@@ -45,7 +45,7 @@ def amounts_are_readable(case: Case) -> Iterator[Finding]:
             yield Finding("amount-unit", None, message, "use a unit such as g, mL or mmol")
 
 
-def indices_are_consecutive(case: Case) -> Iterator[Finding]:
+def indices_are_consecutive(case: ProtocolCase) -> Iterator[Finding]:
     """Steps are numbered 1, 2, 3, ..."""
     for expected, step in enumerate(case.protocol.steps, start=1):
         if step.index != expected:
@@ -54,7 +54,7 @@ def indices_are_consecutive(case: Case) -> Iterator[Finding]:
             return
 
 
-def preparation_comes_first(case: Case) -> Iterator[Finding]:
+def preparation_comes_first(case: ProtocolCase) -> Iterator[Finding]:
     """The first step prepares the reagents at a preparation bench or balance table."""
     first = case.protocol.steps[0]
     if first.action not in PREPARATION or first.location not in PREPARATION_PLACES:
@@ -63,7 +63,7 @@ def preparation_comes_first(case: Case) -> Iterator[Finding]:
         yield Finding("preparation-first", first.index, message, suggestion)
 
 
-def analysis_and_cleaning_come_last(case: Case) -> Iterator[Finding]:
+def analysis_and_cleaning_come_last(case: ProtocolCase) -> Iterator[Finding]:
     """The product is analyzed, and the last step is cleaning at the sink."""
     last = case.protocol.steps[-1]
     if last.action != CLEANING or last.location != "SinkBench":

@@ -9,7 +9,7 @@ from labgym.assets import Asset
 from labgym.protocols.amounts import moles_of
 from labgym.protocols.capability import cools_to, stands_to, withstands
 from labgym.protocols.contents import STILL, VESSELS, Situation, is_vessel
-from labgym.protocols.rules.finding import Case, Finding
+from labgym.protocols.rules.finding import Finding, ProtocolCase
 from labgym.quantities import ROOM_RANGE
 
 COLD_CARRIED = ("Filter", "Wash", "PhaseSeparation", "Transfer", "Extract", "Dilute")
@@ -20,7 +20,7 @@ _ICE = re.compile(r"\b(?:ice|iced|chill(?:s|ed|ing)?)\b(?![\s-]*(?:free|bath\s+r
 """Words for a step that uses ice, whether or not it states a temperature."""
 RETURNS = ("condenser", "adapter", "trap", "rotavap")
 """Subtypes of devices that return vapor or lead it away."""
-SUPERHEAT = 15.0
+SUPERHEAT_K = 15.0
 """Tolerated boiling-point elevation of a mixture by salts and products, degrees Celsius."""
 VOLATILE_SHARE = 0.2
 """Share of the volume from which on a liquid that boils off counts."""
@@ -37,13 +37,13 @@ INITIATOR_EQUIVALENTS = 0.2
 """Largest catalytic amount of a radical initiator, moles per mole of the main reagent."""
 RADICAL_SOURCES = frozenset({"azo", "organic_peroxide"})
 """Reactive groups that decompose to radicals."""
-QUENCH_LIMIT = 25.0
+QUENCH_LIMIT_C = 25.0
 """Highest temperature at which a reagent of `VIOLENT_IN_WATER` is quenched, degrees Celsius."""
 VIOLENT_IN_WATER = frozenset({"metal_hydride", "organometallic", "alkali_metal", "acyl_halide", "halogenating_agent"})
 _MELTING = re.compile(r"\bmp\s*(\d{2,3}(?:\.\d)?)(?:\s*[-–]\s*(\d{2,3}(?:\.\d)?))?\s*(?:°\s*)?C\b")
 
 
-def cold_is_reached(case: Case) -> Iterator[Finding]:
+def cold_is_reached(case: ProtocolCase) -> Iterator[Finding]:
     """A step below room temperature, or with ice, uses a device that reaches its temperature.
 
     A batch that comes out of a cold bath stays cold while it is filtered or separated.
@@ -74,7 +74,7 @@ def cold_is_reached(case: Case) -> Iterator[Finding]:
             yield Finding("cooling-reach", step.index, message, suggestion)
 
 
-def ware_stands_the_heat(case: Case) -> Iterator[Finding]:
+def ware_stands_the_heat(case: ProtocolCase) -> Iterator[Finding]:
     """Vessels, stirring bars and thermometers are used within their temperature limits."""
     for situation in case.situations:
         step, temperature = situation.step, situation.step.temperature
@@ -86,7 +86,7 @@ def ware_stands_the_heat(case: Case) -> Iterator[Finding]:
                 yield Finding("temperature-limit", step.index, message, _hardier(case, asset, temperature, limit))
 
 
-def solvents_stay_in_open_vessels(case: Case) -> Iterator[Finding]:
+def solvents_stay_in_open_vessels(case: ProtocolCase) -> Iterator[Finding]:
     """A liquid is heated above its boiling point only with a condenser, a still head or a vessel built for pressure."""
     for situation in case.situations:
         step, temperature = situation.step, situation.step.temperature
@@ -103,7 +103,7 @@ def solvents_stay_in_open_vessels(case: Case) -> Iterator[Finding]:
                 break
 
 
-def reflux_is_as_hot_as_it_can_be(case: Case) -> Iterator[Finding]:
+def reflux_is_as_hot_as_it_can_be(case: ProtocolCase) -> Iterator[Finding]:
     """The temperature of a reflux is not above the boiling points of the liquids."""
     for situation in case.situations:
         step, temperature = situation.step, situation.step.temperature
@@ -114,7 +114,7 @@ def reflux_is_as_hot_as_it_can_be(case: Case) -> Iterator[Finding]:
             continue
         boiling = [_boiling_point(case, name) for name in situation.bulk()]
         points = [point for point in boiling if point is not None]
-        if points and len(points) == len(boiling) and temperature > max(points) + SUPERHEAT:
+        if points and len(points) == len(boiling) and temperature > max(points) + SUPERHEAT_K:
             message = (
                 f"step {step.index} is at {temperature:g} C under a condenser, above {max(points):g} C, where it boils"
             )
@@ -122,7 +122,7 @@ def reflux_is_as_hot_as_it_can_be(case: Case) -> Iterator[Finding]:
             yield Finding("reflux-temperature", step.index, message, suggestion)
 
 
-def products_dry_below_melting(case: Case) -> Iterator[Finding]:
+def products_dry_below_melting(case: ProtocolCase) -> Iterator[Finding]:
     """A product is dried below its melting point, if the protocol states one."""
     melting = _MELTING.search(case.protocol.product)
     for situation in case.situations:
@@ -134,7 +134,7 @@ def products_dry_below_melting(case: Case) -> Iterator[Finding]:
             )
 
 
-def explosives_stay_cool(case: Case) -> Iterator[Finding]:
+def explosives_stay_cool(case: ProtocolCase) -> Iterator[Finding]:
     """Explosive reagents are not heated, except a catalytic amount of a radical initiator in a solvent."""
     for situation in case.situations:
         step, temperature = situation.step, situation.step.temperature
@@ -148,20 +148,20 @@ def explosives_stay_cool(case: Case) -> Iterator[Finding]:
                 yield Finding("explosive-heated", step.index, message, suggestion)
 
 
-def quenches_are_cold(case: Case) -> Iterator[Finding]:
+def quenches_are_cold(case: ProtocolCase) -> Iterator[Finding]:
     """Reagents that react violently with water are quenched cold."""
     for before, situation in zip(case.situations, case.situations[1:], strict=False):
         step = situation.step
         if step.action != "Quench":
             continue
         names = [name for name in {**before.contents, **situation.contents} if _is_violent(case, name)]
-        if names and (step.temperature is None or step.temperature > QUENCH_LIMIT):
+        if names and (step.temperature is None or step.temperature > QUENCH_LIMIT_C):
             stated = "no temperature" if step.temperature is None else f"{step.temperature:g} C"
             message = f"step {step.index} quenches {names[0]}, which reacts violently, at {stated}"
             yield Finding("quench-cold", step.index, message, "quench at 0 to 10 C in IceBath, slowly")
 
 
-def _is_dilute_initiator(case: Case, situation: Situation, name: str) -> bool:
+def _is_dilute_initiator(case: ProtocolCase, situation: Situation, name: str) -> bool:
     """Return whether a reagent is a source of radicals in a catalytic amount, dissolved in a solvent."""
     chemistry = case.catalog.get(name).chemistry
     uses = {use.name: use for use in case.protocol.reagents if use.name in situation.contents}
@@ -178,7 +178,7 @@ def _is_dilute_initiator(case: Case, situation: Situation, name: str) -> bool:
     return catalytic and dissolved
 
 
-def _hardier(case: Case, asset: Asset, temperature: float, limit: float) -> str:
+def _hardier(case: ProtocolCase, asset: Asset, temperature: float, limit: float) -> str:
     """Return a vessel that withstands the temperature, or advice to leave the asset out."""
     vessels = [other for other in case.catalog.of_kind("instrument") if is_vessel(asset) and other.subtype in VESSELS]
     fit = sorted((stands_to(other) or 0.0, other.name) for other in vessels)
@@ -191,12 +191,12 @@ def _kept(situation: Situation) -> bool:
     return any(asset.subtype in RETURNS or withstands(asset) is not None for asset in devices)
 
 
-def _boiling_point(case: Case, name: str) -> float | None:
+def _boiling_point(case: ProtocolCase, name: str) -> float | None:
     chemistry = case.catalog.get(name).chemistry
     return None if chemistry is None else chemistry.boiling_point
 
 
-def _is_violent(case: Case, name: str) -> bool:
+def _is_violent(case: ProtocolCase, name: str) -> bool:
     chemistry = case.catalog.get(name).chemistry
     return chemistry is not None and not VIOLENT_IN_WATER.isdisjoint(chemistry.groups)
 

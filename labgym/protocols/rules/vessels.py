@@ -10,7 +10,7 @@ from labgym.assets import Asset
 from labgym.protocols.capability import alternative, capacity, evacuates_to, withstands
 from labgym.protocols.contents import Situation, is_vessel
 from labgym.protocols.portions import EVAPORATOR, FILLING, in_words, portions, portions_for
-from labgym.protocols.rules.finding import Case, Finding
+from labgym.protocols.rules.finding import Finding, ProtocolCase
 
 HEADROOM = {"Heat": 2.0 / 3.0, "Reflux": 2.0 / 3.0, "Distill": 2.0 / 3.0, "Concentrate": FILLING}
 """Largest filling of a heated vessel: two thirds, and half on the rotary evaporator."""
@@ -24,14 +24,14 @@ CLOSED = re.compile(r"\b(?:stopper(?:ed)?|seal(?:ed)?|closed|cap(?:ped)?|screw\s
 OPENED = re.compile(
     r"\b(?:unstoppered|unsealed|not\s+(?:sealed|closed|stoppered)|closed\s+bottle|vent(?:ing|ed)?)\b", re.I
 )
-PRESSURISED = 50.0
+PRESSURE_FROM_C = 50.0
 """Temperature below which the pressure in a closed vessel is negligible, degrees Celsius."""
 TROUTON, TROUTON_ASSOCIATED = 10.6, 13.1
 """Entropy of vaporization over the gas constant: of most liquids by Trouton's rule (88 J/(mol K)), and of water and
 alcohols (109 J/(mol K))."""
 
 
-def vessels_hold_their_contents(case: Case) -> Iterator[Finding]:
+def vessels_hold_their_contents(case: ProtocolCase) -> Iterator[Finding]:
     """No vessel holds more than its capacity; heated vessels have headroom."""
     worst: set[tuple[str, str]] = set()
     for situation in case.situations:
@@ -56,7 +56,7 @@ def vessels_hold_their_contents(case: Case) -> Iterator[Finding]:
             yield Finding("vessel-headroom", step.index, message, _remedy(case, situation, vessel, need), "advice")
 
 
-def vessels_are_filled_enough(case: Case) -> Iterator[Finding]:
+def vessels_are_filled_enough(case: ProtocolCase) -> Iterator[Finding]:
     """A vessel with a smallest working volume, such as a stirred reactor, holds it when it is stirred or heated."""
     for situation in case.situations:
         step, vessel = situation.step, situation.vessel
@@ -71,7 +71,7 @@ def vessels_are_filled_enough(case: Case) -> Iterator[Finding]:
             yield Finding("vessel-working", step.index, message, _smaller(case, situation.volume), "advice")
 
 
-def additions_fit_the_funnel(case: Case) -> Iterator[Finding]:
+def additions_fit_the_funnel(case: ProtocolCase) -> Iterator[Finding]:
     """An addition fits the dropping funnel, or the text says that it is in portions."""
     for situation in case.situations:
         for funnel in situation.devices:
@@ -85,7 +85,7 @@ def additions_fit_the_funnel(case: Case) -> Iterator[Finding]:
                 yield Finding("funnel-volume", situation.step.index, message, suggestion, "advice")
 
 
-def vessels_fit_their_heater(case: Case) -> Iterator[Finding]:
+def vessels_fit_their_heater(case: ProtocolCase) -> Iterator[Finding]:
     """A heating mantle holds round flasks of its size."""
     for situation in case.situations:
         for mantle in situation.devices:
@@ -106,11 +106,11 @@ def vessels_fit_their_heater(case: Case) -> Iterator[Finding]:
                 yield Finding("vessel-fits-heater", situation.step.index, message, "use a bath, such as OilBath")
 
 
-def closed_vessels_stand_the_pressure(case: Case) -> Iterator[Finding]:
+def closed_vessels_stand_the_pressure(case: ProtocolCase) -> Iterator[Finding]:
     """A vessel that is heated closed has a pressure rating, and the vapor pressure stays below it."""
     for situation in case.situations:
         step, temperature = situation.step, situation.step.temperature
-        if temperature is None or temperature < PRESSURISED or situation.vessel is None:
+        if temperature is None or temperature < PRESSURE_FROM_C or situation.vessel is None:
             continue
         vessels = [asset for asset in situation.devices if withstands(asset) is not None]
         if vessels:
@@ -130,7 +130,7 @@ def closed_vessels_stand_the_pressure(case: Case) -> Iterator[Finding]:
             yield Finding("sealed-vessel", step.index, message, suggestion)
 
 
-def vacuum_spares_flat_glass(case: Case) -> Iterator[Finding]:
+def vacuum_spares_flat_glass(case: ProtocolCase) -> Iterator[Finding]:
     """Thin flat-bottomed glassware is not evacuated."""
     for situation in case.situations:
         pumps = [asset for asset in situation.devices if evacuates_to(asset) is not None and asset.category == "vacuum"]
@@ -153,7 +153,7 @@ def vapour_pressure(boiling_point: float, temperature: float, associated: bool) 
     return 1.013 * math.exp(entropy * (1.0 - (boiling_point + 273.15) / (temperature + 273.15)))
 
 
-def _pressures(case: Case, situation: Situation, temperature: float) -> Iterator[tuple[float, str]]:
+def _pressures(case: ProtocolCase, situation: Situation, temperature: float) -> Iterator[tuple[float, str]]:
     for name in situation.bulk():
         chemistry = case.catalog.get(name).chemistry
         if chemistry is not None and chemistry.boiling_point is not None:
@@ -161,7 +161,7 @@ def _pressures(case: Case, situation: Situation, temperature: float) -> Iterator
             yield vapour_pressure(chemistry.boiling_point, temperature, associated), name
 
 
-def _all_known(case: Case, situation: Situation) -> bool:
+def _all_known(case: ProtocolCase, situation: Situation) -> bool:
     """Return whether the amount of every liquid in the vessel is stated, so that its volume is not an underestimate."""
     chemistry = {name: case.catalog.get(name).chemistry for name in situation.contents}
     return all(
@@ -171,7 +171,7 @@ def _all_known(case: Case, situation: Situation) -> bool:
     )
 
 
-def _remedy(case: Case, situation: Situation, vessel: Asset, need: float) -> str:
+def _remedy(case: ProtocolCase, situation: Situation, vessel: Asset, need: float) -> str:
     """Return how a batch fits: in portions on the rotary evaporator, else in a larger vessel."""
     evaporator = next((asset for asset in situation.devices if asset.name == EVAPORATOR), None)
     if evaporator is None or situation.step.action != "Concentrate":
@@ -182,7 +182,7 @@ def _remedy(case: Case, situation: Situation, vessel: Asset, need: float) -> str
     return f"evaporate it {in_words(count, vessel)}, and say so in the step"
 
 
-def _larger(case: Case, vessel: Asset, volume: float) -> str:
+def _larger(case: ProtocolCase, vessel: Asset, volume: float) -> str:
     names = [
         asset.name
         for asset in case.catalog
@@ -195,7 +195,7 @@ def _larger(case: Case, vessel: Asset, volume: float) -> str:
     return f"use {name}" if name else f"no vessel of the catalog holds {volume:.0f} mL; halve the batch"
 
 
-def _smaller(case: Case, volume: float) -> str:
+def _smaller(case: ProtocolCase, volume: float) -> str:
     """Return the smallest flask that a volume does not overfill."""
     flasks = sorted(
         (capacity(asset) or 0.0, asset.name)
@@ -206,7 +206,7 @@ def _smaller(case: Case, volume: float) -> str:
     return f"use {fit}" if fit else "make a larger batch"
 
 
-def _stronger(case: Case, vessel: Asset, pressure: float) -> str:
+def _stronger(case: ProtocolCase, vessel: Asset, pressure: float) -> str:
     others = sorted(
         (withstands(a) or 0.0, a.name) for a in case.catalog.of_kind("instrument") if a.subtype == "reactor"
     )

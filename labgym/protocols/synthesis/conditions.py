@@ -19,19 +19,19 @@ from labgym.protocols.synthesis.transformations import Transformation
 from labgym.quantities import ROOM_RANGE, ROOM_TEMPERATURE
 
 HOLDING_VERBS = ("Stir", "Heat", "Reflux")
-SHARED = 2
+PRECEDENT_REAGENTS = 2
 """Number of reagents besides solvents, among them the substrate, that a precedent shares with the reaction."""
 COLD, WARM = ROOM_RANGE
-MILD_REFLUX = 120.0
+MILD_REFLUX_C = 120.0
 """Highest boiling point of a solvent in which a usual reflux is still a reflux, degrees Celsius."""
-BATH_ABOVE = 60.0
+BATH_EXCESS_K = 60.0
 """A stated temperature up to this much above the boiling point is that of the bath, degrees Celsius."""
 _GRADUAL = re.compile(r"\bover\b|\bduring\b|\bwithin\b|drop-?wise|portion|slowly|滴加|分批|缓慢|内加", re.IGNORECASE)
 """A duration with these words is that of the addition."""
 _CLOSED = re.compile(
     r"\b(?:sealed|pressure (?:tube|vessel)|autoclave|closed vessel|microwave vial)\b|密闭|封管|高压釜", re.IGNORECASE
 )
-NEAR_BOILING = 4.0
+BOILING_TOLERANCE_K = 4.0
 """Margin around a boiling point within which a temperature counts as reflux, degrees Celsius."""
 STEAM_BATH_C = 95.0
 """Temperature of a flask on a steam bath."""
@@ -70,7 +70,7 @@ def precedent(context: SearchResults, parts: Sequence[Participant]) -> Precedent
     for hit in context.hits:
         names, steps = _library_entry(hit.fragment.source)
         shared = reagents & names
-        if shared & substrates and len(shared) >= SHARED:
+        if shared & substrates and len(shared) >= PRECEDENT_REAGENTS:
             longest = _longest_hold(hit.fragment.source, steps)
             if longest is not None:
                 return longest
@@ -227,7 +227,7 @@ def hold(kind: Transformation, clause: Clause | None, parts: Sequence[Participan
             temperature = 60.0 if boiling is None else min(60.0, boiling[0])
         elif add is not None and clause is not None and not _is(clause, "Heat"):
             temperature = add
-        elif kind.action == "Reflux" and boiling is not None and boiling[0] <= MILD_REFLUX:
+        elif kind.action == "Reflux" and boiling is not None and boiling[0] <= MILD_REFLUX_C:
             temperature = boiling[0]
         else:
             temperature = kind.temperature
@@ -236,7 +236,7 @@ def hold(kind: Transformation, clause: Clause | None, parts: Sequence[Participan
     if boiling is not None and temperature > boiling[0] and kind.action != "Distill":
         stated = clause is not None and clause.temperature is not None
         if clause is not None and stated:
-            if temperature > boiling[0] + BATH_ABOVE or _CLOSED.search(clause.text):
+            if temperature > boiling[0] + BATH_EXCESS_K or _CLOSED.search(clause.text):
                 message = f"{temperature:g} C is above the boiling point of {boiling[1]} ({boiling[0]:g} C), and no"
                 raise RefusalError("infeasible", f"{message} template works under pressure: take another solvent")
             bath = temperature
@@ -248,7 +248,7 @@ def _action(kind: Transformation, clause: Clause | None, temperature: float, boi
     if kind.action == "Distill":
         return "Distill"
     hot = temperature > WARM
-    if hot and boiling is not None and temperature >= boiling[0] - NEAR_BOILING:
+    if hot and boiling is not None and temperature >= boiling[0] - BOILING_TOLERANCE_K:
         return "Reflux"
     if hot and (_is(clause, "Reflux") or (clause is None and kind.action == "Reflux" and boiling is None)):
         return "Reflux"

@@ -15,7 +15,7 @@ from labgym.protocols.synthesis.roles import SOLVENTS, Participant
 
 ENDING = ("Quench", "Acidify", "Basify")
 FINISHING = ("Distill", "Chromatograph", "Recrystallize", "DryVacuum")
-EXTRACTABLE, VOLATILE = 120.0, 90.0
+EXTRACTABLE_ML, STRIPPED_BELOW_C = 120.0, 90.0
 """Volume of a mixture that still fits the separating funnel, mL; boiling point of what is stripped, degrees Celsius."""
 CONDENSED = ("Recrystallize", "Crystallize", "DrySolid")
 
@@ -86,8 +86,8 @@ class ReactionMixture:
     def is_strippable(self) -> bool:
         """Whether it is mostly a volatile solvent that mixes with water, too much of it to extract from."""
         points = [a.chemistry.boiling_point for a in self.solvents if a.name in MISCIBLE and a.chemistry is not None]
-        volatile = any(point is not None and point < VOLATILE for point in points)
-        return volatile and self.volume > EXTRACTABLE and not self.has_layer
+        volatile = any(point is not None and point < STRIPPED_BELOW_C for point in points)
+        return volatile and self.volume > EXTRACTABLE_ML and not self.has_layer
 
     @property
     def has_supported_catalyst(self) -> bool:

@@ -15,7 +15,7 @@ from labgym.protocols.synthesis.builder import (
     short_name,
 )
 from labgym.protocols.synthesis.conditions import (
-    NEAR_BOILING,
+    BOILING_TOLERANCE_K,
     Hold,
     addition_temperature,
     boiling_point,
@@ -36,9 +36,9 @@ AIRLESS = frozenset({"Magnesium", "PalladiumOnCarbon", "RaneyNickel", "TetrakisT
 BALLOON, PRESSURE_VESSEL = "HydrogenBalloon", "HydrogenationApparatus"
 BALLOON_BAR, VESSEL_BAR = 1.2, 5.0
 """Highest absolute pressures of a balloon and of the hydrogenation apparatus (4 bar above the air's), bar."""
-FORMATION, COLD_ADDITION = 30.0, 5.0
+FORMATION_MIN, COLD_ADDITION_C = 30.0, 5.0
 """Time in which a Grignard reagent forms, minutes; temperature at which its substrate is added, degrees Celsius."""
-ADDITION = 15.0
+ADDITION_MIN = 15.0
 """Usual duration of an addition, minutes."""
 OPEN_BELOW_C = 45.0
 """Highest temperature at which a mixture is heated without a condenser, degrees Celsius."""
@@ -96,7 +96,7 @@ class ReactionWriter:
         self.vessel = "ThreeNeckFlask" if necks and smallest == "RoundBottomFlask" else smallest
         for period in self.holds:
             point = boiling_point(parts)
-            if period.bath is not None and point is not None and period.bath > point[0] + NEAR_BOILING:
+            if period.bath is not None and point is not None and period.bath > point[0] + BOILING_TOLERANCE_K:
                 above = f"{period.bath:g} C is above the boiling point of {point[1]}"
                 builder.notes.append(f"{above}: refluxed at {point[0]:g} C with the bath at {period.bath:g} C")
 
@@ -145,11 +145,11 @@ class ReactionWriter:
         late = [part for part in self.parts if part.when == "add"]
         halides = [part for part in late if part.role == "halide"]
         self._charge([part for part in self.parts if part.when != "add"], ROOM_TEMPERATURE)
-        self._add(halides, ROOM_TEMPERATURE, ADDITION)
+        self._add(halides, ROOM_TEMPERATURE, ADDITION_MIN)
         point = boiling_point(self.parts)
         boiling = point[0] if point is not None else ROOM_TEMPERATURE
-        self._hold(Hold("Reflux", round(boiling, 1), FORMATION))
-        self._add([part for part in late if part not in halides], min(self.adding, COLD_ADDITION), ADDITION)
+        self._hold(Hold("Reflux", round(boiling, 1), FORMATION_MIN))
+        self._add([part for part in late if part not in halides], min(self.adding, COLD_ADDITION_C), ADDITION_MIN)
         for period in self.holds:
             self._hold(period)
 
@@ -168,7 +168,7 @@ class ReactionWriter:
                 charged = tuple(part for part in stage.charged if part.when != "add")
                 added = tuple(part for part in stage.charged if part.when == "add")
             self._charge(charged, at if added else None)
-            self._add(added, at, stage.minutes or ADDITION)
+            self._add(added, at, stage.minutes or ADDITION_MIN)
             for period in stretches:
                 self._hold(period)
         if not timed:
@@ -296,7 +296,7 @@ class ReactionWriter:
 
 def _addition_time(clauses: Sequence[Clause]) -> float:
     stated = [c.duration for c in clauses if c.operation and c.operation.action == "Add" and c.duration]
-    return stated[0] if stated else ADDITION
+    return stated[0] if stated else ADDITION_MIN
 
 
 def _pours(part: Participant) -> bool:

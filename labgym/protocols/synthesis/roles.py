@@ -84,14 +84,14 @@ class _Named:
 
 
 @dataclass(frozen=True)
-class Cast:
+class ReactionCast:
     """The participants of a reaction, and the size of the batch relative to that of the table."""
 
     parts: tuple[Participant, ...]
     factor: float
 
 
-def cast(kind: Transformation, clauses: Sequence[Clause], catalog: Catalog) -> Cast:
+def cast(kind: Transformation, clauses: Sequence[Clause], catalog: Catalog) -> ReactionCast:
     """Return the participants of a reaction; slots that the text leaves open get the defaults of its kind."""
     named = _named(clauses)
     media = {name for clause in clauses for name in clause.media()}
@@ -128,7 +128,7 @@ def cast(kind: Transformation, clauses: Sequence[Clause], catalog: Catalog) -> C
     everything = (*_merged(parts), *_others(kind, rest, parts, factor, media, catalog))
     weighed = tuple(_sensible(_weighed_out(part, parts)) for part in everything)
     ratios = [mixture for clause in clauses for mixture in clause.mixtures]
-    return Cast(_in_ratio(weighed, ratios), factor)
+    return ReactionCast(_in_ratio(weighed, ratios), factor)
 
 
 def _sensible(part: Participant) -> Participant:

@@ -81,7 +81,7 @@ def _ending(kind: Transformation, clause: Clause, before: Sequence[Clause], cata
 
 
 @dataclass(frozen=True)
-class Stage:
+class ReactionStage:
     """A part of the reaction.
 
     Attributes:
@@ -106,13 +106,15 @@ class _Draft:
     minutes: float | None = None
     periods: list[Clause] = field(default_factory=list)
 
-    def stage(self) -> Stage:
-        return Stage(tuple(self.charged), tuple(self.added), self.temperature, self.minutes, tuple(self.periods))
+    def stage(self) -> ReactionStage:
+        return ReactionStage(
+            tuple(self.charged), tuple(self.added), self.temperature, self.minutes, tuple(self.periods)
+        )
 
 
 def stages(
     clauses: Sequence[Clause], parts: Sequence[Participant], is_period: Callable[[Clause], bool]
-) -> tuple[Stage, ...]:
+) -> tuple[ReactionStage, ...]:
     """Return the stages that a text describes; empty if it gives no order.
 
     Args:

@@ -23,17 +23,17 @@ from labgym.protocols.synthesis.builder import ProtocolBuilder, clean_up, groups
 from labgym.protocols.validate import ProtocolError, examine, faults
 from labgym.quantities import ROOM_RANGE
 
-OIL_BATH_LIMIT = 170.0
+OIL_BATH_LIMIT_C = 170.0
 """Bath temperature above which a flask is heated in a mantle, degrees Celsius."""
-CONDENSER_FROM = 30.0
+CONDENSER_FROM_C = 30.0
 """Temperature above which a stirred flask carries a condenser, degrees Celsius."""
 QUENCH_FILL = 0.9
 """Largest share of a vessel that a quench may fill."""
-REDUCED_PRESSURE = 0.9
+REDUCED_PRESSURE_BAR = 0.9
 """Pressure below which a distillation needs a pump, bar."""
-BALLOON_LIMIT = 1.1
+BALLOON_LIMIT_BAR = 1.1
 """Pressure above which a hydrogenation needs a closed apparatus, bar."""
-SECOND_FLASK = 120.0
+SECOND_FLASK_ML = 120.0
 """Volume up to which a batch outside its reaction flask goes into a second round-bottom flask, mL."""
 ANALYSES = (
     ("melting", ("MeltingPointApparatus",)),
@@ -203,12 +203,12 @@ class _Stager:
         at = _temperature(action) if action.verb == "Reflux" else action.temperature
         vessel = self.vessel
         if not self.in_flask:
-            vessel = "RoundBottomFlask" if self.volume < SECOND_FLASK else "LargeBeaker"
+            vessel = "RoundBottomFlask" if self.volume < SECOND_FLASK_ML else "LargeBeaker"
         funnel: tuple[str, ...] = ()
         if any(self.catalog.get(name).phase == "liquid" for name in names):
             dropwise = action.manner in ("dropwise", "slowly") and self.reacting
             funnel = ("GraduatedCylinder", "DroppingFunnel") if dropwise else ("GraduatedCylinder",)
-        heated = (action.temperature is not None and action.temperature > CONDENSER_FROM) or action.verb == "Reflux"
+        heated = (action.temperature is not None and action.temperature > CONDENSER_FROM_C) or action.verb == "Reflux"
         condenser = ("RefluxCondenser",) if heated else ()
         trap = ("DeanStarkTrap",) if "Dean-Stark" in action.note else ()
         verb: str = action.verb
@@ -235,7 +235,7 @@ class _Stager:
             if not self.builder.takes("Hydrogen"):
                 self.builder.take(self.catalog.get("Hydrogen"), "reactant", "from the cylinder")
             gas = (*names, "Hydrogen")
-        if action.pressure is not None and action.pressure > BALLOON_LIMIT:
+        if action.pressure is not None and action.pressure > BALLOON_LIMIT_BAR:
             self._do(action, gas, device=("HydrogenationApparatus",))
         else:
             bath = _bath(action.temperature)
@@ -283,7 +283,9 @@ class _Stager:
     def _distill(self, action: Action, names: tuple[str, ...]) -> None:
         at = _temperature(action)
         flask = self.vessel if self.reacting else "RoundBottomFlask"
-        reduced = action.atmosphere == "vacuum" or (action.pressure is not None and action.pressure < REDUCED_PRESSURE)
+        reduced = action.atmosphere == "vacuum" or (
+            action.pressure is not None and action.pressure < REDUCED_PRESSURE_BAR
+        )
         chemistry = [self.catalog.get(use.name).chemistry for use in self.builder.reagents]
         if any(item is not None and item.peroxide_former for item in chemistry):
             action = _with_note(action, "test for peroxides first")
@@ -367,7 +369,7 @@ def _temperature(action: Action) -> float:
 
 def _bath(at: float | None) -> tuple[str, ...]:
     """Return the devices that bring a flask to a temperature."""
-    return ("HeatingMantle",) if at is not None and at > OIL_BATH_LIMIT else bath_for(at)
+    return ("HeatingMantle",) if at is not None and at > OIL_BATH_LIMIT_C else bath_for(at)
 
 
 def _change(at: float) -> str:

@@ -44,9 +44,9 @@ INCOMPATIBLE = (
 )
 """Rules whose findings explain a refusal best."""
 ALKALI_METALS = ("Sodium", "Potassium", "Lithium")
-TYPING_ERROR = 0.88
+MISSPELLING_SIMILARITY = 0.88
 """Similarity from which a name is taken for a misspelling of another."""
-PARENT = 6
+LEAST_PARENT_CHARACTERS = 6
 """Characters of a reagent's name that another name must end with to count as its derivative."""
 _NO_AMOUNT = re.compile(
     r"(?<![\w.,-])(?:[-−]\s?\d+(?:\.\d+)?|0+(?:\.0+)?)\s?(?:[mkμµu]?g|m?mol|[mμµu]?l|equiv)\b", re.IGNORECASE
@@ -218,6 +218,8 @@ def near_reagents(text: str, catalog: Catalog) -> tuple[str, ...]:
     reagents = catalog.of_kind("reagent")
     forms = {form.lower(): asset.name for asset in reagents for form in (asset.name, *asset.synonyms_en)}
     lowered = text.lower()
-    parents = sorted((f for f in forms if len(f) >= PARENT and lowered.endswith(f) and f != lowered), key=len)
-    close = get_close_matches(lowered, forms, 2, TYPING_ERROR) or parents[-1:]
+    parents = sorted(
+        (f for f in forms if len(f) >= LEAST_PARENT_CHARACTERS and lowered.endswith(f) and f != lowered), key=len
+    )
+    close = get_close_matches(lowered, forms, 2, MISSPELLING_SIMILARITY) or parents[-1:]
     return tuple(dict.fromkeys(forms[form] for form in close))

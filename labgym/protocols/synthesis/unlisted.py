@@ -13,7 +13,7 @@ from labgym.protocols.synthesis.derivatives import derivatives
 from labgym.protocols.synthesis.operations import operation_stem, operations, table
 from labgym.units import UNITS
 
-SHORTEST = 6
+SHORTEST_NAME = 6
 _METALS = (
     r"sodium|potassium|lithium|calcium|barium|zinc|copper|silver|gold|iron|lead|mercury|nickel|cobalt|manganese|tin|"
     r"ammonium|c(?:a)?esium|magnesium|alumini?um|palladium|platinum|titanium|boron|phosphorus|sulfur|chromium|rhodium|"
@@ -71,7 +71,7 @@ _TRIVIAL_ENDING = re.compile(
 """Endings of trivial names that hardly any word of another kind has: limonene, estrone, quinine, geraniol, vanillin."""
 _CLASS = (
     r"(?:aldehyde|nitrile|amide|imide|lactam|lactone|azole|azine|ophene|furan|indole|silane|siloxane|phthalein|amine|"
-    r"aniline|phenone|quinone|sulfone|sulfoxide|oxime|hydrazone|carbazone|azide|carbamate|imine|silanol|adduct)s?"
+    r"aniline|phenone|quinone|sulfone|sulfoxide|oxime|hydrazone|carbazone|azide|carbamate|imine|silanol|anilide|adduct)s?"
 )
 _OF_CLASS = re.compile(rf"[a-z]{{3}}{_CLASS}$")
 """A name that ends in the name of a class of substances, whatever its stem is: caprolactam."""
@@ -144,7 +144,7 @@ def chemical_names(text: str) -> bool:
 def is_named_like_a_substance(text: str) -> bool:
     """Return whether a phrase may name a substance, if the wording announces one."""
     words = [word.lower().strip("(),'-") for word in text.split()]
-    return any(len(word) >= SHORTEST and _ENDING.search(word) and not _is_operation(word) for word in words)
+    return any(len(word) >= SHORTEST_NAME and _ENDING.search(word) and not _is_operation(word) for word in words)
 
 
 def _compounds(text: str) -> Iterator[tuple[int, int]]:
@@ -240,13 +240,11 @@ def _unknown(text: str, mentioned: Sequence[Mention]) -> Iterator[tuple[int, int
         if _LAMP.match(tail) or _is_imperative(text, start, end):
             continue
         weighed = _AMOUNT_AFTER.match(tail) or _AMOUNT_BEFORE.search(head)
-        expected = _POSITION.search(head) or _IMPERATIVE.search(head) or _follows_operation(head)
+        expected = _POSITION.search(head) is not None
+        if not expected and not re.fullmatch(_CLASS, token):
+            expected = _is_ordered(head, mentioned) or _follows_operation(head)
         ester = _RADICAL_WORDS.search(head) is not None and _ENDING.search(token) is not None
-        named = (
-            expected
-            and not re.fullmatch(_CLASS, token)
-            and (element is not None or _has_name_of_substance(token.lower()))
-        )
+        named = expected and (element is not None or _has_name_of_substance(token.lower()))
         if weighed or ester or transformed or named or _NAME_LIKE.search(token):
             if not _NOUN_AFTER.match(tail) and not _EXCLUDED.search(head):
                 yield _with_radicals(text, start), end
@@ -261,6 +259,12 @@ def _is_imperative(text: str, start: int, end: int) -> bool:
     """Return whether a word is the verb of an instruction: "Nitrosate diphenylamine"."""
     first = not text[:start].strip() or text[:start].rstrip()[-1] in ".;:。；"
     return first and text[start:end].endswith(("ate", "ize", "ise", "ify")) and _OBJECT.match(text, end) is not None
+
+
+def _is_ordered(head: str, mentioned: Sequence[Mention]) -> bool:
+    """Return whether the word before a text's end begins a sentence and names nothing: "Saponify" before "estrone"."""
+    verb = _IMPERATIVE.search(head)
+    return verb is not None and not any(m.start <= verb.start(1) < m.end for m in mentioned)
 
 
 def _follows_operation(head: str) -> bool:
@@ -350,7 +354,7 @@ _POSITION = re.compile(
     rf"\s*{_MODIFIER}$",
     re.IGNORECASE,
 )
-_IMPERATIVE = re.compile(rf"(?:^|[.;:。；]\s*)[A-Z][a-z]{{1,20}}(?:-[a-z]{{1,20}})?\s+{_MODIFIER}$")
+_IMPERATIVE = re.compile(rf"(?:^|[.;:。；]\s*)([A-Z][a-z]{{1,20}}(?:-[a-z]{{1,20}})?)\s+{_MODIFIER}$")
 """The first word of a sentence, an imperative for the next word: "Saponify ethyl lactate"."""
 _NOUN_AFTER = re.compile(
     r"\s+(?:reaction|synthesis|conditions?|work-?up|procedure|protocol|method|apparatus|flask|funnel|trap|bath|column|"

@@ -26,7 +26,7 @@ _NEUTRALIZING = re.compile(r"neutrali|中和", re.IGNORECASE)
 _ICE = re.compile(
     r"(?<!\d)(\d+(?:\.\d+)?\s*(?:g|kg|mL))\s*(?:of\s+)?(?:crushed\s+|cracked\s+)?(?:ice|碎?冰)", re.IGNORECASE
 )
-BATH_ABOVE, HOTTEST_BATH = 30.0, 170.0
+BATH_EXCESS_K, HOTTEST_BATH_C = 30.0, 170.0
 """How much hotter than the vapor the bath of a still is, and the hottest oil bath, degrees Celsius."""
 _VACUUM = re.compile(r"reduced pressure|vacuum|in vacuo|mbar|mm\s?hg|torr|减压|真空", re.IGNORECASE)
 _IN_WORDS = {
@@ -233,8 +233,8 @@ def distil(work: WorkUpWriter, step: WorkUpStep) -> None:
     assumed = stated is None and not (steam or steam_bath or work.mixture.distilled)
     vacuum = _VACUUM.search(step.text) is not None or assumed
     above = next(iter(temperatures(step.text)), None)
-    at = stated + BATH_ABOVE if stated is not None and stated > 30.0 else usual_temperature("Distill")
-    at = STEAM_BATH_C if steam_bath else min(at, HOTTEST_BATH)
+    at = stated + BATH_EXCESS_K if stated is not None and stated > 30.0 else usual_temperature("Distill")
+    at = STEAM_BATH_C if steam_bath else min(at, HOTTEST_BATH_C)
     peroxides = any(_forms_peroxides(work.catalog.get(use.name)) for use in work.builder.reagents)
     if vacuum and _VACUUM.search(step.text) is None:
         work.builder.notes.append("the distillation is assumed to be under reduced pressure")

@@ -13,9 +13,9 @@ from labgym.protocols.synthesis.transformations import Transformation
 from labgym.protocols.synthesis.workup_plan import usual_steps
 from labgym.quantities import ROOM_TEMPERATURE
 
-FUNNEL_ROOM, LEAST_WASH = 225.0, 15.0
+FUNNEL_CAPACITY_ML, LEAST_WASH_ML = 225.0, 15.0
 """Capacity of the separating funnel, and least volume of an assumed wash or quench, mL."""
-COOLED = 40.0
+COOL_BELOW_C = 40.0
 """Temperature above which a mixture is left to cool before it is worked up, degrees Celsius."""
 MIN_SCALE, MAX_SCALE = 0.5, 2.5
 """Work-up volumes follow the batch between these factors."""
@@ -40,7 +40,7 @@ class WorkUpWriter:
         self.volume, self.vessel = mixture.volume, mixture.vessel
         self.catalog = builder.catalog
         self.factor = min(max(factor, MIN_SCALE), MAX_SCALE)
-        self.hot = mixture.hottest > COOLED
+        self.hot = mixture.hottest > COOL_BELOW_C
         self.assumed: list[str] = []
 
     def do(
@@ -64,7 +64,7 @@ class WorkUpWriter:
 
     def _fitting(self, amount: str) -> str:
         """Return an assumed volume, less where the separating funnel would overflow."""
-        room = max(LEAST_WASH, (FUNNEL_ROOM - self.volume) / 2.0)
+        room = max(LEAST_WASH_ML, (FUNNEL_CAPACITY_ML - self.volume) / 2.0)
         stated = read_amount(amount).volume
         if stated is None:
             return _WHOLE.sub(lambda match: f"{round(float(match[1]))} g", amount)
