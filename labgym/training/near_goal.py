@@ -9,7 +9,7 @@ from gymnasium import spaces
 from stable_baselines3.common.vec_env import VecEnv, VecEnvWrapper
 
 from labgym.errors import OptionError
-from labgym.policies.adapters.inputs import SCALE, near_goal
+from labgym.policies.adapters.inputs import NEAR_GOAL_SCALE, near_goal
 
 NEAR_GOAL = "near_goal"
 """Name of the entry."""
@@ -30,7 +30,7 @@ class NearGoal(VecEnvWrapper):
         if not isinstance(space, spaces.Dict) or "goal" not in space.spaces:
             raise OptionError("near_goal needs environments whose observation has the entry goal")
         self.observation_space: spaces.Dict
-        entry = spaces.Box(-SCALE, SCALE, (3,), np.float32)
+        entry = spaces.Box(-NEAR_GOAL_SCALE, NEAR_GOAL_SCALE, (3,), np.float32)
         super().__init__(venv, spaces.Dict({**space.spaces, NEAR_GOAL: entry}))
 
     def reset(self) -> Any:

@@ -8,7 +8,7 @@ from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 from torch import Tensor
 
 from labgym.envs.sensors import LIDAR_RAYS
-from labgym.policies.adapters.inputs import NEAR, SCALE
+from labgym.policies.adapters.inputs import NEAR_GOAL_M, NEAR_GOAL_SCALE
 
 INPUTS: tuple[str, ...] = ("goal", "near_goal", "velocity", "lidar")
 """The features, in their order, as inputs of a policy."""
@@ -52,7 +52,7 @@ class RobotFrame(BaseFeaturesExtractor):
         left = axis[:, :1] * ahead[:, 1:] - axis[:, 1:] * ahead[:, :1]
         bearing = torch.cat([along, left], dim=1) / distance.clamp_min(1e-6)
         goal = torch.cat([distance, bearing], dim=1)
-        near = SCALE / NEAR * distance.clamp_max(NEAR)
+        near = NEAR_GOAL_SCALE / NEAR_GOAL_M * distance.clamp_max(NEAR_GOAL_M)
         parts = [self._normal("goal", goal), near, near * bearing, velocity, self._normal("lidar", lidar)]
         return torch.cat(parts, dim=1)
 

@@ -33,7 +33,7 @@ from labgym.viewer.episodes import plan_of
 from labgym.viewer.moment import PageSenses
 from labgym.viewer.show import AnotherEpisodeError, PacedShow
 
-ADDED, PUSHED, GLASS = "#e0561b", "#f5b041", "#00a6c8"
+ADDED_COLOR, PUSHED, GLASS_COLOR = "#e0561b", "#f5b041", "#00a6c8"
 """Colors on the plan of what is not on the map, of things that can be pushed, and of glass."""
 
 
@@ -212,9 +212,9 @@ def changes_of(task: Task) -> list[tuple[str, np.ndarray[Any, Any]]]:
         if placement.support != FLOOR or box.z0 >= OBSTACLE_HEIGHT or placement.id in task.pushable:
             continue
         if placement.asset in (FRAMED, FRAMELESS):
-            changes.append((GLASS, box.corners()))
+            changes.append((GLASS_COLOR, box.corners()))
         elif then is None or (then.position, then.yaw) != (placement.position, placement.yaw):
-            changes.append((ADDED, box.corners()))
+            changes.append((ADDED_COLOR, box.corners()))
     return changes
 
 

@@ -14,7 +14,7 @@ from labgym.geometry import Array
 from labgym.policies.policy import Observation
 from labgym.policies.tracking import turn_towards
 
-ABEAM = 1.0
+ABEAM_RAD = 1.0
 """Bearing beyond which a goal decides the side of a turn, radians."""
 
 
@@ -37,7 +37,7 @@ def free_side(depth: NDArray[np.floating[Any]], bearing: float) -> float:
         depth: (72, 128) planar meters.
         bearing: bearing of the goal, radians.
     """
-    if abs(bearing) > ABEAM:
+    if abs(bearing) > ABEAM_RAD:
         return math.copysign(1.0, bearing)
     half = IMAGE_SHAPE[1] // 2
     return 1.0 if depth[:, :half].mean() >= depth[:, half:].mean() else -1.0

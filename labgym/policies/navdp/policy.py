@@ -19,7 +19,7 @@ from labgym.geometry import Array, to_world
 from labgym.navigation import Pose
 from labgym.policies.arrival import planar_pose
 from labgym.policies.blockage import BlockageDetector
-from labgym.policies.data.situations import PERIOD
+from labgym.policies.data.situations import FRAME_PERIOD_S
 from labgym.policies.distance_field import DistanceField
 from labgym.policies.learned.maneuvers import (
     FaceGoal,
@@ -41,10 +41,10 @@ from labgym.policies.tracking import PathTracker, turn_towards, velocities_to_ac
 Steps = Annotated[int, Field(ge=1)]
 
 
-SIGHT = 4.5
+TRAJECTORY_RANGE_M = 4.5
 """Distance up to which obstacles count for trajectories, meters: more than the longest one."""
 
-NEXT = 1.5
+CHECK_RANGE_M = 1.5
 """Distance up to which they count for the next control steps, meters: more than the robot needs to brake."""
 
 
@@ -155,7 +155,7 @@ class NavDPPolicy(Policy):
         options = self._options
         self._robot, self._with_goal = robot, with_goal
         self._generator = torch.Generator().manual_seed(seed)
-        self._stride = max(1, round(PERIOD / robot.control_dt))
+        self._stride = max(1, round(FRAME_PERIOD_S / robot.control_dt))
         memory = self._config.network.memory
         self._frames: deque[Bytes] = deque(maxlen=(memory - 1) * self._stride + 1)
         self._tracker: PathTracker | None = None
@@ -218,7 +218,7 @@ class NavDPPolicy(Policy):
         If the map vetoes all trajectories that the critic holds safe, others are drawn.
         """
         options = self._options
-        clearance = self._seen.around(pose[:2], SIGHT) if options.maps else None
+        clearance = self._seen.around(pose[:2], TRAJECTORY_RANGE_M) if options.maps else None
         guidance = None
         if clearance is not None and options.guided:
             scale = self._config.diffusion.scale
@@ -245,7 +245,7 @@ class NavDPPolicy(Policy):
         v, w = self._robot.twist(float(action[0]), float(action[1]))
         if not self._options.check or v <= 0.0:
             return action
-        clearance = self._seen.around(pose[:2], NEXT)
+        clearance = self._seen.around(pose[:2], CHECK_RANGE_M)
         slow, turn = 0.0, w
         for radius in self._options.check:
             slow, turn = checked_velocities((v, w), velocity, pose, clearance, radius, self._robot)
