@@ -232,6 +232,16 @@ def _speed_limits(points: Array, robot: RobotSpec, options: TrackingOptions) -> 
         limit = np.minimum(np.sqrt(options.lateral_acceleration / curvature), 0.8 * robot.w_max / curvature)
     limit = np.clip(limit, options.slowest, robot.v_max)
     limit[-1] = options.slowest
-    for k in range(len(limit) - 2, -1, -1):
-        limit[k] = min(limit[k], math.sqrt(limit[k + 1] ** 2 + 2.0 * options.braking * SPACING_M))
-    return limit
+    return braked(limit, 2.0 * options.braking * SPACING_M)
+
+
+def braked(speeds: Array, gain: float) -> Array:
+    """Return speeds (n,), m/s, from which every later one can be reached by braking.
+
+    Args:
+        speeds: limits at the points of a path. gain: greatest fall of their squares from point to point, m2/s2.
+    """
+    speeds = speeds.copy()
+    for k in range(len(speeds) - 2, -1, -1):
+        speeds[k] = min(speeds[k], math.sqrt(speeds[k + 1] ** 2 + gain))
+    return speeds
