@@ -1,4 +1,4 @@
-"""MP4 files of camera images, whose bytes depend on the images and on the build of ffmpeg alone."""
+"""MP4 files of camera images, and the videos of the format "lerobot"; bytes depend on images and ffmpeg alone."""
 
 from __future__ import annotations
 

@@ -20,10 +20,6 @@ if TYPE_CHECKING:
     from labgym.envs.conditions.beaker import Beaker
     from labgym.layouts import Layout
     from labgym.navigation import GoalPair, Pose
-    from labgym.policies.policy import Foreknowledge
-if TYPE_CHECKING:
-    from labgym.layouts import Layout
-    from labgym.navigation import Pose
 
 RobotPath = Callable[[float], tuple[float, float, float, float, float]]
 """Returns x, y, vx, vy (room frame, m and m/s) and the turn rate (rad/s) of the robot at a time of the episode."""

@@ -1,4 +1,4 @@
-"""The folder of a run: one writer, one identity, finished shards, merged output and its manifest."""
+"""The folder of a run: a lock for its only writer, one identity, finished shards, merged output, a manifest."""
 
 from __future__ import annotations
 

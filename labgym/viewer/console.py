@@ -1,4 +1,4 @@
-"""The console of a viewer: what the browser asked for, read by the thread that drives."""
+"""The console of a viewer: commands of the page, read by the thread that drives, and a person who drives by them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Inputs of a network in a file, filled from the observation by name."""
+"""Files of networks from other tools: checks before loading, and inputs filled from the observation."""
 
 from __future__ import annotations
 

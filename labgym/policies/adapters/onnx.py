@@ -1,4 +1,4 @@
-"""An ONNX file as a policy."""
+"""An ONNX file as a policy, checked with the files of its weights before loading."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reading a dataset into arrays."""
+"""Reading a dataset into arrays; its files may be damaged or made by others."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Making one shard: generate layouts, draw samples, render images, return two files."""
+"""Making a dataset shard by shard: generate layouts, draw samples, render images."""
 
 from __future__ import annotations
 

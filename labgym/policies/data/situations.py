@@ -1,4 +1,4 @@
-"""Poses of the samples, with goals and expert paths."""
+"""Poses of the samples, with goals and expert paths, and learners that lead drives."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The connections of a server: bounded in number, each request bounded in time."""
+"""A server whose connections are bounded in number, and whose requests are bounded in time and size."""
 
 from __future__ import annotations
 

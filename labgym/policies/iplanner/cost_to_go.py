@@ -1,4 +1,4 @@
-"""Cost-to-go fields: the length of the robot's shortest path to a goal, from everywhere, differentiable."""
+"""Targets of training paths, and cost-to-go fields: lengths of the robot's shortest paths, differentiable."""
 
 from __future__ import annotations
 

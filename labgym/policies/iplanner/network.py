@@ -1,4 +1,4 @@
-"""The network: a path from one depth image and a goal."""
+"""The network: key points from one depth image and a goal, and the cubic path through them."""
 
 from __future__ import annotations
 

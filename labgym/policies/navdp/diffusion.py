@@ -1,4 +1,4 @@
-"""Diffusion over trajectories: adding noise for training, denoising for planning."""
+"""Diffusion over trajectories: their steps, noise for training, denoising with guidance, and sampling."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The network: from frames and a goal, the noise in a trajectory or the value of a trajectory."""
+"""The network: from camera frames and a goal, the noise in a trajectory or the value of a trajectory."""
 
 from __future__ import annotations
 

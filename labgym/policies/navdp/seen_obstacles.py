@@ -1,4 +1,4 @@
-"""Obstacles that the camera has seen, also those that have left its view, and the distances to them."""
+"""Obstacles that the camera has seen, and checks of trajectories and control steps against them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The warm start: the network imitates the expert on the states that it visits itself (DAgger, Ross et al. 2011)."""
+"""The warm start: the network imitates a privileged expert on the states that it visits (DAgger, Ross et al. 2011)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Training drives: between the places of a laboratory and between points of its floor."""
+"""Training layouts, and drives between the places of a laboratory and between points of its floor."""
 
 from __future__ import annotations
 
