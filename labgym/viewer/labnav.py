@@ -33,8 +33,8 @@ from labgym.viewer.episodes import plan_of
 from labgym.viewer.moment import PageSenses
 from labgym.viewer.show import AnotherEpisodeError, PacedShow
 
-ADDED_COLOR, PUSHED, GLASS_COLOR = "#e0561b", "#f5b041", "#00a6c8"
-"""Colors on the plan of what is not on the map, of things that can be pushed, and of glass."""
+ADDED_COLOR, GLASS_COLOR = "#e0561b", "#00a6c8"
+"""Colors on the plan of what is not on the map, and of glass."""
 
 
 def shape_glb(mesh: SceneMesh) -> bytes:
