@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from labgym.policies.navdp.diffusion import DrawnTrajectories
     from labgym.policies.navdp.policy import NavDPPolicy
 
-SHOWN = 10
+LAYOUTS = 10
 """Number of validation layouts in the figure of trajectories."""
 
 PANEL_INCHES = 2.0
@@ -56,7 +56,7 @@ def write_navdp_card(run: Path, data: Path, results: Path, out: Path, ablation: 
     trained = PlannerRun.read(run, NavDPConfig, data / "manifest.json")
     parts = "" if ablation is None else ablation_section(ablation)
     names = published("val")
-    layouts = [load_published("val", names[k * len(names) // SHOWN]) for k in range(SHOWN)]
+    layouts = [load_published("val", names[k * len(names) // LAYOUTS]) for k in range(LAYOUTS)]
     figure = trajectories_figure(NavDPPolicy(run), layouts)
     trained.publish(out)
     save_picture(figure, out / "trajectories.png")
@@ -127,7 +127,7 @@ The network has the weights of the training below. Four parts around it were add
 
 TRAJECTORIES = f"""## Trajectories
 
-Trajectories at the start of a drive, facing the goal (star), in {SHOWN} layouts of the validation split. Green: the
+Trajectories at the start of a drive, facing the goal (star), in {LAYOUTS} layouts of the validation split. Green: the
 critic's choice. Above each map: the lowest and the highest value. Goals behind furniture are out of sight. The network
 drew them alone, without veto and guidance.
 

@@ -27,9 +27,9 @@ from labgym.eval.labnav.rules import ending_of
 from labgym.geometry import wrap_angle
 from labgym.policies.policy import PolicyError
 
-DRAWS = 200
+MOST_DRAWS = 200
 """Number of environment seeds that are tried for a drive of the task: not every floor has one."""
-FAILURES = 20
+MOST_FAILURES = 20
 """Number of drives that may fail in a row where only successful ones are kept."""
 POINT_TASK = LabNavTask(
     POINT,
@@ -131,7 +131,7 @@ class Drives:
             LabgymError: no drive of the task was drawn, the expert failed too often, or raised an error.
         """
         dropped: list[EpisodeFacts] = []
-        for draw in range(DRAWS):
+        for draw in range(MOST_DRAWS):
             seed = int(np.random.default_rng([self._options.seed, number, draw]).integers(2**53))
             observation = self.env.reset(seed=seed)[0]
             if not self._is_of_task(self.env.state):
@@ -140,12 +140,12 @@ class Drives:
             if facts.ending == "success" or not self._options.successful:
                 return RecordedEpisode(facts, self.env.steps, tuple(dropped))
             dropped.append(facts)
-            if len(dropped) == FAILURES:
+            if len(dropped) == MOST_FAILURES:
                 raise LabgymError(
-                    f"episode {number}: expert {self._options.policy!r} failed in {FAILURES} drives in a row; choose "
-                    "another expert, or leave out --successful"
+                    f"episode {number}: expert {self._options.policy!r} failed in {MOST_FAILURES} drives in a row; "
+                    "choose another expert, or leave out --successful"
                 )
-        raise LabgymError(f"episode {number}: none of {DRAWS} layouts has a drive of {self._options.task_id}")
+        raise LabgymError(f"episode {number}: none of {MOST_DRAWS} layouts has a drive of {self._options.task_id}")
 
     def _is_of_task(self, state: State) -> bool:
         """Whether the drive has the properties of the task and level: the environment takes others where none fits."""

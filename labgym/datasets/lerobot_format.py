@@ -15,7 +15,16 @@ from numpy.typing import NDArray
 from labgym.datasets.options import TRAINING_SPLITS, DriveOptions
 from labgym.datasets.shards import FinishedShard, FinishedShards
 from labgym.datasets.tables import OBSERVATION, PRIVILEGED, column_array
-from labgym.datasets.video import CODEC, FILES_PER_CHUNK, PIXELS, RATE, VIDEO_PATH, VIDEOS, camera_pictures, file_place
+from labgym.datasets.video import (
+    CODEC,
+    FILES_PER_CHUNK,
+    PIXELS,
+    STEPS_PER_SECOND,
+    VIDEO_PATH,
+    VIDEOS,
+    camera_pictures,
+    file_place,
+)
 from labgym.envs.sensors import IMAGE_SHAPE
 from labgym.policies.data.columns import arrow
 from labgym.runs.folder import Content
@@ -168,7 +177,7 @@ def _video_feature() -> dict[str, Any]:
         "video.codec": CODEC,
         "video.pix_fmt": PIXELS,
         "video.is_depth_map": False,
-        "video.fps": RATE,
+        "video.fps": STEPS_PER_SECOND,
         "video.channels": 3,
         "has_audio": False,
     }
@@ -188,7 +197,7 @@ def _info(options: DriveOptions, features: dict[str, Any], episodes: int, steps:
         "chunks_size": FILES_PER_CHUNK,
         "data_files_size_in_mb": 100,
         "video_files_size_in_mb": 200,
-        "fps": RATE,
+        "fps": STEPS_PER_SECOND,
         "splits": {split: f"0:{episodes}"},
         "data_path": DATA_PATH,
         "video_path": VIDEO_PATH if videos else None,
@@ -219,8 +228,8 @@ def _episode(
         row |= {
             f"videos/{feature}/chunk_index": place["chunk_index"],
             f"videos/{feature}/file_index": place["file_index"],
-            f"videos/{feature}/from_timestamp": in_file / RATE,
-            f"videos/{feature}/to_timestamp": (in_file + length) / RATE,
+            f"videos/{feature}/from_timestamp": in_file / STEPS_PER_SECOND,
+            f"videos/{feature}/to_timestamp": (in_file + length) / STEPS_PER_SECOND,
         }
     described = {f"labgym/{name}": episode[name] for name in DESCRIBED}
     return {**row, "meta/episodes/chunk_index": 0, "meta/episodes/file_index": 0, **described}

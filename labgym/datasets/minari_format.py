@@ -19,7 +19,7 @@ from labgym.temporary import temporary_folder
 
 DATA = "data"
 """Folder of the files that Minari reads."""
-PIECE = 2**24
+PIECE_BYTES = 2**24
 """Bytes that are copied at one time."""
 DESCRIBED = (
     *("task_id", "task", "level", "split", "policy", "floor", "floor_hash", "protocol", "goals", "radius"),
@@ -109,5 +109,5 @@ def _flags(table: Any, name: str) -> Any:
 def _pieces(path: Path) -> Iterator[bytes]:
     """Yield the content of a file."""
     with path.open("rb") as stream:
-        while piece := stream.read(PIECE):
+        while piece := stream.read(PIECE_BYTES):
             yield piece

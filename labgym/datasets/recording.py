@@ -17,7 +17,7 @@ from labgym.envs.parts.protocols import Sensor
 from labgym.envs.point_nav import LabPointNavEnv, Observation
 from labgym.envs.presets import configured
 
-GO, STOP = -1.0, 1.0
+GO_ACTION, STOP_ACTION = -1.0, 1.0
 """The third component of an action."""
 
 
@@ -50,7 +50,7 @@ class Steps:
 class RecordedEnv(LabPointNavEnv):
     """An environment that records its steps.
 
-    `step` takes forward and turn; the component STOP is added. The sensors of the expert come after those of the
+    `step` takes forward and turn; the component STOP_ACTION is added. The sensors of the expert come after those of the
     dataset, so that the readings of the latter are those of the environment without the former.
 
     Args:
@@ -99,11 +99,11 @@ class RecordedEnv(LabPointNavEnv):
 
     def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Carry out forward and turn, clipped to [-1, 1], and record the step."""
-        return self._act([*action, *([GO] if self._has_stop else [])])
+        return self._act([*action, *([GO_ACTION] if self._has_stop else [])])
 
     def stop(self) -> Observation:
-        """Carry out STOP, record the step and return the observation; in a chain, that of the next drive."""
-        return self._act([0.0, 0.0, STOP])[0]
+        """Carry out STOP_ACTION, record the step and return the observation; in a chain, that of the next drive."""
+        return self._act([0.0, 0.0, STOP_ACTION])[0]
 
     def give_up(self) -> None:
         """Truncate the episode where the robot is, after a step at rest if it has not moved at all."""

@@ -1,4 +1,4 @@
-"""MP4 files of camera images, whose bytes depend on the images and on the build of ffmpeg alone."""
+"""MP4 files of camera images, and the videos of the format "lerobot"; bytes depend on images and ffmpeg alone."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ LOSSLESS = "0"
 KEY_FRAMES = "2"
 """Every second image can be decoded alone or with one other, as in LeRobot's own videos: training reads at random."""
 
-DEPTH_REACH = 10.0
+DEPTH_REACH_M = 10.0
 """Depth that is white, meters."""
 
 
@@ -62,7 +62,7 @@ def mp4(frames: Iterable[NDArray[np.uint8]], shape: tuple[int, int], rate: int, 
 
 def depth_picture(depth: NDArray[Any]) -> NDArray[np.uint8]:
     """Return depth images (..., rows, columns), meters, as gray images (..., rows, columns, 3): white is 10 m."""
-    gray = np.rint(np.clip(depth / DEPTH_REACH, 0.0, 1.0) * 255.0).astype(np.uint8)
+    gray = np.rint(np.clip(depth / DEPTH_REACH_M, 0.0, 1.0) * 255.0).astype(np.uint8)
     return np.repeat(gray[..., None], 3, axis=-1)
 
 
@@ -75,7 +75,7 @@ def _ffmpeg() -> str:
     return str(imageio_ffmpeg.get_ffmpeg_exe())
 
 
-RATE = round(1.0 / ROBOT.control_dt)
+STEPS_PER_SECOND = round(1.0 / ROBOT.control_dt)
 """Steps per second."""
 
 FILES_PER_CHUNK = 1000
@@ -96,7 +96,7 @@ def lerobot_videos(index: int, observations: Sequence[dict[str, NDArray[Any]]]) 
         if observations and name in observations[0]:
             pictures = camera_pictures(name, np.stack([each[name] for each in observations]))
             path = VIDEO_PATH.format(video_key=feature, **file_place(index))
-            yield path, mp4(pictures, IMAGE_SHAPE, RATE, lossless=name == "depth")
+            yield path, mp4(pictures, IMAGE_SHAPE, STEPS_PER_SECOND, lossless=name == "depth")
 
 
 def camera_pictures(name: str, values: NDArray[Any]) -> NDArray[np.uint8]:

@@ -15,19 +15,19 @@ from labgym.navigation import Pose
 from labgym.policies.policy import EpisodeStart, Observation, Policy
 from labgym.policies.tracking import approach_speed, lengths_along, points_at, turn_towards, velocities_to_action
 
-DOCK_DISTANCE = 0.10
+DOCK_DISTANCE_M = 0.10
 """Greatest distance from a goal with a heading, meters."""
-DOCK_ANGLE = 0.10
+DOCK_ANGLE_RAD = 0.10
 """Greatest deviation from that heading, radians."""
-SHORT = 0.25
+STOP_DISTANCE_M = 0.25
 """Distance from the center at which a robot stops in a goal's disc without a heading, meters."""
-NEAR = 0.02
+DOCK_STOP_DISTANCE_M = 0.02
 """Distance from a goal with a heading at which a robot stops, meters."""
-BRAKING = 0.8
+ARRIVAL_DECELERATION = 0.8
 """Deceleration before the goal, m/s2."""
-AT_REST = (0.02, 0.05)
+REST_VELOCITIES = (0.02, 0.05)
 """Forward velocity, m/s, and turn rate, rad/s, below which the robot is at rest."""
-SETTLED = 10
+DOCK_REST_STEPS = 10
 """Control steps that the robot rests at a goal with a heading before it says that it has arrived."""
 
 
@@ -47,9 +47,9 @@ class GoalArrival:
         self._goal, self._heading, self._robot = episode.goal, episode.heading, episode.robot
         self.active = episode.task.rests
         docking = episode.heading is not None
-        self.short = NEAR if docking else SHORT
-        self.radius = DOCK_DISTANCE if docking else REST_DISTANCE
-        self._stay = SETTLED if docking else 1
+        self.short = DOCK_STOP_DISTANCE_M if docking else STOP_DISTANCE_M
+        self.radius = DOCK_DISTANCE_M if docking else REST_DISTANCE
+        self._stay = DOCK_REST_STEPS if docking else 1
         self._nearest = math.inf
         self._parked = False
         self._rested = 0
@@ -64,13 +64,13 @@ class GoalArrival:
         if not self.active:
             return action
         away = math.dist(pose[:2], self._goal)
-        receding = away < DOCK_DISTANCE and away > self._nearest + 1e-3
+        receding = away < DOCK_DISTANCE_M and away > self._nearest + 1e-3
         self._nearest = min(self._nearest, away)
-        self._parked = self._parked or away <= self.short + NEAR / 2.0 or receding
+        self._parked = self._parked or away <= self.short + DOCK_STOP_DISTANCE_M / 2.0 or receding
         if self._parked:
             return self._turned(pose)
         v, w = self._robot.twist(float(action[0]), float(action[1]))
-        slow = min(v, approach_speed(away - self.short, BRAKING))
+        slow = min(v, approach_speed(away - self.short, ARRIVAL_DECELERATION))
         return velocities_to_action(slow, w * slow / v if v > 0.0 else w, self._robot)
 
     def reached(self, pose: Pose, velocity: NDArray[np.floating[Any]]) -> bool:
@@ -80,9 +80,9 @@ class GoalArrival:
             pose: of the robot in the start frame.
             velocity: (2,) m/s and rad/s.
         """
-        resting = abs(float(velocity[0])) <= AT_REST[0] and abs(float(velocity[1])) <= AT_REST[1]
+        resting = abs(float(velocity[0])) <= REST_VELOCITIES[0] and abs(float(velocity[1])) <= REST_VELOCITIES[1]
         inside = math.dist(pose[:2], self._goal) <= self.radius
-        turned = self._heading is None or abs(wrap_angle(self._heading - pose[2])) <= DOCK_ANGLE
+        turned = self._heading is None or abs(wrap_angle(self._heading - pose[2])) <= DOCK_ANGLE_RAD
         self._rested = self._rested + 1 if self.active and resting and inside and turned else 0
         return self._rested >= self._stay
 

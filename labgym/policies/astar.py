@@ -17,9 +17,9 @@ from labgym.policies.grid_planner import GridPlanner
 from labgym.policies.policy import EpisodeStart, GroundTruth, Observation, Policy
 from labgym.policies.tracking import PathTracker, TrackingOptions, turn_towards
 
-LONGER = 1.05
+LENGTH_FACTOR = 1.05
 """A path with more clearance is driven if it is at most this many times as long as the shortest one."""
-MARGINS = (0.05, 0.02)
+CLEARANCE_MARGINS_M = (0.05, 0.02)
 """Distances that exact paths keep beyond the planning radius, tried in this order, meters. At a goal in front of
 furniture there is often no room for the first."""
 
@@ -101,10 +101,10 @@ def _or_exact(path: Array | None, truth: GroundTruth) -> Array | None:
     shortest = ShortestPaths(truth.layout).path(*ends)
     if shortest is None:
         return path
-    limit = LONGER * shortest.length
+    limit = LENGTH_FACTOR * shortest.length
     if path is not None and float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum()) <= limit:
         return path
-    for margin in MARGINS:
+    for margin in CLEARANCE_MARGINS_M:
         clear = ShortestPaths(truth.layout, PLANNING_RADIUS + margin).path(*ends)
         if clear is not None and clear.length <= limit:
             return clear.points

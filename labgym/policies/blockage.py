@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.policies.tracking import velocities_to_action
 
-COMMANDED = 0.10
+DRIVING_SPEED = 0.10
 """Commanded forward velocity above which the robot is expected to move, m/s."""
 
-SHARE = 0.25
+BLOCKED_SHARE = 0.25
 """The robot is held up if it drives at less than this share of the commanded velocity."""
 
 
@@ -44,7 +44,7 @@ class BlockageDetector:
 
     def blocked(self, speed: float) -> bool:
         """Return whether the robot is blocked at an actual forward velocity, m/s; it then starts to back off."""
-        held_up = not self.backing and self._commanded >= COMMANDED and speed < SHARE * self._commanded
+        held_up = not self.backing and self._commanded >= DRIVING_SPEED and speed < BLOCKED_SHARE * self._commanded
         self._held_up = self._held_up + 1 if held_up else 0
         if self._held_up < self._patience:
             return False

@@ -12,24 +12,24 @@ from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.geometry import Array, wrap_angle
 from labgym.navigation import Pose
 from labgym.policies.arrival import ArrivingPolicy
-from labgym.policies.dwa import SHRINK, lidar_points, stopping_speed
+from labgym.policies.dwa import DISC_MARGIN_M, lidar_points, stopping_speed
 from labgym.policies.policy import EpisodeStart, Observation, Sensors
 from labgym.policies.tracking import turn_towards, velocities_to_action
 from labgym.policies.via_point import straight_clearance
 
-RADIUS = ROBOT.planning_radius
+DISC_RADIUS_M = ROBOT.planning_radius
 """Radius of the disc that is kept clear, meters."""
-AHEAD = 0.25
+FREE_DISTANCE_M = 0.25
 """A direction is free if the disc can travel this far, meters."""
-ON_LINE = 0.10
+LINE_TOLERANCE_M = 0.10
 """Distance from the line within which the robot has met it, meters."""
-NEARER = 0.20
+LEAVE_MARGIN_M = 0.20
 """Distance by which a meeting with the line must be nearer to the goal than the point where it was left, meters."""
-DIRECTIONS = 120
+DIRECTION_COUNT = 120
 """Directions that are tried around the robot."""
-TURN = 0.5
+TURN_IN_PLACE_RAD = 0.5
 """Bearing beyond which the robot turns in place, radians."""
-BRAKING = 1.0
+OBSTACLE_DECELERATION = 1.0
 """Deceleration that limits the speed towards obstacles, m/s2."""
 
 
@@ -61,7 +61,7 @@ class Bug2Policy(ArrivingPolicy):
         """Choose a direction and drive in it."""
         points = lidar_points(np.asarray(observation["lidar"], dtype=np.float64))
         nearest = float(np.hypot(points[:, 0], points[:, 1]).min(initial=math.inf))
-        radius = min(RADIUS, nearest - SHRINK)
+        radius = min(DISC_RADIUS_M, nearest - DISC_MARGIN_M)
         self._direction = self._chosen(pose, points, radius)
         bearing = wrap_angle(self._direction - pose[2])
         return self._driven(bearing, points, radius)
@@ -70,8 +70,8 @@ class Bug2Policy(ArrivingPolicy):
         """Return the direction to drive in, radians in the start frame."""
         gx, gy = self._goal[0] - pose[0], self._goal[1] - pose[1]
         away, towards = math.hypot(gx, gy), math.atan2(gy, gx)
-        free = min(AHEAD, away)
-        if self._hit is not None and self._on_line(pose) and away < self._hit - NEARER:
+        free = min(FREE_DISTANCE_M, away)
+        if self._hit is not None and self._on_line(pose) and away < self._hit - LEAVE_MARGIN_M:
             if _clearance(towards - pose[2], points, radius) >= free:
                 self._hit = None
         if self._hit is None:
@@ -80,23 +80,23 @@ class Bug2Policy(ArrivingPolicy):
             self._hit = away
             self._direction = towards
         # The obstacle is on the right: begin there, and turn to the left until the way is free.
-        sweep = self._direction - math.pi / 2.0 + 2.0 * math.pi / DIRECTIONS * np.arange(DIRECTIONS)
+        sweep = self._direction - math.pi / 2.0 + 2.0 * math.pi / DIRECTION_COUNT * np.arange(DIRECTION_COUNT)
         heading = sweep - pose[2]
         rays = np.column_stack([np.cos(heading), np.sin(heading)])
-        clear = straight_clearance(np.zeros_like(rays), rays, points, radius) >= AHEAD
+        clear = straight_clearance(np.zeros_like(rays), rays, points, radius) >= FREE_DISTANCE_M
         return wrap_angle(float(sweep[int(np.argmax(clear))])) if clear.any() else self._direction
 
     def _on_line(self, pose: Pose) -> bool:
         """Return whether the robot is on the line from start to goal."""
         gx, gy = self._goal
-        return abs(gx * pose[1] - gy * pose[0]) <= ON_LINE * math.hypot(gx, gy)
+        return abs(gx * pose[1] - gy * pose[0]) <= LINE_TOLERANCE_M * math.hypot(gx, gy)
 
     def _driven(self, bearing: float, points: Array, radius: float) -> NDArray[np.floating[Any]]:
         """Return the action that drives at a bearing, as fast as the free way ahead allows."""
-        if abs(bearing) > TURN:
+        if abs(bearing) > TURN_IN_PLACE_RAD:
             return turn_towards(bearing, self._robot)
         free = min(_clearance(0.0, points, radius), _clearance(bearing, points, radius))
-        fastest = float(stopping_speed(np.array([free]), BRAKING, self._robot.control_dt)[0])
+        fastest = float(stopping_speed(np.array([free]), OBSTACLE_DECELERATION, self._robot.control_dt)[0])
         v = min(self._robot.v_max * math.cos(bearing), fastest)
         return velocities_to_action(v, 2.0 * bearing, self._robot)
 

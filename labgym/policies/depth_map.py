@@ -18,16 +18,16 @@ from labgym.navigation import OBSTACLE_HEIGHT, RESOLUTION, OccupancyGrid, Pose
 Mask = NDArray[np.bool_]
 Point = tuple[float, float]
 
-FLOOR_HEIGHT = 0.05
+FLOOR_HEIGHT_M = 0.05
 """Returns below this height are the floor, meters."""
 
-DEEPER = 0.01
+RETURN_DEPTH_M = 0.01
 """Distance behind its surface at which a return is entered, meters: surfaces often lie on the edge of a cell."""
 
-RELIABLE = 3.0
+NOISY_RANGE_M = 3.0
 """Depth up to which a camera with errors is used, meters: beyond, a pixel that shows its neighbor's depth is off by a
 robot's margin."""
-ROWS = 2.0
+NOISY_ROWS = 2.0
 """Rows of the image by which such a camera errs: the height below which a return is the floor grows with the depth."""
 
 SUBPIXEL_BITS = 8
@@ -77,8 +77,8 @@ class DepthMap:
         self._occupied = np.zeros((side, side), dtype=bool)
         self._seen = np.zeros((side, side), dtype=np.uint8)
         self._left, self._up = pixel_slopes(hfov=robot.camera_hfov)
-        self._range = RELIABLE if noisy else RANGE
-        self._slack = ROWS * abs(float(self._up[1] - self._up[0])) if noisy else 0.0
+        self._range = NOISY_RANGE_M if noisy else RANGE
+        self._slack = NOISY_ROWS * abs(float(self._up[1] - self._up[0])) if noisy else 0.0
 
     def add(self, depth: ArrayLike, pose: Pose) -> Array:
         """Add a depth image taken from a pose.
@@ -98,12 +98,12 @@ class DepthMap:
             raise OptionError(f"depth image has shape {picture.shape}; expected {IMAGE_SHAPE} pixels")
         picture = picture.reshape(IMAGE_SHAPE)
         height = self._robot.camera_height + picture * self._up[:, None]
-        floor = FLOOR_HEIGHT + self._slack * picture
+        floor = FLOOR_HEIGHT_M + self._slack * picture
         solid = (picture > 0.0) & (picture < self._range) & (height >= floor) & (height < OBSTACLE_HEIGHT)
         nearest = np.where(solid, picture, self._range).min(axis=0)
         self._see(nearest, pose)
         _, columns = np.nonzero(solid)
-        ahead = picture[solid] + DEEPER
+        ahead = picture[solid] + RETURN_DEPTH_M
         return self.occupy(self._outward(ahead, ahead * self._left[columns], pose))
 
     def occupy(self, points: Array) -> Array:

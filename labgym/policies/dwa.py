@@ -24,10 +24,10 @@ from labgym.policies.via_point import ViaPoints
 Point = tuple[float, float]
 
 
-CREEP = 0.05
+CREEP_SPEED = 0.05
 """Speed at which the clearance of standing still is computed, m/s."""
 
-SHRINK = 0.005
+DISC_MARGIN_M = 0.005
 """Margin by which the clear disc is smaller than the distance to the nearest return, meters."""
 
 
@@ -103,7 +103,7 @@ class DwaPolicy(ArrivingPolicy):
         points = lidar_points(np.asarray(observation["lidar"], dtype=np.float64))
         nearest = float(np.hypot(points[:, 0], points[:, 1]).min(initial=math.inf))
         # If something is already nearer than the radius, keep at least the present distance.
-        radius = min(self._options.radius, nearest - SHRINK)
+        radius = min(self._options.radius, nearest - DISC_MARGIN_M)
         target = self._via.target(points, pose, radius)
         self._path = np.array([pose[:2], target])
         tx, ty = rotate(target[0] - pose[0], target[1] - pose[1], -pose[2])
@@ -127,7 +127,7 @@ class DwaPolicy(ArrivingPolicy):
         options, robot = self._options, self._robot
         vs, ws = dynamic_window(v, w, options.samples, robot)
         # Standing still would otherwise always have the widest clearance.
-        free = arc_clearance(np.maximum(vs, CREEP), ws, points, radius)
+        free = arc_clearance(np.maximum(vs, CREEP_SPEED), ws, points, radius)
         admissible = vs <= stopping_speed(free, options.braking, robot.control_dt) + 1e-9
         if not admissible.any():
             return max(0.0, v - robot.acceleration * robot.control_dt), w

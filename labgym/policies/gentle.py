@@ -12,10 +12,10 @@ from labgym.envs.robot import ROBOT, RobotSpec
 if TYPE_CHECKING:
     from labgym.envs.conditions.beaker import Beaker
 
-SHARE = 0.5
+FREEBOARD_SHARE = 0.5
 """Share of the freeboard that a constant acceleration along the way, or one across it, raises the surface by. The
 other part is for both at once, for the oscillation about that level and for the steps of the commands."""
-HARD = 0.93
+HARD_BRAKING_SHARE = 0.93
 """Share of the robot's acceleration with which it brakes hard."""
 
 
@@ -37,7 +37,7 @@ class GentleLimits:
     def of(cls, beaker: Beaker, robot: RobotSpec = ROBOT) -> GentleLimits:
         """Return the limits for a beaker: of the acceleration by its freeboard, of the jerk by its frequency."""
         level = beaker.freeboard / beaker.rise(1.0 / beaker.frequency**2)
-        limit = min(SHARE * level, robot.acceleration)
+        limit = min(FREEBOARD_SHARE * level, robot.acceleration)
         return cls(limit, limit, shaping_weights(beaker.frequency, robot.control_dt))
 
     @property
@@ -75,7 +75,10 @@ class GentleCommands:
 
     def __init__(self, limits: GentleLimits, robot: RobotSpec = ROBOT) -> None:
         self.limits = limits
-        self._step, self._hard = limits.acceleration * robot.control_dt, HARD * robot.acceleration * robot.control_dt
+        self._step, self._hard = (
+            limits.acceleration * robot.control_dt,
+            HARD_BRAKING_SHARE * robot.acceleration * robot.control_dt,
+        )
         self._ramp = deque([0.0] * len(limits.weights), maxlen=len(limits.weights))
 
     def command(self, v: float, hard: bool = False) -> float:

@@ -11,7 +11,7 @@ import numpy as np
 from labgym.geometry import Array
 from labgym.navigation import PLANNING_RADIUS, OccupancyGrid, astar
 
-STRIDE = 3
+TAUT_STRIDE_CELLS = 3
 """The taut path connects every third cell of the grid path."""
 
 Point = tuple[float, float]
@@ -95,7 +95,7 @@ class GridPlanner:
 
     def _taut(self, path: Array) -> Array:
         """Return the cheapest chain of straight pieces between points of a path, by dynamic programming."""
-        points = np.concatenate([path[:-1:STRIDE], path[-1:]])
+        points = np.concatenate([path[:-1:TAUT_STRIDE_CELLS], path[-1:]])
         best = np.full(len(points), math.inf)
         best[0] = 0.0
         before = np.zeros(len(points), dtype=np.intp)

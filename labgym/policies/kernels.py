@@ -21,7 +21,7 @@ from labgym.errors import OptionError, UnknownNameError
 
 VARIABLE = "LABGYM_KERNELS"
 """Environment variable that holds the name of the mode in a policy's process."""
-REQUIRED = ("avx2", "fma")
+REQUIRED_FLAGS = ("avx2", "fma")
 """Flags of a processor that runs the pinned kernels."""
 
 
@@ -97,7 +97,7 @@ def runs_pinned() -> bool:
     except OSError:
         return False
     flags = next((line.split(":", 1)[1].split() for line in text.splitlines() if line.startswith("flags")), [])
-    return all(flag in flags for flag in REQUIRED)
+    return all(flag in flags for flag in REQUIRED_FLAGS)
 
 
 def pin_torch() -> None:

@@ -27,7 +27,7 @@ from labgym.policies.tracking import PathTracker, velocities_to_action
 Point = tuple[float, float]
 
 
-SETTLED = 0.5
+SETTLED_TURN_RATE = 0.5
 """Turn rate below which the robot sets off after looking around, rad/s: faster, it would leave its path."""
 
 
@@ -106,7 +106,7 @@ class OnlineMapPolicy(ArrivingPolicy):
             self._look.over = self._look.over or self._has_looked(self._look, pose)
             if not self._look.over:
                 return self._look.turn()
-            if abs(w) > SETTLED:
+            if abs(w) > SETTLED_TURN_RATE:
                 return velocities_to_action(0.0, 0.0, self._robot)
             self._look = None
         if self._blockage.blocked(v):

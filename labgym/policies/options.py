@@ -1,4 +1,4 @@
-"""Options of policies: one contract for all, validated, with errors that list the valid names."""
+"""Options of policies and of their training, validated, with errors that list the valid names."""
 
 from __future__ import annotations
 

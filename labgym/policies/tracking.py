@@ -48,15 +48,15 @@ class TrackingOptions:
     last_turn: float = 0.12
 
 
-SPACING = 0.02
+SPACING_M = 0.02
 """Distance between the samples of a path, meters."""
-BEND = 0.20
+BEND_LENGTH_M = 0.20
 """Length over which the path's curvature is measured, meters."""
-GAIN = 3.0
+APPROACH_GAIN = 3.0
 """Speed per distance in the last centimeters before the robot rests, 1/s."""
-ENDED = 0.01
+END_DISTANCE_M = 0.01
 """Distance ahead of the robot at which it has arrived at the end of its path, meters."""
-LAST = 0.12
+LAST_STRETCH_M = 0.12
 """Distance from the end within which the place of rest is judged by what is ahead of the robot, meters."""
 
 
@@ -98,7 +98,7 @@ class PathTracker:
                 lateral_acceleration=min(self._options.lateral_acceleration, self._commands.limits.lateral),
                 braking=min(self._options.braking, 0.8 * self._commands.limits.acceleration),
             )
-        self._points = points[-1:] if lengths_along(points)[-1] < 1e-9 else resampled(points, SPACING)
+        self._points = points[-1:] if lengths_along(points)[-1] < 1e-9 else resampled(points, SPACING_M)
         self._speeds = _speed_limits(self._points, robot, self._options)
         self._place = 0
         self._turning = turning
@@ -137,7 +137,7 @@ class PathTracker:
             error = 0.0 if self._heading is None else wrap_angle(self._heading - pose[2])
             return 0.0, 0.0, _turn_rate(error, self._robot)
         ahead = options.lookahead + options.lookahead_time * max(speed, 0.0)
-        target = self._points[min(self._place + max(1, round(ahead / SPACING)), len(self._points) - 1)]
+        target = self._points[min(self._place + max(1, round(ahead / SPACING_M)), len(self._points) - 1)]
         x, y = rotate(target[0] - pose[0], target[1] - pose[1], -pose[2])
         bearing = math.atan2(y, x)
         if left > options.last_turn and self._must_turn(bearing):
@@ -149,17 +149,17 @@ class PathTracker:
 
     def _left(self, pose: Pose) -> float:
         """Return the distance to the end that is left for braking, meters, and note when the robot is at the end."""
-        left = (len(self._points) - 1 - self._place) * SPACING
-        if left <= LAST:
+        left = (len(self._points) - 1 - self._place) * SPACING_M
+        if left <= LAST_STRETCH_M:
             end = self._points[-1]
             left = rotate(end[0] - pose[0], end[1] - pose[1], -pose[2])[0]
-            self._ended = self._ended or left < ENDED
+            self._ended = self._ended or left < END_DISTANCE_M
         delay = 0.0 if self._commands is None else self._commands.limits.delay * self._commands.speed
         return left - delay * self._robot.control_dt
 
     def _advance(self, pose: Pose) -> None:
         """Move the place on the path to the nearest sample within the window after the previous place."""
-        end = self._place + max(2, round(self._options.window / SPACING))
+        end = self._place + max(2, round(self._options.window / SPACING_M))
         nearby = self._points[self._place : end] - np.asarray(pose[:2])
         self._place += int(np.argmin((nearby**2).sum(axis=1)))
 
@@ -169,7 +169,7 @@ class PathTracker:
         return self._turning
 
 
-def approach_speed(distance: float, braking: float, gain: float = GAIN) -> float:
+def approach_speed(distance: float, braking: float, gain: float = APPROACH_GAIN) -> float:
     """Return the speed from which the robot comes to rest within a distance, m/s.
 
     It brakes evenly and, over the last braking / gain^2 meters, in proportion to the distance that is left; it never
@@ -224,14 +224,24 @@ def _speed_limits(points: Array, robot: RobotSpec, options: TrackingOptions) -> 
         return np.full(len(points), options.slowest)
     step = np.diff(points, axis=0)
     heading = np.unwrap(np.arctan2(step[:, 1], step[:, 0]))
-    half = max(1, round(BEND / SPACING / 2.0))
+    half = max(1, round(BEND_LENGTH_M / SPACING_M / 2.0))
     padded = np.pad(heading, half, mode="edge")
     turning = np.abs(padded[2 * half :] - padded[: -2 * half])
-    curvature = np.append(turning, 0.0) / BEND
+    curvature = np.append(turning, 0.0) / BEND_LENGTH_M
     with np.errstate(divide="ignore"):
         limit = np.minimum(np.sqrt(options.lateral_acceleration / curvature), 0.8 * robot.w_max / curvature)
     limit = np.clip(limit, options.slowest, robot.v_max)
     limit[-1] = options.slowest
-    for k in range(len(limit) - 2, -1, -1):
-        limit[k] = min(limit[k], math.sqrt(limit[k + 1] ** 2 + 2.0 * options.braking * SPACING))
-    return limit
+    return braked(limit, 2.0 * options.braking * SPACING_M)
+
+
+def braked(speeds: Array, gain: float) -> Array:
+    """Return speeds (n,), m/s, from which every later one can be reached by braking.
+
+    Args:
+        speeds: limits at the points of a path. gain: greatest fall of their squares from point to point, m2/s2.
+    """
+    speeds = speeds.copy()
+    for k in range(len(speeds) - 2, -1, -1):
+        speeds[k] = min(speeds[k], math.sqrt(speeds[k + 1] ** 2 + gain))
+    return speeds

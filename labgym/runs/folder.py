@@ -1,4 +1,4 @@
-"""The folder of a run: one writer, one identity, finished shards, merged output and its manifest."""
+"""The folder of a run: a lock for its only writer, one identity, finished shards, merged output, a manifest."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ Content = bytes | Iterable[bytes]
 
 Files = Mapping[str, Content] | Iterable[tuple[str, Content]]
 
-THREADS = 8
+REMOVING_THREADS = 8
 
-PER_CALL = 200
+FILES_PER_CALL = 200
 """Files that a thread removes before it takes the next ones."""
 
 
@@ -88,10 +88,10 @@ def remove_folder(folder: Path) -> None:
     """
     if folder.is_symlink():
         return
-    with ThreadPoolExecutor(THREADS) as pool:
+    with ThreadPoolExecutor(REMOVING_THREADS) as pool:
         for parent, _, names in os.walk(folder):
             paths = [os.path.join(parent, name) for name in names]  # noqa: PTH118 -- Path takes as long as the removal
-            batches = [paths[start : start + PER_CALL] for start in range(0, len(paths), PER_CALL)]
+            batches = [paths[start : start + FILES_PER_CALL] for start in range(0, len(paths), FILES_PER_CALL)]
             for _ in pool.map(_remove, batches):
                 pass
     shutil.rmtree(folder, ignore_errors=True)

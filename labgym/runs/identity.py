@@ -1,4 +1,4 @@
-"""`run.json`: the inputs that determine the bytes of a run, and the differences between two runs."""
+"""`run.json`: the inputs and the code that determine the bytes of a run, and the differences between two runs."""
 
 from __future__ import annotations
 

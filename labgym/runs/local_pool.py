@@ -21,7 +21,7 @@ from typing import Any
 
 from labgym.errors import LabgymError
 
-PERIOD = 1.0
+PARENT_CHECK_S = 1.0
 """Time between two looks at the parent, seconds."""
 
 THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS")
@@ -54,7 +54,7 @@ def kill_worker(process: BaseProcess) -> None:
 
 def _end_with(parent: BaseProcess) -> None:
     while os.getppid() == parent.pid and parent.is_alive():
-        parent.join(PERIOD)
+        parent.join(PARENT_CHECK_S)
     os.killpg(0, signal.SIGKILL)
 
 

@@ -1,4 +1,4 @@
-"""Running independent shards on an executor; finished ones are kept, and none runs twice."""
+"""Running shards on workers with the same code; finished ones are kept, and none runs twice."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ from labgym.envs.vector.processes import processors
 from labgym.envs.world import keep
 from labgym.errors import MissingDependencyError, OptionError, SearchLimitWarning, UnknownNameError
 from labgym.layouts import Layout
-from labgym.policies.adapters.inputs import SCALE, near_goal
+from labgym.policies.adapters.inputs import NEAR_GOAL_SCALE, near_goal
 
 RESIDENT_MB = 2048.0
 """Budget of a process for prepared training layouts, megabytes; with the lidar, a room takes 2 MB."""
@@ -276,7 +276,7 @@ class NearGoal(VecEnvWrapper):
         if not isinstance(space, spaces.Dict) or "goal" not in space.spaces:
             raise OptionError("near_goal needs environments whose observation has the entry goal")
         self.observation_space: spaces.Dict
-        entry = spaces.Box(-SCALE, SCALE, (3,), np.float32)
+        entry = spaces.Box(-NEAR_GOAL_SCALE, NEAR_GOAL_SCALE, (3,), np.float32)
         super().__init__(venv, spaces.Dict({**space.spaces, NEAR_GOAL: entry}))
 
     def reset(self) -> Any:

@@ -22,7 +22,7 @@ from labgym.envs.wrappers import ActionRepeat
 from labgym.errors import OptionError
 from labgym.policies.adapters.actor import SIZES, check_actor
 from labgym.policies.adapters.actor_file import ACTIVATIONS, Activation, ActorHeader, Perceptron
-from labgym.policies.adapters.inputs import NEAR, SCALE
+from labgym.policies.adapters.inputs import NEAR_GOAL_M, NEAR_GOAL_SCALE
 
 FLAT = ("goal", "lidar", "velocity")
 """The order in which `gymnasium.wrappers.FlattenObservation` concatenates the observation of `LabPointNav-v0`."""
@@ -273,7 +273,7 @@ class RobotFrame(BaseFeaturesExtractor):
         left = axis[:, :1] * ahead[:, 1:] - axis[:, 1:] * ahead[:, :1]
         bearing = torch.cat([along, left], dim=1) / distance.clamp_min(1e-6)
         goal = torch.cat([distance, bearing], dim=1)
-        near = SCALE / NEAR * distance.clamp_max(NEAR)
+        near = NEAR_GOAL_SCALE / NEAR_GOAL_M * distance.clamp_max(NEAR_GOAL_M)
         parts = [self._normal("goal", goal), near, near * bearing, velocity, self._normal("lidar", lidar)]
         return torch.cat(parts, dim=1)
 

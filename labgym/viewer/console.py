@@ -1,4 +1,4 @@
-"""The console of a viewer: what the browser asked for, read by the thread that drives."""
+"""The console of a viewer: commands of the page, read by the thread that drives, and a person who drives by them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from labgym.documents import Record
 from labgym.policies import EpisodeStart
 from labgym.policies.policy import Observation, Policy
 
-KEY_LIFE = 0.6
+KEY_LIFE_S = 0.6
 """Seconds after which a driving command without a successor ends; the page repeats commands while a key is down."""
 
 Component = Annotated[float, Field(ge=-1.0, le=1.0)]
@@ -62,7 +62,7 @@ class Console:
         with self._changed:
             if command.forward is not None or command.turn is not None:
                 self._action = (command.forward or 0.0, command.turn or 0.0)
-                self._until = time.monotonic() + KEY_LIFE
+                self._until = time.monotonic() + KEY_LIFE_S
             if command.stop is not None:
                 self._stop = command.stop
             if command.paused is not None:
@@ -77,7 +77,7 @@ class Console:
 
     @property
     def action(self) -> tuple[float, float]:
-        """Forward and turn of a person; zero once the last command is older than `KEY_LIFE`."""
+        """Forward and turn of a person; zero once the last command is older than `KEY_LIFE_S`."""
         with self._changed:
             return self._action if time.monotonic() < self._until else (0.0, 0.0)
 

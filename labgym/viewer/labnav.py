@@ -34,8 +34,8 @@ from labgym.viewer.episodes import plan_of
 from labgym.viewer.moment import PageSenses
 from labgym.viewer.show import AnotherEpisodeError, PacedShow
 
-ADDED, PUSHED, GLASS = "#e0561b", "#f5b041", "#00a6c8"
-"""Colors on the plan of what is not on the map, of things that can be pushed, and of glass."""
+ADDED_COLOR, GLASS_COLOR = "#e0561b", "#00a6c8"
+"""Colors on the plan of what is not on the map, and of glass."""
 
 
 def shape_glb(mesh: SceneMesh) -> bytes:
@@ -208,9 +208,9 @@ def changes_of(task: Task) -> list[tuple[str, np.ndarray[Any, Any]]]:
         if placement.support != FLOOR or box.z0 >= OBSTACLE_HEIGHT or placement.id in task.pushable:
             continue
         if placement.asset in (FRAMED, FRAMELESS):
-            changes.append((GLASS, box.corners()))
+            changes.append((GLASS_COLOR, box.corners()))
         elif then is None or (then.position, then.yaw) != (placement.position, placement.yaw):
-            changes.append((ADDED, box.corners()))
+            changes.append((ADDED_COLOR, box.corners()))
     return changes
 
 

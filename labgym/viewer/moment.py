@@ -15,7 +15,7 @@ from labgym.envs.state import State
 from labgym.envs.world import World
 from labgym.eval.driving.episode_row import TransitionRow
 
-NEAR = 0.2
+NEAREST_DEPTH_M = 0.2
 """Depth at the bright end of the depth image's scale, meters; the dark end is the sensor's range."""
 
 
@@ -126,7 +126,7 @@ def outcome(row: TransitionRow) -> dict[str, Any]:
 
 def _shades(depth: NDArray[np.float32]) -> NDArray[np.uint8]:
     """Return a depth image in color, near bright and far dark, in BGR."""
-    near = np.log(RANGE / np.clip(depth, NEAR, RANGE)) / np.log(RANGE / NEAR)
+    near = np.log(RANGE / np.clip(depth, NEAREST_DEPTH_M, RANGE)) / np.log(RANGE / NEAREST_DEPTH_M)
     return np.asarray(cv2.applyColorMap(np.rint(near * 255.0).astype(np.uint8), cv2.COLORMAP_VIRIDIS), dtype=np.uint8)
 
 

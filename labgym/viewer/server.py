@@ -29,13 +29,13 @@ MAX_BODY = 1024
 MAX_STREAMS = 6
 """Largest number of pages that watch."""
 
-ANSWER_TIME = 10.0
+ANSWER_TIME_S = 10.0
 """Seconds within which a page must read a message."""
 
-HEARTBEAT = 1.0
+HEARTBEAT_S = 1.0
 """Seconds without a control step after which a page receives an empty message."""
 
-SCENES = 4
+MOST_SCENES = 4
 """Number of layouts whose scene stays in memory."""
 
 TYPES = {
@@ -115,7 +115,7 @@ class ViewerServer(BoundedServer):
         with self._compiling:
             if layout.hash not in self._scenes:
                 content = glb_bytes(layout)
-                while len(self._scenes) >= SCENES:
+                while len(self._scenes) >= MOST_SCENES:
                     del self._scenes[next(iter(self._scenes))]
                 self._scenes[layout.hash] = content
             return self._scenes[layout.hash]
@@ -207,11 +207,11 @@ class _Handler(BoundedHandler):
         show.console.enter()
         try:
             self.close_connection = True
-            self.connection.settimeout(ANSWER_TIME)
+            self.connection.settimeout(ANSWER_TIME_S)
             self._head(HTTPStatus.OK, "text/event-stream", None)
             number = 0
             while not server.closing.is_set():
-                number, moment = show.next_moment(number, HEARTBEAT)
+                number, moment = show.next_moment(number, HEARTBEAT_S)
                 line = ": \n\n" if moment is None else f"data: {json.dumps(moment.record())}\n\n"
                 self.wfile.write(line.encode())
         except OSError:
@@ -236,7 +236,7 @@ class _Handler(BoundedHandler):
         self._answer(status, f"{words}\n".encode(), "text/plain; charset=utf-8")
 
     def _answer(self, status: HTTPStatus, content: bytes, kind: str) -> None:
-        self.connection.settimeout(ANSWER_TIME)
+        self.connection.settimeout(ANSWER_TIME_S)
         self._head(status, kind, len(content))
         self.wfile.write(content)
 

@@ -19,7 +19,7 @@ from labgym.viewer.console import Console
 from labgym.viewer.episodes import ViewerEpisode, description
 from labgym.viewer.moment import Moment, PageSenses, outcome
 
-PAUSE = 4.0
+PAUSE_S = 4.0
 """Seconds between the end of a policy's episode and the next one."""
 
 
@@ -79,7 +79,7 @@ class PacedShow(ABC):
             number = (number if chosen is None else chosen) % len(self.labels)
             self._attempt, self._due, self._first = self._attempt + 1, time.monotonic(), True
             if self._drive(number):
-                self.console.wait_for_episode(None if self.waits else PAUSE)
+                self.console.wait_for_episode(None if self.waits else PAUSE_S)
                 number += 1
 
     def next_moment(self, after: int, seconds: float) -> tuple[int, Moment | None]:

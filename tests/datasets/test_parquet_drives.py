@@ -179,7 +179,7 @@ def test_the_card_counts_all_drives(people, episodes):
 
 
 def test_only_successful_drives_on_request_and_an_expert_that_never_succeeds_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr("labgym.datasets.driving.FAILURES", 2)
+    monkeypatch.setattr("labgym.datasets.driving.MOST_FAILURES", 2)
     chosen = options(task="point", split="val", level=None, policy="random", episodes=1, successful=True)
     monkeypatch.setattr(DriveOptions, "max_steps", 20)
     with pytest.raises(LabgymError, match="expert 'random' failed in 2 drives in a row"):

@@ -25,9 +25,9 @@ from labgym.navigation import PLANNING_RADIUS, occupancy, shortest_path
 from labgym.navigation.plan import OBSTACLE_HEIGHT
 from labgym.policies.data import DataOptions, Dataset, DatasetManifest, load_dataset, make_dataset, shard
 from labgym.policies.data.columns import depth_of, depth_png, jpeg, rgb_of
-from labgym.policies.data.maps import CLEARANCE, cost_map, privileged_maps
+from labgym.policies.data.maps import CLEARANCE_M, cost_map, privileged_maps
 from labgym.policies.data.read import pictures
-from labgym.policies.data.situations import STRIDES, TURN, Situations, resampled
+from labgym.policies.data.situations import LARGEST_TURN_RAD, STRIDES_M, Situations, resampled
 from labgym.runs import ExecutorOptions
 from labgym.scenes import RayScene
 from runs import killing
@@ -275,7 +275,7 @@ def test_maps_agree_with_a_distance_transform_of_the_room(layouts: list[Layout])
     maps, grid = privileged_maps(layouts[0]), occupancy(layouts[0])
     walled = np.pad(~grid.occupied, 20)
     np.testing.assert_allclose(maps.distance, np.maximum(distance_transform_edt(walled) - 0.5, 0.0) * 0.05, atol=1e-5)
-    roomy = maps.distance > CLEARANCE + 0.5
+    roomy = maps.distance > CLEARANCE_M + 0.5
     assert roomy.any()
     assert maps.cost[roomy].max() < 1e-4
     assert maps.cost[maps.distance == 0.0].min() > 0.5
@@ -295,8 +295,8 @@ def test_the_frames_of_a_drive_follow_each_other_as_a_robot_can_drive_and_share_
     for before, each in pairwise(drawn):
         if each.frame == 0:
             continue
-        assert math.dist(before.pose[:2], each.pose[:2]) <= STRIDES[1] + 1e-9
-        assert abs(wrap_angle(each.pose[2] - before.pose[2])) <= TURN + 1e-9
+        assert math.dist(before.pose[:2], each.pose[:2]) <= STRIDES_M[1] + 1e-9
+        assert abs(wrap_angle(each.pose[2] - before.pose[2])) <= LARGEST_TURN_RAD + 1e-9
         assert in_room(each.pose, each.goal) == pytest.approx(in_room(before.pose, before.goal), abs=1e-9)
         assert each.kind == before.kind
 

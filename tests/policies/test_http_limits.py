@@ -51,7 +51,7 @@ def test_clients_that_send_a_byte_now_and_then_keep_nobody_out(server):
 
 
 def test_a_request_that_never_ends_is_cut_although_bytes_keep_arriving(server, monkeypatch):
-    monkeypatch.setattr(slots, "REQUEST_TIME", 1.0)
+    monkeypatch.setattr(slots, "REQUEST_TIME_S", 1.0)
     connection = dripping(server)
     begun = time.monotonic()
     try:

@@ -17,7 +17,7 @@ from labgym.geometry import to_local, to_world, wrap_angle
 from labgym.layouts import Layout, generate
 from labgym.layouts.places import layout_at
 from labgym.policies.data import DataOptions, DatasetManifest, load_dataset, make_dataset
-from labgym.policies.data.situations import STRIDES, TURN, DriveFrame, Situations
+from labgym.policies.data.situations import LARGEST_TURN_RAD, STRIDES_M, DriveFrame, Situations
 from labgym.policies.navdp.config import NavDPConfig, NavDPNetworkOptions, NavDPTrainOptions
 from labgym.policies.navdp.leader import NavDPLeader
 from labgym.policies.navdp.network import NavDPNetwork, frame, frame_shape, load_navdp, save_navdp
@@ -59,7 +59,7 @@ def test_a_drive_follows_its_guide_and_its_samples_keep_the_expert_s_way(room: L
     ]
     # 45 degrees to the left per frame, bounded and with noise; the expert's turns have no such side.
     assert np.mean(turns) > 0.5
-    assert np.abs(turns).max() <= TURN + 1e-9
+    assert np.abs(turns).max() <= LARGEST_TURN_RAD + 1e-9
 
 
 def test_a_guide_into_a_wall_leaves_the_robot_in_free_space(room: Layout) -> None:
@@ -67,7 +67,7 @@ def test_a_guide_into_a_wall_leaves_the_robot_in_free_space(room: Layout) -> Non
     frames = situations.drive(np.random.default_rng(2), 60, lambda seen: np.array([[0.0, 0.0], [30.0, 0.0]]))
     assert situations._space.holds(np.array([one.pose[:2] for one in frames])).all()
     steps = [math.dist(a.pose[:2], b.pose[:2]) for a, b in itertools.pairwise(frames) if b.frame > a.frame]
-    assert max(steps) <= STRIDES[1] + 1e-9
+    assert max(steps) <= STRIDES_M[1] + 1e-9
 
 
 def test_a_leader_goes_where_the_policy_s_best_trajectory_goes(learner: Path, room: Layout) -> None:

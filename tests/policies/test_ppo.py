@@ -19,7 +19,7 @@ from labgym.navigation import goal_pairs, shortest_path
 from labgym.policies import EpisodeStart, make_policy
 from labgym.policies.ppo.cloning import Atlas, Expert
 from labgym.policies.ppo.drives import ANYWHERE, TrainingDrives
-from labgym.policies.ppo.inputs import SIZES, SPEED, STATE, TRAIL, DriveMemory, RememberedObstacles
+from labgym.policies.ppo.inputs import SIZES, SPEED, STATE, TRAIL_STEPS, DriveMemory, RememberedObstacles
 from labgym.policies.ppo.practice import REWARD_SCALE, PracticeEnv
 from labgym.scenes import RayScene
 from runs import killing
@@ -68,7 +68,7 @@ def test_past_positions_are_in_the_robots_present_frame():
     poses = np.cumsum(rng.normal(0.0, 0.1, (200, 3)), axis=0)
     for pose in poses:
         vector = memory.vector(observation_of(), pose)
-    for k, steps in enumerate(TRAIL):
+    for k, steps in enumerate(TRAIL_STEPS):
         expected = rotate(*(poses[-1 - steps, :2] - poses[-1, :2]), -poses[-1, 2])
         assert vector[5 + 2 * k : 7 + 2 * k] == pytest.approx(expected, abs=1e-5)
     memory.reset()

@@ -18,7 +18,7 @@ from labgym.layouts import Layout
 from labgym.policies import EpisodeStart, Policy
 from labgym.suites import Suite
 from labgym.viewer import Command, Console, KeyboardDriver, Show, ViewerEpisode
-from labgym.viewer.console import KEY_LIFE
+from labgym.viewer.console import KEY_LIFE_S
 from labgym.viewer.records import DriveRecords
 
 
@@ -134,7 +134,7 @@ def test_a_key_that_is_not_repeated_is_up_again() -> None:
     console = Console()
     console.command(Command(forward=1.0, turn=-0.5))
     assert console.action == (1.0, -0.5)
-    time.sleep(KEY_LIFE + 0.05)
+    time.sleep(KEY_LIFE_S + 0.05)
     assert console.action == (0.0, 0.0)
 
 

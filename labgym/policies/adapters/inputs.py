@@ -1,4 +1,4 @@
-"""Inputs of a network in a file, filled from the observation by name."""
+"""Files of networks from other tools: checks before loading, and inputs filled from the observation."""
 
 from __future__ import annotations
 
@@ -179,10 +179,10 @@ def _check(path: Path, count: int, size: int) -> None:
         )
 
 
-NEAR = 1.0
+NEAR_GOAL_M = 1.0
 """Distance from which on the input stays the same, meters."""
 
-SCALE = 5.0
+NEAR_GOAL_SCALE = 5.0
 """The input at that distance. A network that must stop within 0.36 m has to tell decimeters near the goal, which the
 normalized distance of a whole drive shrinks to hundredths."""
 
@@ -193,6 +193,6 @@ def near_goal(goal: NDArray[Any]) -> NDArray[np.float32]:
     Args:
         goal: distance, cosine and sine of the bearing, as of `GoalSensor`, shape (..., 3).
     """
-    distance = SCALE / NEAR * np.minimum(goal[..., :1], NEAR)
+    distance = NEAR_GOAL_SCALE / NEAR_GOAL_M * np.minimum(goal[..., :1], NEAR_GOAL_M)
     near: NDArray[np.float32] = np.concatenate([distance, distance * goal[..., 1:]], axis=-1).astype(np.float32)
     return near

@@ -1,4 +1,4 @@
-"""An ONNX file as a policy."""
+"""An ONNX file as a policy, checked with the files of its weights before loading."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ PARTS: dict[str, dict[int, str]] = {
 }
 """Messages in messages of an ONNX file by field number (onnx.proto3); `entry` is a pair of `external_data`."""
 
-KEY, VALUE = 1, 2
+KEY_FIELD, VALUE_FIELD = 1, 2
 
 
 def graph_files(path: Path) -> tuple[Path, ...]:
@@ -78,9 +78,9 @@ def _locations(path: Path, content: bytes) -> Iterator[str]:
                 raise DocumentError(path, "functions", "has local functions, which are not loaded: export it inlined")
             if part is not None:
                 waiting.append((part, first, last))
-            elif message == "entry" and number == KEY:
+            elif message == "entry" and number == KEY_FIELD:
                 key = content[first:last]
-            elif message == "entry" and number == VALUE:
+            elif message == "entry" and number == VALUE_FIELD:
                 values.append(content[first:last])
         if key == b"location":
             yield from (value.decode("utf-8", "replace") for value in values)

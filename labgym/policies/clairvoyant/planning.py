@@ -1,4 +1,4 @@
-"""The fastest way alone: smooth paths with several first headings, and the time that each takes."""
+"""A drive to make, and its fastest way alone: the best of smooth paths with several first headings."""
 
 from __future__ import annotations
 

@@ -18,6 +18,7 @@ from labgym.machine_code import entry, inner
 from labgym.policies.clairvoyant.route import Gait, Route
 from labgym.policies.clairvoyant.worth import NEAR_PEOPLE_M, Worth
 from labgym.policies.policy import PeopleForecast
+from labgym.policies.tracking import braked
 
 LEAVING_DISTANCE_M = 0.60
 """Least distance between the centers of a person and of a robot that drives away from them, meters."""
@@ -230,13 +231,4 @@ def line_of(route: Route, acceleration: float) -> RouteLine:
     """Return the arrays of a route for a greatest acceleration, m/s2."""
     along: Array = route.spacing * np.arange(len(route.points), dtype=np.float64)
     values = np.vstack([route.points.T, route.yaw, route.curvature])
-    return RouteLine(along, values, _braked(route, acceleration))
-
-
-def _braked(route: Route, acceleration: float) -> Array:
-    """Return the speeds (n,) from which every later limit can be kept."""
-    speeds = route.fastest.copy()
-    gain = 2.0 * acceleration * route.spacing
-    for k in range(len(speeds) - 2, -1, -1):
-        speeds[k] = min(speeds[k], math.sqrt(speeds[k + 1] ** 2 + gain))
-    return speeds
+    return RouteLine(along, values, braked(route.fastest, 2.0 * acceleration * route.spacing))

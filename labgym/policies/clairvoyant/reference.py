@@ -1,4 +1,4 @@
-"""The motion that the robot is to follow, at the control steps: turns in place and routes."""
+"""The motion that the robot is to follow, turns in place and routes, and the motion of a robot that follows it."""
 
 from __future__ import annotations
 

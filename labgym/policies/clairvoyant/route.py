@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 
 from labgym.envs.robot import ROBOT
 from labgym.geometry import Array
-from labgym.policies.tracking import lengths_along, resampled
+from labgym.policies.tracking import braked, lengths_along, resampled
 
 SPACING_M = 0.02
 """Distance between the samples of a route, meters."""
@@ -120,8 +120,7 @@ def fastest_times(route: Route, acceleration: float, speed: float = 0.0) -> tupl
     gain = 2.0 * acceleration * route.spacing
     for k in range(1, len(speeds)):
         speeds[k] = min(speeds[k], math.sqrt(speeds[k - 1] ** 2 + gain))
-    for k in range(len(speeds) - 2, -1, -1):
-        speeds[k] = min(speeds[k], math.sqrt(speeds[k + 1] ** 2 + gain))
+    speeds = braked(speeds, gain)
     middle = 0.5 * (speeds[1:] + speeds[:-1])
     return speeds, np.concatenate([[0.0], np.cumsum(route.spacing / np.maximum(middle, 1e-3))])
 

@@ -1,4 +1,4 @@
-"""Smooth paths: an elastic band between barriers that bends no more than a robot at full speed can turn."""
+"""Smooth paths: an elastic band in a field of distances that bends no more than a robot at full speed can turn."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ from PIL import Image
 from labgym.envs.sensors import IMAGE_SHAPE
 from labgym.errors import LabgymError, MissingDependencyError
 from labgym.policies.data.maps import Maps
-from labgym.policies.data.situations import PATH_POINTS, PERIOD, DriveFrame
+from labgym.policies.data.situations import FRAME_PERIOD_S, PATH_POINTS, DriveFrame
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -96,7 +96,7 @@ def sample_row(situation: DriveFrame, rgb: NDArray[np.uint8], depth: NDArray[np.
     """Return a row of the sample file, without its numbers in the dataset."""
     return {
         "frame_index": situation.frame,
-        "timestamp": situation.frame * PERIOD,
+        "timestamp": situation.frame * FRAME_PERIOD_S,
         "kind": situation.kind,
         "observation.images.rgb": {"bytes": jpeg(rgb), "path": None},
         "observation.images.depth": {"bytes": depth_png(depth), "path": None},

@@ -14,13 +14,13 @@ from labgym.policies.grid_planner import clearance_field
 
 Floats = NDArray[np.float32]
 
-CLEARANCE = 0.35
+CLEARANCE_M = 0.35
 """Cells whose center is nearer to an obstacle count as non-free, meters: the planning radius plus one cell."""
 
-BLUR = 2.0
+BLUR_CELLS = 2.0
 """Standard deviation of the Gaussian that smooths the cost map, cells."""
 
-MARGIN = 20
+MARGIN_CELLS = 20
 """Cells of wall around the room, so that the cost of a path that leaves the room has a gradient back."""
 
 
@@ -44,11 +44,11 @@ class Maps:
 def privileged_maps(plan: FloorPlan) -> Maps:
     """Return the maps of a floor plan."""
     room = occupancy(plan)
-    shift = MARGIN * room.resolution
-    walled = np.pad(room.occupied, MARGIN, constant_values=True)
+    shift = MARGIN_CELLS * room.resolution
+    walled = np.pad(room.occupied, MARGIN_CELLS, constant_values=True)
     grid = OccupancyGrid(walled, room.resolution, (room.origin[0] - shift, room.origin[1] - shift))
     return Maps(
-        cost=cost_map(grid.dilated(CLEARANCE).occupied),
+        cost=cost_map(grid.dilated(CLEARANCE_M).occupied),
         distance=clearance_field(grid).astype(np.float32),
         origin=grid.origin,
         resolution=grid.resolution,
@@ -58,5 +58,5 @@ def privileged_maps(plan: FloorPlan) -> Maps:
 def cost_map(blocked: NDArray[np.bool_]) -> Floats:
     """Return the cost of each cell, (ny, nx): zero away from blocked cells, and higher deeper inside them."""
     depth = cv2.distanceTransform(blocked.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    smooth = gaussian_filter(depth.astype(np.float64), BLUR, mode="nearest")
+    smooth = gaussian_filter(depth.astype(np.float64), BLUR_CELLS, mode="nearest")
     return np.asarray(np.log1p(smooth), dtype=np.float32)

@@ -1,4 +1,4 @@
-"""Reading a dataset into arrays."""
+"""Reading a dataset into arrays; its files may be damaged or made by others."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ MAX_UNPACKED = 4 * 1024**3
 MAX_BATCH = 128 * 1024**2
 """Largest size of the rows that are decoded at one time, bytes."""
 
-BATCH = 16
+BATCH_ROWS = 16
 
 REMEDY = "make the dataset again with: labgym data"
 
@@ -79,9 +79,9 @@ def _table(path: Path, content: bytes, schema: Any, rows: int) -> Any:
             raise DocumentError(path, "", f"has more than {rows} rows or {MAX_UNPACKED} bytes unpacked; {REMEDY}")
         _check_types(path, file.schema_arrow, schema)
         batches = []
-        for batch in file.iter_batches(batch_size=BATCH):
+        for batch in file.iter_batches(batch_size=BATCH_ROWS):
             if batch.nbytes > MAX_BATCH:
-                raise DocumentError(path, "", f"{BATCH} rows take more than {MAX_BATCH} bytes; {REMEDY}")
+                raise DocumentError(path, "", f"{BATCH_ROWS} rows take more than {MAX_BATCH} bytes; {REMEDY}")
             batch.validate(full=True)
             batches.append(batch)
         table = pa.Table.from_batches(batches, schema=schema)

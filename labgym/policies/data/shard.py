@@ -1,4 +1,4 @@
-"""Making one shard: generate layouts, draw samples, render images, return two files."""
+"""Making a dataset shard by shard: generate layouts, draw samples, render images."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from labgym.scenes import RayScene
 
 Row = dict[str, Any]
 
-FLOORS = "floors-train"
+FLOOR_SPLIT = "floors-train"
 
 
 def make_shard(options: DataOptions, index: int, leader: Leader | None = None) -> ShardOutput:
@@ -62,7 +62,7 @@ def _drawn_layout(options: DataOptions, rng: np.random.Generator) -> Layout:
     if options.floors and rng.random() < options.floors:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", SearchLimitWarning)  # Less furniture than the floor holds is no loss here.
-            return layout_at(FLOORS, int(rng.integers(PLACES)))
+            return layout_at(FLOOR_SPLIT, int(rng.integers(PLACES)))
     return train_layout(rng)
 
 
@@ -112,7 +112,7 @@ def _entry(layout: Layout) -> DatasetLayout:
 
 def _is_training_seed(seed: int) -> bool:
     """Return whether a seed is one of the training rooms or of the training floors."""
-    first = FIRST_SEEDS[FLOORS]
+    first = FIRST_SEEDS[FLOOR_SPLIT]
     return 0 <= seed < TRAIN_SEEDS or first <= seed < first + SPLIT_SEEDS
 
 
@@ -128,7 +128,7 @@ def _parquet(rows: list[Row], schema: Any) -> bytes:
     return stream.getvalue()
 
 
-RECORDED = ("embreex", "numpy", "opencv-python-headless", "ortools", "pyarrow", "scipy")
+RECORDED_PACKAGES = ("embreex", "numpy", "opencv-python-headless", "ortools", "pyarrow", "scipy")
 """Packages whose versions can change the bytes of a dataset."""
 
 
@@ -184,4 +184,4 @@ def make_dataset(
 
 
 def _versions() -> dict[str, str]:
-    return {"labgym": labgym.__version__, **{name: metadata.version(name) for name in RECORDED}}
+    return {"labgym": labgym.__version__, **{name: metadata.version(name) for name in RECORDED_PACKAGES}}

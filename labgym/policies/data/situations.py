@@ -1,4 +1,4 @@
-"""Poses of the samples, with goals and expert paths."""
+"""Poses of the samples, with goals and expert paths, and learners that lead drives."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ Kind = Literal["route", "tight", "anywhere"]
 PATH_POINTS = 64
 """Points of an expert path, evenly spaced from the robot to the goal."""
 
-COMFORT = 0.40
+COMFORT_M = 0.40
 """Preferred clearance of an expert path, meters; where it does not fit, the planning radius is used."""
 
-SHORTEST = 0.6
+SHORTEST_DRIVE_M = 0.6
 """Minimum path length to a goal, meters; nearer goals are not useful for training."""
 
 PLACES_SHARE = 0.7
@@ -31,21 +31,21 @@ PLACES_SHARE = 0.7
 
 KINDS: tuple[tuple[Kind, float], ...] = (("route", 0.7), ("tight", 0.15), ("anywhere", 0.15))
 
-ATTEMPTS = 200
+MOST_ATTEMPTS = 200
 
-PERIOD = 0.5
+FRAME_PERIOD_S = 0.5
 """Time between two frames of a drive, seconds."""
 
-STRIDES = 0.12, 0.45
+STRIDES_M = 0.12, 0.45
 """Smallest and largest distance between two frames of a drive, meters."""
 
-TURN = 0.75
+LARGEST_TURN_RAD = 0.75
 """Largest turn between two frames, radians: half a second at 1.5 rad/s."""
 
-WANDER = 0.25
+HEADING_NOISE_RAD = 0.25
 """Standard deviation of the heading from the expert's, radians: samples have to cover places off the path."""
 
-TURN_IN_PLACE = 1.0
+TURN_IN_PLACE_RAD = 1.0
 """Heading error above which a drive turns without moving, radians."""
 
 
@@ -61,7 +61,7 @@ class DriveFrame:
         clearance: from the center line of that way to the nearest obstacle or wall, meters.
         kind: where the drive began: "route" near the way between two ends, "tight" near obstacles, "anywhere" in free
             space.
-        frame: number of the sample in its drive, `PERIOD` seconds after the previous one.
+        frame: number of the sample in its drive, `FRAME_PERIOD_S` seconds after the previous one.
     """
 
     pose: Pose
@@ -89,7 +89,7 @@ class Situations:
 
     def __init__(self, layout: Layout) -> None:
         self._layout = layout
-        self._experts = ShortestPaths(layout, COMFORT), ShortestPaths(layout, PLANNING_RADIUS)
+        self._experts = ShortestPaths(layout, COMFORT_M), ShortestPaths(layout, PLANNING_RADIUS)
         self._space = self._experts[1].space
         poses = np.array([pose[:2] for pose in goal_poses(layout).values()]).reshape(-1, 2)
         self._places = poses[self._space.holds(poses)]
@@ -115,7 +115,7 @@ class Situations:
         way = self._way(place, goal)
         yaw: float | None = None
         frames: list[DriveFrame] = []
-        while way is not None and way.length > SHORTEST and len(frames) < most:
+        while way is not None and way.length > SHORTEST_DRIVE_M and len(frames) < most:
             if yaw is None:
                 yaw = _heading(rng, resampled(way.points, PATH_POINTS) - place, way.length)
             frame = self._frame(place, yaw, goal, way, kind, len(frames))
@@ -128,23 +128,23 @@ class Situations:
     def _begin(self, rng: np.random.Generator) -> tuple[Array, Array, Kind]:
         """Draw a place from which a goal can be reached, the goal, and the kind of the place."""
         names, weights = zip(*KINDS, strict=True)
-        for _ in range(ATTEMPTS):
+        for _ in range(MOST_ATTEMPTS):
             route = self._way(self._end(rng), goal := self._end(rng))
-            if route is None or route.length <= 2.0 * SHORTEST:
+            if route is None or route.length <= 2.0 * SHORTEST_DRIVE_M:
                 continue
             kind: Kind = names[int(rng.choice(len(names), p=weights))]
             place = self._near(rng, route) if kind == "route" else self._free(rng, tight=kind == "tight")
             way = self._way(place, goal) if self._space.holds(place[None])[0] else None
-            if way is not None and way.length > SHORTEST:
+            if way is not None and way.length > SHORTEST_DRIVE_M:
                 return place, goal, kind
-        raise LabgymError(f"layout {self._layout.id!r}: none of {ATTEMPTS} random drives is feasible")
+        raise LabgymError(f"layout {self._layout.id!r}: none of {MOST_ATTEMPTS} random drives is feasible")
 
     def _next_pose(self, rng: np.random.Generator, place: Array, yaw: float, points: Array) -> tuple[Array, float]:
-        """Return the pose of a drive `PERIOD` later: a little off a way (n, 2), or on it if that place is not free."""
+        """Return the pose in the next frame: a little off a way (n, 2), or on it if that place is not free."""
         near = _along(points, 0.3) - place
         error = wrap_angle(math.atan2(near[1], near[0]) - yaw)
-        turn = float(np.clip(error + rng.normal(0.0, WANDER), -TURN, TURN))
-        stride = float(rng.uniform(*STRIDES)) if abs(error) < TURN_IN_PLACE else 0.0
+        turn = float(np.clip(error + rng.normal(0.0, HEADING_NOISE_RAD), -LARGEST_TURN_RAD, LARGEST_TURN_RAD))
+        stride = float(rng.uniform(*STRIDES_M)) if abs(error) < TURN_IN_PLACE_RAD else 0.0
         heading = wrap_angle(yaw + turn)
         there = place + stride * np.array([math.cos(heading), math.sin(heading)])
         if self._space.holds(there[None])[0]:
@@ -152,7 +152,7 @@ class Situations:
         there = _along(points, stride)
         if not self._space.holds(there[None])[0]:
             there = place
-        return there, wrap_angle(yaw + float(np.clip(error, -TURN, TURN)))
+        return there, wrap_angle(yaw + float(np.clip(error, -LARGEST_TURN_RAD, LARGEST_TURN_RAD)))
 
     def _frame(self, place: Array, yaw: float, goal: Array, way: ShortestPath, kind: Kind, frame: int) -> DriveFrame:
         return DriveFrame(
@@ -184,7 +184,7 @@ class Situations:
     def _free(self, rng: np.random.Generator, tight: bool) -> Array:
         """Return a random free point, or the one with the least clearance of eight."""
         low, high = self._space.barriers.low, self._space.barriers.high
-        for _ in range(ATTEMPTS):
+        for _ in range(MOST_ATTEMPTS):
             points = low + rng.random((64, 2)) * (high - low)
             free = points[self._space.holds(points)]
             if len(free):

@@ -1,4 +1,4 @@
-"""Digests of classes and functions by their source, and of the variables that they use."""
+"""Digests of classes and functions, also of notebooks, by their source and by the variables that they use."""
 
 from __future__ import annotations
 

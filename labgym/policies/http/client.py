@@ -27,15 +27,15 @@ from labgym.policies.tracking import PathTracker, velocities_to_action
 
 WIDTH, HEIGHT = 640, 360
 """Size of the images that are sent, as in that benchmark."""
-PICTURES = ("PNG", "JPEG", "BMP", "PPM", "TIFF", "WEBP")
+PICTURE_FORMATS = ("PNG", "JPEG", "BMP", "PPM", "TIFF", "WEBP")
 """Formats of a goal's picture; others, such as EPS, would run another program."""
 MAX_PIXELS = 16_000_000
 MAX_POINTS = 2048
-FARTHEST = 50.0
+FARTHEST_POINT_M = 50.0
 """Largest coordinate of a trajectory, meters."""
-MOVING = 0.1
+MOVING_SPEED = 0.1
 """Speed above which a new path continues the previous one, m/s."""
-ARRIVED = 0.03
+ARRIVED_DISTANCE_M = 0.03
 """Distance from a goal point at which the robot stands still, meters."""
 
 
@@ -160,7 +160,7 @@ class HttpPolicy(Policy):
         speed = float(observation["velocity"][0])
         if self._steps % self._replan == 0:
             path = self._path(observation, pose)
-            moving = self._tracker is not None and speed > MOVING
+            moving = self._tracker is not None and speed > MOVING_SPEED
             self._tracker = PathTracker(path, self._robot, turning=not moving) if len(path) > 1 else None
         self._steps += 1
         if self._tracker is None:
@@ -202,7 +202,9 @@ class HttpPolicy(Policy):
             distance, cosine, sine = (float(value) for value in observation["goal"])
             if distance <= self._approach:
                 goal = np.array([[distance * cosine, distance * sine]])
-                return to_world(np.concatenate([np.zeros((1, 2)), goal if distance > ARRIVED else goal[:0]]), pose)
+                return to_world(
+                    np.concatenate([np.zeros((1, 2)), goal if distance > ARRIVED_DISTANCE_M else goal[:0]]), pose
+                )
         return to_start_frame(self._trajectory(observation, pose), pose, self._robot.camera_forward)
 
     def _trajectory(self, observation: Observation, pose: Pose) -> Array:
@@ -254,7 +256,7 @@ def read_picture(path: Path) -> NDArray[np.uint8]:
         OptionError: the file cannot be read as a picture.
     """
     try:
-        with Image.open(path, formats=PICTURES) as picture:
+        with Image.open(path, formats=PICTURE_FORMATS) as picture:
             if picture.width * picture.height > MAX_PIXELS:
                 raise ValueError(f"{picture.width} x {picture.height} pixels, at most {MAX_PIXELS} are read")
             return np.asarray(picture.convert("RGB"), dtype=np.uint8)
@@ -277,6 +279,6 @@ def checked_trajectory(answer: object, source: str) -> Array:
         actual = f"has shape {points.shape}" if points.size else f"is {str(content)[:60]!r}"
         raise ServerError(f"{source}: trajectory {actual}, expected (1, n, 2) or (1, n, 3), n up to {MAX_POINTS}")
     path = points[0, :, :2]
-    if not np.isfinite(path).all() or np.abs(path).max() > FARTHEST:
-        raise ServerError(f"{source}: trajectory is not finite or exceeds {FARTHEST:g} m")
+    if not np.isfinite(path).all() or np.abs(path).max() > FARTHEST_POINT_M:
+        raise ServerError(f"{source}: trajectory is not finite or exceeds {FARTHEST_POINT_M:g} m")
     return path

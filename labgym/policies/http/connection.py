@@ -16,8 +16,8 @@ from labgym.errors import DocumentError, LabgymError, OptionError
 
 MAX_ANSWER = 8 * 1024 * 1024
 """Largest answer, bytes."""
-CONNECT_TIMEOUT = 5.0
-TRANSIENT = (502, 503, 504)
+CONNECT_TIMEOUT_S = 5.0
+TRANSIENT_STATUSES = (502, 503, 504)
 """Status codes after which a request is repeated."""
 
 
@@ -102,7 +102,7 @@ class Connection:
 
     def _attempt(self, path: str, content_type: str, body: bytes, timeout: float) -> Any:
         kind = http.client.HTTPSConnection if self._secure else http.client.HTTPConnection
-        with closing(kind(self._host or "", self._port, timeout=min(timeout, CONNECT_TIMEOUT))) as connection:
+        with closing(kind(self._host or "", self._port, timeout=min(timeout, CONNECT_TIMEOUT_S))) as connection:
             try:
                 connection.connect()
                 connection.sock.settimeout(timeout)
@@ -135,7 +135,7 @@ class Connection:
                 raise ServerError(f"{self.url}{path}: the answer has more than {MAX_ANSWER} bytes")
             if response.length:
                 raise http.client.IncompleteRead(b"", response.length)
-        if response.status in TRANSIENT:
+        if response.status in TRANSIENT_STATUSES:
             raise _TransientError(f"status {response.status}", sent=True)
         if response.status != 200:
             text = answer[:200].decode("utf-8", "replace")

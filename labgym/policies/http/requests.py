@@ -14,7 +14,7 @@ from labgym.policies.policy import GoalKind
 
 MAX_JSON = 1024 * 1024
 """Largest JSON text of a request, bytes."""
-LARGEST = 1e5
+LARGEST_NUMBER = 1e5
 """Largest number in a request: goals, positions and focal lengths beyond it are refused."""
 
 Motion = tuple[tuple[float, float, float] | None, tuple[float, float]]
@@ -76,8 +76,8 @@ def finite_numbers(content: object, name: str) -> Array:
         numbers = np.asarray(content, dtype=np.float64)
     except (TypeError, ValueError):
         numbers = np.array(np.nan)
-    if not np.isfinite(numbers).all() or np.abs(numbers).max(initial=0.0) > LARGEST:
-        raise WireError(f"{name} is not finite numbers of at most {LARGEST:g}")
+    if not np.isfinite(numbers).all() or np.abs(numbers).max(initial=0.0) > LARGEST_NUMBER:
+        raise WireError(f"{name} is not finite numbers of at most {LARGEST_NUMBER:g}")
     return numbers
 
 

@@ -19,19 +19,19 @@ from labgym.policies.http.wire import FULL_SCALE, intrinsic_matrix
 from labgym.policies.policy import EpisodeStart, GoalKind, Observation, Policy
 from labgym.policies.tracking import lengths_along, points_at
 
-REST = 0.02
+REST_DISTANCE_M = 0.02
 """Largest distance between the points of a trajectory that means "stand still", meters."""
 
-POINTS = 24
+TRAJECTORY_POINTS = 24
 """Points of a trajectory; the first point is one step ahead."""
 
-SPACING = 0.1
+POINT_DISTANCE_M = 0.1
 """Distance between the points, meters, if the path is long enough."""
 
-TURN_TIME = 1.0
+TURN_TIME_S = 1.0
 """Look-ahead of a turn in place, seconds: the trajectory points in the direction that the robot faces then."""
 
-STILL = 0.05
+STILL_VELOCITY = 0.05
 """Speed (m/s) and turn rate (rad/s) below which a command counts as standing still."""
 
 
@@ -47,7 +47,7 @@ def to_start_frame(trajectory: Array, pose: Pose, camera_forward: float) -> Arra
         camera_forward: distance from the robot's axis to the lens, meters.
     """
     ahead = trajectory[np.linalg.norm(trajectory, axis=1) > camera_forward]
-    if not len(ahead) and np.linalg.norm(trajectory - trajectory[-1], axis=1).max() > REST:
+    if not len(ahead) and np.linalg.norm(trajectory - trajectory[-1], axis=1).max() > REST_DISTANCE_M:
         ahead = trajectory[-1:]
     return np.concatenate([[pose[:2]], to_world(ahead + np.array([camera_forward, 0.0]), pose)])
 
@@ -161,15 +161,15 @@ def rolled_out(v: float, w: float) -> Array:
     Args:
         v, w: m/s and rad/s.
     """
-    times = ROBOT.control_dt * np.arange(1, POINTS + 1)
-    if abs(v) < STILL and abs(w) < STILL:
-        return np.zeros((POINTS, 3))
-    if abs(v) < STILL:
-        bearing = math.copysign(min(max(abs(w) * TURN_TIME, 0.5), math.pi / 2.0), w)
-        along = np.linspace(1.0 / POINTS, 1.0, POINTS)
+    times = ROBOT.control_dt * np.arange(1, TRAJECTORY_POINTS + 1)
+    if abs(v) < STILL_VELOCITY and abs(w) < STILL_VELOCITY:
+        return np.zeros((TRAJECTORY_POINTS, 3))
+    if abs(v) < STILL_VELOCITY:
+        bearing = math.copysign(min(max(abs(w) * TURN_TIME_S, 0.5), math.pi / 2.0), w)
+        along = np.linspace(1.0 / TRAJECTORY_POINTS, 1.0, TRAJECTORY_POINTS)
         points = along[:, None] * (math.cos(bearing), math.sin(bearing))
     elif abs(w) < 1e-6:
-        points = np.column_stack([v * times, np.zeros(POINTS)])
+        points = np.column_stack([v * times, np.zeros(TRAJECTORY_POINTS)])
     else:
         # Beyond a half circle an arc comes back, and path trackers would cut across it.
         angles = np.clip(w * times, -math.pi, math.pi)
@@ -247,13 +247,13 @@ def _ahead(path: Array, pose: Pose) -> Array:
     """Return the next 24 points of a path after the point nearest to the robot."""
     points = np.asarray(path, dtype=np.float64)
     if len(points) == 1:
-        return np.repeat(points, POINTS, axis=0)
+        return np.repeat(points, TRAJECTORY_POINTS, axis=0)
     length = lengths_along(points)[-1]
     dense = np.linspace(0.0, length, max(2, math.ceil(length / 0.02) + 1))
     fine = points_at(points, dense)
     begin = dense[int(np.argmin(((fine - np.asarray(pose[:2])) ** 2).sum(axis=1)))]
-    step = min(SPACING, (length - begin) / POINTS)
-    return points_at(points, begin + step * np.arange(1, POINTS + 1))
+    step = min(POINT_DISTANCE_M, (length - begin) / TRAJECTORY_POINTS)
+    return points_at(points, begin + step * np.arange(1, TRAJECTORY_POINTS + 1))
 
 
 def _with_headings(points: Array) -> Array:

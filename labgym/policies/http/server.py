@@ -27,7 +27,7 @@ MAX_BODY = 64 * 1024 * 1024
 MAX_BODIES = 2 * MAX_BODY
 """Largest sum of the sizes of all requests that are read or answered at one time, bytes."""
 
-ANSWER_TIME = 30.0
+ANSWER_TIME_S = 30.0
 """Seconds within which a client must read an answer."""
 
 
@@ -198,7 +198,7 @@ class _Handler(BoundedHandler):
 
     def _answer(self, status: HTTPStatus, content: dict[str, Any]) -> None:
         data = json.dumps(content, allow_nan=False).encode()
-        self.connection.settimeout(ANSWER_TIME)
+        self.connection.settimeout(ANSWER_TIME_S)
         self.send_response(status)
         self.send_header("Content-Type", "application/json")
         self.send_header("Content-Length", str(len(data)))

@@ -1,4 +1,4 @@
-"""The connections of a server: bounded in number, each request bounded in time."""
+"""A server whose connections are bounded in number, and whose requests are bounded in time and size."""
 
 from __future__ import annotations
 
@@ -124,7 +124,7 @@ class Budget:
 MAX_CONNECTIONS = 32
 """Largest number of open connections; beyond it, the one that has waited longest for its request is closed."""
 
-REQUEST_TIME = 30.0
+REQUEST_TIME_S = 30.0
 """Seconds within which a whole request must arrive; those before its first byte count."""
 
 
@@ -178,7 +178,7 @@ class BoundedServer(ThreadingHTTPServer):
 
 
 class BoundedHandler(BaseHTTPRequestHandler):
-    """Reads each request within `REQUEST_TIME`; a subclass calls `slots.request_complete` after a body, and answers."""
+    """Reads each request in time; a subclass calls `slots.request_complete` after a body, and answers."""
 
     server: BoundedServer
     server_version = f"labgym/{__version__}"
@@ -194,7 +194,7 @@ class BoundedHandler(BaseHTTPRequestHandler):
 
     def handle_one_request(self) -> None:
         """Read a request within its time limit and answer it."""
-        self._reader.deadline = time.monotonic() + REQUEST_TIME
+        self._reader.deadline = time.monotonic() + REQUEST_TIME_S
         super().handle_one_request()
         self.server.slots.answered(self.connection)
 

@@ -1,4 +1,4 @@
-"""Cost-to-go fields: the length of the robot's shortest path to a goal, from everywhere, differentiable."""
+"""Targets of training paths, and cost-to-go fields: lengths of the robot's shortest paths, differentiable."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from labgym.policies.learned.map_stack import MapStack, to_world
 
 Floats = NDArray[np.float32]
 
-SEED = 2
+SEED_CELLS = 2
 """Free cells get their straight distance to a goal up to this many cells beyond the nearest of them."""
 
-EDGE = 4
+EDGE_CELLS = 4
 """Cells that a field reaches beyond the free space."""
 
-SAME = 0.01
+GOAL_ROUNDING_M = 0.01
 """Goals of a map that are equal when rounded to this are one, meters: each frame has its goal in its own frame."""
 
 
@@ -84,7 +84,7 @@ def cost_to_go(maps: Maps, goals: Array) -> Floats:
     xs, ys = (maps.origin[axis] + (np.arange(count) + 0.5) * maps.resolution for axis, count in ((0, nx), (1, ny)))
     straight = np.hypot(xs - goals[:, 0, None, None], ys[:, None] - goals[:, 1, None, None])
     nearest = np.where(free, straight, np.inf).min(axis=(1, 2))[:, None, None]
-    starts = np.where(straight <= nearest + SEED * maps.resolution, straight, np.inf)
+    starts = np.where(straight <= nearest + SEED_CELLS * maps.resolution, straight, np.inf)
     fields = geodesic_fields(free, starts, maps.resolution)
     return np.stack([_continued(field, maps.resolution) for field in fields]).astype(np.float32)
 
@@ -96,17 +96,17 @@ def goals_of(data: Dataset) -> tuple[tuple[Array, ...], NDArray[np.int64]]:
     """
     local, pose = (torch.from_numpy(array.astype(np.float64)) for array in (data.goal, data.pose))
     ends = to_world(local[:, None], pose)[:, 0].numpy()
-    keys = np.column_stack([data.place, np.rint(ends / SAME).astype(np.int64)])
+    keys = np.column_stack([data.place, np.rint(ends / GOAL_ROUNDING_M).astype(np.int64)])
     _, first, field = np.unique(keys, axis=0, return_index=True, return_inverse=True)
     goals = tuple(ends[first[data.place[first] == place]] for place in range(len(data.maps)))
     return goals, field.reshape(-1).astype(np.int64)
 
 
 def _cropped(maps: Maps) -> Maps:
-    """Return the maps around the free space, with up to `EDGE` cells on every side."""
+    """Return the maps around the free space, with up to `EDGE_CELLS` cells on every side."""
     rows, columns = np.nonzero(maps.distance >= PLANNING_RADIUS)
     (top, bottom), (left, right) = (
-        (max(int(index.min()) - EDGE, 0), int(index.max()) + EDGE + 1) for index in (rows, columns)
+        (max(int(index.min()) - EDGE_CELLS, 0), int(index.max()) + EDGE_CELLS + 1) for index in (rows, columns)
     )
     window = np.s_[top:bottom, left:right]
     origin = maps.origin[0] + left * maps.resolution, maps.origin[1] + top * maps.resolution
@@ -119,7 +119,7 @@ def _continued(field: Array, resolution: float) -> Array:
     return np.asarray(field[tuple(nearest)] + resolution * away)
 
 
-BATCH = 256
+BATCH_SAMPLES = 256
 """Samples whose cost-to-go is looked up at a time: each look-up copies a field."""
 
 
@@ -192,7 +192,7 @@ def targets_of(data: Dataset, options: IPlannerLossOptions) -> Targets:
     goals, index = goals_of(data)
     fields, field = CostToGo(data.maps, goals), torch.from_numpy(index)
     places = torch.from_numpy(data.pose[:, :2])
-    parts = zip(torch.split(places, BATCH), torch.split(field, BATCH), strict=True)
+    parts = zip(torch.split(places, BATCH_SAMPLES), torch.split(field, BATCH_SAMPLES), strict=True)
     start = torch.cat([fields.at(points[:, None], which)[:, 0] for points, which in parts])
     fall = start.clamp(max=options.horizon)
     reach = fall if options.along else torch.from_numpy(straight).clamp(max=options.horizon)

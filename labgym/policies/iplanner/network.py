@@ -1,4 +1,4 @@
-"""The network: a path from one depth image and a goal."""
+"""The network: key points from one depth image and a goal, and the cubic path through them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from labgym.policies.iplanner.config import IPlannerConfig, IPlannerNetworkOptio
 from labgym.policies.learned.encoder import ImageStage, polar_goal
 from labgym.policies.learned.weights import CONFIG, check_size, load_weights, save_weights
 
-POOL = 2
+POOL_PIXELS = 2
 """The image is first averaged over squares of this many pixels, which leaves about one degree per pixel."""
 
 
@@ -89,7 +89,7 @@ class IPlannerNetwork(nn.Module):
             goal: (b, 2) in the robot frame, meters.
         """
         hits = torch.where(depth < RANGE, depth / RANGE, torch.zeros_like(depth))
-        features = self.encoder(functional.avg_pool2d(hits[:, None], POOL))
+        features = self.encoder(functional.avg_pool2d(hits[:, None], POOL_PIXELS))
         polar = polar_goal(goal, RANGE, farthest=1.0)
         spread = self.goal(polar)[:, :, None, None].expand(-1, -1, *features.shape[2:])
         joined = self.join(torch.cat([features, spread], dim=1))

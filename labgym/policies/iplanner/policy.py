@@ -5,66 +5,51 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from pydantic import Field
 
 from labgym.artefacts import artefacts
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.envs.sensors import IMAGE_SHAPE
 from labgym.geometry import Array, to_world
-from labgym.policies.blockage import BlockageDetector
 from labgym.policies.iplanner.network import load_iplanner
 from labgym.policies.learned.maneuvers import (
-    FaceGoal,
-    PathCommitment,
-    StuckDetector,
+    CameraPlanner,
+    ManeuverOptions,
+    Steps,
     TurnInPlace,
     free_side,
     goal_bearing,
     goal_point,
 )
-from labgym.policies.learned.weights import CONFIG, WEIGHTS
 from labgym.policies.options import NonNegative, PolicyOptions
-from labgym.policies.policy import EpisodeStart, Observation, Policy, Sensors
+from labgym.policies.policy import EpisodeStart, Observation, Sensors
 from labgym.policies.tracking import PathTracker, turn_towards
 
-Steps = Annotated[int, Field(ge=1)]
 
-
-class IPlannerOptions(PolicyOptions):
+class IPlannerOptions(ManeuverOptions):
     """How the network's paths become motion.
 
     Attributes:
-        facing: an episode begins with a turn in place until the goal's bearing is within this angle, radians: the
-            camera is 68 degrees wide and the goal may be behind.
         look: control steps between two looks; each look plans a path.
-        commit: distance for which a path is followed before another is taken, meters. While the robot turns to follow
-            a path it keeps it: each view gives another path, and it would oscillate between them.
-        patience: control steps after which another path is taken in any case.
         turn_angle: angle of a turn in place away from an obstacle, radians.
         glance, glance_bearing: after driving `glance` meters with the goal's bearing beyond `glance_bearing` radians,
             the robot turns to the goal and plans there. It takes that path if it leads on rather than back, and else
             continues on the previous path. None never glances.
-        stuck_steps, stuck_distance: the robot turns in place when it has moved less than `stuck_distance` meters over
-            the last `stuck_steps` control steps.
     """
 
-    facing: NonNegative = 0.5
     look: Steps = 2
     commit: NonNegative = 0.6
     patience: Steps = 25
     turn_angle: NonNegative = 0.6
     glance: NonNegative | None = 1.0
     glance_bearing: NonNegative = 0.6
-    stuck_steps: Steps = 30
-    stuck_distance: NonNegative = 0.10
 
 
-class IPlannerPolicy(Policy):
+class IPlannerPolicy(CameraPlanner):
     """Plans a path on one depth image. Its only memory is the path that it follows and where it last faced the goal.
 
     Args:
@@ -93,24 +78,12 @@ class IPlannerPolicy(Policy):
         """Forget the path."""
         self._begin(episode.robot)
 
-    def files(self) -> tuple[Path, ...]:
-        """Return the weights and their configuration."""
-        return self._folder / CONFIG, self._folder / WEIGHTS
-
     def planned_path(self) -> Array | None:
         """Return the path that is followed; None during a turn in place."""
         return None if self._tracker is None or self._turn is not None else self._tracker.path
 
     def _begin(self, robot: RobotSpec) -> None:
-        options = self._options
-        self._robot = robot
-        self._tracker: PathTracker | None = None
-        self._commitment = PathCommitment(options.commit, options.patience)
-        self._step = 0
-        self._facing = FaceGoal(options.facing)
-        self._turn: TurnInPlace | None = None
-        self._stuck = StuckDetector(options.stuck_steps, options.stuck_distance)
-        self._blockage = BlockageDetector(robot)
+        self._begin_maneuvers(robot, self._options)
         self._goal_last_ahead: Array | None = None
         self._glance_from: float | None = None
 

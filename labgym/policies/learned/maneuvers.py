@@ -3,19 +3,68 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Literal
+from pathlib import Path
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field
 
 from labgym.envs.robot import RobotSpec
 from labgym.envs.sensors import IMAGE_SHAPE
 from labgym.geometry import Array
-from labgym.policies.policy import Observation
-from labgym.policies.tracking import turn_towards
+from labgym.policies.blockage import BlockageDetector
+from labgym.policies.learned.weights import CONFIG, WEIGHTS
+from labgym.policies.options import NonNegative, PolicyOptions
+from labgym.policies.policy import Observation, Policy
+from labgym.policies.tracking import PathTracker, turn_towards
 
-ABEAM = 1.0
+ABEAM_RAD = 1.0
 """Bearing beyond which a goal decides the side of a turn, radians."""
+
+
+Steps = Annotated[int, Field(ge=1)]
+
+
+class ManeuverOptions(PolicyOptions):
+    """Options of the maneuvers around the paths of a camera planner.
+
+    Attributes:
+        facing: an episode begins with a turn in place until the goal's bearing is within this angle, radians: the
+            camera is 68 degrees wide and the goal may be behind.
+        commit: distance for which a path is followed before another is taken, meters: each view gives another path,
+            between which the robot would oscillate.
+        patience: control steps after which another is taken in any case.
+        stuck_steps, stuck_distance: the robot turns in place when it has moved less than `stuck_distance` meters over
+            the last `stuck_steps` control steps.
+    """
+
+    facing: NonNegative = 0.5
+    commit: NonNegative
+    patience: Steps
+    stuck_steps: Steps = 30
+    stuck_distance: NonNegative = 0.10
+
+
+class CameraPlanner(Policy):
+    """A trained planner with a camera: the folder of its weights, and the state of its maneuvers."""
+
+    _folder: Path
+
+    def files(self) -> tuple[Path, ...]:
+        """Return the weights and their configuration."""
+        return self._folder / CONFIG, self._folder / WEIGHTS
+
+    def _begin_maneuvers(self, robot: RobotSpec, options: ManeuverOptions) -> None:
+        """Begin an episode without a path."""
+        self._robot = robot
+        self._tracker: PathTracker | None = None
+        self._commitment = PathCommitment(options.commit, options.patience)
+        self._step = 0
+        self._facing = FaceGoal(options.facing)
+        self._turn: TurnInPlace | None = None
+        self._stuck = StuckDetector(options.stuck_steps, options.stuck_distance)
+        self._blockage = BlockageDetector(robot)
 
 
 def goal_point(observation: Observation) -> tuple[float, float]:
@@ -37,7 +86,7 @@ def free_side(depth: NDArray[np.floating[Any]], bearing: float) -> float:
         depth: (72, 128) planar meters.
         bearing: bearing of the goal, radians.
     """
-    if abs(bearing) > ABEAM:
+    if abs(bearing) > ABEAM_RAD:
         return math.copysign(1.0, bearing)
     half = IMAGE_SHAPE[1] // 2
     return 1.0 if depth[:, :half].mean() >= depth[:, half:].mean() else -1.0

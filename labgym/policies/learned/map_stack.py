@@ -1,4 +1,4 @@
-"""Maps of many layouts in one tensor, sampled at points of a batch."""
+"""Maps of many layouts in one tensor, sampled at points of a batch, and the frames of robots on them."""
 
 from __future__ import annotations
 

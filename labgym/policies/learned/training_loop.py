@@ -1,4 +1,4 @@
-"""The training loop of the planners: epochs over a dataset, resumable after each."""
+"""Training of the planners as resumable runs: identity, folder, and epochs over a dataset."""
 
 from __future__ import annotations
 

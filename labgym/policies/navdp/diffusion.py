@@ -1,4 +1,4 @@
-"""Diffusion over trajectories: adding noise for training, denoising for planning."""
+"""Diffusion over trajectories: their steps, noise for training, denoising with guidance, and sampling."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from labgym.policies.distance_field import DistanceField
 from labgym.policies.navdp.config import DiffusionOptions
 from labgym.policies.navdp.network import Bytes, NavDPNetwork
 
-REPEATS = 4
+GRADIENT_STEPS = 4
 """Gradient steps in one denoising step."""
 
-SMOOTH = 4
+SMOOTHING_POINTS = 4
 """A point's push moves its neighbors too, by shares that fall to 0 over this many points."""
 
 
@@ -52,7 +52,7 @@ class Guidance:
         """Return steps (n, points, 3) after some gradient steps, in [-1, 1]; the turns stay."""
         points = steps[..., :2].numpy().astype(np.float64).cumsum(axis=1) / self.scale
         smoothing = _smoothing(points.shape[1])
-        for _ in range(REPEATS):
+        for _ in range(GRADIENT_STEPS):
             points = points + smoothing @ self.push(points)
         moved = np.diff(points, axis=1, prepend=np.zeros((len(points), 1, 2))) * self.scale
         xy = torch.from_numpy(moved).to(steps.dtype).clamp(-1.0, 1.0)
@@ -71,8 +71,8 @@ class Guidance:
 def _smoothing(count: int) -> Array:
     """Return the matrix (count, count) that smooths pushes along a trajectory, weaker near the robot."""
     apart = np.abs(np.arange(count)[:, None] - np.arange(count))
-    kernel = np.maximum(1.0 - apart / SMOOTH, 0.0) / SMOOTH
-    return np.asarray(np.minimum(np.arange(1, count + 1) / SMOOTH, 1.0)[:, None] * kernel)
+    kernel = np.maximum(1.0 - apart / SMOOTHING_POINTS, 0.0) / SMOOTHING_POINTS
+    return np.asarray(np.minimum(np.arange(1, count + 1) / SMOOTHING_POINTS, 1.0)[:, None] * kernel)
 
 
 MIRROR_STEP = torch.tensor([1.0, -1.0, -1.0])

@@ -20,7 +20,7 @@ from labgym.policies.navdp.network import Bytes, frame, load_navdp
 from labgym.runs.manifest import file_digest
 from labgym.scenes import RayScene
 
-SAMPLES = 6
+TRAJECTORIES = 6
 """Trajectories that are drawn in a frame."""
 
 
@@ -67,6 +67,6 @@ class _Guide:
         rgb, depth = self._camera.colour_and_depth(self._rays, seen.pose)
         self._frames.append(frame(rgb, depth, options.shrink))
         frames = [self._frames[0]] * (options.memory - len(self._frames)) + list(self._frames)
-        drawn = self._sampler.draw(frames, seen.goal, SAMPLES, 0.0, self._generator)
+        drawn = self._sampler.draw(frames, seen.goal, TRAJECTORIES, 0.0, self._generator)
         best = drawn.trajectories[int(np.argmax(drawn.values))]
         return np.vstack([np.zeros((1, 2)), best])

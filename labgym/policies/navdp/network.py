@@ -1,4 +1,4 @@
-"""The network: from frames and a goal, the noise in a trajectory or the value of a trajectory."""
+"""The network: from camera frames and a goal, the noise in a trajectory or the value of a trajectory."""
 
 from __future__ import annotations
 
@@ -16,27 +16,27 @@ from labgym.policies.learned.encoder import ImageStage, polar_goal
 from labgym.policies.learned.weights import CONFIG, check_size, load_weights, save_weights
 from labgym.policies.navdp.config import GROUPS, NavDPConfig
 
-HALVED = 2
+DEFAULT_SHRINK = 2
 """Default factor by which frames are smaller than the camera's images."""
 
-NEAREST, FARTHEST = 0.1, 5.0
+NEAREST_DEPTH_M, FARTHEST_DEPTH_M = 0.1, 5.0
 """Range of valid depths, meters; nearer and farther ones become 0, as published."""
 
 Bytes = NDArray[np.uint8]
 
-GOAL_REACH = 10.0
+GOAL_REACH_M = 10.0
 """Goal coordinates are clipped to this, meters."""
 
 GOAL_SLOTS = 3
 """Tokens of the goal; with the token of the time they precede those of the frames."""
 
 
-def frame_shape(shrink: int = HALVED) -> tuple[int, int]:
+def frame_shape(shrink: int = DEFAULT_SHRINK) -> tuple[int, int]:
     """Return rows and columns of frames that are smaller than the camera's images by a factor."""
     return IMAGE_SHAPE[0] // shrink, IMAGE_SHAPE[1] // shrink
 
 
-def frame(rgb: Bytes, depth: NDArray[np.floating], shrink: int = HALVED) -> Bytes:
+def frame(rgb: Bytes, depth: NDArray[np.floating], shrink: int = DEFAULT_SHRINK) -> Bytes:
     """Return a frame (h, w, 4): red, green, blue, and depth in steps of 2 cm, 0 for none.
 
     Args:
@@ -45,8 +45,8 @@ def frame(rgb: Bytes, depth: NDArray[np.floating], shrink: int = HALVED) -> Byte
     size = frame_shape(shrink)[::-1]
     color = cv2.resize(rgb, size, interpolation=cv2.INTER_AREA)
     distance = cv2.resize(np.asarray(depth, dtype=np.float32), size, interpolation=cv2.INTER_AREA)
-    valid = (distance >= NEAREST) & (distance <= FARTHEST)
-    coded = np.where(valid, np.rint(distance / FARTHEST * 255.0), 0.0).astype(np.uint8)
+    valid = (distance >= NEAREST_DEPTH_M) & (distance <= FARTHEST_DEPTH_M)
+    coded = np.where(valid, np.rint(distance / FARTHEST_DEPTH_M * 255.0), 0.0).astype(np.uint8)
     return np.dstack([color, coded])
 
 
@@ -107,7 +107,7 @@ class NavDPNetwork(nn.Module):
         """
         hidden = torch.zeros(len(noisy), 1 + GOAL_SLOTS + tokens.shape[1], dtype=torch.bool)
         hidden[:, 1 : 1 + GOAL_SLOTS] = ~with_goal[:, None]
-        goals = self.goal(polar_goal(goal.clamp(-GOAL_REACH, GOAL_REACH), GOAL_REACH))[:, None] + self.goal_slot
+        goals = self.goal(polar_goal(goal.clamp(-GOAL_REACH_M, GOAL_REACH_M), GOAL_REACH_M))[:, None] + self.goal_slot
         memory = torch.cat([self.time(time)[:, None], goals, tokens], dim=1)
         read = self.decoder(self.step(noisy) + self.step_place, memory, self.causal, memory_key_padding_mask=hidden)
         noise: Tensor = self.noise_head(read)

@@ -18,53 +18,42 @@ from labgym.envs.sensors import IMAGE_SHAPE
 from labgym.geometry import Array, to_world
 from labgym.navigation import Pose
 from labgym.policies.arrival import planar_pose
-from labgym.policies.blockage import BlockageDetector
-from labgym.policies.data.situations import PERIOD
+from labgym.policies.data.situations import FRAME_PERIOD_S
 from labgym.policies.distance_field import DistanceField
 from labgym.policies.learned.maneuvers import (
-    FaceGoal,
-    PathCommitment,
-    StuckDetector,
+    CameraPlanner,
+    ManeuverOptions,
+    Steps,
     TurnInPlace,
     free_side,
     goal_bearing,
     goal_point,
 )
-from labgym.policies.learned.weights import CONFIG, WEIGHTS
 from labgym.policies.navdp.diffusion import DrawnTrajectories, Guidance, TrajectorySampler
 from labgym.policies.navdp.network import Bytes, frame, load_navdp
 from labgym.policies.navdp.seen_obstacles import SeenObstacles, checked_velocities, clear_ways
 from labgym.policies.options import NonNegative, PolicyOptions
-from labgym.policies.policy import EpisodeStart, GoalKind, Observation, Policy, Sensors
+from labgym.policies.policy import EpisodeStart, GoalKind, Observation, Sensors
 from labgym.policies.tracking import PathTracker, turn_towards, velocities_to_action
 
-Steps = Annotated[int, Field(ge=1)]
-
-
-SIGHT = 4.5
+TRAJECTORY_RANGE_M = 4.5
 """Distance up to which obstacles count for trajectories, meters: more than the longest one."""
 
-NEXT = 1.5
+CHECK_RANGE_M = 1.5
 """Distance up to which they count for the next control steps, meters: more than the robot needs to brake."""
 
 
-class NavDPOptions(PolicyOptions):
+class NavDPOptions(ManeuverOptions):
     """How drawn trajectories become motion.
 
     Attributes:
         samples: number of trajectories drawn at a time.
         choose: "critic" follows the trajectory with the highest value, "first" the first one drawn.
-        facing: an episode begins with a turn in place until the goal's bearing is within this angle, radians: the
-            camera is 68 degrees wide and the goal may be behind.
-        commit: distance for which a trajectory is followed before others are drawn, meters.
-        commit_after_turn: the same for the first trajectory after a turn, which leads away from the goal.
-        patience: control steps after which others are drawn in any case.
+        commit_after_turn: the distance for the first trajectory after a turn, which leads away from the goal.
         shortest: shorter trajectories mean "stop", meters.
         stop: value below which no trajectory is safe and the robot turns in place; None never turns for that reason.
         turn_angle: angle of a turn before trajectories are drawn again, radians.
         turn_steps: control steps after which a turn ends in any case, because something may block it.
-        stuck_steps, stuck_distance: the robot turns in place when it has moved less than `stuck_distance` meters over
-            the last `stuck_steps` control steps.
         remembers: whether the network sees earlier frames. False shows the present frame in their place.
         veto: distances that a trajectory has to keep from all obstacles seen so far, meters, in order: the next one
             counts if no trajectory keeps the previous one. Empty follows trajectories by the critic's value alone.
@@ -81,7 +70,6 @@ class NavDPOptions(PolicyOptions):
 
     samples: Steps = 12
     choose: Literal["critic", "first"] = "critic"
-    facing: NonNegative = 0.5
     commit: NonNegative = 0.5
     commit_after_turn: NonNegative = 1.2
     patience: Steps = 20
@@ -89,8 +77,6 @@ class NavDPOptions(PolicyOptions):
     stop: float | None = -1.5
     turn_angle: NonNegative = 0.5
     turn_steps: Steps = 12
-    stuck_steps: Steps = 30
-    stuck_distance: NonNegative = 0.10
     remembers: bool = True
     veto: tuple[NonNegative, ...] = (0.42, 0.36, 0.30)
     veto_ahead: NonNegative = 1.2
@@ -106,7 +92,7 @@ class NavDPOptions(PolicyOptions):
         return bool(self.veto) or bool(self.check) or self.guided > 0
 
 
-class NavDPPolicy(Policy):
+class NavDPPolicy(CameraPlanner):
     """Sees color and depth of the present and up to a second ago, and draws trajectories to the goal by diffusion.
 
     A map of the obstacles that the depth camera has shown, in the frame of the odometry, vetoes trajectories, guides
@@ -143,28 +129,17 @@ class NavDPPolicy(Policy):
         """Forget all frames, trajectories and obstacles."""
         self._begin(episode.robot, int(episode.rng.integers(2**62)), episode.goal_kind == "point", episode.task.noise)
 
-    def files(self) -> tuple[Path, ...]:
-        """Return the weights and their configuration."""
-        return self._folder / CONFIG, self._folder / WEIGHTS
-
     def planned_path(self) -> Array | None:
         """Return the path that is followed; None during a turn in place."""
         return None if self._tracker is None else self._tracker.path
 
     def _begin(self, robot: RobotSpec, seed: int, with_goal: bool = True, noisy: bool = False) -> None:
-        options = self._options
-        self._robot, self._with_goal = robot, with_goal
+        self._begin_maneuvers(robot, self._options)
+        self._with_goal = with_goal
         self._generator = torch.Generator().manual_seed(seed)
-        self._stride = max(1, round(PERIOD / robot.control_dt))
+        self._stride = max(1, round(FRAME_PERIOD_S / robot.control_dt))
         memory = self._config.network.memory
         self._frames: deque[Bytes] = deque(maxlen=(memory - 1) * self._stride + 1)
-        self._tracker: PathTracker | None = None
-        self._commitment = PathCommitment(options.commit, options.patience)
-        self._step = 0
-        self._facing = FaceGoal(options.facing)
-        self._turn: TurnInPlace | None = None
-        self._stuck = StuckDetector(options.stuck_steps, options.stuck_distance)
-        self._blockage = BlockageDetector(robot)
         self._blocked = False
         self._seen = SeenObstacles(robot, noisy)
 
@@ -218,7 +193,7 @@ class NavDPPolicy(Policy):
         If the map vetoes all trajectories that the critic holds safe, others are drawn.
         """
         options = self._options
-        clearance = self._seen.around(pose[:2], SIGHT) if options.maps else None
+        clearance = self._seen.around(pose[:2], TRAJECTORY_RANGE_M) if options.maps else None
         guidance = None
         if clearance is not None and options.guided:
             scale = self._config.diffusion.scale
@@ -245,7 +220,7 @@ class NavDPPolicy(Policy):
         v, w = self._robot.twist(float(action[0]), float(action[1]))
         if not self._options.check or v <= 0.0:
             return action
-        clearance = self._seen.around(pose[:2], NEXT)
+        clearance = self._seen.around(pose[:2], CHECK_RANGE_M)
         slow, turn = 0.0, w
         for radius in self._options.check:
             slow, turn = checked_velocities((v, w), velocity, pose, clearance, radius, self._robot)

@@ -1,4 +1,4 @@
-"""Obstacles that the camera has seen, also those that have left its view, and the distances to them."""
+"""Obstacles that the camera has seen, and checks of trajectories and control steps against them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from labgym.navigation import OccupancyGrid, Pose
 from labgym.policies.depth_map import DepthMap
 from labgym.policies.distance_field import DistanceField
 
-REACH = 2.0 * RANGE
+MAP_REACH_M = 2.0 * RANGE
 """The map covers this distance along x and y on both sides of its center, meters."""
 
 
@@ -31,7 +31,7 @@ class SeenObstacles:
 
     def __init__(self, robot: RobotSpec = ROBOT, noisy: bool = False) -> None:
         self._robot, self._noisy = robot, noisy
-        self._map = DepthMap(REACH, robot, noisy=noisy)
+        self._map = DepthMap(MAP_REACH_M, robot, noisy=noisy)
         self._centre = np.zeros(2)
 
     def add(self, depth: NDArray[np.floating], pose: Pose) -> None:
@@ -41,7 +41,7 @@ class SeenObstacles:
             depth: planar depth, 72 x 128 meters. pose: (x, y, yaw) of the robot.
         """
         away = np.array(pose[:2]) - self._centre
-        if np.abs(away).max() > REACH - RANGE:
+        if np.abs(away).max() > MAP_REACH_M - RANGE:
             self._follow(np.round(away / self._map.resolution) * self._map.resolution)
         self._map.add(depth, (pose[0] - self._centre[0], pose[1] - self._centre[1], pose[2]))
 
@@ -57,26 +57,26 @@ class SeenObstacles:
 
     def _follow(self, shift: Array) -> None:
         """Move the center of the map by whole cells, (2,) meters."""
-        grid = self._map.window((0.0, 0.0), REACH)
+        grid = self._map.window((0.0, 0.0), MAP_REACH_M)
         rows, columns = np.nonzero(grid.occupied)
         xs, ys = grid.centres()
-        self._map = DepthMap(REACH, self._robot, noisy=self._noisy)
+        self._map = DepthMap(MAP_REACH_M, self._robot, noisy=self._noisy)
         self._map.occupy(np.column_stack([xs[columns], ys[rows]]) - shift)
         self._centre = self._centre + shift
 
 
 Velocity = tuple[float, float]
 
-SPACING = 0.05
+CHECK_SPACING_M = 0.05
 """Distance between the places at which a way is checked, at most, meters."""
 
-SLACK = 0.01
+CLEARANCE_SLACK_M = 0.01
 """A robot that is nearer to an obstacle than it should be may come nearer by this, meters: the cells are coarse."""
 
-TIMES = 2
+STEPS_PER_CONTROL = 2
 """Number of times in a control step at which the motion is computed."""
 
-SHARES = (1.0, 0.75, 0.5, 0.25)
+SPEED_SHARES = (1.0, 0.75, 0.5, 0.25)
 """Shares of the wanted speed that are tried before the robot stops."""
 
 
@@ -93,11 +93,11 @@ def clear_ways(ways: Array, clearance: DistanceField, radius: float, ahead: floa
     """
     step = np.diff(ways, axis=1)
     lengths = np.sqrt((step**2).sum(axis=2))
-    pieces = max(1, math.ceil(float(lengths.max(initial=0.0)) / SPACING))
+    pieces = max(1, math.ceil(float(lengths.max(initial=0.0)) / CHECK_SPACING_M))
     shares = np.arange(1, pieces + 1) / pieces
     places = ways[:, :-1, None] + shares[:, None] * step[:, :, None]
     driven = (np.cumsum(lengths, axis=1) - lengths)[..., None] + shares * lengths[..., None]
-    needed = np.minimum(radius, clearance.at(ways[:, 0]) - SLACK)[:, None, None]
+    needed = np.minimum(radius, clearance.at(ways[:, 0]) - CLEARANCE_SLACK_M)[:, None, None]
     return np.asarray(((clearance.at(places) >= needed) | (driven > ahead)).all(axis=(1, 2)))
 
 
@@ -119,7 +119,7 @@ def checked_velocities(
     v, w = wanted
     if v <= 0.0:
         return wanted
-    for share in SHARES:
+    for share in SPEED_SHARES:
         way = braking_way((share * v, share * w), present, pose, robot)
         if clear_ways(way[None], clearance, radius, math.inf)[0]:
             return share * v, share * w
@@ -136,10 +136,10 @@ def braking_way(wanted: Velocity, present: Velocity, pose: Pose, robot: RobotSpe
     """
     x, y, yaw = pose
     v, w = present
-    dt = robot.control_dt / TIMES
+    dt = robot.control_dt / STEPS_PER_CONTROL
     places = [(x, y)]
-    for k in range(TIMES + math.ceil(robot.v_max / robot.acceleration / dt) + 1):
-        target = wanted[0] if k < TIMES else 0.0
+    for k in range(STEPS_PER_CONTROL + math.ceil(robot.v_max / robot.acceleration / dt) + 1):
+        target = wanted[0] if k < STEPS_PER_CONTROL else 0.0
         v += min(max(target - v, -robot.acceleration * dt), robot.acceleration * dt)
         w += min(max(wanted[1] - w, -robot.turn_acceleration * dt), robot.turn_acceleration * dt)
         yaw += w * dt

@@ -1,4 +1,4 @@
-"""Training of the NavDP-style network, from the dataset to the weights."""
+"""Training of the NavDP-style network: samples in memory, losses, and the weights."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The warm start: the network imitates the expert on the states that it visits itself (DAgger, Ross et al. 2011)."""
+"""The warm start: the network imitates a privileged expert on the states that it visits (DAgger, Ross et al. 2011)."""
 
 from __future__ import annotations
 
@@ -24,23 +24,23 @@ from labgym.policies.ppo.options import PPOOptions
 from labgym.policies.ppo.practice import PracticeEnv
 from labgym.policies.tracking import PathTracker, turn_towards
 
-STRAY = 0.30
+REPLAN_DISTANCE_M = 0.30
 """Distance from its path beyond which the expert replans, meters."""
 
-COMFORT = 0.50
+COMFORT_M = 0.50
 """Clearance beyond which more has no benefit, meters."""
 
 AVERSION = 2.0
-"""Extra cost per meter at the planning radius compared with `COMFORT`, as a multiple of length."""
+"""Extra cost per meter at the planning radius compared with `COMFORT_M`, as a multiple of length."""
 
-SMOOTHING = 7
+SMOOTHING_CELLS = 7
 """Cells over which a path is averaged."""
 
 Cell = tuple[int, int]
 
 Floats = NDArray[np.float32]
 
-NUDGE = 0.3
+ACTION_NOISE = 0.3
 """Standard deviation of the noise on the driver's actions, so that states off the path are visited."""
 
 
@@ -51,7 +51,7 @@ class Atlas:
         grid = occupancy(layout)
         self._grid = grid.dilated(PLANNING_RADIUS)
         self._inside = np.argwhere(~self._grid.occupied)
-        lack = np.clip((COMFORT - clearance_field(grid)) / (COMFORT - PLANNING_RADIUS), 0.0, 1.0)
+        lack = np.clip((COMFORT_M - clearance_field(grid)) / (COMFORT_M - PLANNING_RADIUS), 0.0, 1.0)
         self._graph = grid_graph(self._grid, 1.0 + AVERSION * lack**2)
         self._next: dict[Cell, NDArray[np.int32]] = {}
 
@@ -107,7 +107,7 @@ class Expert:
             pose: (x, y, yaw).
             speed: forward velocity, m/s.
         """
-        if task is not self._task or (self._path is not None and _distance(self._path, *pose[:2]) > STRAY):
+        if task is not self._task or (self._path is not None and _distance(self._path, *pose[:2]) > REPLAN_DISTANCE_M):
             if task.layout.id not in self._atlases:
                 self._atlases[task.layout.id] = Atlas(task.layout)
             self._task = task
@@ -118,11 +118,11 @@ class Expert:
 
 def _smooth(path: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return a path (n, 2) averaged over neighboring points, its ends kept."""
-    if len(path) < SMOOTHING:
+    if len(path) < SMOOTHING_CELLS:
         return path
-    half = SMOOTHING // 2
+    half = SMOOTHING_CELLS // 2
     padded = np.concatenate([np.repeat(path[:1], half, 0), path, np.repeat(path[-1:], half, 0)])
-    kernel = np.full(SMOOTHING, 1.0 / SMOOTHING)
+    kernel = np.full(SMOOTHING_CELLS, 1.0 / SMOOTHING_CELLS)
     return np.column_stack([np.convolve(padded[:, axis], kernel, mode="valid") for axis in range(2)])
 
 
@@ -201,7 +201,7 @@ def _drive(
             dtype=np.float32,
         )
         own, _ = learner.predict(vectors, deterministic=True)
-        noisy = np.where(student[:, None], own, actions) + rng.normal(0.0, NUDGE, actions.shape)
+        noisy = np.where(student[:, None], own, actions) + rng.normal(0.0, ACTION_NOISE, actions.shape)
         inputs.append(vectors)
         labels.append(actions)
         vectors, reward, done, infos = environments.step(np.clip(noisy, -1.0, 1.0).astype(np.float32))

@@ -1,4 +1,4 @@
-"""Training drives: between the places of a laboratory and between points of its floor."""
+"""Training layouts, and drives between the places of a laboratory and between points of its floor."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from labgym.navigation import PLANNING_RADIUS, GoalPair, goal_pairs, goal_poses,
 from labgym.navigation.goals import ANYWHERE, resolve_protocol, same_place
 from labgym.runs import ExecutorOptions, RunFolder, Shard, ShardOutput, run_shards
 
-PER_SHARD = 5
+LAYOUTS_PER_SHARD = 5
 
 POOL_MB = 4096.0
 """Default budget for the prepared layouts of a pool, megabytes: 120 rooms take 0.2 GB with the lidar, 2.4 GB with
@@ -40,7 +40,7 @@ def layout_pool(
         executor: where the layouts are generated.
         progress: whether to show a progress bar while layouts are generated.
     """
-    parts = [range(first, min(first + PER_SHARD, count)) for first in range(0, count, PER_SHARD)]
+    parts = [range(first, min(first + LAYOUTS_PER_SHARD, count)) for first in range(0, count, LAYOUTS_PER_SHARD)]
     shards = [Shard(f"layouts {part[0]:05d}", make_layouts, (seed, part), len(part)) for part in parts]
     outputs = run_shards(
         shards, run, executor, "training layouts", "layout", {"catalog": catalog_digest}, progress=progress

@@ -16,13 +16,13 @@ from labgym.policies.policy import Observation
 
 Floats = NDArray[np.float32]
 
-REACH = 20.0
+MEMORY_REACH_M = 20.0
 """Distance from the start of a drive within which obstacles are remembered, meters."""
 
-WIDEST = 6
+MOST_DIRECTIONS = 6
 """Largest number of directions that an obstacle covers on either side of its center."""
 
-STEP = 2.0 * math.pi / LIDAR_RAYS
+DIRECTION_STEP_RAD = 2.0 * math.pi / LIDAR_RAYS
 
 
 class RememberedObstacles:
@@ -32,7 +32,7 @@ class RememberedObstacles:
     """
 
     def __init__(self) -> None:
-        self._map = DepthMap(REACH)
+        self._map = DepthMap(MEMORY_REACH_M)
         self._cells = np.empty((0, 2))
 
     def ranges(self, picture: NDArray[np.floating], pose: Pose) -> Floats:
@@ -50,10 +50,12 @@ class RememberedObstacles:
         distances = np.hypot(x, y)
         near = distances < RANGE
         distances = distances[near]
-        directions = np.rint((np.arctan2(y[near], x[near]) - pose[2] + math.pi) / STEP).astype(np.intp)
+        directions = np.rint((np.arctan2(y[near], x[near]) - pose[2] + math.pi) / DIRECTION_STEP_RAD).astype(np.intp)
         ranges = np.full(LIDAR_RAYS, RANGE)
         np.minimum.at(ranges, directions % LIDAR_RAYS, distances)
-        covered = np.minimum(self._map.resolution / 2.0 / np.maximum(distances, 1e-6) / STEP, WIDEST).astype(np.intp)
+        covered = np.minimum(
+            self._map.resolution / 2.0 / np.maximum(distances, 1e-6) / DIRECTION_STEP_RAD, MOST_DIRECTIONS
+        ).astype(np.intp)
         for aside in range(1, int(covered.max(initial=0)) + 1):
             wide = covered >= aside
             for offset in (-aside, aside):
@@ -65,21 +67,21 @@ Sensor = Literal["lidar", "depth"]
 
 Vector = NDArray[np.float32]
 
-TRAIL = (5, 10, 20, 40, 80, 160)
+TRAIL_STEPS = (5, 10, 20, 40, 80, 160)
 """Ages of the past positions, control steps."""
 
 GOAL, VELOCITY = 3, 2
 
-STATE = GOAL + VELOCITY + 2 * len(TRAIL)
+STATE = GOAL + VELOCITY + 2 * len(TRAIL_STEPS)
 """Length of the vector's first part, which is the same for every sensor."""
 
 SPEED = GOAL
 """Index of the forward velocity, m/s."""
 
-POOL = 4
+POOL_PIXELS = 4
 """A depth image is reduced to the nearest depth of each square of this many pixels."""
 
-SMALL_IMAGE = (IMAGE_SHAPE[0] // POOL, IMAGE_SHAPE[1] // POOL)
+SMALL_IMAGE = (IMAGE_SHAPE[0] // POOL_PIXELS, IMAGE_SHAPE[1] // POOL_PIXELS)
 
 SIZES: dict[Sensor, int] = {
     "lidar": STATE + LIDAR_RAYS,
@@ -124,7 +126,7 @@ class DriveMemory:
         self._first = self._first or (x, y, yaw)
         self._places.append((x, y))
         last = len(self._places) - 1
-        trail = np.array([self._places[max(last - steps, 0)] for steps in TRAIL])
+        trail = np.array([self._places[max(last - steps, 0)] for steps in TRAIL_STEPS])
         parts = [observation["goal"], observation["velocity"], to_local(trail, (x, y, yaw)).ravel()]
         if self._surroundings is None:
             parts.append(observation["lidar"])
@@ -132,5 +134,7 @@ class DriveMemory:
             picture = np.asarray(observation["depth"]).reshape(IMAGE_SHAPE)
             here = to_local(np.array([(x, y)]), self._first)[0].tolist()
             parts.append(self._surroundings.ranges(picture, (here[0], here[1], yaw - self._first[2])))
-            parts.append(picture.reshape(SMALL_IMAGE[0], POOL, SMALL_IMAGE[1], POOL).min(axis=(1, 3)).ravel())
+            parts.append(
+                picture.reshape(SMALL_IMAGE[0], POOL_PIXELS, SMALL_IMAGE[1], POOL_PIXELS).min(axis=(1, 3)).ravel()
+            )
         return np.concatenate(parts).astype(np.float32)

@@ -15,9 +15,9 @@ FEATURES = 192
 HIDDEN = 128
 """Width of the layer between encoder and action."""
 
-NEAR = 0.5
+NEARNESS_LENGTH_M = 0.5
 """Decay length of nearness, meters."""
-TRAIL_SCALE = 3.0
+TRAIL_SCALE_M = 3.0
 """Scale of the past positions, meters."""
 
 
@@ -67,9 +67,9 @@ class Encoder(nn.Module):
         goal, velocity, trail, ranges, picture = torch.split(vectors, sizes, dim=1)
         distance, cosine, sine = torch.split(goal, 1, dim=1)
         towards = torch.cos(self.angles) * cosine + torch.sin(self.angles) * sine
-        channels = [ranges / RANGE, torch.exp(-ranges / NEAR), towards, torch.tanh(ranges - distance)]
+        channels = [ranges / RANGE, torch.exp(-ranges / NEARNESS_LENGTH_M), towards, torch.tanh(ranges - distance)]
         scan = self.scan(torch.stack(channels, dim=1))
-        parts = [distance / RANGE, torch.exp(-distance), cosine, sine, velocity, trail / TRAIL_SCALE]
+        parts = [distance / RANGE, torch.exp(-distance), cosine, sine, velocity, trail / TRAIL_SCALE_M]
         if self.picture is not None:
             depth = picture.view(-1, 1, *SMALL_IMAGE)
             parts.append(self.picture(torch.cat([depth / RANGE, torch.exp(-depth)], dim=1)))

@@ -10,8 +10,8 @@ from collections.abc import Callable, Set
 from dataclasses import dataclass
 from pathlib import Path
 
-PAGE = os.sysconf("SC_PAGE_SIZE")
-PATIENCE = 5.0
+PAGE_BYTES = os.sysconf("SC_PAGE_SIZE")
+KILL_PATIENCE_S = 5.0
 """Longest time that killed processes are waited for, seconds."""
 
 
@@ -41,7 +41,7 @@ def processes() -> dict[int, Process]:
             with contextlib.suppress(OSError, ValueError, IndexError):
                 fields = Path(entry.path, "stat").read_bytes().rpartition(b")")[2].split()
                 pid, parent = int(entry.name), int(fields[1])
-                table[pid] = Process(pid, parent, fields[0] in (b"Z", b"X"), int(fields[21]) * PAGE)
+                table[pid] = Process(pid, parent, fields[0] in (b"Z", b"X"), int(fields[21]) * PAGE_BYTES)
     return table
 
 
@@ -71,7 +71,7 @@ def kill_all(selected: Callable[[dict[int, Process]], Set[int]]) -> None:
     Args:
         selected: returns the ids to kill among all processes.
     """
-    deadline = time.monotonic() + PATIENCE
+    deadline = time.monotonic() + KILL_PATIENCE_S
     while time.monotonic() < deadline:
         table = processes()
         running = [pid for pid in selected(table) if pid in table and not table[pid].ended]

@@ -1,4 +1,4 @@
-"""The evaluator's view of a policy that runs in a separate process."""
+"""The evaluator's view of a policy in a separate process, which pieces of work of a thread share."""
 
 from __future__ import annotations
 

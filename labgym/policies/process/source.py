@@ -1,4 +1,4 @@
-"""The source of a policy for its process: a name with options, or a copy of an object."""
+"""The source of a policy for its process: a name with options or a copy of an object, and the files that it needs."""
 
 from __future__ import annotations
 

@@ -15,7 +15,14 @@ from labgym.errors import LabgymError
 from labgym.geometry import Array, compose, to_world, wrap_angle
 from labgym.navigation import Pose
 from labgym.navigation.search_kernel import prepare
-from labgym.policies.arrival import AT_REST, DOCK_ANGLE, DOCK_DISTANCE, SETTLED, GoalArrival, planar_pose
+from labgym.policies.arrival import (
+    DOCK_ANGLE_RAD,
+    DOCK_DISTANCE_M,
+    DOCK_REST_STEPS,
+    REST_VELOCITIES,
+    GoalArrival,
+    planar_pose,
+)
 from labgym.policies.dwa import lidar_points
 from labgym.policies.gentle import GentleCommands, GentleLimits
 from labgym.policies.policy import EpisodeStart, GroundTruth, Observation, Policy, Sensors
@@ -130,15 +137,17 @@ class StackPolicy(Policy):
             return False
         pose = compose(self._localizer.pose, (0.0, 0.0, 0.0))
         velocity = observation["velocity"]
-        resting = abs(float(velocity[0])) <= AT_REST[0] and abs(float(velocity[1])) <= AT_REST[1]
+        resting = abs(float(velocity[0])) <= REST_VELOCITIES[0] and abs(float(velocity[1])) <= REST_VELOCITIES[1]
         if self._docking:
             goal = self._station.goal
             resting = resting and self._parked is not None and self._parked.ended
-            near = math.dist(pose[:2], goal[:2]) < DOCK_DISTANCE and abs(wrap_angle(pose[2] - goal[2])) < DOCK_ANGLE
+            near = (
+                math.dist(pose[:2], goal[:2]) < DOCK_DISTANCE_M and abs(wrap_angle(pose[2] - goal[2])) < DOCK_ANGLE_RAD
+            )
         else:
             near = self._stopping and math.dist(pose[:2], self._goal[:2]) < self._arrival.radius
         self._rested = self._rested + 1 if resting and near else 0
-        return self._rested > (SETTLED if self._docking else 2)
+        return self._rested > (DOCK_REST_STEPS if self._docking else 2)
 
     def planned_path(self) -> Array | None:
         """Return the path that is followed, in the map's frame."""
