@@ -11,7 +11,7 @@ from labgym.assets.model import Asset
 from labgym.quantities import value_of
 from labgym.units import spellings
 
-TOLERANCE = 0.05
+SIZE_TOLERANCE_SHARE = 0.05
 """Relative difference up to which two sizes count as the same: a 5 ft hood is 1.5 m wide."""
 
 Dimension = Literal["volume", "length", "frequency"]
@@ -90,7 +90,7 @@ def size_note(asset: Asset, size: StatedSize) -> str:
 
 
 def _is_same(one: float, other: float) -> bool:
-    return abs(one - other) <= TOLERANCE * other
+    return abs(one - other) <= SIZE_TOLERANCE_SHARE * other
 
 
 def _volume(value: float) -> str:

@@ -22,7 +22,7 @@ from labgym.assets.qualifiers import QualifiedName, is_aqueous, is_hydrate, of_e
 from labgym.documents import Document
 
 MAX_QUERY = 200
-NEAR = 0.4
+MIN_SIMILARITY = 0.4
 """Least similarity at which an asset is listed as near to a text."""
 
 _SPELLINGS = str.maketrans({"α": "alpha", "β": "beta", "γ": "gamma", "μ": "u", "µ": "u"})
@@ -120,11 +120,6 @@ class SynonymIndex:
             for form in _variants(asset):
                 self._forms.setdefault(normalise(form), (asset.name, form))
 
-    def lookup(self, text: str) -> str | None:
-        """Return the canonical name that a text means, or None if nothing, or no single asset, is near."""
-        match = self.match(text)
-        return None if match is None else match.name
-
     def match(self, text: str) -> Match | None:
         """Return the asset that a text means and how it was found, or None if nothing, or no single asset, is near.
 
@@ -152,17 +147,17 @@ class SynonymIndex:
         best: dict[str, Match] = {}
         for query in dict.fromkeys((normalise(text), normalise(of_substance(text[:MAX_QUERY])[1].name))):
             near = process.extract(
-                query, self._forms.keys(), scorer=Indel.normalized_similarity, limit=3 * count, score_cutoff=NEAR
+                query,
+                self._forms.keys(),
+                scorer=Indel.normalized_similarity,
+                limit=3 * count,
+                score_cutoff=MIN_SIMILARITY,
             )
             for form, score, _ in near if query else ():
                 name, written = self._forms[form]
                 if name not in best or best[name].score < score:
                     best[name] = Match(name, written, "fuzzy", score)
         return tuple(sorted(best.values(), key=lambda match: (-match.score, match.name))[:count])
-
-    def nearest(self, text: str, count: int = 5) -> tuple[str, ...]:
-        """Return the canonical names whose surface forms are nearest to a text, best first."""
-        return tuple(match.name for match in self.candidates(text, count))
 
     @cached_property
     def _phrases(self) -> PhraseIndex:

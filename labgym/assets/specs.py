@@ -14,9 +14,6 @@ from pydantic import AfterValidator, Field, SerializerFunctionWrapHandler, model
 
 from labgym.documents import Record
 
-REFERENCE_TEMPERATURE = 20.0
-"""Temperature at which heating and cooling ranges begin and states of matter are given, degrees Celsius."""
-
 
 def _ordered(pair: tuple[float, float]) -> tuple[float, float]:
     if not pair[0] < pair[1]:

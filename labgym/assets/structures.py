@@ -128,11 +128,6 @@ def _standardised(structure: Any, smiles: str) -> Any:
             raise StructureError(f"{smiles[:60]!r} cannot be brought to a canonical form") from None
 
 
-def same_substance(first: str, second: str) -> bool:
-    """Return whether two SMILES are spellings of one substance; `canonical` lists the differences that are ignored."""
-    return canonical(first) == canonical(second)
-
-
 def reagent_of(smiles: str, reagents: Iterable[Asset]) -> Asset | None:
     """Return the reagent that has a structure, or None; of several packs of one substance, that of the core set.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from labgym.assets.checks import DENSITY
+from labgym.assets.checks import DENSITY_RANGE_KG_M3
 from labgym.assets.forge.facts import Facts, standing, top_surface
 from labgym.assets.forge.matching import as_words, camel, is_amount, telling, volume_of
 from labgym.assets.forge.record import Origin, origin
@@ -14,15 +14,15 @@ from labgym.assets.search import normalise
 from labgym.assets.specs import Specifications
 
 VESSEL = "vessel"
-BULK = 300.0
+BULK_DENSITY_KG_M3 = 300.0
 """Mass over bounding box of an unknown object, kg/m3."""
-HEAVIEST = 5000.0
-INHERITED = (
+MAX_MASS_KG = 5000.0
+DEVICE_SPECIFICATIONS = (
     *("heating_C", "cooling_C", "flame_C", "rotation_rpm", "power_W", "ultimate_mbar", "water_L_min"),
     *("capacity_g", "resolution_g", "measures_C", "features"),
 )
 """Specifications that a device shares with the entry that it resembles, independent of size."""
-OF_WARE = ("withstands_C",)
+WARE_SPECIFICATIONS = ("withstands_C",)
 """Specifications that ware shares with an entry of the same material."""
 
 
@@ -158,7 +158,11 @@ def _specify(facts: Facts, draft: EntryDraft) -> None:
     source = origin("default")
     if like is not None and like.kind != "reagent":
         same = like.category == draft.fields["category"]
-        specs = {name: value for name, value in like.specs.items() if name in INHERITED or (same and name in OF_WARE)}
+        specs = {
+            name: value
+            for name, value in like.specs.items()
+            if name in DEVICE_SPECIFICATIONS or (same and name in WARE_SPECIFICATIONS)
+        }
         source = origin("catalogue", f"like {like.name}", 0.6)
     volume = volume_of(facts.label)
     if volume and draft.fields["kind"] != "facility":
@@ -176,8 +180,8 @@ def _rounded(size: Size) -> Size:
 def _mass(facts: Facts) -> float:
     size, like = facts.size, facts.like
     box = size.width * size.depth * size.height
-    density = like.mass / (like.size.width * like.size.depth * like.size.height) if like else BULK
-    return min(max(float(f"{density * box:.3g}"), 1.01 * DENSITY[0] * box, 1e-6), HEAVIEST)
+    density = like.mass / (like.size.width * like.size.depth * like.size.height) if like else BULK_DENSITY_KG_M3
+    return min(max(float(f"{density * box:.3g}"), 1.01 * DENSITY_RANGE_KG_M3[0] * box, 1e-6), MAX_MASS_KG)
 
 
 BASE_CONFIDENCE = {"high": 0.95, "medium": 0.85, "low": 0.7}

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import Field, create_model
 
 from labgym.assets.catalog import Catalog
-from labgym.assets.checks import MIN_TEXT
+from labgym.assets.checks import MIN_CHARACTERS
 from labgym.assets.forge.drafting import EntryDraft, free_name, write_caption
 from labgym.assets.forge.facts import Facts
 from labgym.assets.forge.record import Share, origin
@@ -125,7 +125,7 @@ def take(answer: Described, facts: Facts, draft: EntryDraft) -> None:
         synonyms = _extended(draft.fields[name], texts, facts)
         if len(synonyms) > len(draft.fields[name]):
             draft.put(name, synonyms, semantic)
-    short = len(answer.description) < MIN_TEXT
+    short = len(answer.description) < MIN_CHARACTERS
     text = f"{answer.description} {draft.fields['description']}" if short else answer.description
     draft.put("description", text, semantic)
     write_caption(draft)

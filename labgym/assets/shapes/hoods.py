@@ -16,6 +16,7 @@ from labgym.assets.shapes.parts import (
     Part,
     Point,
     block,
+    collar,
     column,
     cylinder,
     ellipsoid,
@@ -159,15 +160,9 @@ def _ports(asset: Asset, x: tuple[float, float], face: float, edge: float, z: fl
     for k in range(ports):
         middle = x[0] + (k + 0.5) * pitch
         middle += 0.12 * (1.0 if middle < (x[0] + x[1]) / 2.0 else -1.0) if ports == 2 else 0.0
-        ring = [
-            (bore * 0.40, 0.0),
-            (bore * 0.56, 0.0),
-            (bore * 0.56, edge - face + 0.008),
-            (bore * 0.40, edge - face + 0.008),
-            (bore * 0.40, 0.0),
-        ]
-        # The profile's axis runs along +y, so the ring stands out of the window.
-        yield revolved("plastic_black", ring, (middle, face - 0.008, z), ALONG_Y)
+        # The axis runs along +y, so the ring stands out of the window.
+        reach = (0.0, edge - face + 0.008)
+        yield collar("plastic_black", (bore * 0.40, bore * 0.56), reach, (middle, face - 0.008, z), ALONG_Y)
         yield cylinder("glove", bore * 0.80, 0.012, (middle, face + 0.002, z), ALONG_Y)
         yield ellipsoid("glove", (bore * 0.6, 0.036, bore * 0.6), (middle, face - 0.004, z))
 

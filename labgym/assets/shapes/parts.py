@@ -170,6 +170,15 @@ def revolved(
     return Part("revolve", (0.0, 0.0, 0.0), at, quaternion, material, tuple(points))
 
 
+def collar(
+    material: str, radii: Point, z: Point, at: Vector = (0.0, 0.0, 0.0), quaternion: Quaternion = UPRIGHT
+) -> Part:
+    """A ring about the part's z axis between an inner and an outer radius, over a span of heights."""
+    (inner, outer), (low, high) = radii, z
+    profile = [(inner, low), (outer, low), (outer, high), (inner, high), (inner, low)]
+    return revolved(material, profile, at, quaternion)
+
+
 def band(material: str, diameter: float, z: Point, x: float = 0.0, y: float = 0.0) -> Part:
     """A label or mark round a revolved body: turned with as many sides as the body, so that it never dips into it."""
     radius = diameter / 2.0

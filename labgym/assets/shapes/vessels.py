@@ -13,6 +13,7 @@ from labgym.assets.shapes.parts import (
     Point,
     Vector,
     band,
+    collar,
     column,
     cylinder,
     ellipsoid,
@@ -168,16 +169,7 @@ def beaker(asset: Asset) -> Iterator[Part]:
         yield column("thick_glass", 2.0 * radius, 0.0, 0.0, (top, height))
         yield column("silica", 0.7 * radius, 0.0, 0.0, (0.004, height * 0.75))
     else:
-        yield revolved(
-            "paper",
-            [
-                (0.962 * radius, height * 0.62),
-                (0.965 * radius, height * 0.62),
-                (0.965 * radius, height * 0.64),
-                (0.962 * radius, height * 0.64),
-                (0.962 * radius, height * 0.62),
-            ],
-        )
+        yield collar("paper", (0.962 * radius, 0.965 * radius), (height * 0.62, height * 0.64))
 
 
 @shape("cylinder_measure")
