@@ -53,14 +53,14 @@ def nominal_size(asset: Asset, dimension: Dimension) -> float | None:
     """Return the size of an asset in the catalog: capacity (mL), width or diameter (m), or frequency (MHz)."""
     specs = asset.specs
     if dimension == "volume":
-        litres = specs.chamber_L or specs.storage_L
-        return specs.capacity_mL or (None if litres is None else 1000.0 * litres)
+        liters = specs.chamber_L or specs.storage_L
+        return specs.capacity_mL or (None if liters is None else 1000.0 * liters)
     if dimension == "frequency":
         return specs.proton_MHz
     if asset.kind == "facility":
         return asset.size.width
-    millimetres = specs.diameter_mm or specs.jacket_mm
-    return None if millimetres is None else millimetres / 1000.0
+    millimeters = specs.diameter_mm or specs.jacket_mm
+    return None if millimeters is None else millimeters / 1000.0
 
 
 def of_size(family: Sequence[Asset], size: StatedSize) -> Asset:

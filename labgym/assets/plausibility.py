@@ -128,11 +128,11 @@ def contents_fit(asset: Asset) -> Iterator[Fault]:
     box = 1000.0 * size.width * size.depth * size.height
     if hollow is not None:
         box = 1000.0 * hollow.width * hollow.depth * (hollow.z1 - hollow.z0)
-    for name, litres in LITERS_PER_UNIT.items():
+    for name, liters in LITERS_PER_UNIT.items():
         value = getattr(asset.specs, name)
         if value is None:
             continue
-        volume = value * litres
+        volume = value * liters
         if volume > box:
             yield name, f"{volume:.3g} L does not fit into its {'hollow' if hollow else 'box'} of {box:.3g} L"
         elif asset.category in WARE_LIMITS_C and volume < MIN_FILL_SHARE * box and asset.subtype != "reactor":

@@ -74,7 +74,7 @@ def canonical(smiles: str) -> str:
     from rdkit import Chem
 
     with _quiet():
-        return str(Chem.MolToSmiles(_standardised(structure, smiles)))
+        return str(Chem.MolToSmiles(_standardized(structure, smiles)))
 
 
 def standard(smiles: str) -> Any:
@@ -112,7 +112,7 @@ def _as_ions(structure: Any) -> Any:
     return result
 
 
-def _standardised(structure: Any, smiles: str) -> Any:
+def _standardized(structure: Any, smiles: str) -> Any:
     from rdkit import Chem
     from rdkit.Chem.MolStandardize import rdMolStandardize
 

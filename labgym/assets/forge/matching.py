@@ -210,9 +210,9 @@ class _Index:
         match = self._catalog.match(text)
         return None if match is None else _Evidence([self._catalog.get(match.name)], MISSPELLING_CONFIDENCE, text)
 
-    def of_volume(self, evidence: _Evidence, millilitres: float | None) -> Iterable[Asset]:
+    def of_volume(self, evidence: _Evidence, milliliters: float | None) -> Iterable[Asset]:
         """Return the entries that can hold a volume: of "centrifuge 50 ml" the centrifuge tube, not the centrifuge."""
-        if millilitres is None or any(asset.kind == "reagent" or asset.specs.volume_mL for asset in evidence.assets):
+        if milliliters is None or any(asset.kind == "reagent" or asset.specs.volume_mL for asset in evidence.assets):
             return evidence.assets
         stems = tuple(asset.name for asset in evidence.assets)
         vessels = [asset for asset in self._catalog if asset.name.startswith(stems) and asset.specs.volume_mL]

@@ -103,10 +103,10 @@ def _usual(catalog: Catalog, like: Asset | None, spread: float) -> Bounds | None
 
 
 def _volume(like: Asset | None, stem: str) -> tuple[float, float] | None:
-    millilitres = volume_of(stem)
-    if millilitres is None or like is None or like.specs.volume_mL is None:
+    milliliters = volume_of(stem)
+    if milliliters is None or like is None or like.specs.volume_mL is None:
         return None
-    return BOX_PER_VOLUME[0] * millilitres * 1e-6, BOX_PER_VOLUME[1] * millilitres * 1e-6
+    return BOX_PER_VOLUME[0] * milliliters * 1e-6, BOX_PER_VOLUME[1] * milliliters * 1e-6
 
 
 def _remedy(file: MeshFile, sides: Extents, limits: _Limits, like: Asset | None) -> str:

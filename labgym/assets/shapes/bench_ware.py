@@ -141,7 +141,7 @@ def stand(asset: Asset) -> Iterator[Part]:
         yield column("plastic_grey", 0.03, 0.0, 0.0, (0.018, height * 0.85))
         yield column("plastic_grey", width * 0.72, 0.0, 0.0, (height * 0.78, height * 0.82))
         yield sphere("plastic_dark", 0.04, (0.0, 0.0, height * 0.86))
-        for k, colour in enumerate(
+        for k, color in enumerate(
             ("abs_blue", "abs_red", "safety_yellow", "abs_green", "plastic_white", "poison_purple")
         ):
             angle = k * math.pi / 3.0
@@ -150,7 +150,7 @@ def stand(asset: Asset) -> Iterator[Part]:
                 "polypropylene", [(0.0012, height * 0.12), (0.004, height * 0.36), (0.006, height * 0.5)], (x, y, 0.0)
             )
             yield rounded("plastic_white", span(0.012, x), span(0.014, y), (height * 0.48, height * 0.93), 0.008)
-            yield column(colour, 0.015, x, y, (height * 0.93, height))
+            yield column(color, 0.015, x, y, (height * 0.93, height))
     else:
         yield rounded("cast_iron", span(hw), span(hd), (0.0, 0.014), 0.012)
         yield column("stainless", 0.012, 0.0, -hd + 0.03, (0.014, height))
