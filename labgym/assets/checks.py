@@ -16,7 +16,7 @@ from labgym.assets.compatibility import rulebook
 from labgym.assets.inference.bottle import CATEGORY as INFERRED_CATEGORY
 from labgym.assets.model import SHELL, Asset
 from labgym.assets.plausibility import faults, size_problem
-from labgym.assets.search import normalise, surface_forms
+from labgym.assets.search import normalize, surface_forms
 
 TOLERANCE_M = 1e-6
 MIN_CHARACTERS = 30
@@ -159,7 +159,7 @@ def names_are_unique(catalog: Catalog) -> Iterator[CatalogProblem]:
     owners: dict[str, set[str]] = defaultdict(set)
     for asset in catalog:
         for form in surface_forms(asset):
-            owners[normalise(form)].add(asset.name)
+            owners[normalize(form)].add(asset.name)
     for form, names in owners.items():
         if len(names) > 1 or not form:
             yield CatalogProblem(min(names), "synonyms", f"{form!r} means {', '.join(sorted(names))}")

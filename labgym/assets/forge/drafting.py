@@ -10,7 +10,7 @@ from labgym.assets.forge.facts import Facts, standing, top_surface
 from labgym.assets.forge.matching import as_words, camel, is_amount, telling, volume_of
 from labgym.assets.forge.record import Origin, origin
 from labgym.assets.model import Asset, Hazards, Kind, Size
-from labgym.assets.search import normalise
+from labgym.assets.search import normalize
 from labgym.assets.specs import Specifications
 
 VESSEL = "vessel"
@@ -118,16 +118,16 @@ def _synonyms(facts: Facts, draft: EntryDraft) -> None:
 
 def free_name(facts: Facts, name: str, kind: Kind) -> str:
     """Return a name that is not a name or synonym of another entry, with a suffix if it would be."""
-    if normalise(name) in facts.taken:
+    if normalize(name) in facts.taken:
         name += "Bottle" if kind == "reagent" else "Mesh"
-    return name + facts.digest[:6].upper() if normalise(name) in facts.taken else name
+    return name + facts.digest[:6].upper() if normalize(name) in facts.taken else name
 
 
 def _untaken(texts: list[str], taken: frozenset[str]) -> tuple[str, ...]:
     """Return the texts that are not names of another entry, each spelling once."""
     free: dict[str, str] = {}
     for text in texts:
-        form = normalise(text)
+        form = normalize(text)
         if form and form not in taken:
             free.setdefault(form, text[:60])
     return tuple(free.values())

@@ -13,7 +13,7 @@ from labgym.assets.forge.looks import substance
 from labgym.assets.forge.matching import NOISE, Resemblance, telling
 from labgym.assets.meshes import MeshFile, PhysicalMesh
 from labgym.assets.model import Asset, Kind, Placing, Size, Surface
-from labgym.assets.search import normalise, surface_forms
+from labgym.assets.search import normalize, surface_forms
 
 TALL_M, LONG_M = 0.6, 1.6
 """Height and longest side, meters, beyond which an unknown object stands on the floor."""
@@ -59,7 +59,7 @@ class Facts:
     @cached_property
     def taken(self) -> frozenset[str]:
         """Names and synonyms of the catalog's entries, normalized."""
-        return frozenset(normalise(form) for asset in self.catalog for form in surface_forms(asset))
+        return frozenset(normalize(form) for asset in self.catalog for form in surface_forms(asset))
 
     @property
     def label(self) -> str:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from labgym.assets.catalog import Catalog
 from labgym.assets.model import Asset
 from labgym.assets.qualifiers import is_neutral, qualifiers
-from labgym.assets.search import normalise, surface_forms
+from labgym.assets.search import normalize, surface_forms
 
 _NOISE = """
     model mesh object obj geo geom geometry default root world scene untitled final copy export exported low
@@ -168,10 +168,10 @@ class _Index:
         self._catalog = catalog
         self._forms: dict[str, list[Asset]] = defaultdict(list)
         self._heads: dict[str, list[Asset]] = defaultdict(list)
-        generic = {normalise(word) for word in qualifiers().descriptors}
+        generic = {normalize(word) for word in qualifiers().descriptors}
         for asset in catalog.roles:
             for form in surface_forms(asset):
-                self._forms[normalise(form)].append(asset)
+                self._forms[normalize(form)].append(asset)
             head = _singular(telling(asset.name)[-1])
             if asset.kind != "reagent" and head.isalpha() and head not in generic:
                 self._heads[head].append(asset)
@@ -185,7 +185,7 @@ class _Index:
         for length in range(min(len(words), MAX_PHRASE), 0, -1):
             for start in range(len(words) - length, -1, -1):
                 run, before, after = words[start : start + length], words[:start], words[start + length :]
-                form = normalise("".join(run))
+                form = normalize("".join(run))
                 partial = bool(before or after)
                 if not form or is_amount("".join(run)) or (partial and len(form) < MIN_NAME_LETTERS and form.isascii()):
                     continue
@@ -225,5 +225,5 @@ def _is_modifier(word: str) -> bool:
 
 
 def _singular(word: str) -> str:
-    plain = normalise(word)
+    plain = normalize(word)
     return plain[:-1] if plain.endswith("s") and not plain.endswith("ss") and len(plain) > MIN_NAME_LETTERS else plain

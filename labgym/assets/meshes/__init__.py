@@ -1,7 +1,7 @@
 """Mesh files: read safely, converted to meters and z up, then to the frame of an asset."""
 
 from labgym.assets.meshes.model import LIMITS, MeshError, MeshFile, MeshLimits, MeshPart, PhysicalMesh
-from labgym.assets.meshes.physical import normalise
+from labgym.assets.meshes.physical import normalize
 from labgym.assets.meshes.reading import FORMATS, UNITS, read_mesh
 
 __all__ = [
@@ -13,6 +13,6 @@ __all__ = [
     "MeshLimits",
     "MeshPart",
     "PhysicalMesh",
-    "normalise",
+    "normalize",
     "read_mesh",
 ]
