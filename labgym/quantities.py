@@ -18,9 +18,9 @@ ROOM_TEMPERATURE = 22.0
 """Meaning of "room temperature" in a text, degrees Celsius."""
 ROOM_RANGE = (18.0, 30.0)
 """Temperatures, degrees Celsius, that need neither heating nor cooling."""
-OVERNIGHT = 960.0
+OVERNIGHT_MIN = 960.0
 """Meaning of "overnight" in a text, minutes."""
-ATMOSPHERE = 1.01325
+ATMOSPHERE_BAR = 1.01325
 """Standard atmosphere, bar; gauge pressures are above it."""
 
 AMOUNTS: tuple[Dimension, ...] = ("mass", "volume", "substance", "ratio")
@@ -224,7 +224,7 @@ def duration(text: str) -> float | None:
     first = next(_conditions(_duration_pattern(), "time", text, 2), None)
     if first is not None:
         return first.value
-    return OVERNIGHT if _OVERNIGHT.search(text) else None
+    return OVERNIGHT_MIN if _OVERNIGHT.search(text) else None
 
 
 def _conditions(pattern: re.Pattern[str], dimension: Dimension, text: str, digits: int) -> Iterator[StatedCondition]:
@@ -290,7 +290,7 @@ def _spoken_number(text: str) -> float:
 
 
 def _absolute(bar: float, spelling: str) -> float:
-    return round(bar + ATMOSPHERE, 9) if spelling in _GAUGE else bar
+    return round(bar + ATMOSPHERE_BAR, 9) if spelling in _GAUGE else bar
 
 
 _SINGLE_SPELLINGS: Mapping[tuple[Dimension, str], str] = {

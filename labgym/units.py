@@ -13,7 +13,7 @@ from functools import lru_cache
 from types import MappingProxyType
 from typing import Any, Literal
 
-DROP = 0.05
+DROP_ML = 0.05
 """Volume of a drop, mL (20 drops per mL, the convention of pharmacopoeias)."""
 
 Dimension = Literal["mass", "volume", "substance", "ratio", "temperature", "pressure", "time", "length", "frequency"]
@@ -199,5 +199,5 @@ def _registry() -> Any:
     import pint
 
     registry: Any = pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
-    registry.define(f"drop = {DROP} * milliliter")
+    registry.define(f"drop = {DROP_ML} * milliliter")
     return registry

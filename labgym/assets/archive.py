@@ -24,7 +24,7 @@ SHAPE = "mesh"
 SAFE_NAME = re.compile(r"meshes/[A-Za-z0-9]{2,64}-[0-9a-f]{12}\.npz")
 MAX_BYTES = 128 * 1024**2
 """Largest size of geometry, also when unpacked; two million vertices and faces take 48 MB."""
-SAME_SIZE = 1e-3
+SAME_SIZE_M = 1e-3
 """Largest difference, in meters, between the extents of geometry and a size that it agrees with."""
 
 
@@ -140,7 +140,7 @@ def _fitted(geometry: Geometry, asset: Asset) -> Geometry:
     corners = np.concatenate([piece.vertices for piece in geometry.pieces])
     extents = np.ptp(corners, axis=0)
     size = np.array([asset.size.width, asset.size.depth, asset.size.height])
-    factor = np.where(np.abs(size - extents) > SAME_SIZE, size / np.maximum(extents, 1e-9), 1.0)
+    factor = np.where(np.abs(size - extents) > SAME_SIZE_M, size / np.maximum(extents, 1e-9), 1.0)
     if (factor == 1.0).all():
         return geometry
     pieces = tuple(MeshPiece(piece.vertices * factor, piece.faces, piece.material) for piece in geometry.pieces)

@@ -149,10 +149,7 @@ class Catalog:
         Raises:
             UnknownNameError: nothing is near enough; lists the nearest.
         """
-        name = self._index.lookup(text) if isinstance(text, str) else None
-        if name is None:
-            raise self._unknown(text)
-        return self._by_name[name]
+        return self._by_name[self.require(text).name]
 
     def match(self, text: str) -> Match | None:
         """Return the asset that a free text names and how it was found, or None where `find` would refuse."""
@@ -164,7 +161,7 @@ class Catalog:
         Raises:
             UnknownNameError: nothing is near enough; lists the nearest five.
         """
-        match = self.match(text)
+        match = self.match(text) if isinstance(text, str) else None
         if match is None:
             raise self._unknown(text)
         return match
@@ -175,7 +172,7 @@ class Catalog:
 
     def nearest(self, text: str, count: int = 5) -> tuple[str, ...]:
         """Return the canonical names whose names or synonyms are spelled most like a text, best first."""
-        return self._index.nearest(text, count)
+        return tuple(match.name for match in self.candidates(text, count))
 
     def of_kind(self, kind: Kind) -> tuple[Asset, ...]:
         """Return the assets of a kind."""

@@ -16,15 +16,15 @@ from labgym.assets.compatibility import rulebook
 from labgym.assets.inference.bottle import CATEGORY as INFERRED_CATEGORY
 from labgym.assets.model import SHELL, Asset
 from labgym.assets.plausibility import faults, size_problem
-from labgym.assets.search import normalise, surface_forms
+from labgym.assets.search import normalize, surface_forms
 
-TOLERANCE = 1e-6
-MIN_TEXT = 30
+TOLERANCE_M = 1e-6
+MIN_CHARACTERS = 30
 """Least length of a description or caption, characters: shorter ones are not specific."""
-DENSITY = (0.5, 8000.0)
+DENSITY_RANGE_KG_M3 = (0.5, 8000.0)
 """Bounds of mass over bounding box, kg/m3: a gas balloon to solid steel."""
 
-ALIKE = ("kind", "category", "subtype", "placing", "hazards", "storage_class", "heat_class", "fume_hood")
+SHARED_FIELDS = ("kind", "category", "subtype", "placing", "hazards", "storage_class", "heat_class", "fume_hood")
 """Fields that a variant shares with the asset in whose place it stands."""
 
 
@@ -60,17 +60,17 @@ def sizes_are_plausible(asset: Asset) -> Iterator[CatalogProblem]:
     if problem is not None:
         yield CatalogProblem(asset.name, "size", problem)
     density = asset.mass / (asset.size.width * asset.size.depth * asset.size.height)
-    if not DENSITY[0] <= density <= DENSITY[1]:
+    if not DENSITY_RANGE_KG_M3[0] <= density <= DENSITY_RANGE_KG_M3[1]:
         yield CatalogProblem(
-            asset.name, "mass", f"{asset.mass:g} kg in its box is {density:.3g} kg/m3; expected {DENSITY}"
+            asset.name, "mass", f"{asset.mass:g} kg in its box is {density:.3g} kg/m3; expected {DENSITY_RANGE_KG_M3}"
         )
 
 
 def texts_are_complete(asset: Asset) -> Iterator[CatalogProblem]:
     """Yield short descriptions and captions, and missing names in English or Chinese."""
     for field in ("description", "caption"):
-        if len(getattr(asset, field).strip()) < MIN_TEXT:
-            yield CatalogProblem(asset.name, field, f"shorter than {MIN_TEXT} characters")
+        if len(getattr(asset, field).strip()) < MIN_CHARACTERS:
+            yield CatalogProblem(asset.name, field, f"shorter than {MIN_CHARACTERS} characters")
     for field in ("synonyms_en", "synonyms_zh"):
         if not getattr(asset, field):
             yield CatalogProblem(asset.name, field, "empty; give at least one")
@@ -80,9 +80,9 @@ def surfaces_fit(asset: Asset) -> Iterator[CatalogProblem]:
     """Yield surfaces outside the outline of a solid asset or the cavity of a hollow one, or above its fittings."""
     size, cavity = asset.size, asset.cavity
     if cavity is not None:
-        within = abs(cavity.x) + cavity.width / 2.0 <= size.width / 2.0 + TOLERANCE
-        within &= abs(cavity.y) + cavity.depth / 2.0 <= size.depth / 2.0 + TOLERANCE
-        within &= 0.0 <= cavity.z0 < cavity.z1 <= size.height + TOLERANCE
+        within = abs(cavity.x) + cavity.width / 2.0 <= size.width / 2.0 + TOLERANCE_M
+        within &= abs(cavity.y) + cavity.depth / 2.0 <= size.depth / 2.0 + TOLERANCE_M
+        within &= 0.0 <= cavity.z0 < cavity.z1 <= size.height + TOLERANCE_M
         if not within:
             yield CatalogProblem(asset.name, "cavity", "reaches outside the bounding box")
         if not asset.surfaces:
@@ -92,9 +92,9 @@ def surfaces_fit(asset: Asset) -> Iterator[CatalogProblem]:
     if cavity is not None:
         x, y, width, depth, top = cavity.x, cavity.y, cavity.width, cavity.depth, cavity.z1
     for slot, surface in enumerate(asset.surfaces):
-        inside = abs(surface.x - x) + surface.width / 2.0 <= width / 2.0 + TOLERANCE
-        inside &= abs(surface.y - y) + surface.depth / 2.0 <= depth / 2.0 + TOLERANCE
-        if not inside or surface.z > top + TOLERANCE or (cavity is not None and surface.z < cavity.z0 - TOLERANCE):
+        inside = abs(surface.x - x) + surface.width / 2.0 <= width / 2.0 + TOLERANCE_M
+        inside &= abs(surface.y - y) + surface.depth / 2.0 <= depth / 2.0 + TOLERANCE_M
+        if not inside or surface.z > top + TOLERANCE_M or (cavity is not None and surface.z < cavity.z0 - TOLERANCE_M):
             yield CatalogProblem(asset.name, f"surfaces.{slot}", "lies outside the outline or the cavity")
 
 
@@ -104,9 +104,9 @@ def headrooms_fit(asset: Asset) -> Iterator[CatalogProblem]:
         return
     levels = sorted(surface.z for surface in asset.surfaces)
     for slot, surface in enumerate(asset.surfaces):
-        above = [level - SHELL for level in levels if level > surface.z + TOLERANCE]
+        above = [level - SHELL for level in levels if level > surface.z + TOLERANCE_M]
         ceiling = min([*above, asset.cavity.z1])
-        if surface.headroom is None or surface.z + surface.headroom > ceiling + TOLERANCE:
+        if surface.headroom is None or surface.z + surface.headroom > ceiling + TOLERANCE_M:
             yield CatalogProblem(asset.name, f"surfaces.{slot}.headroom", f"must end at {ceiling:g} m or lower")
 
 
@@ -159,7 +159,7 @@ def names_are_unique(catalog: Catalog) -> Iterator[CatalogProblem]:
     owners: dict[str, set[str]] = defaultdict(set)
     for asset in catalog:
         for form in surface_forms(asset):
-            owners[normalise(form)].add(asset.name)
+            owners[normalize(form)].add(asset.name)
     for form, names in owners.items():
         if len(names) > 1 or not form:
             yield CatalogProblem(min(names), "synonyms", f"{form!r} means {', '.join(sorted(names))}")
@@ -176,7 +176,7 @@ def variants_agree(catalog: Catalog) -> Iterator[CatalogProblem]:
         if role is None or role.variant_of is not None:
             yield CatalogProblem(asset.name, "variant_of", f"{asset.variant_of!r} must be an asset that is no variant")
             continue
-        for field in ALIKE:
+        for field in SHARED_FIELDS:
             if getattr(asset, field) != getattr(role, field):
                 yield CatalogProblem(asset.name, field, f"differs from that of {role.name}, of which it is a variant")
 

@@ -28,9 +28,9 @@ Flag = Literal[
 ]
 FLAGS: tuple[Flag, ...] = get_args(Flag)
 
-FLASH_LIMIT = 60.0
+FLASH_LIMIT_C = 60.0
 """Highest closed-cup flash point of a flammable liquid under GHS (categories 1 to 3), degrees Celsius."""
-BOILING_LIMIT = 100.0
+BOILING_LIMIT_C = 100.0
 """Highest boiling point of a volatile liquid, degrees Celsius; water does not count."""
 
 
@@ -156,7 +156,7 @@ def _follows(flag: Flag, chemistry: Chemistry) -> bool:
     if any(clause.holds(chemistry) for clause in CLAUSES if clause.flag == flag):
         return True
     if flag == "flammable":
-        return chemistry.flash_point is not None and chemistry.flash_point <= FLASH_LIMIT
+        return chemistry.flash_point is not None and chemistry.flash_point <= FLASH_LIMIT_C
     if flag == "volatile_or_toxic" and chemistry.state == "liquid" and chemistry.groups != ("aqueous",):
-        return chemistry.boiling_point is not None and chemistry.boiling_point <= BOILING_LIMIT
+        return chemistry.boiling_point is not None and chemistry.boiling_point <= BOILING_LIMIT_C
     return False

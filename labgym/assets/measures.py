@@ -11,7 +11,7 @@ from labgym.assets.model import Asset
 from labgym.quantities import value_of
 from labgym.units import spellings
 
-TOLERANCE = 0.05
+SIZE_TOLERANCE_SHARE = 0.05
 """Relative difference up to which two sizes count as the same: a 5 ft hood is 1.5 m wide."""
 
 Dimension = Literal["volume", "length", "frequency"]
@@ -53,14 +53,14 @@ def nominal_size(asset: Asset, dimension: Dimension) -> float | None:
     """Return the size of an asset in the catalog: capacity (mL), width or diameter (m), or frequency (MHz)."""
     specs = asset.specs
     if dimension == "volume":
-        litres = specs.chamber_L or specs.storage_L
-        return specs.capacity_mL or (None if litres is None else 1000.0 * litres)
+        liters = specs.chamber_L or specs.storage_L
+        return specs.capacity_mL or (None if liters is None else 1000.0 * liters)
     if dimension == "frequency":
         return specs.proton_MHz
     if asset.kind == "facility":
         return asset.size.width
-    millimetres = specs.diameter_mm or specs.jacket_mm
-    return None if millimetres is None else millimetres / 1000.0
+    millimeters = specs.diameter_mm or specs.jacket_mm
+    return None if millimeters is None else millimeters / 1000.0
 
 
 def of_size(family: Sequence[Asset], size: StatedSize) -> Asset:
@@ -90,7 +90,7 @@ def size_note(asset: Asset, size: StatedSize) -> str:
 
 
 def _is_same(one: float, other: float) -> bool:
-    return abs(one - other) <= TOLERANCE * other
+    return abs(one - other) <= SIZE_TOLERANCE_SHARE * other
 
 
 def _volume(value: float) -> str:

@@ -28,7 +28,7 @@ StorageClass = Literal[
     "Glassware",
     "Waste",
 ]
-Metres = Annotated[float, Field(ge=0.0, le=10.0)]
+Meters = Annotated[float, Field(ge=0.0, le=10.0)]
 Length = Annotated[float, Field(gt=0.0, le=10.0)]
 
 WORDS: dict[str, Any] = {
@@ -93,7 +93,7 @@ class Surface(Record):
 
     x: float = 0.0
     y: float = 0.0
-    z: Metres
+    z: Meters
     width: Length
     depth: Length
     headroom: Length | None = None
@@ -110,7 +110,7 @@ class Cavity(Record):
     y: float = 0.0
     width: Length
     depth: Length
-    z0: Metres
+    z0: Meters
     z1: Length
     open_front: bool = False
 
@@ -132,7 +132,7 @@ class Fitting(Record):
     y: float = 0.0
     width: Length
     depth: Length
-    z0: Metres
+    z0: Meters
     z1: Length
 
 
@@ -204,8 +204,8 @@ class Asset(Record):
     storage_class: StorageClass | None = None
     heat_class: HeatClass | None = None
     fume_hood: bool = False
-    clearance: Metres = 0.0
-    mount_height: Metres = 0.0
+    clearance: Meters = 0.0
+    mount_height: Meters = 0.0
     shape: Shape
     specs: Specifications = Specifications()
     chemistry: Chemistry | None = None

@@ -18,10 +18,10 @@ MIN_LENGTH = 6
 """Shortest text, and shortest name, that may be a misspelling of the other."""
 MIN_CHEMICAL = 7
 """The same for names of reagents: short names and formulas are too close to one another."""
-LONG = 9
+LONG_NAME_LETTERS = 9
 """Length from which `MAX_EDITS` are accepted in the name of an instrument or facility; below it one is."""
 MAX_EDITS = 2
-DEUTERATED = "d"
+DEUTERATED_SUFFIX = "d"
 """Suffix of a name with one deuterium atom, as in chloroform-d (IUPAC, P-84): another substance, not a misspelling."""
 
 _CONFUSABLE = (
@@ -56,7 +56,7 @@ def edits(form: str, query: str) -> int | None:
     Both are normalized. An edit inserts, deletes or changes a letter, or swaps two neighbors (optimal string
     alignment). Numbers must agree, and Chinese names are not compared letter by letter. None means another word.
     """
-    limit = MAX_EDITS if len(form) >= LONG else 1
+    limit = MAX_EDITS if len(form) >= LONG_NAME_LETTERS else 1
     if min(len(form), len(query)) < MIN_LENGTH or not (form.isascii() and query.isascii()):
         return None
     if re.findall(r"\d+", form) != re.findall(r"\d+", query):
@@ -73,7 +73,7 @@ def misspells_substance(form: str, query: str) -> bool:
     """
     if min(len(form), len(query)) < MIN_CHEMICAL or not (form.isalpha() and query.isalpha() and form[0] == query[0]):
         return False
-    if query == form + DEUTERATED or OSA.distance(form, query, score_cutoff=1) != 1:
+    if query == form + DEUTERATED_SUFFIX or OSA.distance(form, query, score_cutoff=1) != 1:
         return False
     return all(OSA.distance(rival, query, score_cutoff=1) > 1 for rival in _rivals(form))
 

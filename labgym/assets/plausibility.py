@@ -25,7 +25,7 @@ CONTAINER = Bounds(0.03, 0.50)
 CYLINDER = Bounds(0.05, 1.80)
 FLOOR_STANDING = Bounds(0.15, 3.50)
 ON_WALL = Bounds(0.01, 3.50)
-PLACED_ON_FLOOR = 5.0
+MAX_FLOOR_OBJECT_M = 5.0
 """Greatest side of an object on the floor whose size the layout states, meters: a row of units may be one object."""
 
 GLASS_CATEGORIES = ("glassware", "ceramic")
@@ -64,7 +64,7 @@ def size_problem(asset: Asset, on_floor: bool = False) -> str | None:
     """
     allowed = bounds(asset)
     if on_floor:
-        allowed = Bounds(allowed.least, PLACED_ON_FLOOR)
+        allowed = Bounds(allowed.least, MAX_FLOOR_OBJECT_M)
     sides = (asset.size.width, asset.size.depth, asset.size.height)
     if all(allowed.least <= side <= allowed.greatest for side in sides):
         return None
@@ -87,30 +87,30 @@ def _likely_slips(sides: tuple[float, ...], allowed: Bounds) -> list[str]:
 
 Fault = tuple[str, str]
 
-LITRES = {"capacity_mL": 1e-3, "pack_mL": 1e-3, "chamber_L": 1.0, "storage_L": 1.0}
+LITERS_PER_UNIT = {"capacity_mL": 1e-3, "pack_mL": 1e-3, "chamber_L": 1.0, "storage_L": 1.0}
 """Specifications of contents, and liters per unit."""
-LEAST_SHARE = 0.01
+MIN_FILL_SHARE = 0.01
 """Least volume of glassware as a share of its bounding box; less is a wrong unit."""
-HOTTEST: dict[HeatClass, float] = {"bath": 300.0, "hot_surface": 800.0, "oven": 1800.0, "instrument": 600.0}
+MAX_HEATING_C: dict[HeatClass, float] = {"bath": 300.0, "hot_surface": 800.0, "oven": 1800.0, "instrument": 600.0}
 """Highest temperature of a heat source without a flame, by class, degrees Celsius."""
-WARE = {"glassware": (70.0, 600.0), "plasticware": (50.0, 300.0), "ceramic": (70.0, 1800.0)}
+WARE_LIMITS_C = {"glassware": (70.0, 600.0), "plasticware": (50.0, 300.0), "ceramic": (70.0, 1800.0)}
 """Least and greatest temperature limit of ware, degrees Celsius; borosilicate glass anneals at 560 (ISO 3585)."""
-GLASS_BAR = 20.0
+MAX_GLASS_BAR = 20.0
 """Highest pressure above ambient of a glass vessel, bar."""
-SOCKET = 3700.0
+SOCKET_W = 3700.0
 """Power of a mains socket, 16 A at 230 V, watts."""
-STIRRED, CENTRIFUGED = 4000.0, 100_000.0
+MAX_STIRRER_RPM, MAX_CENTRIFUGE_RPM = 4000.0, 100_000.0
 """Highest speed of a stirrer or shaker, and of a centrifuge rotor, rpm."""
-RCF = 1.118e-5
+RCF_PER_CM_RPM2 = 1.118e-5
 """Relative centrifugal force over the product of radius (cm) and squared speed (rpm)."""
-ROTOR = 3.0
+MIN_ROTOR_CM = 3.0
 """Least radius of a rotor, centimeters."""
-FACE = (0.3, 0.8)
+FACE_VELOCITY_M_S = (0.3, 0.8)
 """Face velocity of a fume hood, m/s: below it does not contain vapors, above it is turbulent (tests: EN 14175-3 and
 ASHRAE 110; 0.4 to 0.6 is usual)."""
-FLUSH = {"eyewash": 1.5, "shower": 75.7}
+MIN_FLUSH_L_MIN = {"eyewash": 1.5, "shower": 75.7}
 """Least water flow of emergency equipment, L/min (ANSI/ISEA Z358.1)."""
-COLD_STORAGE = {"refrigerator": (0.0, 10.0), "freezer": (-200.0, -10.0)}
+COLD_STORAGE_C = {"refrigerator": (0.0, 10.0), "freezer": (-200.0, -10.0)}
 """Temperature range of cold storage, degrees Celsius."""
 BALANCE_DIVISIONS = (100.0, 1e8)
 """Least and greatest ratio of capacity to readability of a balance."""
@@ -128,14 +128,14 @@ def contents_fit(asset: Asset) -> Iterator[Fault]:
     box = 1000.0 * size.width * size.depth * size.height
     if hollow is not None:
         box = 1000.0 * hollow.width * hollow.depth * (hollow.z1 - hollow.z0)
-    for name, litres in LITRES.items():
+    for name, liters in LITERS_PER_UNIT.items():
         value = getattr(asset.specs, name)
         if value is None:
             continue
-        volume = value * litres
+        volume = value * liters
         if volume > box:
             yield name, f"{volume:.3g} L does not fit into its {'hollow' if hollow else 'box'} of {box:.3g} L"
-        elif asset.category in WARE and volume < LEAST_SHARE * box and asset.subtype != "reactor":
+        elif asset.category in WARE_LIMITS_C and volume < MIN_FILL_SHARE * box and asset.subtype != "reactor":
             yield name, f"{volume:.3g} L is less than 1 % of its bounding box of {box:.3g} L: check the unit"
 
 
@@ -164,8 +164,8 @@ def heat_is_specified(asset: Asset) -> Iterator[Fault]:
     required = "flame_C" if heat == "flame" else "heating_C"
     if getattr(specs, required) is None:
         yield required, f"is missing: required for a heat source of class {heat}"
-    if heat in HOTTEST and specs.heating_C is not None and specs.heating_C[1] > HOTTEST[heat]:
-        yield "heating_C", f"{specs.heating_C[1]:g} C exceeds {HOTTEST[heat]:g} C, the limit of class {heat}"
+    if heat in MAX_HEATING_C and specs.heating_C is not None and specs.heating_C[1] > MAX_HEATING_C[heat]:
+        yield "heating_C", f"{specs.heating_C[1]:g} C exceeds {MAX_HEATING_C[heat]:g} C, the limit of class {heat}"
     if "electrical" in specs.features and specs.power_W is None:
         yield "power_W", "is missing: required for an electrical heat source"
 
@@ -177,39 +177,40 @@ def power_has_a_plug(asset: Asset) -> Iterator[Fault]:
         return
     if "electrical" not in asset.specs.features:
         yield "power_W", f"{power:g} W, but 'electrical' is not among its features"
-    if asset.placing == "desktop" and power > SOCKET:
-        yield "power_W", f"{power:g} W exceeds a mains socket ({SOCKET:g} W)"
+    if asset.placing == "desktop" and power > SOCKET_W:
+        yield "power_W", f"{power:g} W exceeds a mains socket ({SOCKET_W:g} W)"
 
 
 def ware_withstands(asset: Asset) -> Iterator[Fault]:
     """Yield temperature limits beyond the material, and high pressures in glass."""
-    specs, bounds = asset.specs, WARE.get(asset.category)
+    specs, bounds = asset.specs, WARE_LIMITS_C.get(asset.category)
     limit = specs.withstands_C
     if bounds is not None and limit is not None and not bounds[0] <= limit <= bounds[1]:
         yield "withstands_C", f"{limit:g} C is not within {bounds[0]:g} to {bounds[1]:g} C for {asset.category}"
-    if asset.category == "glassware" and (specs.withstands_bar or 0.0) > GLASS_BAR:
-        yield "withstands_bar", f"{specs.withstands_bar:g} bar exceeds the limit of glass vessels ({GLASS_BAR:g} bar)"
+    if asset.category == "glassware" and (specs.withstands_bar or 0.0) > MAX_GLASS_BAR:
+        yield "withstands_bar", f"{specs.withstands_bar:g} bar exceeds {MAX_GLASS_BAR:g} bar, the limit of glass"
 
 
 def rotors_turn(asset: Asset) -> Iterator[Fault]:
     """Yield speeds beyond real devices, and centrifugal forces that need a rotor larger than the device."""
     specs = asset.specs
     speeds, centrifuge = specs.rotation_rpm, asset.subtype == "centrifuge"
-    if speeds is not None and speeds[1] > (CENTRIFUGED if centrifuge else STIRRED):
+    if speeds is not None and speeds[1] > (MAX_CENTRIFUGE_RPM if centrifuge else MAX_STIRRER_RPM):
         yield "rotation_rpm", f"{speeds[1]:g} rpm exceeds the speed of a {asset.subtype}"
     if specs.centrifuge_xg is None:
         return
     if speeds is None:
         yield "rotation_rpm", "is missing: required with centrifuge_xg"
         return
-    radius, limit = specs.centrifuge_xg / (RCF * speeds[1] ** 2), 50.0 * asset.size.short
-    if not ROTOR <= radius <= limit:
+    radius, limit = specs.centrifuge_xg / (RCF_PER_CM_RPM2 * speeds[1] ** 2), 50.0 * asset.size.short
+    if not MIN_ROTOR_CM <= radius <= limit:
         message = f"{specs.centrifuge_xg:g} x g at {speeds[1]:g} rpm requires a radius of {radius:.3g} cm"
-        yield "centrifuge_xg", f"{message}, not within {ROTOR:g} to {limit:.3g} cm"
+        yield "centrifuge_xg", f"{message}, not within {MIN_ROTOR_CM:g} to {limit:.3g} cm"
 
 
 def hoods_draw(asset: Asset) -> Iterator[Fault]:
     """Yield fume hoods with a wrong face velocity or a sash beyond the opening, and face velocities of other assets."""
+    least, greatest = FACE_VELOCITY_M_S
     velocity, sash, hollow = asset.specs.face_velocity_m_s, asset.specs.sash_open_m, asset.cavity
     if not asset.fume_hood:
         if velocity is not None:
@@ -217,8 +218,8 @@ def hoods_draw(asset: Asset) -> Iterator[Fault]:
         return
     if velocity is None:
         yield "face_velocity_m_s", "is missing: required for a fume hood"
-    elif not FACE[0] <= velocity <= FACE[1]:
-        yield "face_velocity_m_s", f"{velocity:g} m/s is not within {FACE[0]:g} to {FACE[1]:g} m/s"
+    elif not least <= velocity <= greatest:
+        yield "face_velocity_m_s", f"{velocity:g} m/s is not within {least:g} to {greatest:g} m/s"
     if sash is not None and hollow is not None and sash > hollow.z1 - hollow.z0:
         yield "sash_open_m", f"{sash:g} m exceeds the height of the inside"
 
@@ -226,10 +227,10 @@ def hoods_draw(asset: Asset) -> Iterator[Fault]:
 def devices_do_their_work(asset: Asset) -> Iterator[Fault]:
     """Yield emergency equipment, cold storage, pumps and balances outside their standards or usual ranges."""
     specs = asset.specs
-    least = FLUSH.get(asset.subtype)
+    least = MIN_FLUSH_L_MIN.get(asset.subtype)
     if least is not None and (specs.water_L_min or 0.0) < least:
         yield "water_L_min", f"{specs.water_L_min or 0.0:g} L/min is less than {least:g} L/min"
-    bounds = COLD_STORAGE.get(asset.subtype) if asset.category == "cold_storage" else None
+    bounds = COLD_STORAGE_C.get(asset.subtype) if asset.category == "cold_storage" else None
     cold = specs.cooling_C
     if bounds is not None and (cold is None or not bounds[0] <= cold[0] < cold[1] <= bounds[1]):
         yield "cooling_C", f"expected a range within {bounds[0]:g} to {bounds[1]:g} C"

@@ -18,7 +18,7 @@ from labgym.assets.measures import BEFORE, NUMBER, SIZE
 from labgym.assets.model import Asset
 from labgym.documents import Document
 
-AQUEOUS_BELOW = 90.0
+AQUEOUS_BELOW_PERCENT = 90.0
 """Strength in percent below which a liquid reagent holds enough water to be another substance without it."""
 
 Words = Annotated[tuple[Annotated[str, Field(min_length=1, max_length=40)], ...], Field(min_length=1, max_length=300)]
@@ -158,7 +158,7 @@ def is_aqueous(asset: Asset) -> bool:
         return False
     names = (_PERCENT.search(form) for form in asset.synonyms_en)
     strengths = [float(match[1]) for match in names if match is not None]
-    return "aqueous" in chemistry.groups or any(strength < AQUEOUS_BELOW for strength in strengths)
+    return "aqueous" in chemistry.groups or any(strength < AQUEOUS_BELOW_PERCENT for strength in strengths)
 
 
 def is_hydrate(asset: Asset) -> bool:

@@ -22,7 +22,7 @@ from labgym.assets.qualifiers import QualifiedName, is_aqueous, is_hydrate, of_e
 from labgym.documents import Document
 
 MAX_QUERY = 200
-NEAR = 0.4
+MIN_SIMILARITY = 0.4
 """Least similarity at which an asset is listed as near to a text."""
 
 _SPELLINGS = str.maketrans({"α": "alpha", "β": "beta", "γ": "gamma", "μ": "u", "µ": "u"})
@@ -50,7 +50,7 @@ def lookalikes() -> tuple[str, ...]:
     return Lookalikes.load(artefacts("assets") / "chemistry" / "lookalikes.json").names
 
 
-def normalise(text: str) -> str:
+def normalize(text: str) -> str:
     """Return text with case, width, accents, spacing and punctuation folded; digits and letters of any script stay.
 
     "Büchner funnel", "buchner-funnel" and "BuchnerFunnel" become the same string, "H₂SO₄" becomes "h2so4".
@@ -106,24 +106,19 @@ class SynonymIndex:
         ordered = self._roles = tuple(asset for asset in everything if asset.variant_of is None)
         variants = (asset for asset in everything if asset.variant_of is not None)
         self._variant_forms = {
-            normalise(form): (asset.name, form) for asset in variants for form in surface_forms(asset)
+            normalize(form): (asset.name, form) for asset in variants for form in surface_forms(asset)
         }
         self._forms: dict[str, tuple[str, str]] = {}
         for asset in ordered:
-            self._forms.setdefault(normalise(asset.name), (asset.name, asset.name))
+            self._forms.setdefault(normalize(asset.name), (asset.name, asset.name))
         for asset in ordered:
             for form in surface_forms(asset):
-                self._forms.setdefault(normalise(form), (asset.name, form))
+                self._forms.setdefault(normalize(form), (asset.name, form))
         # A name that follows from a rule may be near to names that its source is far from: phenyl ether to phenylethen.
         self._signatures = tuple((form, _letters(form)) for form in self._forms if len(form) >= MIN_LENGTH)
         for asset in ordered:
             for form in _variants(asset):
-                self._forms.setdefault(normalise(form), (asset.name, form))
-
-    def lookup(self, text: str) -> str | None:
-        """Return the canonical name that a text means, or None if nothing, or no single asset, is near."""
-        match = self.match(text)
-        return None if match is None else match.name
+                self._forms.setdefault(normalize(form), (asset.name, form))
 
     def match(self, text: str) -> Match | None:
         """Return the asset that a text means and how it was found, or None if nothing, or no single asset, is near.
@@ -150,19 +145,19 @@ class SynonymIndex:
     def candidates(self, text: str, count: int = 5) -> tuple[Match, ...]:
         """Return the assets whose names or synonyms are spelled most like a text, best first, each with its score."""
         best: dict[str, Match] = {}
-        for query in dict.fromkeys((normalise(text), normalise(of_substance(text[:MAX_QUERY])[1].name))):
+        for query in dict.fromkeys((normalize(text), normalize(of_substance(text[:MAX_QUERY])[1].name))):
             near = process.extract(
-                query, self._forms.keys(), scorer=Indel.normalized_similarity, limit=3 * count, score_cutoff=NEAR
+                query,
+                self._forms.keys(),
+                scorer=Indel.normalized_similarity,
+                limit=3 * count,
+                score_cutoff=MIN_SIMILARITY,
             )
             for form, score, _ in near if query else ():
                 name, written = self._forms[form]
                 if name not in best or best[name].score < score:
                     best[name] = Match(name, written, "fuzzy", score)
         return tuple(sorted(best.values(), key=lambda match: (-match.score, match.name))[:count])
-
-    def nearest(self, text: str, count: int = 5) -> tuple[str, ...]:
-        """Return the canonical names whose surface forms are nearest to a text, best first."""
-        return tuple(match.name for match in self.candidates(text, count))
 
     @cached_property
     def _phrases(self) -> PhraseIndex:
@@ -174,16 +169,16 @@ class SynonymIndex:
         )
 
     def _exact(self, text: str) -> Match | None:
-        query = normalise(text)
+        query = normalize(text)
         for form in (query, *_singulars(query)):
             if form in self._forms:
                 name, written = self._forms[form]
                 # A plural of a formula is another formula: H2S is not several H2.
                 if form == query or self._assets[name].kind != "reagent" or (len(form) >= 5 and form.isalpha()):
-                    return Match(name, written, "name" if form == normalise(name) else "synonym", 1.0)
+                    return Match(name, written, "name" if form == normalize(name) else "synonym", 1.0)
         if query in self._variant_forms:
             name, written = self._variant_forms[query]
-            return Match(name, written, "name" if query == normalise(name) else "synonym", 1.0)
+            return Match(name, written, "name" if query == normalize(name) else "synonym", 1.0)
         return None
 
     def _phrase(self, text: str) -> Match | None:
@@ -209,7 +204,7 @@ class SynonymIndex:
         return replace(first, aside=(*first.aside, parts[2]))
 
     def _misspelt(self, text: str) -> Match | None:
-        query = normalise(text)
+        query = normalize(text)
         near: dict[str, tuple[int, float, str]] = {}
         letters = _letters(query)
         for form, signature in self._signatures:
@@ -257,7 +252,7 @@ def _is_other_substance(query: str, count: int) -> bool:
 
 @lru_cache(maxsize=1)
 def _other_substances() -> tuple[str, ...]:
-    return tuple(normalise(name) for name in lookalikes())
+    return tuple(normalize(name) for name in lookalikes())
 
 
 def _letters(form: str) -> int:

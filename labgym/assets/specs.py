@@ -14,9 +14,6 @@ from pydantic import AfterValidator, Field, SerializerFunctionWrapHandler, model
 
 from labgym.documents import Record
 
-REFERENCE_TEMPERATURE = 20.0
-"""Temperature at which heating and cooling ranges begin and states of matter are given, degrees Celsius."""
-
 
 def _ordered(pair: tuple[float, float]) -> tuple[float, float]:
     if not pair[0] < pair[1]:
@@ -31,8 +28,8 @@ def _optional(meaning: str) -> Any:
 Celsius = Annotated[float, Field(ge=-273.15, le=3000.0)]
 Bar = Annotated[float, Field(gt=0.0, le=2000.0)]
 Millibar = Annotated[float, Field(gt=0.0, le=1013.0)]
-Millilitres = Annotated[float, Field(gt=0.0, le=1e6)]
-Litres = Annotated[float, Field(gt=0.0, le=1e4)]
+Milliliters = Annotated[float, Field(gt=0.0, le=1e6)]
+Liters = Annotated[float, Field(gt=0.0, le=1e4)]
 Rpm = Annotated[float, Field(ge=0.0, le=150_000.0)]
 Gravities = Annotated[float, Field(gt=0.0, le=1e6)]
 Watts = Annotated[float, Field(gt=0.0, le=1e5)]
@@ -41,7 +38,7 @@ Kilograms = Annotated[float, Field(gt=0.0, le=5000.0)]
 Velocity = Annotated[float, Field(gt=0.0, le=5.0)]
 Flow = Annotated[float, Field(gt=0.0, le=1e5)]
 Length = Annotated[float, Field(gt=0.0, le=10.0)]
-Millimetres = Annotated[float, Field(gt=0.0, le=5000.0)]
+Millimeters = Annotated[float, Field(gt=0.0, le=5000.0)]
 Count = Annotated[int, Field(gt=0, le=10_000)]
 Number = Annotated[float, Field(ge=0.0, le=1e6)]
 Range = AfterValidator(_ordered)
@@ -101,14 +98,14 @@ class Specifications(Record):
     ultimate_mbar: Millibar | None = _optional("Lowest pressure that a pump, or a device with a pump, reaches.")
     free_flow_m3_h: Flow | None = _optional("Air flow of a vacuum pump with an open inlet.")
 
-    capacity_mL: Millilitres | None = _optional("Capacity of a vessel, bath or container; of a mantle, of its flask.")
-    working_mL: Annotated[tuple[Millilitres, Millilitres], Range] | None = _optional(
+    capacity_mL: Milliliters | None = _optional("Capacity of a vessel, bath or container; of a mantle, of its flask.")
+    working_mL: Annotated[tuple[Milliliters, Milliliters], Range] | None = _optional(
         "Least and greatest working volume, if not the usual share of the capacity."
     )
-    stirring_mL: Millilitres | None = _optional("Greatest volume of water that a stirrer stirs.")
-    chamber_L: Litres | None = _optional("Internal volume of an oven, furnace, refrigerator or freezer.")
-    storage_L: Litres | None = _optional("Liquid in containers that a safety cabinet is approved for.")
-    absorbs_L: Litres | None = _optional("Liquid that a spill kit takes up.")
+    stirring_mL: Milliliters | None = _optional("Greatest volume of water that a stirrer stirs.")
+    chamber_L: Liters | None = _optional("Internal volume of an oven, furnace, refrigerator or freezer.")
+    storage_L: Liters | None = _optional("Liquid in containers that a safety cabinet is approved for.")
+    absorbs_L: Liters | None = _optional("Liquid that a spill kit takes up.")
 
     rotation_rpm: Annotated[tuple[Rpm, Rpm], Range] | None = _optional("Speeds of a stirrer, shaker or rotor.")
     centrifuge_xg: Gravities | None = _optional("Greatest relative centrifugal force.")
@@ -152,9 +149,9 @@ class Specifications(Record):
         "Heights of a seat, a jack's plate, an eyewash's nozzles, a shower head."
     )
     edge_height_m: Length | None = _optional("Height above the floor of a window's sill or a basin's rim.")
-    lip_mm: Millimetres | None = _optional("Height of the raised edge that retains bottles or a spill.")
-    diameter_mm: Millimetres | None = _optional("Nominal diameter; of a column its inside.")
-    jacket_mm: Millimetres | None = _optional("Length of a condenser's jacket.")
+    lip_mm: Millimeters | None = _optional("Height of the raised edge that retains bottles or a spill.")
+    diameter_mm: Millimeters | None = _optional("Nominal diameter; of a column its inside.")
+    jacket_mm: Millimeters | None = _optional("Length of a condenser's jacket.")
     joint: Annotated[str, Field(pattern=r"^\d{1,2}/\d{1,2}$")] | None = _optional(
         "Ground joint, diameter/length in mm."
     )
@@ -167,7 +164,7 @@ class Specifications(Record):
     places: Count | None = _optional("Tubes of a rack, pegs, hooks, sockets, or taps of a manifold.")
     pieces: Count | None = _optional("Gloves or towels of a full dispenser.")
 
-    pack_mL: Millilitres | None = _optional("Volume of a reagent's pack.")
+    pack_mL: Milliliters | None = _optional("Volume of a reagent's pack.")
     pack_g: Grams | None = _optional("Mass of a reagent's pack.")
     container: Annotated[str, Field(max_length=80)] | None = _optional("Container of a reagent.")
     nfpa_special: Literal["W", "OX", "SA"] | None = _optional(

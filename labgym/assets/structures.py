@@ -74,7 +74,7 @@ def canonical(smiles: str) -> str:
     from rdkit import Chem
 
     with _quiet():
-        return str(Chem.MolToSmiles(_standardised(structure, smiles)))
+        return str(Chem.MolToSmiles(_standardized(structure, smiles)))
 
 
 def standard(smiles: str) -> Any:
@@ -112,7 +112,7 @@ def _as_ions(structure: Any) -> Any:
     return result
 
 
-def _standardised(structure: Any, smiles: str) -> Any:
+def _standardized(structure: Any, smiles: str) -> Any:
     from rdkit import Chem
     from rdkit.Chem.MolStandardize import rdMolStandardize
 
@@ -126,11 +126,6 @@ def _standardised(structure: Any, smiles: str) -> Any:
             return rdMolStandardize.Normalizer().normalize(structure)
         except (ValueError, RuntimeError):
             raise StructureError(f"{smiles[:60]!r} cannot be brought to a canonical form") from None
-
-
-def same_substance(first: str, second: str) -> bool:
-    """Return whether two SMILES are spellings of one substance; `canonical` lists the differences that are ignored."""
-    return canonical(first) == canonical(second)
 
 
 def reagent_of(smiles: str, reagents: Iterable[Asset]) -> Asset | None:

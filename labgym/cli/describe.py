@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from labgym.assets import Asset, Catalog, Match, incompatible
-from labgym.assets.inference.bottle import INFERRED
+from labgym.assets.inference.bottle import INFERRED_NOTE
 from labgym.assets.reactivity import Reaction, products, reactions, to_avoid
 from labgym.assets.specs import quantity, value_text
 from labgym.protocols import Protocol
@@ -322,7 +322,7 @@ def _groups(reaction: Reaction, asset: Asset) -> str:
 def _inferred(asset: Asset) -> list[str]:
     """Return a line that says how a reagent's groups were inferred; none if they come from the catalog."""
     chemistry = asset.chemistry
-    if chemistry is None or not chemistry.notes.startswith(INFERRED):
+    if chemistry is None or not chemistry.notes.startswith(INFERRED_NOTE):
         return []
     return [f"{asset.name} is {chemistry.smiles}, its groups {chemistry.notes.replace('_', ' ')}"]
 

@@ -43,7 +43,8 @@ class Number:
         if self.prefix and isinstance(value, str) and value.startswith(self.prefix):
             with suppress(ValueError):
                 number = float(value.removeprefix(self.prefix))
-        if not (is_whole if self.whole else is_finite)(number) or not self._contains(number):
+        is_number = is_whole(number) if self.whole else is_finite(number)
+        if not is_number or not self._contains(number):
             raise OptionError(f"{name} is {value!r}, expected {self._text()}")
 
     def _contains(self, number: float) -> bool:

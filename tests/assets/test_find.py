@@ -13,7 +13,7 @@ from rapidfuzz.distance import OSA
 
 from labgym.assets import Catalog
 from labgym.assets.qualifiers import is_aqueous, is_hydrate
-from labgym.assets.search import MAX_QUERY, lookalikes, normalise, surface_forms
+from labgym.assets.search import MAX_QUERY, lookalikes, normalize, surface_forms
 from labgym.cli import main
 
 HERE = Path(__file__).parent
@@ -70,7 +70,7 @@ def slips_of(name: str) -> set[str]:
 
 
 def forms_of_reagents() -> dict[str, str]:
-    return {normalise(form): asset.name for asset in REAGENTS for form in surface_forms(asset)}
+    return {normalize(form): asset.name for asset in REAGENTS for form in surface_forms(asset)}
 
 
 def slips_between(one: str, other: str) -> set[str]:
@@ -82,7 +82,7 @@ def slips_between(one: str, other: str) -> set[str]:
 
 def test_no_slip_of_another_substances_name_gives_a_reagent():
     forms = forms_of_reagents()
-    others = {normalise(name) for name in (*lines("absent_chemicals.txt"), *lookalikes())} - set(forms)
+    others = {normalize(name) for name in (*lines("absent_chemicals.txt"), *lookalikes())} - set(forms)
     tried = {
         (slip, other) for other in others for form in forms if form.isascii() for slip in slips_between(other, form)
     }
@@ -110,15 +110,15 @@ def test_no_slip_of_a_reagents_name_gives_another_reagent():
 
 
 def test_a_lookalike_is_never_a_name_of_the_catalogue():
-    forms = {normalise(form) for asset in CATALOG for form in surface_forms(asset)}
-    assert [name for name in lookalikes() if normalise(name) in forms] == []
+    forms = {normalize(form) for asset in CATALOG for form in surface_forms(asset)}
+    assert [name for name in lookalikes() if normalize(name) in forms] == []
 
 
 def test_two_assets_share_no_form():
     owners: dict[str, str] = {}
     for asset in CATALOG:
         for form in surface_forms(asset):
-            assert owners.setdefault(normalise(form), asset.name) == asset.name, form
+            assert owners.setdefault(normalize(form), asset.name) == asset.name, form
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from labgym.assets.meshes import MeshError, MeshFile, MeshPart, normalise, physical, read_mesh
+from labgym.assets.meshes import MeshError, MeshFile, MeshPart, normalize, physical, read_mesh
 from labgym.assets.meshes.polygons import triangulate
 from labgym.errors import UnknownNameError
 
@@ -27,7 +27,7 @@ def wedge() -> trimesh.Trimesh:
 def test_the_front_is_turned_to_y_and_the_origin_is_at_the_bottom_centre(front, tip):
     moved = wedge()
     moved.apply_translation((5, 6, 7))
-    mesh = normalise(mesh_file(moved), front, hulls_only=True)
+    mesh = normalize(mesh_file(moved), front, hulls_only=True)
     vertices = mesh.parts[0].vertices
     extents = (2.0, 2.0, 3.0)
     assert (mesh.size.width, mesh.size.depth, mesh.size.height) == pytest.approx(extents)
@@ -42,30 +42,30 @@ def test_the_front_of_gltf_is_its_z_axis(tmp_path):
     body = wedge()
     body.apply_transform(trimesh.transformations.rotation_matrix(-np.pi / 2, (0, 1, 0)))
     body.export(tmp_path / "a.glb")
-    vertices = normalise(read_mesh(tmp_path / "a.glb"), hulls_only=True).parts[0].vertices
+    vertices = normalize(read_mesh(tmp_path / "a.glb"), hulls_only=True).parts[0].vertices
     tips = vertices[vertices[:, 1] > vertices[:, 1].max() - 1e-6]
     np.testing.assert_allclose(np.ptp(tips, axis=0), 0, atol=1e-6)
 
 
 def test_a_front_that_looks_up_or_has_no_name_is_refused():
     with pytest.raises(MeshError, match="vertical"):
-        normalise(mesh_file(wedge()), "+z")
+        normalize(mesh_file(wedge()), "+z")
     with pytest.raises(MeshError, match="vertical"):
-        normalise(mesh_file(wedge(), up="Y"), "-y")
+        normalize(mesh_file(wedge(), up="Y"), "-y")
     with pytest.raises(UnknownNameError, match="forwards"):
-        normalise(mesh_file(wedge()), "forwards")
+        normalize(mesh_file(wedge()), "forwards")
 
 
 def test_flat_and_gigantic_things_are_refused_with_the_unit_named():
     square = trimesh.Trimesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)])
     with pytest.raises(MeshError, match=r"1 x 1 x 0 m.*unit"):
-        normalise(mesh_file(square))
+        normalize(mesh_file(square))
     with pytest.raises(MeshError, match=r"2000 x .* m, read in m \(option\).*unit"):
-        normalise(mesh_file(trimesh.creation.box(extents=(2000, 100, 100))))
+        normalize(mesh_file(trimesh.creation.box(extents=(2000, 100, 100))))
 
 
 def test_closed_meshes_are_watertight_with_the_volume_of_the_formula():
-    mesh = normalise(mesh_file(trimesh.creation.box(extents=(1, 2, 3)), trimesh.creation.icosphere(4)), hulls_only=True)
+    mesh = normalize(mesh_file(trimesh.creation.box(extents=(1, 2, 3)), trimesh.creation.icosphere(4)), hulls_only=True)
     assert mesh.watertight
     assert mesh.volume == pytest.approx(6.0 + 4.0 / 3.0 * np.pi, rel=0.01)
 
@@ -81,7 +81,7 @@ def test_open_and_non_manifold_meshes_are_accepted_and_said_not_to_be_watertight
     else:
         vertices = np.vstack([vertices, (3, 3, 3)])
         faces = np.vstack([faces, (*faces[0, :2], 8)])
-    mesh = normalise(mesh_file(trimesh.Trimesh(vertices, faces, process=False)), hulls_only=True)
+    mesh = normalize(mesh_file(trimesh.Trimesh(vertices, faces, process=False)), hulls_only=True)
     assert not mesh.watertight
     assert mesh.volume is None
     assert mesh.convex
@@ -103,7 +103,7 @@ def bowl() -> trimesh.Trimesh:
 
 def test_coacd_leaves_the_hollow_of_a_bowl_free_and_is_repeatable(bowl):
     pytest.importorskip("coacd")
-    first, second = (normalise(mesh_file(bowl)) for _ in range(2))
+    first, second = (normalize(mesh_file(bowl)) for _ in range(2))
     assert first.decomposed_by == "coacd"
     check_convex(first.convex)
     assert sum(trimesh.Trimesh(*body).volume for body in first.convex) < 0.5 * bowl.convex_hull.volume
@@ -114,7 +114,7 @@ def test_coacd_leaves_the_hollow_of_a_bowl_free_and_is_repeatable(bowl):
 
 def test_without_coacd_each_part_has_its_hull(bowl, monkeypatch):
     monkeypatch.setattr(physical.importlib.util, "find_spec", lambda name: None)
-    mesh = normalise(mesh_file(bowl, trimesh.creation.box()))
+    mesh = normalize(mesh_file(bowl, trimesh.creation.box()))
     assert (mesh.decomposed_by, len(mesh.convex)) == ("convex hull", 2)
     check_convex(mesh.convex)
     assert trimesh.Trimesh(*mesh.convex[0]).volume == pytest.approx(bowl.convex_hull.volume)
@@ -123,22 +123,22 @@ def test_without_coacd_each_part_has_its_hull(bowl, monkeypatch):
 def test_meshes_too_fine_for_coacd_have_hulls_and_it_is_said(bowl, monkeypatch):
     pytest.importorskip("coacd")
     monkeypatch.setattr(physical, "MAX_FACES", len(bowl.faces) - 1)
-    mesh = normalise(mesh_file(bowl, trimesh.creation.box()))
+    mesh = normalize(mesh_file(bowl, trimesh.creation.box()))
     assert (mesh.decomposed_by, len(mesh.convex)) == ("convex hull", 2)
 
 
 def test_flat_parts_become_thin_plates(bowl):
     square = trimesh.Trimesh([(0, 0, 2), (1, 0, 2), (0, 1, 2)], [(0, 1, 2)])
     slanted = trimesh.Trimesh([(0, 0, 0), (1, 0, 1), (0, 1, 0)], [(0, 1, 2)])
-    check_convex(normalise(mesh_file(square, slanted)).convex)
+    check_convex(normalize(mesh_file(square, slanted)).convex)
 
 
 def test_hundreds_of_parts_are_decomposed_as_one(monkeypatch):
     monkeypatch.setattr(physical.importlib.util, "find_spec", lambda name: None)
     boxes = [trimesh.creation.box(transform=trimesh.transformations.translation_matrix((k, 0, 0))) for k in range(9)]
-    assert len(normalise(mesh_file(*boxes)).convex) == 9
+    assert len(normalize(mesh_file(*boxes)).convex) == 9
     monkeypatch.setattr(physical, "MAX_BODIES", 8)
-    assert len(normalise(mesh_file(*boxes)).convex) == 1
+    assert len(normalize(mesh_file(*boxes)).convex) == 1
 
 
 @pytest.mark.parametrize("count", [4, 5, 7, 12, 40])

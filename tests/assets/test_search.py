@@ -9,7 +9,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from labgym.assets import Catalog
-from labgym.assets.search import normalise, surface_forms
+from labgym.assets.search import normalize, surface_forms
 from labgym.errors import UnknownNameError
 
 CATALOG = Catalog.load()
@@ -103,7 +103,7 @@ def test_any_text_finds_an_asset_or_is_refused(text):
 @example("Άλφα")
 @given(st.text(max_size=60))
 def test_normalising_twice_changes_nothing(text):
-    assert normalise(normalise(text)) == normalise(text)
+    assert normalize(normalize(text)) == normalize(text)
 
 
 def test_nearest_lists_the_best_first():

@@ -12,7 +12,7 @@ pytest.importorskip("pxr")
 from pxr import Sdf, Usd, UsdGeom, UsdPhysics, UsdSemantics, UsdShade
 
 from labgym.assets import Catalog
-from labgym.assets.meshes import normalise, read_mesh
+from labgym.assets.meshes import normalize, read_mesh
 from labgym.assets.meshes.reading import from_raw
 from labgym.assets.meshes.stage import read_stage
 from labgym.assets.shapes import MATERIALS, build, tessellate
@@ -48,7 +48,7 @@ def test_the_committed_files_are_what_the_catalogue_gives_and_clean_under_all_va
 def test_reading_an_exported_asset_gives_its_geometry_within_a_tenth_of_a_millimetre(asset, tmp_path):
     path = tmp_path / f"{asset.name}.usdc"
     asset_layer(asset).Export(str(path))
-    mesh = normalise(from_raw(path, read_stage(path)), hulls_only=True)
+    mesh = normalize(from_raw(path, read_stage(path)), hulls_only=True)
     expected = [tessellate(part) for part in build(asset)]
     everything = np.concatenate([vertices for vertices, _ in expected])
     low, high = everything.min(axis=0), everything.max(axis=0)
@@ -69,7 +69,7 @@ def test_a_file_goes_through_the_reader_that_users_have(tmp_path):
     assert mesh.metadata["labgym:name"] == asset.name
     glass = next(part for part in mesh.parts if part.material == "borosilicate")
     np.testing.assert_allclose(glass.color, MATERIALS["borosilicate"].rgba, atol=1e-3)
-    size = normalise(mesh, hulls_only=True).size
+    size = normalize(mesh, hulls_only=True).size
     assert (size.width, size.height) == pytest.approx((asset.size.width, asset.size.height), abs=1e-3)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from labgym.assets import Catalog
-from labgym.assets.search import normalise
+from labgym.assets.search import normalize
 from labgym.protocols.language import concepts, gloss, language_of, mentions
 from labgym.protocols.language.folding import Folded
 
@@ -65,7 +65,7 @@ def test_places_of_mentions_are_places_in_the_text() -> None:
 def test_folding_agrees_with_the_catalogue_and_keeps_places() -> None:
     for text in ("Büchner funnel", "H₂SO₄ (sulphuric)", "β-keto ester", "N,N-二甲基甲酰胺", ""):
         folded = Folded.of(text)
-        assert folded.plain == normalise(text)
+        assert folded.plain == normalize(text)
         assert len(folded.places) == len(folded.plain)
 
 

@@ -5,24 +5,24 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from labgym.assets.checks import DENSITY
+from labgym.assets.checks import DENSITY_RANGE_KG_M3
 from labgym.assets.forge.facts import Facts, standing, top_surface
 from labgym.assets.forge.matching import as_words, camel, is_amount, telling, volume_of
 from labgym.assets.forge.record import Origin, origin
 from labgym.assets.model import Asset, Hazards, Kind, Size
-from labgym.assets.search import normalise
+from labgym.assets.search import normalize
 from labgym.assets.specs import Specifications
 
 VESSEL = "vessel"
-BULK = 300.0
+BULK_DENSITY_KG_M3 = 300.0
 """Mass over bounding box of an unknown object, kg/m3."""
-HEAVIEST = 5000.0
-INHERITED = (
+MAX_MASS_KG = 5000.0
+DEVICE_SPECIFICATIONS = (
     *("heating_C", "cooling_C", "flame_C", "rotation_rpm", "power_W", "ultimate_mbar", "water_L_min"),
     *("capacity_g", "resolution_g", "measures_C", "features"),
 )
 """Specifications that a device shares with the entry that it resembles, independent of size."""
-OF_WARE = ("withstands_C",)
+WARE_SPECIFICATIONS = ("withstands_C",)
 """Specifications that ware shares with an entry of the same material."""
 
 
@@ -118,16 +118,16 @@ def _synonyms(facts: Facts, draft: EntryDraft) -> None:
 
 def free_name(facts: Facts, name: str, kind: Kind) -> str:
     """Return a name that is not a name or synonym of another entry, with a suffix if it would be."""
-    if normalise(name) in facts.taken:
+    if normalize(name) in facts.taken:
         name += "Bottle" if kind == "reagent" else "Mesh"
-    return name + facts.digest[:6].upper() if normalise(name) in facts.taken else name
+    return name + facts.digest[:6].upper() if normalize(name) in facts.taken else name
 
 
 def _untaken(texts: list[str], taken: frozenset[str]) -> tuple[str, ...]:
     """Return the texts that are not names of another entry, each spelling once."""
     free: dict[str, str] = {}
     for text in texts:
-        form = normalise(text)
+        form = normalize(text)
         if form and form not in taken:
             free.setdefault(form, text[:60])
     return tuple(free.values())
@@ -158,7 +158,11 @@ def _specify(facts: Facts, draft: EntryDraft) -> None:
     source = origin("default")
     if like is not None and like.kind != "reagent":
         same = like.category == draft.fields["category"]
-        specs = {name: value for name, value in like.specs.items() if name in INHERITED or (same and name in OF_WARE)}
+        specs = {
+            name: value
+            for name, value in like.specs.items()
+            if name in DEVICE_SPECIFICATIONS or (same and name in WARE_SPECIFICATIONS)
+        }
         source = origin("catalogue", f"like {like.name}", 0.6)
     volume = volume_of(facts.label)
     if volume and draft.fields["kind"] != "facility":
@@ -176,8 +180,8 @@ def _rounded(size: Size) -> Size:
 def _mass(facts: Facts) -> float:
     size, like = facts.size, facts.like
     box = size.width * size.depth * size.height
-    density = like.mass / (like.size.width * like.size.depth * like.size.height) if like else BULK
-    return min(max(float(f"{density * box:.3g}"), 1.01 * DENSITY[0] * box, 1e-6), HEAVIEST)
+    density = like.mass / (like.size.width * like.size.depth * like.size.height) if like else BULK_DENSITY_KG_M3
+    return min(max(float(f"{density * box:.3g}"), 1.01 * DENSITY_RANGE_KG_M3[0] * box, 1e-6), MAX_MASS_KG)
 
 
 BASE_CONFIDENCE = {"high": 0.95, "medium": 0.85, "low": 0.7}

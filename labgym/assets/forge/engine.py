@@ -23,11 +23,11 @@ from labgym.assets.forge.matching import SIZE_RATIO, Resemblance, resemblance
 from labgym.assets.forge.modelled import Annotator, drafted, measured, take
 from labgym.assets.forge.record import Annotation, MeshSource, Physical
 from labgym.assets.forge.scale import check_scale
-from labgym.assets.meshes import MeshError, MeshFile, PhysicalMesh, normalise, read_mesh
+from labgym.assets.meshes import MeshError, MeshFile, PhysicalMesh, normalize, read_mesh
 from labgym.assets.meshes.colors import to_linear
 from labgym.assets.meshes.model import LIMITS, Axis
 from labgym.assets.model import Asset
-from labgym.assets.search import normalise as name_key
+from labgym.assets.search import normalize as name_key
 from labgym.assets.shapes import MATERIALS
 from labgym.documents import document_error
 
@@ -132,7 +132,7 @@ def annotate(
     file = read_mesh(path, options.unit, options.up, scale=options.scale)
     nearest = _nearest(published, file, path.stem, options.like)
     check_scale(published, file, path.stem, nearest)
-    mesh = normalise(file, options.front)
+    mesh = normalize(file, options.front)
     facts = Facts(path.stem, file_digest, published, file, mesh, nearest, options.name)
     if options.name is not None and name_key(options.name) in facts.taken:
         raise MeshError(path, f"{options.name!r} is a name of a published asset; choose another --name")

@@ -13,13 +13,13 @@ from labgym.assets.forge.looks import substance
 from labgym.assets.forge.matching import NOISE, Resemblance, telling
 from labgym.assets.meshes import MeshFile, PhysicalMesh
 from labgym.assets.model import Asset, Kind, Placing, Size, Surface
-from labgym.assets.search import normalise, surface_forms
+from labgym.assets.search import normalize, surface_forms
 
-TALL, LONG = 0.6, 1.6
+TALL_M, LONG_M = 0.6, 1.6
 """Height and longest side, meters, beyond which an unknown object stands on the floor."""
-FLAT = 0.005
+FLAT_TOP_DEPTH_M = 0.005
 """Depth below the top within which faces belong to it, meters."""
-COVERED = 0.8
+MIN_COVERED_SHARE = 0.8
 """Least share of the outline that faces at the top must cover to be a surface that carries objects."""
 
 
@@ -59,7 +59,7 @@ class Facts:
     @cached_property
     def taken(self) -> frozenset[str]:
         """Names and synonyms of the catalog's entries, normalized."""
-        return frozenset(normalise(form) for asset in self.catalog for form in surface_forms(asset))
+        return frozenset(normalize(form) for asset in self.catalog for form in surface_forms(asset))
 
     @property
     def label(self) -> str:
@@ -84,7 +84,7 @@ def standing(like: Asset | None, extents: tuple[float, float, float]) -> tuple[K
     """Return kind, category and placing: those of the entry that a mesh resembles, else by its size alone."""
     if like is not None:
         return like.kind, like.category, like.placing
-    if extents[2] > TALL or max(extents) > LONG:
+    if extents[2] > TALL_M or max(extents) > LONG_M:
         return "facility", "furniture", "floor"
     return "instrument", "tool", "desktop"
 
@@ -95,8 +95,8 @@ def top_surface(mesh: PhysicalMesh) -> Surface | None:
     for part in mesh.parts:
         corners = part.vertices[part.faces]
         normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        at_top = (corners[:, :, 2].min(axis=1) > size.height - FLAT) & (normal[:, 2] > 0.0)
+        at_top = (corners[:, :, 2].min(axis=1) > size.height - FLAT_TOP_DEPTH_M) & (normal[:, 2] > 0.0)
         covered += float(normal[at_top, 2].sum()) / 2
-    if covered < COVERED * size.width * size.depth:
+    if covered < MIN_COVERED_SHARE * size.width * size.depth:
         return None
     return Surface(z=math.floor(1e4 * size.height + 0.5) / 1e4, width=size.width, depth=size.depth)

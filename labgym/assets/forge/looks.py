@@ -43,11 +43,11 @@ _LOOKS = {
     "wood": "oak",
 }
 _GLASSES = ("borosilicate", "thick_glass", "amber_glass")
-CLEAR = 0.85
+MAX_CLEAR_OPACITY = 0.85
 """Opacity below which a surface counts as transparent."""
-PLAIN = "plastic_light"
+PLAIN_MATERIAL = "plastic_light"
 """Material of parts without a color or an informative name."""
-LEAST_VERTICES = 4
+MIN_VERTICES = 4
 
 
 def substance(name: str | None) -> str | None:
@@ -56,7 +56,7 @@ def substance(name: str | None) -> str | None:
     return next((kind for kind, known in SUBSTANCES.items() if words & set(known)), None)
 
 
-def look(part: MeshPart, plain: str = PLAIN) -> str:
+def look(part: MeshPart, plain: str = PLAIN_MATERIAL) -> str:
     """Return the name in `MATERIALS` that matches the look of a part of a mesh file; `plain` if it is unknown."""
     if part.material in MATERIALS:
         return part.material
@@ -71,13 +71,13 @@ def look(part: MeshPart, plain: str = PLAIN) -> str:
 
 def geometry_of(mesh: PhysicalMesh, category: str) -> Geometry:
     """Return a mesh with labgym's materials, a piece for each; glassware without materials in the file is clear."""
-    plain = _LOOKS["glass"] if category == "glassware" else PLAIN
+    plain = _LOOKS["glass"] if category == "glassware" else PLAIN_MATERIAL
     by_look: dict[str, list[MeshPart]] = {}
     for part in mesh.parts:
         by_look.setdefault(look(part, plain), []).append(part)
     # MuJoCo takes no mesh of three vertices: a lone triangle goes with the largest piece.
     largest = max(by_look, key=lambda name: sum(len(part.faces) for part in by_look[name]))
-    for name in [name for name in by_look if sum(len(part.vertices) for part in by_look[name]) < LEAST_VERTICES]:
+    for name in [name for name in by_look if sum(len(part.vertices) for part in by_look[name]) < MIN_VERTICES]:
         if name != largest:
             by_look[largest] += by_look.pop(name)
     return Geometry(tuple(_joined(name, parts) for name, parts in sorted(by_look.items())), mesh.convex)
@@ -92,10 +92,13 @@ def _joined(name: str, parts: list[MeshPart]) -> MeshPiece:
 @lru_cache(maxsize=4096)
 def _nearest(color: tuple[float, ...]) -> str:
     """Return the material of the nearest color among those that are as clear or as opaque, without lights."""
-    clear = color[3] < CLEAR
+    clear = color[3] < MAX_CLEAR_OPACITY
     alike = [
         name
         for name, known in MATERIALS.items()
-        if (known.rgba[3] < CLEAR) == clear and known.emission == 0.0 and name not in FINISHES and name not in SUPPLIES
+        if (known.rgba[3] < MAX_CLEAR_OPACITY) == clear
+        and known.emission == 0.0
+        and name not in FINISHES
+        and name not in SUPPLIES
     ]
     return min(alike, key=lambda name: (math.dist(MATERIALS[name].rgba[:3], color[:3]), name))

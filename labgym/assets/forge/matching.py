@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from labgym.assets.catalog import Catalog
 from labgym.assets.model import Asset
 from labgym.assets.qualifiers import is_neutral, qualifiers
-from labgym.assets.search import normalise, surface_forms
+from labgym.assets.search import normalize, surface_forms
 
 _NOISE = """
     model mesh object obj geo geom geometry default root world scene untitled final copy export exported low
@@ -89,15 +89,15 @@ def volume_of(text: str) -> float | None:
 Extents = tuple[float, float, float]
 
 MAX_PHRASE = 6
-SHORTEST = 3
+MIN_NAME_LETTERS = 3
 """Least length of a part of a name that counts as a catalog name; shorter ones must be the whole name."""
-EXACT, PHRASE, HEAD, MISSPELT = 0.9, 0.8, 0.6, 0.55
+EXACT_CONFIDENCE, PHRASE_CONFIDENCE, HEAD_CONFIDENCE, MISSPELLING_CONFIDENCE = 0.9, 0.8, 0.6, 0.55
 """Confidence by evidence: the whole name; words within it; its last noun, such as flask; a misspelling."""
 SIZE_DOUBT = 0.15
 """Confidence lost for each factor of e by which the longest side differs from the entry's, beyond the first."""
 SIZE_RATIO = 2.5
 """Ratio of longest sides from which a size is reported as unusual."""
-FLOOR = 0.5
+MIN_CONFIDENCE = 0.5
 """Least confidence at which a mesh is identified with an entry."""
 
 
@@ -111,12 +111,12 @@ class Resemblance:
 
     @property
     def is_accepted(self) -> bool:
-        """Whether the confidence reaches `FLOOR`."""
-        return self.confidence >= FLOOR
+        """Whether the confidence reaches `MIN_CONFIDENCE`."""
+        return self.confidence >= MIN_CONFIDENCE
 
 
 def resemblance(catalog: Catalog, texts: Sequence[tuple[str, str]], extents: Extents) -> Resemblance | None:
-    """Return the entry that the first telling text names, or None; its confidence may be below `FLOOR`.
+    """Return the entry that the first telling text names, or None; its confidence may be below `MIN_CONFIDENCE`.
 
     Args:
         texts: (source, text), most trusted first.
@@ -168,10 +168,10 @@ class _Index:
         self._catalog = catalog
         self._forms: dict[str, list[Asset]] = defaultdict(list)
         self._heads: dict[str, list[Asset]] = defaultdict(list)
-        generic = {normalise(word) for word in qualifiers().descriptors}
+        generic = {normalize(word) for word in qualifiers().descriptors}
         for asset in catalog.roles:
             for form in surface_forms(asset):
-                self._forms[normalise(form)].append(asset)
+                self._forms[normalize(form)].append(asset)
             head = _singular(telling(asset.name)[-1])
             if asset.kind != "reagent" and head.isalpha() and head not in generic:
                 self._heads[head].append(asset)
@@ -185,9 +185,9 @@ class _Index:
         for length in range(min(len(words), MAX_PHRASE), 0, -1):
             for start in range(len(words) - length, -1, -1):
                 run, before, after = words[start : start + length], words[:start], words[start + length :]
-                form = normalise("".join(run))
+                form = normalize("".join(run))
                 partial = bool(before or after)
-                if not form or is_amount("".join(run)) or (partial and len(form) < SHORTEST and form.isascii()):
+                if not form or is_amount("".join(run)) or (partial and len(form) < MIN_NAME_LETTERS and form.isascii()):
                     continue
                 named = self._forms.get(form) or self._forms.get(_singular(form)) or []
                 packed = all(is_amount(word) or word.casefold() in CONTAINERS for word in before + after)
@@ -195,24 +195,24 @@ class _Index:
                     asset for asset in named if (packed if asset.kind == "reagent" else all(map(_is_modifier, after)))
                 ]
                 if assets:
-                    return _Evidence(assets, EXACT if packed else PHRASE, " ".join(run))
+                    return _Evidence(assets, EXACT_CONFIDENCE if packed else PHRASE_CONFIDENCE, " ".join(run))
         return None
 
     def headed(self, words: list[str]) -> _Evidence | None:
         """Entries whose canonical names end with the last noun of the words."""
         nouns = [word for word in words if not _is_modifier(word)]
         assets = self._heads.get(_singular(nouns[-1])) if nouns else None
-        return _Evidence(assets, HEAD, nouns[-1]) if assets else None
+        return _Evidence(assets, HEAD_CONFIDENCE, nouns[-1]) if assets else None
 
     def misspelt(self, words: list[str]) -> _Evidence | None:
         """The entry that the search of the catalog finds for all words together."""
         text = " ".join(word for word in words if not is_amount(word))
         match = self._catalog.match(text)
-        return None if match is None else _Evidence([self._catalog.get(match.name)], MISSPELT, text)
+        return None if match is None else _Evidence([self._catalog.get(match.name)], MISSPELLING_CONFIDENCE, text)
 
-    def of_volume(self, evidence: _Evidence, millilitres: float | None) -> Iterable[Asset]:
+    def of_volume(self, evidence: _Evidence, milliliters: float | None) -> Iterable[Asset]:
         """Return the entries that can hold a volume: of "centrifuge 50 ml" the centrifuge tube, not the centrifuge."""
-        if millilitres is None or any(asset.kind == "reagent" or asset.specs.volume_mL for asset in evidence.assets):
+        if milliliters is None or any(asset.kind == "reagent" or asset.specs.volume_mL for asset in evidence.assets):
             return evidence.assets
         stems = tuple(asset.name for asset in evidence.assets)
         vessels = [asset for asset in self._catalog if asset.name.startswith(stems) and asset.specs.volume_mL]
@@ -225,5 +225,5 @@ def _is_modifier(word: str) -> bool:
 
 
 def _singular(word: str) -> str:
-    plain = normalise(word)
-    return plain[:-1] if plain.endswith("s") and not plain.endswith("ss") and len(plain) > SHORTEST else plain
+    plain = normalize(word)
+    return plain[:-1] if plain.endswith("s") and not plain.endswith("ss") and len(plain) > MIN_NAME_LETTERS else plain

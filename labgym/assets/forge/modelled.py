@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import Field, create_model
 
 from labgym.assets.catalog import Catalog
-from labgym.assets.checks import MIN_TEXT
+from labgym.assets.checks import MIN_CHARACTERS
 from labgym.assets.forge.drafting import EntryDraft, free_name, write_caption
 from labgym.assets.forge.facts import Facts
 from labgym.assets.forge.record import Share, origin
 from labgym.assets.model import Asset, Hazards, Kind
-from labgym.assets.search import normalise
+from labgym.assets.search import normalize
 from labgym.documents import Record
 
 if TYPE_CHECKING:
@@ -125,7 +125,7 @@ def take(answer: Described, facts: Facts, draft: EntryDraft) -> None:
         synonyms = _extended(draft.fields[name], texts, facts)
         if len(synonyms) > len(draft.fields[name]):
             draft.put(name, synonyms, semantic)
-    short = len(answer.description) < MIN_TEXT
+    short = len(answer.description) < MIN_CHARACTERS
     text = f"{answer.description} {draft.fields['description']}" if short else answer.description
     draft.put("description", text, semantic)
     write_caption(draft)
@@ -161,10 +161,10 @@ def _hazards(answer: Described, facts: Facts, draft: EntryDraft) -> None:
 
 def _extended(synonyms: tuple[str, ...], texts: Sequence[str], facts: Facts) -> tuple[str, ...]:
     """Return synonyms with those texts of a model that are not names of a published entry."""
-    forms = {normalise(text): text for text in synonyms}
+    forms = {normalize(text): text for text in synonyms}
     for text in texts:
-        if normalise(text) and normalise(text) not in facts.taken:
-            forms.setdefault(normalise(text), text)
+        if normalize(text) and normalize(text) not in facts.taken:
+            forms.setdefault(normalize(text), text)
     return tuple(forms.values())
 
 

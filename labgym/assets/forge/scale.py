@@ -16,7 +16,7 @@ SPREAD = 4.0
 """The longest side may be this many times beyond those of the published entries of the same subtype."""
 HINT_SPREAD = 2.5
 """The same limit for a suggested unit, because a wrong hint is worse than no hint."""
-HOLDS = (0.7, 30.0)
+BOX_PER_VOLUME = (0.7, 30.0)
 """Volume of the bounding box of a vessel or bottle over the volume in its name, least and greatest."""
 UNIT_NAMES = {
     "m": "meters",
@@ -103,10 +103,10 @@ def _usual(catalog: Catalog, like: Asset | None, spread: float) -> Bounds | None
 
 
 def _volume(like: Asset | None, stem: str) -> tuple[float, float] | None:
-    millilitres = volume_of(stem)
-    if millilitres is None or like is None or like.specs.volume_mL is None:
+    milliliters = volume_of(stem)
+    if milliliters is None or like is None or like.specs.volume_mL is None:
         return None
-    return HOLDS[0] * millilitres * 1e-6, HOLDS[1] * millilitres * 1e-6
+    return BOX_PER_VOLUME[0] * milliliters * 1e-6, BOX_PER_VOLUME[1] * milliliters * 1e-6
 
 
 def _remedy(file: MeshFile, sides: Extents, limits: _Limits, like: Asset | None) -> str:

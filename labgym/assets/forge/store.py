@@ -16,7 +16,7 @@ from labgym.assets.forge.modelled import Annotator
 from labgym.assets.forge.record import Annotation
 from labgym.assets.meshes import FORMATS, MeshError
 from labgym.assets.model import Asset
-from labgym.assets.search import normalise, surface_forms
+from labgym.assets.search import normalize, surface_forms
 from labgym.documents import write_bytes
 from labgym.errors import LabgymError, OptionError
 from labgym.runs import ExecutorOptions
@@ -167,9 +167,9 @@ class OwnAssets:
         Raises:
             OptionError: its name, or a synonym, is a published asset's, or it exists already and `replace` is False.
         """
-        forms = {normalise(form): form for form in surface_forms(reagent)}
+        forms = {normalize(form): form for form in surface_forms(reagent)}
         for asset in Catalog.published():
-            shared = next((forms[key] for form in surface_forms(asset) if (key := normalise(form)) in forms), None)
+            shared = next((forms[key] for form in surface_forms(asset) if (key := normalize(form)) in forms), None)
             if shared is not None:
                 raise OptionError(f"{shared!r} is a name of the published asset {asset.name}; choose another name")
         path = self._entry_path(reagent.name)

@@ -11,12 +11,12 @@ from labgym.assets.model import Asset, Chemistry, Hazards, Shape, Size
 from labgym.errors import OptionError
 
 MAX_NAME = 200
-DENSITIES = (1e-4, 25.0)
+DENSITY_RANGE_G_ML = (1e-4, 25.0)
 """Least and greatest density of a substance, g/mL: hydrogen gas to osmium."""
 CATEGORY = "inferred_reagent"
-INFERRED = "inferred from structure"
+INFERRED_NOTE = "inferred from structure"
 """Beginning of the notes of an inferred entry."""
-STATED = "stated by the user"
+STATED_NOTE = "stated by the user"
 
 _PACKS: dict[State, dict[str, Any]] = {
     "liquid": {
@@ -64,13 +64,17 @@ def infer(
     """
     if any(len(text) > MAX_NAME for text in (name, *synonyms)):
         raise OptionError(f"a name has {max(map(len, (name, *synonyms)))} characters, expected at most {MAX_NAME}")
-    if density is not None and not DENSITIES[0] <= density <= DENSITIES[1]:
-        raise OptionError(f"density is {density:g} g/mL, expected {DENSITIES[0]:g} to {DENSITIES[1]:g} g/mL")
+    if density is not None and not DENSITY_RANGE_G_ML[0] <= density <= DENSITY_RANGE_G_ML[1]:
+        raise OptionError(
+            f"density is {density:g} g/mL, expected {DENSITY_RANGE_G_ML[0]:g} to {DENSITY_RANGE_G_ML[1]:g} g/mL"
+        )
     inference = classify(smiles, state)
     title = _printable(name) or inference.formula
     flags: dict[str, bool] = dict.fromkeys(inference.flags, True)
     chemical = {"water_reactive", "pyrophoric", "peroxide_former"}
-    facts = "; ".join(f"{key} {STATED}" for key, value in (("state", state), ("density", density)) if value is not None)
+    facts = "; ".join(
+        f"{key} {STATED_NOTE}" for key, value in (("state", state), ("density", density)) if value is not None
+    )
     chemistry = Chemistry(
         smiles=inference.smiles,
         formula=inference.formula,
@@ -112,4 +116,4 @@ def canonical_name(text: str) -> str:
 
 def _notes(inference: Inference) -> str:
     groups = "; ".join(f"{name}: {', '.join(reason.why for reason in why)}" for name, why in inference.groups.items())
-    return f"{INFERRED}: {groups or 'no known group'}"
+    return f"{INFERRED_NOTE}: {groups or 'no known group'}"

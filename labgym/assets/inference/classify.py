@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable
 from typing import Any, Literal
 
-from labgym.assets.flags import BOILING_LIMIT, FLAGS, FLASH_LIMIT, Flag, group_flags
+from labgym.assets.flags import BOILING_LIMIT_C, FLAGS, FLASH_LIMIT_C, Flag, group_flags
 from labgym.assets.inference.prohibited import refuse_weapon
 from labgym.assets.inference.substructures import Reason, matches, reasons, substructures
 from labgym.assets.inference.volatility import (
@@ -22,11 +22,11 @@ from labgym.documents import Record
 from labgym.quantities import ROOM_TEMPERATURE
 
 State = Literal["solid", "liquid", "gas"]
-SOLID_ABOVE = 230.0
+SOLID_ABOVE_C = 230.0
 """Estimated boiling point above which an organic substance is proposed to be a solid, degrees Celsius."""
 LIQUID_ATOMS = 10
 """Heavy atoms above which a molecule without an estimated boiling point is proposed to be a solid."""
-ESTIMATED = 0.6
+ESTIMATED_CONFIDENCE = 0.6
 """Confidence in a flag that follows from an estimated boiling or flash point."""
 _BY_STRUCTURE = ("explosive",)
 """Flags that depend on the structure rather than on the group: few azides of long chains explode."""
@@ -149,7 +149,7 @@ def _state(structure: Any, boiling: float | None, groups: Collection[str]) -> St
 
 
 def _phase(boiling: float) -> State:
-    return "gas" if boiling < ROOM_TEMPERATURE else "liquid" if boiling <= SOLID_ABOVE else "solid"
+    return "gas" if boiling < ROOM_TEMPERATURE else "liquid" if boiling <= SOLID_ABOVE_C else "solid"
 
 
 def _flags(
@@ -178,13 +178,17 @@ def _of_groups(flag: Flag, groups: dict[str, tuple[Reason, ...]]) -> list[Reason
 
 def _of_volatility(flag: Flag, structure: Any, boiling: float, state: State) -> list[Reason]:
     if flag == "volatile_or_toxic":
-        why = f"boils near {boiling:.0f} C, at most {BOILING_LIMIT:.0f} C counts as volatile"
-        return [Reason(why=why, confidence=ESTIMATED)] if state != "solid" and boiling <= BOILING_LIMIT else []
+        why = f"boils near {boiling:.0f} C, at most {BOILING_LIMIT_C:.0f} C counts as volatile"
+        return (
+            [Reason(why=why, confidence=ESTIMATED_CONFIDENCE)]
+            if state != "solid" and boiling <= BOILING_LIMIT_C
+            else []
+        )
     flash = flash_point(boiling)
-    if state == "solid" or flash > FLASH_LIMIT or not burns(structure):
+    if state == "solid" or flash > FLASH_LIMIT_C or not burns(structure):
         return []
-    why = f"flash point near {flash:.0f} C by estimate, at most {FLASH_LIMIT:.0f} C counts as flammable"
-    return [Reason(why=why, confidence=ESTIMATED)]
+    why = f"flash point near {flash:.0f} C by estimate, at most {FLASH_LIMIT_C:.0f} C counts as flammable"
+    return [Reason(why=why, confidence=ESTIMATED_CONFIDENCE)]
 
 
 def _storage(

@@ -16,10 +16,10 @@ from labgym.assets.inference.substructures import matches, pattern
 from labgym.assets.structures import canonical
 from labgym.documents import Document
 
-HEAVY = 0.76
+MAX_HEAVY_MASS_SHARE = 0.76
 """Mass fraction of bromine and iodine above which a vapor hardly burns: bromoethane (0.73) and allyl iodide (0.755)
 have flash points, iodoethane (0.81) and bromomethane (0.84) have none."""
-HYDROGEN = 1.008
+HYDROGEN_G_MOL = 1.008
 """Molar mass of hydrogen, g/mol."""
 _BASE, _KELVIN = 198.2, 273.15
 _WHOLE: tuple[tuple[str, float], ...] = (
@@ -124,7 +124,7 @@ def burns(molecule: Any) -> bool:
     """Return whether the vapor burns: more hydrogen than halogen, and not mostly bromine and iodine by mass."""
     hydrogens = sum(int(atom.GetTotalNumHs()) for atom in molecule.GetAtoms())
     heavy = sum(float(atom.GetMass()) for atom in molecule.GetAtoms() if atom.GetSymbol() in ("Br", "I"))
-    return hydrogens > len(matches(molecule, "[F,Cl,Br,I]")) and heavy < HEAVY * molar_mass(molecule)
+    return hydrogens > len(matches(molecule, "[F,Cl,Br,I]")) and heavy < MAX_HEAVY_MASS_SHARE * molar_mass(molecule)
 
 
 def parts(molecule: Any) -> int:
@@ -136,4 +136,4 @@ def parts(molecule: Any) -> int:
 
 def molar_mass(molecule: Any) -> float:
     """Return the molar mass of all parts together, g/mol, hydrogens included."""
-    return math.fsum(float(atom.GetMass()) + HYDROGEN * int(atom.GetTotalNumHs()) for atom in molecule.GetAtoms())
+    return math.fsum(float(atom.GetMass()) + HYDROGEN_G_MOL * int(atom.GetTotalNumHs()) for atom in molecule.GetAtoms())

@@ -1,12 +1,10 @@
 """Mesh files: read safely, converted to meters and z up, then to the frame of an asset."""
 
 from labgym.assets.meshes.model import LIMITS, MeshError, MeshFile, MeshLimits, MeshPart, PhysicalMesh
-from labgym.assets.meshes.physical import DIRECTIONS, normalise
-from labgym.assets.meshes.reading import DEFAULT_UNITS, FORMATS, UNITS, read_mesh
+from labgym.assets.meshes.physical import normalize
+from labgym.assets.meshes.reading import FORMATS, UNITS, read_mesh
 
 __all__ = [
-    "DEFAULT_UNITS",
-    "DIRECTIONS",
     "FORMATS",
     "LIMITS",
     "UNITS",
@@ -15,6 +13,6 @@ __all__ = [
     "MeshLimits",
     "MeshPart",
     "PhysicalMesh",
-    "normalise",
+    "normalize",
     "read_mesh",
 ]

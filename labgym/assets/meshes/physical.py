@@ -176,7 +176,7 @@ FRONTS: dict[Axis, str] = {"X": "+z", "Y": "+z", "Z": "+y"}
 """Direction of the front by default: as in glTF with y up, as in labgym's own files with z up."""
 
 
-def normalise(mesh: MeshFile, front: str | None = None, hulls_only: bool = False) -> PhysicalMesh:
+def normalize(mesh: MeshFile, front: str | None = None, hulls_only: bool = False) -> PhysicalMesh:
     """Return a mesh in an asset's frame: front along +y, origin at the center of the bottom face, with its physics.
 
     Args:

@@ -32,7 +32,7 @@ DEFAULT_UP: dict[str, Axis] = {".stl": "Z", ".obj": "Y", ".usd": "Y", ".usda": "
 SCALES = (1e-6, 1e6)
 """Least and greatest scale factor."""
 FORMATS = tuple(DEFAULT_UNITS)
-FAR = 1e6
+MAX_COORDINATE_M = 1e6
 """Greatest coordinate in meters."""
 
 _READERS: dict[str, Callable[[Path, bytes, MeshLimits], RawMesh]] = {
@@ -123,8 +123,8 @@ def _checked(path: Path, part: MeshPart, scale: float, turn: Points) -> MeshPart
     if not np.isfinite(vertices).all():
         raise MeshError(path, f"part {part.name!r} has a vertex that is not a number or infinite; export it again")
     meters = scale * vertices
-    if np.abs(meters).max() > FAR:
-        reach = f"{np.abs(meters).max():.3g} m from its origin, expected at most {FAR:g} m"
+    if np.abs(meters).max() > MAX_COORDINATE_M:
+        reach = f"{np.abs(meters).max():.3g} m from its origin, expected at most {MAX_COORDINATE_M:g} m"
         raise MeshError(path, f"part {part.name!r} reaches {reach}; check the unit")
     used, compact = np.unique(faces, return_inverse=True)
     return MeshPart(part.name, meters[used] @ turn.T, compact.reshape(-1, 3), part.color, part.material)

@@ -42,14 +42,14 @@ def balance(asset: Asset) -> Iterator[Part]:
     yield plate(
         "display_lcd", (width * 0.5, (hd - step) * 0.36, 0.004), (0.0, middle - 0.006, deck * 0.725 + 0.005), facing
     )
-    centre = (step - hd) / 2.0
-    yield column("stainless", 0.03, 0.0, centre, (deck, deck + 0.012))
+    center = (step - hd) / 2.0
+    yield column("stainless", 0.03, 0.0, center, (deck, deck + 0.012))
     if not shield:
         pan = min(width * 0.86, (hd + step) * 0.9)
-        yield block("stainless", span(pan / 2.0), span(pan / 2.0, centre), (height - 0.010, height))
-        yield block("plastic_dark", span(pan * 0.2), span(pan * 0.2, centre), (deck, height - 0.008))
+        yield block("stainless", span(pan / 2.0), span(pan / 2.0, center), (height - 0.010, height))
+        yield block("plastic_dark", span(pan * 0.2), span(pan * 0.2, center), (deck, height - 0.008))
         return
-    yield column("stainless", 0.09, 0.0, centre, (deck + 0.010, deck + 0.016))
+    yield column("stainless", 0.09, 0.0, center, (deck + 0.010, deck + 0.016))
     x, y0, y1, top = hw - 0.006, -hd + 0.006, step - 0.004, height - 0.012
     for side in (-1.0, 1.0):
         yield block("sash_glass", (side * x, side * (x - 0.004)), (y0, y1), (deck, top))

@@ -12,6 +12,7 @@ from labgym.assets.shapes.parts import (
     ALONG_Y,
     Part,
     block,
+    collar,
     column,
     cylinder,
     ellipsoid,
@@ -112,7 +113,7 @@ def ring(asset: Asset) -> Iterator[Part]:
     inner = outer - min(thick, 0.010 if arm else thick)
     low, high = (height * 0.3, height * 0.7) if arm else (0.0, height)
     x = -width / 2.0 + outer if arm else 0.0
-    yield revolved(material, [(inner, low), (outer, low), (outer, high), (inner, high), (inner, low)], (x, 0.0, 0.0))
+    yield collar(material, (inner, outer), (low, high), (x, 0.0, 0.0))
     if arm:
         yield cylinder(
             material,
@@ -130,16 +131,7 @@ def stand(asset: Asset) -> Iterator[Part]:
     width, depth, height, hw, hd = extents(asset)
     if flag(asset, "tripod"):
         outer = width / 2.0
-        yield revolved(
-            "cast_iron",
-            [
-                (outer - 0.016, height - 0.008),
-                (outer, height - 0.008),
-                (outer, height),
-                (outer - 0.016, height),
-                (outer - 0.016, height - 0.008),
-            ],
-        )
+        yield collar("cast_iron", (outer - 0.016, outer), (height - 0.008, height))
         for k in range(3):
             angle = math.pi / 2.0 + k * 2.0 * math.pi / 3.0
             x, y = (outer - 0.008) * math.cos(angle), (outer - 0.008) * math.sin(angle)
@@ -149,7 +141,7 @@ def stand(asset: Asset) -> Iterator[Part]:
         yield column("plastic_grey", 0.03, 0.0, 0.0, (0.018, height * 0.85))
         yield column("plastic_grey", width * 0.72, 0.0, 0.0, (height * 0.78, height * 0.82))
         yield sphere("plastic_dark", 0.04, (0.0, 0.0, height * 0.86))
-        for k, colour in enumerate(
+        for k, color in enumerate(
             ("abs_blue", "abs_red", "safety_yellow", "abs_green", "plastic_white", "poison_purple")
         ):
             angle = k * math.pi / 3.0
@@ -158,7 +150,7 @@ def stand(asset: Asset) -> Iterator[Part]:
                 "polypropylene", [(0.0012, height * 0.12), (0.004, height * 0.36), (0.006, height * 0.5)], (x, y, 0.0)
             )
             yield rounded("plastic_white", span(0.012, x), span(0.014, y), (height * 0.48, height * 0.93), 0.008)
-            yield column(colour, 0.015, x, y, (height * 0.93, height))
+            yield column(color, 0.015, x, y, (height * 0.93, height))
     else:
         yield rounded("cast_iron", span(hw), span(hd), (0.0, 0.014), 0.012)
         yield column("stainless", 0.012, 0.0, -hd + 0.03, (0.014, height))
@@ -249,8 +241,7 @@ def apparatus_stand(asset: Asset) -> Iterator[Part]:
     for x, y, z, radius, back in _rows(asset, "rings", 5):
         yield from _arm(x, back, y - radius - 0.004, z - 0.004)
         outer = radius + 0.008
-        ring = [(radius, z - 0.008), (outer, z - 0.008), (outer, z), (radius, z), (radius, z - 0.008)]
-        yield revolved("cast_iron", ring, (x, y, 0.0))
+        yield collar("cast_iron", (radius, outer), (z - 0.008, z), (x, y, 0.0))
     for x, y, low, high, radius in _rows(asset, "blocks", 5):
         yield _block(x, y, low, high, radius)
     for x, y, low, high, below, above, bore in _rows(asset, "cones", 7):
@@ -272,8 +263,7 @@ def _base(asset: Asset, hw: float, hd: float, height: float) -> Iterator[Part]:
         yield rounded("cork", span(hw), span(hd), (0.0, BASE_M), 0.012)
     for low, rings in ((PLATE_M, wells), (0.0, corks)):
         for x, y, top, inner, outer in rings:
-            ring = [(inner, low), (outer, low), (outer, top), (inner, top), (inner, low)]
-            yield revolved("cork", ring, (x, y, 0.0))
+            yield collar("cork", (inner, outer), (low, top), (x, y, 0.0))
 
 
 def _arm(x: float, back: float, front: float, z: float) -> Iterator[Part]:
@@ -312,9 +302,8 @@ def _rack(asset: Asset, hw: float, hd: float) -> Iterator[Part]:
     for z in (top - 0.006, (height + top) / 2.0):
         reach = hd * 0.8
         for surface in asset.surfaces:
-            ring = [(surface.width / 2.0, z - 0.002), (surface.width / 2.0 + 0.004, z - 0.002)]
-            ring += [(surface.width / 2.0 + 0.004, z + 0.006), (surface.width / 2.0, z + 0.006), ring[0]]
-            yield revolved("plastic_light", ring, (surface.x, surface.y, 0.0))
+            bore = surface.width / 2.0
+            yield collar("plastic_light", (bore, bore + 0.004), (z - 0.002, z + 0.006), (surface.x, surface.y, 0.0))
         yield block("plastic_white", span(hw), (-reach, -reach + 0.008), (z - 0.002, z + 0.006))
         yield block("plastic_white", span(hw), (reach - 0.008, reach), (z - 0.002, z + 0.006))
 

@@ -150,8 +150,8 @@ def jar(asset: Asset) -> Iterator[Part]:
     )
     yield from label(asset, width / 2.0 - 0.0002, height * 0.12, height * 0.66)
     storage = asset.chemistry.storage_class if asset.chemistry else "General"
-    colour = CAPS.get(storage, "plastic_black")
-    yield column("abs_blue" if plastic and colour == "plastic_white" else colour, 2.12 * neck, 0.0, 0.0, (cap, height))
+    color = CAPS.get(storage, "plastic_black")
+    yield column("abs_blue" if plastic and color == "plastic_white" else color, 2.12 * neck, 0.0, 0.0, (cap, height))
 
 
 @shape("vial")

@@ -77,21 +77,21 @@ def whiteboard(asset: Asset) -> Iterator[Part]:
             (0.20, 0.26, "paper"),
             (0.70, 0.30, "safety_yellow"),
         )
-        for share, up, colour in papers:
+        for share, up, color in papers:
             across, high = share * hw, up * height
-            yield block(colour, span(0.065, across), (face, face + 0.001), span(0.09, high))
+            yield block(color, span(0.065, across), (face, face + 0.001), span(0.09, high))
             yield from lines(0.10, 0.11, 5, across, face + 0.001, high - 0.01)
             yield cylinder("abs_red", 0.012, 0.004, (across, face + 0.003, high + 0.078), ALONG_Y)
         return
     yield block("aluminium", span(hw * 0.4), (face, hd), (rail, rail + 0.012))
-    for k, colour in enumerate(("abs_blue", "abs_red", "print_black")):
-        yield cylinder(colour, 0.010, 0.10, (-0.15 + 0.14 * k, hd - 0.006, rail + 0.017), ALONG_X)
+    for k, color in enumerate(("abs_blue", "abs_red", "print_black")):
+        yield cylinder(color, 0.010, 0.10, (-0.15 + 0.14 * k, hd - 0.006, rail + 0.017), ALONG_X)
     yield from lines(width * 0.36, height * 0.30, 6, hw * 0.45, face, height * 0.66)
-    centre, ring = (-hw * 0.45, height * 0.55), 0.11
+    center, ring = (-hw * 0.45, height * 0.55), 0.11
     for k in range(6):
         a, b = k * math.pi / 3.0, (k + 1) * math.pi / 3.0
-        start = (centre[0] + ring * math.sin(a), centre[1] + ring * math.cos(a))
-        end = (centre[0] + ring * math.sin(b), centre[1] + ring * math.cos(b))
+        start = (center[0] + ring * math.sin(a), center[1] + ring * math.cos(a))
+        end = (center[0] + ring * math.sin(b), center[1] + ring * math.cos(b))
         middle = ((start[0] + end[0]) / 2.0, face + 0.0005, (start[1] + end[1]) / 2.0)
         tilt = math.atan2(end[1] - start[1], end[0] - start[0])
         yield plate("abs_blue", (ring, 0.001, 0.008), middle, turned((0.0, 1.0, 0.0), -tilt))

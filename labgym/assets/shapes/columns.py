@@ -119,8 +119,8 @@ def chromatography_column(asset: Asset) -> Iterator[Part]:
     ball = bulb(radius, top - 0.008 - radius, 0.75, math.pi - 0.36, 6)
     yield revolved(GLASS, [*outline, *ball, (0.011, top), (0.014, height - 0.010), (0.014, height)])
     yield column("silica", 2.0 * tube - 0.004, 0.0, 0.0, (low + 0.004, height * 0.58))
-    for z, colour in ((0.36, "poison_purple"), (0.46, "yellow_liquid")):
-        yield column(colour, 2.0 * tube - 0.003, 0.0, 0.0, (height * z, height * (z + 0.025)))
+    for z, color in ((0.36, "poison_purple"), (0.46, "yellow_liquid")):
+        yield column(color, 2.0 * tube - 0.003, 0.0, 0.0, (height * z, height * (z + 0.025)))
     yield column("yellow_liquid", 2.0 * tube - 0.004, 0.0, 0.0, (height * 0.585, height * 0.7))
     yield from stopcock(0.0, low * 0.5, width / 2.0, 0.010)
     yield block("ptfe", (-width / 2.0, -0.006), span(0.004), span(0.004, low * 0.5))

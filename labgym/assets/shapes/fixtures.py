@@ -84,9 +84,9 @@ def keypad(x: Point, y: float, z: Point, columns: int = 3, rows: int = 4) -> Ite
     for i in range(columns):
         for j in range(rows):
             left, low = x[0] + i * pitch_x, z[0] + j * pitch_z
-            colour = "abs_green" if (i, j) == (0, 0) else "plastic_dark"
+            color = "abs_green" if (i, j) == (0, 0) else "plastic_dark"
             yield block(
-                colour,
+                color,
                 (left + 0.15 * pitch_x, left + 0.85 * pitch_x),
                 (y, y + 0.003),
                 (low + 0.15 * pitch_z, low + 0.85 * pitch_z),

@@ -250,8 +250,8 @@ def rotary_evaporator(asset: Asset) -> Iterator[Part]:
     start = (0.01, 0.0, head_z - 0.005)
     yield revolved("borosilicate", flask, start, turned((0.0, 1.0, 0.0), lean))
     reach = 0.205
-    centre = (start[0] + reach * math.sin(lean), 0.0, start[2] + reach * math.cos(lean))
-    yield ellipsoid("yellow_liquid", (0.115, 0.115, 0.08), (centre[0], 0.0, centre[2] - 0.032))
+    center = (start[0] + reach * math.sin(lean), 0.0, start[2] + reach * math.cos(lean))
+    yield ellipsoid("yellow_liquid", (0.115, 0.115, 0.08), (center[0], 0.0, center[2] - 0.032))
     cx = -0.19
     jacket = [
         (0.020, 0.0),

@@ -16,6 +16,7 @@ from labgym.assets.shapes.parts import (
     Part,
     Point,
     block,
+    collar,
     column,
     cylinder,
     ellipsoid,
@@ -114,8 +115,8 @@ def _base(hw: float, hd: float, top: float) -> Iterator[Part]:
 
 def _services(right: float, left: float, y: float, edge: float, low: float) -> Iterator[Part]:
     """Colored service valves and sockets on the posts."""
-    for k, colour in enumerate(("abs_green", "signal_blue", "safety_yellow")):
-        yield from knob(colour, 0.034, right, y, edge, low + 0.22 + 0.10 * k)
+    for k, color in enumerate(("abs_green", "signal_blue", "safety_yellow")):
+        yield from knob(color, 0.034, right, y, edge, low + 0.22 + 0.10 * k)
         yield from knob(("safety_red", "plastic_white", "abs_blue")[k], 0.034, left, y, edge, low + 0.22 + 0.10 * k)
     for x in (left, right):
         yield block("plastic_white", span(0.035, x), (y, y + 0.008), (low + 0.06, low + 0.14))
@@ -159,15 +160,9 @@ def _ports(asset: Asset, x: tuple[float, float], face: float, edge: float, z: fl
     for k in range(ports):
         middle = x[0] + (k + 0.5) * pitch
         middle += 0.12 * (1.0 if middle < (x[0] + x[1]) / 2.0 else -1.0) if ports == 2 else 0.0
-        ring = [
-            (bore * 0.40, 0.0),
-            (bore * 0.56, 0.0),
-            (bore * 0.56, edge - face + 0.008),
-            (bore * 0.40, edge - face + 0.008),
-            (bore * 0.40, 0.0),
-        ]
-        # The profile's axis runs along +y, so the ring stands out of the window.
-        yield revolved("plastic_black", ring, (middle, face - 0.008, z), ALONG_Y)
+        # The axis runs along +y, so the ring stands out of the window.
+        reach = (0.0, edge - face + 0.008)
+        yield collar("plastic_black", (bore * 0.40, bore * 0.56), reach, (middle, face - 0.008, z), ALONG_Y)
         yield cylinder("glove", bore * 0.80, 0.012, (middle, face + 0.002, z), ALONG_Y)
         yield ellipsoid("glove", (bore * 0.6, 0.036, bore * 0.6), (middle, face - 0.004, z))
 
@@ -237,8 +232,8 @@ def modular_hood(asset: Asset) -> Iterator[Part]:
         choice(asset, "sash", "vertical", SASHES, "sash"), hollow, front, hollow.z0 + number(asset, "opening", 0.46)
     )
     yield from _underframe(choice(asset, "base", "cupboards", BASES, "base of a hood"), trim, (hw, hd), hollow.z0)
-    for k, colour in enumerate(("abs_green", "safety_yellow", "abs_blue")):
-        yield from knob(colour, 0.036, (x1 + hw) / 2.0, post, hd, hollow.z0 + 0.16 + 0.09 * k)
+    for k, color in enumerate(("abs_green", "safety_yellow", "abs_blue")):
+        yield from knob(color, 0.036, (x1 + hw) / 2.0, post, hd, hollow.z0 + 0.16 + 0.09 * k)
     yield block("plastic_white", span(0.03, (x0 - hw) / 2.0), (post, post + 0.01),
                 (hollow.z0 + 0.16, hollow.z0 + 0.34))  # fmt: skip
 

@@ -24,6 +24,9 @@ from labgym.assets.shapes.parts import (
 from labgym.assets.shapes.registry import count, extents, flag, shape
 from labgym.assets.shapes.vessels import bulb, hollow
 
+FACE_M = 0.012
+"""Depth that a housing leaves to its screens, gauges and knobs in front, meters."""
+
 
 @shape("pump")
 def pump(asset: Asset) -> Iterator[Part]:
@@ -120,9 +123,6 @@ def centrifuge(asset: Asset) -> Iterator[Part]:
     yield from keypad((hw * 0.1, hw * 0.7), hd - 0.003, (height * 0.09, height * 0.23), 4, 2)
 
 
-FACE_M = 0.012
-
-
 def solvent_bottles(x: Point, y: float, z: float, height: float, amount: int) -> Iterator[Part]:
     """A row of clear mobile-phase bottles with blue caps."""
     pitch = (x[1] - x[0]) / amount
@@ -156,8 +156,8 @@ def chromatograph(asset: Asset) -> Iterator[Part]:
     if flag(asset, "screen"):
         yield from curve_screen((-hw * 0.75, hw * 0.2), hd - FACE_M, (top * 0.72, top * 0.94))
     if columns:
-        for x, colour in ((hw * 0.55, "plastic_white"), (hw * 0.8, "abs_blue")):
-            yield column(colour, 0.04, x, 0.0, (top, height))
+        for x, color in ((hw * 0.55, "plastic_white"), (hw * 0.8, "abs_blue")):
+            yield column(color, 0.04, x, 0.0, (top, height))
         yield block("stainless", (-hw * 0.8, hw * 0.2), span(hd * 0.6), (top, top + 0.006))
         for k in range(5):
             for j in range(3):

@@ -218,15 +218,15 @@ SUBSTANCES = {
 """Material that a substance word of a shape parameter stands for."""
 
 
-def coating(colour: str) -> str:
+def coating(color: str) -> str:
     """Return the material of a painted or plastic surface of that color.
 
     Raises:
         UnknownNameError: no color has that name.
     """
-    if colour not in COATINGS:
-        raise UnknownNameError("colour", colour, COATINGS)
-    return COATINGS[colour]
+    if color not in COATINGS:
+        raise UnknownNameError("colour", color, COATINGS)
+    return COATINGS[color]
 
 
 def substance(word: str) -> str:

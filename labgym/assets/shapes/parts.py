@@ -71,15 +71,15 @@ class Part:
 
     def bounds(self) -> Array:
         """Return the exact axis-aligned bounds in the asset's frame, shape (2, 3)."""
-        rotation, centre = self.rotation, np.array(self.position)
+        rotation, center = self.rotation, np.array(self.position)
         if self.primitive == "revolve":
             discs = np.array(self.profile)
-            middle = centre + discs[:, 1:] * rotation[:, 2]
+            middle = center + discs[:, 1:] * rotation[:, 2]
             reach = discs[:, :1] * np.hypot(rotation[:, 0], rotation[:, 1])
             return np.array([(middle - reach).min(axis=0), (middle + reach).max(axis=0)])
         if self.primitive == "prism":
             outline = np.array(self.profile)
-            middle = centre + outline @ rotation[:, :2].T
+            middle = center + outline @ rotation[:, :2].T
             reach = np.abs(rotation[:, 2]) * self.size[2] / 2.0
             return np.array([(middle - reach).min(axis=0), (middle + reach).max(axis=0)])
         half = np.array(self.size) / 2.0
@@ -91,7 +91,7 @@ class Part:
             reach = half[0] + np.abs(rotation[:, 2]) * (half[2] - half[0])
         else:
             reach = np.linalg.norm(rotation * half, axis=1)
-        return np.array([centre - reach, centre + reach])
+        return np.array([center - reach, center + reach])
 
 
 def span(half: float, middle: float = 0.0) -> Point:
@@ -114,8 +114,8 @@ def rounded(material: str, x: Point, y: Point, z: Point, radius: float = 0.02) -
     """An upright box between spans whose four vertical edges are round."""
     hx, hy = abs(x[1] - x[0]) / 2.0, abs(y[1] - y[0]) / 2.0
     r = min(radius, 0.99 * hx, 0.99 * hy)
-    centre = ((x[0] + x[1]) / 2.0, (y[0] + y[1]) / 2.0, (z[0] + z[1]) / 2.0)
-    return Part("prism", (2 * hx, 2 * hy, abs(z[1] - z[0])), centre, UPRIGHT, material, _rounded_outline(hx, hy, r))
+    center = ((x[0] + x[1]) / 2.0, (y[0] + y[1]) / 2.0, (z[0] + z[1]) / 2.0)
+    return Part("prism", (2 * hx, 2 * hy, abs(z[1] - z[0])), center, UPRIGHT, material, _rounded_outline(hx, hy, r))
 
 
 def cylinder(material: str, diameter: float, height: float, at: Vector, quaternion: Quaternion = UPRIGHT) -> Part:
@@ -143,9 +143,9 @@ def rod(material: str, diameter: float, start: Vector, end: Vector, flat: bool =
     a, b = np.array(start), np.array(end)
     length = float(np.linalg.norm(b - a))
     x, y, z = ((b - a) / length).tolist()
-    centre = ((start[0] + end[0]) / 2.0, (start[1] + end[1]) / 2.0, (start[2] + end[2]) / 2.0)
+    center = ((start[0] + end[0]) / 2.0, (start[1] + end[1]) / 2.0, (start[2] + end[2]) / 2.0)
     kind: Primitive = "cylinder" if flat else "capsule"
-    return Part(kind, (diameter, diameter, length), centre, between((0.0, 0.0, 1.0), (x, y, z)), material)
+    return Part(kind, (diameter, diameter, length), center, between((0.0, 0.0, 1.0), (x, y, z)), material)
 
 
 def tube(material: str, diameter: float, points: Sequence[Vector]) -> list[Part]:
@@ -168,6 +168,15 @@ def revolved(
         points = [(0.0, points[0][1])] * (points[0][0] > 0.0) + points
         points = points + [(0.0, points[-1][1])] * (points[-1][0] > 0.0)
     return Part("revolve", (0.0, 0.0, 0.0), at, quaternion, material, tuple(points))
+
+
+def collar(
+    material: str, radii: Point, z: Point, at: Vector = (0.0, 0.0, 0.0), quaternion: Quaternion = UPRIGHT
+) -> Part:
+    """A ring about the part's z axis between an inner and an outer radius, over a span of heights."""
+    (inner, outer), (low, high) = radii, z
+    profile = [(inner, low), (outer, low), (outer, high), (inner, high), (inner, low)]
+    return revolved(material, profile, at, quaternion)
 
 
 def band(material: str, diameter: float, z: Point, x: float = 0.0, y: float = 0.0) -> Part:

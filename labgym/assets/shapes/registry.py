@@ -129,6 +129,8 @@ def imported(asset: Asset) -> Iterator[Part]:
         low, high = piece.vertices.min(axis=0), piece.vertices.max(axis=0)
         width, depth, height = (high - low).tolist()
         x, y, z = ((low + high) / 2.0).tolist()
-        centred = np.ascontiguousarray(piece.vertices - (low + high) / 2.0)
-        centred.setflags(write=False)
-        yield Part("mesh", (width, depth, height), (x, y, z), UPRIGHT, piece.material, triangles=(centred, piece.faces))
+        centered = np.ascontiguousarray(piece.vertices - (low + high) / 2.0)
+        centered.setflags(write=False)
+        yield Part(
+            "mesh", (width, depth, height), (x, y, z), UPRIGHT, piece.material, triangles=(centered, piece.faces)
+        )

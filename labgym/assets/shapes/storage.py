@@ -51,10 +51,10 @@ def carcass(asset: Asset, material: str, lining: str | None = None, front: float
 def cabinet(asset: Asset) -> Iterator[Part]:
     """A chemicals cabinet with one or two doors, handles, vents and a hazard diamond; `glass` glazes the doors."""
     width, _, height, hw, hd = extents(asset)
-    colour = coating(text(asset, "colour", "grey"))
+    color = coating(text(asset, "colour", "grey"))
     hollow = cavity(asset)
     face = hd - HANDLE_M
-    yield from carcass(asset, colour, "galvanised", face - LEAF_M)
+    yield from carcass(asset, color, "galvanised", face - LEAF_M)
     low = max(hollow.z0 - SHELL, 0.04)
     yield block("powder_dark", span(hw - 0.01), (hd - HANDLE_M - LEAF_M - 0.02, face - LEAF_M + 0.004), (0.0, low))
     doors = count(asset, "doors", 2)
@@ -67,7 +67,7 @@ def cabinet(asset: Asset) -> Iterator[Part]:
         left = doors == 2 and k == 0
         kind = "glazed door" if glazed else "cabinet door"
         joint = door(f"door_{k + 1}", kind, (x, y, z), "low" if left else "high", closes=True)
-        yield from moving(joint, glazed_door(colour, (x, y, z)) if glazed else _plain_door(colour, (x, y, z), low))
+        yield from moving(joint, glazed_door(color, (x, y, z)) if glazed else _plain_door(color, (x, y, z), low))
         edge = x[1] - 0.035 if left else x[0] + 0.035
         yield from moving(joint, _grip(edge, face, hd, height))
         joints.append(joint)
@@ -134,18 +134,18 @@ def gas_cabinet(asset: Asset) -> Iterator[Part]:
     """A ventilated cylinder cabinet: a door with a wired window, a duct collar on top."""
     width, depth, height, hw, hd = extents(asset)
     hollow = cavity(asset)
-    colour, face = coating(text(asset, "colour", "grey")), depth / 2.0 - HANDLE_M
+    color, face = coating(text(asset, "colour", "grey")), depth / 2.0 - HANDLE_M
     roof = height - 0.04
     x0, x1, back, _ = hollow.edges
-    yield block(colour, span(hw), (-hd, face - LEAF_M), (hollow.z1, roof))
+    yield block(color, span(hw), (-hd, face - LEAF_M), (hollow.z1, roof))
     for side in ((-hw, x0), (x1, hw)):
-        yield block(colour, side, (-hd, face - LEAF_M), (0.0, hollow.z1))
-    yield block(colour, (x0, x1), (-hd, back), (0.0, hollow.z1))
-    yield block(colour, (x0, x1), (back, face - LEAF_M), (0.0, hollow.z0))
+        yield block(color, side, (-hd, face - LEAF_M), (0.0, hollow.z1))
+    yield block(color, (x0, x1), (-hd, back), (0.0, hollow.z1))
+    yield block(color, (x0, x1), (back, face - LEAF_M), (0.0, hollow.z0))
     yield column("galvanised", min(width, depth) * 0.42, 0.0, 0.0, (roof, height))
     x, y, z = (-hw + 0.003, hw - 0.003), (face - LEAF_M, face), (0.05, roof - 0.01)
     leaf = [
-        block(colour, x, y, z),
+        block(color, x, y, z),
         block("screen_dark", span(hw * 0.45), (face, face + 0.002), (height * 0.62, height * 0.82)),
         *bar_handle(-hw + 0.05, face, hd, (height * 0.44, height * 0.56), "plastic_black"),
         *louvres(span(hw * 0.6), face, (0.10, 0.24), 6),
@@ -227,16 +227,16 @@ def waste_bin(asset: Asset) -> Iterator[Part]:
     """A waste bin: a tapering box, with `lid` a pedal bin with a hazard mark."""
     width, _, height, hw, hd = extents(asset)
     lid = flag(asset, "lid")
-    colour = coating(text(asset, "colour", "grey"))
+    color = coating(text(asset, "colour", "grey"))
     top = height * 0.88 if lid else height
     if not lid:
-        yield rounded(colour, span(hw * 0.9), span(hd * 0.9), (0.0, top - 0.02), 0.05)
-        yield rounded(colour, span(hw), span(hd), (top - 0.05, top - 0.006), 0.05)
+        yield rounded(color, span(hw * 0.9), span(hd * 0.9), (0.0, top - 0.02), 0.05)
+        yield rounded(color, span(hw), span(hd), (top - 0.05, top - 0.006), 0.05)
         yield rounded("plastic_black", span(hw * 0.86), span(hd * 0.86), (top - 0.01, top), 0.05)
         return
-    yield rounded(colour, span(hw * 0.93), (-hd * 0.93, hd * 0.90), (0.02, top), 0.04)
+    yield rounded(color, span(hw * 0.93), (-hd * 0.93, hd * 0.90), (0.02, top), 0.04)
     yield rounded("plastic_dark", span(hw * 0.9), (-hd * 0.9, hd * 0.86), (0.0, 0.02), 0.04)
-    yield rounded(colour, span(hw), (-hd, hd * 0.97), (top + 0.004, height - 0.008), 0.04)
+    yield rounded(color, span(hw), (-hd, hd * 0.97), (top + 0.004, height - 0.008), 0.04)
     yield rounded("plastic_dark", span(hw * 0.5), span(hd * 0.5), (height - 0.008, height), 0.03)
     yield block("plastic_dark", span(hw * 0.3), (hd * 0.8, hd), (0.01, 0.03))
     yield from diamond("warning", min(width, height) * 0.42, 0.0, hd * 0.90, height * 0.52)
@@ -268,8 +268,8 @@ BODIES = {"black": "gas_grey", "green": "gas_red", "grey": "gas_grey"}
 def gas_cylinder(asset: Asset) -> Iterator[Part]:
     """A gas cylinder: colored shoulder, valve with handwheel, regulator with two gauges, label."""
     width, _, height, *_ = extents(asset)
-    radius, colour = width / 2.0, text(asset, "colour", "grey")
-    body, shoulder = BODIES.get(colour, "gas_grey"), SHOULDERS.get(colour, "gas_grey")
+    radius, color = width / 2.0, text(asset, "colour", "grey")
+    body, shoulder = BODIES.get(color, "gas_grey"), SHOULDERS.get(color, "gas_grey")
     straight, neck = height * 0.80, height * 0.90
     shell = radius - 0.0008
     yield revolved(body, [(shell * 0.86, 0.0), (shell, 0.02), (shell, straight * 0.9)])

@@ -92,7 +92,7 @@ def steel_drum(asset: Asset) -> Iterator[Part]:
     """A steel drum with rims, two rolling hoops and bungs."""
     width, _, height, *_ = extents(asset)
     rim, radius = width / 2.0, width / 2.0 - 0.008
-    colour = coating(text(asset, "colour", "blue"))
+    color = coating(text(asset, "colour", "blue"))
     profile = [(rim, 0.0), (rim, 0.015), (radius, 0.02)]
     for z in (height / 3.0, 2.0 * height / 3.0):
         profile += [(radius, z - 0.02), (rim, z - 0.005), (rim, z + 0.005), (radius, z + 0.02)]
@@ -103,7 +103,7 @@ def steel_drum(asset: Asset) -> Iterator[Part]:
         (radius, height),
         (radius, height - 0.015),
     ]
-    yield revolved(colour, profile)
+    yield revolved(color, profile)
     yield column("galvanised", 0.07, 0.65 * radius, 0.0, (height - 0.016, height - 0.004))
     yield column("galvanised", 0.04, -0.65 * radius, 0.0, (height - 0.016, height - 0.004))
 

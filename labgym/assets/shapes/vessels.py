@@ -13,6 +13,7 @@ from labgym.assets.shapes.parts import (
     Point,
     Vector,
     band,
+    collar,
     column,
     cylinder,
     ellipsoid,
@@ -34,10 +35,10 @@ def neck_rim(radius: float, z: float) -> list[Point]:
     return [(radius, z - 0.008), (radius * 1.22, z - 0.005), (radius * 1.22, z)]
 
 
-def bulb(radius: float, centre: float, start: float, end: float, steps: int = 8) -> list[Point]:
+def bulb(radius: float, center: float, start: float, end: float, steps: int = 8) -> list[Point]:
     """Profile points of a sphere between two polar angles (0 at the bottom, pi at the top), radians."""
     angles = [start + (end - start) * k / steps for k in range(steps + 1)]
-    return [(radius * math.sin(angle), centre - radius * math.cos(angle)) for angle in angles]
+    return [(radius * math.sin(angle), center - radius * math.cos(angle)) for angle in angles]
 
 
 @shape("round_flask")
@@ -68,13 +69,13 @@ def round_flask(asset: Asset) -> Iterator[Part]:
         yield _side_neck(x, side, radius, width / 2.0, neck)
 
 
-def _side_neck(x: float, side: float, centre: float, edge: float, radius: float) -> Part:
+def _side_neck(x: float, side: float, center: float, edge: float, radius: float) -> Part:
     """A neck at 45 degrees from the sphere's center whose rim just reaches the edge of the box."""
     lean = math.pi / 4.0
     rim = radius * 1.15
     reach = (edge - rim * math.cos(lean) - side * x) / math.sin(lean)
     profile = [(radius, 0.0), (radius, reach - 0.008), (rim, reach - 0.006), (rim, reach)]
-    return revolved(GLASS, profile, (x, 0.0, centre), turned((0.0, 1.0, 0.0), side * lean))
+    return revolved(GLASS, profile, (x, 0.0, center), turned((0.0, 1.0, 0.0), side * lean))
 
 
 def _volumetric(radius: float, height: float) -> Iterator[Part]:
@@ -168,16 +169,7 @@ def beaker(asset: Asset) -> Iterator[Part]:
         yield column("thick_glass", 2.0 * radius, 0.0, 0.0, (top, height))
         yield column("silica", 0.7 * radius, 0.0, 0.0, (0.004, height * 0.75))
     else:
-        yield revolved(
-            "paper",
-            [
-                (0.962 * radius, height * 0.62),
-                (0.965 * radius, height * 0.62),
-                (0.965 * radius, height * 0.64),
-                (0.962 * radius, height * 0.64),
-                (0.962 * radius, height * 0.62),
-            ],
-        )
+        yield collar("paper", (0.962 * radius, 0.965 * radius), (height * 0.62, height * 0.64))
 
 
 @shape("cylinder_measure")

@@ -10,7 +10,7 @@ __all__ = ["Texture", "corner_coordinates", "decoded", "encoded", "surface_coord
 Array = NDArray[np.floating]
 Faces = NDArray[np.int64]
 
-LEVEL = 0.7
+LEVEL_NORMAL_SHARE = 0.7
 """Least share of z in the normal of a surface that counts as level."""
 
 
@@ -25,7 +25,7 @@ def surface_coordinates(points: Array, normals: Array, upright: bool = False) ->
     """
     reach = np.maximum(np.hypot(normals[:, 0], normals[:, 1]), 1e-9)
     along = (points[:, 1] * normals[:, 0] - points[:, 0] * normals[:, 1]) / reach
-    level = np.abs(normals[:, 2]) > LEVEL
+    level = np.abs(normals[:, 2]) > LEVEL_NORMAL_SHARE
     first, second = (points[:, 2], along) if upright else (along, points[:, 2])
     return np.stack([np.where(level, points[:, 0], first), np.where(level, points[:, 1], second)], axis=1)
 

@@ -55,7 +55,7 @@ def unified(text: str) -> str:
 
 @dataclass(frozen=True)
 class Folded:
-    """A text without case, accents, spacing and punctuation, as `labgym.assets.search.normalise` makes it.
+    """A text without case, accents, spacing and punctuation, as `labgym.assets.search.normalize` makes it.
 
     Attributes:
         text: the original.

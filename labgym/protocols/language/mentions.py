@@ -9,7 +9,7 @@ from functools import lru_cache
 from typing import Literal
 
 from labgym.assets import Asset, Catalog
-from labgym.assets.search import normalise, surface_forms
+from labgym.assets.search import normalize, surface_forms
 from labgym.protocols.language.concepts import word_table
 from labgym.protocols.language.folding import Folded
 
@@ -58,7 +58,7 @@ class _Form:
         """Return whether a span of the text that folds to this form can mean it."""
         if span.lower() in word_table().everyday:
             return False
-        compact = normalise(self.written)
+        compact = normalize(self.written)
         if len(compact) <= 2 and compact.isascii():
             return span == self.written
         spaced = any(char.isspace() for char in span)
@@ -151,15 +151,15 @@ def _forms(catalog: Catalog) -> dict[str, _Form]:
     forms: dict[str, _Form] = {}
     for name, written in word_table().classes.items():
         for form in written:
-            forms.setdefault(normalise(form), _Form(form, "class", name))
+            forms.setdefault(normalize(form), _Form(form, "class", name))
     for name, written in word_table().shorthand.items():
         if name in catalog:
             for form in written:
-                for key in (normalise(form), Folded.of(form).plain):
+                for key in (normalize(form), Folded.of(form).plain):
                     forms.setdefault(key, _Form(form, catalog.get(name).kind, name))
     for asset in sorted(catalog, key=_precedence):
         for form in (*surface_forms(asset), *_without_remark(asset)):
-            compact = normalise(form)
+            compact = normalize(form)
             if len(compact) > 1 or _chinese(compact):
                 forms.setdefault(compact, _Form(form, asset.kind, asset.name))
     return forms

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 
 from labgym.assets import Asset, pairs
-from labgym.assets.plausibility import FACE
+from labgym.assets.plausibility import FACE_VELOCITY_M_S
 from labgym.protocols.capability import heats_to, is_ventilated, needs_ventilation
 from labgym.protocols.contents import SEPARATING, STILL, WATER, Situation
 from labgym.protocols.errors import RefusalError
@@ -15,7 +15,7 @@ from labgym.protocols.rules.finding import Finding, ProtocolCase
 
 DANGEROUS_PRODUCT = "dangerous-product"
 """Rule whose findings no change of the steps removes."""
-LEAST_FACE_VELOCITY_M_S = FACE[0]
+LEAST_FACE_VELOCITY_M_S = FACE_VELOCITY_M_S[0]
 """Lowest face velocity at which a hood contains vapors, m/s (EN 14175 and ANSI/ASSP Z9.5 practice: 0.3 to 0.5)."""
 FATAL = ("H300", "H310", "H330")
 INERT = re.compile(r"(?<!liquid )\b(?:nitrogen|argon)\b(?!\s+(?:trap|dewar))|\b(?:inert|glove\s?box|schlenk)\b", re.I)
