@@ -42,7 +42,7 @@ class Habit(Record):
     clear: Annotated[float, Field(ge=0.0, le=5.0)] | None = None
 
 
-class Furniture(Record):
+class HabitualPiece(Record):
     """A piece that a room gets from a level of furnishing on, and its purpose."""
 
     asset: str
@@ -126,7 +126,7 @@ class Habits(Document):
 
     habits: dict[str, Habit]
     always: dict[str, str]
-    furniture: tuple[Furniture, ...]
+    furniture: tuple[HabitualPiece, ...]
     filling: tuple[str, ...]
     islands: Annotated[tuple[str, ...], Field(min_length=1)]
     peninsula: str

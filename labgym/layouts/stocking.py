@@ -16,7 +16,7 @@ from labgym.layouts.request import Request
 from labgym.layouts.rules.safety.heights import REAGENT_HEIGHT_M
 from labgym.layouts.rules.separation import hazard_between
 from labgym.layouts.rules.thresholds import CORROSIVE_HEIGHT, Profile
-from labgym.layouts.tabletop import Arm, Item, Spot, pack
+from labgym.layouts.tabletop import Arm, SurfaceItem, SurfaceSpot, pack
 
 LEAST_SHELVES = 0.8
 """Least area of shelves of a cabinet that takes the place of the usual one, relative to it."""
@@ -171,7 +171,7 @@ def shelve(request: Request, cabinet: Cabinet, generator: np.random.Generator) -
 
 def _shelf_spot(
     cabinet: Asset, asset: Asset, contents: Sequence[Content], most: int, generator: np.random.Generator
-) -> tuple[int, Spot] | None:
+) -> tuple[int, SurfaceSpot] | None:
     """The first slot with fewer than `most` containers and space for one more, with the spot on it."""
     corrosive = asset.hazards.corrosive
     for slot, surface in enumerate(cabinet.surfaces):
@@ -211,5 +211,5 @@ def stand(
     return contents, [entry for index, entry in enumerate(waiting) if index not in spots]
 
 
-def _item(asset: Asset, margin: float) -> Item:
-    return Item(asset.name, asset.size.width, asset.size.depth, asset.size.height, margin)
+def _item(asset: Asset, margin: float) -> SurfaceItem:
+    return SurfaceItem(asset.name, asset.size.width, asset.size.depth, asset.size.height, margin)

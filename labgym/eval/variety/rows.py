@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from labgym.documents import Record
 from labgym.layouts import Layout
-from labgym.layouts.places import Place
+from labgym.layouts.places import SplitPlace
 from labgym.navigation import Pose, TriedPair
 
 DIGITS = 6
@@ -33,7 +33,7 @@ class FloorRow(Record):
     hoods: tuple[str, ...]
 
     @classmethod
-    def of(cls, place: Place, layout: Layout, hoods: list[str]) -> FloorRow:
+    def of(cls, place: SplitPlace, layout: Layout, hoods: list[str]) -> FloorRow:
         """Return the row of a layout at a place of a split."""
         return cls(
             split=place.split,

@@ -80,7 +80,7 @@ def dry_distances(unit: Unit, placed: Iterable[tuple[Unit, OrientedBox]]) -> lis
 
 
 @dataclass(frozen=True)
-class Handling:
+class HandlingDistances:
     """The distances of places where flammables are handled from the heat of others.
 
     Attributes:
@@ -93,7 +93,7 @@ class Handling:
 
 def handling_distances(
     request: Request, units: Sequence[Unit], contents: Mapping[str, tuple[Content, ...]]
-) -> Handling:
+) -> HandlingDistances:
     """Return the distances of each location that handles a flammable from the units that carry heat sources.
 
     They hold between footprints, and so between the vessels and the heat sources on them. Heat that a protocol uses at
@@ -110,7 +110,7 @@ def handling_distances(
                     continue
                 low, high = max(band.d_low for band in bands), max(band.d_min for band in bands)
                 pairs.setdefault((place.id, unit.id), (low, high, f"{reagent}, flammable or oxidizing, is used there"))
-    return Handling(
+    return HandlingDistances(
         tuple(Separation(*pair, low + MARGIN, why) for pair, (low, _, why) in pairs.items()),
         tuple(Separation(*pair, high + MARGIN, why) for pair, (_, high, why) in pairs.items()),
     )

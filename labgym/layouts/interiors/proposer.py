@@ -39,7 +39,7 @@ class Pose:
 
 
 @dataclass(frozen=True)
-class Plan:
+class PosedBrief:
     """A furnished brief and a pose for each of its units, from which a layout is assembled.
 
     Attributes:
@@ -62,7 +62,7 @@ class Plan:
         return _with_contents(self)[1]
 
 
-def _with_contents(plan: Plan) -> tuple[Layout, dict[str, str]]:
+def _with_contents(plan: PosedBrief) -> tuple[Layout, dict[str, str]]:
     """The layout of a plan, and the reason of each placement by id."""
     placements: list[Placement] = []
     reasons: dict[str, str] = {}
@@ -159,7 +159,7 @@ class FloorProposer:
         layout = assembled(self.plan(request).layout(), request.profile, generator, tied, stands)
         return equipped(layout, request)
 
-    def plan(self, request: Request) -> Plan:
+    def plan(self, request: Request) -> PosedBrief:
         """Return the first plan in which ways lead to everything, filled as the request's style asks for.
 
         Raises:
@@ -173,7 +173,7 @@ class FloorProposer:
                 raise
             raise error.with_preset(_smallest_preset(request)) from None
 
-    def _plan(self, request: Request) -> Plan:
+    def _plan(self, request: Request) -> PosedBrief:
         grounds = grounds_of(request.floor)
         check_floor(request, grounds)
         entropy = int.from_bytes(hashlib.sha256(request.protocol.id.encode()).digest()[:8], "big")
@@ -208,7 +208,7 @@ def _smallest_preset(request: Request) -> str | None:
 
 def _assembled(
     request: Request, needs: Needs, rooms: Mapping[str, Interior], left: Sequence[Unit], attempts: Counter[str]
-) -> Plan:
+) -> PosedBrief:
     """Return the plan of furnished spaces; `left` are the further pieces that found no place."""
     poses: dict[str, Pose] = {}
     for room in rooms.values():
@@ -233,7 +233,7 @@ def _assembled(
         options["variants"] = dict(request.furniture.chosen)
     if attempts:
         options["attempts"] = dict(sorted(attempts.items()))
-    return Plan(request, brief, poses, _note(left), options)
+    return PosedBrief(request, brief, poses, _note(left), options)
 
 
 def _note(left: Sequence[Unit]) -> str:

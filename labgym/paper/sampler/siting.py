@@ -15,12 +15,12 @@ from itertools import pairwise
 from labgym.geometry import OrientedBox, wrap_angle
 from labgym.layouts.brief import Nearness, Separation, Unit
 from labgym.layouts.ground import Ground, Segment
+from labgym.layouts.ground import grounds as grounds_of
 from labgym.layouts.interiors.distances import nearness_of
 from labgym.layouts.interiors.distribution import distribute
 from labgym.layouts.placement import WALL
 from labgym.layouts.request import Request
 from labgym.layouts.rules.zones import INTRUSION
-from labgym.layouts.ground import grounds as grounds_of
 from labgym.paper.sampler.beliefs import Attention, Belief, Foot, wall_gap
 from labgym.paper.sampler.roles import Roles
 from labgym.paper.sampler.slips import Slips
