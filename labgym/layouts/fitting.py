@@ -113,15 +113,13 @@ def free_spot(
             taken.append(SurfaceSpot(x, y, yaw, *((size.depth, size.width) if across else (size.width, size.depth))))
     holder = layout.asset(support)
     fragile = asset.hazards.glass_container and holder.storage_class is None
-    item = SurfaceItem(
-        asset.name, asset.size.width, asset.size.depth, asset.size.height, profile.glass if fragile else BENCH_MARGIN
-    )
+    item = SurfaceItem.of(asset, profile.glass if fragile else BENCH_MARGIN)
     headroom = holder.surfaces[slot].headroom
     spots = pack([item], surface.width, surface.depth, headroom, generator, taken)
     if not spots:
         return None
     spot = spots[0]
-    return None if fragile and _edge(spot, surface) < profile.glass - 1e-9 else spot
+    return None if fragile and spot.inset(surface) < profile.glass - 1e-9 else spot
 
 
 def on_wall(
@@ -267,10 +265,6 @@ def _worktops(layout: Layout) -> list[OrientedBox]:
             box = layout.box(placement.id)
             spaces.append(OrientedBox(box.x, box.y, box.width, box.depth, box.yaw, box.z1, box.z1 + WORKING_HEIGHT))
     return spaces
-
-
-def _edge(spot: SurfaceSpot, surface: OrientedBox) -> float:
-    return min((surface.width - spot.width) / 2.0 - abs(spot.x), (surface.depth - spot.depth) / 2.0 - abs(spot.y))
 
 
 def _placement(

@@ -148,6 +148,15 @@ class Habits(Document):
         """
         return _published()
 
+    def uses_of(self, role: str) -> tuple[Use, ...]:
+        """Return the uses of the spaces in which furniture of a role stands, best first."""
+        return self.uses.get(role, ("laboratory",))
+
+    def rank_of(self, role: str, use: Use) -> int:
+        """Return how well a space of some use suits furniture of a role, 0 for the best."""
+        uses = self.uses_of(role)
+        return uses.index(use) if use in uses else len(uses)
+
     def of(self, asset: str) -> Habit:
         """Return the habit of an asset; any wall if the file lists none."""
         return self.habits.get(asset, Habit())

@@ -179,7 +179,9 @@ def _shelf_spot(
         too_high = surface.z > REAGENT_HEIGHT_M or (corrosive and surface.z + asset.size.height > CORROSIVE_HEIGHT)
         if len(taken) >= most or too_high:
             continue
-        spots = pack([_item(asset, SHELF_MARGIN)], surface.width, surface.depth, surface.headroom, generator, taken)
+        spots = pack(
+            [SurfaceItem.of(asset, SHELF_MARGIN)], surface.width, surface.depth, surface.headroom, generator, taken
+        )
         if spots:
             return slot, spots[0]
     return None
@@ -204,12 +206,10 @@ def stand(
     if not furniture.surfaces:
         return (), list(waiting)
     surface = furniture.surfaces[0]
-    items = [_item(asset, profile.glass if asset.hazards.glass_container else BENCH_MARGIN) for asset, _ in waiting]
+    items = [
+        SurfaceItem.of(asset, profile.glass if asset.hazards.glass_container else BENCH_MARGIN) for asset, _ in waiting
+    ]
     taken = [content.spot for content in present]
     spots = pack(items, surface.width, surface.depth, surface.headroom, generator, taken, arm)
     contents = tuple(Content(waiting[index][0], 0, spot, waiting[index][1]) for index, spot in sorted(spots.items()))
     return contents, [entry for index, entry in enumerate(waiting) if index not in spots]
-
-
-def _item(asset: Asset, margin: float) -> SurfaceItem:
-    return SurfaceItem(asset.name, asset.size.width, asset.size.depth, asset.size.height, margin)

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from labgym.assets import Asset
+from labgym.geometry import OrientedBox
 from labgym.layouts.rules.thresholds import ONE_SIDED
 
 GRID = 0.01
@@ -35,6 +37,11 @@ class SurfaceItem:
     height: float
     margin: float
 
+    @classmethod
+    def of(cls, asset: Asset, margin: float) -> SurfaceItem:
+        """Return an asset as an item."""
+        return cls(asset.name, asset.size.width, asset.size.depth, asset.size.height, margin)
+
 
 @dataclass(frozen=True)
 class SurfaceSpot:
@@ -45,6 +52,10 @@ class SurfaceSpot:
     yaw: float
     width: float
     depth: float
+
+    def inset(self, surface: OrientedBox) -> float:
+        """Return the distance of the item from the nearest edge of a surface, meters."""
+        return min((surface.width - self.width) / 2.0 - abs(self.x), (surface.depth - self.depth) / 2.0 - abs(self.y))
 
 
 @dataclass(frozen=True)

@@ -59,10 +59,6 @@ class FamilyStyle:
     hood_walls: tuple[HoodWall, ...]
     held_out: bool = False
 
-    def walls_of(self, space: str) -> tuple[int, ...]:
-        """Return the walls of a space that may carry hoods, preferred ones first."""
-        return tuple(each.wall for each in self.hood_walls if each.space == space)
-
     def to_json(self) -> dict[str, Any]:
         """Return the style as plain JSON data."""
         return asdict(self)

@@ -24,12 +24,10 @@ MARGIN = 0.02
 
 def nearness_of(units: Sequence[Unit], habits: Habits) -> Iterable[Nearness]:
     """Yield the habits of neighborhood that concern some units; the first unit of each kind counts."""
-    first: dict[str, str] = {}
-    for unit in units:
-        first.setdefault(unit.asset.role, unit.id)
+    first = first_of_role(units)
     for pair in habits.near:
         if pair.first in first and pair.second in first:
-            yield Nearness(first[pair.first], first[pair.second], pair.weight)
+            yield Nearness(first[pair.first].id, first[pair.second].id, pair.weight)
 
 
 def separations_of(

@@ -23,7 +23,7 @@ from labgym.layouts.interiors.refusals import check_floor, check_places, failure
 from labgym.layouts.interiors.setups import assembled
 from labgym.layouts.interiors.spaces import furnish_spaces
 from labgym.layouts.model import Layout
-from labgym.layouts.placement import FLOOR, WALL, Placement
+from labgym.layouts.placement import FLOOR, WALL, Placement, rounded
 from labgym.layouts.records import Provenance
 from labgym.layouts.request import Request
 from labgym.layouts.rooms import room_presets
@@ -70,7 +70,7 @@ def _with_contents(plan: PosedBrief) -> tuple[Layout, dict[str, str]]:
     fixed = plan.brief.fixed
     for unit in plan.brief.units:
         pose = plan.poses[unit.id]
-        position = _rounded(pose.x, pose.y, 0.0)
+        position = rounded(pose.x, pose.y, 0.0)
         placement = Placement(id=unit.id, asset=unit.asset.name, position=position, yaw=pose.yaw, support=FLOOR)
         placements.append(_in_role(fixed.get(unit.id, placement), unit.asset, plan.request.catalog))
         reasons[unit.id] = unit.reason
@@ -89,7 +89,7 @@ def _with_contents(plan: PosedBrief) -> tuple[Layout, dict[str, str]]:
             placement = Placement(
                 id=f"{name}_{counts[name]}",
                 asset=name,
-                position=_rounded(x, y, surface.z),
+                position=rounded(x, y, surface.z),
                 yaw=pose.yaw + content.spot.yaw,
                 support=unit.id,
                 slot=content.slot,
@@ -116,10 +116,6 @@ def _in_role(placement: Placement, asset: Asset, catalog: Catalog) -> Placement:
     """A placement that names the role of its asset, if that is not the asset's own."""
     own = catalog.get(placement.asset).role
     return placement if asset.role == own else placement.model_copy(update={"role": asset.role})
-
-
-def _rounded(x: float, y: float, z: float) -> tuple[float, float, float]:
-    return round(x, 6), round(y, 6), round(z, 6)
 
 
 DISTRIBUTIONS = 4

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import replace
 from itertools import islice, product
 
@@ -32,7 +32,6 @@ RELOCATIONS = 12
 """Maximum number of pieces that are relocated one after the other."""
 PLACES = 6
 """Maximum number of free places tried for a piece."""
-DEFAULT_USES = ("laboratory",)
 SHARES = (0.0, 0.1, 0.25, 0.5, 0.75, 0.9, 1.0)
 """Places tried between the two ends of those at which a load stands on its furniture, along each side."""
 BEST = 3
@@ -165,14 +164,10 @@ def elsewhere(layout: Layout, item: str, most: int) -> Iterator[Place]:
 
 def middles(layout: Layout, asset: Asset) -> list[tuple[int, tuple[float, float]]]:
     """Return the index and the middle of each space, those of a use that suits an asset first; meters."""
-    uses = Habits.published().uses.get(asset.role, DEFAULT_USES)
-    spaces = sorted(enumerate(grounds(layout.floor)), key=lambda each: _order(each[1].use, uses))
+    habits = Habits.published()
+    spaces = sorted(enumerate(grounds(layout.floor)), key=lambda each: habits.rank_of(asset.role, each[1].use))
     points = [(k, to_world([(g.width / 2.0, g.depth / 2.0)], g.frame)[0].round(6).tolist()) for k, g in spaces]
     return [(k, (x, y)) for k, (x, y) in points]
-
-
-def _order(use: str, uses: Sequence[str]) -> int:
-    return uses.index(use) if use in uses else len(uses)
 
 
 def blame(state: RepairState) -> Counter[str]:
