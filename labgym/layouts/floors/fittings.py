@@ -1,4 +1,4 @@
-"""What every family draws once its doors stand: windows, finishes, service points, panel clearances and a style."""
+"""Windows, finishes, service points, panel clearances and styles of floors, drawn once their doors stand. Meters."""
 
 from __future__ import annotations
 
