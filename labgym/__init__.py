@@ -2,7 +2,7 @@
 
 from gymnasium import register
 
-__version__ = "0.2.0"
+__version__ = "0.1.0"
 
 _VECTOR = "labgym.envs.vector:vector_env"
 

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class SiteArguments:
-    """Where a laboratory is generated.
+    """Site of a laboratory.
 
     Attributes:
         seed: Random seed; the same seed gives the same layout on any machine. With --count the first one.
@@ -80,7 +80,7 @@ class SiteArguments:
 
 @dataclass(frozen=True)
 class ExistingArguments:
-    """What exists before a laboratory is generated.
+    """Pieces that exist before a laboratory is generated.
 
     Attributes:
         fixed: Pieces that stay where they are: a layout's .json file, a .csv table with the columns asset, x, y and
@@ -121,7 +121,7 @@ class ExistingArguments:
 
 @dataclass(frozen=True)
 class MethodArguments(RuleArguments):
-    """How a laboratory is generated.
+    """Rules and phases of the generation.
 
     Attributes:
         proposer: What proposes the first layout: solver (constraints), sampler (fallible), llm (the configured language

@@ -35,7 +35,7 @@ class WorkLimitError(LabgymError):
 
 
 @dataclass
-class Work:
+class RepairBudget:
     """The units that are left: an assessment takes one for each object and one for each violation of the layout."""
 
     units: int = UNITS
@@ -56,7 +56,7 @@ class LimitedAdjuster:
     """An adjuster that charges for each adjustment."""
 
     adjuster: Adjuster
-    work: Work
+    work: RepairBudget
 
     def adjust(
         self,

@@ -89,7 +89,7 @@ class BatchRow(Record):
 
 
 @dataclass(frozen=True)
-class Batch:
+class LayoutBatch:
     """A finished batch.
 
     Attributes:
@@ -129,7 +129,7 @@ def generate_batch(
     clutter: int = 0,
     method: Method = DEFAULT,
     rules: str | RuleSet = TOUCHSTONE,
-) -> Batch:
+) -> LayoutBatch:
     """Generate `count` layouts of each protocol, with the seeds from `seed` on, and write them into a folder.
 
     Row i is about protocol i // count and seed `seed + i % count`. The files depend on the arguments alone, not on the
@@ -176,7 +176,7 @@ def generate_batch(
     for row in read_rows(out):
         infeasible += row.infeasible is not None
         failing += bool(row.v or row.facility or row.missing)
-    return Batch(Path(out), len(requests) * count - infeasible, infeasible, failing)
+    return LayoutBatch(Path(out), len(requests) * count - infeasible, infeasible, failing)
 
 
 def read_rows(folder: str | Path) -> Iterator[BatchRow]:

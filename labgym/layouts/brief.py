@@ -12,7 +12,7 @@ from typing import Literal
 from labgym.assets import Asset
 from labgym.geometry import OrientedBox
 from labgym.layouts.placement import Placement
-from labgym.layouts.tabletop import Spot
+from labgym.layouts.tabletop import SurfaceSpot
 
 Stance = Literal["wall", "island", "peninsula"]
 Furnishing = Literal["full", "reduced", "required"]
@@ -56,7 +56,7 @@ class Content:
 
     asset: Asset
     slot: int
-    spot: Spot
+    spot: SurfaceSpot
     reason: str
 
 

@@ -17,7 +17,7 @@ from labgym.layouts.rules.thresholds import SHOWER_RADIUS, Profile
 from labgym.layouts.rules.zones import HEADROOM, INTRUSION, front_zone
 from labgym.layouts.stocking import BENCH_MARGIN
 from labgym.layouts.surroundings import BRACKET, Pose, door_areas, door_openings, inside, wall_poses
-from labgym.layouts.tabletop import Item, Spot, pack
+from labgym.layouts.tabletop import SurfaceItem, SurfaceSpot, pack
 from labgym.navigation import PLANNING_RADIUS, goal_pose
 from labgym.protocols import Protocol
 
@@ -97,7 +97,7 @@ def free_spot(
     profile: Profile,
     generator: np.random.Generator,
     ignored: Collection[str] = (),
-) -> Spot | None:
+) -> SurfaceSpot | None:
     """Return a free spot for an asset on a slot of a support, or None if it is full.
 
     Args:
@@ -110,18 +110,16 @@ def free_spot(
             size, yaw = layout.asset(child.id).size, child.yaw - surface.yaw
             across = abs(math.sin(yaw)) > 0.5
             x, y = surface.to_local(child.position[0], child.position[1])
-            taken.append(Spot(x, y, yaw, *((size.depth, size.width) if across else (size.width, size.depth))))
+            taken.append(SurfaceSpot(x, y, yaw, *((size.depth, size.width) if across else (size.width, size.depth))))
     holder = layout.asset(support)
     fragile = asset.hazards.glass_container and holder.storage_class is None
-    item = Item(
-        asset.name, asset.size.width, asset.size.depth, asset.size.height, profile.glass if fragile else BENCH_MARGIN
-    )
+    item = SurfaceItem.of(asset, profile.glass if fragile else BENCH_MARGIN)
     headroom = holder.surfaces[slot].headroom
     spots = pack([item], surface.width, surface.depth, headroom, generator, taken)
     if not spots:
         return None
     spot = spots[0]
-    return None if fragile and _edge(spot, surface) < profile.glass - 1e-9 else spot
+    return None if fragile and spot.inset(surface) < profile.glass - 1e-9 else spot
 
 
 def on_wall(
@@ -267,10 +265,6 @@ def _worktops(layout: Layout) -> list[OrientedBox]:
             box = layout.box(placement.id)
             spaces.append(OrientedBox(box.x, box.y, box.width, box.depth, box.yaw, box.z1, box.z1 + WORKING_HEIGHT))
     return spaces
-
-
-def _edge(spot: Spot, surface: OrientedBox) -> float:
-    return min((surface.width - spot.width) / 2.0 - abs(spot.x), (surface.depth - spot.depth) / 2.0 - abs(spot.y))
 
 
 def _placement(

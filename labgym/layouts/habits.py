@@ -42,7 +42,7 @@ class Habit(Record):
     clear: Annotated[float, Field(ge=0.0, le=5.0)] | None = None
 
 
-class Furniture(Record):
+class HabitualPiece(Record):
     """A piece that a room gets from a level of furnishing on, and its purpose."""
 
     asset: str
@@ -126,7 +126,7 @@ class Habits(Document):
 
     habits: dict[str, Habit]
     always: dict[str, str]
-    furniture: tuple[Furniture, ...]
+    furniture: tuple[HabitualPiece, ...]
     filling: tuple[str, ...]
     peninsula: str
     homes: dict[str, str]
@@ -146,6 +146,15 @@ class Habits(Document):
             DocumentError: the file is missing or invalid.
         """
         return _published()
+
+    def uses_of(self, role: str) -> tuple[Use, ...]:
+        """Return the uses of the spaces in which furniture of a role stands, best first."""
+        return self.uses.get(role, ("laboratory",))
+
+    def rank_of(self, role: str, use: Use) -> int:
+        """Return how well a space of some use suits furniture of a role, 0 for the best."""
+        uses = self.uses_of(role)
+        return uses.index(use) if use in uses else len(uses)
 
     def of(self, asset: str) -> Habit:
         """Return the habit of an asset; any wall if the file lists none."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from labgym.errors import UnknownNameError
 from labgym.geometry import OrientedBox, rotate, wrap_angle
 from labgym.layouts.model import Layout
-from labgym.layouts.placement import FLOOR, WALL, Placement
+from labgym.layouts.placement import FLOOR, WALL, Placement, rounded
 from labgym.layouts.records import ZoneAssignment
 
 
@@ -126,7 +126,7 @@ def _carried(layout: Layout, placement_id: str, yaw: float, dx: float, dy: float
         rx, ry = rotate(item.position[0] - anchor.position[0], item.position[1] - anchor.position[1], turn)
         position = (anchor.position[0] + rx + dx, anchor.position[1] + ry + dy, item.position[2] + dz)
         changed[item_id] = item.model_copy(
-            update={"position": _rounded(position), "yaw": round(wrap_angle(item.yaw + turn), 9)}
+            update={"position": rounded(*position), "yaw": round(wrap_angle(item.yaw + turn), 9)}
         )
     return replaced(layout, changed)
 
@@ -180,7 +180,3 @@ def lifted(layout: Layout, placement_id: str, height: float) -> Layout:
     """Return the layout with a placement, and what stands on it, raised or lowered to a height in meters."""
     item = layout.placement(placement_id)
     return _carried(layout, placement_id, item.yaw, 0.0, 0.0, height - item.position[2])
-
-
-def _rounded(position: tuple[float, float, float]) -> tuple[float, float, float]:
-    return round(position[0], 6), round(position[1], 6), round(position[2], 6)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from itertools import chain
 
 from labgym.layouts.adjust import Adjuster, Level, RuleAdjuster, way_commands
 from labgym.layouts.interiors.rearranging import rearrangements
 from labgym.layouts.model import Layout
-from labgym.layouts.moves import apply
+from labgym.layouts.moves import Command, apply
 from labgym.layouts.repair import fast_repair
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.rule_sets import TOUCHSTONE, RuleSet
@@ -63,100 +64,116 @@ def optimise_assessed(
             errors are not in the cost: then only the refinement considers navigation.
         solver: whether the constraint solver may place furniture anew; it takes most of the time.
     """
-    adjuster = adjuster if adjuster is not None else RuleAdjuster()
-    original, start = layout, evaluate_layout(layout, protocol, rules)
+    start = evaluate_layout(layout, protocol, rules)
     if trace is not None:
         trace.begin(layout, protocol, start.rules)
-    current = start
+    run = _Optimization(layout, start, protocol, adjuster or RuleAdjuster(), trace, start.v)
     for level in LEVELS:
         for _ in range(ITERATIONS):
-            if current.perfect:
+            if run.current.perfect:
                 break
-            update = _update(layout, current, start.v, protocol, adjuster, level, trace)
-            if trace is not None:
-                trace.update("optimise", level, layout if update is None else update[0])
-            if update is None:
+            updated = run.update(level)
+            run.record(level)
+            if not updated:
                 break
-            layout, current = update
-        if solver and level == "room" and (current.errors or current.collisions):
-            layout, current = _rearrange(layout, current, start.v, protocol, trace)
-    if not ways or not start.rules.facility_in_cost:
-        return layout, current.with_navigation()
-    return _with_ways(original, start, layout, current, protocol, trace, solver)
-
-
-def _with_ways(
-    original: Layout,
-    start: Assessment,
-    layout: Layout,
-    current: Assessment,
-    protocol: Protocol | None,
-    trace: Recorder | None,
-    solver: bool,
-) -> tuple[Layout, Assessment]:
-    """The optimised layout after its ways were cleared too, the original if that has fewer violations."""
-    current = current.with_navigation()
-    if current.cost == 0:
-        return layout, current
+        if solver and level == "room" and (run.current.errors or run.current.collisions):
+            run.rearrange()
+    run.current = run.current.with_navigation()
+    if not ways or not start.rules.facility_in_cost or run.current.cost == 0:
+        return run.layout, run.current
     start = start.with_navigation()
+    run.most = start.v
     if solver:
-        layout, current = _rearrange(layout, current, start.v, protocol, trace)
-    layout, current = _clear_ways(layout, current, start.v, protocol, trace)
-    if current.v <= start.v:
-        return layout, current
-    if trace is not None:
-        trace.update("optimise", "undo", original)
-    return original, start
+        run.rearrange()
+    run.clear_ways()
+    if run.current.v > start.v:
+        run.layout, run.current = layout, start
+        run.record("undo")
+    return run.layout, run.current
 
 
-def _update(
-    layout: Layout,
-    current: Assessment,
-    most: int,
-    protocol: Protocol | None,
-    adjuster: Adjuster,
-    level: Level,
-    trace: Recorder | None,
-) -> tuple[Layout, Assessment] | None:
-    """The first accepted update: repaired and adjusted, or, if pushing things apart does not help, adjusted alone."""
-    bases = (
-        (fast_repair(layout, current.profile), layout) if level == "room" else (fast_repair(layout, current.profile),)
-    )
-    for base in bases:
-        assessment = current if base is layout else evaluate_layout(base, protocol, current.rules)
-        if trace is not None and (base is layout or base.placements != layout.placements):
-            trace.trial("as_is" if base is layout else "fast_repair", (), current, assessment, False, "start")
-        candidate = adjuster.adjust(base, protocol, assessment, level, trace)
-        proposed = assessment if candidate is base else evaluate_layout(candidate, protocol, current.rules)
-        accepted = proposed.better_than(current) and proposed.v <= most
-        if trace is not None and candidate.placements != layout.placements and (candidate is base or not accepted):
-            trace.trial("update", (), current, proposed, accepted)
+@dataclass
+class _Optimization:
+    """The best layout so far and its assessment.
+
+    Attributes:
+        most: greatest v of an accepted layout.
+    """
+
+    layout: Layout
+    current: Assessment
+    protocol: Protocol | None
+    adjuster: Adjuster
+    trace: Recorder | None
+    most: int
+
+    def record(self, level: str) -> None:
+        """End an iteration in the trace."""
+        if self.trace is not None:
+            self.trace.update("optimise", level, self.layout)
+
+    def update(self, level: Level) -> bool:
+        """Take the first accepted update: repaired and adjusted, or, if pushing apart does not help, adjusted alone."""
+        layout, current, trace = self.layout, self.current, self.trace
+        pushed = fast_repair(layout, current.profile)
+        for base in (pushed, layout) if level == "room" else (pushed,):
+            assessment = current if base is layout else evaluate_layout(base, self.protocol, current.rules)
+            if trace is not None and (base is layout or base.placements != layout.placements):
+                trace.trial("as_is" if base is layout else "fast_repair", (), current, assessment, False, "start")
+            candidate = self.adjuster.adjust(base, self.protocol, assessment, level, trace)
+            proposed = assessment if candidate is base else evaluate_layout(candidate, self.protocol, current.rules)
+            accepted = self._accepts(proposed)
+            if trace is not None and candidate.placements != layout.placements and (candidate is base or not accepted):
+                trace.trial("update", (), current, proposed, accepted)
+            if accepted:
+                self.layout, self.current = candidate, proposed
+                return True
+            if base.placements == layout.placements:
+                break
+        return False
+
+    def rearrange(self) -> None:
+        """Put accessories out of the way and let the solver rearrange furniture; take the best layout."""
+        layout, protocol = self.layout, self.protocol
+        involved = {layout.root(item).id for item in _involved(layout, self.current)}
+        candidates = chain((tidied(layout, protocol),), rearrangements(layout, protocol, involved))
+        for number, candidate in enumerate(candidates):
+            self._judge("rearrange" if number else "tidy", (), fast_repair(candidate, self.current.profile))
+            best = self.current
+            if not best.errors and not best.faulty and all(move.feasible for move in best.transitions or ()):
+                break
+        self.record("rearrange")
+
+    def clear_ways(self) -> None:
+        """Relocate furniture until a way out leads from every place of work, as far as the space allows."""
+        for _ in range(WAY_ITERATIONS):
+            before, layout = self.current, self.layout
+            if not _is_narrow(before):
+                break
+            for command in way_commands(layout, WAY_BUDGET):
+                if self._judge("clear_way", (command,), apply(layout, command)) and not _is_narrow(self.current):
+                    break
+            self.record("ways")
+            if self.current is before:
+                break
+
+    def _judge(self, operator: str, commands: tuple[Command, ...], candidate: Layout) -> bool:
+        """Take a candidate if it is better than the best one, and return whether it is."""
+        best = self.current
+        proposed = evaluate_layout(candidate, self.protocol, best.rules, navigation=best.navigation)
+        accepted = self._accepts(proposed)
+        if self.trace is not None:
+            self.trace.trial(operator, commands, best, proposed, accepted)
         if accepted:
-            return candidate, proposed
-        if base.placements == layout.placements:
-            return None
-    return None
+            self.layout, self.current = candidate, proposed
+        return accepted
+
+    def _accepts(self, proposed: Assessment) -> bool:
+        return proposed.better_than(self.current) and proposed.v <= self.most
 
 
-def _rearrange(
-    layout: Layout, current: Assessment, most: int, protocol: Protocol | None, trace: Recorder | None
-) -> tuple[Layout, Assessment]:
-    """The best layout with accessories put out of the way and furniture rearranged by the solver."""
-    best_layout, best = layout, current
-    involved = {layout.root(item).id for item in _involved(layout, current)}
-    for number, candidate in enumerate(chain((tidied(layout, protocol),), rearrangements(layout, protocol, involved))):
-        candidate = fast_repair(candidate, current.profile)
-        proposed = evaluate_layout(candidate, protocol, current.rules, navigation=current.navigation)
-        accepted = proposed.better_than(best) and proposed.v <= most
-        if trace is not None:
-            trace.trial("rearrange" if number else "tidy", (), best, proposed, accepted)
-        if accepted:
-            best_layout, best = candidate, proposed
-        if not best.errors and not best.faulty and all(move.feasible for move in best.transitions or ()):
-            break
-    if trace is not None:
-        trace.update("optimise", "rearrange", best_layout)
-    return best_layout, best
+def _is_narrow(assessment: Assessment) -> bool:
+    return any(issue.rule == "egress" for issue in assessment.errors)
 
 
 def _involved(layout: Layout, assessment: Assessment) -> Iterator[str]:
@@ -170,30 +187,3 @@ def _involved(layout: Layout, assessment: Assessment) -> Iterator[str]:
                 placement = layout.find(location)
                 if placement is not None:
                     yield placement.id
-
-
-def _clear_ways(
-    layout: Layout, current: Assessment, most: int, protocol: Protocol | None, trace: Recorder | None
-) -> tuple[Layout, Assessment]:
-    """Relocate furniture until a way out leads from every place of work, as far as the space allows."""
-    for _ in range(WAY_ITERATIONS):
-        narrow = [issue for issue in current.errors if issue.rule == "egress"]
-        if not narrow:
-            break
-        best, best_layout = current, layout
-        for command in way_commands(layout, WAY_BUDGET):
-            candidate = apply(layout, command)
-            proposed = evaluate_layout(candidate, protocol, current.rules, navigation=True)
-            accepted = proposed.better_than(best) and proposed.v <= most
-            if trace is not None:
-                trace.trial("clear_way", (command,), best, proposed, accepted)
-            if accepted:
-                best, best_layout = proposed, candidate
-                if not any(issue.rule == "egress" for issue in proposed.errors):
-                    break
-        if trace is not None:
-            trace.update("optimise", "ways", best_layout)
-        if best is current:
-            break
-        layout, current = best_layout, best
-    return layout, current

@@ -14,7 +14,7 @@ from labgym.layouts.optimise import optimise_assessed
 from labgym.layouts.refinement import refine_assessed
 from labgym.layouts.repairs import repair_layout
 from labgym.layouts.repairs.additions import with_missing
-from labgym.layouts.repairs.rank import State
+from labgym.layouts.repairs.rank import RepairState
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.rules.rule_sets import RuleSet
 from labgym.layouts.trace import Recorder
@@ -115,7 +115,9 @@ class Phases:
     def _completed(self, layout: Layout, assessment: Assessment) -> tuple[Layout, Assessment]:
         """Return the layout with what it lacks, optimized again."""
         navigation = self.method.refine
-        state = with_missing(State.of(layout, self.protocol, assessment.rules, navigation=navigation, seeded=True))
+        state = with_missing(
+            RepairState.of(layout, self.protocol, assessment.rules, navigation=navigation, seeded=True)
+        )
         if state.layout is layout:
             return layout, assessment
         if self.trace is not None:

@@ -67,6 +67,11 @@ class Placement(Growing):
     role: Annotated[str, Field(max_length=64)] | None = None
 
 
+def rounded(x: float, y: float, z: float) -> tuple[float, float, float]:
+    """Return a position rounded to micrometers."""
+    return round(x, 6), round(y, 6), round(z, 6)
+
+
 def resized(asset: Asset, size: Size) -> Asset:
     """Return a catalog entry with another bounding box.
 

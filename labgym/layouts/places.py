@@ -82,7 +82,7 @@ def published_protocols() -> MappingProxyType[str, Protocol]:
 
 
 @dataclass(frozen=True)
-class Place:
+class SplitPlace:
     """The arguments of one layout of a split.
 
     Attributes:
@@ -104,7 +104,7 @@ class Place:
     clutter: int
 
     @classmethod
-    def of(cls, split: str, index: int, seed: int) -> Place:
+    def of(cls, split: str, index: int, seed: int) -> SplitPlace:
         """Return the place of a split with a seed.
 
         Raises:
@@ -200,7 +200,7 @@ def seed_of(split: str, index: int, first: int | None = None, attempt: int = 0) 
     return (FIRST_SEEDS[split] if first is None else first) + index + attempt * PLACES
 
 
-def place_at(split: str, index: int, first: int | None = None, attempt: int = 0) -> Place:
+def place_at(split: str, index: int, first: int | None = None, attempt: int = 0) -> SplitPlace:
     """Return a place of a split. Arguments as `seed_of`.
 
     Raises:
@@ -209,10 +209,10 @@ def place_at(split: str, index: int, first: int | None = None, attempt: int = 0)
         InfeasibleError: the rules of the family refuse every draw.
     """
     population_of(split, index)
-    return Place.of(split, index, seed_of(split, index, first, attempt))
+    return SplitPlace.of(split, index, seed_of(split, index, first, attempt))
 
 
-def furnished(split: str, index: int, first: int | None = None) -> tuple[Place, Layout]:
+def furnished(split: str, index: int, first: int | None = None) -> tuple[SplitPlace, Layout]:
     """Return a place of a split with its tidy layout: of the first seed whose floor holds its protocols.
 
     Raises:
@@ -223,17 +223,17 @@ def furnished(split: str, index: int, first: int | None = None) -> tuple[Place, 
     return furnished_with(split, index, (seed_of(split, index, first, attempt) for attempt in range(ATTEMPTS)))
 
 
-def furnished_with(split: str, index: int, seeds: Iterable[int]) -> tuple[Place, Layout]:
-    """Return a place with its tidy layout: of the first of `seeds` whose floor holds its protocols (`Place.check`).
+def furnished_with(split: str, index: int, seeds: Iterable[int]) -> tuple[SplitPlace, Layout]:
+    """Return a place with its tidy layout: of the first of `seeds` whose floor holds its protocols.
 
     Raises:
-        UnknownNameError, OptionError: as `Place.of`.
+        UnknownNameError, OptionError: as `SplitPlace.of`.
         InfeasibleError: none of them gives a layout.
     """
     last = InfeasibleError(f"place {index} of split {split!r}", ["no seed"], None)
     for seed in seeds:
         try:
-            place = Place.of(split, index, seed)
+            place = SplitPlace.of(split, index, seed)
             tidy = place.tidy()
             place.check(tidy)
             return place, tidy

@@ -18,7 +18,7 @@ from labgym.layouts.placement import Placement, resized
 from labgym.layouts.roles import stand_ins
 from labgym.layouts.rules.rule_sets import RuleSet
 from labgym.layouts.rules.thresholds import Profile
-from labgym.layouts.style import Furniture, Style, draw_variants
+from labgym.layouts.style import FurnitureRange, Style, draw_variants
 from labgym.protocols import Protocol
 
 Purchases = Literal["none", "required", "any"]
@@ -155,7 +155,7 @@ class Request:
         return self.several or (self.protocol,)
 
     @cached_property
-    def furniture(self) -> Furniture:
+    def furniture(self) -> FurnitureRange:
         """The catalog, with the variants that the floor's style and the seed choose.
 
         Where an inventory counts, existing pieces take the roles of required ones instead that do not exist.
@@ -164,8 +164,8 @@ class Request:
             habits = self.habits
             required = [piece.asset for piece in habits.furniture if piece.level == "required"]
             required += [*self.protocol.required_assets(), *(habits.always.keys() - set(self.protocol.locations))]
-            return Furniture(self.catalog, stand_ins(self.catalog, required, self.holdings.counts))
-        return Furniture(self.catalog, draw_variants(self.catalog, self.style.variety, self.seed))
+            return FurnitureRange(self.catalog, stand_ins(self.catalog, required, self.holdings.counts))
+        return FurnitureRange(self.catalog, draw_variants(self.catalog, self.style.variety, self.seed))
 
     def fixed_asset(self, placement: Placement) -> Asset:
         """Return the catalog entry of a fixed object, with the object's size if it has one.

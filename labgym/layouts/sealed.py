@@ -64,7 +64,7 @@ class Commitment(Document):
         if self.secret != other.secret:
             problems.append(f"the secret's SHA-256 is {other.secret[:12]}, committed {self.secret[:12]}")
         if self.furnisher != other.furnisher:
-            problems.append(f"made by furnisher {other.furnisher}, committed {self.furnisher}: install {self.labgym}")
+            problems.append(f"made by furnisher {other.furnisher}, committed {self.furnisher} (labgym {self.labgym})")
         if len(self.floors) != len(other.floors):
             problems.append(f"{len(other.floors)} floors, committed {len(self.floors)}")
         for own, floor in zip(self.floors, other.floors, strict=False):

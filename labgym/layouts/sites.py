@@ -32,7 +32,7 @@ class FloorFile(Document, Floor):
 
 
 @dataclass(frozen=True)
-class Site:
+class FurnishingSite:
     """A floor and how it is furnished."""
 
     floor: Floor
@@ -44,7 +44,7 @@ def resolve_site(
     room: Room | str | Path | None,
     floor: Floor | str | Path | None,
     family: str | None,
-) -> Site:
+) -> FurnishingSite:
     """Return the site that the arguments of `generate` describe.
 
     Args:
@@ -69,8 +69,8 @@ def resolve_site(
         return _drawn(family, seed, generator)
     if floor is not None:
         resolved = floor if isinstance(floor, Floor) else (_floor_of(floor) or FloorFile.load(floor).floor())
-        return Site(resolved, Style.draw(generator))
-    return Site(resolve_room(room).floor, Style.draw(generator))
+        return FurnishingSite(resolved, Style.draw(generator))
+    return FurnishingSite(resolve_room(room).floor, Style.draw(generator))
 
 
 def at_seed(request: Request, seed: int) -> Request:
@@ -80,9 +80,9 @@ def at_seed(request: Request, seed: int) -> Request:
     return replace(request, seed=seed, floor=site.floor, style=site.style)
 
 
-def _drawn(family: str, seed: int, generator: np.random.Generator) -> Site:
+def _drawn(family: str, seed: int, generator: np.random.Generator) -> FurnishingSite:
     draw = draw_floor(family, seed)
-    return Site(draw.floor, Style.of(draw.style).varied(generator))
+    return FurnishingSite(draw.floor, Style.of(draw.style).varied(generator))
 
 
 def _floor_of(path: str | Path) -> Floor | None:

@@ -34,10 +34,6 @@ PUBLISHED: tuple[PublishedSplit, ...] = get_args(PublishedSplit)
 """Names of the published splits."""
 ATTEMPTS = 32
 """Number of training layouts that are tried before a protocol counts as infeasible."""
-RELEASES = {1: "0.1.0", 3: "0.2.0"}
-"""First release of labgym-nav with each version of the generator; no release has those that are left out."""
-FURNISHER_RELEASES = {2: "0.2.0"}
-"""The same of the furnisher."""
 
 
 class PublishedLayout(Record):
@@ -83,7 +79,7 @@ class Manifest(Document):
     """The layouts of a published split.
 
     Attributes:
-        generator: version of the generator that made them (`labgym.layouts.GENERATOR` of its release).
+        generator: version of the generator that made them (`labgym.layouts.GENERATOR`).
         furnisher: version of what made floors (`labgym.layouts.generate.FURNISHER`); None for rooms.
     """
 
@@ -105,16 +101,12 @@ class Manifest(Document):
 
     @property
     def maker(self) -> str:
-        """A sentence for messages: the version that made the layouts, and the release that has it."""
+        """A sentence for messages: the version that made the layouts, and this one's."""
         if self.furnisher is None:
-            name, own, release = f"generator {self.generator}", GENERATOR, RELEASES.get(self.generator)
+            name, own = f"generator {self.generator}", GENERATOR
         else:
-            name, own, release = f"furnisher {self.furnisher}", FURNISHER, FURNISHER_RELEASES.get(self.furnisher)
-        made = f"the layouts of {self.split} were made by {name}, but this version has {own}"
-        if release is None:
-            return f"{made}: no release makes them again, only their files are checked"
-        command = f"labgym reproduce --split {self.split}"
-        return f"{made}: to regenerate them, pip install labgym-nav=={release} and run {command}"
+            name, own = f"furnisher {self.furnisher}", FURNISHER
+        return f"the layouts of {self.split} were made by {name}, this version has {own}: only their files are checked"
 
     def entry(self, layout_id: str) -> PublishedLayout:
         """Return the entry of a layout.
@@ -211,7 +203,7 @@ class Reproduction:
 
     Attributes:
         problems: a sentence for each file or regenerated layout that does not have the manifest's hash.
-        notice: whether the layouts were regenerated, or which release can do so.
+        notice: whether the layouts were regenerated, or which version made them.
     """
 
     problems: tuple[str, ...]

@@ -16,7 +16,7 @@ from labgym.layouts.request import Request
 from labgym.layouts.rules.safety.heights import REAGENT_HEIGHT_M
 from labgym.layouts.rules.separation import hazard_between
 from labgym.layouts.rules.thresholds import CORROSIVE_HEIGHT, Profile
-from labgym.layouts.tabletop import Arm, Item, Spot, pack
+from labgym.layouts.tabletop import Arm, SurfaceItem, SurfaceSpot, pack
 
 LEAST_SHELVES = 0.8
 """Least area of shelves of a cabinet that takes the place of the usual one, relative to it."""
@@ -171,7 +171,7 @@ def shelve(request: Request, cabinet: Cabinet, generator: np.random.Generator) -
 
 def _shelf_spot(
     cabinet: Asset, asset: Asset, contents: Sequence[Content], most: int, generator: np.random.Generator
-) -> tuple[int, Spot] | None:
+) -> tuple[int, SurfaceSpot] | None:
     """The first slot with fewer than `most` containers and space for one more, with the spot on it."""
     corrosive = asset.hazards.corrosive
     for slot, surface in enumerate(cabinet.surfaces):
@@ -179,7 +179,9 @@ def _shelf_spot(
         too_high = surface.z > REAGENT_HEIGHT_M or (corrosive and surface.z + asset.size.height > CORROSIVE_HEIGHT)
         if len(taken) >= most or too_high:
             continue
-        spots = pack([_item(asset, SHELF_MARGIN)], surface.width, surface.depth, surface.headroom, generator, taken)
+        spots = pack(
+            [SurfaceItem.of(asset, SHELF_MARGIN)], surface.width, surface.depth, surface.headroom, generator, taken
+        )
         if spots:
             return slot, spots[0]
     return None
@@ -204,12 +206,10 @@ def stand(
     if not furniture.surfaces:
         return (), list(waiting)
     surface = furniture.surfaces[0]
-    items = [_item(asset, profile.glass if asset.hazards.glass_container else BENCH_MARGIN) for asset, _ in waiting]
+    items = [
+        SurfaceItem.of(asset, profile.glass if asset.hazards.glass_container else BENCH_MARGIN) for asset, _ in waiting
+    ]
     taken = [content.spot for content in present]
     spots = pack(items, surface.width, surface.depth, surface.headroom, generator, taken, arm)
     contents = tuple(Content(waiting[index][0], 0, spot, waiting[index][1]) for index, spot in sorted(spots.items()))
     return contents, [entry for index, entry in enumerate(waiting) if index not in spots]
-
-
-def _item(asset: Asset, margin: float) -> Item:
-    return Item(asset.name, asset.size.width, asset.size.depth, asset.size.height, margin)

@@ -19,7 +19,7 @@ VARIANT_STREAM = 0x7A
 
 
 @dataclass(frozen=True)
-class Furniture:
+class FurnitureRange:
     """The catalog with a variant, or an existing piece, in the place of some assets.
 
     Attributes:

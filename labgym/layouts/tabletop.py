@@ -9,6 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from labgym.assets import Asset
+from labgym.geometry import OrientedBox
 from labgym.layouts.rules.thresholds import ONE_SIDED
 
 GRID = 0.01
@@ -26,7 +28,7 @@ STRETCH_COST = 20.0
 
 
 @dataclass(frozen=True)
-class Item:
+class SurfaceItem:
     """An object to stand on a surface: footprint and height in meters, and the margin that it needs to every edge."""
 
     name: str
@@ -35,9 +37,14 @@ class Item:
     height: float
     margin: float
 
+    @classmethod
+    def of(cls, asset: Asset, margin: float) -> SurfaceItem:
+        """Return an asset as an item."""
+        return cls(asset.name, asset.size.width, asset.size.depth, asset.size.height, margin)
+
 
 @dataclass(frozen=True)
-class Spot:
+class SurfaceSpot:
     """Where an item stands: center relative to the surface's center, meters, and yaw relative to the surface."""
 
     x: float
@@ -45,6 +52,10 @@ class Spot:
     yaw: float
     width: float
     depth: float
+
+    def inset(self, surface: OrientedBox) -> float:
+        """Return the distance of the item from the nearest edge of a surface, meters."""
+        return min((surface.width - self.width) / 2.0 - abs(self.x), (surface.depth - self.depth) / 2.0 - abs(self.y))
 
 
 @dataclass(frozen=True)
@@ -63,14 +74,14 @@ class Arm:
 
 
 def pack(
-    items: Sequence[Item],
+    items: Sequence[SurfaceItem],
     width: float,
     depth: float,
     headroom: float | None,
     generator: np.random.Generator,
-    taken: Sequence[Spot] = (),
+    taken: Sequence[SurfaceSpot] = (),
     arm: Arm | None = None,
-) -> dict[int, Spot]:
+) -> dict[int, SurfaceSpot]:
     """Return spots for as many items as fit, by index into `items`.
 
     Bulky items go to the back, small ones to the middle. Nothing overlaps; margins are kept if the surface is large
@@ -78,9 +89,9 @@ def pack(
     """
     fitting = [i for i, item in enumerate(items) if headroom is None or item.height <= headroom]
     order = sorted(fitting, key=lambda i: (-items[i].width * items[i].depth, items[i].name, i))
-    best: dict[int, Spot] = {}
+    best: dict[int, SurfaceSpot] = {}
     for _ in range(TRIES):
-        spots: dict[int, Spot] = {}
+        spots: dict[int, SurfaceSpot] = {}
         for index in order:
             spot = _place(items[index], width, depth, generator, [*taken, *spots.values()], arm)
             if spot is not None:
@@ -93,13 +104,13 @@ def pack(
 
 
 def _place(
-    item: Item,
+    item: SurfaceItem,
     width: float,
     depth: float,
     generator: np.random.Generator,
-    taken: Sequence[Spot],
+    taken: Sequence[SurfaceSpot],
     arm: Arm | None = None,
-) -> Spot | None:
+) -> SurfaceSpot | None:
     for yaw, w, d in ((0.0, item.width, item.depth), (math.pi / 2.0, item.depth, item.width)):
         if w > width + 1e-9 or d > depth + 1e-9:
             continue
@@ -121,7 +132,7 @@ def _place(
             far = np.sqrt((xs - arm.x)[None, :] ** 2 + (ys - arm.y)[:, None] ** 2 + lift**2)
             cost += STRETCH_COST * np.maximum(far - arm.reach, 0.0)
         row, column = np.unravel_index(np.argmin(np.where(free, cost, np.inf)), free.shape)
-        return Spot(round(float(xs[column]), 4), round(float(ys[row]), 4), yaw, w, d)
+        return SurfaceSpot(round(float(xs[column]), 4), round(float(ys[row]), 4), yaw, w, d)
     return None
 
 

@@ -17,7 +17,7 @@ from labgym.layouts.moves import Move, Place, Rotate, Settle, apply, replaced
 from labgym.layouts.repairs import repair_layout
 from labgym.layouts.repairs.berths import berths
 from labgym.layouts.repairs.furniture import flush
-from labgym.layouts.repairs.rank import State
+from labgym.layouts.repairs.rank import RepairState
 from labgym.layouts.repairs.reinsertion import reinserted
 from labgym.layouts.repairs.resettling import lying
 from labgym.layouts.rules import rule_set, thresholds
@@ -214,10 +214,10 @@ def test_wall_units_return_to_walls(room):
 
 def test_furniture_that_is_taken_out_comes_back_without_overlaps(room):
     spoilt, ids = harmed(room, "furniture_stacked", 3)
-    state = reinserted(State.of(spoilt, room.protocol, "paper"), ids)
+    state = reinserted(RepairState.of(spoilt, room.protocol, "paper"), ids)
     standing = [p.id for p in state.layout.placements if p.support == "floor"]
     assert sorted(p.id for p in state.layout.placements) == sorted(p.id for p in spoilt.placements)
-    assert state.rank.cost < State.of(spoilt, room.protocol, "paper").rank.cost
+    assert state.rank.cost < RepairState.of(spoilt, room.protocol, "paper").rank.cost
     for item in ids:
         for other in standing:
             if other != item:
@@ -257,10 +257,10 @@ def test_a_bench_returns_behind_the_one_that_it_stood_back_to_back_with():
     layout = layout.replace(
         placements=(*(p for p in layout.placements if layout.asset(p.id).size.depth < 1.2), first, second)
     )
-    sound = State.of(layout, None, "paper")
+    sound = RepairState.of(layout, None, "paper")
     assert not sound.assessment.errors
     spoilt = apply(layout, Place("behind", 5.6, 2.2, 0.7))
-    assert State.of(spoilt, None, "paper").rank.cost > 0
+    assert RepairState.of(spoilt, None, "paper").rank.cost > 0
     after = repair_layout(spoilt, rules="paper").layout
     assert after.placement("front") == first
     assert outline(after, "behind").distance(outline(after, "front")) < 0.01
@@ -268,7 +268,7 @@ def test_a_bench_returns_behind_the_one_that_it_stood_back_to_back_with():
 
 
 def test_what_hangs_over_an_edge_within_the_tolerance_is_moved_back(room):
-    state = State.of(room, room.protocol, "paper")
+    state = RepairState.of(room, room.protocol, "paper")
     item = next(p for p in room.placements if p.asset == "Laptop" and not room.children(p.id))
     surface = room.surface(item.support, item.slot)
     reach = surface.to_local(*[float(c) for c in room.box(item.id).corners()[0]])

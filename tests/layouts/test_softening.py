@@ -10,7 +10,7 @@ from shapely.geometry import LineString, Polygon
 
 from labgym.layouts import Layout
 from labgym.layouts.repairs import repair_layout
-from labgym.layouts.repairs.rank import State
+from labgym.layouts.repairs.rank import RepairState
 from labgym.layouts.repairs.softening import MOVES, softened, without_surplus
 from labgym.layouts.rules import Assessment, evaluate_layout, rule_set
 
@@ -34,8 +34,8 @@ def neighbors(apart: float = 0.62, **fixed: bool) -> Layout:
     return orderly_laboratory(*(one.model_copy(update={"fixed": fixed.get(one.id, False)}) for one in pieces))
 
 
-def state(layout: Layout) -> State:
-    return State.of(layout, layout.protocol, V2)
+def state(layout: Layout) -> RepairState:
+    return RepairState.of(layout, layout.protocol, V2)
 
 
 def judged(layout: Layout) -> Assessment:
@@ -206,4 +206,4 @@ def test_pieces_that_the_protocol_requires_stay() -> None:
 
 def test_touchstone_1_has_no_limit_of_optional_pieces() -> None:
     layout = orderly_laboratory(*BOARDS)
-    assert list(without_surplus(State.of(layout, layout.protocol, "paper"))) == []
+    assert list(without_surplus(RepairState.of(layout, layout.protocol, "paper"))) == []

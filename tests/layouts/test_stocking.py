@@ -18,7 +18,7 @@ from labgym.layouts.interiors.program import search
 from labgym.layouts.request import Request
 from labgym.layouts.rules import rule_set
 from labgym.layouts.stocking import plan_cabinets
-from labgym.layouts.tabletop import GAP, Item, pack
+from labgym.layouts.tabletop import GAP, SurfaceItem, pack
 from labgym.protocols import protocols
 
 ROOM = Room(width=6.0, depth=6.0, doors=(Door(wall="front", offset=1.0),))
@@ -27,7 +27,7 @@ ROOM = Room(width=6.0, depth=6.0, doors=(Door(wall="front", offset=1.0),))
 @pytest.mark.parametrize("seed", range(6))
 def test_things_on_a_surface_keep_their_gaps_and_margins(seed):
     generator = np.random.default_rng(seed)
-    items = [Item(f"i{k}", *generator.uniform(0.05, 0.2, 2), 0.2, 0.15 if k % 2 else 0.02) for k in range(8)]
+    items = [SurfaceItem(f"i{k}", *generator.uniform(0.05, 0.2, 2), 0.2, 0.15 if k % 2 else 0.02) for k in range(8)]
     spots = pack(items, 1.5, 0.75, None, generator)
     assert len(spots) == len(items)
     shapes = {
@@ -44,7 +44,7 @@ def test_things_on_a_surface_keep_their_gaps_and_margins(seed):
 
 def test_a_thing_too_high_for_its_shelf_is_left_out():
     generator = np.random.default_rng(0)
-    assert pack([Item("tall", 0.1, 0.1, 0.5, 0.0)], 1.0, 0.5, 0.4, generator) == {}
+    assert pack([SurfaceItem("tall", 0.1, 0.1, 0.5, 0.0)], 1.0, 0.5, 0.4, generator) == {}
 
 
 @pytest.mark.parametrize("name", sorted(protocols()))

@@ -12,7 +12,7 @@ from labgym.eval.variety.blind import blind_drives, blind_map, wall_map
 from labgym.eval.variety.sketch import FloorSketch, main_entrance, sketch_of
 from labgym.layouts import Layout
 from labgym.layouts.drives import floor_drives
-from labgym.layouts.places import Place, furnished
+from labgym.layouts.places import SplitPlace, furnished
 from labgym.layouts.splits import load_published, manifest
 from labgym.navigation import Pose, TriedPair
 from labgym.runs import ShardOutput
@@ -59,7 +59,7 @@ class FloorRow(Record):
     hoods: tuple[str, ...]
 
     @classmethod
-    def of(cls, place: Place, layout: Layout, hoods: list[str]) -> FloorRow:
+    def of(cls, place: SplitPlace, layout: Layout, hoods: list[str]) -> FloorRow:
         """Return the row of a layout at a place of a split."""
         return cls(
             split=place.split,

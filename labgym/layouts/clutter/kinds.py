@@ -25,7 +25,7 @@ Stance = Literal["front", "edge", "aisle"]
 
 
 @dataclass(frozen=True)
-class Kind:
+class ClutterKind:
     """A kind of loose object.
 
     Attributes:
@@ -42,19 +42,19 @@ class Kind:
 
 
 KINDS = (
-    Kind("LabStool", "front", (5.0, 4.0, 4.0)),
-    Kind("SmallCarton", "edge", (3.0, 3.0, 3.0)),
-    Kind("Carton", "edge", (1.0, 3.0, 3.0)),
-    Kind("Carton", "front", (0.0, 2.0, 3.0)),
-    Kind("WasteBin", "edge", (2.0, 1.0, 1.0)),
-    Kind("ServiceTrolley", "front", (0.5, 2.0, 4.0)),
-    Kind("ServiceTrolley", "aisle", (0.0, 2.0, 4.0)),
-    Kind("InstrumentTrolley", "edge", (1.0, 1.0, 1.0)),
-    Kind("InstrumentTrolley", "aisle", (0.0, 2.0, 4.0)),
-    Kind("CylinderTrolley", "edge", (0.5, 1.0, 1.5), most=2),
-    Kind("SteelDrum", "edge", (0.0, 1.0, 1.5)),
-    Kind("WetFloorSign", "aisle", (0.0, 1.0, 1.0), most=1),
-    Kind("PalletTruck", "aisle", (0.0, 0.0, 1.0), most=1),
+    ClutterKind("LabStool", "front", (5.0, 4.0, 4.0)),
+    ClutterKind("SmallCarton", "edge", (3.0, 3.0, 3.0)),
+    ClutterKind("Carton", "edge", (1.0, 3.0, 3.0)),
+    ClutterKind("Carton", "front", (0.0, 2.0, 3.0)),
+    ClutterKind("WasteBin", "edge", (2.0, 1.0, 1.0)),
+    ClutterKind("ServiceTrolley", "front", (0.5, 2.0, 4.0)),
+    ClutterKind("ServiceTrolley", "aisle", (0.0, 2.0, 4.0)),
+    ClutterKind("InstrumentTrolley", "edge", (1.0, 1.0, 1.0)),
+    ClutterKind("InstrumentTrolley", "aisle", (0.0, 2.0, 4.0)),
+    ClutterKind("CylinderTrolley", "edge", (0.5, 1.0, 1.5), most=2),
+    ClutterKind("SteelDrum", "edge", (0.0, 1.0, 1.5)),
+    ClutterKind("WetFloorSign", "aisle", (0.0, 1.0, 1.0), most=1),
+    ClutterKind("PalletTruck", "aisle", (0.0, 0.0, 1.0), most=1),
 )
 """Loose objects; their shares are assumptions. Things are parked in wide aisles (rdmag.com on laboratory aisles)."""
 

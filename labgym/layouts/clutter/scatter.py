@@ -15,14 +15,14 @@ from labgym.assets.articulation import protruding
 from labgym.counts import is_whole
 from labgym.errors import OptionError
 from labgym.geometry import BoxArray, OrientedBox, pairwise_distance, pairwise_penetration
-from labgym.layouts.clutter.kinds import DENSITY, KINDS, LEVELS, OPENED, Kind, draw_openings, openable
+from labgym.layouts.clutter.kinds import DENSITY, KINDS, LEVELS, OPENED, ClutterKind, draw_openings, openable
 from labgym.layouts.clutter.ways import Point, Ways
 from labgym.layouts.model import Layout
 from labgym.layouts.placement import FLOOR, WALL, Placement, placed_part
 from labgym.layouts.rules.building import Entrance, building_of
 from labgym.layouts.rules.thresholds import LOOSE, MOVABLE, SHOWER_RADIUS
 from labgym.layouts.rules.zones import HEADROOM, front_zone
-from labgym.layouts.style import Furniture
+from labgym.layouts.style import FurnitureRange
 from labgym.navigation import OBSTACLE_HEIGHT, goal_pose
 
 TRIES, BATCH = 100, 20
@@ -71,7 +71,7 @@ def add_clutter(
     area = sum((r.x1 - r.x0) * (r.y1 - r.y0) for space in rooms for r in space.region)
     count = max(1, round(density * DENSITY[level] * area / 10.0 * float(generator.uniform(0.7, 1.3))))
     chosen = layout.provenance.options.get("variants", {}) if variants is None else variants
-    scatter = _Scatter(layout, Furniture(layout.catalog, chosen), generator)
+    scatter = _Scatter(layout, FurnitureRange(layout.catalog, chosen), generator)
     for placement in openable(layout):
         if generator.random() < OPENED[level]:
             scatter.open(placement)
@@ -97,7 +97,7 @@ def check_level(level: int) -> None:
 class _Scatter:
     """A layout that is being strewn with loose objects."""
 
-    def __init__(self, layout: Layout, choices: Furniture, generator: np.random.Generator) -> None:
+    def __init__(self, layout: Layout, choices: FurnitureRange, generator: np.random.Generator) -> None:
         self.layout, self.choices, self.generator = layout, choices, generator
         self.added: list[Placement] = []
         self.opened: dict[str, Placement] = {}
@@ -122,7 +122,7 @@ class _Scatter:
         self.count = Counter(placement.asset for placement in layout.placements)
         self.names = {placement.id for placement in layout.placements}
 
-    def add(self, kind: Kind) -> None:
+    def add(self, kind: ClutterKind) -> None:
         """Add an object of a kind at the first of some random poses that is free."""
         if kind.most is not None and self.drawn[kind.asset] >= kind.most:
             return
@@ -171,7 +171,7 @@ class _Scatter:
         self.solids = BoxArray.of(self.standing)
         self.added.append(Placement(id=name, asset=asset.name, position=(box.x, box.y, 0.0), yaw=box.yaw))
 
-    def _boxes(self, kind: Kind, asset: Asset) -> list[OrientedBox]:
+    def _boxes(self, kind: ClutterKind, asset: Asset) -> list[OrientedBox]:
         """Return boxes of an object of a kind at up to `BATCH` random poses."""
         spots = [] if kind.stance == "front" else self._spots(kind, asset)
         poses = [self._before(asset) if kind.stance == "front" else self._somewhere(kind, spots) for _ in range(BATCH)]
@@ -200,7 +200,7 @@ class _Scatter:
         turn = math.pi if asset.subtype == "seat" and side > 0.0 else 0.0
         return *box.to_world(along, side * reach), box.yaw + turn + self._askew()
 
-    def _spots(self, kind: Kind, asset: Asset) -> list[Point]:
+    def _spots(self, kind: ClutterKind, asset: Asset) -> list[Point]:
         """Return grid points along the edges of the free floor, or in aisles, at most as many as poses are tried."""
         short, values = asset.size.short / 2.0 + GAP, self.ways.values
         rows, columns = np.nonzero((values > short) & (values < (short + PARKED if kind.stance == "edge" else AISLE)))
@@ -209,7 +209,7 @@ class _Scatter:
         picks = self.generator.integers(len(rows), size=BATCH)
         return [(float(x), float(y)) for x, y in self.ways.points[rows[picks], columns[picks]]]
 
-    def _somewhere(self, kind: Kind, spots: list[Point]) -> tuple[float, float, float] | None:
+    def _somewhere(self, kind: ClutterKind, spots: list[Point]) -> tuple[float, float, float] | None:
         """A pose at the last of some points, which is removed."""
         if not spots:
             return None

@@ -16,7 +16,7 @@ from labgym.layouts.floor.checks import check_access, check_counts, check_doorwa
 from labgym.layouts.floor.doorways import Doorway, doorways_of
 from labgym.layouts.floor.fields import Growing
 from labgym.layouts.floor.rooms import READS, Door, Room, rectangle_parts, room_of
-from labgym.layouts.floor.solids import Part, solid_parts
+from labgym.layouts.floor.solids import FloorPart, solid_parts
 from labgym.layouts.floor.spaces import Column, KeepOut, Service, Space
 from labgym.layouts.floor.walls import Wall, extensions
 
@@ -137,7 +137,7 @@ class Floor(Growing):
         return extensions(self.walls)
 
     @cached_property
-    def parts(self) -> tuple[Part, ...]:
+    def parts(self) -> tuple[FloorPart, ...]:
         """Solid parts with their kinds: walls, sills, lintels, leaves, panes, columns."""
         ceiling = max(space.ceiling for space in self.spaces)
         return tuple(solid_parts(self.walls, self._extensions, self.doorways, self.columns, ceiling))

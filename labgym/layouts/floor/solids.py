@@ -18,7 +18,7 @@ PANE = 0.03
 
 
 @dataclass(frozen=True)
-class Part:
+class FloorPart:
     """A solid part of a floor.
 
     Attributes:
@@ -40,7 +40,7 @@ def solid_parts(
     doorways: Sequence[Doorway],
     columns: Sequence[Column],
     ceiling: float,
-) -> Iterator[Part]:
+) -> Iterator[FloorPart]:
     """Yield the parts of a floor. Walls run through its exits, so that nothing leaves it.
 
     Args:
@@ -53,7 +53,7 @@ def solid_parts(
         yield from _wall_parts(index, wall, reach, closed)
     for index, column in enumerate(columns):
         box = OrientedBox(column.x, column.y, column.width, column.depth, column.yaw, 0.0, ceiling)
-        yield Part("column", box, index)
+        yield FloorPart("column", box, index)
 
 
 def leaf(wall: Wall, opening: Opening, angle: float) -> OrientedBox:
@@ -79,7 +79,7 @@ def pane(wall: Wall, opening: Opening) -> OrientedBox:
     return OrientedBox(x, y, opening.width, thickness, wall.yaw, opening.sill, opening.top)
 
 
-def _wall_parts(index: int, wall: Wall, reach: tuple[float, float], closed: frozenset[int]) -> Iterator[Part]:
+def _wall_parts(index: int, wall: Wall, reach: tuple[float, float], closed: frozenset[int]) -> Iterator[FloorPart]:
     at = -reach[0]
     for k in sorted(range(len(wall.openings)), key=lambda k: wall.openings[k].position):
         if k in closed:
@@ -87,16 +87,16 @@ def _wall_parts(index: int, wall: Wall, reach: tuple[float, float], closed: froz
         opening = wall.openings[k]
         low, high = max(opening.span[0], 0.0), min(opening.span[1], wall.length)
         if low - at > 1e-9:
-            yield Part("wall", wall.piece(at, low, 0.0, wall.height), index)
+            yield FloorPart("wall", wall.piece(at, low, 0.0, wall.height), index)
         if opening.sill > 0.0:
-            yield Part("sill", wall.piece(low, high, 0.0, opening.sill), index, k)
+            yield FloorPart("sill", wall.piece(low, high, 0.0, opening.sill), index, k)
         if wall.height - opening.top > 1e-9:
-            yield Part("lintel", wall.piece(low, high, opening.top, wall.height), index, k)
+            yield FloorPart("lintel", wall.piece(low, high, opening.top, wall.height), index, k)
         if opening.kind in ("window", "glazing"):
-            yield Part("pane", pane(wall, opening), index, k)
+            yield FloorPart("pane", pane(wall, opening), index, k)
         elif opening.kind == "door":
             turn = opening.angle if opening.state == "open" else 0.0
-            yield Part("leaf", leaf(wall, opening, turn), index, k)
+            yield FloorPart("leaf", leaf(wall, opening, turn), index, k)
         at = high
     if wall.length + reach[1] - at > 1e-9:
-        yield Part("wall", wall.piece(at, wall.length + reach[1], 0.0, wall.height), index)
+        yield FloorPart("wall", wall.piece(at, wall.length + reach[1], 0.0, wall.height), index)

@@ -20,7 +20,7 @@ from labgym.layouts.floors.fittings import (
     hood_walls,
     panel_area,
 )
-from labgym.layouts.floors.openings import CORNER, Openings, Place, chosen
+from labgym.layouts.floors.openings import CORNER, OpeningPlace, Openings, chosen
 from labgym.layouts.floors.plots import Plot, diagonal, space_of
 from labgym.layouts.floors.ranges import RANGES, BuildingRanges, uniform
 from labgym.layouts.floors.sides import sides_of
@@ -101,7 +101,7 @@ class Draft(Generic[RANGES]):
         Raises:
             UnsuitableError: one of them fits nowhere.
         """
-        exits: list[Place] = []
+        exits: list[OpeningPlace] = []
         for number, (allowed, width) in enumerate(zip(sides, widths, strict=True)):
             least = diagonal(self.plots) / 2.0 if number == 1 else EXIT_DISTANCE_M
             places = [

@@ -1,4 +1,4 @@
-"""What every family draws once its doors stand: windows, finishes, service points, panel clearances and a style."""
+"""Windows, finishes, service points, panel clearances and styles of floors, drawn once their doors stand. Meters."""
 
 from __future__ import annotations
 
@@ -58,10 +58,6 @@ class FamilyStyle:
     oblique: float
     hood_walls: tuple[HoodWall, ...]
     held_out: bool = False
-
-    def walls_of(self, space: str) -> tuple[int, ...]:
-        """Return the walls of a space that may carry hoods, preferred ones first."""
-        return tuple(each.wall for each in self.hood_walls if each.space == space)
 
     def to_json(self) -> dict[str, Any]:
         """Return the style as plain JSON data."""

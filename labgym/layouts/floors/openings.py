@@ -13,7 +13,7 @@ from labgym.errors import LabgymError
 from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
 from labgym.layouts.floor import Opening, Wall
 from labgym.layouts.floors.plots import Point
-from labgym.layouts.floors.sides import OUTSIDE, Side
+from labgym.layouts.floors.sides import OUTSIDE, PlotSide
 
 CORNER = 0.25
 """Least distance of an opening from a corner: room for a door's frame."""
@@ -34,7 +34,7 @@ class UnsuitableError(LabgymError):
 
 
 @dataclass(frozen=True)
-class Place:
+class OpeningPlace:
     """A place for an opening: its side, the distance of its middle along it, and the point on the side's face."""
 
     side: int
@@ -50,7 +50,7 @@ class Openings:
         zones: floor areas that the doors added so far keep free.
     """
 
-    def __init__(self, sides: Sequence[Side]) -> None:
+    def __init__(self, sides: Sequence[PlotSide]) -> None:
         self.sides = tuple(sides)
         self.zones: list[OrientedBox] = []
         self._openings: list[list[Opening]] = [[] for _ in self.sides]
@@ -61,7 +61,7 @@ class Openings:
 
     def places(
         self, indices: Iterable[int], width: float, into: str | None = None, corner: float = CORNER
-    ) -> list[Place]:
+    ) -> list[OpeningPlace]:
         """Return the places, every `PITCH`, where a door or passage of a width fits on some sides.
 
         Args:
@@ -82,19 +82,21 @@ class Openings:
         depths = [pairwise_penetration(BoxArray.of(zones), taken).max(axis=1) for zones in (before, behind)]
         return [place for place, depth in zip(places, np.maximum(*depths).tolist(), strict=True) if depth <= 0.0]
 
-    def gaps(self, indices: Iterable[int], width: float, corner: float = CORNER) -> list[Place]:
+    def gaps(self, indices: Iterable[int], width: float, corner: float = CORNER) -> list[OpeningPlace]:
         """Return the places, every `PITCH`, where an opening of a width meets no other one and no corner."""
         places = []
         for index in indices:
             side = self.sides[index]
             low, high = side.clear[0] + corner + width / 2.0, side.clear[1] - corner - width / 2.0
             alongs = np.round(np.arange(low, high + 1e-9, PITCH), 3).tolist()
-            places += [Place(index, along, side.point(along)) for along in alongs if self._fits(index, along, width)]
+            places += [
+                OpeningPlace(index, along, side.point(along)) for along in alongs if self._fits(index, along, width)
+            ]
         return places
 
     def add_way(
         self,
-        place: Place,
+        place: OpeningPlace,
         width: float,
         height: float,
         kind: Literal["door", "passage"] = "door",
@@ -141,7 +143,7 @@ class Openings:
     def _fits(self, index: int, along: float, width: float) -> bool:
         return all(abs(along - o.position) >= (width + o.width) / 2.0 + GAP for o in self._openings[index])
 
-    def _zone(self, place: Place, width: float, depth: float, left: bool) -> OrientedBox:
+    def _zone(self, place: OpeningPlace, width: float, depth: float, left: bool) -> OrientedBox:
         """The floor inside a door, on the left or the right of its side."""
         side = self.sides[place.side]
         inward = depth / 2.0 if left else -side.thickness - depth / 2.0
@@ -149,12 +151,12 @@ class Openings:
         return OrientedBox(x, y, max(width, SWING), depth, side.yaw)
 
 
-def between(sides: Sequence[Side], first: str, second: str) -> list[int]:
+def between(sides: Sequence[PlotSide], first: str, second: str) -> list[int]:
     """Return the sides that separate two spaces, one of which may be "outside"."""
     return [k for k, side in enumerate(sides) if {side.space, side.neighbor} == {first, second}]
 
 
-def chosen(places: Sequence[Place], generator: np.random.Generator, what: str) -> Place:
+def chosen(places: Sequence[OpeningPlace], generator: np.random.Generator, what: str) -> OpeningPlace:
     """Return a place: the side drawn uniformly from those with places, then the place on it.
 
     Raises:

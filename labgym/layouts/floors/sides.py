@@ -19,7 +19,7 @@ SHORT = 0.6
 
 
 @dataclass(frozen=True)
-class Side:
+class PlotSide:
     """A straight stretch of wall; its space lies on the left.
 
     Attributes:
@@ -67,7 +67,7 @@ class Side:
         )
 
 
-def sides_of(plots: Sequence[Plot], exterior: float) -> tuple[Side, ...]:
+def sides_of(plots: Sequence[Plot], exterior: float) -> tuple[PlotSide, ...]:
     """Return the sides around plots: one for each pair of facing edges, and the exterior ones.
 
     Two plots share a wall where their edges run parallel and face each other at the wall's thickness. The first of the
@@ -76,7 +76,7 @@ def sides_of(plots: Sequence[Plot], exterior: float) -> tuple[Side, ...]:
     Args:
         exterior: thickness of the walls that no other plot shares.
     """
-    sides: list[Side] = []
+    sides: list[PlotSide] = []
     for index, plot in enumerate(plots):
         edges = [list(_stretches(plots, index, edge, exterior)) for edge in range(len(plot.outline))]
         for edge, stretches in enumerate(edges):
@@ -93,12 +93,12 @@ def sides_of(plots: Sequence[Plot], exterior: float) -> tuple[Side, ...]:
     return tuple(sides)
 
 
-def _stretches(plots: Sequence[Plot], index: int, edge: int, exterior: float) -> Iterator[Side]:
+def _stretches(plots: Sequence[Plot], index: int, edge: int, exterior: float) -> Iterator[PlotSide]:
     """Split an edge where its neighbor changes; stretches of an earlier plot have the space "outside"."""
     plot = plots[index]
     start, end = plot.edges[edge]
-    whole = Side(start, end, exterior, plot.id, OUTSIDE, (0.0, math.dist(start, end)))
-    pieces: list[tuple[float, float, Side]] = []
+    whole = PlotSide(start, end, exterior, plot.id, OUTSIDE, (0.0, math.dist(start, end)))
+    pieces: list[tuple[float, float, PlotSide]] = []
     at = 0.0
     for low, high, other, gap in sorted(_facing(plots, index, whole)):
         if low - at > SAME:
@@ -112,7 +112,7 @@ def _stretches(plots: Sequence[Plot], index: int, edge: int, exterior: float) ->
         yield replace(side, start=whole.point(low), end=whole.point(high), clear=(clear[0] - low, clear[1] - low))
 
 
-def _joined(pieces: list[tuple[float, float, Side]]) -> list[tuple[float, float, Side, tuple[float, float]]]:
+def _joined(pieces: list[tuple[float, float, PlotSide]]) -> list[tuple[float, float, PlotSide, tuple[float, float]]]:
     """Return pieces of an edge with short exterior ones joined to the shared piece before or after them."""
     joined = [(low, high, side, (low, high)) for low, high, side in pieces]
     at = 0
@@ -130,11 +130,11 @@ def _joined(pieces: list[tuple[float, float, Side]]) -> list[tuple[float, float,
     return joined
 
 
-def _is_shared(side: Side) -> bool:
+def _is_shared(side: PlotSide) -> bool:
     return OUTSIDE not in (side.space, side.neighbor)
 
 
-def _facing(plots: Sequence[Plot], index: int, side: Side) -> Iterator[tuple[float, float, int, float]]:
+def _facing(plots: Sequence[Plot], index: int, side: PlotSide) -> Iterator[tuple[float, float, int, float]]:
     """Yield the intervals of an edge that another plot's edge faces: low, high, plot, distance."""
     dx, dy = side.direction
     for other, plot in enumerate(plots):
@@ -151,7 +151,7 @@ def _facing(plots: Sequence[Plot], index: int, side: Side) -> Iterator[tuple[flo
                 yield low, high, other, round(gap, 6)
 
 
-def _turn(first: Side, second: Side) -> float:
+def _turn(first: PlotSide, second: PlotSide) -> float:
     """Angle by which the second edge turns left from the first, radians."""
     (ax, ay), (bx, by) = first.direction, second.direction
     return math.atan2(ax * by - ay * bx, ax * bx + ay * by)

@@ -11,7 +11,7 @@ import numpy as np
 
 from labgym.layouts.floors.building import SECOND_EXIT_AREA, Draft, FloorDraw, Shell
 from labgym.layouts.floors.fittings import draw_glazing
-from labgym.layouts.floors.openings import Place, UnsuitableError, between, chosen
+from labgym.layouts.floors.openings import OpeningPlace, UnsuitableError, between, chosen
 from labgym.layouts.floors.plots import Plot, Use, diagonal, posed, rectangle
 from labgym.layouts.floors.ranges import BuildingRanges, Limits, chance, integer, uniform
 from labgym.layouts.floors.sides import OUTSIDE
@@ -153,8 +153,8 @@ def _add_doors(draft: Draft[SuiteRanges]) -> list[float]:
 
 
 def _add_door(
-    draft: Draft[SuiteRanges], sides: Sequence[int], room: Plot, first: Place | None = None
-) -> tuple[float, Place]:
+    draft: Draft[SuiteRanges], sides: Sequence[int], room: Plot, first: OpeningPlace | None = None
+) -> tuple[float, OpeningPlace]:
     """Add an open door that swings into a room, and return its width and place.
 
     Args:

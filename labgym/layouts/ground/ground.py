@@ -190,6 +190,11 @@ class Ground:
         """Return a pose of the ground's frame in the floor's."""
         return compose(self.frame, pose)
 
+    def box_on_floor(self, box: OrientedBox) -> OrientedBox:
+        """Return a box of the ground's frame in the floor's."""
+        x, y, yaw = self.to_floor((box.x, box.y, box.yaw))
+        return replace(box, x=x, y=y, yaw=yaw)
+
     def to_ground(self, box: OrientedBox) -> OrientedBox:
         """Return a box of the floor's frame in the ground's."""
         return _moved(box, self.frame)
@@ -231,16 +236,11 @@ def _oblique(walls: Sequence[LocalWall], spans: Sequence[Span]) -> Iterator[Segm
             for span in spans:
                 in_x = (points[:, 0] >= span.x0) & (points[:, 0] <= span.x1)
                 near |= in_x & (points[:, 1] >= span.y0) & (points[:, 1] <= span.y1)
-            for first, last in _runs_of(near):
+            for _, first, last in _runs(near[None]):
                 start, end = alongs[first] - SAMPLE / 2.0, alongs[last - 1] + SAMPLE / 2.0
                 if end - start >= SHORTEST:
                     x, y = face.point(float(start))
                     yield Segment(f"o{number}{side}{first}", x, y, face.yaw, float(end - start), straight=False)
-
-
-def _runs_of(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    steps = np.diff(np.pad(mask, 1).astype(np.int8))
-    return list(zip(np.flatnonzero(steps == 1).tolist(), np.flatnonzero(steps == -1).tolist(), strict=True))
 
 
 def _moved(box: OrientedBox, frame: Pose) -> OrientedBox:

@@ -14,7 +14,7 @@ from labgym.layouts.interiors.interior import Interior
 from labgym.layouts.interiors.lattice import CELL, EPSILON
 from labgym.layouts.interiors.standing import SIDE_GAP
 from labgym.layouts.rules.thresholds import ONE_SIDED
-from labgym.layouts.style import Furniture, Style
+from labgym.layouts.style import FurnitureRange, Style
 
 STEP = 0.2
 """Spacing of the places that are tried along an oblique wall, meters."""
@@ -33,7 +33,7 @@ class Bench:
 
 
 @dataclass(frozen=True)
-class Block:
+class BenchBlock:
     """Benches that stand together: sides in meters, worked at along the width."""
 
     benches: tuple[Bench, ...]
@@ -49,20 +49,24 @@ class Block:
         return feet
 
 
-def island(asset: Asset, count: int = 1) -> Block:
+def island(asset: Asset, count: int = 1) -> BenchBlock:
     """Return one island, or several end to end."""
     pitch = asset.size.width + SIDE_GAP
     benches = tuple(Bench(asset, (k - (count - 1) / 2.0) * pitch, 0.0, 0.0) for k in range(count))
-    return Block(benches, count * pitch - SIDE_GAP, asset.size.depth)
+    return BenchBlock(benches, count * pitch - SIDE_GAP, asset.size.depth)
 
 
-def back_to_back(asset: Asset) -> Block:
+def back_to_back(asset: Asset) -> BenchBlock:
     """Return two wall benches with their backs together."""
     shift = (asset.size.depth + SIDE_GAP) / 2.0
-    return Block((Bench(asset, 0.0, shift, 0.0), Bench(asset, 0.0, -shift, math.pi)), asset.size.width, 4.0 * shift)
+    return BenchBlock(
+        (Bench(asset, 0.0, shift, 0.0), Bench(asset, 0.0, -shift, math.pi)), asset.size.width, 4.0 * shift
+    )
 
 
-def blocks_of(kind: str, furniture: Furniture, names: tuple[str, ...], benches: tuple[str, ...]) -> list[Block]:
+def blocks_of(
+    kind: str, furniture: FurnitureRange, names: tuple[str, ...], benches: tuple[str, ...]
+) -> list[BenchBlock]:
     """Return the blocks of a kind, largest first.
 
     Args:
@@ -78,7 +82,7 @@ def blocks_of(kind: str, furniture: Furniture, names: tuple[str, ...], benches: 
 
 
 def place_block(
-    room: Interior, block: Block, style: Style, oblique: bool, wanted: int, generator: np.random.Generator
+    room: Interior, block: BenchBlock, style: Style, oblique: bool, wanted: int, generator: np.random.Generator
 ) -> Pose | None:
     """Return the pose (x, y, yaw) of a block at a free place in the open; None if it fits nowhere.
 
@@ -160,7 +164,7 @@ def _unevenness(
     return np.asarray(uneven.sum(axis=1), dtype=np.float64)
 
 
-def _along_oblique(room: Interior, block: Block, style: Style, generator: np.random.Generator) -> Pose | None:
+def _along_oblique(room: Interior, block: BenchBlock, style: Style, generator: np.random.Generator) -> Pose | None:
     """A pose parallel to an oblique wall, an aisle away from it."""
     gap = max(style.aisle, style.neck)
     boxes = [
@@ -176,5 +180,5 @@ def _along_oblique(room: Interior, block: Block, style: Style, generator: np.ran
     return box.x, box.y, box.yaw
 
 
-def _by_size(blocks: list[Block]) -> list[Block]:
+def _by_size(blocks: list[BenchBlock]) -> list[BenchBlock]:
     return sorted(blocks, key=lambda block: -block.width * block.depth)

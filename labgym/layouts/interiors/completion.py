@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 
@@ -95,15 +94,13 @@ def _tell_apart(rooms: Mapping[str, Interior]) -> None:
         for other in rooms.values():
             for unit_id, unit in other.units.items() if other is not room else ():
                 if "reactive" in unit.hazards:
-                    foot = other.feet[unit_id]
-                    x, y, yaw = other.ground.to_floor((foot.x, foot.y, foot.yaw))
-                    box = replace(foot, x=x, y=y, yaw=yaw)
+                    box = other.ground.box_on_floor(other.feet[unit_id])
                     room.beyond.append((unit, room.ground.to_ground(box)))
 
 
 def _able(habits: Habits, rooms: Mapping[str, Interior], name: str) -> list[Interior]:
     """The spaces in which an asset may stand, those of its uses first."""
-    uses = habits.uses.get(name, ("laboratory",))
+    uses = habits.uses_of(name)
     able = [room for use in uses for room in rooms.values() if room.ground.use == use]
     return able + [room for room in rooms.values() if room.ground.use not in (*uses, "corridor")]
 

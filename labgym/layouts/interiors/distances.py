@@ -24,12 +24,10 @@ MARGIN = 0.02
 
 def nearness_of(units: Sequence[Unit], habits: Habits) -> Iterable[Nearness]:
     """Yield the habits of neighborhood that concern some units; the first unit of each kind counts."""
-    first: dict[str, str] = {}
-    for unit in units:
-        first.setdefault(unit.asset.role, unit.id)
+    first = first_of_role(units)
     for pair in habits.near:
         if pair.first in first and pair.second in first:
-            yield Nearness(first[pair.first], first[pair.second], pair.weight)
+            yield Nearness(first[pair.first].id, first[pair.second].id, pair.weight)
 
 
 def separations_of(
@@ -80,7 +78,7 @@ def dry_distances(unit: Unit, placed: Iterable[tuple[Unit, OrientedBox]]) -> lis
 
 
 @dataclass(frozen=True)
-class Handling:
+class HandlingDistances:
     """The distances of places where flammables are handled from the heat of others.
 
     Attributes:
@@ -93,7 +91,7 @@ class Handling:
 
 def handling_distances(
     request: Request, units: Sequence[Unit], contents: Mapping[str, tuple[Content, ...]]
-) -> Handling:
+) -> HandlingDistances:
     """Return the distances of each location that handles a flammable from the units that carry heat sources.
 
     They hold between footprints, and so between the vessels and the heat sources on them. Heat that a protocol uses at
@@ -110,7 +108,7 @@ def handling_distances(
                     continue
                 low, high = max(band.d_low for band in bands), max(band.d_min for band in bands)
                 pairs.setdefault((place.id, unit.id), (low, high, f"{reagent}, flammable or oxidizing, is used there"))
-    return Handling(
+    return HandlingDistances(
         tuple(Separation(*pair, low + MARGIN, why) for pair, (low, _, why) in pairs.items()),
         tuple(Separation(*pair, high + MARGIN, why) for pair, (_, high, why) in pairs.items()),
     )

@@ -7,11 +7,10 @@ from collections.abc import Container, Sequence
 import numpy as np
 
 from labgym.layouts.brief import Unit
-from labgym.layouts.ground import Ground, Use
+from labgym.layouts.ground import Ground
 from labgym.layouts.habits import Habits
 from labgym.layouts.interiors.supply import lacking
 
-DEFAULT: tuple[Use, ...] = ("laboratory",)
 CORNER = 0.9
 """Length that a row on the next wall takes at one end of a segment, meters."""
 RANK, CROWDED = 1.5, 4.0
@@ -50,7 +49,7 @@ def distribute(
     near = {unit: group for group in neighborhoods for unit in group}
     for unit in sorted(units, key=lambda unit: _order(unit, habits, near)):
         longest = {g.space: max((s.length for s in g.segments), default=0.0) for g in usable}
-        uses = habits.uses.get(unit.asset.role, DEFAULT)
+        uses = habits.uses_of(unit.asset.role)
         noise = generator.uniform(0.0, 1.0, len(usable))
         costs = []
         for index, ground in enumerate(usable):

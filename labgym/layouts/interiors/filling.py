@@ -13,7 +13,7 @@ from labgym.geometry import OrientedBox, distance
 from labgym.layouts.brief import Unit
 from labgym.layouts.ground import Segment
 from labgym.layouts.habits import RoomHabit
-from labgym.layouts.interiors.blocks import Block, blocks_of, island, place_block
+from labgym.layouts.interiors.blocks import BenchBlock, blocks_of, island, place_block
 from labgym.layouts.interiors.interior import Interior
 from labgym.layouts.interiors.standing import ASIDE, WALL_GAP
 from labgym.layouts.interiors.supply import Options, preferred, supplied
@@ -140,7 +140,7 @@ class Filler:
             self.names.taken.difference_update(unit.id for unit in units)
         return 0.0
 
-    def _add_at(self, room: Interior, block: Block, units: Sequence[Unit], oblique: bool, wanted: int) -> bool:
+    def _add_at(self, room: Interior, block: BenchBlock, units: Sequence[Unit], oblique: bool, wanted: int) -> bool:
         """Add the benches of a block where it fits, and return whether they were added."""
         style = self.request.style
         stances = [replace(unit, stance="island", clear=min(style.aisle, style.neck)) for unit in units]

@@ -23,7 +23,7 @@ from labgym.layouts.interiors.refusals import check_floor, check_places, failure
 from labgym.layouts.interiors.setups import assembled
 from labgym.layouts.interiors.spaces import furnish_spaces
 from labgym.layouts.model import Layout
-from labgym.layouts.placement import FLOOR, WALL, Placement
+from labgym.layouts.placement import FLOOR, WALL, Placement, rounded
 from labgym.layouts.records import Provenance
 from labgym.layouts.request import Request
 from labgym.layouts.rooms import room_presets
@@ -39,7 +39,7 @@ class Pose:
 
 
 @dataclass(frozen=True)
-class Plan:
+class PosedBrief:
     """A furnished brief and a pose for each of its units, from which a layout is assembled.
 
     Attributes:
@@ -62,7 +62,7 @@ class Plan:
         return _with_contents(self)[1]
 
 
-def _with_contents(plan: Plan) -> tuple[Layout, dict[str, str]]:
+def _with_contents(plan: PosedBrief) -> tuple[Layout, dict[str, str]]:
     """The layout of a plan, and the reason of each placement by id."""
     placements: list[Placement] = []
     reasons: dict[str, str] = {}
@@ -70,7 +70,7 @@ def _with_contents(plan: Plan) -> tuple[Layout, dict[str, str]]:
     fixed = plan.brief.fixed
     for unit in plan.brief.units:
         pose = plan.poses[unit.id]
-        position = _rounded(pose.x, pose.y, 0.0)
+        position = rounded(pose.x, pose.y, 0.0)
         placement = Placement(id=unit.id, asset=unit.asset.name, position=position, yaw=pose.yaw, support=FLOOR)
         placements.append(_in_role(fixed.get(unit.id, placement), unit.asset, plan.request.catalog))
         reasons[unit.id] = unit.reason
@@ -89,7 +89,7 @@ def _with_contents(plan: Plan) -> tuple[Layout, dict[str, str]]:
             placement = Placement(
                 id=f"{name}_{counts[name]}",
                 asset=name,
-                position=_rounded(x, y, surface.z),
+                position=rounded(x, y, surface.z),
                 yaw=pose.yaw + content.spot.yaw,
                 support=unit.id,
                 slot=content.slot,
@@ -116,10 +116,6 @@ def _in_role(placement: Placement, asset: Asset, catalog: Catalog) -> Placement:
     """A placement that names the role of its asset, if that is not the asset's own."""
     own = catalog.get(placement.asset).role
     return placement if asset.role == own else placement.model_copy(update={"role": asset.role})
-
-
-def _rounded(x: float, y: float, z: float) -> tuple[float, float, float]:
-    return round(x, 6), round(y, 6), round(z, 6)
 
 
 DISTRIBUTIONS = 4
@@ -159,7 +155,7 @@ class FloorProposer:
         layout = assembled(self.plan(request).layout(), request.profile, generator, tied, stands)
         return equipped(layout, request)
 
-    def plan(self, request: Request) -> Plan:
+    def plan(self, request: Request) -> PosedBrief:
         """Return the first plan in which ways lead to everything, filled as the request's style asks for.
 
         Raises:
@@ -173,7 +169,7 @@ class FloorProposer:
                 raise
             raise error.with_preset(_smallest_preset(request)) from None
 
-    def _plan(self, request: Request) -> Plan:
+    def _plan(self, request: Request) -> PosedBrief:
         grounds = grounds_of(request.floor)
         check_floor(request, grounds)
         entropy = int.from_bytes(hashlib.sha256(request.protocol.id.encode()).digest()[:8], "big")
@@ -208,7 +204,7 @@ def _smallest_preset(request: Request) -> str | None:
 
 def _assembled(
     request: Request, needs: Needs, rooms: Mapping[str, Interior], left: Sequence[Unit], attempts: Counter[str]
-) -> Plan:
+) -> PosedBrief:
     """Return the plan of furnished spaces; `left` are the further pieces that found no place."""
     poses: dict[str, Pose] = {}
     for room in rooms.values():
@@ -233,7 +229,7 @@ def _assembled(
         options["variants"] = dict(request.furniture.chosen)
     if attempts:
         options["attempts"] = dict(sorted(attempts.items()))
-    return Plan(request, brief, poses, _note(left), options)
+    return PosedBrief(request, brief, poses, _note(left), options)
 
 
 def _note(left: Sequence[Unit]) -> str:

@@ -19,13 +19,10 @@ from labgym.documents import Document, Record
 from labgym.geometry import OrientedBox
 from labgym.layouts.interiors.surfaces import arm_at
 from labgym.layouts.model import Layout
-from labgym.layouts.placement import FLOOR, Placement
+from labgym.layouts.placement import FLOOR, Placement, rounded
 from labgym.layouts.rules.thresholds import Profile
 from labgym.layouts.stocking import BENCH_MARGIN
-from labgym.layouts.tabletop import Item, Spot, pack
-
-DIGITS = 6
-"""Decimal places of positions."""
+from labgym.layouts.tabletop import SurfaceItem, SurfaceSpot, pack
 
 
 class Setup(Record):
@@ -167,41 +164,40 @@ def _arrange(
     stay: Sequence[Placement],
     profile: Profile,
     generator: np.random.Generator,
-) -> list[Spot] | None:
+) -> list[SurfaceSpot] | None:
     """Return the spots of the stands and then of the loose objects, or None if one finds no place."""
     surface, headroom = layout.surface(support.id, 0), layout.asset(support.id).surfaces[0].headroom
     items = [_stand_item(layout, apparatus, profile) for apparatus in chosen]
     for child in loose:
         asset = layout.asset(child.id)
         margin = profile.glass if asset.hazards.glass_container else BENCH_MARGIN
-        items.append(Item(asset.name, asset.size.width, asset.size.depth, asset.size.height, margin))
+        items.append(SurfaceItem.of(asset, margin))
     taken = []
     for child in stay:
         box = layout.box(child.id)
         x, y = surface.to_local(box.x, box.y)
         x0, y0, x1, y1 = OrientedBox(x, y, box.width, box.depth, box.yaw - surface.yaw).bounds()
-        taken.append(Spot((x0 + x1) / 2.0, (y0 + y1) / 2.0, 0.0, x1 - x0, y1 - y0))
+        taken.append(SurfaceSpot((x0 + x1) / 2.0, (y0 + y1) / 2.0, 0.0, x1 - x0, y1 - y0))
     spots = pack(items, surface.width, surface.depth, headroom, generator, taken, arm_at(layout.asset(support.id)))
     if len(spots) < len(items):
         return None
-    margins = [min(_inset(spots[k], surface), item.margin) - item.margin for k, item in enumerate(items)]
+    margins = [min(spots[k].inset(surface), item.margin) - item.margin for k, item in enumerate(items)]
     return [spots[k] for k in range(len(items))] if min(margins) > -1e-9 else None
 
 
-def _stand_item(layout: Layout, apparatus: _Apparatus, profile: Profile) -> Item:
+def _stand_item(layout: Layout, apparatus: _Apparatus, profile: Profile) -> SurfaceItem:
     stand = apparatus.stand
     tops = [stand.surfaces[k].z + layout.asset(piece.id).size.height for k, piece in apparatus.pieces.items()]
     tops += [fitting.z1 for fitting in stand.fittings]
-    return Item(stand.name, stand.size.width, stand.size.depth, max(tops), profile.glass)
-
-
-def _inset(spot: Spot, surface: OrientedBox) -> float:
-    """Return the distance of a footprint from the nearest edge of a surface, meters."""
-    return min((surface.width - spot.width) / 2.0 - abs(spot.x), (surface.depth - spot.depth) / 2.0 - abs(spot.y))
+    return SurfaceItem(stand.name, stand.size.width, stand.size.depth, max(tops), profile.glass)
 
 
 def _placed(
-    layout: Layout, support: Placement, chosen: Sequence[_Apparatus], loose: Sequence[Placement], spots: Sequence[Spot]
+    layout: Layout,
+    support: Placement,
+    chosen: Sequence[_Apparatus],
+    loose: Sequence[Placement],
+    spots: Sequence[SurfaceSpot],
 ) -> Layout:
     """Return the layout with stands, their pieces and the loose objects at their spots."""
     surface = layout.surface(support.id, 0)
@@ -215,7 +211,7 @@ def _placed(
         stand = Placement(
             id=f"{name}_{number}",
             asset=name,
-            position=_rounded(x, y, surface.z0),
+            position=rounded(x, y, surface.z0),
             yaw=yaw,
             support=support.id,
             slot=0,
@@ -224,16 +220,12 @@ def _placed(
         frame = OrientedBox(x, y, apparatus.stand.size.width, apparatus.stand.size.depth, yaw)
         for slot, piece in apparatus.pieces.items():
             place = apparatus.stand.surfaces[slot]
-            position = _rounded(*frame.to_world(place.x, place.y), surface.z0 + place.z)
+            position = rounded(*frame.to_world(place.x, place.y), surface.z0 + place.z)
             changed[piece.id] = piece.model_copy(
                 update={"position": position, "yaw": yaw, "support": stand.id, "slot": slot}
             )
     for piece, spot in zip(loose, spots[len(chosen) :], strict=True):
-        position = _rounded(*surface.to_world(spot.x, spot.y), surface.z0)
+        position = rounded(*surface.to_world(spot.x, spot.y), surface.z0)
         changed[piece.id] = piece.model_copy(update={"position": position, "yaw": surface.yaw + spot.yaw})
     kept = tuple(changed.get(placement.id, placement) for placement in layout.placements)
     return layout.replace(placements=(*kept, *added))
-
-
-def _rounded(x: float, y: float, z: float) -> tuple[float, float, float]:
-    return round(x, DIGITS), round(y, DIGITS), round(z, DIGITS)

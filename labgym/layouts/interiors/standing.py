@@ -73,11 +73,6 @@ class Standing:
         self.free += areas
         self.free_bounds = np.concatenate([self.free_bounds, strips(areas)])
 
-    @property
-    def solid_bounds(self) -> Array:
-        """Bounds of everything solid, (n, 4): x0, y0, x1, y1."""
-        return np.concatenate([self.building_bounds, self.furniture_bounds])
-
     def places(
         self, segment: Segment, unit: Unit, apart: Distances = (), off_doors: float = 0.0, off_traffic: bool = False
     ) -> Intervals:

@@ -32,7 +32,7 @@ def arm_at(furniture: Asset, slot: int = 0) -> Arm:
 
 
 @dataclass(frozen=True)
-class Surfaces:
+class StockedSurfaces:
     """Contents of the units of a floor.
 
     Attributes:
@@ -48,7 +48,7 @@ class Surfaces:
 
 def stock_surfaces(
     request: Request, cabinets: Sequence[Cabinet], units: Sequence[Unit], generator: np.random.Generator
-) -> Surfaces:
+) -> StockedSurfaces:
     """Return what each unit holds: reagents in cabinets, instruments on work surfaces.
 
     The instruments that a protocol uses as one apparatus (its `near` constraints) share a surface. What belongs into a
@@ -64,7 +64,7 @@ def stock_surfaces(
     for group in groups:
         state.place(group)
     state.place_rest(units)
-    return Surfaces(state.contents, tuple(state.unhooded), tuple(asset.name for asset, _ in state.homeless))
+    return StockedSurfaces(state.contents, tuple(state.unhooded), tuple(asset.name for asset, _ in state.homeless))
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ Cause = Literal["invalid", "more violations", "lower fitness", "no gain"]
 
 
 @dataclass(frozen=True)
-class Refusal:
+class CommandRefusal:
     """A command that was not accepted: the command as plain data, the kind of reason, and the reason."""
 
     command: dict[str, Any]
@@ -35,12 +35,12 @@ class Refusal:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class CommandOutcome:
     """The layout after the accepted commands, the same object without one, and the refused commands."""
 
     layout: Layout
     accepted: int
-    refusals: tuple[Refusal, ...]
+    refusals: tuple[CommandRefusal, ...]
 
 
 def verified(
@@ -49,7 +49,7 @@ def verified(
     assessment: Assessment,
     proposed: Sequence[Any],
     trace: Recorder | None = None,
-) -> Outcome:
+) -> CommandOutcome:
     """Apply each command that improves the layout; if none does alone, apply all together if that improves it.
 
     Args:
@@ -58,13 +58,13 @@ def verified(
         trace: records every command.
     """
     current, best, accepted = layout, assessment, 0
-    refusals: list[Refusal] = []
+    refusals: list[CommandRefusal] = []
     together: list[Command] = []
     for command in proposed:
         try:
             steps = edits(current, command)
         except CommandError as error:
-            refusals.append(Refusal(command.model_dump(), "invalid", str(error)))
+            refusals.append(CommandRefusal(command.model_dump(), "invalid", str(error)))
             if trace is not None:
                 trace.refuse(ADJUST, str(error))
             continue
@@ -79,16 +79,16 @@ def verified(
         else:
             refusals.append(_refusal(command.model_dump(), best, after))
     if accepted or len(together) < 2:
-        return Outcome(current, accepted, tuple(refusals))
+        return CommandOutcome(current, accepted, tuple(refusals))
     candidate = _applied(layout, together)
     after = evaluate_layout(candidate, protocol, assessment.rules)
     better = after.better_than(assessment)
     if trace is not None:
         trace.trial(ADJUST, together, assessment, after, better, note="all commands together")
     if not better:
-        return Outcome(layout, 0, tuple(refusals))
+        return CommandOutcome(layout, 0, tuple(refusals))
     invalid = tuple(refusal for refusal in refusals if refusal.cause == "invalid")
-    return Outcome(candidate, len(refusals) - len(invalid), invalid)
+    return CommandOutcome(candidate, len(refusals) - len(invalid), invalid)
 
 
 def _applied(layout: Layout, commands: Sequence[Command]) -> Layout:
@@ -97,16 +97,18 @@ def _applied(layout: Layout, commands: Sequence[Command]) -> Layout:
     return layout
 
 
-def _refusal(command: dict[str, Any], before: Assessment, after: Assessment) -> Refusal:
+def _refusal(command: dict[str, Any], before: Assessment, after: Assessment) -> CommandRefusal:
     """Return why a candidate is not accepted."""
     if after.cost > before.cost:
         worse = [each for each in after.violations.items if each not in before.violations.items]
         cause = f": {worse[0].message}" if worse else ""
         counts = f"violations and facility errors rise from {before.cost} to {after.cost}"
-        return Refusal(command, "more violations", f"{counts}{cause}")
+        return CommandRefusal(command, "more violations", f"{counts}{cause}")
     if before.better_than(after):
-        return Refusal(command, "lower fitness", f"the fitness falls from {before.fitness:.3f} to {after.fitness:.3f}")
-    return Refusal(command, "no gain", f"nothing improves: still {before.cost} violations and facility errors")
+        return CommandRefusal(
+            command, "lower fitness", f"the fitness falls from {before.fitness:.3f} to {after.fitness:.3f}"
+        )
+    return CommandRefusal(command, "no gain", f"nothing improves: still {before.cost} violations and facility errors")
 
 
 PROMPTS = Path(__file__).resolve().parent / "prompts"

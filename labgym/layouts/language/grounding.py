@@ -23,7 +23,7 @@ LISTED = 8
 
 
 @dataclass(frozen=True)
-class Piece:
+class GroundedPiece:
     """A piece of furniture, placed or fixed, its catalog entry, and the ids of the items that it is to hold."""
 
     placement: Placement
@@ -41,8 +41,8 @@ class Furnished:
         notes: what was left out, and what contradicts the protocol; one sentence each.
     """
 
-    pieces: tuple[Piece, ...]
-    carriers: tuple[Piece, ...] = ()
+    pieces: tuple[GroundedPiece, ...]
+    carriers: tuple[GroundedPiece, ...] = ()
     zones: dict[str, dict[str, Any]] = field(default_factory=dict)
     steps: dict[int, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
@@ -61,8 +61,8 @@ def furnished(answer: Any, offer: Offer, request: Request) -> Furnished:
         name = _free_id(asset.name, counts, fixed)
         position = (round(proposed.x, 6), round(proposed.y, 6), 0.0)
         placement = Placement(id=name, asset=asset.name, position=position, yaw=radians(proposed.yaw), support=FLOOR)
-        pieces.append(Piece(placement, asset, tuple(proposed.holds)))
-    standing = [Piece(fixed[each.id], offer.carriers[each.id], tuple(each.holds)) for each in _standing(answer)]
+        pieces.append(GroundedPiece(placement, asset, tuple(proposed.holds)))
+    standing = [GroundedPiece(fixed[each.id], offer.carriers[each.id], tuple(each.holds)) for each in _standing(answer)]
     placed = Counter(piece.asset.name for piece in pieces)
     lacking = [need.asset.name for need in offer.needs for _ in range(need.count - placed[need.asset.name])]
     notes += _note("left out required furniture", lacking)
@@ -72,7 +72,7 @@ def furnished(answer: Any, offer: Offer, request: Request) -> Furnished:
     return Furnished(tuple(pieces), carrying, zones, steps, tuple(notes))
 
 
-def arranged(answer: Any, piece: Piece, offer: Offer) -> tuple[tuple[Placement, ...], tuple[str, ...]]:
+def arranged(answer: Any, piece: GroundedPiece, offer: Offer) -> tuple[tuple[Placement, ...], tuple[str, ...]]:
     """Return the placements of a piece's items from an answer to `answers.surface_form`, and notes."""
     placements: dict[str, Placement] = {}
     twice = []
@@ -117,7 +117,7 @@ def _standing(answer: Any) -> list[Any]:
     return list(getattr(answer, "standing", ()))
 
 
-def _held_once(pieces: Iterable[Piece], offer: Offer, notes: list[str]) -> tuple[Piece, ...]:
+def _held_once(pieces: Iterable[GroundedPiece], offer: Offer, notes: list[str]) -> tuple[GroundedPiece, ...]:
     """Return the pieces that hold items; of several pieces that claim an item, the first holds it."""
     held: set[str] = set()
     twice: list[str] = []
@@ -132,7 +132,7 @@ def _held_once(pieces: Iterable[Piece], offer: Offer, notes: list[str]) -> tuple
         holds = tuple(item for item in claimed if item not in held)
         held.update(holds)
         if holds:
-            carriers.append(Piece(piece.placement, piece.asset, holds))
+            carriers.append(GroundedPiece(piece.placement, piece.asset, holds))
     bare = [item for item in dict.fromkeys(bare) if item not in held]
     notes += _note("put items into several pieces, of which the first counts", twice)
     notes += _note("put items onto furniture without a surface; they are left out", bare)

@@ -7,7 +7,7 @@ from typing import Any
 
 from labgym.errors import ProposalError
 from labgym.layouts.language.answers import room_form, surface_form
-from labgym.layouts.language.grounding import Furnished, Piece, arranged, furnished
+from labgym.layouts.language.grounding import Furnished, GroundedPiece, arranged, furnished
 from labgym.layouts.language.material import (
     distance_facts,
     fixed_facts,
@@ -115,7 +115,7 @@ class LanguageProposer:
         return furnished(answer, offer, request)
 
     def _surface(
-        self, model: LanguageModel, request: Request, offer: Offer, piece: Piece
+        self, model: LanguageModel, request: Request, offer: Offer, piece: GroundedPiece
     ) -> tuple[tuple[Placement, ...], tuple[str, ...]]:
         """Return the items of a piece of furniture and notes; no items if the model gives no usable answer."""
         items = {item: offer.items[item] for item in piece.holds}

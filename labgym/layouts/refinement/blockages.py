@@ -30,7 +30,7 @@ Cause = Literal["start_blocked", "goal_blocked", "start_outside", "goal_outside"
 
 
 @dataclass(frozen=True)
-class Blockage:
+class RouteBlockage:
     """A place of a transition at which the robot does not fit.
 
     Attributes:
@@ -50,7 +50,7 @@ class Blockage:
     depth: float = 0.0
 
 
-def blockages(layout: Layout, transition: Transition, on_grid: bool = False) -> tuple[Blockage, ...]:
+def blockages(layout: Layout, transition: Transition, on_grid: bool = False) -> tuple[RouteBlockage, ...]:
     """Return the places at which a transition fails: its invalid ends, or else the blocked waypoints of its path.
 
     The path is the one that overlaps movable furniture least. The result is empty without a failure, with a missing
@@ -67,7 +67,7 @@ def blockages(layout: Layout, transition: Transition, on_grid: bool = False) -> 
     return tuple(_ends(layout, transition, radius))
 
 
-def _ends(layout: Layout, transition: Transition, radius: float) -> Iterator[Blockage]:
+def _ends(layout: Layout, transition: Transition, radius: float) -> Iterator[RouteBlockage]:
     outside = transition.failure == "outside_room"
     for end in transition.ends:
         pose = transition.start if end == "start" else transition.goal
@@ -77,11 +77,11 @@ def _ends(layout: Layout, transition: Transition, radius: float) -> Iterator[Blo
         place = _blockage(layout, "start_blocked" if end == "start" else "goal_blocked", location, pose[:2], radius)
         if outside or not place.objects:
             cause: Cause = "start_outside" if end == "start" else "goal_outside"
-            place = Blockage(cause, location, pose[:2], radius)
+            place = RouteBlockage(cause, location, pose[:2], radius)
         yield place
 
 
-def _waypoints(layout: Layout, transition: Transition, radius: float) -> Iterator[Blockage]:
+def _waypoints(layout: Layout, transition: Transition, radius: float) -> Iterator[RouteBlockage]:
     """Yield, for each stretch of the path on which the disc overlaps furniture, the place where it is deepest."""
     if transition.start is None or transition.goal is None:
         return
@@ -103,10 +103,10 @@ def _waypoints(layout: Layout, transition: Transition, radius: float) -> Iterato
             yield _blockage(layout, "path_blocked", transition.goal_location, (x, y), radius)
 
 
-def _blockage(layout: Layout, cause: Cause, location: str, point: tuple[float, float], radius: float) -> Blockage:
+def _blockage(layout: Layout, cause: Cause, location: str, point: tuple[float, float], radius: float) -> RouteBlockage:
     reach = {item.id: radius - gap(layout.box(item.id), point) for item in _floor_objects(layout)}
     objects = sorted((item for item, depth in reach.items() if depth > 0.0), key=lambda item: (-reach[item], item))
-    return Blockage(cause, location, point, radius, tuple(objects), reach[objects[0]] if objects else 0.0)
+    return RouteBlockage(cause, location, point, radius, tuple(objects), reach[objects[0]] if objects else 0.0)
 
 
 def gap(box: OrientedBox, point: Sequence[float] | NDArray[np.float64]) -> float:
@@ -141,7 +141,7 @@ class Translation:
         return Move(self.id, self.delta, 0.0) if self.axis == "x" else Move(self.id, 0.0, self.delta)
 
 
-def rotation_fixes(layout: Layout, blockage: Blockage) -> tuple[Rotate, ...]:
+def rotation_fixes(layout: Layout, blockage: RouteBlockage) -> tuple[Rotate, ...]:
     """Return the turn of a piece that faces a wall: its back to that wall, or else to the greatest free depth.
 
     A piece faces a wall if the robot does not fit between the two. Nothing is suggested for a piece that is fixed, that
@@ -161,7 +161,7 @@ def rotation_fixes(layout: Layout, blockage: Blockage) -> tuple[Rotate, ...]:
     return (Rotate(root, round(best.yaw, 9)),)
 
 
-def translations(layout: Layout, blockage: Blockage) -> tuple[Translation, ...]:
+def translations(layout: Layout, blockage: RouteBlockage) -> tuple[Translation, ...]:
     """Return the translations that free the disc of a blockage, the shortest first.
 
     Each object that may move is pushed out of the disc along either axis, in either direction. If an end is blocked,
@@ -180,7 +180,7 @@ def translations(layout: Layout, blockage: Blockage) -> tuple[Translation, ...]:
     return tuple(sorted(suggestions, key=lambda push: (abs(push.delta), push.id, push.axis, push.delta)))
 
 
-def responsible(layout: Layout, blockage: Blockage) -> tuple[Translation, ...]:
+def responsible(layout: Layout, blockage: RouteBlockage) -> tuple[Translation, ...]:
     """Return the shortest translation of each object that is in the way."""
     shortest: dict[str, Translation] = {}
     for push in translations(layout, blockage):
@@ -199,7 +199,7 @@ def deduplicated(suggestions: Iterable[Translation]) -> tuple[Translation, ...]:
     return tuple(largest.values())
 
 
-def _pushes(item: str, box: OrientedBox, blockage: Blockage) -> Iterator[Translation]:
+def _pushes(item: str, box: OrientedBox, blockage: RouteBlockage) -> Iterator[Translation]:
     """Yield the least translation of a box along each axis and direction that leaves the disc free."""
     for axis, dx, dy in AXES:
         for sign in (1.0, -1.0):
@@ -208,7 +208,7 @@ def _pushes(item: str, box: OrientedBox, blockage: Blockage) -> Iterator[Transla
                 yield Translation(item, axis, round(sign * (distance + MARGIN), 6))
 
 
-def _least(box: OrientedBox, blockage: Blockage, dx: float, dy: float) -> float | None:
+def _least(box: OrientedBox, blockage: RouteBlockage, dx: float, dy: float) -> float | None:
     """Return how far a box moves along a unit vector until it leaves the disc, None beyond `FARTHEST`.
 
     The distance of a convex shape from a point is convex along a line, so that it exceeds the radius from there on.

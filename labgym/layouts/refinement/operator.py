@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 
-from labgym.layouts.adjust import Adjuster, LimitedAdjuster, RuleAdjuster, Work, WorkLimitError
+from labgym.layouts.adjust import Adjuster, LimitedAdjuster, RepairBudget, RuleAdjuster, WorkLimitError
 from labgym.layouts.model import Layout
 from labgym.layouts.moves import Assign, Command, apply, may_move
 from labgym.layouts.optimise import optimise_assessed
 from labgym.layouts.refinement.blockages import (
-    Blockage,
+    RouteBlockage,
     blockages,
     deduplicated,
     responsible,
@@ -77,7 +77,7 @@ def refine_assessed(
     """
     if trace is not None:
         trace.begin(layout, protocol, current.rules)
-    limited = LimitedAdjuster(adjuster if adjuster is not None else RuleAdjuster(), Work(UNITS))
+    limited = LimitedAdjuster(adjuster if adjuster is not None else RuleAdjuster(), RepairBudget(UNITS))
     judge = partial(_repaired, protocol=protocol, rules=current.rules, adjuster=limited, repair=repair, solver=solver)
     least, stalled = len(_failures(current)), 0
     for _ in range(ITERATIONS):
@@ -132,7 +132,10 @@ def _update(
 
 
 def _commands(
-    layout: Layout, failures: Sequence[Transition], places: Sequence[Blockage], unreachable: Callable[[Layout], int]
+    layout: Layout,
+    failures: Sequence[Transition],
+    places: Sequence[RouteBlockage],
+    unreachable: Callable[[Layout], int],
 ) -> Iterator[Update]:
     """Yield all updates together, then the single commands that free the most transitions before any repair."""
     turns = tuple(dict.fromkeys(turn for place in places for turn in rotation_fixes(layout, place)))
@@ -161,7 +164,7 @@ def _reassignments(layout: Layout, failures: Sequence[Transition]) -> Iterator[A
                 yield Assign(location, zone.name)
 
 
-def _new_places(layout: Layout, places: Sequence[Blockage]) -> Iterator[Update]:
+def _new_places(layout: Layout, places: Sequence[RouteBlockage]) -> Iterator[Update]:
     """Yield free places for what is in the way, and for the pieces at which the robot works."""
     movers: dict[str, None] = {}
     for place in places:

@@ -15,7 +15,7 @@ from labgym.layouts.placement import FLOOR, WALL, Placement
 from labgym.layouts.relocation import free_places
 from labgym.layouts.repairs.berths import berths
 from labgym.layouts.repairs.furniture import middles
-from labgym.layouts.repairs.rank import State
+from labgym.layouts.repairs.rank import RepairState
 from labgym.layouts.repairs.resettling import added_on_wall
 from labgym.layouts.repairs.safeguards import faults_of
 from labgym.layouts.rules.equipment import missing_equipment
@@ -33,7 +33,7 @@ SPOTS = 12
 """Maximum number of free spots tried for an object."""
 
 
-def with_missing(state: State) -> State:
+def with_missing(state: RepairState) -> RepairState:
     """Return a state with the required assets that it lacks, as far as they find a place.
 
     Furniture comes first, then reagents, then other objects. Each piece is added where the rank stays best. A reagent
@@ -51,13 +51,13 @@ def with_missing(state: State) -> State:
     return state
 
 
-def with_equipment(state: State) -> State:
+def with_equipment(state: RepairState) -> RepairState:
     """Return the state with the safety equipment that rooms lack under its rule set, as far as it finds a place."""
     if not state.assessment.rules.equipment:
         return state
     for lacking in lacking_equipment(state.assessment.site):
         present = faults_of(state)
-        best: State | None = None
+        best: RepairState | None = None
         for candidate in islice(_in_room(state, lacking), PLACES_IN_ROOM):
             larger = state.with_layout(candidate)
             if larger.rank.cost < state.rank.cost and (best is None or larger.rank < best.rank):
@@ -68,7 +68,7 @@ def with_equipment(state: State) -> State:
     return state
 
 
-def with_cabinets(state: State) -> State:
+def with_cabinets(state: RepairState) -> RepairState:
     """Return the state with each reagent out of storage in a new cabinet, if the layout has none of its class."""
     for instance in state.assessment.of("storage"):
         reagent = instance.ids[0]
@@ -107,9 +107,9 @@ def _cabinet_for(layout: Layout, reagent: Asset) -> Asset:
     return layout.catalog.get(kinds[storage if storage in STORAGE_CLASSES else "General"])
 
 
-def _with_one(state: State, asset: Asset) -> State | None:
+def _with_one(state: RepairState, asset: Asset) -> RepairState | None:
     """Return the state with one more piece at the best of the first places that are free, None if none is."""
-    best: State | None = None
+    best: RepairState | None = None
     for candidate in _candidates(state, asset):
         larger = state.with_layout(candidate)
         if best is None or larger.rank < best.rank:
@@ -120,7 +120,7 @@ def _with_one(state: State, asset: Asset) -> State | None:
     return best
 
 
-def _candidates(state: State, asset: Asset) -> Iterator[Layout]:
+def _candidates(state: RepairState, asset: Asset) -> Iterator[Layout]:
     """Yield layouts with one more piece."""
     if asset.placing == WALL:
         return iter(added_on_wall(state.layout, asset, state.protocol))
@@ -129,7 +129,7 @@ def _candidates(state: State, asset: Asset) -> Iterator[Layout]:
     return _on_surfaces(state, asset)
 
 
-def _in_room(state: State, lacking: Lacking) -> Iterator[Layout]:
+def _in_room(state: RepairState, lacking: Lacking) -> Iterator[Layout]:
     """Yield layouts with equipment that a room lacks on the walls, or at all berths, of the room."""
     layout, asset, site = state.layout, state.layout.catalog.get(lacking.asset), state.assessment.site
     if asset.placing == WALL:
@@ -152,7 +152,7 @@ def _on_floor(layout: Layout, asset: Asset, protocol: Protocol | None) -> Iterat
         yield from rearrangements(trial, protocol, {trial.placements[-1].id})
 
 
-def _on_surfaces(state: State, asset: Asset) -> Iterator[Layout]:
+def _on_surfaces(state: RepairState, asset: Asset) -> Iterator[Layout]:
     """Yield layouts with an object on free spots where it belongs."""
     layout = state.layout
     carrier = next((p for p in layout.placements if p.support == FLOOR and layout.asset(p.id).surfaces), None)

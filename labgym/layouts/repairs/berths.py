@@ -33,8 +33,6 @@ MOST_APART = 60
 """Maximum number of poses that are far from each other."""
 BATCH = 32
 """Poses that are compared with the building together."""
-USES = ("laboratory",)
-"""Uses of the spaces in which furniture stands of which the habits say nothing."""
 
 Pose = tuple[float, float, float]
 
@@ -101,8 +99,7 @@ def _supplies(floor: Floor) -> tuple[Supplies, ...]:
 
 def _suitability(floor: Floor, asset: Asset) -> list[int]:
     """Return the rank of each space's use for an asset, 0 for the best."""
-    uses = Habits.published().uses.get(asset.role, USES)
-    return [uses.index(space.use) if space.use in uses else len(uses) for space in floor.spaces]
+    return [Habits.published().rank_of(asset.role, space.use) for space in floor.spaces]
 
 
 def _free(layout: Layout, piece: str, box: OrientedBox) -> list[Berth]:

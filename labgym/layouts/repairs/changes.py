@@ -12,7 +12,7 @@ from labgym.geometry import rotate, wrap_angle
 from labgym.layouts.model import Layout
 from labgym.layouts.moves import may_move
 from labgym.layouts.placement import FLOOR, WALL, Placement
-from labgym.layouts.repairs.rank import State
+from labgym.layouts.repairs.rank import RepairState
 from labgym.layouts.rules.facility.showers import HOOD_TO_SHOWER
 from labgym.layouts.rules.objective import Assessment
 from labgym.layouts.rules.rule import FacilityIssue
@@ -113,7 +113,7 @@ def _where(layout: Layout, placement: Placement) -> str:
     return f"on {where} at ({x:.2f}, {y:.2f}, {z:.2f})"
 
 
-def problems(state: State) -> tuple[str, ...]:
+def problems(state: RepairState) -> tuple[str, ...]:
     """Return what is wrong with a layout and why it stays, one sentence for each fault.
 
     Hard facility errors count under every rule set, also those that no moved object can change: a

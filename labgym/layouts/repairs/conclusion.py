@@ -14,7 +14,7 @@ from labgym.layouts.placement import FLOOR
 from labgym.layouts.relocation import free_places
 from labgym.layouts.repairs.berths import berths
 from labgym.layouts.repairs.changes import moved_furniture, moved_ids
-from labgym.layouts.repairs.rank import State, narrowness
+from labgym.layouts.repairs.rank import RepairState, narrowness
 from labgym.layouts.repairs.reinsertion import reinserted
 from labgym.layouts.repairs.resettling import lying, taken_down
 from labgym.layouts.rules.arrangement import Arrangement
@@ -35,7 +35,7 @@ TRIALS = 48
 UPDATES = 4
 
 
-def widened(state: State, first: Collection[str] = ()) -> State:
+def widened(state: RepairState, first: Collection[str] = ()) -> RepairState:
     """Return the state after furniture was moved out of ways that are too narrow, as long as that helps.
 
     Args:
@@ -59,7 +59,7 @@ def widened(state: State, first: Collection[str] = ()) -> State:
     return state
 
 
-def _wider(best: State, layout: Layout) -> State | None:
+def _wider(best: RepairState, layout: Layout) -> RepairState | None:
     """Return the state of a layout if it has fewer faults than the best one or wider ways, else None."""
     if not best.rank.cost and narrowness(Arrangement.of(layout)) >= best.rank.narrow:
         return None
@@ -99,7 +99,7 @@ MOST = 60
 """Maximum number of objects that are tried."""
 
 
-def economical(before: State, after: State) -> State:
+def economical(before: RepairState, after: RepairState) -> RepairState:
     """Return a state that is at least as good as the later one, with more objects where they were before.
 
     Each object that moved by itself is put back with everything on it, unless the rank gets worse, or it lay where it
@@ -140,7 +140,7 @@ BERTHS = 40
 """Maximum number of poses tried for a piece that a warning concerns."""
 
 
-def advised(before: State, state: State) -> State:
+def advised(before: RepairState, state: RepairState) -> RepairState:
     """Return the state after pieces went where they cause fewer facility warnings.
 
     Only what the repair has moved goes elsewhere, and of what stood wrong before, or is named by a new warning, those
@@ -171,18 +171,18 @@ def advised(before: State, state: State) -> State:
     return reinserted(state, moved, crowded) if crowded else state
 
 
-def warned(before: State, state: State) -> bool:
+def warned(before: RepairState, state: RepairState) -> bool:
     """Whether a facility warning is new and names a piece that the repair has moved."""
     moved = moved_furniture(before.layout, state.layout)
     return any(_is_new(issue, before) and not moved.isdisjoint(issue.ids) for issue in state.assessment.warnings)
 
 
-def rules_of(state: State) -> Counter[str]:
+def rules_of(state: RepairState) -> Counter[str]:
     """Return the rules of the facility warnings with the number of warnings."""
     return Counter(issue.rule for issue in state.assessment.warnings)
 
 
-def _standing_wrong(state: State) -> Iterator[str]:
+def _standing_wrong(state: RepairState) -> Iterator[str]:
     """Yield the floor objects that take part in a fault themselves, not only by what stands on them."""
     layout, assessment = state.layout, state.assessment
     groups: list[tuple[str, ...]] = [(fault.id,) for fault in assessment.bounds]
@@ -193,12 +193,12 @@ def _standing_wrong(state: State) -> Iterator[str]:
             yield from ids
 
 
-def _open_warnings(before: State, state: State, touched: Collection[str]) -> list[FacilityIssue]:
+def _open_warnings(before: RepairState, state: RepairState, touched: Collection[str]) -> list[FacilityIssue]:
     """Return the warnings that are new, or that name a piece which the repair may move."""
     return [
         issue for issue in state.assessment.warnings if _is_new(issue, before) or not set(issue.ids).isdisjoint(touched)
     ]
 
 
-def _is_new(issue: FacilityIssue, before: State) -> bool:
+def _is_new(issue: FacilityIssue, before: RepairState) -> bool:
     return all(issue.message != other.message for other in before.assessment.warnings)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import replace
 from itertools import islice, product
 
@@ -21,7 +21,7 @@ from labgym.layouts.moves import Place, apply, may_move, replaced
 from labgym.layouts.placement import FLOOR
 from labgym.layouts.relocation import WALL_GAP, free_places
 from labgym.layouts.repair import brought_inside, pushed_apart
-from labgym.layouts.repairs.rank import State
+from labgym.layouts.repairs.rank import RepairState
 from labgym.layouts.rules.building import Building, building_of
 from labgym.layouts.rules.collisions import collisions
 from labgym.layouts.rules.thresholds import ONE_SIDED, PENETRATION, SURFACE_TOLERANCE
@@ -32,7 +32,6 @@ RELOCATIONS = 12
 """Maximum number of pieces that are relocated one after the other."""
 PLACES = 6
 """Maximum number of free places tried for a piece."""
-DEFAULT_USES = ("laboratory",)
 SHARES = (0.0, 0.1, 0.25, 0.5, 0.75, 0.9, 1.0)
 """Places tried between the two ends of those at which a load stands on its furniture, along each side."""
 BEST = 3
@@ -46,7 +45,7 @@ OVERHANG = SURFACE_TOLERANCE / 2.0
 EVERYWHERE: Interval = (-math.inf, math.inf)
 
 
-def under_loads(state: State) -> State:
+def under_loads(state: RepairState) -> RepairState:
     """Return the state after furniture that was moved without what stood on it was moved back under it.
 
     The load stays in place. Of the places of the furniture at which all of it stands on it the best one is taken.
@@ -115,7 +114,7 @@ def _shifts(interval: Interval) -> list[float]:
     return [min(max(0.0, low), high), *(low + share * (high - low) for share in SHARES)]
 
 
-def relocated(state: State) -> State:
+def relocated(state: RepairState) -> RepairState:
     """Return the state after single pieces went to free places near them, one after the other, as long as that helps.
 
     The piece that takes part in most faults comes first. Accessories that are in the way are put aside.
@@ -129,7 +128,7 @@ def relocated(state: State) -> State:
     return proposed if proposed.rank < state.rank else state
 
 
-def _relocation(state: State) -> State | None:
+def _relocation(state: RepairState) -> RepairState | None:
     """Return the state after one piece went to a free place of its space or, if none helps, of another; else None."""
     counts = blame(state)
     guilty = [item for item in sorted(counts, key=lambda item: (-counts[item], item)) if may_move(state.layout, item)]
@@ -141,7 +140,7 @@ def _relocation(state: State) -> State | None:
     return None
 
 
-def _at_better_place(state: State, places: Iterable[Place]) -> State | None:
+def _at_better_place(state: RepairState, places: Iterable[Place]) -> RepairState | None:
     """Return the state with a piece at the first of some places that has a lower cost, without more warnings if any."""
     base = state.assessed(state.layout, state.protocol).cost
     best = state
@@ -165,17 +164,13 @@ def elsewhere(layout: Layout, item: str, most: int) -> Iterator[Place]:
 
 def middles(layout: Layout, asset: Asset) -> list[tuple[int, tuple[float, float]]]:
     """Return the index and the middle of each space, those of a use that suits an asset first; meters."""
-    uses = Habits.published().uses.get(asset.role, DEFAULT_USES)
-    spaces = sorted(enumerate(grounds(layout.floor)), key=lambda each: _order(each[1].use, uses))
+    habits = Habits.published()
+    spaces = sorted(enumerate(grounds(layout.floor)), key=lambda each: habits.rank_of(asset.role, each[1].use))
     points = [(k, to_world([(g.width / 2.0, g.depth / 2.0)], g.frame)[0].round(6).tolist()) for k, g in spaces]
     return [(k, (x, y)) for k, (x, y) in points]
 
 
-def _order(use: str, uses: Sequence[str]) -> int:
-    return uses.index(use) if use in uses else len(uses)
-
-
-def blame(state: State) -> Counter[str]:
+def blame(state: RepairState) -> Counter[str]:
     """Return the floor objects that cause faults of furniture, with the number of faults.
 
     What stands wrong by itself counts twice. The owner of a blocked front causes nothing, nor does a place that no way
@@ -196,7 +191,7 @@ def blame(state: State) -> Counter[str]:
     return +blame
 
 
-def placed_anew(state: State, levels: int) -> State:
+def placed_anew(state: RepairState, levels: int) -> RepairState:
     """Return the state after the solver has found places for the furniture that is involved in faults.
 
     Args:
@@ -214,7 +209,7 @@ def placed_anew(state: State, levels: int) -> State:
     return best
 
 
-def flush(state: State, moved: Collection[str]) -> State:
+def flush(state: RepairState, moved: Collection[str]) -> RepairState:
     """Return the state without overlaps that only the tolerances allow: a judge with others would see a fault.
 
     What reaches into a wall or over an edge is moved back, and what the repair has moved out of other objects.
@@ -231,7 +226,7 @@ def flush(state: State, moved: Collection[str]) -> State:
     return state
 
 
-def _reaching(state: State) -> list[str]:
+def _reaching(state: RepairState) -> list[str]:
     """Return the objects that reach into a wall or over the edge of a surface within the tolerance."""
     building, arrangement = building_of(state.layout), state.assessment.arrangement
     pieces = [p.id for p in state.layout.placements if p.support == FLOOR]
@@ -245,19 +240,19 @@ def _reaching(state: State) -> list[str]:
     return reaching[:MOST_FLUSH]
 
 
-def _not_worse(state: State, layout: Layout) -> State:
+def _not_worse(state: RepairState, layout: Layout) -> RepairState:
     if layout.placements == state.layout.placements:
         return state
     proposed = state.with_layout(layout)
     return proposed if proposed.rank <= state.rank else state
 
 
-def settled(state: State) -> bool:
+def settled(state: RepairState) -> bool:
     """Whether no furniture takes part in a fault."""
     return next(_involved(state), None) is None
 
 
-def _involved(state: State) -> Iterator[str]:
+def _involved(state: RepairState) -> Iterator[str]:
     """Yield the floor objects that take part in a fault of furniture or ways."""
     layout, assessment = state.layout, state.assessment
     for fault in assessment.bounds:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 from labgym.assets import Asset
-from labgym.layouts.adjust import UNITS, Adjuster, LimitedAdjuster, RuleAdjuster, Work, WorkLimitError
+from labgym.layouts.adjust import UNITS, Adjuster, LimitedAdjuster, RepairBudget, RuleAdjuster, WorkLimitError
 from labgym.layouts.model import Layout
 from labgym.layouts.moves import may_move
 from labgym.layouts.optimise import optimise_assessed
@@ -15,7 +15,7 @@ from labgym.layouts.repairs.additions import with_cabinets, with_equipment, with
 from labgym.layouts.repairs.changes import Change, changes, moved_furniture, moved_ids, problems
 from labgym.layouts.repairs.conclusion import advised, economical, warned, widened
 from labgym.layouts.repairs.furniture import flush, placed_anew, relocated, settled, under_loads
-from labgym.layouts.repairs.rank import State
+from labgym.layouts.repairs.rank import RepairState
 from labgym.layouts.repairs.reinsertion import reinserted
 from labgym.layouts.repairs.resettling import gathered, hung, lying, resettled, taken_down
 from labgym.layouts.repairs.safeguards import broken_rules, safeguarded
@@ -77,13 +77,13 @@ def repair_layout(
         adjuster: proposes commands in the optimization; rules and search by default.
         trace: records the state after each stage, and the iterations of the optimization and the refinement.
         units: limit of work (`labgym.layouts.adjust`).
-        seeded: whether the layout is drawn by a seed (`State.seeded`).
+        seeded: whether the layout is drawn by a seed (`RepairState.seeded`).
     """
     protocol = protocol if protocol is not None else _protocol_of(layout)
-    start = replace(State.of(layout, protocol, rules, seeded=seeded), work=Work(units))
+    start = replace(RepairState.of(layout, protocol, rules, seeded=seeded), work=RepairBudget(units))
     if trace is not None:
         trace.begin(layout, protocol, rule_set(rules))
-    progress = Progress(start, trace)
+    progress = RepairProgress(start, trace)
     unfinished: tuple[str, ...] = ()
     try:
         _run(start, progress, adjuster)
@@ -100,14 +100,14 @@ def repair_layout(
 
 
 @dataclass
-class Progress:
+class RepairProgress:
     """The state after the last stage, and what objects were moved or removed for in the last one: soft terms."""
 
-    state: State
+    state: RepairState
     trace: Recorder | None
     softened: dict[str, str] = field(default_factory=dict)
 
-    def record(self, stage: str, state: State) -> State:
+    def record(self, stage: str, state: RepairState) -> RepairState:
         """Return a state after recording it."""
         self.state = state
         if self.trace is not None:
@@ -115,7 +115,7 @@ class Progress:
         return state
 
 
-def _run(start: State, progress: Progress, adjuster: Adjuster | None) -> None:
+def _run(start: RepairState, progress: RepairProgress, adjuster: Adjuster | None) -> None:
     """Carry out rounds of all stages.
 
     If faults or new warnings are left, all furniture that was moved is taken out of the damaged layout together.
@@ -136,7 +136,7 @@ def _run(start: State, progress: Progress, adjuster: Adjuster | None) -> None:
             state = progress.record("soft terms", better)
 
 
-def _finished(start: State, progress: Progress, state: State) -> State:
+def _finished(start: RepairState, progress: RepairProgress, state: RepairState) -> RepairState:
     """Return the state at the end of the rounds, with few objects moved and few warnings."""
     state = progress.record("economy", _concluded(start, state))
     if not state.rank.sound or state.rank.narrow or warned(start, state):
@@ -149,7 +149,7 @@ def _finished(start: State, progress: Progress, state: State) -> State:
     return state
 
 
-def _reasons(start: State, progress: Progress) -> dict[str, str]:
+def _reasons(start: RepairState, progress: RepairProgress) -> dict[str, str]:
     """Return why objects were changed, by id: the first fault that named each, what was missing, and soft terms."""
     layout, later = start.layout, progress.state.layout
     reasons = {placement.id: _need(later.asset(placement.id)) for placement in later.placements}
@@ -167,11 +167,11 @@ def _need(asset: Asset) -> str:
     return f"reagents of class {storage} had no cabinet" if storage in STORAGE_CLASSES else "required and missing"
 
 
-def _changed(before: State, after: State) -> list[str]:
+def _changed(before: RepairState, after: RepairState) -> list[str]:
     return [change.id for change in changes(before.layout, after.layout)]
 
 
-def _concluded(start: State, state: State) -> State:
+def _concluded(start: RepairState, state: RepairState) -> RepairState:
     """Return the state with wider ways, what need not have moved put back, and fewer warnings."""
     if state.rank.narrow:
         state = widened(state, moved_furniture(start.layout, state.layout))
@@ -184,7 +184,7 @@ def _protocol_of(layout: Layout) -> Protocol | None:
     return combination(several, layout.catalog) if len(several) > 1 else layout.protocol
 
 
-def _round(layout: Layout, state: State, adjuster: Adjuster | None, progress: Progress) -> State:
+def _round(layout: Layout, state: RepairState, adjuster: Adjuster | None, progress: RepairProgress) -> RepairState:
     """Return the state after every stage, each of which is kept if it improves the rank.
 
     Args:
@@ -216,7 +216,7 @@ def _round(layout: Layout, state: State, adjuster: Adjuster | None, progress: Pr
     return state
 
 
-def curable(state: State) -> bool:
+def curable(state: RepairState) -> bool:
     """Whether a layout has a fault in which something takes part that may move, or lacks something."""
     assessment, layout = state.assessment, state.layout
     if assessment.lacking or assessment.errors or any(not leg.feasible for leg in assessment.drives):
@@ -231,14 +231,14 @@ def curable(state: State) -> bool:
     return any(may_move(layout, each) for item in items for each in (item, layout.root(item).id))
 
 
-def _better(state: State, layout: Layout) -> State:
+def _better(state: RepairState, layout: Layout) -> RepairState:
     if layout.placements == state.layout.placements:
         return state
     proposed = state.with_layout(layout)
     return proposed if proposed.rank < state.rank else state
 
 
-def _optimised(state: State, adjuster: Adjuster | None, trace: Recorder | None) -> State:
+def _optimised(state: RepairState, adjuster: Adjuster | None, trace: Recorder | None) -> RepairState:
     """Return the state after the optimization and, if only ways are left to clear, the refinement for navigation."""
     limited = LimitedAdjuster(adjuster if adjuster is not None else RuleAdjuster(), state.work)
     layout, assessment = optimise_assessed(state.layout, state.protocol, state.assessment.rules, limited, trace)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from functools import cached_property, total_ordering
 
-from labgym.layouts.adjust import Work
+from labgym.layouts.adjust import RepairBudget
 from labgym.layouts.floor.fields import HOOD_DOOR_LEAST
 from labgym.layouts.model import Layout
 from labgym.layouts.rules.arrangement import Arrangement
@@ -116,7 +116,7 @@ class Rank:
 
 
 @dataclass(frozen=True)
-class State:
+class RepairState:
     """A layout with its assessment, by default with navigation, and its rank.
 
     Every assessment of a later version is charged to the same work.
@@ -130,7 +130,7 @@ class State:
     assessment: Assessment
     protocol: Protocol | None
     navigation: bool = True
-    work: Work = field(default_factory=Work, compare=False)
+    work: RepairBudget = field(default_factory=RepairBudget, compare=False)
     seeded: bool = False
 
     @classmethod
@@ -141,12 +141,12 @@ class State:
         rules: str | RuleSet,
         navigation: bool = True,
         seeded: bool = False,
-    ) -> State:
+    ) -> RepairState:
         """Assess a layout; without navigation also all its later versions."""
         assessment = evaluate_layout(layout, protocol, rules, navigation)
         return cls(layout, assessment, protocol, navigation, seeded=seeded)
 
-    def with_layout(self, layout: Layout) -> State:
+    def with_layout(self, layout: Layout) -> RepairState:
         """Return the state of another version of the layout."""
         rules, earlier = self.assessment.rules, self.assessment
         assessment = evaluate_layout(layout, self.protocol, rules, self.navigation, earlier)
@@ -159,7 +159,7 @@ class State:
         self.work.spend(assessment)
         return assessment
 
-    def with_layout_at_most(self, layout: Layout, cost: int) -> State | None:
+    def with_layout_at_most(self, layout: Layout, cost: int) -> RepairState | None:
         """Return the state of another version of the layout, None if its cost exceeds a limit even without ways.
 
         Ways take most of the time of an assessment; they are not planned for versions above the limit.

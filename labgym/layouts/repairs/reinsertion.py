@@ -12,7 +12,7 @@ from labgym.layouts.model import Layout
 from labgym.layouts.moves import Place, apply, descendants, may_move, without
 from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.repairs.berths import behind_poses, berths
-from labgym.layouts.repairs.rank import State, discouraged, narrowness
+from labgym.layouts.repairs.rank import RepairState, discouraged, narrowness
 from labgym.layouts.rules.facility.backs import TALL
 from labgym.layouts.rules.supplies import BURNERS
 from labgym.layouts.rules.thresholds import ONE_SIDED
@@ -33,7 +33,7 @@ Faults = tuple[int, int, int]
 """Cost without ways, narrow exits and blocked places, warnings."""
 
 
-def reinserted(state: State, others: Collection[str] = (), first: Collection[str] = ()) -> State:
+def reinserted(state: RepairState, others: Collection[str] = (), first: Collection[str] = ()) -> RepairState:
     """Return the state after furniture was taken out and put back at free places, one piece after the other.
 
     All pieces that take part in a fault are taken out, so that none of them is in the way of another. A piece that can
@@ -53,7 +53,7 @@ def reinserted(state: State, others: Collection[str] = (), first: Collection[str
     return _attempts(state, state.layout, pieces, first)[0] if pieces else state
 
 
-def involvement(state: State) -> Counter[str]:
+def involvement(state: RepairState) -> Counter[str]:
     """Return the floor objects that take part in faults of furniture, with the number of faults; ways do not count."""
     layout, assessment = state.layout, state.assessment
     groups: list[tuple[str, ...]] = [(fault.id,) for fault in assessment.bounds]
@@ -66,7 +66,7 @@ def involvement(state: State) -> Counter[str]:
     return Counter({root: count for root, count in counts.items() if layout.placement(root).support == FLOOR})
 
 
-def _pieces(state: State, others: Collection[str]) -> list[str]:
+def _pieces(state: RepairState, others: Collection[str]) -> list[str]:
     counts, layout = involvement(state), state.layout
     on_floor = (each for each in {*counts, *others} if each in layout.by_id and layout.placement(each).support == FLOOR)
     able = [piece for piece in on_floor if may_move(layout, piece)]
@@ -82,7 +82,7 @@ class _Pair:
     place: Place
 
 
-def _pairs(state: State, pieces: Sequence[str]) -> list[_Pair]:
+def _pairs(state: RepairState, pieces: Sequence[str]) -> list[_Pair]:
     """Return the pairs of low pieces that have no fault if one of them stands behind the other, the nearest first."""
     layout, bare = state.layout, _bare(state.layout)
     free = {issue.ids[0] for issue in state.assessment.errors if issue.rule == "back_to_wall"}
@@ -113,7 +113,9 @@ class _Seating:
     troubled: dict[str, Faults]
 
 
-def _attempts(state: State, layout: Layout, pieces: Sequence[str], first: Collection[str]) -> tuple[State, bool]:
+def _attempts(
+    state: RepairState, layout: Layout, pieces: Sequence[str], first: Collection[str]
+) -> tuple[RepairState, bool]:
     """Return the best state after some attempts to put pieces of a layout back, and whether it leaves no trouble."""
     bare, best = _bare(layout), state
     empty = without(bare, pieces)
@@ -135,7 +137,7 @@ def _attempts(state: State, layout: Layout, pieces: Sequence[str], first: Collec
     return best, False
 
 
-def _applied(state: State, layout: Layout, places: Sequence[Place]) -> State:
+def _applied(state: RepairState, layout: Layout, places: Sequence[Place]) -> RepairState:
     for place in places:
         layout = apply(layout, place)
     proposed = state.with_layout(layout)
@@ -145,13 +147,15 @@ def _applied(state: State, layout: Layout, places: Sequence[Place]) -> State:
     return proposed
 
 
-def _stays(state: State, empty: Layout, bare: Layout, piece: str, least: Faults) -> bool:
+def _stays(state: RepairState, empty: Layout, bare: Layout, piece: str, least: Faults) -> bool:
     """Whether a piece is no fault where it is, if the others are not there."""
     faults = _faults(state, _with(empty, bare, piece), least)
     return faults[:2] <= least[:2] and faults[2] <= least[2] + MILD
 
 
-def _seated(state: State, bare: Layout, order: Sequence[str], staying: Collection[str], least: Faults) -> _Seating:
+def _seated(
+    state: RepairState, bare: Layout, order: Sequence[str], staying: Collection[str], least: Faults
+) -> _Seating:
     """Put pieces back in an order."""
     standing = without(bare, order)
     places: list[Place] = []
@@ -169,7 +173,7 @@ def _seated(state: State, bare: Layout, order: Sequence[str], staying: Collectio
     return _Seating(tuple(places), troubled)
 
 
-def _place(state: State, layout: Layout, piece: str, least: Faults, stays: bool) -> tuple[Place | None, Faults]:
+def _place(state: RepairState, layout: Layout, piece: str, least: Faults, stays: bool) -> tuple[Place | None, Faults]:
     """Return the first place of a piece without a fault more, else the best one, and the faults; None for its place."""
     limit = least
     best, fewest = None, _faults(state, layout, least)
@@ -186,7 +190,7 @@ def _place(state: State, layout: Layout, piece: str, least: Faults, stays: bool)
     return best, fewest
 
 
-def _faults(state: State, layout: Layout, limit: Faults | None = None) -> Faults:
+def _faults(state: RepairState, layout: Layout, limit: Faults | None = None) -> Faults:
     """Return the faults of furniture without what stands on it; above a limit only as many as exceed it."""
     assessment = state.assessed(layout, None)
     cost = assessment.cost

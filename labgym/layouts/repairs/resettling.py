@@ -10,7 +10,7 @@ from labgym.layouts.fitting import Keepouts, on_wall
 from labgym.layouts.model import Layout
 from labgym.layouts.moves import Place, apply, lifted, may_move, replaced
 from labgym.layouts.placement import FLOOR, WALL
-from labgym.layouts.repairs.rank import State
+from labgym.layouts.repairs.rank import RepairState
 from labgym.layouts.rules.satisfaction import Instance
 from labgym.layouts.settling import free_spots, homes
 from labgym.protocols import Protocol
@@ -35,7 +35,7 @@ def lying(layout: Layout) -> tuple[str, ...]:
     )
 
 
-def resettled(state: State) -> State:
+def resettled(state: RepairState) -> RepairState:
     """Return the state after each item that is out of place was put on the best free spot where it belongs.
 
     An item is out of place if it lies on the floor, is out of bounds, is a reagent out of storage, or overlaps another
@@ -50,7 +50,7 @@ def resettled(state: State) -> State:
     return state
 
 
-def _put_back(state: State) -> Layout:
+def _put_back(state: RepairState) -> Layout:
     """Return the layout with each item that lies on the floor on the first free spot where it belongs."""
     layout = state.layout
     for item in (item for item in _out_of_place(state) if item in lying(state.layout)):
@@ -58,7 +58,7 @@ def _put_back(state: State) -> Layout:
     return layout
 
 
-def _out_of_place(state: State) -> list[str]:
+def _out_of_place(state: RepairState) -> list[str]:
     """Return the items in question: those that stand nowhere, the largest first, then those that overlap, reversed."""
     layout = state.layout
     nowhere = {fault.id for fault in state.assessment.bounds} | set(lying(layout))
@@ -67,7 +67,7 @@ def _out_of_place(state: State) -> list[str]:
     return sorted(items, key=lambda item: (0, -area[item], item) if item in nowhere else (1, area[item], item))
 
 
-def _faulty(state: State) -> list[str]:
+def _faulty(state: RepairState) -> list[str]:
     """Return the items on surfaces that violate a rule by themselves, and not because their furniture does."""
     assessment, layout = state.assessment, state.layout
     ids = [fault.id for fault in assessment.bounds if fault.cause != "room"]
@@ -78,7 +78,7 @@ def _faulty(state: State) -> list[str]:
     return [item for item in dict.fromkeys(ids) if layout.placement(item).support not in (FLOOR, WALL)]
 
 
-def _on_better_spot(state: State, item: str) -> State:
+def _on_better_spot(state: RepairState, item: str) -> RepairState:
     best = state
     must = item in lying(state.layout)
     for count, candidate in enumerate(_candidates(state, state.layout, item)):
@@ -92,7 +92,7 @@ def _on_better_spot(state: State, item: str) -> State:
     return best
 
 
-def _candidates(state: State, layout: Layout, item: str) -> Iterator[Layout]:
+def _candidates(state: RepairState, layout: Layout, item: str) -> Iterator[Layout]:
     for support, slot in homes(layout, item, state.protocol):
         for spot in free_spots(layout, item, support, slot, state.profile, most=2):
             yield apply(layout, spot)
@@ -107,7 +107,7 @@ def taken_down(layout: Layout) -> tuple[str, ...]:
     )
 
 
-def hung(state: State) -> State:
+def hung(state: RepairState) -> RepairState:
     """Return the state after each wall unit that has left its wall went to the nearest free place, the widest first."""
     units = taken_down(state.layout)
     for item in sorted(units, key=lambda unit: (-state.layout.asset(unit).size.width, unit)):
@@ -137,7 +137,7 @@ def added_on_wall(layout: Layout, asset: Asset, protocol: Protocol | None) -> li
     return [layout.replace(placements=(*layout.placements, place)) for place in places if place is not None]
 
 
-def gathered(state: State) -> State:
+def gathered(state: RepairState) -> RepairState:
     """Return the state after the pieces of each apparatus went to one piece of furniture, if that helps.
 
     Only some rule sets have such rules: one by one the pieces would stay apart. Vessels go to their hood, with the
@@ -156,7 +156,7 @@ def gathered(state: State) -> State:
     return state
 
 
-def _apart(state: State) -> list[Instance]:
+def _apart(state: RepairState) -> list[Instance]:
     return [one for one in state.assessment.instances if one.hard and one.rule in ("near", "ventilation")]
 
 
@@ -166,7 +166,7 @@ def _targets(layout: Layout, instance: Instance) -> list[str]:
     return list(dict.fromkeys(layout.root(piece).id for piece in pieces))
 
 
-def _group(state: State, instance: Instance) -> list[str]:
+def _group(state: RepairState, instance: Instance) -> list[str]:
     """Return the pieces concerned, and those that the protocol requires near them; each with what carries it."""
     layout = state.layout
     pairs = [set(one.ids) for one in state.assessment.instances if one.rule == "near" and len(one.ids) == 2]
@@ -185,7 +185,7 @@ def _base(layout: Layout, piece: str) -> str:
     return piece
 
 
-def _moved_to(state: State, group: list[str], target: str) -> Layout:
+def _moved_to(state: RepairState, group: list[str], target: str) -> Layout:
     """Return the layout with pieces on the nearest free spots of some furniture, as far as it has any."""
     layout = state.layout
     for piece in group:
@@ -195,7 +195,7 @@ def _moved_to(state: State, group: list[str], target: str) -> Layout:
     return layout
 
 
-def _spots(state: State, layout: Layout, piece: str, target: str) -> Iterator[Layout]:
+def _spots(state: RepairState, layout: Layout, piece: str, target: str) -> Iterator[Layout]:
     for slot in range(len(layout.asset(target).surfaces)):
         for spot in free_spots(layout, piece, target, slot, state.profile, most=1):
             yield apply(layout, spot)

@@ -15,7 +15,7 @@ from labgym.layouts.model import Layout
 from labgym.layouts.moves import apply, may_move, replaced
 from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.repairs.berths import berths
-from labgym.layouts.repairs.rank import State
+from labgym.layouts.repairs.rank import RepairState
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.rule import FacilityIssue
 from labgym.layouts.rules.safety.heights import HEAVY_GAS_TOP_M, REAGENT_HEIGHT_M
@@ -40,18 +40,18 @@ EQUIPMENT_WALKS = frozenset({name for name in ORDER if name.endswith("_walk")})
 """Rules on walks: the equipment comes nearer to the first object of an issue, which stays if any way leads there."""
 
 
-def broken_rules(state: State) -> list[FacilityIssue]:
+def broken_rules(state: RepairState) -> list[FacilityIssue]:
     """Return the hard safety rules of the rule set that a layout breaks."""
     issues = (issue for issue in state.assessment.hard_issues if issue.rule in ORDER)
     return sorted(issues, key=lambda issue: (ORDER[issue.rule], issue.ids))
 
 
-def faults_of(state: State) -> Counter[tuple[str, tuple[str, ...]]]:
+def faults_of(state: RepairState) -> Counter[tuple[str, tuple[str, ...]]]:
     """Return the broken hard safety rules with the objects concerned, and how often each occurs."""
     return Counter((issue.rule, issue.ids) for issue in broken_rules(state))
 
 
-def safeguarded(state: State) -> State:
+def safeguarded(state: RepairState) -> RepairState:
     """Return the state after pieces that break safety rules went where the layout has fewer faults.
 
     The nearest place comes first. Furniture moves with what it carries, wall items hang at their height, items go to
@@ -67,7 +67,7 @@ def safeguarded(state: State) -> State:
     return state
 
 
-def _against(state: State, issue: FacilityIssue) -> State:
+def _against(state: RepairState, issue: FacilityIssue) -> RepairState:
     """Return the best of the layouts tried against one broken rule; the first that cures it without a new fault."""
     best, present = state, faults_of(state)
     for layout in islice(_layouts(state, issue), TRIALS):
@@ -81,7 +81,7 @@ def _against(state: State, issue: FacilityIssue) -> State:
     return best
 
 
-def _layouts(state: State, issue: FacilityIssue) -> Iterator[Layout]:
+def _layouts(state: RepairState, issue: FacilityIssue) -> Iterator[Layout]:
     """Yield layouts in which what takes part in an issue is elsewhere: first the object itself, then the others."""
     layout = state.layout
     ids = [item for item in issue.ids if item in layout.by_id]
@@ -99,7 +99,7 @@ def _layouts(state: State, issue: FacilityIssue) -> Iterator[Layout]:
             yield from (apply(layout, command) for command in swaps(layout, item))
 
 
-def elsewhere(state: State, item: str, near: tuple[float, float] | None = None) -> Iterator[Layout]:
+def elsewhere(state: RepairState, item: str, near: tuple[float, float] | None = None) -> Iterator[Layout]:
     """Yield layouts with an object at other places, the nearest first: to where it is, or to a point."""
     layout, support = state.layout, state.layout.placement(item).support
     if not may_move(layout, item):
@@ -149,7 +149,7 @@ def rehung(
                 yield replaced(layout, {item: place.model_copy(update={"id": item})})
 
 
-def _resettled(state: State, item: str) -> Iterator[Layout]:
+def _resettled(state: RepairState, item: str) -> Iterator[Layout]:
     """Yield layouts with an item on another slot on which it may stand, or on the floor if it belongs there."""
     layout, asset = state.layout, state.layout.asset(item)
     waste = ((p.id, slot) for p in layout.placements if layout.asset(p.id).storage_class == "Waste" for slot in (0, 1))

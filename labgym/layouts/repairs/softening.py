@@ -9,7 +9,7 @@ from itertools import islice
 from labgym.layouts.model import Layout
 from labgym.layouts.moves import apply, may_move, without
 from labgym.layouts.placement import WALL
-from labgym.layouts.repairs.rank import State
+from labgym.layouts.repairs.rank import RepairState
 from labgym.layouts.repairs.safeguards import elsewhere
 from labgym.layouts.rules.objective import Assessment
 from labgym.layouts.rules.presence import resolved
@@ -33,7 +33,7 @@ Soft = tuple[int, float]
 """Number of warnings, and 1 - F."""
 
 
-def softened(state: State) -> Iterator[tuple[State, str]]:
+def softened(state: RepairState) -> Iterator[tuple[RepairState, str]]:
     """Yield the states after objects moved for soft terms, one by one, each with what it improves.
 
     The objects of unsatisfied rules move, the rule that is satisfied least first, then the objects that warnings name.
@@ -54,7 +54,7 @@ def softened(state: State) -> Iterator[tuple[State, str]]:
             moves, state = moves + 1, better
 
 
-def without_surplus(state: State) -> Iterator[tuple[State, str]]:
+def without_surplus(state: RepairState) -> Iterator[tuple[RepairState, str]]:
     """Yield the states after optional pieces beyond their greatest number were removed, each with the reason.
 
     Empty pieces go first, of these the last one of the layout; the load of others is put elsewhere. Pieces that are
@@ -80,7 +80,7 @@ def _in_order(assessment: Assessment) -> bool:
     return not assessment.lacking and not any(concerned)
 
 
-def improvement(before: State, after: State) -> str:
+def improvement(before: RepairState, after: RepairState) -> str:
     """Return in words which soft terms of a layout are better than before."""
     gains = []
     for rule in dict.fromkeys(instance.rule for instance in after.assessment.instances):
@@ -100,7 +100,7 @@ def _soft(assessment: Assessment, walks: bool = True) -> Soft:
     return warnings, round(1.0 - assessment.fitness, 9)
 
 
-def _open(state: State) -> list[str]:
+def _open(state: RepairState) -> list[str]:
     """Return the objects of unsatisfied rules, the least satisfied first, then those that warnings name."""
     unsatisfied = sorted(
         (instance.satisfaction, item)
@@ -112,9 +112,9 @@ def _open(state: State) -> list[str]:
     return [item for item in dict.fromkeys([*(item for _, item in unsatisfied), *named]) if item in state.layout.by_id]
 
 
-def _moved(state: State, item: str) -> State | None:
+def _moved(state: RepairState, item: str) -> RepairState | None:
     """Return the state with an object at the best of the places tried; None if none is better."""
-    best: State | None = None
+    best: RepairState | None = None
     least = _soft(state.assessment)
     walks = any(issue.rule in WALKS and item in issue.ids for issue in state.assessment.advice)
     standing = _soft(state.assessment, walks=False)
@@ -146,14 +146,14 @@ def _gains(soft: Soft, least: Soft) -> bool:
     return soft[0] <= least[0] and soft[1] <= least[1] and (soft[0] < least[0] or soft[1] <= least[1] - LEAST_GAIN)
 
 
-def _required(state: State, role: str) -> int:
+def _required(state: RepairState, role: str) -> int:
     """Return how many pieces of a role the protocols require."""
     protocols = [*state.layout.protocols, *([] if state.protocol is None else [state.protocol])]
     names = (resolved(protocol.required_assets(), state.layout.catalog) for protocol in protocols)
     return max((sum(state.layout.catalog.get(name).role == role for name in own) for own in names), default=0)
 
 
-def _removed(state: State, piece: str) -> State | None:
+def _removed(state: RepairState, piece: str) -> RepairState | None:
     """Return the state without a piece, what stands on it put elsewhere; None if something gets worse."""
     layout: Layout | None = state.layout
     for child in state.layout.children(piece) if may_move(state.layout, piece) else ():
@@ -166,7 +166,7 @@ def _removed(state: State, piece: str) -> State | None:
     return proposed if proposed.rank.shortfall <= state.rank.shortfall else None
 
 
-def _put_elsewhere(state: State, layout: Layout, item: str, piece: str) -> Layout | None:
+def _put_elsewhere(state: RepairState, layout: Layout, item: str, piece: str) -> Layout | None:
     """Return a layout with an item on the nearest free spot where it belongs, off a piece; None without one."""
     for support, slot in homes(layout, item, state.protocol):
         if layout.root(support).id == piece or layout.placement(support).support == WALL:

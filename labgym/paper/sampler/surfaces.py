@@ -16,7 +16,7 @@ from labgym.layouts.brief import Content, Unit
 from labgym.layouts.request import Request
 from labgym.layouts.rules.thresholds import CORROSIVE_HEIGHT
 from labgym.layouts.stocking import BENCH_MARGIN, SHELF_MARGIN, home
-from labgym.layouts.tabletop import GAP, Item, Spot, pack
+from labgym.layouts.tabletop import GAP, SurfaceItem, SurfaceSpot, pack
 from labgym.paper.sampler.inventory import SampledInventory
 from labgym.paper.sampler.slips import Slips
 
@@ -122,7 +122,7 @@ def _worktops(units: Sequence[Unit]) -> list[Unit]:
 
 def _shelved(cabinet: Asset, things: Sequence[_Thing], slips: Slips) -> Iterator[Resting]:
     """Stand containers on a cabinet's shelves: tall ones low, corrosives below eye level, the fullest shelf last."""
-    taken: list[list[Spot]] = [[] for _ in cabinet.surfaces]
+    taken: list[list[SurfaceSpot]] = [[] for _ in cabinet.surfaces]
     for thing in sorted(things, key=lambda thing: (-thing.asset.size.height, thing.key)):
         item = _imagined(thing, SHELF_MARGIN, slips)
         corrosive = thing.asset.hazards.corrosive
@@ -134,7 +134,7 @@ def _shelved(cabinet: Asset, things: Sequence[_Thing], slips: Slips) -> Iterator
             spots = pack([item], surface.width, surface.depth, surface.headroom, generator, taken[slot])
             if spots:
                 break
-        spot = spots[0] if spots else Spot(0.0, 0.0, 0.0, item.width, item.depth)
+        spot = spots[0] if spots else SurfaceSpot(0.0, 0.0, 0.0, item.width, item.depth)
         taken[slot].append(spot)
         yield Resting(Content(thing.asset, slot, spot, thing.reason), _height(surface.z, thing, slips))
 
@@ -173,12 +173,12 @@ def _stood(
     return left
 
 
-def _imagined(thing: _Thing, margin: float, slips: Slips) -> Item:
+def _imagined(thing: _Thing, margin: float, slips: Slips) -> SurfaceItem:
     """The item with the size that it is believed to have."""
     size, scale = thing.asset.size, 1.0
     if slips.happens("item_misjudged", thing.key):
         scale = 1.0 - slips.between("item_misjudged", thing.key, MISJUDGED)
-    return Item(thing.asset.name, scale * size.width, scale * size.depth, size.height, margin)
+    return SurfaceItem(thing.asset.name, scale * size.width, scale * size.depth, size.height, margin)
 
 
 def _height(height: float, thing: _Thing, slips: Slips) -> float:
@@ -187,8 +187,8 @@ def _height(height: float, thing: _Thing, slips: Slips) -> float:
 
 
 def _edge_spot(
-    item: Item, y: float, width: float, taken: Sequence[Spot], generator: np.random.Generator
-) -> Spot | None:
+    item: SurfaceItem, y: float, width: float, taken: Sequence[SurfaceSpot], generator: np.random.Generator
+) -> SurfaceSpot | None:
     """A free spot along the front edge, at a distance of the item's middle from the surface's; None if it is full."""
     reach = (width - item.width) / 2.0 - BENCH_MARGIN
     places = np.arange(-reach, reach + 1e-9, STEP) if reach > 0.0 else np.zeros(1)
@@ -199,7 +199,7 @@ def _edge_spot(
             for spot in taken
         )
         if free:
-            return Spot(round(float(x), 4), round(y, 4), 0.0, item.width, item.depth)
+            return SurfaceSpot(round(float(x), 4), round(y, 4), 0.0, item.width, item.depth)
     return None
 
 
@@ -208,5 +208,5 @@ def _pile(things: Sequence[_Thing], units: Sequence[Unit], resting: dict[str, li
     tops = [*_worktops(units), *(unit for unit in units if unit.asset.surfaces)]
     for number, thing in enumerate(things if tops else ()):
         unit = tops[number % len(tops)]
-        spot = Spot(0.0, 0.0, 0.0, thing.asset.size.width, thing.asset.size.depth)
+        spot = SurfaceSpot(0.0, 0.0, 0.0, thing.asset.size.width, thing.asset.size.depth)
         resting[unit.id].append(Resting(Content(thing.asset, 0, spot, thing.reason), unit.asset.surfaces[0].z))
