@@ -26,13 +26,11 @@ from labgym.envs.simulation import Pose
 from labgym.errors import OptionError
 from labgym.layouts import Layout
 from labgym.scenes import Quality, RayScene, SceneMesh, make_renderer, to_mjcf
-from labgym.scenes.batches import batched_spec
+from labgym.scenes.batches import batched_spec, in_view
 from labgym.scenes.building import building_patches
-from labgym.scenes.culling import in_view
 from labgym.scenes.cutaway import walls_across
 from labgym.scenes.mesh import ROOM
-from labgym.scenes.opengl import LARGEST
-from labgym.scenes.render_thread import drop, on_render_thread
+from labgym.scenes.opengl import LARGEST, drop, on_render_thread
 
 DISTANCE = 3.6
 """Distance from the camera to the point that it looks at, meters."""

@@ -24,16 +24,18 @@ from labgym.errors import OptionError
 from labgym.layouts import Layout
 from labgym.layouts.floor import Floor
 from labgym.scenes.ceiling import ceiling_patches, panels
-from labgym.scenes.coats import Coats, placement_frames
+from labgym.scenes.coats import Coats, placement_frames, veiled
 from labgym.scenes.cutaway import hidden_walls
-from labgym.scenes.filtering import smooth_light
-from labgym.scenes.glazing import veiled
-from labgym.scenes.lighting import NUDGE, Lamps, Panels, Sun, ambient_light, direct_light
+from labgym.scenes.lighting import NUDGE, Lamps, Panels, Sun, Surroundings, ambient_light, direct_light, studio
 from labgym.scenes.mesh import MATERIAL_NAMES, SceneMesh, joined, scene_mesh, smooth_normals, with_patches
 from labgym.scenes.surfaces import Floats, Scene, norms
-from labgym.scenes.surroundings import Surroundings, studio
 from labgym.scenes.views import View, picture_view
 
+KERNEL = ((-2, 1.0 / 16.0), (-1, 1.0 / 4.0), (0, 3.0 / 8.0), (1, 1.0 / 4.0), (2, 1.0 / 16.0))
+ROUNDS = 4
+NORMAL_SHARPNESS = 24.0
+DISTANCE_SHARPNESS = 30.0
+LIGHT_SHARPNESS = 2.5
 MAX_SAMPLES = 4096
 """Largest number of samples of a pixel."""
 LARGEST = (3840, 2160)
@@ -47,6 +49,45 @@ LIGHT_EVERY = 2
 """Only every second sample of a pixel adds light, which is filtered; the others smooth edges and textures."""
 FARTHEST = 60.0
 """Distance that the filter takes for rays that hit nothing, meters."""
+
+
+def smooth_light(light: Floats, normal: Floats, distance: Floats) -> Floats:
+    """Return light (h, w, 3) smoothed along surfaces given by normals (h, w, 3) and distances (h, w) in meters.
+
+    The kernel is applied along rows and then along columns.
+    """
+    normal = normal / np.maximum(np.linalg.norm(normal, axis=2, keepdims=True), np.float32(1e-9))
+    for k in range(ROUNDS):
+        step = 2**k
+        for axis in (0, 1):
+            light = _pass(light, normal, distance, step, axis, LIGHT_SHARPNESS * 2.0**k if k > 0 else 0.0)
+    return light
+
+
+def _pass(light: Floats, normal: Floats, distance: Floats, step: int, axis: int, sharpness: float) -> Floats:
+    total = np.zeros_like(light)
+    weights = np.zeros(distance.shape, dtype=np.float32)
+    tone = light.mean(axis=2)
+    for shift, share in KERNEL:
+        here, there = _windows(light.shape[axis], shift * step, axis)
+        apart = 1.0 - np.einsum("ijk,ijk->ij", normal[here], normal[there])
+        gap = np.abs(distance[here] - distance[there]) / (0.05 + distance[here]) / step
+        closeness = NORMAL_SHARPNESS * np.maximum(apart, 0.0) + DISTANCE_SHARPNESS * gap
+        if sharpness > 0.0:
+            closeness += sharpness * np.abs(tone[here] - tone[there])
+        weight = np.float32(share) * np.exp(-closeness).astype(np.float32)
+        total[here] += weight[..., None] * light[there]
+        weights[here] += weight
+    return np.asarray(total / np.maximum(weights, np.float32(1e-20))[..., None], dtype=np.float32)
+
+
+def _windows(length: int, shift: int, axis: int) -> tuple[tuple[slice, slice], tuple[slice, slice]]:
+    """Return slices of the pixels that have a neighbor at distance `shift` along an axis, and of those neighbors."""
+    reach = min(abs(shift), length)
+    low, high = slice(0, length - reach), slice(reach, length)
+    here, there = (low, high) if shift >= 0 else (high, low)
+    whole = slice(None)
+    return ((here, whole), (there, whole)) if axis == 0 else ((whole, here), (whole, there))
 
 
 def trace(

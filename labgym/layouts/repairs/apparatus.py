@@ -8,7 +8,7 @@ from labgym.layouts.model import Layout
 from labgym.layouts.moves import apply, may_move
 from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.repairs.rank import State
-from labgym.layouts.rules.satisfaction import Instance
+from labgym.layouts.rules.rule import Instance
 from labgym.layouts.settling import free_spots
 
 

@@ -12,12 +12,10 @@ from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.bounds import BoundsFault
 from labgym.layouts.rules.collisions import Collision, collisions
 from labgym.layouts.rules.equipment import Requirement, missing_equipment, required_equipment
-from labgym.layouts.rules.presence import missing_assets
 from labgym.layouts.rules.reach import ItemReach, item_reaches
 from labgym.layouts.rules.regulations.premises import Premises
-from labgym.layouts.rules.rule import FacilityIssue, FacilityRule
+from labgym.layouts.rules.rule import FacilityIssue, FacilityRule, Instance, penalised
 from labgym.layouts.rules.rule_sets import TOUCHSTONE, RuleSet, rule_set
-from labgym.layouts.rules.satisfaction import Instance, penalised
 from labgym.layouts.rules.site import Site
 from labgym.layouts.rules.thresholds import Profile
 from labgym.layouts.rules.violations import (
@@ -29,6 +27,7 @@ from labgym.layouts.rules.violations import (
     navigation_violations,
     term_violations,
 )
+from labgym.layouts.rules.whereabouts import missing_assets
 from labgym.layouts.rules.workflow import Workflow, walking_distance
 from labgym.navigation.feasibility import Leg, Transition, judge_legs
 from labgym.navigation.occupancy import occupancy
