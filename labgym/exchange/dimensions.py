@@ -1,4 +1,4 @@
-"""Dimensions of a plan: sides of spaces, widths of openings, and clear widths of aisles."""
+"""Dimensions of a plan (sides of spaces, openings, aisles), and labels of furniture."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A scene for fast pictures: furniture merged into a few large meshes, since OpenGL spends time on every geom."""
+"""Fast pictures: furniture merged into a few large meshes, since OpenGL spends time on every geom, and culling."""
 
 from __future__ import annotations
 

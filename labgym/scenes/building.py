@@ -1,4 +1,4 @@
-"""The building of a layout: visible walls and floor, and solid boxes."""
+"""The building of a layout: visible walls and floor, solid boxes, and the leaves of interior doors."""
 
 from __future__ import annotations
 

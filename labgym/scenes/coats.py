@@ -1,4 +1,4 @@
-"""Textures on the surfaces of ray-traced pictures, filtered to the size of a pixel."""
+"""Textures of ray-traced pictures, filtered to the size of a pixel, and light through glass."""
 
 from __future__ import annotations
 

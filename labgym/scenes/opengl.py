@@ -1,4 +1,4 @@
-"""Off-screen pictures by MuJoCo's own renderer; needs OpenGL."""
+"""Off-screen pictures by MuJoCo's own renderer, in a thread of its own; needs OpenGL."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Opens untrusted DXF files within limits of size, entities and nesting."""
+"""Opens untrusted DXF files within limits of size, entities and nesting, and yields their contents."""
 
 from __future__ import annotations
 

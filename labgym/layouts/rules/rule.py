@@ -1,4 +1,4 @@
-"""The kinds of rules that a rule set lists: terms, which are measured on instances, drives, and facility rules."""
+"""The kinds of rules that a rule set lists: terms with their instances, drives, and facility rules."""
 
 from __future__ import annotations
 

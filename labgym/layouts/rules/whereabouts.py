@@ -1,4 +1,4 @@
-"""Where a protocol's assets are in a layout."""
+"""Which of a protocol's assets a layout lacks, and where the others are."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Hoses in hoods: cooling water of condensers, and vacuum of filter flasks, to nozzles on the back wall."""
+"""Ducts of hoods, and hoses in them: cooling water of condensers and vacuum of filter flasks."""
 
 from __future__ import annotations
 

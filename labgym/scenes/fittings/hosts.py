@@ -1,4 +1,4 @@
-"""Furniture with what stands on it and the wall behind it: what installations are planned from."""
+"""Installations, and the furniture that they are planned from, with its load and the wall behind it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where furniture supplies power: sockets in trunking along walls, in turrets on islands, and on the posts of hoods."""
+"""Supplies of furniture: sockets in trunking, in turrets and on posts of hoods, and cup sinks on islands."""
 
 from __future__ import annotations
 

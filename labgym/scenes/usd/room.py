@@ -1,4 +1,4 @@
-"""The building of a layout as a USD layer: visible walls and floor, their materials and colliders."""
+"""The building and the installations of a layout as USD layers, and names of prims."""
 
 from __future__ import annotations
 
