@@ -129,23 +129,23 @@ def trace_view(
     whole_number("samples", samples, most=MAX_SAMPLES)
     mesh = scene_mesh(layout, hidden_walls(layout.floor, place.position) if hidden is None else hidden)
     mesh = mesh if added is None else joined(mesh, added)
-    frames = placement_frames(layout.placements)
     if not _within(layout.floor, place):
         base = with_patches(mesh, (studio(layout.floor),))
         scene, lamps = Scene(base, smooth_normals(base, layout)), _sun(place)
-        return _picture(scene, base, place, lamps, Surroundings(inside=False), frames, (width, height), samples)
+        coats = _coats(base, placement_frames(layout.placements))
+        return _picture(scene, coats, place, lamps, Surroundings(inside=False), (width, height), samples)
     lit = [panel for space in layout.floor.spaces for panel in panels(space)]
     (x0, y0), (x1, y1) = place.position[:2], place.target[:2]
     mesh = with_patches(mesh, ceiling_patches(layout.floor))
     scene, indoors = Scene(mesh, smooth_normals(mesh, layout)), Panels(lit, ((x0 + x1) / 2.0, (y0 + y1) / 2.0))
-    return _picture(scene, mesh, place, indoors, Surroundings(inside=True), frames, (width, height), samples)
+    coats = _coats(mesh, placement_frames(layout.placements))
+    return _picture(scene, coats, place, indoors, Surroundings(inside=True), (width, height), samples)
 
 
 def trace_mesh(mesh: SceneMesh, place: View, width: int, height: int, samples: int) -> NDArray[np.uint8]:
     """Return a ray-traced picture of a mesh from outside."""
-    frames = np.zeros((int(mesh.owner.max()) + 2, 4), dtype=np.float32)
-    around = Surroundings(inside=False)
-    return _picture(Scene(mesh), mesh, place, _sun(place), around, frames, (width, height), samples)
+    coats = _coats(mesh, np.zeros((int(mesh.owner.max()) + 2, 4), dtype=np.float32))
+    return _picture(Scene(mesh), coats, place, _sun(place), Surroundings(inside=False), (width, height), samples)
 
 
 def _within(floor: Floor, view: View) -> bool:
@@ -155,18 +155,20 @@ def _within(floor: Floor, view: View) -> bool:
     return x0 <= x <= x1 and y0 <= y <= y1 and z < min(space.ceiling for space in floor.spaces)
 
 
+def _coats(mesh: SceneMesh, frames: Floats) -> Coats:
+    return Coats(MATERIAL_NAMES, np.unique(mesh.material), frames)
+
+
 def _picture(
     scene: Scene,
-    mesh: SceneMesh,
+    coats: Coats,
     place: View,
     lamps: Lamps,
     around: Surroundings,
-    frames: Floats,
     size: tuple[int, int],
     samples: int,
 ) -> NDArray[np.uint8]:
     width, height = size
-    coats = Coats(MATERIAL_NAMES, np.unique(mesh.material), frames)
     painter = _Painter(scene, coats, lamps, around, 2.0 * math.tan(math.radians(place.fovy) / 2.0) / height)
     image = _Image(width * height)
     for first in range(0, width * height, CHUNK):

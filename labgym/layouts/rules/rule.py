@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from labgym.documents import Record
 from labgym.layouts.rules.thresholds import WORST, Severity
+from labgym.navigation.plan import PLANNING_RADIUS
 
 if TYPE_CHECKING:
     from labgym.layouts.rules.objective import Assessment
@@ -92,12 +93,18 @@ class DriveRule:
 
     Attributes:
         name: short name. metric: field of the report that holds the share of feasible drives.
+        requires: the requirement in one sentence.
+        source: the standard or guide that it comes from.
         legs: returns the drives of a layout for the protocol that it is assessed for.
+        radius: of the disc for which a path must exist, meters.
     """
 
     name: str
     metric: str
+    requires: str
+    source: str
     legs: Callable[[Site], list[Leg]]
+    radius: float = PLANNING_RADIUS
 
 
 class FacilityIssue(Record):
