@@ -26,14 +26,12 @@ from labgym.envs.simulation import Pose
 from labgym.errors import OptionError
 from labgym.layouts import Layout
 from labgym.scenes import Quality, RayScene, SceneMesh, make_renderer, to_mjcf
-from labgym.scenes.batches import batched_spec
+from labgym.scenes.batches import batched_spec, in_view
 from labgym.scenes.building import building_patches
-from labgym.scenes.culling import in_view
 from labgym.scenes.cutaway import walls_across
 from labgym.scenes.mesh import MATERIAL_NAMES, ROOM
 from labgym.scenes.mjcf import VISUAL_GROUP
-from labgym.scenes.opengl import LARGEST
-from labgym.scenes.render_thread import drop, on_render_thread
+from labgym.scenes.opengl import LARGEST, drop, on_render_thread
 
 NAME = "/condition"
 """Beginning of the names of bodies and meshes; no placement has such an id."""

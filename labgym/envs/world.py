@@ -23,9 +23,8 @@ from labgym.layouts import Layout
 from labgym.layouts.floor import Floor
 from labgym.layouts.placement import Placement
 from labgym.navigation import PLANNING_RADIUS, GoalPair, Method, OccupancyGrid, ShortestPaths, goal_pairs, occupancy
-from labgym.navigation.barriers import Barriers
-from labgym.navigation.discs import length_to_disc
-from labgym.navigation.point_clearance import PointClearance
+from labgym.navigation.barriers import Barriers, PointClearance
+from labgym.navigation.lengths import length_to_disc
 from labgym.scenes import ExactRayScene, RayScene, SceneMesh, to_mjcf
 from labgym.scenes.rays import Geometry, ray_mesh
 

@@ -10,24 +10,115 @@ from pydantic import ValidationError
 
 from labgym.documents import document_error
 from labgym.errors import DocumentError, OptionError
-from labgym.exchange.areas import corners, enclosed, nested
 from labgym.exchange.drawing import Drawing, Tag
 from labgym.exchange.regions import region_of
-from labgym.exchange.rounding import tidy_point
-from labgym.exchange.squaring import squared
-from labgym.exchange.strips import Point, around
+from labgym.exchange.strips import Point, around, tidy_point
 from labgym.exchange.structure import outline
-from labgym.exchange.wall_lines import add_opening, wall_lines, walls_on
-from labgym.layouts.floor import Column, Floor, KeepOut, Service, Space, Wall
+from labgym.exchange.structure import polygon as footprint
+from labgym.exchange.wall_lines import FRAME, TOUCHING, add_opening, wall_lines, walls_on
+from labgym.geometry.polygons import difference, grown, largest, polygons, union
+from labgym.layouts.floor import Column, Floor, KeepOut, Opening, Rectangle, Service, Space, Wall
 from labgym.layouts.floor.changes import closed_doors, walls_with
+from labgym.layouts.floor.rooms import Room, rectangle_parts
+from labgym.layouts.floor.walls import extensions
 
+if TYPE_CHECKING:
+    from shapely import MultiPolygon, Polygon
 if TYPE_CHECKING:
     from shapely import Polygon
 
+
+LEAST_AREA = 1.0
+"""Area of the smallest enclosed space, square meters."""
 LIMITS = {"walls": 1000, "openings": 500, "outlines": 200}
 """Largest numbers of parts of a floor."""
 FARTHEST = 100.0
 """Largest coordinate of walls and spaces, meters."""
+
+
+def squared(walls: Sequence[Wall], spaces: Sequence[Space]) -> tuple[list[Wall], list[Space]]:
+    """Return the four walls of one rectangular space cut to its corners, other walls as they are."""
+    plain = (list(walls), list(spaces))
+    if len(spaces) != 1 or len(spaces[0].region) != 1 or len(walls) != 4:
+        return plain
+    space = spaces[0]
+    if max(abs(space.x), abs(space.y), abs(space.yaw)) > 1e-6 or len({wall.thickness for wall in walls}) != 1:
+        return plain
+    corner: Rectangle = space.region[0]
+    try:
+        room = Room(width=corner.x1, depth=corner.y1, wall_thickness=walls[0].thickness, height=space.ceiling, doors=())
+    except ValidationError:
+        return plain
+    sides, square = rectangle_parts(room)
+    cut: list[Wall] = []
+    for side in sides:
+        for wall in walls:
+            ends = [_off(side, wall.start), _off(side, wall.end)]
+            if max(ends) <= FRAME and abs(wall.height - space.ceiling) < 1e-6:
+                cut.append(_projected(wall, side))
+                break
+        else:
+            return plain
+    return cut, [space.model_copy(update={"x": 0.0, "y": 0.0, "yaw": 0.0, "region": square.region})]
+
+
+def _off(side: Wall, point: Point) -> float:
+    """Return the distance of a point from the middle line of a side."""
+    (x0, y0), (x1, y1) = side.start, side.end
+    return abs((x1 - x0) * (point[1] - y0) - (y1 - y0) * (point[0] - x0)) / side.length
+
+
+def _projected(wall: Wall, side: Wall) -> Wall:
+    """Return the wall of a side with the openings of a drawn wall."""
+    forward = math.cos(wall.yaw - side.yaw) > 0.0
+    openings = []
+    for opening in wall.openings:
+        x, y = wall.point(opening.position)
+        position = (x - side.start[0]) * math.cos(side.yaw) + (y - side.start[1]) * math.sin(side.yaw)
+        changes: dict[str, Any] = {"position": round(position, 6)}
+        if not forward:
+            changes["hinge"] = "end" if opening.hinge == "start" else "start"
+            changes["swing"] = "right" if opening.swing == "left" else "left"
+        openings.append(Opening(**{**{name: getattr(opening, name) for name in Opening.model_fields}, **changes}))
+    return Wall(start=side.start, end=side.end, thickness=wall.thickness, height=wall.height, openings=tuple(openings))
+
+
+def enclosed(walls: Sequence[Wall]) -> list[Polygon]:
+    """Return the areas that walls with closed openings enclose, largest first."""
+    from shapely import Polygon
+
+    boxes = [
+        wall.piece(-before, wall.length + after, 0.0, wall.height)
+        for wall, (before, after) in zip(walls, extensions(walls), strict=True)
+    ]
+    solid = grown(union(footprint(box) for box in boxes), TOUCHING)
+    areas = [
+        largest(grown(Polygon(ring), TOUCHING).simplify(1e-3)) for part in polygons(solid) for ring in part.interiors
+    ]
+    return sorted((area for area in areas if area.area >= LEAST_AREA), key=lambda area: -area.area)
+
+
+def nested(rings: Sequence[tuple[Point, ...]]) -> list[Polygon]:
+    """Return polygons from rings; a ring inside another is a hole of it, one inside a hole is a polygon again."""
+    from shapely import Polygon
+
+    parts = [part for ring in rings if len(ring) >= 3 for part in polygons(Polygon(ring))]
+    parts.sort(key=lambda part: -part.area)
+    outer: dict[int, Polygon | MultiPolygon] = {}
+    for index, part in enumerate(parts):
+        enclosing = [other for other in range(index) if parts[other].contains(part.representative_point())]
+        if len(enclosing) % 2 and enclosing[-1] in outer:
+            outer[enclosing[-1]] = difference(outer[enclosing[-1]], part)
+        else:
+            outer[index] = part
+    return [part for area in outer.values() for part in polygons(area) if part.area >= LEAST_AREA]
+
+
+def corners(polygon: Polygon) -> list[Point]:
+    """Return the corners of a polygon, counter-clockwise."""
+    from shapely.geometry.polygon import orient
+
+    return [(x, y) for x, y, *_ in orient(largest(polygon.simplify(1e-3))).exterior.coords[:-1]]
 
 
 def assemble(drawing: Drawing, source: object, name: str = "drawing", thickness: float = 0.2) -> Floor:

@@ -12,8 +12,7 @@ from labgym.documents import write_bytes
 from labgym.errors import OptionError
 from labgym.eval.drawing import palette
 from labgym.eval.drawing.pictures import picture_bytes
-from labgym.exchange.dimensions import OUTSIDE, Dimension, dimensions
-from labgym.exchange.plan_labels import IdLabel, id_label
+from labgym.exchange.dimensions import OUTSIDE, Dimension, IdLabel, dimensions, id_label
 from labgym.exchange.plan_sheet import (
     AISLE,
     BAR,

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from labgym.errors import OptionError
-from labgym.exchange.rounding import tidy
+from labgym.exchange.strips import tidy
 from labgym.layouts.floor import Rectangle
 
 if TYPE_CHECKING:

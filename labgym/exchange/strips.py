@@ -219,3 +219,13 @@ def _foot(point: Point, start: Point, end: Point) -> Point:
 
 def _middle(a: Point, b: Point) -> Point:
     return (a[0] + b[0]) / 2.0, (a[1] + b[1]) / 2.0
+
+
+def tidy(length: float) -> float:
+    """Return a length in meters rounded to a micrometer, without a negative zero."""
+    return round(length, 6) + 0.0
+
+
+def tidy_point(point: tuple[float, float]) -> tuple[float, float]:
+    """Return a point in meters rounded to a micrometer, without negative zeros."""
+    return tidy(point[0]), tidy(point[1])

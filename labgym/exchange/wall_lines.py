@@ -9,8 +9,7 @@ from typing import Any
 
 from labgym.errors import OptionError
 from labgym.exchange.drawing import Mark
-from labgym.exchange.rounding import tidy_point
-from labgym.exchange.strips import PARALLEL, Point, Strip
+from labgym.exchange.strips import PARALLEL, Point, Strip, tidy_point
 from labgym.layouts.floor import Opening, Wall
 
 HEIGHT, DOOR_HEIGHT = 3.0, 2.1

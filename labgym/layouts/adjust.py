@@ -17,7 +17,7 @@ from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.relocation import free_places
 from labgym.layouts.rules.building import building_of
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
-from labgym.layouts.rules.satisfaction import Instance
+from labgym.layouts.rules.rule import Instance
 from labgym.layouts.rules.thresholds import MOVABLE, ONE_SIDED, Profile
 from labgym.layouts.settling import free_spots, homes
 from labgym.layouts.tidying import hanging_place

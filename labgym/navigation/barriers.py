@@ -1,4 +1,4 @@
-"""The furniture and the walls of a floor plan, from which a disc keeps its distance."""
+"""The furniture and the walls of a floor plan, from which a disc keeps its distance; clearances of single points."""
 
 from __future__ import annotations
 
@@ -15,6 +15,12 @@ Array = NDArray[np.float64]
 
 DIRECTIONS = 8
 """Number of directions in which a disc is looked up on the floor."""
+CELL_M = 0.5
+"""Side of the cells whose nearest rectangles are looked up once, meters."""
+ROUNDING_M = 1e-6
+"""Reserve for rounding, meters."""
+
+_Row = tuple[float, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,3 +71,45 @@ class Barriers:
             samples = (points[rest, None, :] + offsets).reshape(-1, 2)
             inside[rest] = self.floor.inside(samples).reshape(len(rest), -1).any(axis=1)
         return inside
+
+
+class PointClearance:
+    """Distances from points of a floor to the nearest barrier.
+
+    For each cell it compares the few rectangles that can be nearest there.
+
+    Args:
+        barriers: the barriers.
+    """
+
+    def __init__(self, barriers: Barriers) -> None:
+        self._barriers = barriers
+        boxes = barriers.obstacles.boxes
+        rows = np.column_stack([boxes.centre, boxes.axes().reshape(-1, 4), boxes.half])
+        self._rows: list[_Row] = [tuple(row) for row in rows.tolist()]
+        self._cells: dict[tuple[int, int], tuple[_Row, ...]] = {}
+
+    def at(self, x: float, y: float) -> float:
+        """Return the distance from a point to the nearest barrier, meters, as `Barriers.clearance`."""
+        cell = math.floor(x / CELL_M), math.floor(y / CELL_M)
+        rows = self._cells.get(cell)
+        if rows is None:
+            rows = self._cells[cell] = self._nearest(*cell)
+        nearest = math.inf
+        for center_x, center_y, xx, xy, yx, yy, half_x, half_y in rows:
+            dx, dy = x - center_x, y - center_y
+            u, v = abs(dx * xx + dy * xy) - half_x, abs(dx * yx + dy * yy) - half_y
+            # The absolute value of a complex number is the C library's hypot, as NumPy's.
+            away = abs(complex(u, v)) if u > 0.0 and v > 0.0 else max(u, v, 0.0)
+            if away < nearest:
+                nearest = away
+        return nearest
+
+    def _nearest(self, column: int, row: int) -> tuple[_Row, ...]:
+        """Return the rectangles that can be the nearest one to a point of a cell."""
+        if not self._rows:
+            return ()
+        center = np.array([[(column + 0.5) * CELL_M, (row + 0.5) * CELL_M]])
+        distances = self._barriers.obstacles.point_distances(center)[0]
+        near = distances <= distances.min() + math.sqrt(2.0) * CELL_M + ROUNDING_M
+        return tuple(self._rows[index] for index in np.flatnonzero(near).tolist())

@@ -23,8 +23,8 @@ from labgym.eval.scoring.score import score
 from labgym.layouts.generate import resolve_request
 from labgym.layouts.places import published_protocols
 from labgym.layouts.rules.arrangement import Arrangement
-from labgym.layouts.rules.presence import missing_assets
 from labgym.layouts.rules.rule_sets import PAPER
+from labgym.layouts.rules.whereabouts import missing_assets
 from labgym.layouts.splits import manifest
 from labgym.paper.sampler import Rates, SamplerFile, SamplerProposer
 from labgym.paper.sampler.rates import GROUPS, Figure

@@ -13,10 +13,10 @@ from labgym.layouts.model import Layout
 from labgym.layouts.moves import Move, Place, Settle, apply, may_move, replaced, without
 from labgym.layouts.placement import FLOOR, WALL, Placement
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
-from labgym.layouts.rules.presence import resolved
 from labgym.layouts.rules.rule_sets import PAPER
 from labgym.layouts.rules.storage import STORAGE_CLASSES
 from labgym.layouts.rules.thresholds import MOVABLE
+from labgym.layouts.rules.whereabouts import resolved
 from labgym.navigation import goal_poses
 
 MAX_PIECES = 5

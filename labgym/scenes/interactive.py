@@ -25,9 +25,9 @@ from labgym.assets.shapes.joints import MECHANISMS, Joint
 from labgym.geometry import OrientedBox, rotate
 from labgym.layouts import Layout, Placement
 from labgym.layouts.placement import FLOOR, WALL
+from labgym.scenes.building import LEAF_DAMPING, LEAF_FORCE, LEAF_MASS, Leaf, leaves_of
 from labgym.scenes.finishes import finishes_at, palette
 from labgym.scenes.fittings import drawn_asset
-from labgym.scenes.leaves import LEAF_DAMPING, LEAF_FORCE, LEAF_MASS, Leaf, leaves_of
 from labgym.scenes.wall_openings import leaf_parts
 
 if TYPE_CHECKING:

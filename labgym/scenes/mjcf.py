@@ -180,10 +180,11 @@ class SpecBuilder:
         Args:
             normals: unit normals of the corners of faces, shape (m, 3, 3); by default those that MuJoCo computes.
         """
+        if normals is not None:  # MuJoCo reads a normal for each vertex: each corner of a face becomes one
+            vertices, faces = vertices[faces].reshape(-1, 3), np.arange(faces.size).reshape(-1, 3)
         self._mesh(name, vertices, faces, self._texture(material))
         if normals is not None:
-            mesh = self.spec.mesh(name)
-            mesh.usernormal, mesh.userfacenormal = normals.ravel(), np.arange(faces.size)
+            self.spec.mesh(name).usernormal = normals.ravel()
         self.spec.worldbody.add_geom(
             self.visual,
             name=name,

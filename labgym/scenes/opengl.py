@@ -1,10 +1,14 @@
-"""Off-screen pictures by MuJoCo's own renderer; needs OpenGL."""
+"""Off-screen pictures by MuJoCo's own renderer, in a thread of its own; needs OpenGL."""
 
 from __future__ import annotations
 
 import os
 import sys
-from typing import Literal, get_args
+import threading
+from collections import deque
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, Literal, TypeVar, get_args
 
 import mujoco
 import numpy as np
@@ -17,9 +21,17 @@ from labgym.scenes.building import building_patches
 from labgym.scenes.cutaway import hanging_on, hidden_walls
 from labgym.scenes.fittings import installations
 from labgym.scenes.mjcf import COLLISION_GROUP, add_camera, to_mjcf
-from labgym.scenes.render_thread import on_render_thread
 from labgym.scenes.views import View, picture_view
 
+Result = TypeVar("Result")
+
+_executor: ThreadPoolExecutor | None = None
+_starting = threading.Lock()
+_here = threading.local()
+_dropped: deque[mujoco.Renderer] = deque()
+"""Renderers that nobody uses any more; the thread closes them before its next call."""
+_inherited: list[object] = []
+"""The thread and the renderers of the process that this one was forked from; they can be neither used nor closed."""
 LARGEST = (2560, 1440)
 """Largest picture, pixels: the size of the off-screen buffer of compiled scenes."""
 Quality = Literal["fast", "fine"]
@@ -38,6 +50,59 @@ OPENGL_BYTES = 600e6
 """Address space of OpenGL in software, with a margin."""
 
 
+def on_render_thread(function: Callable[..., Result], *arguments: Any) -> Result:
+    """Return the result of a call that runs on the render thread, whichever thread asks for it.
+
+    Raises:
+        LabgymError: this process was forked from one that had drawn; OpenGL would hang.
+        Exception: what the call raises.
+    """
+    if getattr(_here, "drawing", False):
+        return function(*arguments)
+    return _thread().submit(_called, function, arguments).result()
+
+
+def drop(renderer: mujoco.Renderer, process: int) -> None:
+    """Let the render thread close a renderer; this never waits, so that finalizers may call it.
+
+    Args:
+        process: id of the process that made the renderer; a process forked from it cannot close it.
+    """
+    (_dropped if process == os.getpid() else _inherited).append(renderer)
+
+
+def _called(function: Callable[..., Result], arguments: tuple[Any, ...]) -> Result:
+    _here.drawing = True
+    while _dropped:
+        _dropped.popleft().close()
+    return function(*arguments)
+
+
+def _thread() -> ThreadPoolExecutor:
+    global _executor
+    if _inherited:
+        raise LabgymError(
+            "this process was forked from one that had drawn pictures, and OpenGL works in one of them only: start it "
+            "by 'spawn', or fork before the first picture"
+        )
+    with _starting:
+        if _executor is None:
+            _executor = ThreadPoolExecutor(1, thread_name_prefix="labgym render")
+        return _executor
+
+
+def _leave_behind() -> None:
+    """In a forked process, keep what belongs to the other one from being used or closed."""
+    global _executor, _starting
+    if _executor is not None:
+        _inherited.extend((_executor, *_dropped))
+    _dropped.clear()
+    _executor, _starting = None, threading.Lock()
+
+
+os.register_at_fork(after_in_child=_leave_behind)
+
+
 class MissingRendererError(LabgymError):
     """MuJoCo finds no usable OpenGL on this machine."""
 
@@ -51,7 +116,7 @@ class MissingRendererError(LabgymError):
 def make_renderer(model: mujoco.MjModel, width: int, height: int, quality: Quality = "fine") -> mujoco.Renderer:
     """Return MuJoCo's off-screen renderer, using EGL if there is no display and MUJOCO_GL is not set.
 
-    Close the renderer after use; it belongs to the thread that made it (`labgym.scenes.render_thread` has one for all).
+    Close the renderer after use; it belongs to the thread that made it (`labgym.scenes.opengl.on_render_thread` has one for all).
 
     Args:
         model: the compiled scene; "fast" lowers its `vis.quality`.

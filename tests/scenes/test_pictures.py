@@ -14,7 +14,7 @@ from labgym.assets.meshes.normals import corner_normals
 from labgym.errors import OptionError, UnknownNameError
 from labgym.layouts import Layout, Room
 from labgym.scenes import MissingRendererError, asset_sheet, make_renderer, render, to_mjcf
-from labgym.scenes.filtering import smooth_light
+from labgym.scenes.tracing import smooth_light
 from labgym.scenes.views import picture_view
 
 WIDTH, HEIGHT = 320, 180

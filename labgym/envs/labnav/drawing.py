@@ -25,8 +25,8 @@ from labgym.layouts import Layout, load_published, published
 from labgym.layouts.drives import entry_poses, places_of_work
 from labgym.layouts.placement import FLOOR
 from labgym.navigation import PLANNING_RADIUS, GoalPair, Pose, ShortestPaths, goal_pairs, goal_pose
-from labgym.navigation.discs import length_to_disc
 from labgym.navigation.goals import ANYWHERE
+from labgym.navigation.lengths import length_to_disc
 
 ATTEMPTS = 300
 """Number of drives that are drawn on a floor before it is left with fewer episodes."""

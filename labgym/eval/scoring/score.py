@@ -22,8 +22,8 @@ from labgym.layouts.model import Layout
 from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
+from labgym.layouts.rules.rule import penalised, worst_mean
 from labgym.layouts.rules.rule_sets import PAPER, TOUCHSTONE, RuleSet, rule_set
-from labgym.layouts.rules.satisfaction import penalised, worst_mean
 from labgym.layouts.rules.separation import contained
 from labgym.layouts.rules.storage import in_own_class
 from labgym.layouts.rules.thresholds import OVERLAP_VOLUME, PENETRATION, Profile

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import logging
 import re
 from collections.abc import Iterable
+from types import ModuleType
+
+from labgym.errors import MissingDependencyError
 
 WALLS = "A-WALL"
 WALL_FILL = "A-WALL-PATT"
@@ -75,3 +79,17 @@ def role(names: Iterable[str], blocks: Iterable[str] = ()) -> str | None:
             if _PATTERNS[layer].search(name):
                 return layer
     return None
+
+
+def load_ezdxf() -> ModuleType:
+    """Return the module ezdxf, whose log messages are silenced.
+
+    Raises:
+        MissingDependencyError: ezdxf is not installed.
+    """
+    try:
+        import ezdxf
+    except ImportError:
+        raise MissingDependencyError("ezdxf", "a DXF drawing", "cad") from None
+    logging.getLogger("ezdxf").setLevel(logging.CRITICAL)
+    return ezdxf

@@ -16,7 +16,6 @@ from labgym.exchange.assembly import assemble
 from labgym.exchange.drawing import Drawing, Mark, Piece, Tag
 from labgym.exchange.dxf import blocks, layers
 from labgym.exchange.dxf.arcs import SAGITTA, Arc, curved_walls, flattened
-from labgym.exchange.dxf.contents import nothing_read
 from labgym.exchange.dxf.opening import (
     FAULTS,
     Context,
@@ -24,6 +23,7 @@ from labgym.exchange.dxf.opening import (
     dxf_errors,
     entities,
     meters_per_unit,
+    nothing_read,
     open_drawing,
 )
 from labgym.exchange.dxf.sheets import Window, advice, drawings

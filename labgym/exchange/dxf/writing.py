@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING
 
 from labgym.documents import write_text
 from labgym.errors import OptionError
-from labgym.exchange.dimensions import dimensions
+from labgym.exchange.dimensions import IdLabel, dimensions, id_label
 from labgym.exchange.dxf import blocks, layers
-from labgym.exchange.dxf.library import load_ezdxf
-from labgym.exchange.plan_labels import IdLabel, id_label
+from labgym.exchange.dxf.layers import load_ezdxf
 from labgym.exchange.structure import PlacedOpening, openings, outline, polygon, wall_pieces, walls_in_plan
 from labgym.geometry import OrientedBox
 from labgym.geometry.polygons import difference, largest, polygons, union

@@ -19,9 +19,9 @@ from labgym.layouts.repairs.rank import RepairState
 from labgym.layouts.repairs.resettling import added_on_wall
 from labgym.layouts.repairs.safeguards import faults_of
 from labgym.layouts.rules.equipment import missing_equipment
-from labgym.layouts.rules.presence import missing_assets
 from labgym.layouts.rules.safety.rooms import Lacking, lacking_equipment
 from labgym.layouts.rules.storage import STORAGE_CLASSES
+from labgym.layouts.rules.whereabouts import missing_assets
 from labgym.layouts.settling import free_spots, homes
 from labgym.protocols import Protocol
 

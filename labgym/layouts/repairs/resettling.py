@@ -11,7 +11,7 @@ from labgym.layouts.model import Layout
 from labgym.layouts.moves import Place, apply, lifted, may_move, replaced
 from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.repairs.rank import RepairState
-from labgym.layouts.rules.satisfaction import Instance
+from labgym.layouts.rules.rule import Instance
 from labgym.layouts.settling import free_spots, homes
 from labgym.protocols import Protocol
 

@@ -12,10 +12,10 @@ from labgym.layouts.placement import WALL
 from labgym.layouts.repairs.rank import RepairState
 from labgym.layouts.repairs.safeguards import elsewhere
 from labgym.layouts.rules.objective import Assessment
-from labgym.layouts.rules.presence import resolved
+from labgym.layouts.rules.rule import mean
 from labgym.layouts.rules.safety.pieces import OPTIONAL, OPTIONAL_PIECES
 from labgym.layouts.rules.safety.rules import RULES
-from labgym.layouts.rules.satisfaction import mean
+from labgym.layouts.rules.whereabouts import resolved
 from labgym.layouts.settling import free_spots, homes
 
 MOVES = 6

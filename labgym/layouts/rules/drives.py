@@ -45,10 +45,14 @@ def entry_legs(arrangement: Arrangement, protocol: Protocol) -> list[Leg]:
 TRANSITIONS = DriveRule(
     name="transitions",
     metric="step_nav",
+    requires="The robot gets from the place of each step of the protocol to that of the next",
+    source="LabBuilder paper, navigation metrics",
     legs=lambda site: [] if site.protocol is None else legs(site.arrangement.layout, site.protocol),
 )
 ENTRIES = DriveRule(
     name="entries",
     metric="door_nav",
+    requires="The robot gets from each door of a room in use to the first step there",
+    source="planning practice: robots come from other rooms",
     legs=lambda site: [] if site.protocol is None else entry_legs(site.arrangement, site.protocol),
 )

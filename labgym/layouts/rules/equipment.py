@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from labgym.assets import Asset
 from labgym.layouts.rules.arrangement import Arrangement
-from labgym.layouts.rules.presence import resolved
 from labgym.layouts.rules.safety.hazards import CLASS_B, CLASS_D, calls_for_detector, fire_classes, hazardous
+from labgym.layouts.rules.whereabouts import resolved
 from labgym.protocols import Protocol
 
 if TYPE_CHECKING:

@@ -9,8 +9,7 @@ from labgym.geometry.overlap import paired_inset
 from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.bounds import fallen
-from labgym.layouts.rules.rule import Term
-from labgym.layouts.rules.satisfaction import Instance
+from labgym.layouts.rules.rule import Instance, Term
 from labgym.layouts.rules.thresholds import Profile
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from labgym.geometry import pairwise_distance
 from labgym.layouts.rules.arrangement import Arrangement
-from labgym.layouts.rules.satisfaction import Instance
+from labgym.layouts.rules.rule import Instance
 from labgym.layouts.rules.separation import (
     STORED_FLAMMABLES,
     STORED_INCOMPATIBLES,

@@ -12,12 +12,10 @@ from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.bounds import BoundsFault
 from labgym.layouts.rules.collisions import Collision, collisions
 from labgym.layouts.rules.equipment import Requirement, missing_equipment, required_equipment
-from labgym.layouts.rules.presence import missing_assets
 from labgym.layouts.rules.reach import ItemReach, item_reaches
 from labgym.layouts.rules.regulations.premises import Premises
-from labgym.layouts.rules.rule import FacilityIssue, FacilityRule
+from labgym.layouts.rules.rule import FacilityIssue, FacilityRule, Instance, penalised
 from labgym.layouts.rules.rule_sets import TOUCHSTONE, RuleSet, rule_set
-from labgym.layouts.rules.satisfaction import Instance, penalised
 from labgym.layouts.rules.site import Site
 from labgym.layouts.rules.thresholds import Profile
 from labgym.layouts.rules.violations import (
@@ -29,10 +27,11 @@ from labgym.layouts.rules.violations import (
     navigation_violations,
     term_violations,
 )
+from labgym.layouts.rules.whereabouts import missing_assets
 from labgym.layouts.rules.workflow import Workflow, walking_distance
-from labgym.navigation.feasibility import Leg, Transition, judge_legs
+from labgym.navigation.feasibility import FreePositions, Leg, Transition, judge_legs
 from labgym.navigation.occupancy import occupancy
-from labgym.navigation.plan import OBSTACLE_HEIGHT, PLANNING_RADIUS
+from labgym.navigation.plan import OBSTACLE_HEIGHT
 from labgym.navigation.visibility import ShortestPaths
 from labgym.protocols import Protocol
 
@@ -359,9 +358,12 @@ def judged_drives(rules: RuleSet, site: Site, earlier: Assessment | None = None)
     if earlier is not None and earlier.driven is not None and _unmoved(layout, earlier.arrangement.layout):
         if legs == {name: [drive.leg for drive in own] for name, own in earlier.driven.items()}:
             return earlier.driven
-    on_grid = rules.paths == "grid"
-    space = occupancy(layout).dilated(PLANNING_RADIUS) if on_grid else ShortestPaths(layout)
-    return {name: judge_legs(layout, own, space) for name, own in legs.items()}
+    spaces = {radius: _free_positions(rules, layout, radius) for radius in {rule.radius for rule in rules.drives}}
+    return {rule.name: judge_legs(layout, legs[rule.name], spaces[rule.radius]) for rule in rules.drives}
+
+
+def _free_positions(rules: RuleSet, layout: Layout, radius: float) -> FreePositions:
+    return occupancy(layout).dilated(radius) if rules.paths == "grid" else ShortestPaths(layout, radius)
 
 
 def _unmoved(layout: Layout, other: Layout) -> bool:

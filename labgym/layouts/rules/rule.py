@@ -1,19 +1,59 @@
-"""The kinds of rules that a rule set lists: terms, which are measured on instances, drives, and facility rules."""
+"""The kinds of rules that a rule set lists: terms with their instances, drives, and facility rules."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 from labgym.documents import Record
-from labgym.layouts.rules.satisfaction import Instance, mean
-from labgym.layouts.rules.thresholds import Severity
+from labgym.layouts.rules.thresholds import WORST, Severity
+from labgym.navigation.plan import PLANNING_RADIUS
 
 if TYPE_CHECKING:
     from labgym.layouts.rules.objective import Assessment
     from labgym.layouts.rules.site import Site
     from labgym.navigation.feasibility import Leg
+
+
+@dataclass(frozen=True)
+class Instance:
+    """One instance of a chemical rule: a pair to keep apart, a reagent to store, glassware to keep from the edge.
+
+    Attributes:
+        ids: placements that take part.
+        distance: what the rule measures, meters; None for storage.
+        limit: the distance under which the satisfaction is 0 (d_low), meters; 0 without a limit.
+        satisfaction: in [0, 1]; 0 if a participant is out of bounds or collides.
+        hard: whether it counts in v(L): a pair under d_low, a reagent that is not stored.
+        note: hazard or reason, for messages.
+    """
+
+    rule: str
+    ids: tuple[str, ...]
+    distance: float | None
+    limit: float
+    satisfaction: float
+    hard: bool
+    note: str = ""
+
+
+def penalised(instances: Sequence[Instance], faulty: frozenset[str]) -> tuple[Instance, ...]:
+    """Apply the geometry penalty: an instance with a participant in `faulty` scores 0."""
+    return tuple(
+        instance if faulty.isdisjoint(instance.ids) else replace(instance, satisfaction=0.0) for instance in instances
+    )
+
+
+def mean(instances: Sequence[Instance]) -> float | None:
+    """Return the mean satisfaction, None without instances."""
+    return sum(instance.satisfaction for instance in instances) / len(instances) if instances else None
+
+
+def worst_mean(instances: Sequence[Instance], worst: int = WORST) -> float | None:
+    """Return the mean of the worst few satisfactions, None without instances."""
+    lowest = sorted(instance.satisfaction for instance in instances)[:worst]
+    return sum(lowest) / len(lowest) if lowest else None
 
 
 @dataclass(frozen=True)
@@ -53,12 +93,18 @@ class DriveRule:
 
     Attributes:
         name: short name. metric: field of the report that holds the share of feasible drives.
+        requires: the requirement in one sentence.
+        source: the standard or guide that it comes from.
         legs: returns the drives of a layout for the protocol that it is assessed for.
+        radius: of the disc for which a path must exist, meters.
     """
 
     name: str
     metric: str
+    requires: str
+    source: str
     legs: Callable[[Site], list[Leg]]
+    radius: float = PLANNING_RADIUS
 
 
 class FacilityIssue(Record):

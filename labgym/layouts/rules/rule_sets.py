@@ -15,7 +15,7 @@ from labgym.layouts.rules.equipment import REQUIREMENTS, Requirement, equipment_
 from labgym.layouts.rules.facility.fronts import FRONTS
 from labgym.layouts.rules.glass import GLASS, GLASS_ON_SURFACES
 from labgym.layouts.rules.handling import FLAMMABLES, INCOMPATIBLES
-from labgym.layouts.rules.nearness import NEAR
+from labgym.layouts.rules.nearness import NEAR, VENTILATED
 from labgym.layouts.rules.reach import reach_figures
 from labgym.layouts.rules.regulations.profiles import regulation_figures
 from labgym.layouts.rules.rule import DriveRule, FacilityRule, Term, facility_figures
@@ -23,7 +23,6 @@ from labgym.layouts.rules.safety.rules import RULES as SAFETY
 from labgym.layouts.rules.separation import STORED_FLAMMABLES, STORED_INCOMPATIBLES
 from labgym.layouts.rules.storage import STORED, STORED_BY_CLASS
 from labgym.layouts.rules.thresholds import PROFILES, Profile
-from labgym.layouts.rules.ventilation import VENTILATED
 from labgym.layouts.rules.workflow import workflow_figures
 
 if TYPE_CHECKING:

@@ -10,8 +10,7 @@ from itertools import combinations
 from labgym.assets import Asset, Hazard, incompatible
 from labgym.geometry import pairwise_distance
 from labgym.layouts.rules.arrangement import Arrangement
-from labgym.layouts.rules.rule import Term
-from labgym.layouts.rules.satisfaction import Instance, worst_mean
+from labgym.layouts.rules.rule import Instance, Term, worst_mean
 from labgym.layouts.rules.storage import closed_cabinet
 from labgym.layouts.rules.thresholds import Band, Profile
 

@@ -8,8 +8,7 @@ from dataclasses import replace
 from labgym.geometry import rotate
 from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.arrangement import Arrangement
-from labgym.layouts.rules.rule import Term
-from labgym.layouts.rules.satisfaction import Instance
+from labgym.layouts.rules.rule import Instance, Term
 from labgym.layouts.rules.thresholds import CONTAINMENT_TOLERANCE, HEIGHT_TOLERANCE
 
 STORAGE_CLASSES = frozenset(

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.bounds import BoundsFault
 from labgym.layouts.rules.collisions import Collision
-from labgym.layouts.rules.rule import FacilityIssue, Term
-from labgym.layouts.rules.satisfaction import Instance
+from labgym.layouts.rules.rule import FacilityIssue, Instance, Term
 from labgym.navigation.feasibility import Transition
 
 

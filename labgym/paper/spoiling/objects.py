@@ -7,10 +7,10 @@ from collections.abc import Callable
 from labgym.assets import Asset
 from labgym.layouts.model import Layout
 from labgym.layouts.placement import FLOOR, WALL, Placement
-from labgym.layouts.rules.presence import resolved
 from labgym.layouts.rules.separation import HEAT_CLASSES
 from labgym.layouts.rules.storage import STORAGE_CLASSES
 from labgym.layouts.rules.thresholds import MOVABLE
+from labgym.layouts.rules.whereabouts import resolved
 from labgym.protocols import Protocol
 
 

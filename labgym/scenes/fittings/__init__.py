@@ -13,13 +13,10 @@ from labgym.layouts import Layout
 from labgym.layouts.placement import FLOOR, WALL
 from labgym.scenes.fittings.cables import cables
 from labgym.scenes.fittings.cylinders import cylinders
-from labgym.scenes.fittings.ducts import ducts
 from labgym.scenes.fittings.evaporators import evaporator_hoses
-from labgym.scenes.fittings.hood_hoses import hood_hoses
-from labgym.scenes.fittings.hosts import Host, hosts
-from labgym.scenes.fittings.installation import Installation
-from labgym.scenes.fittings.outlets import Outlet, supplies
-from labgym.scenes.fittings.sinks import sinks
+from labgym.scenes.fittings.hoods import ducts, hood_hoses
+from labgym.scenes.fittings.hosts import Host, Installation, hosts
+from labgym.scenes.fittings.outlets import Outlet, sinks, supplies
 
 __all__ = ["Installation", "drawn_asset", "installations"]
 STORES = ("glassware_cabinet", "rack")

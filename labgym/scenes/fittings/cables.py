@@ -7,8 +7,7 @@ from itertools import pairwise
 
 from labgym.assets.shapes.parts import Vector
 from labgym.geometry import OrientedBox
-from labgym.scenes.fittings.hosts import Host, Item, overlap
-from labgym.scenes.fittings.installation import Installation
+from labgym.scenes.fittings.hosts import Host, Installation, Item, overlap
 from labgym.scenes.fittings.outlets import PLUG, Outlet, plug
 from labgym.scenes.fittings.sweep import hose, rounded_path
 

@@ -8,8 +8,7 @@ from itertools import pairwise
 
 from labgym.assets.shapes.parts import ALONG_Y, Part, Vector, block, column, cylinder, rod
 from labgym.geometry import OrientedBox
-from labgym.scenes.fittings.hosts import Backing, Host, overlap
-from labgym.scenes.fittings.installation import Installation
+from labgym.scenes.fittings.hosts import Backing, Host, Installation, overlap
 from labgym.scenes.fittings.sweep import curve, hose
 
 CATEGORY = "gas_cylinder"

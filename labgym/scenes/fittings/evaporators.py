@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from labgym.assets.shapes.parts import ALONG_Y, Part, Vector, block, cylinder, rod
-from labgym.scenes.fittings.hosts import Host, Item
-from labgym.scenes.fittings.installation import Installation, moved
+from labgym.scenes.fittings.hosts import Host, Installation, Item, moved
 from labgym.scenes.fittings.outlets import DEEP, RISE, TALL
 from labgym.scenes.fittings.sweep import curve, hose
 

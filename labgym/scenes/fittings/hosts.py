@@ -1,22 +1,26 @@
-"""Furniture with what stands on it and the wall behind it: what installations are planned from."""
+"""Installations, and the furniture that they are planned from, with its load and the wall behind it."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Literal
 
 from labgym.assets import Asset
 from labgym.assets.model import APPARATUS_STAND
-from labgym.assets.shapes import Part
+from labgym.assets.shapes import Part, tessellate
+from labgym.assets.shapes.parts import Quaternion, Vector
 from labgym.geometry import OrientedBox, rotate
 from labgym.layouts import Layout, Placement
 from labgym.layouts.floor import Floor
 from labgym.layouts.ground import without
 from labgym.layouts.placement import FLOOR, WALL
-from labgym.scenes.fittings.installation import Installation, Kind, moved
+from labgym.scenes.patches import Patch, join
 from labgym.scenes.wall_faces import upper, wall_name
 
+Kind = Literal["duct", "trunking", "turret", "sink", "cable", "hose", "restraint", "gas_line"]
 NEAR = 0.12
 """Largest distance between a piece of furniture and the wall behind it, meters."""
 ALIGNED = math.cos(math.radians(1.0))
@@ -27,6 +31,64 @@ FRAME = 0.08
 """Width of wall around an opening that its frame takes, meters."""
 
 Interval = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Installation:
+    """Visible parts that belong to a placement but not to its asset.
+
+    Attributes:
+        owner: id of the placement.
+        kind: what it is.
+        parts: in the frame of the floor.
+        wall: name of the wall, or of the upper part of one, on which it is mounted; empty for none. Pictures hide it
+            with that wall.
+    """
+
+    owner: str
+    kind: Kind
+    parts: tuple[Part, ...]
+    wall: str = ""
+
+    @cached_property
+    def patches(self) -> tuple[Patch, ...]:
+        """One mesh for each material, in the frame of the floor."""
+        by_material: dict[str, list[Part]] = {}
+        for part in self.parts:
+            by_material.setdefault(part.material, []).append(part)
+        return tuple(
+            Patch(
+                self.wall,
+                f"{self.owner}/{self.kind}/{material}",
+                material,
+                *join([tessellate(part) for part in parts]),
+            )
+            for material, parts in by_material.items()
+        )
+
+
+def moved(parts: Iterable[Part], x: float, y: float, z: float, yaw: float = 0.0) -> tuple[Part, ...]:
+    """Return parts of a frame at (x, y, z), turned by yaw about the vertical, in the frame around it."""
+    turn = (math.cos(yaw / 2.0), 0.0, 0.0, math.sin(yaw / 2.0))
+    return tuple(
+        replace(part, position=_point(part.position, x, y, z, yaw), quaternion=_product(turn, part.quaternion))
+        for part in parts
+    )
+
+
+def _point(point: Vector, x: float, y: float, z: float, yaw: float) -> Vector:
+    dx, dy = rotate(point[0], point[1], yaw)
+    return x + dx, y + dy, z + point[2]
+
+
+def _product(a: Quaternion, b: Quaternion) -> Quaternion:
+    """Return the rotation b followed by the rotation a."""
+    return (
+        a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
+        a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
+        a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
+        a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0],
+    )
 
 
 @dataclass(frozen=True)

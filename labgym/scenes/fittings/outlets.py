@@ -1,4 +1,4 @@
-"""Where furniture supplies power: sockets in trunking along walls, in turrets on islands, and on the posts of hoods."""
+"""Supplies of furniture: sockets in trunking, in turrets and on posts of hoods, and cup sinks on islands."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from labgym.assets.shapes.parts import ALONG_X, ALONG_Y, Part, Vector, block, cylinder, rod, turned
+from labgym.assets.shapes.parts import ALONG_X, ALONG_Y, Part, Vector, block, column, cylinder, rod, turned
 from labgym.geometry import OrientedBox
 from labgym.layouts.ground import without
-from labgym.scenes.fittings.hosts import Host, Interval, overlap
-from labgym.scenes.fittings.installation import Kind, moved
+from labgym.scenes.fittings.hosts import Host, Interval, Kind, moved, overlap
+from labgym.scenes.fittings.sweep import hose
 
 RISE, TALL = 0.14, 0.10
 """Height of trunking above a worktop and its own height, meters."""
@@ -30,6 +30,16 @@ CLEAR = 0.012
 """Gap between a turret and objects on the island, meters."""
 BENCHES = ("workbench", "desk")
 """Subtypes of furniture that has trunking along the wall behind it."""
+LENGTH, WIDTH, RIM = 0.30, 0.18, 0.014
+"""Outer length and width of a sink, and width of its rim, meters."""
+TAP, REACH = 0.31, 0.16
+"""Height of a tap and reach of its spout, meters."""
+TAP_GAP = 0.04
+"""Distance of a tap from its sink, meters."""
+FROM_END = 0.30
+"""Distance of the middle of a sink from the end of its island, meters."""
+LEAST_ISLAND = 2.0
+"""Length of the shortest island with a sink, meters."""
 
 
 @dataclass(frozen=True)
@@ -196,3 +206,45 @@ def plug(outlet: Outlet) -> Iterator[Part]:
     if abs(dx) > 0.5 and abs(dy) > 0.5:
         quaternion = turned((0.0, 0.0, 1.0), math.atan2(dy, dx))
     yield cylinder("cable_black", 0.034, PLUG, middle, quaternion)
+
+
+@dataclass(frozen=True)
+class Sink:
+    """Parts of a sink with its tap, in the frame of the island, and the box around them."""
+
+    parts: tuple[Part, ...]
+    box: OrientedBox
+
+
+def sinks(host: Host) -> Iterator[Sink]:
+    """Yield the sink of an island in a laboratory, near one of its ends, unless something stands in all places."""
+    if host.asset.shape.name != "island" or host.use != "laboratory" or host.asset.size.width < LEAST_ISLAND:
+        return
+    top, (half, _) = host.asset.size.height, host.half
+    for side in (1.0, -1.0):
+        for y in (0.0, 0.3, -0.3):
+            x = side * (half - FROM_END)
+            box = OrientedBox(
+                x - side * TAP_GAP, y, LENGTH + 3.0 * TAP_GAP, WIDTH + 0.04, 0.0, top + 0.001, top + TAP + 0.03
+            )
+            if host.free(box):
+                yield Sink(moved(_cup(), x, y, top, 0.0 if side > 0.0 else math.pi), box)
+                return
+
+
+def _cup() -> Iterator[Part]:
+    """A cup sink let into a worktop at z = 0, with a tap on its -x side."""
+    half, side = LENGTH / 2.0, WIDTH / 2.0
+    for x in (-half, half - RIM):
+        yield block("sink_black", (x, x + RIM), (-side, side), (0.0, 0.010))
+    for y in (-side, side - RIM):
+        yield block("sink_black", (-half + RIM, half - RIM), (y, y + RIM), (0.0, 0.010))
+    yield block("plastic_black", (-half + RIM, half - RIM), (-side + RIM, side - RIM), (0.0, 0.0015))
+    yield column("stainless", 0.05, 0.05, 0.0, (0.0015, 0.003))
+    start, radius = -half - TAP_GAP, REACH / 2.0
+    yield column("chrome", 0.045, start, 0.0, (0.0, 0.018))
+    angles = [math.pi * k / 8 for k in range(9)]
+    arch = [(start + radius - radius * math.cos(a), 0.0, TAP - radius - 0.009 + radius * math.sin(a)) for a in angles]
+    yield hose("chrome", 0.018, [(start, 0.0, 0.01), *arch, (start + REACH, 0.0, 0.16)])
+    yield rod("chrome", 0.010, (start, 0.0, 0.06), (start, 0.055, 0.07))
+    yield column("signal_blue", 0.02, start, 0.052, (0.06, 0.08))

@@ -13,8 +13,8 @@ from labgym.geometry import OrientedBox, rotate
 from labgym.layouts import Placement
 from labgym.layouts.floor import Floor
 from labgym.layouts.placement import FLOOR
-from labgym.scenes.leaves import LEAF_DAMPING, LEAF_MASS, Leaf, leaves_of
-from labgym.scenes.usd.names import identifiers, write_note
+from labgym.scenes.building import LEAF_DAMPING, LEAF_MASS, Leaf, leaves_of
+from labgym.scenes.usd.room import identifiers, write_note
 from labgym.scenes.wall_openings import leaf_parts
 
 

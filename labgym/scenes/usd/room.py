@@ -1,7 +1,8 @@
-"""The building of a layout as a USD layer: visible walls and floor, their materials and colliders."""
+"""The building and the installations of a layout as USD layers, and names of prims."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -9,13 +10,13 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from labgym.assets.textures import texture
-from labgym.assets.usd import write_collider, write_labels, write_look, write_mesh
+from labgym.assets.usd import NAMESPACE, write_collider, write_labels, write_look, write_mesh
 from labgym.geometry import OrientedBox
 from labgym.layouts.floor import Floor
 from labgym.scenes.building import building_patches, building_solids, floor_patches
 from labgym.scenes.finishes import DOORS, FLOORS
+from labgym.scenes.fittings import Installation
 from labgym.scenes.patches import Array, Faces
-from labgym.scenes.usd.names import identifiers
 
 TEXTURE_FOLDER = "textures"
 FLOOR_THICKNESS = 0.1
@@ -31,6 +32,28 @@ LABELS = {
     "blind": "window",
 }
 """Semantic class of the building's surfaces by material; all others are walls."""
+
+
+def identifiers(names: Sequence[str]) -> list[str]:
+    """Return names as distinct USD identifiers, in the same order."""
+    from pxr import Tf
+
+    taken: dict[str, None] = {}
+    for name in names:
+        plain = unique = Tf.MakeValidIdentifier(name)
+        count = 1
+        while unique in taken:
+            count += 1
+            unique = f"{plain}_{count}"
+        taken[unique] = None
+    return list(taken)
+
+
+def write_note(prim: Any, name: str, text: str) -> None:
+    """Author a custom string attribute in the namespace `labgym`."""
+    from pxr import Sdf
+
+    prim.CreateAttribute(f"{NAMESPACE}:{name}", Sdf.ValueTypeNames.String, True, Sdf.VariabilityUniform).Set(text)
 
 
 def room_layer(floor: Floor, leaves: bool = True) -> Any:
@@ -89,3 +112,32 @@ def connected(faces: Faces) -> list[Faces]:
 def _floor_box(floor: Floor) -> OrientedBox:
     x0, y0, x1, y1 = floor.bounds
     return OrientedBox((x0 + x1) / 2.0, (y0 + y1) / 2.0, x1 - x0, y1 - y0, 0.0, -FLOOR_THICKNESS, 0.0)
+
+
+def fittings_layer(installations: Sequence[Installation]) -> Any:
+    """Return installations as an anonymous `pxr.Sdf.Layer`: a prim for each, without colliders.
+
+    Their semantic class is their kind; `labgym:owner` is the id of the placement that they belong to.
+    """
+    from pxr import Sdf, Usd, UsdGeom, UsdShade
+
+    layer = Sdf.Layer.CreateAnonymous("fittings")
+    stage = Usd.Stage.Open(layer)
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
+    root = UsdGeom.Xform.Define(stage, "/Fittings").GetPrim()
+    stage.SetDefaultPrim(root)
+    Usd.ModelAPI(root).SetKind("component")
+    UsdGeom.Scope.Define(stage, "/Fittings/Looks")
+    materials = sorted({patch.material for each in installations for patch in each.patches})
+    looks = {material: write_look(stage, f"/Fittings/Looks/{material}", material) for material in materials}
+    names = identifiers([f"{each.owner}_{each.kind}" for each in installations])
+    for name, installation in zip(names, installations, strict=True):
+        prim = UsdGeom.Xform.Define(stage, f"/Fittings/{name}").GetPrim()
+        write_labels(prim, {"class": installation.kind})
+        write_note(prim, "owner", installation.owner)
+        pieces = [(patch, faces) for patch in installation.patches for faces in connected(patch.faces)]
+        for label, (patch, faces) in zip(identifiers([patch.material for patch, _ in pieces]), pieces, strict=True):
+            mesh = write_mesh(stage, f"/Fittings/{name}/{label}", patch.vertices, faces)
+            UsdShade.MaterialBindingAPI.Apply(mesh).Bind(looks[patch.material])
+    return layer

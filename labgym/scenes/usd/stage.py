@@ -22,10 +22,8 @@ from labgym.scenes.finishes import finishes_at, palette
 from labgym.scenes.fittings import drawn_asset, installations
 from labgym.scenes.folders import whole_folder
 from labgym.scenes.mesh import MATERIAL_NAMES, asset_mesh, scene_mesh
-from labgym.scenes.usd.fittings import fittings_layer
 from labgym.scenes.usd.moving import doors_layer, pose_parts, release
-from labgym.scenes.usd.names import identifiers, write_note
-from labgym.scenes.usd.room import TEXTURE_FOLDER, room_layer
+from labgym.scenes.usd.room import TEXTURE_FOLDER, fittings_layer, identifiers, room_layer, write_note
 from labgym.scenes.views import views
 
 STAGE_FILE = "scene.usda"

@@ -19,7 +19,7 @@ from labgym.envs.parts.odometry import OdometrySensor
 from labgym.envs.point_nav import LabPointNavEnv
 from labgym.errors import UnknownNameError
 from labgym.navigation import PLANNING_RADIUS, ShortestPaths
-from labgym.navigation.discs import length_to_disc
+from labgym.navigation.lengths import length_to_disc
 
 EACH = [(task, name) for task in TASKS for name in nuisances_of(task, 2)]
 

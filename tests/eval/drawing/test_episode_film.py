@@ -10,7 +10,7 @@ from labgym.eval.drawing.episode_film import HOLD, Panel, episode_film
 from labgym.eval.drawing.episode_plan import PERSON, ROBOT_COLOR, UNSEEING, dense, nose, people_of, route_of
 from labgym.eval.labnav.replay import drive_again
 from labgym.navigation import ShortestPaths
-from labgym.navigation.discs import length_to_disc
+from labgym.navigation.lengths import length_to_disc
 from labgym.scenes import MissingRendererError
 
 

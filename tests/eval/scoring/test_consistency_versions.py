@@ -14,7 +14,7 @@ from labgym.layouts import Layout, load_published
 from labgym.layouts.moves import Place, Settle, apply, descendants
 from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules import PAPER, evaluate_layout
-from labgym.layouts.rules.presence import resolved
+from labgym.layouts.rules.whereabouts import resolved
 from labgym.paper.damage import KINDS, damaged
 
 LAYOUT = load_published("test", "test-alk_02")

@@ -10,7 +10,7 @@ from laboratories import published_in_order
 
 from labgym.layouts import Layout, generate
 from labgym.layouts.rules import Assessment, evaluate_layout
-from labgym.layouts.rules.satisfaction import mean, worst_mean
+from labgym.layouts.rules.rule import mean, worst_mean
 from labgym.paper.damage import KINDS, damaged
 from labgym.paper.spoiling import SPOILINGS
 

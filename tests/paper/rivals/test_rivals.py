@@ -10,7 +10,7 @@ from labgym.layouts.placement import FLOOR, WALL, Placement
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.bounds import bounds_faults
 from labgym.layouts.rules.collisions import collisions
-from labgym.layouts.rules.presence import missing_assets
+from labgym.layouts.rules.whereabouts import missing_assets
 from labgym.paper.rivals import HolodeckPlusProposer, HolodeckProposer, SceneWeaverProposer
 from labgym.paper.rivals.holodeck.search import SearchLimits
 from labgym.paper.rivals.plan import household_plan

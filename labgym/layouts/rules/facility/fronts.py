@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 from labgym.geometry import distance
 from labgym.layouts.placement import FLOOR
 from labgym.layouts.rules.arrangement import Arrangement
-from labgym.layouts.rules.rule import FacilityRule, Finding, Term
-from labgym.layouts.rules.satisfaction import Instance
+from labgym.layouts.rules.rule import FacilityRule, Finding, Instance, Term
 from labgym.layouts.rules.thresholds import MOVABLE, Severity
 from labgym.layouts.rules.zones import front_zone, standing_in_front
 
