@@ -89,7 +89,7 @@ def score(
     named = resolve_layout(layout[0])
     report = labgym.eval.score(named, protocol, rules, profile)
     if options is not None:
-        from labgym.eval.scoring.judging.judge import Judge
+        from labgym.eval.scoring.judge import Judge
         from labgym.llm import LanguageModel
 
         with LanguageModel.from_environment() as model:

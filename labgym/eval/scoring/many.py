@@ -112,7 +112,7 @@ def _reports(jobs: tuple[Job, ...], rules: RuleSet, judge: JudgeOptions | None) 
     if judge is None:
         yield from (score(layout, protocol, rules) for layout, protocol in jobs)
         return
-    from labgym.eval.scoring.judging.judge import Judge  # imported here because it loads the renderer
+    from labgym.eval.scoring.judge import Judge  # imported here because it loads the renderer
 
     with LanguageModel.from_environment() as model:
         for layout, protocol in jobs:

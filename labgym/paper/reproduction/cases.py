@@ -158,7 +158,7 @@ def judged(report: LayoutReport, layout: Layout, protocol: Protocol, judge: Judg
     Raises:
         LanguageModelError: the model is not configured or cannot be reached.
     """
-    from labgym.eval.scoring.judging.judge import Judge  # imported here because it loads the renderer
+    from labgym.eval.scoring.judge import Judge  # imported here because it loads the renderer
 
     with LanguageModel.from_environment() as model:
         try:

@@ -14,16 +14,16 @@ from labgym.cli import main
 from labgym.errors import OptionError, UnknownNameError
 from labgym.eval import LayoutReport, aggregate, score
 from labgym.eval.reports.tables import layout_table
+from labgym.eval.scoring import judge
+from labgym.eval.scoring.judge import TEMPERATURE, Judge, judged_views
 from labgym.eval.scoring.judgement import HARD_ZEROS, MODES, Judgement, JudgeOptions, Sample
-from labgym.eval.scoring.judging import judge
-from labgym.eval.scoring.judging import pictures as judged_pictures
-from labgym.eval.scoring.judging.judge import TEMPERATURE, Judge, judged_views
 from labgym.eval.scoring.many import read_scores, score_layouts
 from labgym.layouts import load_published
 from labgym.layouts.floors import draw_floor
 from labgym.layouts.model import Layout
 from labgym.llm import LanguageModelError
 
+PICTURES = judge.pictures
 KEY = "sk-loopback-0123456789"
 LAYOUT = load_published("test", "test-sub_02")
 
@@ -32,7 +32,7 @@ LAYOUT = load_published("test", "test-sub_02")
 def _small_pictures(monkeypatch):
     """Small pictures, each rendered once: what is on them plays no role here."""
     for name, value in {"WIDTH": 32, "HEIGHT": 18, "SAMPLES": 1}.items():
-        monkeypatch.setattr(judged_pictures, name, value)
+        monkeypatch.setattr(judge, name, value)
     monkeypatch.setattr(judge, "pictures", _rendered)
 
 
@@ -41,7 +41,7 @@ RENDERED = {}
 
 def _rendered(layout, protocol):
     if layout.hash not in RENDERED:
-        RENDERED[layout.hash] = judged_pictures.pictures(layout, protocol)
+        RENDERED[layout.hash] = PICTURES(layout, protocol)
     return RENDERED[layout.hash]
 
 

@@ -13,8 +13,8 @@ from labgym.assets import Catalog
 from labgym.errors import InfeasibleError
 from labgym.eval import score
 from labgym.eval.reports.paper import paper
+from labgym.eval.scoring.judge import Judge
 from labgym.eval.scoring.judgement import JudgeOptions
-from labgym.eval.scoring.judging.judge import Judge
 from labgym.layouts import Layout
 from labgym.layouts.generate import resolve_request
 from labgym.layouts.method import Method

@@ -1,1 +1,0 @@
-"""The semantic judge: a vision-language model that scores rendered views of a layout."""
