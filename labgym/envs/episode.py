@@ -48,6 +48,7 @@ class Episode:
         self,
         task: Task,
         robot: Robot,
+        *,
         control_dt: float,
         physics: str,
         exact: bool = False,

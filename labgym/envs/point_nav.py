@@ -318,13 +318,13 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
         self._episode = episode = Episode(
             task,
             self._robot,
-            config.control_dt,
-            config.physics,
-            config.exact,
-            config.disc,
-            setting,
-            config.interactive,
-            conditions,
+            control_dt=config.control_dt,
+            physics=config.physics,
+            exact=config.exact,
+            disc=config.disc,
+            setting=setting,
+            interactive=config.interactive,
+            conditions=conditions,
         )
         self._terminated = self._truncated = False
         episode.state.randomization = drawn

@@ -151,6 +151,7 @@ class Camera:
         shape: tuple[int, int] = IMAGE_SHAPE,
         hfov: float = ROBOT.camera_hfov,
         reach: float = RANGE,
+        *,
         forward: float = ROBOT.camera_forward,
         height: float = ROBOT.camera_height,
         left: float = 0.0,

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from labgym.envs.gpu import device_of, wp
 from labgym.envs.gpu.motion import Robot, drive
+from labgym.envs.gpu.motion import Robots as DeviceRobots
 from labgym.envs.gpu.scene import DeviceScene, device_scene
 from labgym.envs.gpu.sensors import DeviceRays
 from labgym.envs.parts.rays import DepthSensor, LidarSensor
@@ -100,6 +101,9 @@ class DeviceBatch:
                 ("clearances", count, wp.float64),
             )
         }
+        self._table = DeviceRobots()
+        for name, array in self._arrays.items():
+            setattr(self._table, name, array)
 
     def place(
         self,
@@ -140,7 +144,7 @@ class DeviceBatch:
         self._enter()
         arrays, robots = self._arrays, self.robots
         arrays["targets"].assign(robots.targets)
-        inputs = [self._body, self._checks, self._steps, *arrays.values()]
+        inputs = [self._body, self._checks, self._steps, self._table]
         wp.launch(drive, dim=self._count, inputs=inputs, device=self._device)
         for rays in self._rays.values():
             rays.cast(np.arange(self._count, dtype=np.int32), arrays["poses"])

@@ -107,16 +107,16 @@ class CameraSensor(Sensor):
 
     @cached_property
     def _optics(self) -> tuple[object, ...]:
-        return ("camera", self.rows, self.columns, self.hfov, self.reach, *self._place)
+        return ("camera", self.rows, self.columns, self.hfov, self.reach, *self._place.values())
 
     @property
-    def _place(self) -> tuple[float, ...]:
-        return self.forward, self.height, self.left, self.yaw, self.pitch, self.roll
+    def _place(self) -> dict[str, float]:
+        return {name: getattr(self, name) for name in ("forward", "height", "left", "yaw", "pitch", "roll")}
 
     @cached_property
     def camera(self) -> Camera:
         """The camera."""
-        return Camera((self.rows, self.columns), self.hfov, self.reach, *self._place)
+        return Camera((self.rows, self.columns), self.hfov, self.reach, **self._place)
 
     def _view(self, state: State) -> View:
         """Return what the camera sees; the first sensor of an optic casts its rays."""

@@ -24,7 +24,7 @@ from labgym.envs.planar.depth import Chunks, chunks_of, draw, lens_of
 from labgym.envs.planar.plan import Cells, Outlines
 from labgym.envs.planar.routes import CompiledDistanceToGo, RouteLengths
 from labgym.envs.planar.scene import Beams, Boxes, beams, clearance_at, scan, scene_of, walls_at
-from labgym.envs.planar.simulation import CHECK_INTERVAL, control_step
+from labgym.envs.planar.simulation import CHECK_INTERVAL, Surroundings, control_step
 from labgym.envs.robot import ROBOT
 from labgym.envs.simulation import Pose
 from labgym.envs.world import World
@@ -36,6 +36,21 @@ ARRAYS = 19
 """Number of arrays of a scene; those of the lidar and of the field of distances included."""
 SHARE = 8
 """Fewest robots of a thread."""
+
+
+class Driving(NamedTuple):
+    """What all robots have in common during a control step.
+
+    Attributes:
+        checks: contact checks of a control step; 0 only measures. steps: physics steps between two of them.
+        body: inertia and servos. beams: directions of the lidar's rays. reach: its range, meters.
+    """
+
+    checks: int
+    steps: int
+    body: Body
+    beams: Beams
+    reach: float
 
 
 class Robots(NamedTuple):
@@ -143,7 +158,8 @@ class Batch:
         robots.scenes[robot] = (*row_of(arrays), *distances.shape)
         robots.fields[robot] = grid
         robots.states[robot, :3], robots.states[robot, 3:] = pose, 0.0
-        _step(robot, robot + 1, 0, 0, self._scene_body, robots, self._beams, self._reach, self._shares[0][2])
+        driving = Driving(0, 0, self._scene_body, self._beams, self._reach)
+        _step(robot, robot + 1, robots, driving, self._shares[0][2])
         robots.driven[robot], robots.touched[robot] = 0.0, False
         self.routes.place(robot, exact, robots.poses)
         if self._lens is not None:
@@ -154,9 +170,10 @@ class Batch:
         """Advance all robots by one control step towards their targets."""
         body = self._scene_body
         steps = round(CHECK_INTERVAL / body.timestep)
+        driving = Driving(self._checks, steps, body, self._beams, self._reach)
 
         def run(first: int, last: int, work: Work) -> None:
-            _step(first, last, self._checks, steps, body, self.robots, self._beams, self._reach, work)
+            _step(first, last, self.robots, driving, work)
             self.routes.measure(first, last, self.robots.poses)
             self._look(first, last)
 
@@ -192,17 +209,16 @@ class Batch:
 
 
 @entry
-def _step(
-    first: int, last: int, checks: int, steps: int, body: Body, robots: Robots, beams: Beams, reach: float, work: Work
-) -> None:
+def _step(first: int, last: int, robots: Robots, driving: Driving, work: Work) -> None:
     """Advance the robots from `first` to `last` - 1, and measure."""
+    checks, steps, body, beams, reach = driving
     for k in range(first, last):
         row, state = robots.scenes[k], robots.states[k]
         solids, walls = _outlines(row, 0), _outlines(row, 9)
         near = Cells(floats(row, 5), integers(row, 6), integers(row, 7), integers(row, 8))
         boxes = Boxes(points(row, 14), points(row, 15), points(row, 16), floats(row, 17))
         v, w = robots.targets[k, 0], robots.targets[k, 1]
-        driven, touched = control_step(state, v, w, checks, steps, body, solids, near, work)
+        driven, touched = control_step(state, v, w, checks, steps, Surroundings(body, solids, near, work))
         robots.driven[k], robots.touched[k] = driven, touched
         yaw = wrapped(state[2])
         robots.poses[k, 0], robots.poses[k, 1], robots.poses[k, 2] = state[0], state[1], yaw

@@ -206,6 +206,7 @@ def driven(
     mode: Mode,
     title: str,
     executor: ExecutorOptions | None = None,
+    *,
     noise: tuple[float, ...] | None = None,
     safety: bool = True,
     run: RunFolder | None = None,

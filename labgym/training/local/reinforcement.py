@@ -155,7 +155,7 @@ class Reinforcement:
     ) -> tuple[list[Records], list[dict[str, Any]]]:
         """Return the records and the rows of drives, in their order."""
         network = save_actor(self._learner.policy, self._out / NETWORK, ALGORITHM)
-        return driven(drives, self._options.shard, network, mode, title, self._executor, noise)
+        return driven(drives, self._options.shard, network, mode, title, self._executor, noise=noise)
 
 
 def make_learner(options: ReinforcementOptions) -> PPO:
