@@ -21,7 +21,7 @@ FAR = wp.constant(wp.float64(1e30))
 
 
 @wp.struct
-class Robot:
+class DeviceRobot:
     """Inertia, servos and contact of the robot; the fields of `labgym.envs.planar.contacts.Body`."""
 
     timestep: wp.float64
@@ -49,7 +49,7 @@ class Robot:
 
 
 @wp.struct
-class Scene:
+class DeviceOutlines:
     """Outlines and barriers of the scene of a robot, as `labgym.envs.gpu.scene.DeviceScene`.
 
     Outline k has the sides from first[k] to first[k + 1] - 1 and touches a robot nearer than reach[k], meters.
@@ -62,7 +62,7 @@ class Scene:
 
 
 @wp.struct
-class Robots:
+class DeviceRobots:
     """Arrays of all robots.
 
     Attributes:
@@ -128,7 +128,7 @@ def separation(
 
 
 @wp.func
-def impedance(depth: wp.float64, body: Robot):
+def impedance(depth: wp.float64, body: DeviceRobot):
     """Return the impedance of a contact at a depth in meters."""
     share = depth / body.width
     rise = ONE - wp.pow(ONE - share, body.power) / wp.pow(ONE - body.midpoint, body.power - ONE)
@@ -145,8 +145,8 @@ def touching(
     rate: wp.vec3d,
     begin: wp.int32,
     end: wp.int32,
-    scene: Scene,
-    body: Robot,
+    scene: DeviceOutlines,
+    body: DeviceRobot,
     contacts: wp.array2d[wp.float64],
 ):
     """Write the contacts of the robot to (n, 6) and return their number, at most n.
@@ -177,7 +177,7 @@ def touching(
 
 @wp.func
 def cost_of(
-    a: wp.vec3d, start: wp.vec3d, rate: wp.vec3d, body: Robot, count: wp.int32, contacts: wp.array2d[wp.float64]
+    a: wp.vec3d, start: wp.vec3d, rate: wp.vec3d, body: DeviceRobot, count: wp.int32, contacts: wp.array2d[wp.float64]
 ):
     """Return the cost of an acceleration, its gradient and its Hessian; `labgym.envs.planar.contacts` defines it."""
     inertia = wp.vec3d(body.mass, body.mass, body.inertia)
@@ -212,7 +212,7 @@ def cost_of(
 
 
 @wp.func
-def constrained(start: wp.vec3d, rate: wp.vec3d, body: Robot, count: wp.int32, contacts: wp.array2d[wp.float64]):
+def constrained(start: wp.vec3d, rate: wp.vec3d, body: DeviceRobot, count: wp.int32, contacts: wp.array2d[wp.float64]):
     """Return the acceleration (x, y, yaw) under contacts from that without, by Newton's method with halved steps."""
     a = wp.vec3d(start[0], start[1], start[2])
     cost, gradient, hessian = cost_of(a, start, rate, body, count, contacts)
@@ -264,10 +264,10 @@ def clearance(x: wp.float64, y: wp.float64, room: wp.vec2d, boxes: wp.array2d[wp
 
 @wp.kernel(enable_backward=False)
 def drive(
-    body: Robot,
+    body: DeviceRobot,
     checks: wp.int32,
     steps: wp.int32,
-    robots: Robots,
+    robots: DeviceRobots,
 ):
     """Advance each robot by one control step towards its target, and measure.
 
@@ -278,7 +278,7 @@ def drive(
     addresses = robots.addresses
     sizes = robots.sizes
     plans = robots.plans
-    scene = Scene()
+    scene = DeviceOutlines()
     scene.sides = wp.array(ptr=addresses[robot, 0], shape=(sizes[robot, 0], 5), dtype=wp.float64)
     scene.first = wp.array(ptr=addresses[robot, 1], shape=(sizes[robot, 1],), dtype=wp.int32)
     scene.reach = wp.array(ptr=addresses[robot, 2], shape=(sizes[robot, 2],), dtype=wp.float64)

@@ -17,14 +17,14 @@ from numpy.typing import NDArray
 
 from labgym.counts import MAX_PROCESSES, whole_number
 from labgym.envs.parts.rays import DepthSensor, LidarSensor
-from labgym.envs.planar.body import Body
+from labgym.envs.planar.body import PlanarBody
 from labgym.envs.planar.compiled import carray, compiled, entry, floats, integers, pointer, points, row_of
-from labgym.envs.planar.contacts import Work, buffers
+from labgym.envs.planar.contacts import ContactBuffers, buffers
 from labgym.envs.planar.depth import Chunks, chunks_of, draw, lens_of
 from labgym.envs.planar.plan import Cells, Outlines
 from labgym.envs.planar.routes import CompiledDistanceToGo, RouteLengths
 from labgym.envs.planar.scene import Beams, Boxes, beams, clearance_at, scan, scene_of, walls_at
-from labgym.envs.planar.simulation import CHECK_INTERVAL, Surroundings, control_step
+from labgym.envs.planar.simulation import CHECK_INTERVAL, StepInputs, control_step
 from labgym.envs.robot import ROBOT
 from labgym.envs.simulation import Pose
 from labgym.envs.world import World
@@ -48,7 +48,7 @@ class Driving(NamedTuple):
 
     checks: int
     steps: int
-    body: Body
+    body: PlanarBody
     beams: Beams
     reach: float
 
@@ -83,7 +83,7 @@ class Robots(NamedTuple):
 _NOTHING = Chunks(np.empty((0, 9), np.float32), np.zeros(1, np.int64), np.empty((0, 3)), np.empty((0, 3)))
 
 
-class Batch:
+class PlanarBatch:
     """Robots, each in its scene.
 
     Args:
@@ -123,7 +123,7 @@ class Batch:
         self.routes = RouteLengths(count)
         # The arrays that addresses point to must live as long as they are used.
         self._arrays: list[Sequence[NDArray[np.generic]]] = [()] * count
-        self._body: Body | None = None
+        self._body: PlanarBody | None = None
         lens = None if camera is None else lens_of(camera.camera)
         self._lens, self._camera_name = lens, None if camera is None else camera.name
         self._chunks = [_NOTHING] * count
@@ -172,7 +172,7 @@ class Batch:
         steps = round(CHECK_INTERVAL / body.timestep)
         driving = Driving(self._checks, steps, body, self._beams, self._reach)
 
-        def run(first: int, last: int, work: Work) -> None:
+        def run(first: int, last: int, work: ContactBuffers) -> None:
             _step(first, last, self.robots, driving, work)
             self.routes.measure(first, last, self.robots.poses)
             self._look(first, last)
@@ -202,14 +202,14 @@ class Batch:
             self._pool.shutdown()
 
     @property
-    def _scene_body(self) -> Body:
+    def _scene_body(self) -> PlanarBody:
         if self._body is None:
             raise RuntimeError("place a robot first")
         return self._body
 
 
 @entry
-def _step(first: int, last: int, robots: Robots, driving: Driving, work: Work) -> None:
+def _step(first: int, last: int, robots: Robots, driving: Driving, work: ContactBuffers) -> None:
     """Advance the robots from `first` to `last` - 1, and measure."""
     checks, steps, body, beams, reach = driving
     for k in range(first, last):
@@ -218,7 +218,7 @@ def _step(first: int, last: int, robots: Robots, driving: Driving, work: Work) -
         near = Cells(floats(row, 5), integers(row, 6), integers(row, 7), integers(row, 8))
         boxes = Boxes(points(row, 14), points(row, 15), points(row, 16), floats(row, 17))
         v, w = robots.targets[k, 0], robots.targets[k, 1]
-        driven, touched = control_step(state, v, w, checks, steps, Surroundings(body, solids, near, work))
+        driven, touched = control_step(state, v, w, checks, steps, StepInputs(body, solids, near, work))
         robots.driven[k], robots.touched[k] = driven, touched
         yaw = wrapped(state[2])
         robots.poses[k, 0], robots.poses[k, 1], robots.poses[k, 2] = state[0], state[1], yaw

@@ -12,10 +12,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.envs.planar.body import Body
+from labgym.envs.planar.body import PlanarBody
 from labgym.envs.planar.compiled import compiled, entry
-from labgym.envs.planar.contacts import Work, buffers, constrained, touching
-from labgym.envs.planar.plan import CELL, Cells, Outlines, Plan
+from labgym.envs.planar.contacts import ContactBuffers, buffers, constrained, touching
+from labgym.envs.planar.plan import CELL, Cells, Outlines, PlanarPlan
 from labgym.envs.planar.scene import Beams, lidar_beams, scan
 from labgym.envs.robot import ROBOT
 from labgym.envs.sensors import LIDAR_RAYS, RANGE
@@ -25,7 +25,7 @@ from labgym.geometry import wrap_angle
 Array = NDArray[np.float64]
 
 
-class Surroundings(NamedTuple):
+class StepInputs(NamedTuple):
     """What decides the motion of a robot besides its state and its commands.
 
     Attributes:
@@ -33,14 +33,14 @@ class Surroundings(NamedTuple):
         work: buffers.
     """
 
-    body: Body
+    body: PlanarBody
     solids: Outlines
     near: Cells
-    work: Work
+    work: ContactBuffers
 
 
 @compiled
-def advance(state: Array, v: float, w: float, steps: int, around: Surroundings) -> int:
+def advance(state: Array, v: float, w: float, steps: int, around: StepInputs) -> int:
     """Advance a state by physics steps towards target velocities.
 
     With M the inertia, D the derivative of the servo forces by the velocities and h the step, the velocity changes by
@@ -120,11 +120,11 @@ class PlanarSimulation:
         velocity: forward velocity, m/s, and turn rate, rad/s.
     """
 
-    def __init__(self, plan: Plan, body: Body, control_dt: float = ROBOT.control_dt) -> None:
+    def __init__(self, plan: PlanarPlan, body: PlanarBody, control_dt: float = ROBOT.control_dt) -> None:
         self._plan = plan
         self._checks = round(control_dt / CHECK_INTERVAL)
         self._steps = round(CHECK_INTERVAL / body.timestep)
-        self._state, self._around = np.zeros(6), Surroundings(body, plan.solids, plan.near, buffers())
+        self._state, self._around = np.zeros(6), StepInputs(body, plan.solids, plan.near, buffers())
         self._beams = lidar_beams()
         self.place((0.0, 0.0, 0.0))
 
@@ -181,7 +181,7 @@ class PlanarSimulation:
 
 
 @compiled
-def control_step(state: Array, v: float, w: float, checks: int, steps: int, around: Surroundings) -> tuple[float, bool]:
+def control_step(state: Array, v: float, w: float, checks: int, steps: int, around: StepInputs) -> tuple[float, bool]:
     """Advance a state (6,) by one control step; return the length driven and whether the robot touched anything."""
     body = around.body
     v, w = min(max(v, body.v_min), body.v_max), min(max(w, -body.w_max), body.w_max)
@@ -196,12 +196,12 @@ def control_step(state: Array, v: float, w: float, checks: int, steps: int, arou
 
 
 @entry
-def _drive(state: Array, v: float, w: float, checks: int, steps: int, around: Surroundings) -> tuple[float, bool]:
+def _drive(state: Array, v: float, w: float, checks: int, steps: int, around: StepInputs) -> tuple[float, bool]:
     return control_step(state, v, w, checks, steps, around)
 
 
 @entry
-def _depth(state: Array, around: Surroundings) -> float:
+def _depth(state: Array, around: StepInputs) -> float:
     body, solids, near, work = around
     deepest = 0.0
     cell = cell_at(state[0], state[1], near)

@@ -145,7 +145,7 @@ def reading(sensor: GoalSensor | VelocitySensor, columns: Columns) -> NDArray[np
     return np.array(polar, np.float32)
 
 
-class Progress:
+class ProgressColumn:
     """A `ProgressTerm`: it remembers the remaining distances."""
 
     def __init__(self, term: ProgressTerm, count: int) -> None:
@@ -168,7 +168,7 @@ class Progress:
         return progress
 
 
-class Rest:
+class RestColumn:
     """A `RestEnding`: it remembers since when the robots rest."""
 
     outcome = RestEnding.outcome

@@ -20,7 +20,7 @@ from labgym.envs.parts.rays import DepthSensor, LidarSensor
 from labgym.envs.parts.rewards import ProgressTerm
 from labgym.envs.parts.robots import DifferentialDrive
 from labgym.envs.parts.vectors import GoalSensor, VelocitySensor
-from labgym.envs.planar.batch import Batch
+from labgym.envs.planar.batch import PlanarBatch
 from labgym.envs.planar.routes import CompiledDistanceToGo, compiled_to_go
 from labgym.envs.presets import configured
 from labgym.envs.vector.arguments import PointNavVectorEnv
@@ -32,8 +32,8 @@ from labgym.envs.vector.columns import (
     TERMS,
     VERDICTS,
     Columns,
-    Progress,
-    Rest,
+    ProgressColumn,
+    RestColumn,
     check_measures,
     check_parts,
     reading,
@@ -98,12 +98,13 @@ class VectorPointNavEnv(PointNavVectorEnv):
         self._disc = config.disc
         self._sensors, self._measures, self._size = config.observed, config.measures, config.robot.size
         self._terms = [
-            (each.name, each.weight, Progress(each, self.num_envs) if isinstance(each, ProgressTerm) else each)
+            (each.name, each.weight, ProgressColumn(each, self.num_envs) if isinstance(each, ProgressTerm) else each)
             for each in config.reward_terms
         ]
         self._methods = {each.name: each.method for each in config.reward_terms if isinstance(each, ProgressTerm)}
         self._endings = [
-            (each.name, Rest(each, self.num_envs) if isinstance(each, RestEnding) else each) for each in config.endings
+            (each.name, RestColumn(each, self.num_envs) if isinstance(each, RestEnding) else each)
+            for each in config.endings
         ]
         self._tasks: list[Tasks] = [task_source(config) for _ in range(self.num_envs)]
         self._rngs: list[np.random.Generator | None] = [None] * self.num_envs
@@ -181,7 +182,7 @@ class VectorPointNavEnv(PointNavVectorEnv):
         for tasks in self._tasks:
             tasks.close()
 
-    def _batch_of(self, config: PointNavConfig, threads: int | None, device: str | None) -> Batch | DeviceBatch:
+    def _batch_of(self, config: PointNavConfig, threads: int | None, device: str | None) -> PlanarBatch | DeviceBatch:
         """Return the robots, on threads of the processor or on a device."""
         rays = [sensor for sensor in self._sensors if isinstance(sensor, LidarSensor | DepthSensor)]
         if device is not None:
@@ -190,7 +191,7 @@ class VectorPointNavEnv(PointNavVectorEnv):
             return DeviceBatch(self.num_envs, config.control_dt, rays, device)
         lidar = next((sensor for sensor in rays if isinstance(sensor, LidarSensor)), None)
         camera = next((sensor for sensor in rays if isinstance(sensor, DepthSensor)), None)
-        return Batch(self.num_envs, config.control_dt, lidar, camera, threads)
+        return PlanarBatch(self.num_envs, config.control_dt, lidar, camera, threads)
 
     def _begin(self, row: int, seed: int | None, options: dict[str, Any]) -> None:
         """Begin an episode of one environment."""
@@ -222,10 +223,10 @@ class VectorPointNavEnv(PointNavVectorEnv):
         self._age[row] = 0
         for name, weight, term in self._terms:
             columns.terms[name][row] = weight * 0.0
-            if isinstance(term, Progress):
+            if isinstance(term, ProgressColumn):
                 term.begin(row, columns, to_go[name])
         for _, ending in self._endings:
-            if isinstance(ending, Rest):
+            if isinstance(ending, RestColumn):
                 ending.begin(row)
 
     def _judge(self) -> None:

@@ -41,7 +41,7 @@ ROUNDS = "rounds"
 
 
 @dataclass(frozen=True)
-class Drive:
+class TrainingDrive:
     """A drive to record.
 
     Attributes:
@@ -132,7 +132,7 @@ class Apprentice(LocalPolicy):
         return action
 
 
-def drive(apprentice: Apprentice, one: Drive) -> tuple[LabNavRow, Records]:
+def drive(apprentice: Apprentice, one: TrainingDrive) -> tuple[LabNavRow, Records]:
     """Drive an episode and return its row, and what was recorded.
 
     The records are `inputs` (n, SIZE), `actions` (n, 2), `advice` (n, 2) or (0, 2) and `rewards` (n,), a row for each
@@ -172,7 +172,7 @@ def _finals(row: LabNavRow) -> list[float]:
 
 
 def record_drives(
-    drives: Sequence[Drive],
+    drives: Sequence[TrainingDrive],
     network: Path,
     mode: Mode,
     noise: tuple[float, ...] | None = None,
@@ -200,7 +200,7 @@ def record_drives(
 
 
 def driven(
-    drives: Sequence[Drive],
+    drives: Sequence[TrainingDrive],
     size: int,
     network: Path,
     mode: Mode,
