@@ -19,7 +19,7 @@ from labgym.envs import LabPointNavEnv
 from labgym.envs.robot import PREFIX, ROBOT, attach_robot
 from labgym.envs.sensors import IMAGE_SHAPE, LIDAR_RAYS, RANGE, Camera, Lidar
 from labgym.envs.simulation import Simulation
-from labgym.envs.stage import Senses
+from labgym.envs.stage import LayoutSenses
 from labgym.envs.tasks import Task
 from labgym.envs.world import KEPT, World, layout_of, physics_model
 from labgym.errors import OptionError
@@ -233,7 +233,9 @@ class _Prepared:
     """Tasks in layouts that arrive as from a pool; each comes again when its world has been forgotten."""
 
     def __init__(self, layouts: Sequence[Layout]) -> None:
-        self._sent = itertools.cycle([pickle.dumps(World(layout).stage(Senses()), protocol=5) for layout in layouts])
+        self._sent = itertools.cycle(
+            [pickle.dumps(World(layout).stage(LayoutSenses()), protocol=5) for layout in layouts]
+        )
 
     def draw(self, rng: np.random.Generator, options: Mapping[str, Any], fresh: bool) -> Task:  # noqa: ARG002
         """Return a drive in the next layout."""
@@ -252,7 +254,7 @@ def _new_layout() -> Comparison:
         "reset in a new layout that a pool has prepared",
         "preparing it",
         env.reset,
-        lambda: World(next(following)).stage(Senses()),
+        lambda: World(next(following)).stage(LayoutSenses()),
     )
 
 

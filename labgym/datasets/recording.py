@@ -11,7 +11,7 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from labgym.envs.config import PointNavConfig
-from labgym.envs.episode import Episode
+from labgym.envs.episode import RunningEpisode
 from labgym.envs.parts.actions import VelocityActions
 from labgym.envs.parts.protocols import Sensor
 from labgym.envs.point_nav import LabPointNavEnv, Observation
@@ -130,6 +130,6 @@ class RecordedEnv(LabPointNavEnv):
         steps.goals.append(state.goal)
         steps.legs.append(state.leg)
 
-    def _end_drive(self, episode: Episode) -> None:
+    def _end_drive(self, episode: RunningEpisode) -> None:
         self.ended = episode.state.ending
         super()._end_drive(episode)

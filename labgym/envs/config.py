@@ -37,7 +37,7 @@ from labgym.envs.pool import LayoutPool, PoolAddress
 from labgym.envs.residents import RESIDENT_MB, check_budget
 from labgym.envs.robot import ROBOT
 from labgym.envs.simulation import CHECK_STEPS
-from labgym.envs.stage import Senses
+from labgym.envs.stage import LayoutSenses
 from labgym.envs.state import Pose, State, Verdict
 from labgym.envs.training import LayoutSource
 from labgym.errors import OptionError, UnknownNameError
@@ -214,10 +214,10 @@ class PointNavConfig:
                 )
 
     @property
-    def senses(self) -> Senses:
+    def senses(self) -> LayoutSenses:
         """The quantities that a layout pool prepares."""
         geometries = {sensor.sees for sensor in self.observed} - {None}
-        return Senses("visual" if "visual" in geometries else "solid", self.distance_to_go)
+        return LayoutSenses("visual" if "visual" in geometries else "solid", self.distance_to_go)
 
     def _set(self, name: str, value: object) -> None:
         object.__setattr__(self, name, value)

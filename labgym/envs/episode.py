@@ -15,7 +15,7 @@ from labgym.envs.parts.protocols import Command, Condition, Motion, Robot
 from labgym.envs.physics import Physics, make_physics
 from labgym.envs.pushing import PushingSimulation
 from labgym.envs.scene_simulation import SceneSimulation
-from labgym.envs.setting import Setting
+from labgym.envs.setting import EpisodeSetting
 from labgym.envs.simulation import arc
 from labgym.envs.state import State
 from labgym.envs.tasks import Task
@@ -27,7 +27,7 @@ SUCCESS_DISTANCE = 0.5
 """The goal of `LabPointNav-v0` is reached within this distance, meters."""
 
 
-class Episode:
+class RunningEpisode:
     """An episode, from its start pose.
 
     Attributes:
@@ -48,11 +48,12 @@ class Episode:
         self,
         task: Task,
         robot: Robot,
+        *,
         control_dt: float,
         physics: str,
         exact: bool = False,
         disc: float = 0.0,
-        setting: Setting | None = None,
+        setting: EpisodeSetting | None = None,
         interactive: bool = False,
         conditions: Sequence[tuple[Condition, Any, np.random.Generator]] = (),
     ) -> None:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from labgym.assets import Asset
 from labgym.assets.shapes import MATERIALS
 from labgym.envs.assembly import without
-from labgym.envs.conditions.bodies import Body, BodyRays, Shape
+from labgym.envs.conditions.bodies import Body, BodyRays, BodyShape
 from labgym.envs.pushing import PushingSimulation
 from labgym.envs.robot import BOTTOM, RobotSpec
 from labgym.envs.scene_simulation import SceneSimulation
@@ -219,9 +219,9 @@ class PushedScene:
 
 
 @lru_cache(maxsize=64)
-def shape_of(asset: Asset, finishes: Finishes, geometry: Geometry) -> Shape:
+def shape_of(asset: Asset, finishes: Finishes, geometry: Geometry) -> BodyShape:
     """Return an asset as a body that sensors see; solids have no finishes."""
-    return Shape(own_mesh(asset, finishes, geometry))
+    return BodyShape(own_mesh(asset, finishes, geometry))
 
 
 def _distance(box: OrientedBox, pose: tuple[float, float, float], x: float, y: float) -> float:

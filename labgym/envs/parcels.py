@@ -10,7 +10,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from labgym.envs.stage import Stage
+from labgym.envs.stage import LayoutStage
 
 ALIGNMENT = 64
 """Each array begins at a multiple of this, bytes."""
@@ -66,7 +66,7 @@ class Parcel:
                 os.close(descriptor)
 
     @classmethod
-    def of(cls, stage: Stage) -> Parcel:
+    def of(cls, stage: LayoutStage) -> Parcel:
         """Return a parcel with a stage.
 
         Raises:
@@ -95,7 +95,7 @@ class Parcel:
         """
         return cls(os.open(address.path, os.O_RDONLY | os.O_CLOEXEC), address.token)
 
-    def stage(self) -> Stage:
+    def stage(self) -> LayoutStage:
         """Return the stage, copied from the shared memory.
 
         Raises:
@@ -117,5 +117,5 @@ class Parcel:
             parts.append(memory[place : place + size])
             place += size
         body, *arrays = parts
-        stage: Stage = pickle.loads(body, buffers=arrays)  # noqa: S301 -- as above
+        stage: LayoutStage = pickle.loads(body, buffers=arrays)  # noqa: S301 -- as above
         return stage

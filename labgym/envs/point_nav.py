@@ -16,15 +16,15 @@ from numpy.typing import NDArray
 from labgym.envs.assembly import assembly_of
 from labgym.envs.config import RENDER_MODES, PointNavConfig
 from labgym.envs.drive_source import task_source
-from labgym.envs.episode import Episode, stream
+from labgym.envs.episode import RunningEpisode, stream
 from labgym.envs.parts.protocols import Actions, Condition, Sensor, Tasks
 from labgym.envs.presets import configured
 from labgym.envs.sensors import Camera
-from labgym.envs.setting import Setting
+from labgym.envs.setting import EpisodeSetting
 from labgym.envs.state import State
 from labgym.envs.tasks import Task
 from labgym.envs.view import ChaseView
-from labgym.envs.window import Window
+from labgym.envs.window import PictureWindow
 from labgym.envs.world import world_of
 from labgym.errors import OptionError
 
@@ -273,9 +273,9 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
         self.action_space = self._actions.space(self._robot)
         self._camera = Camera()
         self._view = ChaseView(config.width, config.height, config.quality, self._robot, config.moving)
-        self._window = Window(1.0 / config.control_dt) if config.render_mode == "human" else None
+        self._window = PictureWindow(1.0 / config.control_dt) if config.render_mode == "human" else None
         self._streams: dict[str, np.random.Generator] = {}
-        self._episode: Episode | None = None
+        self._episode: RunningEpisode | None = None
         self._terminated = self._truncated = False
 
     @property
@@ -315,16 +315,16 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
         (rng,) = self.np_random.spawn(1)
         task, conditions = self._conditioned(task, rng)
         setting, drawn = self._setting(task, rng)
-        self._episode = episode = Episode(
+        self._episode = episode = RunningEpisode(
             task,
             self._robot,
-            config.control_dt,
-            config.physics,
-            config.exact,
-            config.disc,
-            setting,
-            config.interactive,
-            conditions,
+            control_dt=config.control_dt,
+            physics=config.physics,
+            exact=config.exact,
+            disc=config.disc,
+            setting=setting,
+            interactive=config.interactive,
+            conditions=conditions,
         )
         self._terminated = self._truncated = False
         episode.state.randomization = drawn
@@ -394,7 +394,7 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
         self._tasks.close()
         self._episode = None
 
-    def _running(self) -> Episode:
+    def _running(self) -> RunningEpisode:
         if self._episode is None:
             raise gym.error.ResetNeeded("call reset() before step() or render()")
         return self._episode
@@ -411,7 +411,7 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
             conditions.append((condition, data, own))
         return task, conditions
 
-    def _setting(self, task: Task, rng: np.random.Generator) -> tuple[Setting | None, dict[str, Any]]:
+    def _setting(self, task: Task, rng: np.random.Generator) -> tuple[EpisodeSetting | None, dict[str, Any]]:
         """Return the setting of an episode and the drawn values of its randomizations by name."""
         config = self._config
         if not self._randomizations and not config.interactive:
@@ -419,7 +419,7 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
         world = world_of(task.layout)
         moving = replace(config.moving, pushable=tuple(task.pushable.items()))
         assembly = None if config.physics == "planar" else assembly_of(world, self._robot, moving)
-        setting = Setting.of(assembly, self._sensors)
+        setting = EpisodeSetting.of(assembly, self._sensors)
         drawn = {
             each.name: each.randomize(setting, stream(rng, f"randomization {each.name}"))
             for each in self._randomizations
@@ -449,7 +449,7 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
                 return
         state.verdict, state.ending = None, ""
 
-    def _end_drive(self, episode: Episode) -> None:
+    def _end_drive(self, episode: RunningEpisode) -> None:
         """End the episode, or begin the next drive of a task that has one."""
         onward = episode.state.success or episode.state.ending in self._config.onward
         if onward and not episode.last:

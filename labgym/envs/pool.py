@@ -24,7 +24,7 @@ from typing import Any, Self
 from labgym.counts import MAX_PROCESSES, whole_number
 from labgym.envs.layout_files import FOLDER_MB, LayoutFiles
 from labgym.envs.parcels import SHARED, Address, Parcel
-from labgym.envs.stage import Senses, Stage
+from labgym.envs.stage import LayoutSenses, LayoutStage
 from labgym.envs.training import LayoutSource
 from labgym.errors import OptionError
 from labgym.runs.local_pool import LocalPool, WorkerLostError
@@ -35,7 +35,7 @@ LOSSES = 3
 """Number of workers that die one after the other before the pool starts no more."""
 
 Request = bytes
-"""A pickled source, number and `Senses`; equal requests of one client have equal bytes."""
+"""A pickled source, number and `LayoutSenses`; equal requests of one client have equal bytes."""
 
 
 class LayoutPool:
@@ -230,7 +230,7 @@ class PoolClient:
     def __reduce__(self) -> tuple[Any, ...]:
         return PoolClient, (self._address, self._key)
 
-    def take(self, source: LayoutSource, numbers: Sequence[int], senses: Senses) -> Stage | None:
+    def take(self, source: LayoutSource, numbers: Sequence[int], senses: LayoutSenses) -> LayoutStage | None:
         """Return the stage of the first number, None if the environment has to make it.
 
         Args:
@@ -248,7 +248,7 @@ class PoolClient:
                 self._connection.close()
         self._connection = None
 
-    def _ask(self, message: tuple[Request, list[Request]]) -> Stage | None:
+    def _ask(self, message: tuple[Request, list[Request]]) -> LayoutStage | None:
         if self._process != os.getpid():
             self.close()
             self._process, self._lost = os.getpid(), False
@@ -289,12 +289,12 @@ _latest: Parcel | None = None
 """The parcel that this worker made last: the pool has opened it when the worker begins the next one."""
 
 
-def _opened(answer: Address | bytes | None) -> Stage | None:
+def _opened(answer: Address | bytes | None) -> LayoutStage | None:
     """Return the stage of an answer; None without a stage, or if this process cannot open it."""
     if answer is None:
         return None
     if isinstance(answer, bytes):
-        stage: Stage = pickle.loads(answer)  # noqa: S301 -- from the pool, which has the key
+        stage: LayoutStage = pickle.loads(answer)  # noqa: S301 -- from the pool, which has the key
         return stage
     try:
         return Parcel.at(answer).stage()

@@ -21,7 +21,7 @@ CONTACT_FIELDS = (
 
 
 @dataclass(frozen=True, eq=False)
-class Solids:
+class SolidBoxes:
     """The n solid boxes of a scene that a robot may touch, in the order of their geoms.
 
     Attributes:
@@ -44,7 +44,7 @@ class Solids:
         geoms: NDArray[np.intp],
         corners: NDArray[np.float64],
         outlines: list[NDArray[np.float64]],
-    ) -> Solids | None:
+    ) -> SolidBoxes | None:
         """Return solid geoms of a scene; None if they are not boxes of the world that touch as new geoms do.
 
         Args:
@@ -122,7 +122,7 @@ class OutOfReach:
         outlines = [
             cv2.convexHull(points)[:, 0, :].astype(np.float64) for points in corners[:, :, :2].astype(np.float32)
         ]
-        self.solids = Solids.of(model, geoms, corners, outlines)
+        self.solids = SolidBoxes.of(model, geoms, corners, outlines)
         points = np.concatenate(outlines) if outlines else np.zeros((1, 2))
         low = points.min(axis=0) - CELL
         self._x0, self._y0 = float(low[0]), float(low[1])

@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.envs.reach import BOX_FIELDS, TRAVEL, Solids, robot_alone
+from labgym.envs.reach import BOX_FIELDS, TRAVEL, SolidBoxes, robot_alone
 from labgym.envs.robot import RobotSpec, attach_robot
 
 SLOTS = 16
@@ -50,7 +50,7 @@ class RobotData:
         self.data.time = other.data.time
 
 
-class Surroundings(RobotData):
+class NearbyBoxes(RobotData):
     """The robot and the boxes around a point, in the order that they have in the scene.
 
     The motion equals that in the scene, bit for bit, while the robot touches no other solid: MuJoCo then sums the same
@@ -61,11 +61,11 @@ class Surroundings(RobotData):
         super().__init__(copy.copy(_robot_with_slots(robot)), servos=servos)
         self._geoms = [getattr(self.model, f"geom_{name}") for name in BOX_FIELDS]
         self._radius = robot.chassis_radius
-        self._solids: Solids | None = None
+        self._solids: SolidBoxes | None = None
         self._x = self._y = 0.0
         self._crowded = False
 
-    def hold(self, solids: Solids, x: float, y: float) -> bool:
+    def hold(self, solids: SolidBoxes, x: float, y: float) -> bool:
         """Whether they hold all boxes of a scene that the robot can touch from a point until the next contact check.
 
         If they are those of another place, they are replaced, unless there are more than `SLOTS`.
@@ -78,7 +78,7 @@ class Surroundings(RobotData):
                 self._fill(solids, boxes)
         return not self._crowded
 
-    def _fill(self, solids: Solids, boxes: NDArray[np.intp]) -> None:
+    def _fill(self, solids: SolidBoxes, boxes: NDArray[np.intp]) -> None:
         """Put boxes into the model, with the tree of bounds by which MuJoCo looks for contacts."""
         model, count = self.model, len(boxes)
         model.body_geomnum[0] = count
@@ -130,12 +130,12 @@ class Spares(Generic[_Data]):
 
 
 @lru_cache(maxsize=16)
-def without_scene(robot: RobotSpec) -> tuple[Spares[RobotData], Spares[Surroundings]]:
+def without_scene(robot: RobotSpec) -> tuple[Spares[RobotData], Spares[NearbyBoxes]]:
     """Return the data of the robot that drives where it can touch nothing, and among few boxes."""
     servos = slice(0, 3) if robot.v_side > 0.0 else slice(0, 3, 2)
     alone = copy.copy(robot_alone(robot))
     alone.opt.disableflags |= NO_CONTACTS
-    return Spares(lambda: RobotData(alone, servos=servos)), Spares(lambda: Surroundings(robot, servos))
+    return Spares(lambda: RobotData(alone, servos=servos)), Spares(lambda: NearbyBoxes(robot, servos))
 
 
 @lru_cache(maxsize=16)

@@ -117,7 +117,7 @@ def pixel_slopes(
 
 
 @dataclass(frozen=True, eq=False)
-class View:
+class CameraView:
     """The view of a camera from one pose.
 
     Attributes:
@@ -151,6 +151,7 @@ class Camera:
         shape: tuple[int, int] = IMAGE_SHAPE,
         hfov: float = ROBOT.camera_hfov,
         reach: float = RANGE,
+        *,
         forward: float = ROBOT.camera_forward,
         height: float = ROBOT.camera_height,
         left: float = 0.0,
@@ -181,8 +182,8 @@ class Camera:
         view = self.view(rays, pose)
         return rays.color(view.faces, view.directions).reshape(*self.shape, 3), view.depth
 
-    def view(self, rays: RaySource, pose: Pose) -> View:
+    def view(self, rays: RaySource, pose: Pose) -> CameraView:
         """Return depth and faces seen from a pose (x, y, yaw) of the robot."""
         distances, faces = self._bundle.cast(rays, pose, self._reach)
         depth = np.minimum(distances * self._planar, self._limit).reshape(self.shape)
-        return View(depth, faces, self._bundle.directions)
+        return CameraView(depth, faces, self._bundle.directions)

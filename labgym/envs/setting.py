@@ -51,7 +51,7 @@ class Palette:
 
 
 @dataclass
-class Setting:
+class EpisodeSetting:
     """The setting of one episode. Changes here affect this episode alone.
 
     Attributes:
@@ -69,7 +69,7 @@ class Setting:
     _models: tuple[mujoco.MjModel, ...] = field(default=(), init=False)
 
     @classmethod
-    def of(cls, assembly: Assembly | None, sensors: Sequence[Sensor]) -> Setting:
+    def of(cls, assembly: Assembly | None, sensors: Sequence[Sensor]) -> EpisodeSetting:
         """Return the setting of an episode before randomizations."""
         single: dict[str, Sensor] = {}
         vectors: dict[str, JointSensor] = {}

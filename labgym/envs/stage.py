@@ -16,7 +16,7 @@ from labgym.scenes.rays import Geometry
 
 
 @dataclass(frozen=True)
-class Senses:
+class LayoutSenses:
     """The quantities that an environment reads from a layout.
 
     Attributes:
@@ -29,7 +29,7 @@ class Senses:
 
 
 @dataclass(frozen=True, eq=False)
-class Stage:
+class LayoutStage:
     """A layout prepared for an environment. A world made of it equals, bit for bit, one made of the layout.
 
     Attributes:

@@ -121,6 +121,11 @@ class State:
         return self.verdict == "success"
 
     @property
+    def failed(self) -> bool:
+        """Whether an ending gives the verdict "failure"."""
+        return self.verdict == "failure"
+
+    @property
     def clearance(self) -> float:
         """Distance from the chassis to the nearest footprint or wall, meters; 0 if they overlap."""
         if self.planar:

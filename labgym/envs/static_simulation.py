@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from labgym.envs.reach import FASTEST, OutOfReach
 from labgym.envs.robot import PREFIX, ROBOT, RobotSpec
-from labgym.envs.robot_data import RobotData, Surroundings, without_scene
+from labgym.envs.robot_data import NearbyBoxes, RobotData, without_scene
 from labgym.envs.simulation import CHECK_INTERVAL, Pose, arc, touched_names
 from labgym.geometry import wrap_angle
 
@@ -38,7 +38,7 @@ class StaticSimulation:
         self.model, self._out_of_reach, self._robot = model, out_of_reach, robot
         self._spares = without_scene(replace(robot, control_dt=ROBOT.control_dt))
         self._alone = self._spares[0].take()
-        self._around: Surroundings | None = None
+        self._around: NearbyBoxes | None = None
         self._scene: RobotData | None = None
         self._now: RobotData = self._alone
         self._steps = round(CHECK_INTERVAL / robot.timestep)
@@ -128,7 +128,7 @@ class StaticSimulation:
         solids = self._out_of_reach.solids
         return solids is not None and self._surroundings().hold(solids, x, y)
 
-    def _surroundings(self) -> Surroundings:
+    def _surroundings(self) -> NearbyBoxes:
         if self._around is None:
             self._around = self._spares[1].take()
         return self._around

@@ -10,7 +10,7 @@ import numpy as np
 
 from labgym.envs.pool import AHEAD, LayoutPool, PoolAddress, check_sendable
 from labgym.envs.residents import RESIDENT_MB, check_budget
-from labgym.envs.stage import Senses
+from labgym.envs.stage import LayoutSenses
 from labgym.envs.training import LayoutSource, source_of
 from labgym.envs.world import keep, layout_of
 from labgym.errors import OptionError
@@ -106,7 +106,7 @@ class TrainingLayouts:
         profile: str = "default",
         episodes_per_layout: int = 64,
         pool: LayoutPool | PoolAddress | None = None,
-        senses: Senses | None = None,
+        senses: LayoutSenses | None = None,
         resident_mb: float = RESIDENT_MB,
     ) -> None:
         check_budget(resident_mb)
@@ -115,7 +115,7 @@ class TrainingLayouts:
         resolve_profile(profile)
         source = source_of(training, protocol, profile)
         self._training, self._profile, self._lifetime = training, profile, episodes_per_layout
-        self._senses = Senses() if senses is None else senses
+        self._senses = LayoutSenses() if senses is None else senses
         self._resident_mb = resident_mb
         self._client = None if pool is None else pool.connect()
         if self._client is not None:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from labgym.assets.shapes import MATERIALS
 from labgym.envs.assembly import STATIC, Moving
-from labgym.envs.conditions.bodies import Body, Shape
+from labgym.envs.conditions.bodies import Body, BodyShape
 from labgym.envs.mount import attach
 from labgym.envs.parts.protocols import Robot
 from labgym.envs.parts.robots import DifferentialDrive
@@ -37,7 +37,7 @@ NAME = "/condition"
 """Beginning of the names of bodies and meshes; no placement has such an id."""
 
 
-def add_shapes(spec: mujoco.MjSpec, shapes: Sequence[Shape]) -> None:
+def add_shapes(spec: mujoco.MjSpec, shapes: Sequence[BodyShape]) -> None:
     """Add a body without contacts for each shape, to be placed with `place_bodies`."""
     meshes: dict[tuple[int, int], str] = {}
     for number, shape in enumerate(shapes):
@@ -117,7 +117,7 @@ class ChaseView:
         self._robot, self._moving = robot, moving
         self._station = 0
         self._layout: Layout | None = None
-        self._shapes: tuple[Shape, ...] = ()
+        self._shapes: tuple[BodyShape, ...] = ()
         self._scene: mujoco.MjData | None = None
         self._renderer: mujoco.Renderer | None = None
         self._finalizer: weakref.finalize[Any, Any] | None = None
@@ -202,7 +202,7 @@ class ChaseView:
 
 
 def _scene(
-    layout: Layout, mesh: SceneMesh, quality: Quality, robot: Robot, moving: Moving, shapes: Sequence[Shape]
+    layout: Layout, mesh: SceneMesh, quality: Quality, robot: Robot, moving: Moving, shapes: Sequence[BodyShape]
 ) -> mujoco.MjModel:
     """Return a layout with the robot, used for drawing only."""
     if moving.interactive:

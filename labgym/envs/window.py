@@ -25,7 +25,7 @@ class MissingDisplayError(LabgymError):
         )
 
 
-class Window:
+class PictureWindow:
     """A window of pygame, opened with the first picture.
 
     Args:

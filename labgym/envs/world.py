@@ -18,7 +18,7 @@ from labgym.envs.reach import OutOfReach
 from labgym.envs.residents import RESIDENT_MB, Residents
 from labgym.envs.robot import ROBOT, attach_robot
 from labgym.envs.simulation import Pose, Simulation
-from labgym.envs.stage import Senses, Stage
+from labgym.envs.stage import LayoutSenses, LayoutStage
 from labgym.layouts import Layout
 from labgym.layouts.floor import Floor
 from labgym.layouts.placement import Placement
@@ -71,7 +71,7 @@ def _size(value: Any, counted: set[int]) -> int:
 class World:
     """The parts of one layout that do not change while the robot drives; shared by the environments of a process."""
 
-    def __init__(self, layout: Layout, stage: Stage | None = None) -> None:
+    def __init__(self, layout: Layout, stage: LayoutStage | None = None) -> None:
         """Prepare a layout, or take over what its stage holds."""
         self._layout = layout
         self._barriers = Barriers.of(layout)
@@ -91,7 +91,7 @@ class World:
         # A copy, or an unpickled environment, uses the world that its process has for the layout.
         return world_of, (self._layout,)
 
-    def stage(self, senses: Senses) -> Stage:
+    def stage(self, senses: LayoutSenses) -> LayoutStage:
         """Return what an environment reads of this world, for the drives of the layout's first protocol."""
         pairs = () if self._layout.protocol is None else goal_pairs(self._layout)
         method, grid = senses.distance_to_go, self.planning_grid if senses.distance_to_go == "grid" else None
@@ -103,7 +103,7 @@ class World:
         }
         geometry, mesh = senses.geometry, self.mesh(senses.geometry)
         paths, out_of_reach, nbytes = self.paths, self.out_of_reach, self.nbytes
-        return Stage(self._layout, self.model, grid, paths, to_go, lengths, geometry, mesh, out_of_reach, nbytes)
+        return LayoutStage(self._layout, self.model, grid, paths, to_go, lengths, geometry, mesh, out_of_reach, nbytes)
 
     @property
     def model(self) -> mujoco.MjModel:
@@ -294,13 +294,13 @@ def keep(layout: Layout, megabytes: float = RESIDENT_MB) -> None:
     residents.keep(world_of(layout), megabytes)
 
 
-def layout_of(stage: Stage) -> Layout:
+def layout_of(stage: LayoutStage) -> Layout:
     """Return the layout of a stage, whose world this process then has."""
     _world(stage.layout, stage)
     return stage.layout
 
 
-def _world(layout: Layout, stage: Stage | None) -> World:
+def _world(layout: Layout, stage: LayoutStage | None) -> World:
     world = _by_identity.get(id(layout))
     if world is not None and world._layout is layout:
         return world

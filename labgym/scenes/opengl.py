@@ -116,7 +116,7 @@ class MissingRendererError(LabgymError):
 def make_renderer(model: mujoco.MjModel, width: int, height: int, quality: Quality = "fine") -> mujoco.Renderer:
     """Return MuJoCo's off-screen renderer, using EGL if there is no display and MUJOCO_GL is not set.
 
-    Close the renderer after use; it belongs to the thread that made it (`labgym.scenes.opengl.on_render_thread` has one for all).
+    Close the renderer after use; it belongs to the thread that made it (`on_render_thread` has one for all).
 
     Args:
         model: the compiled scene; "fast" lowers its `vis.quality`.

@@ -63,7 +63,7 @@ class Number:
 
 
 @dataclass(frozen=True)
-class Kind:
+class LimitKind:
     """Values of a type.
 
     Attributes:
@@ -100,14 +100,14 @@ def _is_width(size: object) -> bool:
     return is_whole(size) and size >= 1
 
 
-Limit = Number | Kind | Network
+Limit = Number | LimitKind | Network
 
 _COUNT = Number(1, whole=True)
 _NOT_NEGATIVE = Number(0.0)
 _POSITIVE = Number(0.0, above=True)
 _FRACTION = Number(0.0, 1.0)
-_FLAG = Kind(bool, "true or false")
-_MAPPING = Kind(Mapping, "a mapping of arguments", optional=True)
+_FLAG = LimitKind(bool, "true or false")
+_MAPPING = LimitKind(Mapping, "a mapping of arguments", optional=True)
 
 _COMMON: dict[str, Limit] = {
     "learning_rate": Number(0.0, above=True, prefix=LINEAR),
@@ -158,7 +158,7 @@ NORMALIZATION: dict[str, Limit] = {
     "epsilon": _POSITIVE,
     "gamma": _FRACTION,
     "norm_obs": _FLAG,
-    "norm_obs_keys": Kind(list, "a list of entries of the observation", optional=True),
+    "norm_obs_keys": LimitKind(list, "a list of entries of the observation", optional=True),
     "norm_reward": _FLAG,
 }
 """Arguments of `VecNormalize`."""

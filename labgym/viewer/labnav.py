@@ -12,7 +12,7 @@ import numpy as np
 from labgym.assets.meshes.colors import to_linear
 from labgym.assets.shapes import MATERIALS
 from labgym.envs.assembly import without
-from labgym.envs.conditions.bodies import Body, Shape
+from labgym.envs.conditions.bodies import Body, BodyShape
 from labgym.envs.conditions.panes import FRAMED, FRAMELESS
 from labgym.envs.labnav.episodes import LabNavEpisode
 from labgym.envs.labnav.nuisances import prepared
@@ -127,7 +127,7 @@ class LabNavShow(PacedShow):
         self._driver, self._seed, self._finished = driver, seed, finished
         self._seconds, self._suite = seconds, suite
         self._senses = PageSenses()
-        self._shapes: list[Shape] = []
+        self._shapes: list[BodyShape] = []
 
     @property
     def labels(self) -> list[str]:

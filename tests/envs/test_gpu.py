@@ -23,8 +23,8 @@ pytest.importorskip("numba")
 pytest.importorskip("warp")
 
 from labgym.envs.gpu.batch import DeviceBatch
-from labgym.envs.planar.agreement import Reference, commands, free_poses
-from labgym.envs.planar.batch import Batch
+from labgym.envs.planar.agreement import ReferenceMotion, commands, free_poses
+from labgym.envs.planar.batch import PlanarBatch
 from labgym.envs.planar.body import TIMESTEP
 
 ID = "LabPointNav-v0"
@@ -58,7 +58,7 @@ def starts(layouts):
 def batches(worlds, starts):
     """The robots on the processor and on the device, at the same places of the same worlds."""
     pair = (
-        Batch(len(worlds), ROBOT.control_dt, SENSORS[0], threads=1),
+        PlanarBatch(len(worlds), ROBOT.control_dt, SENSORS[0], threads=1),
         DeviceBatch(len(worlds), ROBOT.control_dt, SENSORS, "cpu"),
     )
     for batch in pair:
@@ -94,7 +94,7 @@ def test_robots_in_different_worlds_move_as_on_the_processor_over_ten_seconds(wo
 
 def test_free_motion_is_that_of_mujoco_at_a_millisecond(worlds, starts):
     device = DeviceBatch(len(worlds), ROBOT.control_dt, (), "cpu")
-    references = [Reference(world.model, TIMESTEP) for world in worlds]
+    references = [ReferenceMotion(world.model, TIMESTEP) for world in worlds]
     for robot, (world, pose) in enumerate(zip(worlds, starts, strict=True)):
         device.place(robot, pose, world, None)
         references[robot].place(pose)

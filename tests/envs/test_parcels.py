@@ -12,7 +12,7 @@ import pytest
 from laboratories import island_laboratory
 
 from labgym.envs.parcels import SHARED, Parcel
-from labgym.envs.stage import Senses
+from labgym.envs.stage import LayoutSenses
 from labgym.envs.world import World
 
 pytestmark = pytest.mark.skipif(not SHARED, reason="needs memory files, which this system does not have")
@@ -20,7 +20,7 @@ pytestmark = pytest.mark.skipif(not SHARED, reason="needs memory files, which th
 
 @pytest.fixture(scope="module")
 def stage():
-    return World(island_laboratory()).stage(Senses())
+    return World(island_laboratory()).stage(LayoutSenses())
 
 
 def test_a_stage_arrives_as_it_was_sent(stage):

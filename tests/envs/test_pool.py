@@ -21,7 +21,7 @@ from labgym.envs import LabPointNavEnv, LayoutPool, world
 from labgym.envs import pool as pool_module
 from labgym.envs.pool import PoolAddress, PoolClient
 from labgym.envs.robot import attach_robot
-from labgym.envs.stage import Senses
+from labgym.envs.stage import LayoutSenses
 from labgym.envs.world import World, layout_of, physics_model, world_of
 from labgym.errors import InfeasibleError, OptionError
 from labgym.layouts import load_published, published
@@ -82,8 +82,8 @@ def take(client: PoolClient, source, number: int):
     """Ask for a layout until the pool has it ready."""
     end = time.monotonic() + PATIENCE
     while time.monotonic() < end:
-        stage = client.take(source, [0, number], Senses())
-        stage = client.take(source, [number], Senses())
+        stage = client.take(source, [0, number], LayoutSenses())
+        stage = client.take(source, [number], LayoutSenses())
         if stage is not None:
             return stage
     raise AssertionError("the pool made no layout")
@@ -98,7 +98,7 @@ def test_episodes_with_a_pool_are_bit_for_bit_those_without(pool, arguments):
     assert with_pool == drive(environment(None, **arguments), 3)
 
 
-@pytest.mark.parametrize("senses", [Senses(), Senses("visual", "exact")], ids=["lidar", "camera"])
+@pytest.mark.parametrize("senses", [LayoutSenses(), LayoutSenses("visual", "exact")], ids=["lidar", "camera"])
 def test_a_world_made_of_a_stage_equals_one_made_of_the_layout(senses):
     layout = load_published("val", published("val")[0])
     fresh = World(layout)
@@ -172,12 +172,12 @@ def test_a_pool_ends_at_once_with_its_block_although_a_worker_is_busy():
     before = set(multiprocessing.active_children())
     with LayoutPool(1) as pool:
         client = pool.connect()
-        assert client.take(training_sources.slow, [1, 2], Senses()) is None
+        assert client.take(training_sources.slow, [1, 2], LayoutSenses()) is None
         end = time.monotonic() + PATIENCE
         while set(multiprocessing.active_children()) == before and time.monotonic() < end:
             time.sleep(0.01)
     pool.close()
-    assert client.take(training_sources.slow, [2], Senses()) is None
+    assert client.take(training_sources.slow, [2], LayoutSenses()) is None
     assert set(multiprocessing.active_children()) <= before
 
 
@@ -197,7 +197,7 @@ def test_layouts_that_are_taken_or_no_longer_needed_leave_no_open_file(pool):
     take(client, training_sources.shifted, 1)
     before = len(list(folder.iterdir()))
     for number in range(2, 8):
-        client.take(training_sources.shifted, [0, number, number + 100], Senses())
+        client.take(training_sources.shifted, [0, number, number + 100], LayoutSenses())
         take(client, training_sources.shifted, number)
     client.close()
     end = time.monotonic() + PATIENCE

@@ -9,7 +9,7 @@ import pytest
 
 from labgym.envs import LabPointNavEnv, world
 from labgym.envs.residents import Residents
-from labgym.envs.stage import Senses
+from labgym.envs.stage import LayoutSenses
 from labgym.envs.tasks import TaskSource
 from labgym.envs.world import World
 from labgym.errors import OptionError
@@ -62,7 +62,7 @@ def test_the_size_of_a_world_grows_with_what_is_derived():
     with_rays = one.nbytes
     field = one.to_go((2.0, 2.0, 0.0))
     assert one.nbytes >= with_rays + field._field.nbytes
-    assert World(layout, one.stage(Senses())).nbytes == one.nbytes
+    assert World(layout, one.stage(LayoutSenses())).nbytes == one.nbytes
 
 
 def test_derived_data_are_made_once_and_shared():

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import labgym  # noqa: F401 -- registers the ids
-from labgym.envs.window import DISPLAYS, MissingDisplayError, Window
+from labgym.envs.window import DISPLAYS, MissingDisplayError, PictureWindow
 from labgym.errors import MissingDependencyError, OptionError
 from labgym.layouts import Layout
 
@@ -68,7 +68,7 @@ def test_without_a_display_one_line_says_what_to_use(layout: Layout, monkeypatch
 def test_a_display_that_cannot_be_opened_is_one_line(pygame, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SDL_VIDEODRIVER", "nosuchdriver")
     with pytest.raises(MissingDisplayError, match="display") as caught:
-        Window(10.0).show(np.zeros((8, 8, 3), np.uint8))
+        PictureWindow(10.0).show(np.zeros((8, 8, 3), np.uint8))
     assert "\n" not in str(caught.value)
 
 

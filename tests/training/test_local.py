@@ -33,7 +33,7 @@ from labgym.training.local.collection import (
     SCALE,
     TIME,
     Apprentice,
-    Drive,
+    TrainingDrive,
     drive,
     final_reward,
     read_records,
@@ -192,7 +192,7 @@ def test_the_expert_drives_as_the_stack_does(floors, network):
     layout, floor = read_floor(floors[0])
     episodes = floor.episodes["dock"][:1]
     (alone,) = drive_floor(make_policy("stack"), layout, episodes, DriveTerms("dock", HEADLINE, "stack", "practice", 5))
-    row, records = drive(Apprentice(checked_actor(network), "expert"), Drive(floors[0], "dock", 0, 5))
+    row, records = drive(Apprentice(checked_actor(network), "expert"), TrainingDrive(floors[0], "dock", 0, 5))
     assert (row.score, row.time, row.path_length) == (alone.row.score, alone.row.time, alone.row.path_length)
     assert len(records["advice"]) == len(records["inputs"]) == len(records["rewards"]) > 20
     assert np.abs(records["advice"]).max() <= 1.0
@@ -201,7 +201,7 @@ def test_the_expert_drives_as_the_stack_does(floors, network):
 def test_a_shift_is_practiced_for_two_goals(network, tmp_path):
     one = next(file for file in practice.validation_floors(tmp_path) if read_floor(file)[1].episodes["shift"])
     assert len(read_floor(one)[1].episodes["shift"][0].lengths) > GOALS
-    row, records = drive(Apprentice(checked_actor(network), "expert"), Drive(one, "shift", 0, 5))
+    row, records = drive(Apprentice(checked_actor(network), "expert"), TrainingDrive(one, "shift", 0, 5))
     assert row.goals == GOALS
     assert len(records["lengths"]) == len(row.legs)
     assert records["lengths"].sum() == len(records["rewards"])
@@ -210,7 +210,7 @@ def test_a_shift_is_practiced_for_two_goals(network, tmp_path):
 
 
 def test_noise_depends_on_the_seed_of_the_drive_alone(floors, network):
-    drives = [Drive(floors[0], "dock", 0, 3), Drive(floors[0], "dock", 0, 4)]
+    drives = [TrainingDrive(floors[0], "dock", 0, 3), TrainingDrive(floors[0], "dock", 0, 4)]
     both = read_records(record_drives(drives, network, "noisy", (0.2, 0.2)).files["drives.npz"])
     second = read_records(record_drives(drives[1:], network, "noisy", (0.2, 0.2)).files["drives.npz"])
     first = int(both["lengths"][0])

@@ -13,7 +13,7 @@ from functools import lru_cache
 import numpy as np
 
 from labgym.envs.checks import positive
-from labgym.envs.conditions.bodies import Shape
+from labgym.envs.conditions.bodies import BodyShape
 from labgym.envs.robot import DECK
 from labgym.scenes.mesh import MATERIAL_NAMES, ROOM, SceneMesh
 from labgym.scenes.patches import join
@@ -62,7 +62,7 @@ SECTIONS = 32
 
 
 @lru_cache(maxsize=16)
-def beaker_shape(beaker: Beaker) -> Shape:
+def beaker_shape(beaker: Beaker) -> BodyShape:
     """Return a beaker in the robot frame, its origin on the floor at the robot's axis."""
     import trimesh
 
@@ -75,4 +75,4 @@ def beaker_shape(beaker: Beaker) -> Shape:
     vertices, faces = join([(np.asarray(each.vertices), np.asarray(each.faces)) for each, _ in parts])
     material = np.concatenate([np.full(len(each.faces), MATERIAL_NAMES.index(name)) for each, name in parts])
     placed = vertices + np.array([-BEHIND, 0.0, DECK + height / 2.0])
-    return Shape(SceneMesh(placed, faces, material, np.full(len(faces), ROOM)))
+    return BodyShape(SceneMesh(placed, faces, material, np.full(len(faces), ROOM)))

@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Shape:
+class BodyShape:
     """A rigid mesh in its own frame, whose origin is on the floor; episodes share it.
 
     Attributes:
@@ -58,7 +58,7 @@ class Body:
     """
 
     name: str
-    shape: Shape
+    shape: BodyShape
     pose: tuple[float, float, float]
     owner: int = ROOM
 

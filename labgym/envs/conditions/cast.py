@@ -49,7 +49,7 @@ class Role(_Record):
     stops: Annotated[tuple[tuple[Coordinate, Coordinate, Coordinate, Seconds], ...], Field(max_length=MOST)] = ()
 
 
-class Cast(_Record):
+class PeopleCast(_Record):
     """The people of an episode.
 
     Attributes:
@@ -61,14 +61,14 @@ class Cast(_Record):
     people: Annotated[tuple[Role, ...], Field(max_length=MOST)] = ()
 
 
-def cast_of(data: Any) -> Cast:
+def cast_of(data: Any) -> PeopleCast:
     """Return the people that plain data describes.
 
     Raises:
         OptionError: it does not describe people.
     """
     try:
-        return Cast.model_validate(data)
+        return PeopleCast.model_validate(data)
     except ValidationError as error:
         first = error.errors()[0]
         place = ".".join(str(each) for each in first["loc"])
@@ -127,7 +127,7 @@ def workplaces(layout: Layout) -> list[Pose]:
 def draw_cast(
     task: Task, rng: np.random.Generator, density: float, group: int, yielding: float, speed: float, model: Model
 ) -> dict[str, object]:
-    """Return the people of an episode as the data of a `Cast`.
+    """Return the people of an episode as the data of a `PeopleCast`.
 
     Args:
         task: the task, whose start people keep away from. rng: draws everything.

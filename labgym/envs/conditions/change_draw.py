@@ -49,6 +49,7 @@ AHEAD = 3.0
 def draw_changes(
     task: Task,
     rng: np.random.Generator,
+    *,
     spacing: float,
     most: int,
     kinds: Sequence[str],

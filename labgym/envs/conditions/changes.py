@@ -75,7 +75,16 @@ class Changes(Condition):
 
     def draw(self, task: Task, rng: np.random.Generator) -> list[dict[str, Any]]:
         """Return changes on the shortest route of the task's layout."""
-        drawn = draw_changes(task, rng, self.spacing, self.most, self.kinds, self.pushable, self.late, self.detour)
+        drawn = draw_changes(
+            task,
+            rng,
+            spacing=self.spacing,
+            most=self.most,
+            kinds=self.kinds,
+            pushable=self.pushable,
+            late=self.late,
+            detour=self.detour,
+        )
         return plain(drawn)
 
     def prepare(self, task: Task, data: Any) -> Task:

@@ -10,9 +10,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.envs.conditions.cast import RADIUS, Cast, Model
-from labgym.envs.conditions.intentions import BEYOND, DT, PASSED, POINTS, STANDING, STOP, TO_GO, People, intend
-from labgym.envs.conditions.orca import Avoidance, Disc, Robot, Vector, away_from, permitted_velocity, velocities
+from labgym.envs.conditions.cast import RADIUS, Model, PeopleCast
+from labgym.envs.conditions.intentions import BEYOND, DT, PASSED, POINTS, STANDING, STOP, TO_GO, PeopleMotion, intend
+from labgym.envs.conditions.orca import Avoidance, Disc, OrcaRobot, Vector, away_from, permitted_velocity, velocities
 from labgym.envs.conditions.social_force import SocialForce
 from labgym.envs.world import World
 from labgym.geometry import BoxArray
@@ -86,7 +86,7 @@ class Crowd:
         yaws: (n,) headings, radians. walked: (n,) ways so far, meters.
     """
 
-    def __init__(self, world: World, cast: Cast) -> None:
+    def __init__(self, world: World, cast: PeopleCast) -> None:
         self.world, self.speed = world, cast.speed
         self.model: Model = cast.model
         self.yields = tuple(role.yields for role in cast.people)
@@ -105,7 +105,7 @@ class Crowd:
                 places[number, k] = x, y, seconds
         groups = [role.group for role in cast.people]
         firsts = np.array([groups.index(group) for group in groups], dtype=np.int64)
-        self._people = People(walkers, marks, np.zeros((count, ROOM, 3)), places, counts, firsts)
+        self._people = PeopleMotion(walkers, marks, np.zeros((count, ROOM, 3)), places, counts, firsts)
         self._walls = world.derived("walls of people", Walls.of)
         self.yaws, self.walked = np.zeros(count), np.zeros(count)
 
@@ -170,7 +170,7 @@ class Crowd:
         if robot is None:
             avoids[:], robot, rest = False, Disc(0.0, 0.0, 0.0, 0.0, 0.0), 0.0
         x, y, vx, vy, radius = map(float, robot)
-        seen = Robot(x, y, vx, vy, radius, 1.0 if rest >= REST else 0.5, rest > 0.0)
+        seen = OrcaRobot(x, y, vx, vy, radius, 1.0 if rest >= REST else 0.5, rest > 0.0)
         walkers = self._people.walkers
         return velocities(walkers, preferred, avoids, seen, self._walls.boxes, self.speed, AVOIDANCE)
 

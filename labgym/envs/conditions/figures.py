@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from labgym.envs.conditions.bodies import Body, Shape
+from labgym.envs.conditions.bodies import Body, BodyShape
 from labgym.scenes.mesh import MATERIAL_NAMES, ROOM, SceneMesh
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ def figure(number: int, x: float, y: float, yaw: float, walked: float, moving: b
 
 
 @lru_cache(maxsize=len(LOOKS))
-def torso_shape(look: int) -> Shape:
+def torso_shape(look: int) -> BodyShape:
     """Return the torso with arms and head of a look, facing along +x."""
     import trimesh
 
@@ -70,7 +70,7 @@ def torso_shape(look: int) -> Shape:
 
 
 @lru_cache(maxsize=1)
-def leg_shape() -> Shape:
+def leg_shape() -> BodyShape:
     """Return a leg up to where the coat hides it, with a shoe along +x."""
     import trimesh
 
@@ -106,7 +106,7 @@ def _prism(
     return trimesh.Trimesh(np.concatenate([*points, ends]), np.array(faces), process=False)
 
 
-def _shape(parts: list[tuple[trimesh.Trimesh, str]]) -> Shape:
+def _shape(parts: list[tuple[trimesh.Trimesh, str]]) -> BodyShape:
     vertices, faces, materials, first = [], [], [], 0
     for mesh, material in parts:
         vertices.append(np.asarray(mesh.vertices, dtype=np.float64))
@@ -114,4 +114,4 @@ def _shape(parts: list[tuple[trimesh.Trimesh, str]]) -> Shape:
         materials.append(np.full(len(mesh.faces), MATERIAL_NAMES.index(material)))
         first += len(mesh.vertices)
     joined = np.concatenate(faces)
-    return Shape(SceneMesh(np.concatenate(vertices), joined, np.concatenate(materials), np.full(len(joined), ROOM)))
+    return BodyShape(SceneMesh(np.concatenate(vertices), joined, np.concatenate(materials), np.full(len(joined), ROOM)))

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from labgym.counts import is_real, is_whole
 from labgym.envs.checks import count, positive
-from labgym.envs.conditions.panes import FRAMED, FRAMELESS, Pane, panes_of, plain, with_panes
+from labgym.envs.conditions.panes import FRAMED, FRAMELESS, GlassPane, panes_of, plain, with_panes
 from labgym.envs.parts.protocols import Condition, Presence
 from labgym.envs.parts.registry import registered
 from labgym.envs.state import State
@@ -76,11 +76,11 @@ class Glass(Condition):
             raise OptionError(f"Glass: width is {self.width:g} m, expected at least {NARROWEST:g} m")
         if self.void + self.true > 1.0 or self.steel > 1.0:
             raise OptionError(f"Glass: void + true is {self.void + self.true:g} and steel {self.steel:g}, at most 1")
-        Pane(0.0, 0.0, 0.0, self.width, framed=self.framed)
+        GlassPane(0.0, 0.0, 0.0, self.width, framed=self.framed)
 
     def draw(self, task: Task, rng: np.random.Generator) -> dict[str, Any]:
         """Return panes, each across the shortest route past those before it, and the seed of the outcomes."""
-        panes: list[Pane] = []
+        panes: list[GlassPane] = []
         for _ in range(self.panes):
             pane = self._across(with_panes(task.layout, panes), task, rng)
             if pane is None:
@@ -100,7 +100,7 @@ class Glass(Condition):
         """Return the glass of an episode."""
         return GlassPresence(state.fixtures, _checked(data))
 
-    def _across(self, layout: Any, task: Task, rng: np.random.Generator) -> Pane | None:
+    def _across(self, layout: Any, task: Task, rng: np.random.Generator) -> GlassPane | None:
         """Return a pane across the shortest route, round which a longer way leads; None if no place was found."""
         paths = ShortestPaths(layout, PLANNING_RADIUS)
         route = paths.path(task.pair.start, task.pair.goal)
@@ -122,7 +122,7 @@ class Glass(Condition):
                 return pane
         return None
 
-    def _at(self, points: Array, share: float, width: float) -> Pane:
+    def _at(self, points: Array, share: float, width: float) -> GlassPane:
         """Return the pane of a width, meters, that stands across a route at a share of its length."""
         steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
         along = np.concatenate([[0.0], np.cumsum(steps)])
@@ -132,7 +132,7 @@ class Glass(Condition):
         part = (place - along[leg]) / max(float(steps[leg]), 1e-9)
         across = math.atan2(y1 - y0, x1 - x0) + math.pi / 2.0
         x, y = x0 + part * (x1 - x0), y0 + part * (y1 - y0)
-        return Pane(float(x), float(y), across, round(width, 2), framed=self.framed)
+        return GlassPane(float(x), float(y), across, round(width, 2), framed=self.framed)
 
 
 class GlassPresence(Presence):
@@ -259,7 +259,7 @@ def _parts(
     return glass, steel, (ExactRayScene if exact else RayScene)(None, geometry, bare)
 
 
-def _stands_free(world: World, pane: Pane) -> bool:
+def _stands_free(world: World, pane: GlassPane) -> bool:
     """Whether no solid is near the middle line of a pane; a pane may end at a wall or a bench."""
     half = pane.width / 2.0
     offsets = np.linspace(-half, half, max(3, math.ceil(pane.width / 0.05)))

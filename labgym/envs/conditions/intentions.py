@@ -46,7 +46,7 @@ SPLIT = 134217729.0
 """Splits a double into halves of 26 bits."""
 
 
-class People(NamedTuple):
+class PeopleMotion(NamedTuple):
     """People as arrays.
 
     Attributes:
@@ -104,7 +104,7 @@ def _square(ax: float, ay: float, bx: float, by: float, two: float) -> float:
 
 
 @inner
-def _go_on(one: int, people: People) -> None:
+def _go_on(one: int, people: PeopleMotion) -> None:
     """Turn to the next stop."""
     walkers, marks = people.walkers, people.marks
     marks[one, STOP] = (marks[one, STOP] + 1) % people.counts[one]
@@ -113,7 +113,7 @@ def _go_on(one: int, people: People) -> None:
 
 
 @inner
-def _wait(one: int, people: People) -> None:
+def _wait(one: int, people: PeopleMotion) -> None:
     """Stand until the time is over and the group is complete, or patience ends."""
     walkers, marks, groups = people.walkers, people.marks, people.groups
     together = True
@@ -128,7 +128,7 @@ def _wait(one: int, people: People) -> None:
 
 
 @inner
-def _taken(one: int, x: float, y: float, people: People, two: float) -> bool:
+def _taken(one: int, x: float, y: float, people: PeopleMotion, two: float) -> bool:
     """Return whether somebody else stands at a stop."""
     walkers, marks = people.walkers, people.marks
     for k in range(len(marks)):
@@ -138,7 +138,7 @@ def _taken(one: int, x: float, y: float, people: People, two: float) -> bool:
 
 
 @inner
-def _ahead(one: int, people: People, two: float) -> tuple[int, float]:
+def _ahead(one: int, people: PeopleMotion, two: float) -> tuple[int, float]:
     """Pass the points that lie behind; return the number of the point to walk to, and the way to go, meters."""
     walkers, marks, way = people.walkers, people.marks, people.ways[one]
     last, place, x, y = marks[one, POINTS] - 1, marks[one, PASSED], walkers[one, X], walkers[one, Y]
@@ -156,7 +156,7 @@ def _ahead(one: int, people: People, two: float) -> tuple[int, float]:
 
 
 @inner
-def _watch(one: int, to_go: float, people: People) -> None:
+def _watch(one: int, to_go: float, people: PeopleMotion) -> None:
     """Plan anew, or give a stop up, after some time without progress."""
     walkers = people.walkers
     if to_go < walkers[one, TO_GO] - PROGRESS:
@@ -171,7 +171,7 @@ def _watch(one: int, to_go: float, people: People) -> None:
 
 
 @inner
-def _pace(one: int, to_go: float, people: People, speed: float) -> float:
+def _pace(one: int, to_go: float, people: PeopleMotion, speed: float) -> float:
     """Return the speed of a person, m/s: members of a group wait for the last one."""
     walkers, marks, groups = people.walkers, people.marks, people.groups
     for k in range(len(marks)):
@@ -183,7 +183,7 @@ def _pace(one: int, to_go: float, people: People, speed: float) -> float:
 
 
 @entry
-def intend(people: People, preferred: Array, first: int, planned: bool, speed: float, two: float) -> int:
+def intend(people: PeopleMotion, preferred: Array, first: int, planned: bool, speed: float, two: float) -> int:
     """Write the velocities that people would have alone, advance their intentions, and return their number.
 
     Return the number of a person who needs a way first: it must be planned before the rest.

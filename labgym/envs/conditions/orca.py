@@ -42,7 +42,7 @@ class Disc(NamedTuple):
     radius: float
 
 
-class Robot(NamedTuple):
+class OrcaRobot(NamedTuple):
     """The robot, as people see it.
 
     Attributes:
@@ -300,7 +300,7 @@ def velocities(
     discs: Array,
     preferred: Array,
     avoids: NDArray[np.bool_],
-    robot: Robot,
+    robot: OrcaRobot,
     boxes: tuple[Array, Array, Array, Array],
     fastest: float,
     rules: Avoidance,

@@ -27,7 +27,7 @@ WIDEST, HIGHEST = 3.4, 3.0
 
 
 @dataclass(frozen=True)
-class Pane:
+class GlassPane:
     """A glass screen.
 
     Attributes:
@@ -50,7 +50,7 @@ class Pane:
         check_switch("pane: framed", self.framed)
 
 
-def panes_of(value: Any) -> tuple[Pane, ...]:
+def panes_of(value: Any) -> tuple[GlassPane, ...]:
     """Return panes from mappings of their fields.
 
     Raises:
@@ -58,20 +58,20 @@ def panes_of(value: Any) -> tuple[Pane, ...]:
     """
     if isinstance(value, str | Mapping) or not isinstance(value, Sequence) or len(value) > MOST:
         raise OptionError(f"panes are {str(value)[:60]!r}, expected a list of at most {MOST} mappings")
-    names = {each.name for each in fields(Pane)}
+    names = {each.name for each in fields(GlassPane)}
     for each in value:
         complete = isinstance(each, Mapping) and {"x", "y", "yaw"} <= set(each) <= names
-        if not complete and not isinstance(each, Pane):
+        if not complete and not isinstance(each, GlassPane):
             raise OptionError(f"pane is {str(each)[:60]!r}, expected a mapping of {', '.join(sorted(names))}")
-    return tuple(each if isinstance(each, Pane) else Pane(**each) for each in value)
+    return tuple(each if isinstance(each, GlassPane) else GlassPane(**each) for each in value)
 
 
-def plain(panes: Sequence[Pane]) -> list[dict[str, Any]]:
+def plain(panes: Sequence[GlassPane]) -> list[dict[str, Any]]:
     """Return panes as plain data."""
     return [asdict(pane) for pane in panes]
 
 
-def with_panes(layout: Layout, panes: Sequence[Pane]) -> Layout:
+def with_panes(layout: Layout, panes: Sequence[GlassPane]) -> Layout:
     """Return a layout in which panes stand."""
     if not panes:
         return layout
@@ -90,7 +90,7 @@ def with_panes(layout: Layout, panes: Sequence[Pane]) -> Layout:
     return layout.replace(placements=(*layout.placements, *added), catalog=_with_glass(layout.catalog))
 
 
-def _asset(pane: Pane) -> str:
+def _asset(pane: GlassPane) -> str:
     return FRAMED if pane.framed else FRAMELESS
 
 

@@ -25,7 +25,8 @@ class People(Condition):
     at rest. Touching a person counts while the robot moves: faster than 0.01 m/s. A round robot that turns on the spot
     takes no floor from anybody, and counts as at rest.
 
-    Their data is that of `labgym.envs.conditions.cast.Cast`. List this condition after those that change the layout.
+    Their data is that of `labgym.envs.conditions.cast.PeopleCast`. List this condition after those that change the
+    layout.
 
     Attributes:
         density: people for each m2 of floor on which they can stand. group: number of people who walk together.

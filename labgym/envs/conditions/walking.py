@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.envs.conditions.bodies import Body, BodyRays
-from labgym.envs.conditions.cast import RADIUS, Cast
+from labgym.envs.conditions.cast import RADIUS, PeopleCast
 from labgym.envs.conditions.crowd import REST, Crowd
 from labgym.envs.conditions.figures import figure
 from labgym.envs.conditions.intentions import DT
@@ -42,7 +42,7 @@ class Walking(Presence):
     robot alone.
     """
 
-    def __init__(self, state: State, cast: Cast) -> None:
+    def __init__(self, state: State, cast: PeopleCast) -> None:
         self._world, self._radius = state.world, state.robot.size.chassis_radius
         self._crowd = Crowd(state.world, cast)
         self._tick, self._time, self._rest = 0, 0.0, REST

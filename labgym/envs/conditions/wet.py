@@ -26,7 +26,7 @@ DRAWS = 200
 
 
 @dataclass(frozen=True)
-class Zone:
+class WetZone:
     """A round puddle.
 
     Attributes:
@@ -98,7 +98,7 @@ class Puddles(Presence):
 
     visible = False
 
-    def __init__(self, state: State, zones: Sequence[Zone], slip: float) -> None:
+    def __init__(self, state: State, zones: Sequence[WetZone], slip: float) -> None:
         self._zones, self._slip = tuple(zones), slip
         self._steps = self._entries = 0
         self._dt = state.control_dt
@@ -122,7 +122,7 @@ class Puddles(Presence):
         state.slip = self._slip if self._inside else 1.0
 
 
-def _checked(data: Any) -> tuple[tuple[Zone, ...], float]:
+def _checked(data: Any) -> tuple[tuple[WetZone, ...], float]:
     """Return the zones and the slip in data of the condition.
 
     Raises:
@@ -138,4 +138,4 @@ def _checked(data: Any) -> tuple[tuple[Zone, ...], float]:
     for zone in zones:
         if not isinstance(zone, Mapping) or set(zone) != {"x", "y", "radius"}:
             raise OptionError(f"wet floor: zone is {str(zone)[:60]!r}, expected a mapping of x, y and radius")
-    return tuple(Zone(**zone) for zone in zones), float(slip)
+    return tuple(WetZone(**zone) for zone in zones), float(slip)

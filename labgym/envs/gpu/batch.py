@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.envs.gpu import device_of, wp
-from labgym.envs.gpu.motion import Robot, drive
+from labgym.envs.gpu.motion import DeviceRobot, DeviceRobots, drive
 from labgym.envs.gpu.scene import DeviceScene, device_scene
 from labgym.envs.gpu.sensors import DeviceRays
 from labgym.envs.parts.rays import DepthSensor, LidarSensor
 from labgym.envs.planar.batch import remaining
-from labgym.envs.planar.body import Body
+from labgym.envs.planar.body import PlanarBody
 from labgym.envs.planar.contacts import CONTACTS
 from labgym.envs.planar.routes import CompiledDistanceToGo, RouteLengths
 from labgym.envs.planar.scene import clearance, scene_of
@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass
-class Outcome:
+class DeviceOutcome:
     """Results of the latest control step, in the memory of the processor.
 
     Attributes:
@@ -64,7 +64,7 @@ class DeviceBatch:
         self._device = device_of(device)
         self._count, self._checks = count, round(control_dt / CHECK_INTERVAL)
         zeros = np.zeros(count)
-        self.robots = Outcome(
+        self.robots = DeviceOutcome(
             np.zeros((count, 2)),
             np.zeros((count, 3)),
             np.zeros((count, 2)),
@@ -100,6 +100,9 @@ class DeviceBatch:
                 ("clearances", count, wp.float64),
             )
         }
+        self._table = DeviceRobots()
+        for name, array in self._arrays.items():
+            setattr(self._table, name, array)
 
     def place(
         self,
@@ -140,7 +143,7 @@ class DeviceBatch:
         self._enter()
         arrays, robots = self._arrays, self.robots
         arrays["targets"].assign(robots.targets)
-        inputs = [self._body, self._checks, self._steps, *arrays.values()]
+        inputs = [self._body, self._checks, self._steps, self._table]
         wp.launch(drive, dim=self._count, inputs=inputs, device=self._device)
         for rays in self._rays.values():
             rays.cast(np.arange(self._count, dtype=np.int32), arrays["poses"])
@@ -173,9 +176,9 @@ class DeviceBatch:
         self._placed.clear()
 
 
-def _robot(body: Body) -> Any:
+def _robot(body: PlanarBody) -> Any:
     """Return the robot as a structure of Warp."""
-    robot = Robot()
+    robot = DeviceRobot()
     for name, value in body._asdict().items():
         setattr(robot, name, value)
     return robot

@@ -1,4 +1,4 @@
-"""Control steps of many robots, as `labgym.envs.planar.simulation` and `labgym.envs.planar.simulation`, for Warp.
+"""Control steps of many robots, as `labgym.envs.planar.simulation`, for Warp.
 
 One thread steps one robot. Scenes differ in size, so a row of addresses stands for the arrays of a robot's scene.
 """
@@ -21,7 +21,7 @@ FAR = wp.constant(wp.float64(1e30))
 
 
 @wp.struct
-class Robot:
+class DeviceRobot:
     """Inertia, servos and contact of the robot; the fields of `labgym.envs.planar.contacts.Body`."""
 
     timestep: wp.float64
@@ -46,6 +46,45 @@ class Robot:
     power: wp.float64
     mobility: wp.float64
     points: wp.float64
+
+
+@wp.struct
+class DeviceOutlines:
+    """Outlines and barriers of the scene of a robot, as `labgym.envs.gpu.scene.DeviceScene`.
+
+    Outline k has the sides from first[k] to first[k + 1] - 1 and touches a robot nearer than reach[k], meters.
+    """
+
+    sides: wp.array2d[wp.float64]
+    first: wp.array[wp.int32]
+    reach: wp.array[wp.float64]
+    members: wp.array[wp.int32]
+
+
+@wp.struct
+class DeviceRobots:
+    """Arrays of all robots.
+
+    Attributes:
+        targets: (n, 2) m/s and rad/s.
+        addresses, sizes, plans: of the scenes, as `labgym.envs.gpu.scene.DeviceScene`.
+        states: (n, 6) x, y, yaw and their rates in the room frame.
+        contacts: (n, CONTACTS, 6) scratch memory.
+        poses: (n, 3) yaw in (-pi, pi]. velocities: (n, 2) m/s and rad/s. driven: (n,) meters. touched: (n,) 0 or 1.
+        clearances: (n,) meters.
+    """
+
+    targets: wp.array2d[wp.float64]
+    addresses: wp.array2d[wp.uint64]
+    sizes: wp.array2d[wp.int32]
+    plans: wp.array2d[wp.float64]
+    states: wp.array2d[wp.float64]
+    contacts: wp.array3d[wp.float64]
+    poses: wp.array2d[wp.float64]
+    velocities: wp.array2d[wp.float64]
+    driven: wp.array[wp.float64]
+    touched: wp.array[wp.int32]
+    clearances: wp.array[wp.float64]
 
 
 @wp.func
@@ -89,7 +128,7 @@ def separation(
 
 
 @wp.func
-def impedance(depth: wp.float64, body: Robot):
+def impedance(depth: wp.float64, body: DeviceRobot):
     """Return the impedance of a contact at a depth in meters."""
     share = depth / body.width
     rise = ONE - wp.pow(ONE - share, body.power) / wp.pow(ONE - body.midpoint, body.power - ONE)
@@ -106,23 +145,22 @@ def touching(
     rate: wp.vec3d,
     begin: wp.int32,
     end: wp.int32,
-    members: wp.array[wp.int32],
-    first: wp.array[wp.int32],
-    reach: wp.array[wp.float64],
-    sides: wp.array2d[wp.float64],
-    body: Robot,
+    scene: DeviceOutlines,
+    body: DeviceRobot,
     contacts: wp.array2d[wp.float64],
 ):
     """Write the contacts of the robot to (n, 6) and return their number, at most n.
 
     Args:
-        begin, end: the outlines within reach are `members` from `begin` to `end` - 1.
+        begin, end: the outlines within reach are the scene's `members` from `begin` to `end` - 1.
     """
     count = wp.int32(0)
     for place in range(begin, end):
-        outline = members[place]
-        radius = reach[outline]
-        distance, nx, ny = separation(position[0], position[1], radius, first[outline], first[outline + 1], sides)
+        outline = scene.members[place]
+        radius = scene.reach[outline]
+        begins = scene.first[outline]
+        ends = scene.first[outline + 1]
+        distance, nx, ny = separation(position[0], position[1], radius, begins, ends, scene.sides)
         if distance < radius and count < MOST_CONTACTS:
             depth = radius - distance
             stiff = impedance(depth, body)
@@ -139,7 +177,7 @@ def touching(
 
 @wp.func
 def cost_of(
-    a: wp.vec3d, start: wp.vec3d, rate: wp.vec3d, body: Robot, count: wp.int32, contacts: wp.array2d[wp.float64]
+    a: wp.vec3d, start: wp.vec3d, rate: wp.vec3d, body: DeviceRobot, count: wp.int32, contacts: wp.array2d[wp.float64]
 ):
     """Return the cost of an acceleration, its gradient and its Hessian; `labgym.envs.planar.contacts` defines it."""
     inertia = wp.vec3d(body.mass, body.mass, body.inertia)
@@ -174,7 +212,7 @@ def cost_of(
 
 
 @wp.func
-def constrained(start: wp.vec3d, rate: wp.vec3d, body: Robot, count: wp.int32, contacts: wp.array2d[wp.float64]):
+def constrained(start: wp.vec3d, rate: wp.vec3d, body: DeviceRobot, count: wp.int32, contacts: wp.array2d[wp.float64]):
     """Return the acceleration (x, y, yaw) under contacts from that without, by Newton's method with halved steps."""
     a = wp.vec3d(start[0], start[1], start[2])
     cost, gradient, hessian = cost_of(a, start, rate, body, count, contacts)
@@ -224,45 +262,33 @@ def clearance(x: wp.float64, y: wp.float64, boxes: wp.array2d[wp.float64]):
 
 @wp.kernel(enable_backward=False)
 def drive(
-    body: Robot,
+    body: DeviceRobot,
     checks: wp.int32,
     steps: wp.int32,
-    targets: wp.array2d[wp.float64],
-    addresses: wp.array2d[wp.uint64],
-    sizes: wp.array2d[wp.int32],
-    plans: wp.array2d[wp.float64],
-    states: wp.array2d[wp.float64],
-    contacts: wp.array3d[wp.float64],
-    poses: wp.array2d[wp.float64],
-    velocities: wp.array2d[wp.float64],
-    driven: wp.array[wp.float64],
-    touched: wp.array[wp.int32],
-    clearances: wp.array[wp.float64],
+    robots: DeviceRobots,
 ):
     """Advance each robot by one control step towards its target, and measure.
 
     Args:
         checks: contact checks of a control step. steps: physics steps between two of them.
-        targets: (n, 2) m/s and rad/s.
-        addresses, sizes, plans: of the scenes, as `labgym.envs.gpu.scene.DeviceScene`.
-        states: (n, 6) x, y, yaw and their rates in the room frame.
-        contacts: (n, CONTACTS, 6) scratch memory.
-        poses: (n, 3) yaw in (-pi, pi]. velocities: (n, 2) m/s and rad/s. driven: (n,) meters. touched: (n,) 0 or 1.
-        clearances: (n,) meters.
     """
     robot = wp.tid()
-    sides = wp.array(ptr=addresses[robot, 0], shape=(sizes[robot, 0], 5), dtype=wp.float64)
-    first = wp.array(ptr=addresses[robot, 1], shape=(sizes[robot, 1],), dtype=wp.int32)
-    reach = wp.array(ptr=addresses[robot, 2], shape=(sizes[robot, 2],), dtype=wp.float64)
+    addresses = robots.addresses
+    sizes = robots.sizes
+    plans = robots.plans
+    scene = DeviceOutlines()
+    scene.sides = wp.array(ptr=addresses[robot, 0], shape=(sizes[robot, 0], 5), dtype=wp.float64)
+    scene.first = wp.array(ptr=addresses[robot, 1], shape=(sizes[robot, 1],), dtype=wp.int32)
+    scene.reach = wp.array(ptr=addresses[robot, 2], shape=(sizes[robot, 2],), dtype=wp.float64)
     cells = wp.array(ptr=addresses[robot, 3], shape=(sizes[robot, 3],), dtype=wp.int32)
-    members = wp.array(ptr=addresses[robot, 4], shape=(sizes[robot, 4],), dtype=wp.int32)
+    scene.members = wp.array(ptr=addresses[robot, 4], shape=(sizes[robot, 4],), dtype=wp.int32)
     boxes = wp.array(ptr=addresses[robot, 5], shape=(sizes[robot, 5], 6), dtype=wp.float64)
     columns = wp.int32(plans[robot, 2])
     rows = wp.int32(plans[robot, 3])
-    v = wp.clamp(targets[robot, 0], body.v_min, body.v_max)
-    w = wp.clamp(targets[robot, 1], -body.w_max, body.w_max)
-    position = wp.vec3d(states[robot, 0], states[robot, 1], states[robot, 2])
-    rate = wp.vec3d(states[robot, 3], states[robot, 4], states[robot, 5])
+    v = wp.clamp(robots.targets[robot, 0], body.v_min, body.v_max)
+    w = wp.clamp(robots.targets[robot, 1], -body.w_max, body.w_max)
+    position = wp.vec3d(robots.states[robot, 0], robots.states[robot, 1], robots.states[robot, 2])
+    rate = wp.vec3d(robots.states[robot, 3], robots.states[robot, 4], robots.states[robot, 5])
     h = body.timestep
     length = wp.float64(0.0)
     touches = wp.int32(0)
@@ -285,14 +311,14 @@ def drive(
                 begin = cells[cell]
                 end = cells[cell + 1]
                 if end > begin:
-                    count = touching(position, rate, begin, end, members, first, reach, sides, body, contacts[robot])
+                    count = touching(position, rate, begin, end, scene, body, robots.contacts[robot])
             if count > 0:
                 start = wp.vec3d(
                     (cosine * forward - sine * grip) / body.mass,
                     (sine * forward + cosine * grip) / body.mass,
                     turn / body.inertia,
                 )
-                change = constrained(start, rate, body, count, contacts[robot]) - start
+                change = constrained(start, rate, body, count, robots.contacts[robot]) - start
                 forward += body.mass * (cosine * change[0] + sine * change[1])
                 grip += body.mass * (cosine * change[1] - sine * change[0])
                 turn += body.inertia * change[2]
@@ -312,14 +338,14 @@ def drive(
         else:
             length += chord * half / wp.sin(half)
     for k in range(3):
-        states[robot, k] = position[k]
-        states[robot, 3 + k] = rate[k]
-    poses[robot, 0] = position[0]
-    poses[robot, 1] = position[1]
+        robots.states[robot, k] = position[k]
+        robots.states[robot, 3 + k] = rate[k]
+    robots.poses[robot, 0] = position[0]
+    robots.poses[robot, 1] = position[1]
     turns = (PI - position[2]) / (TWO * PI)
-    poses[robot, 2] = PI - TWO * PI * (turns - wp.floor(turns))
-    velocities[robot, 0] = wp.cos(position[2]) * rate[0] + wp.sin(position[2]) * rate[1]
-    velocities[robot, 1] = rate[2]
-    driven[robot] = length
-    touched[robot] = touches
-    clearances[robot] = clearance(position[0], position[1], boxes)
+    robots.poses[robot, 2] = PI - TWO * PI * (turns - wp.floor(turns))
+    robots.velocities[robot, 0] = wp.cos(position[2]) * rate[0] + wp.sin(position[2]) * rate[1]
+    robots.velocities[robot, 1] = rate[2]
+    robots.driven[robot] = length
+    robots.touched[robot] = touches
+    robots.clearances[robot] = clearance(position[0], position[1], boxes)

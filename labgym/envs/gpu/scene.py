@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.envs.gpu import wp
-from labgym.envs.planar.scene import Scene, scene_of
+from labgym.envs.planar.scene import PlanarScene, scene_of
 from labgym.envs.world import World
 from labgym.scenes import SceneMesh
 from labgym.scenes.rays import Geometry, ray_mesh
@@ -31,7 +31,7 @@ class DeviceScene:
         nbytes: size in memory, bytes.
     """
 
-    def __init__(self, scene: Scene, device: Any) -> None:
+    def __init__(self, scene: PlanarScene, device: Any) -> None:
         solids, near, boxes = scene.plan.solids, scene.plan.near, scene.boxes
         sides = np.column_stack([solids.corners, solids.normals, solids.lengths])
         tables: tuple[NDArray[Any], ...] = (

@@ -15,45 +15,56 @@ from labgym.envs.sensors import pixel_slopes
 from labgym.envs.world import World
 
 
+@wp.struct
+class Optics:
+    """The rays of a sensor.
+
+    Attributes:
+        directions: (k,) unit vectors in the robot frame. scales: (k,) reading per length of the ray.
+        forward, height: start point of the rays in the robot's plane of symmetry, meters.
+        reach: greatest length of a ray, meters. limit: greatest reading, meters.
+    """
+
+    directions: wp.array[wp.vec3]
+    scales: wp.array[wp.float32]
+    forward: wp.float64
+    height: wp.float32
+    reach: wp.float32
+    limit: wp.float32
+
+
 @wp.kernel(enable_backward=False)
 def cast(
     rows: wp.array[wp.int32],
     poses: wp.array2d[wp.float64],
     meshes: wp.array[wp.uint64],
-    directions: wp.array[wp.vec3],
-    scales: wp.array[wp.float32],
-    forward: wp.float64,
-    height: wp.float32,
-    reach: wp.float32,
-    limit: wp.float32,
+    optics: Optics,
     readings: wp.array2d[wp.float32],
 ):
     """Write what each ray of some robots reads, meters.
 
     Args:
-        rows: (m,) the robots. poses: (n, 3). meshes: (n,) identity of the mesh of each robot.
-        directions: (k,) unit vectors in the robot frame. scales: (k,) reading per length of the ray.
-        forward, height: start point of the rays in the robot's plane of symmetry, meters.
-        reach: greatest length of a ray. limit: greatest reading.
-        readings: (n, k).
+        rows: (m,) the robots. poses: (n, 3). meshes: (n,) identity of the mesh of each robot. readings: (n, k).
     """
     place, ray = wp.tid()
     robot = rows[place]
     cosine = wp.cos(poses[robot, 2])
     sine = wp.sin(poses[robot, 2])
     start = wp.vec3(
-        wp.float32(poses[robot, 0] + forward * cosine), wp.float32(poses[robot, 1] + forward * sine), height
+        wp.float32(poses[robot, 0] + optics.forward * cosine),
+        wp.float32(poses[robot, 1] + optics.forward * sine),
+        optics.height,
     )
-    ahead = wp.float64(directions[ray][0])
-    left = wp.float64(directions[ray][1])
+    ahead = wp.float64(optics.directions[ray][0])
+    left = wp.float64(optics.directions[ray][1])
     along = wp.vec3(
-        wp.float32(cosine * ahead - sine * left), wp.float32(sine * ahead + cosine * left), directions[ray][2]
+        wp.float32(cosine * ahead - sine * left), wp.float32(sine * ahead + cosine * left), optics.directions[ray][2]
     )
-    hit = wp.mesh_query_ray(meshes[robot], start, along, reach)
-    distance = reach
+    hit = wp.mesh_query_ray(meshes[robot], start, along, optics.reach)
+    distance = optics.reach
     if hit.result:
         distance = hit.t
-    readings[robot, ray] = wp.min(distance * scales[ray], limit)
+    readings[robot, ray] = wp.min(distance * optics.scales[ray], optics.limit)
 
 
 class DeviceRays:
@@ -78,9 +89,11 @@ class DeviceRays:
             directions, forward = grid / lengths[:, None], sensor.forward
         self.name, self._geometry = sensor.name, sensor.sees
         self._device, self._rays = device, len(directions)
-        self._directions = wp.array(directions.astype(np.float32), dtype=wp.vec3, device=device)
-        self._scales = wp.array((1.0 / lengths).astype(np.float32), dtype=wp.float32, device=device)
-        self._optics = (forward, height, sensor.reach * float(lengths.max()), sensor.reach)
+        self._optics = Optics()
+        self._optics.directions = wp.array(directions.astype(np.float32), dtype=wp.vec3, device=device)
+        self._optics.scales = wp.array((1.0 / lengths).astype(np.float32), dtype=wp.float32, device=device)
+        self._optics.forward, self._optics.height = forward, height
+        self._optics.reach, self._optics.limit = sensor.reach * float(lengths.max()), sensor.reach
         self._readings = wp.zeros((count, self._rays), dtype=wp.float32, device=device)
         self._numbers = np.zeros(count, dtype=np.uint64)
         self._meshes: list[DeviceMesh | None] = [None] * count
@@ -98,7 +111,7 @@ class DeviceRays:
         """
         robots = wp.array(rows, dtype=wp.int32, device=self._device)
         meshes = wp.array(self._numbers, dtype=wp.uint64, device=self._device)
-        inputs = [robots, poses, meshes, self._directions, self._scales, *self._optics, self._readings]
+        inputs = [robots, poses, meshes, self._optics, self._readings]
         wp.launch(cast, dim=(len(rows), self._rays), inputs=inputs, device=self._device)
 
     @property

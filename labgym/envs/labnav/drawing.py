@@ -201,6 +201,7 @@ def draw_suite(
     split: Split,
     floors: int,
     per_floor: int,
+    *,
     seed: int,
     attempts: int = ATTEMPTS,
     names: Iterable[str] | None = None,

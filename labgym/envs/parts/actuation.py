@@ -13,7 +13,7 @@ from labgym.errors import UnknownNameError
 
 
 @dataclass(frozen=True)
-class Table:
+class ActuatorTable:
     """Mean and variance of the errors of one controller, for a step forward and for a turn.
 
     Attributes:
@@ -28,9 +28,9 @@ class Table:
 
 
 LOCOBOT = {
-    "ilqr": Table((0.014, 0.006), (0.008, 0.004), (0.003, 0.002), (0.023, 0.012)),
-    "proportional": Table((0.017, 0.007), (0.031, 0.026), (0.001, 0.001), (0.043, 0.017)),
-    "movebase": Table((0.074, 0.019), (0.189, 0.038), (0.002, 0.0), (0.219, 0.019)),
+    "ilqr": ActuatorTable((0.014, 0.006), (0.008, 0.004), (0.003, 0.002), (0.023, 0.012)),
+    "proportional": ActuatorTable((0.017, 0.007), (0.031, 0.026), (0.001, 0.001), (0.043, 0.017)),
+    "movebase": ActuatorTable((0.074, 0.019), (0.189, 0.038), (0.002, 0.0), (0.219, 0.019)),
 }
 """LoCoBot's controllers, as in `pyrobot_noise_models` of habitat-sim (agent/controls/pyrobot_noisy_controls.py), whose
 second numbers are used there as variances."""

@@ -1,9 +1,13 @@
-"""Rules that end an episode."""
+"""Rules that end an episode.
+
+`TouchEnding.holds` and `ContactEnding.holds` also take the columns of many episodes (`labgym.envs.vector.columns`).
+"""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 from labgym.envs.checks import positive
 from labgym.envs.parts.protocols import Ending
@@ -16,11 +20,30 @@ REST_DISTANCE = 0.36
 """Success distance of `LabFloorNav-v0`, meters: that of the Habitat challenges."""
 
 
+class RuleEnding(Ending):
+    """An ending that gives one verdict while its rule holds.
+
+    Attributes:
+        outcome: the verdict.
+    """
+
+    outcome: ClassVar[Verdict] = "failure"
+
+    def holds(self, state: State) -> bool:
+        """Whether the rule ends the drive in a state."""
+        raise NotImplementedError
+
+    def verdict(self, state: State) -> Verdict | None:
+        """Return the outcome if the rule holds."""
+        return self.outcome if self.holds(state) else None
+
+
 @registered("ending")
 @dataclass(frozen=True)
-class TouchEnding(Ending):
+class TouchEnding(RuleEnding):
     """Success when the robot's center is within `radius` meters of the goal, at any speed."""
 
+    outcome: ClassVar[Verdict] = "success"
     radius: float = TOUCH_DISTANCE
     name: str = "touch"
     kind: str = field(default="touch", init=False)
@@ -28,14 +51,14 @@ class TouchEnding(Ending):
     def __post_init__(self) -> None:
         positive(self, "radius")
 
-    def verdict(self, state: State) -> Verdict | None:
-        """Return "success" within the radius."""
-        return "success" if state.distance <= self.radius else None
+    def holds(self, state: State) -> bool:
+        """Whether the robot is within the radius."""
+        return state.distance <= self.radius
 
 
 @registered("ending")
 @dataclass
-class RestEnding(Ending):
+class RestEnding(RuleEnding):
     """Success when the robot rests within `radius` meters of the goal for `duration` seconds.
 
     Attributes:
@@ -43,6 +66,7 @@ class RestEnding(Ending):
         duration: seconds that it must rest; 0 for the end of one action.
     """
 
+    outcome: ClassVar[Verdict] = "success"
     radius: float = REST_DISTANCE
     speed: float = 0.05
     turn_rate: float = 0.1
@@ -58,15 +82,15 @@ class RestEnding(Ending):
         """Begin a drive."""
         self._since: float | None = None
 
-    def verdict(self, state: State) -> Verdict | None:
-        """Return "success" when the robot has rested long enough."""
+    def holds(self, state: State) -> bool:
+        """Whether the robot has rested long enough."""
         (v, w), u = state.velocity, state.sideways
         if state.distance > self.radius or v * v + u * u > self.speed * self.speed or abs(w) > self.turn_rate:
             self._since = None
-            return None
+            return False
         if self._since is None:
             self._since = state.time
-        return "success" if state.time - self._since >= self.duration - 1e-9 else None
+        return state.time - self._since >= self.duration - 1e-9
 
 
 @registered("ending")
@@ -90,20 +114,20 @@ class StopEnding(Ending):
 
 @registered("ending")
 @dataclass(frozen=True)
-class ContactEnding(Ending):
+class ContactEnding(RuleEnding):
     """Failure when the robot touches something."""
 
     name: str = "contact"
     kind: str = field(default="contact", init=False)
 
-    def verdict(self, state: State) -> Verdict | None:
-        """Return "failure" after an action with a contact."""
-        return "failure" if state.collision else None
+    def holds(self, state: State) -> bool:
+        """Whether the robot touched something during the latest action."""
+        return state.collision
 
 
 @registered("ending")
 @dataclass(frozen=True)
-class TouchedEnding(Ending):
+class TouchedEnding(RuleEnding):
     """Failure when the robot touches some of the things that `State.touched` names; it needs a condition.
 
     Attributes:
@@ -126,14 +150,14 @@ class TouchedEnding(Ending):
             name for name in state.touched if name not in pushed and (not self.only or name.startswith(self.only))
         )
 
-    def verdict(self, state: State) -> Verdict | None:
-        """Return "failure" after an action with a contact that counts."""
-        return "failure" if self.counted(state) else None
+    def holds(self, state: State) -> bool:
+        """Whether a contact of the latest action counts."""
+        return bool(self.counted(state))
 
 
 @registered("ending")
 @dataclass
-class LimitEnding(Ending):
+class LimitEnding(RuleEnding):
     """Failure when a drive has taken `duration` seconds."""
 
     duration: float = 120.0
@@ -147,23 +171,23 @@ class LimitEnding(Ending):
         """Begin a drive."""
         self._since = state.time
 
-    def verdict(self, state: State) -> Verdict | None:
-        """Return "failure" when the time is over."""
-        return "failure" if state.time - self._since >= self.duration - 1e-9 else None
+    def holds(self, state: State) -> bool:
+        """Whether the time is over."""
+        return state.time - self._since >= self.duration - 1e-9
 
 
 @registered("ending")
 @dataclass(frozen=True)
-class SpillEnding(Ending):
+class SpillEnding(RuleEnding):
     """Failure when liquid has been spilt; it needs the condition "payload"."""
 
     name: str = "spill"
     kind: str = field(default="spill", init=False)
 
-    def verdict(self, state: State) -> Verdict | None:
-        """Return "failure" once the liquid has risen above the rim."""
+    def holds(self, state: State) -> bool:
+        """Whether the liquid has risen above the rim."""
         payload = state.presences.get("payload")
-        return "failure" if payload is not None and payload.outcome["spilt"] else None
+        return payload is not None and bool(payload.outcome["spilt"])
 
 
 PERSON = "person"
@@ -172,7 +196,7 @@ PERSON = "person"
 
 @registered("ending")
 @dataclass
-class StuckEnding(Ending):
+class StuckEnding(RuleEnding):
     """Failure when the robot has not left a disc of `radius` meters for `duration` seconds.
 
     Attributes:
@@ -194,15 +218,15 @@ class StuckEnding(Ending):
         """Begin a drive."""
         self._anchor, self._since, self._now = state.pose[:2], state.time, state.time
 
-    def verdict(self, state: State) -> Verdict | None:
-        """Return "failure" when the robot is stuck."""
+    def holds(self, state: State) -> bool:
+        """Whether the robot is stuck."""
         x, y = state.pose[:2]
         if (x - self._anchor[0]) ** 2 + (y - self._anchor[1]) ** 2 > self.radius**2:
             self._anchor, self._since = (x, y), state.time
         elif state.distance < self.goal or (self.people and nearest_person(state) < self.people):
             self._since += state.time - self._now
         self._now = state.time
-        return "failure" if state.time - self._since >= self.duration - 1e-9 else None
+        return state.time - self._since >= self.duration - 1e-9
 
 
 def nearest_person(state: State) -> float:

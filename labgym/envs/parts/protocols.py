@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from labgym.envs.conditions.bodies import Body
     from labgym.envs.robot import RobotSpec
-    from labgym.envs.setting import Setting
+    from labgym.envs.setting import EpisodeSetting
     from labgym.envs.state import State, Verdict
     from labgym.envs.tasks import Task
     from labgym.scenes.rays import Geometry, RaySource
@@ -184,7 +184,7 @@ class Randomization(Protocol):
     name: str
     """The key of the drawn values in the info entry `randomization`."""
 
-    def randomize(self, setting: Setting, rng: np.random.Generator) -> Any:
+    def randomize(self, setting: EpisodeSetting, rng: np.random.Generator) -> Any:
         """Change the setting of an episode and return the drawn values, as plain data.
 
         Args:

@@ -18,7 +18,7 @@ from labgym.envs.parts.protocols import Randomization
 from labgym.envs.parts.rays import CameraSensor, LidarSensor
 from labgym.envs.parts.registry import registered
 from labgym.envs.robot import PREFIX
-from labgym.envs.setting import Palette, Setting, floor_geoms, robot_bodies, robot_geoms
+from labgym.envs.setting import EpisodeSetting, Palette, floor_geoms, robot_bodies, robot_geoms
 from labgym.errors import OptionError, UnknownNameError
 from labgym.scenes.mesh import MATERIAL_NAMES
 
@@ -44,7 +44,7 @@ class MassRandomization(Randomization):
         object.__setattr__(self, "factor", checked_range(self, "factor", above=0.0))
         _check_of(self.of, ("robot", "objects"))
 
-    def randomize(self, setting: Setting, rng: np.random.Generator) -> Any:
+    def randomize(self, setting: EpisodeSetting, rng: np.random.Generator) -> Any:
         """Scale masses and inertias; return the factor, or the factors of the objects by name."""
         if self.of == "robot":
             factor = _uniform(self.factor, rng)
@@ -81,7 +81,7 @@ class FrictionRandomization(Randomization):
         object.__setattr__(self, "factor", checked_range(self, "factor", above=0.0))
         _check_of(self.of, ("robot", "floor"))
 
-    def randomize(self, setting: Setting, rng: np.random.Generator) -> float:
+    def randomize(self, setting: EpisodeSetting, rng: np.random.Generator) -> float:
         """Scale the frictions and return the factor."""
         factor = _uniform(self.factor, rng)
         for model in setting.models:
@@ -121,7 +121,7 @@ class SensorPoseRandomization(Randomization):
             if not is_real(value) or not 0.0 <= value <= 180.0:
                 raise OptionError(f"SensorPoseRandomization: {name} is {value!r}, expected a number of at least 0")
 
-    def randomize(self, setting: Setting, rng: np.random.Generator) -> dict[str, dict[str, float]]:
+    def randomize(self, setting: EpisodeSetting, rng: np.random.Generator) -> dict[str, dict[str, float]]:
         """Move the sensors; return their offsets by name, meters and degrees. Equal cameras move together."""
         drawn: dict[str, dict[str, float]] = {}
         cameras: dict[Any, dict[str, float]] = {}
@@ -167,7 +167,7 @@ class NoiseRandomization(Randomization):
         object.__setattr__(self, "factor", checked_range(self, "factor"))
         object.__setattr__(self, "sensors", _names(self.sensors))
 
-    def randomize(self, setting: Setting, rng: np.random.Generator) -> dict[str, float]:
+    def randomize(self, setting: EpisodeSetting, rng: np.random.Generator) -> dict[str, float]:
         """Scale the errors; return the factor of each sensor by name."""
         drawn: dict[str, float] = {}
         for name, sensor in setting.named(self.sensors).items():
@@ -247,7 +247,7 @@ class AppearanceRandomization(Randomization):
     def __post_init__(self) -> None:
         positive(self, "tint", "brightness", zero=True)
 
-    def randomize(self, setting: Setting, rng: np.random.Generator) -> dict[str, Any]:
+    def randomize(self, setting: EpisodeSetting, rng: np.random.Generator) -> dict[str, Any]:
         """Draw the factors; return the brightness and the tints by material."""
         brightness = float(1.0 + self.brightness * rng.uniform(-1.0, 1.0))
         factors = 1.0 + self.tint * rng.uniform(-1.0, 1.0, (len(MATERIAL_NAMES), 3))

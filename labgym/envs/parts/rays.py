@@ -14,7 +14,7 @@ from labgym.envs.parts.noise import disturbed, noises
 from labgym.envs.parts.protocols import Noise, Reading, Sensor
 from labgym.envs.parts.registry import registered
 from labgym.envs.robot import ROBOT
-from labgym.envs.sensors import IMAGE_SHAPE, LIDAR_RAYS, RANGE, Camera, Lidar, View
+from labgym.envs.sensors import IMAGE_SHAPE, LIDAR_RAYS, RANGE, Camera, CameraView, Lidar
 from labgym.envs.state import State
 from labgym.scenes.rays import Geometry
 
@@ -107,20 +107,20 @@ class CameraSensor(Sensor):
 
     @cached_property
     def _optics(self) -> tuple[object, ...]:
-        return ("camera", self.rows, self.columns, self.hfov, self.reach, *self._place)
+        return ("camera", self.rows, self.columns, self.hfov, self.reach, *self._place.values())
 
     @property
-    def _place(self) -> tuple[float, ...]:
-        return self.forward, self.height, self.left, self.yaw, self.pitch, self.roll
+    def _place(self) -> dict[str, float]:
+        return {name: getattr(self, name) for name in ("forward", "height", "left", "yaw", "pitch", "roll")}
 
     @cached_property
     def camera(self) -> Camera:
         """The camera."""
-        return Camera((self.rows, self.columns), self.hfov, self.reach, *self._place)
+        return Camera((self.rows, self.columns), self.hfov, self.reach, **self._place)
 
-    def _view(self, state: State) -> View:
+    def _view(self, state: State) -> CameraView:
         """Return what the camera sees; the first sensor of an optic casts its rays."""
-        view: View | None = state.views.get(self._optics)
+        view: CameraView | None = state.views.get(self._optics)
         if view is None:
             view = state.views[self._optics] = self.camera.view(state.rays("visual"), state.pose)
         return view

@@ -1,4 +1,7 @@
-"""Terms of the reward, and the weights of the usual ones."""
+"""Terms of the reward, and the weights of the usual ones.
+
+Terms without a memory also take the columns of many episodes (`labgym.envs.vector.columns`) and return a column.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,8 @@ import importlib
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
+
+import numpy as np
 
 from labgym.counts import is_finite
 from labgym.envs.parts.protocols import RewardTerm
@@ -70,7 +75,7 @@ class FailureTerm(RewardTerm):
 
     def value(self, state: State) -> float:
         """Return 1 or 0."""
-        return state.verdict == "failure"
+        return state.failed
 
 
 @registered("reward term")
@@ -113,7 +118,7 @@ class ClearanceTerm(RewardTerm):
 
     def value(self, state: State) -> float:
         """Return the share of the margin that is lost."""
-        return max(0.0, 1.0 - state.clearance / self.margin)
+        return np.maximum(0.0, 1.0 - state.clearance / self.margin)
 
 
 @registered("reward term")

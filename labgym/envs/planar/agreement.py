@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from labgym.envs.planar.body import TIMESTEP, Body, body_of
-from labgym.envs.planar.plan import Plan, plan_of
+from labgym.envs.planar.body import TIMESTEP, PlanarBody, body_of
+from labgym.envs.planar.plan import PlanarPlan, plan_of
 from labgym.envs.planar.simulation import CHECK_INTERVAL, PlanarSimulation
 from labgym.envs.reach import robot_alone
 from labgym.envs.robot import ROBOT
@@ -26,7 +26,7 @@ HOLD = 10
 
 
 @dataclass(frozen=True)
-class Contacts:
+class ContactAgreement:
     """Contacts on drives in MuJoCo, and in the kernel from the same state at the start of each control step.
 
     Attributes:
@@ -46,7 +46,7 @@ class Contacts:
     positions: tuple[float, ...]
 
 
-class Reference:
+class ReferenceMotion:
     """The robot in MuJoCo, at any physics step.
 
     Args:
@@ -93,7 +93,7 @@ class Reference:
         return math.dist(pose[:2], self.data.qpos[:2].tolist())
 
 
-def planar(model: mujoco.MjModel) -> tuple[Plan, Body]:
+def planar(model: mujoco.MjModel) -> tuple[PlanarPlan, PlanarBody]:
     """Return what the kernel reads of a compiled scene."""
     return plan_of(model), body_of(model)
 
@@ -107,7 +107,7 @@ def free_motion(drives: int, seconds: float, timestep: float = TIMESTEP, seed: i
     Args:
         timestep: physics step of MuJoCo, seconds.
     """
-    reference, kernel = Reference(robot_alone(), timestep), PlanarSimulation(*planar(robot_alone()))
+    reference, kernel = ReferenceMotion(robot_alone(), timestep), PlanarSimulation(*planar(robot_alone()))
     rng = np.random.default_rng(seed)
     largest = []
     for _ in range(drives):
@@ -125,7 +125,7 @@ def free_motion(drives: int, seconds: float, timestep: float = TIMESTEP, seed: i
 
 def contacts(
     layout: Layout, drives: int, timestep: float = TIMESTEP, single: bool = False, steps: int = 50, seed: int = 0
-) -> Contacts:
+) -> ContactAgreement:
     """Drive into things with random commands in MuJoCo, and repeat every control step in the kernel from its start.
 
     Args:
@@ -134,7 +134,7 @@ def contacts(
         single: whether MuJoCo finds a single contact point of each solid. With several, as in the environment, MuJoCo
             4.0 takes the normal of a face for that of a vertical edge in a part of the contacts.
     """
-    reference = Reference(world_of(layout).model, timestep, single)
+    reference = ReferenceMotion(world_of(layout).model, timestep, single)
     kernel = PlanarSimulation(*planar(reference.model))
     rng = np.random.default_rng(seed)
     touching = reported = states = 0
@@ -152,7 +152,7 @@ def contacts(
             depths = reference.depth, kernel.depth
             if (depths[0] > 0.0) != (depths[1] > 0.0):
                 states, deepest = states + 1, max(deepest, *depths)
-    return Contacts(drives * steps, touching, reported, states, deepest, tuple(sorted(positions)))
+    return ContactAgreement(drives * steps, touching, reported, states, deepest, tuple(sorted(positions)))
 
 
 def differing_rays(layout: Layout, scans: int, more_than: float = 0.01, seed: int = 0) -> tuple[int, int]:

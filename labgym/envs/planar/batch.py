@@ -17,14 +17,14 @@ from numpy.typing import NDArray
 
 from labgym.counts import MAX_PROCESSES, whole_number
 from labgym.envs.parts.rays import DepthSensor, LidarSensor
-from labgym.envs.planar.body import Body
+from labgym.envs.planar.body import PlanarBody
 from labgym.envs.planar.compiled import carray, compiled, entry, floats, integers, pointer, points, row_of
-from labgym.envs.planar.contacts import Work, buffers
+from labgym.envs.planar.contacts import ContactBuffers, buffers
 from labgym.envs.planar.depth import Chunks, chunks_of, draw, lens_of
 from labgym.envs.planar.plan import Cells, Outlines
 from labgym.envs.planar.routes import CompiledDistanceToGo, RouteLengths
 from labgym.envs.planar.scene import Beams, Boxes, beams, clearance_at, scan, scene_of, walls_at
-from labgym.envs.planar.simulation import CHECK_INTERVAL, control_step
+from labgym.envs.planar.simulation import CHECK_INTERVAL, StepInputs, control_step
 from labgym.envs.robot import ROBOT
 from labgym.envs.simulation import Pose
 from labgym.envs.world import World
@@ -36,6 +36,21 @@ ARRAYS = 18
 """Number of arrays of a scene; those of the lidar and of the field of distances included."""
 SHARE = 8
 """Fewest robots of a thread."""
+
+
+class Driving(NamedTuple):
+    """What all robots have in common during a control step.
+
+    Attributes:
+        checks: contact checks of a control step; 0 only measures. steps: physics steps between two of them.
+        body: inertia and servos. beams: directions of the lidar's rays. reach: its range, meters.
+    """
+
+    checks: int
+    steps: int
+    body: PlanarBody
+    beams: Beams
+    reach: float
 
 
 class Robots(NamedTuple):
@@ -68,7 +83,7 @@ class Robots(NamedTuple):
 _NOTHING = Chunks(np.empty((0, 9), np.float32), np.zeros(1, np.int64), np.empty((0, 3)), np.empty((0, 3)))
 
 
-class Batch:
+class PlanarBatch:
     """Robots, each in its scene.
 
     Args:
@@ -108,7 +123,7 @@ class Batch:
         self.routes = RouteLengths(count)
         # The arrays that addresses point to must live as long as they are used.
         self._arrays: list[Sequence[NDArray[np.generic]]] = [()] * count
-        self._body: Body | None = None
+        self._body: PlanarBody | None = None
         lens = None if camera is None else lens_of(camera.camera)
         self._lens, self._camera_name = lens, None if camera is None else camera.name
         self._chunks = [_NOTHING] * count
@@ -143,7 +158,8 @@ class Batch:
         robots.scenes[robot] = (*row_of(arrays), *distances.shape)
         robots.fields[robot] = grid
         robots.states[robot, :3], robots.states[robot, 3:] = pose, 0.0
-        _step(robot, robot + 1, 0, 0, self._scene_body, robots, self._beams, self._reach, self._shares[0][2])
+        driving = Driving(0, 0, self._scene_body, self._beams, self._reach)
+        _step(robot, robot + 1, robots, driving, self._shares[0][2])
         robots.driven[robot], robots.touched[robot] = 0.0, False
         self.routes.place(robot, exact, robots.poses)
         if self._lens is not None:
@@ -154,9 +170,10 @@ class Batch:
         """Advance all robots by one control step towards their targets."""
         body = self._scene_body
         steps = round(CHECK_INTERVAL / body.timestep)
+        driving = Driving(self._checks, steps, body, self._beams, self._reach)
 
-        def run(first: int, last: int, work: Work) -> None:
-            _step(first, last, self._checks, steps, body, self.robots, self._beams, self._reach, work)
+        def run(first: int, last: int, work: ContactBuffers) -> None:
+            _step(first, last, self.robots, driving, work)
             self.routes.measure(first, last, self.robots.poses)
             self._look(first, last)
 
@@ -185,24 +202,23 @@ class Batch:
             self._pool.shutdown()
 
     @property
-    def _scene_body(self) -> Body:
+    def _scene_body(self) -> PlanarBody:
         if self._body is None:
             raise RuntimeError("place a robot first")
         return self._body
 
 
 @entry
-def _step(
-    first: int, last: int, checks: int, steps: int, body: Body, robots: Robots, beams: Beams, reach: float, work: Work
-) -> None:
+def _step(first: int, last: int, robots: Robots, driving: Driving, work: ContactBuffers) -> None:
     """Advance the robots from `first` to `last` - 1, and measure."""
+    checks, steps, body, beams, reach = driving
     for k in range(first, last):
         row, state = robots.scenes[k], robots.states[k]
         solids, walls = _outlines(row, 0), _outlines(row, 9)
         near = Cells(floats(row, 5), integers(row, 6), integers(row, 7), integers(row, 8))
         boxes = Boxes(points(row, 14), points(row, 15), points(row, 16))
         v, w = robots.targets[k, 0], robots.targets[k, 1]
-        driven, touched = control_step(state, v, w, checks, steps, body, solids, near, work)
+        driven, touched = control_step(state, v, w, checks, steps, StepInputs(body, solids, near, work))
         robots.driven[k], robots.touched[k] = driven, touched
         yaw = wrapped(state[2])
         robots.poses[k, 0], robots.poses[k, 1], robots.poses[k, 2] = state[0], state[1], yaw

@@ -16,7 +16,7 @@ TIMESTEP = 0.001
 """Physics step of the kernel, seconds; five times as fine as MuJoCo's in the environment."""
 
 
-class Body(NamedTuple):
+class PlanarBody(NamedTuple):
     """Inertia, servos and contact of the robot, SI units.
 
     Attributes:
@@ -64,7 +64,7 @@ class Hull(NamedTuple):
     top: float
 
 
-def body_of(model: mujoco.MjModel, timestep: float = TIMESTEP) -> Body:
+def body_of(model: mujoco.MjModel, timestep: float = TIMESTEP) -> PlanarBody:
     """Return the robot of a compiled scene; `labgym.envs.robot` describes it.
 
     Args:
@@ -80,7 +80,7 @@ def body_of(model: mujoco.MjModel, timestep: float = TIMESTEP) -> Body:
     constant, ratio = (float(value) for value in model.geom_solref[geom])
     constant = max(constant, 2.0 * timestep)
     shallow, deep, width, midpoint, power = (float(value) for value in model.geom_solimp[geom])
-    return Body(
+    return PlanarBody(
         timestep=timestep,
         mass=float(model.body_mass[base]),
         inertia=float(model.body_inertia[base, 2]),

@@ -3,7 +3,7 @@
 A contact is a row of 6 numbers: the unit normal (x, y) from the solid to the robot, the distance of the surfaces
 (negative), the distance of the contact point from the robot's axis, the regularization R and the reference
 acceleration along the normal. MuJoCo finds two contact points for each solid, one above the other, which act alike:
-`Body.points` counts them.
+`PlanarBody.points` counts them.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.envs.planar.body import Body
+from labgym.envs.planar.body import PlanarBody
 from labgym.envs.planar.compiled import compiled
 from labgym.envs.planar.plan import Cells, Outlines
 
@@ -30,7 +30,7 @@ TOLERANCE = 1e-10
 """Change of the acceleration, in m/s² and rad/s², at which the method stops."""
 
 
-class Work(NamedTuple):
+class ContactBuffers(NamedTuple):
     """Buffers of one thread.
 
     Attributes:
@@ -45,13 +45,13 @@ class Work(NamedTuple):
     hessian: Array
 
 
-def buffers() -> Work:
+def buffers() -> ContactBuffers:
     """Return the buffers of a thread."""
-    return Work(np.zeros((CONTACTS, 6)), np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3), np.zeros((3, 3)))
+    return ContactBuffers(np.zeros((CONTACTS, 6)), np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3), np.zeros((3, 3)))
 
 
 @compiled
-def touching(state: Array, cell: int, body: Body, solids: Outlines, near: Cells, contacts: Array) -> int:
+def touching(state: Array, cell: int, body: PlanarBody, solids: Outlines, near: Cells, contacts: Array) -> int:
     """Write the contacts of the robot at a state to a buffer (n, 6) and return their number, at most n.
 
     Args:
@@ -99,7 +99,7 @@ def separation(x: float, y: float, limit: float, solids: Outlines, outline: int)
 
 
 @compiled
-def _soften(state: Array, body: Body, contact: Array) -> None:
+def _soften(state: Array, body: PlanarBody, contact: Array) -> None:
     """Write the regularization and the reference acceleration of a contact."""
     share = min(-contact[2] / body.width, 1.0)
     if share >= 1.0:
@@ -117,7 +117,7 @@ def _soften(state: Array, body: Body, contact: Array) -> None:
 
 @compiled
 def constrained(
-    state: Array, fx: float, fy: float, torque: float, body: Body, count: int, work: Work
+    state: Array, fx: float, fy: float, torque: float, body: PlanarBody, count: int, work: ContactBuffers
 ) -> tuple[float, float, float]:
     """Return the force (x, y) and the torque of contacts, from the other forces and the torque on the robot.
 
@@ -152,7 +152,7 @@ def constrained(
 
 
 @compiled
-def _cost(a: Array, state: Array, body: Body, count: int, work: Work) -> float:
+def _cost(a: Array, state: Array, body: PlanarBody, count: int, work: ContactBuffers) -> float:
     """Return the cost of an acceleration, and write its gradient (3,) and Hessian (3, 3)."""
     gradient, hessian, contacts = work.gradient, work.hessian, work.contacts
     cost = 0.0

@@ -70,6 +70,32 @@ SLACK = 1e-6
 """Width by which the bounds of triangles and chunks are larger, to allow for rounding, pixels."""
 
 
+class Eye(NamedTuple):
+    """Where a level camera stands and looks.
+
+    Attributes:
+        x, y: place, meters. cosine, sine: of the yaw.
+    """
+
+    x: float
+    y: float
+    cosine: float
+    sine: float
+
+
+class Tiles(NamedTuple):
+    """The largest depth of each square of pixels.
+
+    Attributes:
+        across: number of squares in a row. least: (n,) least reciprocal of the depth, 1/m.
+        stale: (n,) whether pixels were drawn since `least` was computed.
+    """
+
+    across: int
+    least: Array
+    stale: NDArray[np.bool_]
+
+
 class Lens(NamedTuple):
     """A level camera, as `labgym.envs.sensors.Camera`.
 
@@ -103,25 +129,25 @@ def depth(world: World, pose: Pose, camera: Camera) -> Image:
 def draw(x: float, y: float, yaw: float, chunks: Chunks, lens: Lens, image: Image) -> None:
     """Write the planar depth from a pose of the robot, (rows * columns,) meters."""
     cosine, sine = math.cos(yaw), math.sin(yaw)
-    eye_x, eye_y = x + lens.forward * cosine, y + lens.forward * sine
+    eye = Eye(x + lens.forward * cosine, y + lens.forward * sine, cosine, sine)
     count = len(chunks.first) - 1
     nearest = np.empty(count)
     which = np.empty(count, np.int64)
     windows = np.empty((count, 4), np.int64)
-    visible = _visible(chunks.center, chunks.half, eye_x, eye_y, cosine, sine, lens, which, nearest, windows)
+    visible = _visible(chunks.center, chunks.half, eye, lens, which, nearest, windows)
     across = (lens.columns + TILE - 1) // TILE
-    tiles = across * ((lens.rows + TILE - 1) // TILE)
+    count = across * ((lens.rows + TILE - 1) // TILE)
     background = 1.0 / lens.reach
-    inverse, least = np.full(lens.rows * lens.columns, background), np.full(tiles, background)
-    stale = np.zeros(tiles, np.bool_)
+    inverse = np.full(lens.rows * lens.columns, background)
+    tiles = Tiles(across, np.full(count, background), np.zeros(count, np.bool_))
     for place in np.argsort(nearest[:visible]):
-        if nearest[place] > NEAR and _hidden(nearest[place], place, windows, across, lens, inverse, least, stale):
+        if nearest[place] > NEAR and _hidden(nearest[place], windows[place], lens, inverse, tiles):
             continue
         first, last = chunks.first[which[place]], chunks.first[which[place] + 1]
-        if _fill(chunks.corners, first, last, eye_x, eye_y, cosine, sine, lens, inverse):
+        if _fill(chunks.corners[first:last], eye, lens, inverse):
             for row in range(windows[place, 0] // TILE, windows[place, 1] // TILE + 1):
                 for column in range(windows[place, 2] // TILE, windows[place, 3] // TILE + 1):
-                    stale[row * across + column] = True
+                    tiles.stale[row * across + column] = True
     for pixel in range(lens.rows * lens.columns):
         image[pixel] = lens.reach if inverse[pixel] <= background else 1.0 / inverse[pixel]
 
@@ -130,17 +156,14 @@ def draw(x: float, y: float, yaw: float, chunks: Chunks, lens: Lens, image: Imag
 def _visible(
     center: Array,
     half: Array,
-    eye_x: float,
-    eye_y: float,
-    cosine: float,
-    sine: float,
+    eye: Eye,
     lens: Lens,
     which: NDArray[np.int64],
     nearest: Array,
     windows: NDArray[np.int64],
 ) -> int:
     """Write the chunks in view, their least depths, and the first and last row and column of each; return how many."""
-    visible = 0
+    visible, (eye_x, eye_y, cosine, sine) = 0, eye
     for chunk in range(len(center)):
         dx, dy, dz = center[chunk, 0] - eye_x, center[chunk, 1] - eye_y, center[chunk, 2] - lens.height
         half_x, half_y, half_z = half[chunk, 0], half[chunk, 1], half[chunk, 2]
@@ -182,20 +205,11 @@ def _pixels(low: float, high: float, count: int, focal: float) -> tuple[int, int
 
 
 @compiled
-def _hidden(
-    near: float,
-    place: int,
-    windows: NDArray[np.int64],
-    across: int,
-    lens: Lens,
-    inverse: Array,
-    least: Array,
-    stale: NDArray[np.bool_],
-) -> bool:
+def _hidden(near: float, window: NDArray[np.int64], lens: Lens, inverse: Array, tiles: Tiles) -> bool:
     """Return whether everything in the window of a chunk is nearer than the chunk."""
-    inverse_near = 1.0 / near
-    for row in range(windows[place, 0] // TILE, windows[place, 1] // TILE + 1):
-        for column in range(windows[place, 2] // TILE, windows[place, 3] // TILE + 1):
+    inverse_near, (across, least, stale) = 1.0 / near, tiles
+    for row in range(window[0] // TILE, window[1] // TILE + 1):
+        for column in range(window[2] // TILE, window[3] // TILE + 1):
             tile = row * across + column
             if least[tile] < inverse_near and stale[tile]:
                 smallest = math.inf
@@ -209,24 +223,15 @@ def _hidden(
 
 
 @compiled
-def _fill(
-    corners: Image,
-    first: int,
-    last: int,
-    eye_x: float,
-    eye_y: float,
-    cosine: float,
-    sine: float,
-    lens: Lens,
-    inverse: Array,
-) -> bool:
-    """Draw the triangles from `first` to `last` - 1; return whether any covers a pixel.
+def _fill(corners: Image, eye: Eye, lens: Lens, inverse: Array) -> bool:
+    """Draw triangles (n, 9); return whether any covers a pixel.
 
     Coordinates of their corners a, b and c are ahead (u), to the left (v) and upwards (w) of the eye. `p`, `q` and `r`
     are the normals of the planes through the eye and the sides ab, bc and ca.
     """
     middle, step, drawn = lens.columns / 2.0 - 0.5, 1.0 / lens.focal, False
-    for face in range(first, last):
+    eye_x, eye_y, cosine, sine = eye
+    for face in range(len(corners)):
         dx, dy, aw = corners[face, 0] - eye_x, corners[face, 1] - eye_y, corners[face, 2] - lens.height
         au, av = cosine * dx + sine * dy, cosine * dy - sine * dx
         dx, dy, bw = corners[face, 3] - eye_x, corners[face, 4] - eye_y, corners[face, 5] - lens.height

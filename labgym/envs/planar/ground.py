@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 
-class Ground(NamedTuple):
+class PlanarGround(NamedTuple):
     """The free positions of a disc on a floor.
 
     Attributes:
@@ -65,14 +65,14 @@ class Routes(NamedTuple):
     least: Array
 
 
-def ground_of(paths: ShortestPaths) -> Ground:
+def ground_of(paths: ShortestPaths) -> PlanarGround:
     """Return the free positions of the disc of shortest paths."""
     space, graph = paths.space, paths.graph
     boxes, corners, arcs = space.obstacles.boxes, graph.corners, graph.arcs
     outline = boxes.corners()
     middle = corners.begin + QUARTER / 2.0
     starts, ends = graph.boundary.starts, graph.boundary.ends
-    return Ground(
+    return PlanarGround(
         np.array([paths.radius, TOLERANCE, SAME_ANGLE]),
         _floats([space.low, space.high]),
         _floats(boxes.centre),

@@ -155,7 +155,7 @@ class Cells(NamedTuple):
     members: Index
 
 
-class Plan(NamedTuple):
+class PlanarPlan(NamedTuple):
     """A scene in the plane.
 
     Attributes:
@@ -168,7 +168,7 @@ class Plan(NamedTuple):
     walls: Outlines
 
 
-def plan_of(model: mujoco.MjModel, lidar_height: float = ROBOT.lidar_height) -> Plan:
+def plan_of(model: mujoco.MjModel, lidar_height: float = ROBOT.lidar_height) -> PlanarPlan:
     """Return the plan of a compiled scene with the robot.
 
     A solid stops the widest part of the robot that it overlaps in height.
@@ -189,7 +189,7 @@ def plan_of(model: mujoco.MjModel, lidar_height: float = ROBOT.lidar_height) -> 
         if len(section):
             seen.append(section)
     solids = outlines(shapes, radii)
-    return Plan(solids, cells(solids), outlines(seen, [0.0] * len(seen)))
+    return PlanarPlan(solids, cells(solids), outlines(seen, [0.0] * len(seen)))
 
 
 def outlines(shapes: Sequence[Array], reach: Sequence[float]) -> Outlines:

@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 
 from labgym.envs.distance_to_go import DistanceToGo, ExactDistanceToGo
 from labgym.envs.planar.compiled import compiled, entry, floats, integers, points, row_of
-from labgym.envs.planar.ground import Ground, Routes, ground_of, routes_of
+from labgym.envs.planar.ground import PlanarGround, Routes, ground_of, routes_of
 from labgym.envs.world import World
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-ARRAYS = len(Ground._fields) + len(Routes._fields)
+ARRAYS = len(PlanarGround._fields) + len(Routes._fields)
 QUARTER = math.pi / 2.0
 ON_QUARTER = math.sqrt(0.5) - 1e-9
 """Least component of a normal along the middle of its quarter."""
@@ -35,7 +35,7 @@ class CompiledDistanceToGo:
 
     reachable = True
 
-    def __init__(self, ground: Ground, routes: Routes) -> None:
+    def __init__(self, ground: PlanarGround, routes: Routes) -> None:
         self.arrays = (*ground, *routes)
         self._ground, self._routes, self._hint = ground, routes, np.zeros(1, np.int64)
 
@@ -48,7 +48,7 @@ def compiled_to_go(world: World, to_go: DistanceToGo) -> DistanceToGo:
     """Return driving distances whose exact lengths are compiled; others as they are."""
     if not isinstance(to_go, ExactDistanceToGo):
         return to_go
-    ground: Ground = world.derived("planar ground", lambda _: ground_of(world.paths))
+    ground: PlanarGround = world.derived("planar ground", lambda _: ground_of(world.paths))
     routes = routes_of(to_go.lengths)
     return to_go if routes is None else CompiledDistanceToGo(ground, routes)
 
@@ -88,7 +88,7 @@ def _lengths(first: int, last: int, poses: Array, rows: Index, hints: Index, to_
         row = rows[k]
         if row[0] == 0:
             continue
-        ground = Ground(
+        ground = PlanarGround(
             floats(row, 0),
             points(row, 1),
             points(row, 2),
@@ -111,12 +111,12 @@ def _lengths(first: int, last: int, poses: Array, rows: Index, hints: Index, to_
 
 
 @entry
-def _length(x: float, y: float, ground: Ground, routes: Routes, hint: Index) -> float:
+def _length(x: float, y: float, ground: PlanarGround, routes: Routes, hint: Index) -> float:
     return length_at(x, y, ground, routes, hint)
 
 
 @compiled
-def length_at(x: float, y: float, ground: Ground, routes: Routes, hint: Index) -> float:
+def length_at(x: float, y: float, ground: PlanarGround, routes: Routes, hint: Index) -> float:
     """Return the length from a point on the floor to the goal, meters.
 
     Args:
@@ -134,7 +134,7 @@ def length_at(x: float, y: float, ground: Ground, routes: Routes, hint: Index) -
 
 
 @compiled
-def _free(x: float, y: float, ground: Ground) -> bool:
+def _free(x: float, y: float, ground: PlanarGround) -> bool:
     """Whether the disc fits at a point on the floor."""
     tolerance, bounds = ground.limits[1], ground.bounds
     if x < bounds[0, 0] - tolerance or y < bounds[0, 1] - tolerance:
@@ -153,7 +153,7 @@ def _free(x: float, y: float, ground: Ground) -> bool:
 
 
 @compiled
-def _nearest_free(x: float, y: float, ground: Ground) -> tuple[float, float]:
+def _nearest_free(x: float, y: float, ground: PlanarGround) -> tuple[float, float]:
     """Return the point of the boundary of the free positions that is nearest to a point; itself without a boundary."""
     best, px, py = math.inf, x, y
     for k in range(len(ground.starts)):
@@ -185,7 +185,7 @@ def _nearest_free(x: float, y: float, ground: Ground) -> tuple[float, float]:
 
 
 @compiled
-def _from_free(x: float, y: float, ground: Ground, routes: Routes, hint: Index) -> float:
+def _from_free(x: float, y: float, ground: PlanarGround, routes: Routes, hint: Index) -> float:
     """Return the length from a free point; inf without a path."""
     if _joined(x, y, routes.goal[0], routes.goal[1], ground):
         return math.hypot(x - routes.goal[0], y - routes.goal[1])
@@ -207,7 +207,7 @@ def _from_free(x: float, y: float, ground: Ground, routes: Routes, hint: Index) 
 
 
 @compiled
-def _through(x: float, y: float, corner: int, best: float, ground: Ground, routes: Routes) -> float:
+def _through(x: float, y: float, corner: int, best: float, ground: PlanarGround, routes: Routes) -> float:
     """Return the least length over the contacts of the tangents at a corner, if it is below `best`; else `best`."""
     radius = ground.limits[0]
     cx, cy = ground.corner[corner, 0], ground.corner[corner, 1]
@@ -235,7 +235,7 @@ def _through(x: float, y: float, corner: int, best: float, ground: Ground, route
 
 
 @compiled
-def _along_arc(corner: int, turn: float, ground: Ground, routes: Routes) -> float:
+def _along_arc(corner: int, turn: float, ground: PlanarGround, routes: Routes) -> float:
     """Return the length from a place on a corner to the goal, along its arc to a neighbor; inf if no arc is there."""
     slack = ground.limits[2]
     for arc in range(ground.first[corner + 1] - 1, ground.first[corner] - 1, -1):
@@ -261,7 +261,7 @@ def _along_arc(corner: int, turn: float, ground: Ground, routes: Routes) -> floa
 
 
 @compiled
-def _joined(ax: float, ay: float, bx: float, by: float, ground: Ground) -> bool:
+def _joined(ax: float, ay: float, bx: float, by: float, ground: PlanarGround) -> bool:
     """Whether the disc fits along a segment whose ends are within the bounds."""
     radius = ground.limits[0] - ground.limits[1]
     low_x, high_x, low_y, high_y = (

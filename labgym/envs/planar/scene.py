@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.envs.planar.body import Body, body_of
+from labgym.envs.planar.body import PlanarBody, body_of
 from labgym.envs.planar.compiled import compiled, entry
-from labgym.envs.planar.plan import Outlines, Plan, outlines, plan_of, solids_of
+from labgym.envs.planar.plan import Outlines, PlanarPlan, outlines, plan_of, solids_of
 from labgym.envs.robot import ROBOT
 from labgym.envs.sensors import LIDAR_RAYS
 from labgym.envs.simulation import Pose
@@ -133,26 +133,27 @@ class Boxes(NamedTuple):
     axis: Array
 
 
-class Scene(NamedTuple):
+class PlanarScene(NamedTuple):
     """A layout for the kernel.
 
     Attributes:
         plan: what the robot touches and the lidar sees. body: the robot. boxes: the barriers.
     """
 
-    plan: Plan
-    body: Body
+    plan: PlanarPlan
+    body: PlanarBody
     boxes: Boxes
 
 
-def scene_of(world: World) -> Scene:
+def scene_of(world: World) -> PlanarScene:
     """Return the scene of a world; it is built once.
 
     Raises:
         OptionError: the world has solids that move or are neither boxes nor meshes.
     """
     return world.derived(
-        "planar scene", lambda layout: Scene(plan_of(world.model), body_of(world.model), boxes_of(Barriers.of(layout)))
+        "planar scene",
+        lambda layout: PlanarScene(plan_of(world.model), body_of(world.model), boxes_of(Barriers.of(layout))),
     )
 
 

@@ -7,23 +7,40 @@ meters and radians, their rates in m/s and rad/s, all in the room frame.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.envs.planar.body import Body
+from labgym.envs.planar.body import PlanarBody
 from labgym.envs.planar.compiled import compiled, entry
-from labgym.envs.planar.contacts import Work, buffers, constrained, touching
-from labgym.envs.planar.plan import CELL, Cells, Outlines, Plan
+from labgym.envs.planar.contacts import ContactBuffers, buffers, constrained, touching
+from labgym.envs.planar.plan import CELL, Cells, Outlines, PlanarPlan
 from labgym.envs.planar.scene import Beams, lidar_beams, scan
 from labgym.envs.robot import ROBOT
 from labgym.envs.sensors import LIDAR_RAYS, RANGE
 from labgym.envs.simulation import CHECK_STEPS, Pose
 from labgym.geometry import wrap_angle
 
+Array = NDArray[np.float64]
+
+
+class StepInputs(NamedTuple):
+    """What decides the motion of a robot besides its state and its commands.
+
+    Attributes:
+        body: inertia and servos. solids, near: outlines in its way, and the cells that name those within reach.
+        work: buffers.
+    """
+
+    body: PlanarBody
+    solids: Outlines
+    near: Cells
+    work: ContactBuffers
+
 
 @compiled
-def advance(state: Array, v: float, w: float, steps: int, body: Body, solids: Outlines, near: Cells, work: Work) -> int:
+def advance(state: Array, v: float, w: float, steps: int, around: StepInputs) -> int:
     """Advance a state by physics steps towards target velocities.
 
     With M the inertia, D the derivative of the servo forces by the velocities and h the step, the velocity changes by
@@ -33,11 +50,11 @@ def advance(state: Array, v: float, w: float, steps: int, body: Body, solids: Ou
     Args:
         v, w: targets within the limits of the body, m/s and rad/s.
         steps: number of physics steps.
-        work: buffers.
 
     Returns:
         the number of contacts at the position before the last step.
     """
+    body, solids, near, work = around
     h, cell_first = body.timestep, near.first
     x, y, yaw, dx, dy, turning = state[0], state[1], state[2], state[3], state[4], state[5]
     count = 0
@@ -87,8 +104,6 @@ def _servo(gain: float, limit: float, missing: float) -> tuple[float, float]:
     return force, gain
 
 
-Array = NDArray[np.float64]
-
 CHECK_INTERVAL = CHECK_STEPS * ROBOT.timestep
 """Time between two checks for contacts, seconds."""
 
@@ -105,11 +120,11 @@ class PlanarSimulation:
         velocity: forward velocity, m/s, and turn rate, rad/s.
     """
 
-    def __init__(self, plan: Plan, body: Body, control_dt: float = ROBOT.control_dt) -> None:
-        self._plan, self._body = plan, body
+    def __init__(self, plan: PlanarPlan, body: PlanarBody, control_dt: float = ROBOT.control_dt) -> None:
+        self._plan = plan
         self._checks = round(control_dt / CHECK_INTERVAL)
         self._steps = round(CHECK_INTERVAL / body.timestep)
-        self._state, self._work = np.zeros(6), buffers()
+        self._state, self._around = np.zeros(6), StepInputs(body, plan.solids, plan.near, buffers())
         self._beams = lidar_beams()
         self.place((0.0, 0.0, 0.0))
 
@@ -131,8 +146,7 @@ class PlanarSimulation:
             anything.
         """
         v, w = command
-        solids, near = self._plan.solids, self._plan.near
-        driven, touched = _drive(self._state, v, w, self._checks, self._steps, self._body, solids, near, self._work)
+        driven, touched = _drive(self._state, v, w, self._checks, self._steps, self._around)
         self._read()
         return driven, touched
 
@@ -144,15 +158,14 @@ class PlanarSimulation:
     def substep(self, *command: float) -> tuple[str, ...]:
         """Advance by one physics step towards a target twist; return ("obstacle",) if the robot touches one."""
         v, w = command
-        solids, near = self._plan.solids, self._plan.near
-        _, touched = _drive(self._state, v, w, 1, 1, self._body, solids, near, self._work)
+        _, touched = _drive(self._state, v, w, 1, 1, self._around)
         self._read()
         return ("obstacle",) if touched else ()
 
     @property
     def depth(self) -> float:
         """The depth of the deepest contact at the present position, meters; 0 without contacts."""
-        return float(_depth(self._state, self._body, self._plan.solids, self._plan.near, self._work))
+        return float(_depth(self._state, self._around))
 
     def scan(self) -> NDArray[np.float32]:
         """Return the ranges (180,) of the lidar, meters, as `labgym.envs.sensors.Lidar`."""
@@ -168,15 +181,14 @@ class PlanarSimulation:
 
 
 @compiled
-def control_step(
-    state: Array, v: float, w: float, checks: int, steps: int, body: Body, solids: Outlines, near: Cells, work: Work
-) -> tuple[float, bool]:
+def control_step(state: Array, v: float, w: float, checks: int, steps: int, around: StepInputs) -> tuple[float, bool]:
     """Advance a state (6,) by one control step; return the length driven and whether the robot touched anything."""
+    body = around.body
     v, w = min(max(v, body.v_min), body.v_max), min(max(w, -body.w_max), body.w_max)
     driven, touched = 0.0, False
     for _ in range(checks):
         x, y, yaw = state[0], state[1], state[2]
-        touched = advance(state, v, w, steps, body, solids, near, work) > 0 or touched
+        touched = advance(state, v, w, steps, around) > 0 or touched
         chord = math.hypot(state[0] - x, state[1] - y)
         half = (state[2] - yaw) / 2.0
         driven += chord if abs(half) < 1e-6 else chord * half / math.sin(half)
@@ -184,14 +196,13 @@ def control_step(
 
 
 @entry
-def _drive(
-    state: Array, v: float, w: float, checks: int, steps: int, body: Body, solids: Outlines, near: Cells, work: Work
-) -> tuple[float, bool]:
-    return control_step(state, v, w, checks, steps, body, solids, near, work)
+def _drive(state: Array, v: float, w: float, checks: int, steps: int, around: StepInputs) -> tuple[float, bool]:
+    return control_step(state, v, w, checks, steps, around)
 
 
 @entry
-def _depth(state: Array, body: Body, solids: Outlines, near: Cells, work: Work) -> float:
+def _depth(state: Array, around: StepInputs) -> float:
+    body, solids, near, work = around
     deepest = 0.0
     cell = cell_at(state[0], state[1], near)
     if cell >= 0:

@@ -8,11 +8,76 @@ from typing import Any
 
 import numpy as np
 from gymnasium import spaces
-from gymnasium.vector import AutoresetMode
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from labgym.counts import ENVIRONMENT_KB, MAX_STEPS, check_memory, whole_number
+from labgym.envs.config import PointNavConfig
 from labgym.errors import OptionError
+
+
+class PointNavVectorEnv(VectorEnv[Any, Any, NDArray[Any]]):
+    """What the vector environments on threads and in processes have in common: their arguments, spaces and resets.
+
+    Attributes:
+        autoreset_mode: when an environment whose episode ended is reset.
+
+    Args:
+        num_envs: number of environments. config: of each.
+        autoreset_mode: NEXT_STEP, SAME_STEP or DISABLED, as in Gymnasium.
+        max_episode_steps: number of steps after which an episode is truncated; None for no limit.
+
+    Raises:
+        OptionError: a value is out of range.
+    """
+
+    def __init__(
+        self,
+        num_envs: int,
+        config: PointNavConfig,
+        autoreset_mode: AutoresetMode | str,
+        max_episode_steps: int | None,
+    ) -> None:
+        self._limit = None if max_episode_steps is None else whole_number("max_episode_steps", max_episode_steps)
+        self.autoreset_mode = mode_of(autoreset_mode)
+        self.render_mode = config.render_mode
+        modes = [] if config.render_mode is None else [config.render_mode]
+        self.metadata = {"render_modes": modes, "render_fps": 10, "autoreset_mode": self.autoreset_mode}
+        self.single_observation_space = spaces.Dict({sensor.name: sensor.space for sensor in config.observed})
+        self.single_action_space = config.actions.space(config.robot)
+        self.num_envs = environment_count(num_envs, self.single_observation_space)
+        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
+        self.action_space = batch_space(self.single_action_space, self.num_envs)
+        self._begun = False
+        self._ended = np.zeros(self.num_envs, dtype=np.bool_)
+
+    def _renewed(
+        self, seed: int | Sequence[int | None] | None, options: Mapping[str, Any] | None
+    ) -> tuple[list[int | None], NDArray[np.bool_], dict[str, Any]]:
+        """Return the seeds, which environments a reset begins anew, and its other options.
+
+        Raises:
+            OptionError: a value does not fit; or before a first reset, the mask leaves out an environment.
+        """
+        seeds, (mask, others) = seeds_of(seed, self.num_envs), split_mask(options, self.num_envs)
+        if not self._begun and not mask.all():
+            raise OptionError("the first reset() begins the episodes of all environments: pass no reset_mask")
+        return seeds, mask, others
+
+    def _check_running(self) -> None:
+        """Refuse a step before the first reset, or without autoreset in an environment that has ended.
+
+        Raises:
+            OptionError: `reset` is due.
+        """
+        if not self._begun:
+            raise OptionError("call reset() before step()")
+        if self.autoreset_mode == AutoresetMode.DISABLED and self._ended.any():
+            raise OptionError(
+                f"environment {int(self._ended.argmax())} has ended, and autoreset_mode DISABLED resets none: call "
+                "reset(options={'reset_mask': terminated | truncated}) before step()"
+            )
 
 
 def environment_count(number: object, space: spaces.Space[Any]) -> int:
@@ -70,22 +135,6 @@ def split_mask(options: Mapping[str, Any] | None, count: int) -> tuple[NDArray[n
         shown = " ".join(repr(mask).split())[:60]
         raise OptionError(f"reset_mask is {shown}, expected a NumPy array of {count} truth values, at least one True")
     return mask.copy(), others
-
-
-def check_running(ended: NDArray[np.bool_]) -> None:
-    """Refuse a step in which an environment has ended and was not reset, without autoreset.
-
-    Args:
-        ended: whether the episode of each environment has ended.
-
-    Raises:
-        OptionError: one has ended.
-    """
-    if ended.any():
-        raise OptionError(
-            f"environment {int(ended.argmax())} has ended, and autoreset_mode DISABLED resets none: call "
-            "reset(options={'reset_mask': terminated | truncated}) before step()"
-        )
 
 
 def seeds_of(seed: int | Sequence[int | None] | None, count: int) -> list[int | None]:

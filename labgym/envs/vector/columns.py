@@ -32,6 +32,8 @@ from labgym.errors import OptionError
 Column = NDArray[Any]
 GOES_ON, SUCCESS, FAILURE = 0, 1, 2
 """Verdicts of the endings."""
+VERDICTS = {"success": SUCCESS, "failure": FAILURE}
+"""Verdicts by the outcomes of endings."""
 REMEDY = "pass processes=2 or another number: worker processes take any part"
 
 
@@ -91,6 +93,16 @@ class Columns:
             terms={},
         )
 
+    @property
+    def success(self) -> Column:
+        """Whether each robot has reached its goal."""
+        return np.asarray(self.verdict == SUCCESS)
+
+    @property
+    def failed(self) -> Column:
+        """Whether each episode has failed."""
+        return np.asarray(self.verdict == FAILURE)
+
     def measure(self) -> None:
         """Measure the distances to the goals."""
         ends = zip(self.pose[:, :2].tolist(), self.goal[:, :2].tolist(), strict=True)
@@ -101,7 +113,7 @@ MEASURES: dict[str, Callable[[Columns], Any]] = {
     "pose": lambda columns: columns.pose.copy(),
     "goal": lambda columns: columns.goal.copy(),
     "distance": lambda columns: columns.distance.copy(),
-    "success": lambda columns: columns.verdict == SUCCESS,
+    "success": lambda columns: columns.success,
     "collision": lambda columns: columns.collision.copy(),
     "contacts": lambda columns: columns.contacts.copy(),
     "clearance": lambda columns: columns.clearance.copy(),
@@ -112,7 +124,7 @@ MEASURES: dict[str, Callable[[Columns], Any]] = {
     "pair": lambda columns: columns.pair.copy(),
     "time": lambda columns: columns.steps * columns.control_dt,
     "reward_terms": lambda columns: {name: term.copy() for name, term in columns.terms.items()},
-    "is_success": lambda columns: columns.verdict == SUCCESS,
+    "is_success": lambda columns: columns.success,
     "cost": lambda columns: columns.collision.astype(np.float64),
     "ending": lambda columns: columns.ending.copy(),
     "achieved_goal": lambda columns: columns.pose[:, :2].copy(),
@@ -133,7 +145,7 @@ def reading(sensor: GoalSensor | VelocitySensor, columns: Columns) -> NDArray[np
     return np.array(polar, np.float32)
 
 
-class Progress:
+class ProgressColumn:
     """A `ProgressTerm`: it remembers the remaining distances."""
 
     def __init__(self, term: ProgressTerm, count: int) -> None:
@@ -156,8 +168,10 @@ class Progress:
         return progress
 
 
-class Rest:
+class RestColumn:
     """A `RestEnding`: it remembers since when the robots rest."""
+
+    outcome = RestEnding.outcome
 
     def __init__(self, ending: RestEnding, count: int) -> None:
         self._ending = ending
@@ -167,37 +181,15 @@ class Rest:
         """Begin the drive of an environment."""
         self._since[row] = np.nan
 
-    def verdict(self, columns: Columns) -> Column:
-        """Return the verdict on all."""
+    def holds(self, columns: Columns) -> Column:
+        """Whether each robot has rested long enough."""
         ending, speed, turn_rate = self._ending, columns.velocity[:, 0], columns.velocity[:, 1]
         rests = (columns.distance <= ending.radius) & (speed * speed <= ending.speed * ending.speed)
         rests &= np.abs(turn_rate) <= ending.turn_rate
         time = columns.steps * columns.control_dt
         self._since = np.where(rests, np.where(np.isnan(self._since), time, self._since), np.nan)
         with np.errstate(invalid="ignore"):
-            return np.where(rests & (time - self._since >= ending.duration - 1e-9), SUCCESS, GOES_ON)
-
-
-def verdict(ending: Any, columns: Columns) -> Column:
-    """Return the verdict of an ending on all."""
-    if isinstance(ending, Rest):
-        return ending.verdict(columns)
-    if isinstance(ending, TouchEnding):
-        return np.where(columns.distance <= ending.radius, SUCCESS, GOES_ON)
-    return np.where(columns.collision, FAILURE, GOES_ON)
-
-
-def value(term: Any, columns: Columns) -> Column:
-    """Return the value of a reward term for all, without its weight."""
-    if isinstance(term, Progress):
-        return term.value(columns)
-    if isinstance(term, SuccessTerm | FailureTerm):
-        return np.asarray(columns.verdict == (SUCCESS if isinstance(term, SuccessTerm) else FAILURE))
-    if isinstance(term, CollisionTerm):
-        return columns.collision
-    if isinstance(term, ClearanceTerm):
-        return np.maximum(0.0, 1.0 - columns.clearance / term.margin)
-    return np.ones(len(columns.steps), dtype=np.int64)
+            return np.asarray(rests & (time - self._since >= ending.duration - 1e-9))
 
 
 def check_parts(role: str, parts: tuple[Any, ...], kinds: tuple[type[Any], ...]) -> None:

@@ -6,13 +6,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from gymnasium import spaces
 from gymnasium.utils import seeding
-from gymnasium.vector import AutoresetMode, VectorEnv
-from gymnasium.vector.utils import batch_space
+from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
-from labgym.counts import whole_number
 from labgym.envs.config import PointNavConfig
 from labgym.envs.distance_to_go import GridDistanceToGo
 from labgym.envs.drive_source import task_source
@@ -23,24 +20,23 @@ from labgym.envs.parts.rays import DepthSensor, LidarSensor
 from labgym.envs.parts.rewards import ProgressTerm
 from labgym.envs.parts.robots import DifferentialDrive
 from labgym.envs.parts.vectors import GoalSensor, VelocitySensor
-from labgym.envs.planar.batch import Batch
+from labgym.envs.planar.batch import PlanarBatch
 from labgym.envs.planar.routes import CompiledDistanceToGo, compiled_to_go
 from labgym.envs.presets import configured
-from labgym.envs.vector.arguments import check_running, environment_count, mode_of, seeds_of, split_mask
+from labgym.envs.vector.arguments import PointNavVectorEnv
 from labgym.envs.vector.columns import (
     ENDINGS,
     GOES_ON,
     MEASURES,
     REMEDY,
     TERMS,
+    VERDICTS,
     Columns,
-    Progress,
-    Rest,
+    ProgressColumn,
+    RestColumn,
     check_measures,
     check_parts,
     reading,
-    value,
-    verdict,
 )
 from labgym.envs.world import world_of
 from labgym.errors import OptionError
@@ -51,7 +47,7 @@ if TYPE_CHECKING:
 Observations = dict[str, NDArray[np.float32]]
 
 
-class VectorPointNavEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any]]):
+class VectorPointNavEnv(PointNavVectorEnv):
     """Many `LabPointNavEnv` with physics="planar", stepped together on threads, outside of the interpreter lock.
 
         envs = gym.make_vec("labgym:LabPointNav-v0", num_envs=64, vectorization_mode="vector_entry_point")
@@ -94,27 +90,21 @@ class VectorPointNavEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any
         config: Any = None,
         **options: Any,
     ) -> None:
-        self._limit = None if max_episode_steps is None else whole_number("max_episode_steps", max_episode_steps)
-        self.autoreset_mode = mode_of(autoreset_mode)
-        self.metadata = {"render_modes": [], "autoreset_mode": self.autoreset_mode}
         config = configured(config, {"physics": "planar", **options})
         check_kernel(config, device)
         if device is not None and threads is not None:
             raise OptionError(f"threads is {threads!r} with device {device!r}: pass one of the two")
+        super().__init__(num_envs, config, autoreset_mode, max_episode_steps)
         self._disc = config.disc
         self._sensors, self._measures, self._size = config.observed, config.measures, config.robot.size
-        self.single_observation_space = spaces.Dict({sensor.name: sensor.space for sensor in self._sensors})
-        self.single_action_space = config.actions.space(config.robot)
-        self.num_envs = environment_count(num_envs, self.single_observation_space)
-        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
-        self.action_space = batch_space(self.single_action_space, self.num_envs)
         self._terms = [
-            (each.name, each.weight, Progress(each, self.num_envs) if isinstance(each, ProgressTerm) else each)
+            (each.name, each.weight, ProgressColumn(each, self.num_envs) if isinstance(each, ProgressTerm) else each)
             for each in config.reward_terms
         ]
         self._methods = {each.name: each.method for each in config.reward_terms if isinstance(each, ProgressTerm)}
         self._endings = [
-            (each.name, Rest(each, self.num_envs) if isinstance(each, RestEnding) else each) for each in config.endings
+            (each.name, RestColumn(each, self.num_envs) if isinstance(each, RestEnding) else each)
+            for each in config.endings
         ]
         self._tasks: list[Tasks] = [task_source(config) for _ in range(self.num_envs)]
         self._rngs: list[np.random.Generator | None] = [None] * self.num_envs
@@ -122,7 +112,6 @@ class VectorPointNavEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any
         self._columns.terms = {name: np.zeros(self.num_envs) for name, _, _ in self._terms}
         self._batch = self._batch_of(config, threads, device)
         self._age = np.zeros(self.num_envs, dtype=np.int64)
-        self._ended: NDArray[np.bool_] | None = None
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
@@ -137,12 +126,8 @@ class VectorPointNavEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any
         Raises:
             OptionError: before a first reset, the mask leaves out an environment.
         """
-        seeds = seeds_of(seed, self.num_envs)
-        renewed, options = split_mask(options, self.num_envs)
-        if self._ended is None:
-            if not renewed.all():
-                raise OptionError("the first reset() begins the episodes of all environments: pass no reset_mask")
-            self._ended = np.zeros(self.num_envs, dtype=np.bool_)
+        seeds, renewed, options = self._renewed(seed, options)
+        self._begun = True
         for row in np.flatnonzero(renewed).tolist():
             self._begin(row, seeds[row], options)
         self._ended[renewed] = False
@@ -154,10 +139,7 @@ class VectorPointNavEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any
         self, actions: NDArray[np.float32]
     ) -> tuple[Observations, NDArray[Any], NDArray[Any], NDArray[Any], dict[str, Any]]:
         """Carry out one action in each environment; those that ended are reset by the rules of the autoreset mode."""
-        if self._ended is None:
-            raise OptionError("call reset() before step()")
-        if self.autoreset_mode == AutoresetMode.DISABLED:
-            check_running(self._ended)
+        self._check_running()
         columns, robots = self._columns, self._batch.robots
         robots.targets[:] = self._targets(actions)
         self._batch.step()
@@ -172,7 +154,7 @@ class VectorPointNavEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any
         self._judge()
         reward = np.zeros(self.num_envs)
         for name, weight, term in self._terms:
-            columns.terms[name] = weight * value(term, columns)
+            columns.terms[name] = np.full(self.num_envs, weight * term.value(columns))
             reward = reward + columns.terms[name]
         terminated = columns.verdict != GOES_ON
         truncated = np.zeros_like(terminated) if self._limit is None else self._age >= self._limit
@@ -200,7 +182,7 @@ class VectorPointNavEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any
         for tasks in self._tasks:
             tasks.close()
 
-    def _batch_of(self, config: PointNavConfig, threads: int | None, device: str | None) -> Batch | DeviceBatch:
+    def _batch_of(self, config: PointNavConfig, threads: int | None, device: str | None) -> PlanarBatch | DeviceBatch:
         """Return the robots, on threads of the processor or on a device."""
         rays = [sensor for sensor in self._sensors if isinstance(sensor, LidarSensor | DepthSensor)]
         if device is not None:
@@ -209,7 +191,7 @@ class VectorPointNavEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any
             return DeviceBatch(self.num_envs, config.control_dt, rays, device)
         lidar = next((sensor for sensor in rays if isinstance(sensor, LidarSensor)), None)
         camera = next((sensor for sensor in rays if isinstance(sensor, DepthSensor)), None)
-        return Batch(self.num_envs, config.control_dt, lidar, camera, threads)
+        return PlanarBatch(self.num_envs, config.control_dt, lidar, camera, threads)
 
     def _begin(self, row: int, seed: int | None, options: dict[str, Any]) -> None:
         """Begin an episode of one environment."""
@@ -241,10 +223,10 @@ class VectorPointNavEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any
         self._age[row] = 0
         for name, weight, term in self._terms:
             columns.terms[name][row] = weight * 0.0
-            if isinstance(term, Progress):
+            if isinstance(term, ProgressColumn):
                 term.begin(row, columns, to_go[name])
         for _, ending in self._endings:
-            if isinstance(ending, Rest):
+            if isinstance(ending, RestColumn):
                 ending.begin(row)
 
     def _judge(self) -> None:
@@ -253,9 +235,8 @@ class VectorPointNavEnv(VectorEnv[Observations, NDArray[np.float32], NDArray[Any
         columns.verdict = np.full(self.num_envs, GOES_ON)
         columns.ending = np.full(self.num_envs, "", dtype=object)
         for name, ending in self._endings:
-            given = verdict(ending, columns)
-            first = (columns.verdict == GOES_ON) & (given != GOES_ON)
-            columns.verdict[first], columns.ending[first] = given[first], name
+            first = (columns.verdict == GOES_ON) & ending.holds(columns)
+            columns.verdict[first], columns.ending[first] = VERDICTS[ending.outcome], name
 
     def _targets(self, actions: Any) -> NDArray[np.float64]:
         """Return the target velocities of actions, as `RobotSpec.twist`."""

@@ -11,7 +11,7 @@ from typing import Any
 import cloudpickle
 import numpy as np
 from gymnasium import spaces
-from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from gymnasium.vector.utils import batch_space, concatenate, create_empty_array
 from gymnasium.wrappers import TimeLimit
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ from labgym.counts import MAX_PROCESSES, PROCESS_MB, check_memory, whole_number
 from labgym.envs.config import PointNavConfig
 from labgym.envs.point_nav import LabPointNavEnv
 from labgym.envs.presets import configured
-from labgym.envs.vector.arguments import check_running, environment_count, mode_of, seeds_of, split_mask
+from labgym.envs.vector.arguments import PointNavVectorEnv
 from labgym.envs.vector.board import Board, BoardAddress, shared_board
 from labgym.errors import LabgymError, OptionError
 from labgym.runs.local_pool import LocalPool, WorkerLostError
@@ -30,7 +30,7 @@ class WorkersLostError(LabgymError):
     """A worker process of a vector environment died; its episodes are lost."""
 
 
-class ProcessPointNavEnv(VectorEnv[Any, Any, NDArray[Any]]):
+class ProcessPointNavEnv(PointNavVectorEnv):
     """Many `LabPointNavEnv` in a few worker processes, which share memory for the observations.
 
         envs = gym.make_vec("labgym:LabFloorNavRGBD-v0", num_envs=16, vectorization_mode="vector_entry_point")
@@ -68,27 +68,16 @@ class ProcessPointNavEnv(VectorEnv[Any, Any, NDArray[Any]]):
         config: Any = None,
         **options: Any,
     ) -> None:
-        limit = None if max_episode_steps is None else whole_number("max_episode_steps", max_episode_steps)
-        self.autoreset_mode = mode_of(autoreset_mode)
         config = configured(config, options)
         if config.render_mode == "human":
             raise OptionError("a vector environment has no render_mode 'human': use 'rgb_array'")
-        self.render_mode = config.render_mode
-        modes = [] if config.render_mode is None else [config.render_mode]
-        self.metadata = {"render_modes": modes, "render_fps": 10, "autoreset_mode": self.autoreset_mode}
-        self.single_observation_space = spaces.Dict({sensor.name: sensor.space for sensor in config.observed})
-        self.single_action_space = config.actions.space(config.robot)
-        self.num_envs = environment_count(num_envs, self.single_observation_space)
-        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
-        self.action_space = batch_space(self.single_action_space, self.num_envs)
+        super().__init__(num_envs, config, autoreset_mode, max_episode_steps)
         most = processors() if processes is None else whole_number("processes", processes, most=MAX_PROCESSES)
         count = min(most, self.num_envs)
         check_memory("processes", count, 1e6 * PROCESS_MB)
         bounds = [self.num_envs * k // count for k in range(count + 1)]
         self._shares = list(pairwise(bounds))
         self._board = shared_board(self.single_observation_space, self.num_envs)
-        self._ready = False
-        self._ended = np.zeros(self.num_envs, dtype=np.bool_)
         # A pool of one process for each share: a share stays in its process.
         self._pools = [LocalPool(1) for _ in self._shares]
         address = None if self._board is None else self._board.address
@@ -97,7 +86,7 @@ class ProcessPointNavEnv(VectorEnv[Any, Any, NDArray[Any]]):
             self._each(
                 begin,
                 [
-                    (pickled, limit, self.autoreset_mode, first, last - first, self.num_envs, address)
+                    (pickled, self._limit, self.autoreset_mode, first, last - first, self.num_envs, address)
                     for first, last in self._shares
                 ],
             )
@@ -124,22 +113,16 @@ class ProcessPointNavEnv(VectorEnv[Any, Any, NDArray[Any]]):
         Raises:
             OptionError: before a first reset, the mask leaves out an environment.
         """
-        seeds = seeds_of(seed, self.num_envs)
-        mask, options = split_mask(options, self.num_envs)
-        if not self._ready and not mask.all():
-            raise OptionError("the first reset() begins the episodes of all environments: pass no reset_mask")
+        seeds, mask, options = self._renewed(seed, options)
         shares = [("reset", seeds[first:last], options, mask[first:last]) for first, last in self._shares]
         answers = self._each(call, shares)
-        self._ready = True
+        self._begun = True
         self._ended[mask] = False
         return self._observations(answers), self._infos(answers)
 
     def step(self, actions: Any) -> tuple[Any, NDArray[Any], NDArray[Any], NDArray[Any], dict[str, Any]]:
         """Carry out one action in each environment; those that ended are reset by the rules of the autoreset mode."""
-        if not self._ready:
-            raise OptionError("call reset() before step()")
-        if self.autoreset_mode == AutoresetMode.DISABLED:
-            check_running(self._ended)
+        self._check_running()
         shares = [("step", _share(actions, first, last, self.num_envs)) for first, last in self._shares]
         answers = self._each(call, shares)
         rewards, terminated, truncated = (np.concatenate([answer[k] for answer in answers]) for k in (1, 2, 3))
@@ -170,7 +153,7 @@ class ProcessPointNavEnv(VectorEnv[Any, Any, NDArray[Any]]):
         problems = [each.exception() for each in calls]
         for problem in problems:
             if isinstance(problem, WorkerLostError):
-                self._ready = False
+                self._begun = False
                 raise WorkersLostError(
                     f"a worker process of the vector environment died ({problem}): make the environment again"
                 )

@@ -24,7 +24,7 @@ from labgym.policies.local.policy import checked_actor
 from labgym.runs import ExecutorOptions, RunFolder
 from labgym.runs.identity import read_identity
 from labgym.runs.manifest import MANIFEST_FILE, file_digest
-from labgym.training.local.collection import ROUNDS, Drive, Records, driven, read_records
+from labgym.training.local.collection import ROUNDS, Records, TrainingDrive, driven, read_records
 from labgym.training.local.imitation import NOISE, OPTIONS, ROUND, fit, means
 from labgym.training.local.model import actor_parts, new_model, save_actor
 from labgym.training.local.options import ImitationOptions, ReinforcementOptions
@@ -41,7 +41,7 @@ BEFORE, UNGUARDED, SINGLE = "PPO", "the safety layer", "other tasks"
 """What the variants of PPO lack."""
 
 
-class Variant(Record):
+class AblationVariant(Record):
     """A network that lacks something.
 
     Attributes:
@@ -67,7 +67,7 @@ class Ablation(Document):
 
     weights: str
     drives: int
-    variants: tuple[Variant, ...]
+    variants: tuple[AblationVariant, ...]
 
 
 def ablate_imitation(
@@ -152,7 +152,9 @@ def ablate_reinforcement(
             floors = validation_floors(out)
             drives = validation_drives(floors, options.tasks, each)
 
-            def rows(name: str, network: Path, chosen: list[Drive], safety: bool = True) -> list[dict[str, Any]]:
+            def rows(
+                name: str, network: Path, chosen: list[TrainingDrive], safety: bool = True
+            ) -> list[dict[str, Any]]:
                 return driven(chosen, options.shard, network, "alone", name, executor, safety=safety)[1]
 
             variants = [
@@ -226,5 +228,5 @@ def _results(weights: str, variants: list[tuple[str, list[dict[str, Any]]]]) -> 
     results = []
     for name, rows in variants:
         difference = None if name == WHOLE else paired_difference(scores[name], scores[WHOLE]).difference
-        results.append(Variant(name=name, difference=difference, **means(rows)))
+        results.append(AblationVariant(name=name, difference=difference, **means(rows)))
     return Ablation(weights=weights, drives=len(variants[0][1]), variants=tuple(results))

@@ -42,7 +42,7 @@ ROUNDS = "rounds"
 
 
 @dataclass(frozen=True)
-class Drive:
+class TrainingDrive:
     """A drive to record.
 
     Attributes:
@@ -133,7 +133,7 @@ class Apprentice(LocalPolicy):
         return action
 
 
-def drive(apprentice: Apprentice, one: Drive) -> tuple[LabNavRow, Records]:
+def drive(apprentice: Apprentice, one: TrainingDrive) -> tuple[LabNavRow, Records]:
     """Drive an episode and return its row, and what was recorded.
 
     The records are `inputs` (n, SIZE), `actions` (n, 2), `advice` (n, 2) or (0, 2) and `rewards` (n,), a row for each
@@ -177,7 +177,7 @@ def _finals(row: LabNavRow) -> list[float]:
 
 
 def record_drives(
-    drives: Sequence[Drive],
+    drives: Sequence[TrainingDrive],
     network: Path,
     mode: Mode,
     noise: tuple[float, ...] | None = None,
@@ -205,12 +205,13 @@ def record_drives(
 
 
 def driven(
-    drives: Sequence[Drive],
+    drives: Sequence[TrainingDrive],
     size: int,
     network: Path,
     mode: Mode,
     title: str,
     executor: ExecutorOptions | None = None,
+    *,
     noise: tuple[float, ...] | None = None,
     safety: bool = True,
     run: RunFolder | None = None,

@@ -25,7 +25,7 @@ from labgym.policies.learned.training_loop import CHECKPOINT, finish, train_iden
 from labgym.policies.local.policy import FILE, checked_actor
 from labgym.runs import ExecutorOptions, RunFolder
 from labgym.runs.manifest import file_digest
-from labgym.training.local.collection import Drive, Mode, Records, driven
+from labgym.training.local.collection import Mode, Records, TrainingDrive, driven
 from labgym.training.local.imitation import (
     HISTORY,
     OPTIONS,
@@ -151,11 +151,11 @@ class Reinforcement:
         self._history.append(validation_record(number, rows))
 
     def _driven(
-        self, drives: list[Drive], mode: Mode, noise: tuple[float, ...] | None, title: str
+        self, drives: list[TrainingDrive], mode: Mode, noise: tuple[float, ...] | None, title: str
     ) -> tuple[list[Records], list[dict[str, Any]]]:
         """Return the records and the rows of drives, in their order."""
         network = save_actor(self._learner.policy, self._out / NETWORK, ALGORITHM)
-        return driven(drives, self._options.shard, network, mode, title, self._executor, noise)
+        return driven(drives, self._options.shard, network, mode, title, self._executor, noise=noise)
 
 
 def make_learner(options: ReinforcementOptions) -> PPO:

@@ -9,7 +9,7 @@ import numpy as np
 
 from labgym.envs.labnav.tasks import task_of
 from labgym.errors import LabgymError
-from labgym.training.local.collection import Drive
+from labgym.training.local.collection import TrainingDrive
 from labgym.training.local.practice import read_floor
 
 
@@ -39,7 +39,7 @@ def drawn_drives(
     seed: int,
     number: int,
     weights: Mapping[str, float] | None = None,
-) -> list[Drive]:
+) -> list[TrainingDrive]:
     """Return the drives of a round.
 
     Args:
@@ -59,10 +59,10 @@ def drawn_drives(
         if not available:
             raise LabgymError(f"none of the {len(floors)} training floors has a drive of {task}: use more floors")
     rng = np.random.default_rng([seed, number])
-    drives: list[Drive] = []
+    drives: list[TrainingDrive] = []
     for task in _tasks(tasks, count, weights):
         file, episode = choices[task][int(rng.integers(len(choices[task])))]
-        drives.append(Drive(file, task, episode, int(rng.integers(2**53))))
+        drives.append(TrainingDrive(file, task, episode, int(rng.integers(2**53))))
     # Those on one floor follow each other, so that each worker prepares few floors.
     return sorted(drives, key=lambda one: (one.floor, one.task, one.number, one.seed))
 
@@ -76,10 +76,10 @@ def _tasks(tasks: Sequence[str], count: int, weights: Mapping[str, float] | None
     return [tasks[int(k)] for k in np.searchsorted(ends, places)]
 
 
-def validation_drives(floors: Sequence[Path], tasks: Sequence[str], most: int) -> list[Drive]:
+def validation_drives(floors: Sequence[Path], tasks: Sequence[str], most: int) -> list[TrainingDrive]:
     """Return the first drives of each task on each floor, at most `most` of them."""
     return [
-        Drive(file, task, number, 0)
+        TrainingDrive(file, task, number, 0)
         for file in floors
         for task in tasks
         for number in range(min(most, len(read_floor(file)[1].episodes.get(task, ()))))

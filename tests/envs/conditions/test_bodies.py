@@ -9,7 +9,7 @@ import pytest
 import trimesh
 from laboratories import island_laboratory
 
-from labgym.envs.conditions.bodies import Body, BodyRays, Shape, _towards, _within
+from labgym.envs.conditions.bodies import Body, BodyRays, BodyShape, _towards, _within
 from labgym.scenes import RayScene
 from labgym.scenes.mesh import ROOM, SceneMesh
 
@@ -20,7 +20,7 @@ FACES = len(SCENE.mesh.faces)
 
 def shape(mesh):
     count = len(mesh.faces)
-    return Shape(SceneMesh(mesh.vertices, mesh.faces, np.zeros(count, int), np.full(count, ROOM)))
+    return BodyShape(SceneMesh(mesh.vertices, mesh.faces, np.zeros(count, int), np.full(count, ROOM)))
 
 
 BOX = shape(trimesh.creation.box((0.4, 0.2, 1.0), transform=trimesh.transformations.translation_matrix((0, 0, 0.5))))

@@ -15,7 +15,7 @@ from scipy.stats import chisquare, kstest
 
 import labgym  # noqa: F401 -- registers the ids
 from labgym.envs.conditions.glass import Glass, shares
-from labgym.envs.conditions.panes import FRAMELESS, Pane, panes_of, with_panes
+from labgym.envs.conditions.panes import FRAMELESS, GlassPane, panes_of, with_panes
 from labgym.envs.robot import ROBOT
 from labgym.envs.tasks import Task
 from labgym.errors import OptionError
@@ -125,7 +125,7 @@ def test_panes_lengthen_the_shortest_route_and_are_on_no_map():
 
 
 def test_a_layout_with_panes_survives_pickling():
-    layout = with_panes(LAYOUT, [Pane(POSE[0] + 1.0, POSE[1], 0.3)])
+    layout = with_panes(LAYOUT, [GlassPane(POSE[0] + 1.0, POSE[1], 0.3)])
     copied = pickle.loads(pickle.dumps(layout))
     assert copied.hash == layout.hash != LAYOUT.hash
     assert copied.placements[-1].asset == FRAMELESS in copied.catalog

@@ -10,11 +10,11 @@ import pytest
 from scipy.optimize import linprog, minimize
 
 from labgym.envs.conditions import orca
-from labgym.envs.conditions.orca import Avoidance, Robot, velocities
+from labgym.envs.conditions.orca import Avoidance, OrcaRobot, velocities
 
 RULES = Avoidance(radius=0.3, gap=0.01)
 NO_WALLS = np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), np.zeros(0)
-NO_ROBOT = Robot(0.0, 0.0, 0.0, 0.0, 0.0, 0.5, False)
+NO_ROBOT = OrcaRobot(0.0, 0.0, 0.0, 0.0, 0.0, 0.5, False)
 
 
 class Disc(NamedTuple):
@@ -282,7 +282,7 @@ def test_a_circle_without_disturbance_stays_symmetric_for_its_first_seconds():
 def test_a_person_who_takes_all_of_the_share_avoids_a_robot_that_sees_nothing(avoided):
     disc, gaps = np.array([[-3.0, 0.05, 0.0, 0.0]]), []
     for step in range(60):
-        robot = Robot(3.0 - 0.1 * step, 0.0, -1.0, 0.0, 0.3, 1.0, False)
+        robot = OrcaRobot(3.0 - 0.1 * step, 0.0, -1.0, 0.0, 0.3, 1.0, False)
         disc[:, 2:] = velocities(disc, np.array([[1.0, 0.0]]), np.array([avoided]), robot, NO_WALLS, 1.0, RULES)
         disc[:, :2] += 0.1 * disc[:, 2:]
         gaps.append(math.dist(disc[0, :2], (robot.x - 0.1, robot.y)))
