@@ -46,7 +46,7 @@ def test_a_solver_that_stops_at_its_limit_says_so_and_not_that_the_room_is_too_s
 
 @pytest.mark.parametrize(
     ("room", "rules"),
-    [("12x16", "paper"), pytest.param("40x40", "paper", marks=pytest.mark.slow), ("20x30", "touchstone")],
+    [pytest.param("40x40", "paper", marks=pytest.mark.slow), ("20x30", "touchstone")],
 )
 def test_a_large_room_is_fully_furnished(room, rules):
     assert generate("sub_01", 1, room, rules=rules).provenance.options["furnishing"] == "full"
