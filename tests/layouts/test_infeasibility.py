@@ -25,6 +25,7 @@ def test_one_exit_is_refused_under_the_profile_code_and_two_are_accepted():
     assert generate("sub_01", room="bay", profile="code").provenance.options["profile"] == "code"
 
 
+@pytest.mark.slow
 def test_walls_that_are_too_short_are_compared_with_what_can_be_used_of_them():
     with pytest.raises(InfeasibleError) as caught:
         generate("alk_02", room=Room(width=4.0, depth=4.0, doors=FRONT))
