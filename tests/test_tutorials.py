@@ -63,7 +63,8 @@ def test_every_tutorial_is_run_and_every_large_number_is_still_there():
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.slow if name in ("cluster", "navdp") else ()) for name in SMALLER]
+    "name",
+    [pytest.param(name, marks=pytest.mark.slow if name in ("cluster", "navdp", "train") else ()) for name in SMALLER],
 )
 def test_a_tutorial_runs_from_its_first_block_to_its_last(name, small, tmp_path, monkeypatch, capsys):
     if name in EXTRAS:

@@ -100,6 +100,7 @@ def test_the_ids_are_those_of_the_documentation() -> None:
     ]
 
 
+@pytest.mark.cases(8)
 @pytest.mark.parametrize("name", IDS)
 def test_both_checkers_are_silent(name: str, path: str, capsys: pytest.CaptureFixture[str]) -> None:
     checker = pytest.importorskip("stable_baselines3.common.env_checker")
@@ -161,6 +162,7 @@ def test_the_specification_survives_json(name: str, path: str) -> None:
         np.testing.assert_array_equal(first[1], second[1])
 
 
+@pytest.mark.cases(8)
 @pytest.mark.parametrize("name", IDS)
 def test_a_pickled_environment_goes_on_to_the_bit(name: str, path: str) -> None:
     env = make(name, path)

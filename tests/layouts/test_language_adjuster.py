@@ -213,6 +213,7 @@ def test_a_model_that_never_improves_anything_is_asked_about_each_state_once(uns
     assert len(loopback.requests) == 2
 
 
+@pytest.mark.slow
 def test_the_optimiser_takes_the_model_and_never_adds_a_violation(unstored, loopback, model_at):
     spoilt, back = unstored
     loopback.says(commands(back))

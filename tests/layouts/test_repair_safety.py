@@ -131,7 +131,7 @@ USES = [(("red_01", 3, "bay"), "eyewash"), (("alk_03", 4, "12x9"), "sink"), (("p
 """Laboratories whose protocols handle a borohydride or chlorides, which react with water, and a wet fitting of each."""
 
 
-@pytest.mark.cases(2)
+@pytest.mark.cases(1)
 @pytest.mark.parametrize("moved", ["fitting", "place"])
 @pytest.mark.parametrize(("laboratory", "fitting"), USES, ids=lambda one: one if isinstance(one, str) else one[0])
 def test_repair_takes_the_use_of_water_reactives_and_wet_fittings_apart(laboratory, moved, fitting):

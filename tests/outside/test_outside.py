@@ -55,6 +55,7 @@ def added(data, asset, x, y, yaw=0.0):
     return spoilt
 
 
+@pytest.mark.cases(1)
 def test_generated_floors_have_nothing_that_is_wrong(written):
     assert not findings(WrittenPlan(written))
     assert not simulated(written)

@@ -329,6 +329,7 @@ def test_guided_draws_keep_farther_from_the_obstacles_seen_and_are_deterministic
     assert least[1] > least[0] + 0.05
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not runs_pinned(), reason="the poses are those of the pinned kernels")
 def test_without_the_added_parts_it_drives_as_the_trained_network_alone_did() -> None:
     if torch.__version__.split("+")[0] != "2.13.0":

@@ -40,6 +40,7 @@ def test_the_labelled_queries_are_of_both_languages_and_speak_of_the_library() -
     assert len({item["query"] for item in QUERIES}) == len(QUERIES)
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize("split", ["tuning", "held out"])
 @needs_embeddings
 def test_recall_of_hybrid_search(split: str) -> None:

@@ -43,6 +43,7 @@ def test_an_error_of_a_shard_arrives_as_itself(tmp_path, monkeypatch):
         list(run_shards(shards, None, ExecutorOptions("slurm"), progress=False))
 
 
+@pytest.mark.slow
 def test_a_lost_job_is_submitted_again_and_its_logs_are_kept(tmp_path):
     with RunFolder.open(tmp_path / "run", examples.identity()) as run:
         shard = Shard("once", examples.die, (str(tmp_path / "log"), 1))

@@ -144,6 +144,7 @@ def test_sealed_suites_depend_on_the_secret_and_only_their_hashes_are_published(
         draw_suites(one, tmp_path / "2", progress=False)
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize("folder", ["", "val/"])
 def test_the_published_files_have_the_hashes_of_their_manifest(folder):
     manifest = published_manifest(f"{folder}{MANIFEST}")

@@ -34,6 +34,7 @@ def alone(folder):
     return {name: score(load_published("test", name)) for name in NAMES}
 
 
+@pytest.mark.cases(1)
 @pytest.mark.parametrize("workers", [1, 2])
 def test_scores_are_those_of_each_layout_alone_in_the_order_of_the_names(alone, tmp_path, workers, monkeypatch):
     monkeypatch.setattr(many, "PER_SHARD", 1)

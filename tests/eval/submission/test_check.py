@@ -50,6 +50,7 @@ def scored(row: dict[str, Any]) -> None:
     row["soft_spl"] = max(0.0, 1.0 - row["final_distance"] / initial) * length / max(length, driven)
 
 
+@pytest.mark.slow
 def test_an_honest_result_passes(submission, suite_file):
     verdict = checked(submission, suite_file, drive=True, seed=3)
     assert verdict.problems == ()

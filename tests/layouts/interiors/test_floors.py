@@ -52,6 +52,7 @@ def ways(layout: Layout, radius: float) -> list[Polygon]:
     return list(getattr(free, "geoms", [free]))
 
 
+@pytest.mark.cases(5)
 @pytest.mark.parametrize("family", FAMILIES)
 @pytest.mark.parametrize("seed", [3, 11])
 def test_furniture_overlaps_nothing_and_ways_lead_from_every_exit_to_every_goal(family, seed):
@@ -112,6 +113,7 @@ def test_a_hall_holds_as_many_times_the_furniture_as_it_is_larger():
     assert counts[1] > 3 * counts[0]
 
 
+@pytest.mark.slow
 def test_the_same_seed_furnishes_the_same_floor_and_another_seed_another():
     layouts = [FloorProposer().propose(request("ell", seed)) for seed in (4, 4, 5)]
     assert layouts[0].hash == layouts[1].hash

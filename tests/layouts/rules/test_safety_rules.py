@@ -296,6 +296,7 @@ def pocket(gap: float, *changed: Placement) -> Layout:
     )  # fmt: skip
 
 
+@pytest.mark.cases(8)
 @pytest.mark.parametrize("asset", ["FireExtinguisher", "CO2Extinguisher", "ClassDExtinguisher"])
 @pytest.mark.parametrize("gap", [0.02, 0.3, 0.45, 0.6, 0.9])
 def test_a_person_can_walk_to_every_extinguisher(asset: str, gap: float) -> None:
