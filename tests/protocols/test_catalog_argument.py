@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from experiment_checks import check
+from labgym.protocols.experiments.checks import check
 
 from labgym.assets import Catalog
 from labgym.protocols import RefusalError, derive, examine, get, validate

@@ -6,7 +6,7 @@ from collections import Counter
 from typing import Any, get_args
 
 import pytest
-from experiment_checks import check
+from labgym.protocols.experiments.checks import check
 
 from labgym.assets import Catalog
 from labgym.errors import UnknownNameError

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from experiment_checks import check, disagreement
+from labgym.protocols.experiments.checks import check, disagreement
 
 from labgym.assets import Catalog
 from labgym.errors import DocumentError, OptionError

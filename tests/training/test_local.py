@@ -27,24 +27,14 @@ from labgym.training.local.ablation import (
     ablate_imitation,
     ablate_reinforcement,
 )
-from labgym.training.local.collection import (
-    GOALS,
-    PROGRESS,
-    SCALE,
-    TIME,
-    Apprentice,
-    TrainingDrive,
-    drive,
-    final_reward,
-    read_records,
-    record_drives,
-    rewards_of,
-)
+from labgym.training.local.collection import GOALS, Apprentice, TrainingDrive, drive, read_records, record_drives
 from labgym.training.local.imitation import imitate
 from labgym.training.local.model import actor_of, mean_actions, new_model, save_actor
-from labgym.training.local.options import ImitationOptions, ReinforcementOptions, drawn_drives, weights_by_failure
+from labgym.training.local.options import ImitationOptions, ReinforcementOptions
 from labgym.training.local.practice import make_practice, practice_files, read_floor
 from labgym.training.local.reinforcement import filled, make_learner, reinforce, update
+from labgym.training.local.rewards import PROGRESS, SCALE, TIME, final_reward, rewards_of
+from labgym.training.local.schedule import drawn_drives, weights_by_failure
 
 IMITATION = ImitationOptions(
     tasks=("dock",), rounds=2, drives=2, shard=1, epochs=2, last_epochs=2, batch=64, validation=1
