@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import pytest
-from labgym.protocols.experiments.checks import check
 
 from labgym.assets import Catalog
 from labgym.protocols import RefusalError, derive, examine, get, validate
 from labgym.protocols.apparatus import APPARATUS
 from labgym.protocols.experiments import experiments
+from labgym.protocols.experiments.checks import check
 from labgym.protocols.experiments.feasibility import FeasibilityFilter
 from labgym.protocols.retrieval import search
 from labgym.protocols.synthesis import read, synthesize

@@ -6,12 +6,12 @@ from collections import Counter
 from typing import Any, get_args
 
 import pytest
-from labgym.protocols.experiments.checks import check
 
 from labgym.assets import Catalog
 from labgym.errors import UnknownNameError
 from labgym.protocols import protocols
 from labgym.protocols.experiments import Experiment, experiments, get
+from labgym.protocols.experiments.checks import check
 from labgym.protocols.experiments.feasibility import FeasibilityFilter, reasons
 from labgym.protocols.model import ReactionType
 

@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from labgym.protocols.experiments.checks import check, disagreement
 
 from labgym.assets import Catalog
 from labgym.errors import DocumentError, OptionError
 from labgym.protocols.amounts import read_amount
 from labgym.protocols.experiments import Experiment, ExperimentFile, Material, Rejection, read_experiments
+from labgym.protocols.experiments.checks import check, disagreement
 from labgym.protocols.experiments.collection import PER_FILE, REJECTED, collect, filtered
 from labgym.protocols.experiments.feasibility import FeasibilityFilter, FeasibilityVerdict, reasons
 from labgym.protocols.experiments.grounding import Grounder
