@@ -46,7 +46,7 @@ def _labnav_folders(values: Any) -> bool:
 
 
 def _episodes(values: Any) -> bool:
-    """Whether `labgym record` films an episode of a folder or a suite, which has its own start and goal."""
+    """Return whether `labgym record` films an episode of a folder or a suite, which has its own start and goal."""
     from labgym.eval.labnav.suites import is_labnav
 
     return Path(values.layout).is_dir() or is_labnav(values.layout)

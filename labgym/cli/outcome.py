@@ -1,4 +1,4 @@
-"""How commands end: exit codes, and the lines that report files, findings and failures."""
+"""Ends of commands: exit codes, and the lines that report files, findings and failures."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ NO_MEMORY = (
     "cannot apply additional memory protection",
     "bad_alloc",
 )
-"""What the system's loader says of a library for which memory is short."""
+"""Messages of the system's loader about a library for which memory is short."""
 
 LEAST_ADDRESS_SPACE_BYTES = 2**30
 """Least limit of the address space (`ulimit -v`). Below it libraries crash in their imports (measured on 2 cores: scipy
@@ -83,7 +83,7 @@ def problem_line(error: BaseException, command: str) -> str | None:
 
 
 def out_of_memory(error: BaseException | None) -> bool:
-    """Whether an error, or one that it came from, says that memory is short."""
+    """Return whether an error, or its cause, reports that memory is short."""
     while error is not None:
         if isinstance(error, MemoryError) or any(words in str(error).lower() for words in NO_MEMORY):
             return True

@@ -82,7 +82,7 @@ WHOLE = ScopeArguments()
 
 @dataclass(frozen=True)
 class RunArguments:
-    """Where a study runs, and where its files go.
+    """The executor of a study and the folder of its files.
 
     Attributes:
         out: Folder of the results (index.html, figures.json, figures.csv, rows.jsonl); by default

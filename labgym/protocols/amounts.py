@@ -35,7 +35,7 @@ _SCALABLE = re.compile(r"(?<!\d)(\d+(?:\.\d+)?)(\s*(?:kg|mg|g|mmol|mol|mL|L)\b)"
 
 @dataclass(frozen=True)
 class Amount:
-    """How much of a reagent a protocol takes.
+    """The amount of a reagent in a protocol.
 
     Attributes:
         volume: mL of one portion; None if it is not stated.

@@ -29,7 +29,7 @@ _SLOT = re.compile(r"\{([a-z]+)\}")
 
 @dataclass(frozen=True)
 class Apparatus:
-    """How an action is usually carried out.
+    """The usual devices, place and conditions of an action.
 
     Attributes:
         devices: asset names in the order in which a step lists them; "{vessel}" is a slot that `fill` replaces.

@@ -43,7 +43,7 @@ AGENT = re.compile(
     r"hydrogen peroxide|bicarbonate|carbonate|alkali|base|brine)\b",
     re.I,
 )
-"""What destroys, after the word that introduces it: what is destroyed is no agent."""
+"""The agent that destroys, after the word that introduces it; the destroyed substance is not an agent."""
 REDUCTANT = re.compile(
     r"\b(?:(?:meta)?(?:bi)?sulfites?|thiosulfates?|dithionites?|ascorb\w+|iodide|"
     r"iron\(II\)\s*\w*|ferrous \w+|sulfur dioxide|dimethyl sulfide|borohydride|isopropanol|formic acid)\b",

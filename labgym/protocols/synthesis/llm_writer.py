@@ -23,7 +23,7 @@ from labgym.protocols.capability import capacity, cools_to, evacuates_to, heats_
 from labgym.protocols.constraints import derive
 from labgym.protocols.errors import RefusalError
 from labgym.protocols.model import Protocol, ReactionType, ReagentUse, Step
-from labgym.protocols.synthesis.transformations import recognise
+from labgym.protocols.synthesis.transformations import recognize
 from labgym.protocols.synthesis.writer import Commission, WriterResult
 from labgym.protocols.validate import ProtocolError, examine, faults
 
@@ -158,7 +158,7 @@ def _abstract(asset: Asset) -> Iterator[str]:
 
 def _priors(commission: Commission) -> list[str]:
     """Return the result of the rules: the recognized kind of reaction and the parsed clauses."""
-    kind = next(iter(recognise(commission.description.spoken_of)), None)
+    kind = next(iter(recognize(commission.description.spoken_of)), None)
     priors = []
     if kind is not None:
         priors.append(f"kind of reaction: {kind.name} ({kind.type}); like {kind.like}")

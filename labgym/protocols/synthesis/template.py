@@ -37,7 +37,7 @@ from labgym.protocols.synthesis.transformations import (
     Transformation,
     classes_of,
     own_reagents,
-    recognise,
+    recognize,
     transformations,
     with_own_reagents,
 )
@@ -118,7 +118,7 @@ def _written(kind: Transformation, commission: Commission) -> WriterResult:
     work_up = WorkUp(builder, kind, mixture, assignment.factor)
     for step in work_up_steps(kind, after, mixture, catalog):
         work_up.carry_out(step)
-    _analyse(builder, kind, after)
+    _analyze(builder, kind, after)
     clean_up(builder)
     weigh_first(builder, reaction.vessel)
     refuse_mixture(use.name for use in builder.reagents)
@@ -161,8 +161,8 @@ def _kinds(description: ParsedDescription, context: SearchResults, catalog: Cata
     """
     own = own_reagents(description.reagents, catalog)
     classes = frozenset[str]().union(*map(classes_of, own))
-    kinds = recognise(description.spoken_of) or recognise(description.spoken_of | classes)
-    firm = recognise(description.reacting)
+    kinds = recognize(description.spoken_of) or recognize(description.spoken_of | classes)
+    firm = recognize(description.reacting)
     kinds = tuple(kind for kind in kinds if not firm or kind in firm or _brings_its_reagents(kind, description))
     if kinds:
         signed = tuple(kind for kind in kinds if not description.spoken_of.isdisjoint(kind.signs))
@@ -218,7 +218,7 @@ def _refuse_mismatch(kind: Transformation, parts: Sequence[Participant], catalog
         raise RefusalError("no-reaction", message)
 
 
-def _analyse(builder: ProtocolBuilder, kind: Transformation, clauses: Sequence[Clause]) -> None:
+def _analyze(builder: ProtocolBuilder, kind: Transformation, clauses: Sequence[Clause]) -> None:
     catalog = builder.catalog
     names = dict.fromkeys(name for clause in clauses for name in clause.names("instrument"))
     devices = [name for name in names if catalog.get(name).category == "analytical"] or [kind.analysis]

@@ -50,7 +50,7 @@ class Solvent(Record):
 
 
 class Quench(Record):
-    """How the reaction is ended."""
+    """The reagent and the action that end a reaction."""
 
     action: Literal["Quench", "Acidify", "Basify"]
     asset: str
@@ -124,7 +124,7 @@ def transformations() -> Transformations:
     return Transformations.load(artefacts("assets") / "synthesis" / "transformations.json")
 
 
-def recognise(spoken_of: frozenset[str]) -> tuple[Transformation, ...]:
+def recognize(spoken_of: frozenset[str]) -> tuple[Transformation, ...]:
     """Return the kinds of reaction that a text may mean, best first, by the assets, concepts and classes in it.
 
     A kind with a sign goes before one without; then the kind with the largest complete set of cues; of several, the

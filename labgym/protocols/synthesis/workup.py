@@ -19,7 +19,7 @@ from labgym.protocols.synthesis.workup_plan import parsed_step, usual_steps
 from labgym.protocols.synthesis.workup_writer import WorkUpWriter
 from labgym.quantities import ROOM_TEMPERATURE, pressures, temperatures
 
-ALUMINIUM_HYDRIDES = ("LithiumAluminumHydride", "DIBALH")
+ALUMINUM_HYDRIDES = ("LithiumAluminumHydride", "DIBALH")
 QUENCH_FILL = 0.95
 """Largest share of a beaker that a quench may fill."""
 _NEUTRALIZING = re.compile(r"neutrali|中和", re.IGNORECASE)
@@ -27,7 +27,7 @@ _ICE = re.compile(
     r"(?<!\d)(\d+(?:\.\d+)?\s*(?:g|kg|mL))\s*(?:of\s+)?(?:crushed\s+|cracked\s+)?(?:ice|碎?冰)", re.IGNORECASE
 )
 BATH_EXCESS_K, HOTTEST_BATH_C = 30.0, 170.0
-"""How much hotter than the vapor the bath of a still is, and the hottest oil bath, degrees Celsius."""
+"""Excess of a still's bath over its vapor, kelvins, and the hottest oil bath, degrees Celsius."""
 _VACUUM = re.compile(r"reduced pressure|vacuum|in vacuo|mbar|mm\s?hg|torr|减压|真空", re.IGNORECASE)
 _IN_WORDS = {
     "Acidify": "acidification",
@@ -105,7 +105,7 @@ def _quench_hydride(work: WorkUpWriter, names: tuple[str, ...], step: WorkUpStep
     """Destroy the excess of a hydride or organometallic in its flask, dropwise in the cold."""
     gas = tuple(name for name in PROTECTIVE_GASES if work.builder.takes(name))
     after: tuple[str, ...] = ()
-    if any(work.builder.takes(name) for name in ALUMINIUM_HYDRIDES):
+    if any(work.builder.takes(name) for name in ALUMINUM_HYDRIDES):
         after = tuple(
             work.builder.take(work.catalog.get(name), "hydrolysis", amount)
             for name, amount in (("DeionizedWater", "3.5 mL"), ("SodiumHydroxide", "1.2 mL of 15 % aq."))
