@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any, ClassVar, Generic, TypeVar
@@ -245,7 +245,7 @@ class EvaluationRun(ABC, Generic[Report]):
             policy=policy.model_dump(),
             seed=self.seed,
             kernels=running.mode.name,
-            limits=None if running.limits is None else asdict(running.limits),
+            limits=None if running.limits is None else running.limits.model_dump(),
             catalog=catalog_digest(self.layouts),
         )
         in_force = driver.kernels if isinstance(driver, PolicyProcess) else kernel_facts()
