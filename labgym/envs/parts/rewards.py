@@ -118,7 +118,8 @@ class ClearanceTerm(RewardTerm):
 
     def value(self, state: State) -> float:
         """Return the share of the margin that is lost."""
-        return np.maximum(0.0, 1.0 - state.clearance / self.margin)
+        share: float = np.maximum(0.0, 1.0 - state.clearance / self.margin)
+        return share
 
 
 @registered("reward term")
