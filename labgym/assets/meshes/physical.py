@@ -130,8 +130,9 @@ def _by_coacd(parts: Sequence[MeshPart], most: int) -> tuple[list[list[Points]],
     stream = io.BytesIO()
     arrays = {f"{kind}{k}": getattr(part, kind) for k, part in enumerate(parts) for kind in ("vertices", "faces")}
     np.savez(stream, allow_pickle=False, **arrays)
+    limits = [str(limit) for limit in (len(parts), most, CPU_SECONDS, MEMORY_BYTES)]
     try:
-        child = run_isolated(__name__, (str(len(parts)), str(most)), WALL_SECONDS, stream.getvalue())
+        child = run_isolated(__name__, limits, WALL_SECONDS, stream.getvalue())
     except subprocess.TimeoutExpired:
         return [], f"took more than {WALL_SECONDS} s"
     if child.returncode or not child.stdout:
@@ -141,12 +142,13 @@ def _by_coacd(parts: Sequence[MeshPart], most: int) -> tuple[list[list[Points]],
 
 
 def main() -> None:
-    """Decompose the parts of an npz archive on standard input; the arguments are parts and most pieces of a part.
+    """Decompose the parts of an npz archive on standard input.
 
+    The arguments are the number of parts, the most pieces of a part, processor seconds, and bytes of memory.
     The answer is an npz archive of the pieces' vertices.
     """
-    count, most = (int(argument) for argument in sys.argv[1:3])
-    with answering(MEMORY_BYTES, CPU_SECONDS) as answer:
+    count, most, seconds, memory = (int(argument) for argument in sys.argv[1:5])
+    with answering(memory, seconds) as answer:
         import coacd
         import trimesh
 
