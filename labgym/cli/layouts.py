@@ -114,8 +114,8 @@ class ExistingArguments:
             return None
         if self.only_have and self.extra:
             raise OptionError("--only-have and --extra exclude each other")
-        purchases = "none" if self.only_have else "any" if self.extra else "required"
-        return Holdings(read_inventory(self.have, remark=_note).counts, purchases)
+        counts = read_inventory(self.have, remark=_note).counts
+        return Holdings(counts, "none" if self.only_have else "any" if self.extra else "required")
 
 
 @dataclass(frozen=True)
