@@ -109,14 +109,14 @@ class ExistingArguments:
             OptionError: the two options about purchases exclude each other.
         """
         from labgym.exchange.inventory import read_inventory
-        from labgym.layouts.request import Holdings, Purchases
+        from labgym.layouts.request import Holdings
 
         if self.have is None:
             return None
         if self.only_have and self.extra:
             raise OptionError("--only-have and --extra exclude each other")
-        purchases: Purchases = "none" if self.only_have else "any" if self.extra else "required"
-        return Holdings(read_inventory(self.have, remark=_note).counts, purchases)
+        counts = read_inventory(self.have, remark=_note).counts
+        return Holdings(counts, "none" if self.only_have else "any" if self.extra else "required")
 
 
 @dataclass(frozen=True)
