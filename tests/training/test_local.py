@@ -40,7 +40,7 @@ IMITATION = ImitationOptions(
     tasks=("dock",), rounds=2, drives=2, shard=1, epochs=2, last_epochs=2, batch=64, validation=1
 )
 PPO = ReinforcementOptions(
-    tasks=("dock",), iterations=2, drives=1, shard=1, critic_iterations=1, evaluate_every=5, validation=1
+    tasks=("dock",), iterations=2, drives=2, shard=1, critic_iterations=1, evaluate_every=5, validation=1
 )
 
 
