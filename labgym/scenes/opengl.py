@@ -1,4 +1,4 @@
-"""Off-screen pictures by MuJoCo's own renderer, in a thread of its own; needs OpenGL."""
+"""Off-screen pictures by MuJoCo's own renderer, in one thread for all; needs OpenGL."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Work on untrusted files in processes of their own, so that no file can hang or crash the caller.
+"""Work on untrusted files in separate processes, so that no file can hang or crash the caller.
 
 The C++ libraries that read and decompose meshes may hang, crash or ask for all memory; then only the process ends.
 """

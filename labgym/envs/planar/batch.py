@@ -39,7 +39,7 @@ SHARE = 8
 
 
 class Driving(NamedTuple):
-    """What all robots have in common during a control step.
+    """Properties that all robots share during a control step.
 
     Attributes:
         checks: contact checks of a control step; 0 only measures. steps: physics steps between two of them.

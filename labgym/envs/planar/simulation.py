@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 
 
 class StepInputs(NamedTuple):
-    """What decides the motion of a robot besides its state and its commands.
+    """Parameters of a robot's motion besides its state and its commands.
 
     Attributes:
         body: inertia and servos. solids, near: outlines in its way, and the cells that name those within reach.

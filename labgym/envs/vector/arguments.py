@@ -18,7 +18,7 @@ from labgym.errors import OptionError
 
 
 class PointNavVectorEnv(VectorEnv[Any, Any, NDArray[Any]]):
-    """What the vector environments on threads and in processes have in common: their arguments, spaces and resets.
+    """Base of the vector environments on threads and in processes: their arguments, spaces and resets.
 
     Attributes:
         autoreset_mode: when an environment whose episode ended is reset.

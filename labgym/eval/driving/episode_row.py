@@ -25,7 +25,7 @@ Ending = Literal[
 
 
 class EpisodeRow(Record):
-    """What the rows of all tasks have. Each kind declares the fields itself, since their order is that of its files.
+    """Base of the rows of all tasks. Each kind declares the fields itself, since their order is that of its files.
 
     Attributes:
         suite: name and version of the suite. policy: label of the policy. seed: random seed of the evaluation.

@@ -19,7 +19,7 @@ COMPARED = ("episodes", "errors", "unreachable", "complete")
 
 
 class EvaluationSummary(Document):
-    """What the summaries of all suites have; each kind declares the fields itself, as `EpisodeRow` explains.
+    """Base of the summaries of all suites; each kind declares the fields itself, as `EpisodeRow` explains.
 
     Attributes:
         policy: label of the policy. options: its arguments. seed: random seed of the evaluation.
