@@ -91,6 +91,7 @@ def attach(scene: mujoco.MjSpec, robot: Robot) -> None:
     """
     spec = robot.spec()
     rolls = any(joint.type == mujoco.mjtJoint.mjJNT_FREE for joint in spec.joints)
+    spec.assets = {**scene.assets, **spec.assets}  # MuJoCo warns if only one of the two has files
     scene.attach(spec, prefix=PREFIX, frame=scene.worldbody.add_frame())
     scene.option.timestep = robot.size.timestep
     scene.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
