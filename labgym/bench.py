@@ -44,7 +44,7 @@ Work = Callable[[], object]
 
 
 @dataclass(frozen=True)
-class Comparison:
+class SpeedComparison:
     """A task and its reference.
 
     Attributes:
@@ -89,7 +89,7 @@ def bench(rounds: int = ROUNDS) -> Iterator[Timing]:
         yield timed(comparison, rounds)
 
 
-def comparisons(layout: Layout) -> Iterator[Comparison]:
+def comparisons(layout: Layout) -> Iterator[SpeedComparison]:
     """Yield the comparisons; without OpenGL, those that need it are left out."""
     yield _control_step(layout)
     yield _lidar(layout)
@@ -104,7 +104,7 @@ def comparisons(layout: Layout) -> Iterator[Comparison]:
         yield _policy_step(layout, process)
 
 
-def timed(comparison: Comparison, rounds: int = ROUNDS, block: float = BLOCK_SECONDS) -> Timing:
+def timed(comparison: SpeedComparison, rounds: int = ROUNDS, block: float = BLOCK_SECONDS) -> Timing:
     """Time work and reference alternately, so that other load on the machine affects both.
 
     Args:
@@ -141,13 +141,13 @@ def bench_table(timings: Sequence[Timing]) -> Table:
     )
 
 
-def _control_step(layout: Layout) -> Comparison:
+def _control_step(layout: Layout) -> SpeedComparison:
     env = LabPointNavEnv(layout=layout)
     env.reset(seed=0, options={"pair": 0})
     still = np.array([0.0, 0.4], np.float32)
     scene = Simulation(physics_model(layout))
     scene.place(goal_pairs(layout)[0].start)
-    return Comparison(
+    return SpeedComparison(
         "control step with lidar, reward and info",
         f"{ROBOT.substeps} MuJoCo steps alone",
         lambda: env.step(still),
@@ -155,7 +155,7 @@ def _control_step(layout: Layout) -> Comparison:
     )
 
 
-def _lidar(layout: Layout) -> Comparison:
+def _lidar(layout: Layout) -> SpeedComparison:
     world, lidar = World(layout), Lidar()
     pose = goal_pairs(layout)[0].start
     model = to_mjcf(layout, visible=False).compile()
@@ -166,7 +166,7 @@ def _lidar(layout: Layout) -> Comparison:
     rays = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(LIDAR_RAYS)]).ravel()
     hits, distances = np.empty(LIDAR_RAYS, np.int32), np.empty(LIDAR_RAYS)
     world.solid.mesh  # noqa: B018 - built before the timing starts
-    return Comparison(
+    return SpeedComparison(
         f"lidar scan of {LIDAR_RAYS} rays",
         "mj_multiRay on the same boxes",
         lambda: lidar.scan(world.solid, pose),
@@ -174,7 +174,7 @@ def _lidar(layout: Layout) -> Comparison:
     )
 
 
-def _depth(layout: Layout) -> Comparison:
+def _depth(layout: Layout) -> SpeedComparison:
     world, camera = World(layout), Camera()
     pose = goal_pairs(layout)[0].start
     spec = to_mjcf(layout)
@@ -189,7 +189,7 @@ def _depth(layout: Layout) -> Comparison:
         return renderer.render()
 
     world.visible.mesh  # noqa: B018 - built before the timing starts
-    return Comparison(
+    return SpeedComparison(
         f"depth image of {IMAGE_SHAPE[1]} x {IMAGE_SHAPE[0]}",
         "mujoco.Renderer",
         lambda: camera.depth(world.visible, pose),
@@ -197,10 +197,10 @@ def _depth(layout: Layout) -> Comparison:
     )
 
 
-def _shortest_path(layout: Layout) -> Comparison:
+def _shortest_path(layout: Layout) -> SpeedComparison:
     start, goal = (pose[:2] for pose in (goal_pairs(layout)[0].start, goal_pairs(layout)[0].goal))
     paths, grid = ShortestPaths(layout), occupancy(layout).dilated(PLANNING_RADIUS)
-    return Comparison(
+    return SpeedComparison(
         "exact any-angle shortest path",
         "A* on the 5 cm grid, 8 neighbours",
         lambda: paths.path(start, goal),
@@ -208,10 +208,10 @@ def _shortest_path(layout: Layout) -> Comparison:
     )
 
 
-def _restart(layout: Layout) -> Comparison:
+def _restart(layout: Layout) -> SpeedComparison:
     env = LabPointNavEnv(layout=layout)
     env.reset(seed=0)
-    return Comparison(
+    return SpeedComparison(
         "reset in a loaded layout",
         "building the layout's physics model",
         lambda: env.reset(options={"pair": 0}),
@@ -219,9 +219,9 @@ def _restart(layout: Layout) -> Comparison:
     )
 
 
-def _generation() -> Comparison:
+def _generation() -> SpeedComparison:
     scene = generate("sub_01", 1, family="bay")
-    return Comparison(
+    return SpeedComparison(
         "generating a room of the family bay",
         "compiling its scene in MuJoCo",
         lambda: generate("sub_01", 1, family="bay"),
@@ -246,11 +246,11 @@ class _Prepared:
         """Keep the layouts."""
 
 
-def _new_layout() -> Comparison:
+def _new_layout() -> SpeedComparison:
     layouts = [layout for name in published("val") if goal_pairs(layout := load_published("val", name))][: KEPT + 2]
     env, following = LabPointNavEnv(tasks=_Prepared(layouts)), itertools.cycle(layouts)
     env.reset(seed=0)
-    return Comparison(
+    return SpeedComparison(
         "reset in a new layout that a pool has prepared",
         "preparing it",
         env.reset,
@@ -258,11 +258,11 @@ def _new_layout() -> Comparison:
     )
 
 
-def _published_split(layout: Layout) -> Comparison:
+def _published_split(layout: Layout) -> SpeedComparison:
     env = LabPointNavEnv(split="test")
     for _ in range(VISITS * len(published("test"))):
         env.reset()
-    return Comparison(
+    return SpeedComparison(
         "reset in a random layout of the split test",
         "building a layout's physics model",
         env.reset,
@@ -270,7 +270,7 @@ def _published_split(layout: Layout) -> Comparison:
     )
 
 
-def _policy_step(layout: Layout, process: PolicyProcess) -> Comparison:
+def _policy_step(layout: Layout, process: PolicyProcess) -> SpeedComparison:
     env, policy = LabPointNavEnv(layout=layout), make_policy("straight")
     observation, _ = env.reset(seed=0, options={"pair": 0})
     distance, cosine, sine = (float(value) for value in observation["goal"])
@@ -284,7 +284,7 @@ def _policy_step(layout: Layout, process: PolicyProcess) -> Comparison:
         driver.act(policy_observation)
         env.step(still)
 
-    return Comparison(
+    return SpeedComparison(
         "control step with lidar and a policy in its own process",
         "the same with the policy in this process",
         lambda: step(process),

@@ -21,7 +21,7 @@ from labgym.envs.presets import configured
 from labgym.envs.state import Pose, State
 from labgym.errors import LabgymError
 from labgym.eval.labnav.drive import shortest_from
-from labgym.eval.labnav.leg import LabNavDriver, LegDrive, Recorder
+from labgym.eval.labnav.leg import LabNavDriver, LegDrive, LegRecorder
 from labgym.eval.labnav.results import plain
 from labgym.eval.labnav.rules import ending_of
 from labgym.geometry import wrap_angle
@@ -168,7 +168,7 @@ class Drives:
             "radius": state.disc,
             "goals": 1 + len(task.following),
         }
-        self._recorder = Recorder()
+        self._recorder = LegRecorder()
         self._recorder.note(observation, state)
         drive = self._chain if self._task.chain else self._single if self._options.labnav else self._point
         results = drive(observation)

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from labgym.assets import Catalog
 from labgym.documents import document_error
 from labgym.errors import DocumentError, OptionError
-from labgym.exchange.tables import Remark, Table, asset_name, cell, read_table
+from labgym.exchange.tables import CsvTable, Remark, asset_name, cell, read_table
 from labgym.layouts import Layout, Placement
 from labgym.layouts.floor.fields import IDENTIFIER
 from labgym.layouts.placement import FLOOR, WALL
@@ -65,7 +65,7 @@ def _of_layout(layout: Layout) -> list[Placement]:
     return [placement for placement in standing if placement.fixed] or standing
 
 
-def _of_table(table: Table, catalog: Catalog, remark: Remark | None) -> list[Placement]:
+def _of_table(table: CsvTable, catalog: Catalog, remark: Remark | None) -> list[Placement]:
     asset, x, y = (table.required(names) for names in (ASSETS, ("x",), ("y",)))
     ids, counts, pieces = table.column(IDS), dict[str, int](), list[Placement]()
     for number, row in table.rows:
@@ -97,7 +97,7 @@ def _of_table(table: Table, catalog: Catalog, remark: Remark | None) -> list[Pla
     return pieces
 
 
-def _yaw(table: Table, row: tuple[str, ...], where: str) -> float:
+def _yaw(table: CsvTable, row: tuple[str, ...], where: str) -> float:
     degrees, radians = _number(table, row, "yaw_deg", where), _number(table, row, "yaw", where)
     if degrees is None:
         return radians or 0.0
@@ -108,14 +108,14 @@ def _yaw(table: Table, row: tuple[str, ...], where: str) -> float:
     return math.radians(degrees)
 
 
-def _size(table: Table, row: tuple[str, ...], where: str, usual: dict[str, float]) -> dict[str, float] | None:
+def _size(table: CsvTable, row: tuple[str, ...], where: str, usual: dict[str, float]) -> dict[str, float] | None:
     """The size of a piece if the row gives one of its sides."""
     sides = {name: _number(table, row, name, where) for name in SIZES}
     given = {name: value for name, value in sides.items() if value is not None}
     return {**usual, **given} if given else None
 
 
-def _coordinate(table: Table, row: tuple[str, ...], column: int, where: str) -> float:
+def _coordinate(table: CsvTable, row: tuple[str, ...], column: int, where: str) -> float:
     value = _number(table, row, table.header[column], where)
     if value is None:
         raise DocumentError(table.path, where, f"{table.header[column]} is empty: give meters in the floor's frame")
@@ -125,7 +125,7 @@ def _coordinate(table: Table, row: tuple[str, ...], column: int, where: str) -> 
     return value
 
 
-def _number(table: Table, row: tuple[str, ...], name: str, where: str) -> float | None:
+def _number(table: CsvTable, row: tuple[str, ...], name: str, where: str) -> float | None:
     text = cell(row, table.column((name,)))
     if not text:
         return None

@@ -23,8 +23,8 @@ from labgym.exchange.plan_sheet import (
     KEEP_OUT,
     MM_PER_INCH,
     SERVICE,
-    Column,
     Sheet,
+    SheetColumn,
     draw_scale_bar,
     sheet_for,
 )
@@ -93,7 +93,7 @@ def draw_plan(layout: Layout) -> Figure:
     )
     paper.plot(*(corners + BORDER).T, color=palette.INK, linewidth=1.0)
     draw_scale_bar(paper, sheet, BORDER + 8.0, BORDER + 5.0)
-    column = Column(paper, sheet)
+    column = SheetColumn(paper, sheet)
     column.title(layout, sheet, area.area)
     column.legend(layout)
     column.key(numbered)

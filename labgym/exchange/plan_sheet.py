@@ -87,7 +87,7 @@ def draw_scale_bar(axes: Axes, sheet: Sheet, x: float, y: float) -> None:
     _text(axes, x + sheet.length(meters) + 12.0, y + 0.2, f"1:{sheet.scale} on {sheet.paper}", 7.0)
 
 
-class Column:
+class SheetColumn:
     """The column at the right of a sheet, written downwards from `y`, in millimeters."""
 
     def __init__(self, axes: Axes, sheet: Sheet) -> None:

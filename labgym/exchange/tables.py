@@ -21,7 +21,7 @@ MOST_LISTED = 20
 
 
 @dataclass(frozen=True)
-class Table:
+class CsvTable:
     """A table of a CSV file.
 
     Attributes:
@@ -48,7 +48,7 @@ class Table:
         return index
 
 
-def read_table(path: str | Path) -> Table:
+def read_table(path: str | Path) -> CsvTable:
     """Read a CSV file (comma, semicolon or tab; UTF-8) with a header row.
 
     Raises:
@@ -60,7 +60,7 @@ def read_table(path: str | Path) -> Table:
     body = tuple(
         (number, tuple(row)) for number, row in enumerate(rows[1:], start=2) if any(cell.strip() for cell in row)
     )
-    return Table(path, header, body)
+    return CsvTable(path, header, body)
 
 
 def cell(row: tuple[str, ...], column: int | None) -> str:
@@ -68,7 +68,7 @@ def cell(row: tuple[str, ...], column: int | None) -> str:
     return row[column].strip() if column is not None and column < len(row) else ""
 
 
-def asset_names(table: Table, column: int, catalog: Catalog, remark: Remark | None = None) -> list[str]:
+def asset_names(table: CsvTable, column: int, catalog: Catalog, remark: Remark | None = None) -> list[str]:
     """Return the catalog's name for each row.
 
     Args:

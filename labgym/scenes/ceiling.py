@@ -30,7 +30,7 @@ ILLUMINANCE = 1000.0
 
 
 @dataclass(frozen=True)
-class Panel:
+class CeilingPanel:
     """A ceiling panel: middle and yaw in the floor's frame, meters and radians; luminance in nits."""
 
     x: float
@@ -40,7 +40,7 @@ class Panel:
     luminance: float
 
 
-def panels(space: Space) -> Iterator[Panel]:
+def panels(space: Space) -> Iterator[CeilingPanel]:
     """Yield the ceiling panels of a space: a grid over each large rectangle of its region."""
     areas = [(r.x1 - r.x0) * (r.y1 - r.y0) for r in space.region]
     lit = [r for r, area in zip(space.region, areas, strict=True) if area >= min(SMALL, max(areas))]
@@ -54,7 +54,7 @@ def panels(space: Space) -> Iterator[Panel]:
     area = areas[0] if len(areas) == 1 else region_outline(space.boxes).area
     luminance = ILLUMINANCE * area / (math.pi * PANEL[0] * PANEL[1] * len(places))
     for x, y in to_world(places, space.frame).tolist():
-        yield Panel(x, y, space.ceiling - GAP, space.yaw, luminance)
+        yield CeilingPanel(x, y, space.ceiling - GAP, space.yaw, luminance)
 
 
 def panel_grid(width: float, depth: float, most: int = MOST_PANELS) -> tuple[int, int]:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from labgym.layouts.floor import Floor
-from labgym.scenes.ceiling import ILLUMINANCE, PANEL, Panel
+from labgym.scenes.ceiling import ILLUMINANCE, PANEL, CeilingPanel
 from labgym.scenes.patches import Patch
 from labgym.scenes.surfaces import Floats, Scene, norms
 
@@ -152,7 +152,7 @@ class Sun:
 class Panels:
     """Ceiling panels; each point gets its light from one of them, drawn by their shares."""
 
-    def __init__(self, panels: Sequence[Panel], target: tuple[float, float]) -> None:
+    def __init__(self, panels: Sequence[CeilingPanel], target: tuple[float, float]) -> None:
         """Use the panels nearest to a target."""
         near = sorted(panels, key=lambda panel: math.hypot(panel.x - target[0], panel.y - target[1]))[:MOST_PANELS]
         self._middle = np.array([(panel.x, panel.y, panel.z) for panel in near], dtype=np.float32)

@@ -23,7 +23,7 @@ pytest.importorskip("numba")
 pytest.importorskip("warp")
 
 from labgym.envs.gpu.batch import DeviceBatch
-from labgym.envs.planar.agreement import ReferenceMotion, commands, free_poses
+from labgym.envs.planar.agreement import MujocoMotion, commands, free_poses
 from labgym.envs.planar.batch import PlanarBatch
 from labgym.envs.planar.body import TIMESTEP
 
@@ -94,7 +94,7 @@ def test_robots_in_different_worlds_move_as_on_the_processor_over_ten_seconds(wo
 
 def test_free_motion_is_that_of_mujoco_at_a_millisecond(worlds, starts):
     device = DeviceBatch(len(worlds), ROBOT.control_dt, (), "cpu")
-    references = [ReferenceMotion(world.model, TIMESTEP) for world in worlds]
+    references = [MujocoMotion(world.model, TIMESTEP) for world in worlds]
     for robot, (world, pose) in enumerate(zip(worlds, starts, strict=True)):
         device.place(robot, pose, world, None)
         references[robot].place(pose)

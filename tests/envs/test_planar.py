@@ -21,7 +21,7 @@ from labgym.layouts.places import layout_at
 
 pytest.importorskip("numba")
 
-from labgym.envs.planar.agreement import ReferenceMotion, commands, contacts, differing_rays, free_motion, free_poses
+from labgym.envs.planar.agreement import MujocoMotion, commands, contacts, differing_rays, free_motion, free_poses
 from labgym.envs.planar.body import TIMESTEP, body_of
 from labgym.envs.planar.plan import Solid, plan_of, solids_of
 from labgym.envs.planar.simulation import PlanarSimulation
@@ -85,7 +85,7 @@ def test_contact_states_are_mujocos_in_furnished_laboratories(layout):
 def test_a_wall_at_any_angle_stops_and_turns_aside_the_robot_as_in_mujoco(yaw):
     """Drive obliquely against a long wall, slide along it, and drive frontally against it."""
     model = scene_of(wall=box(0.0, 0.0, half=(0.1, 6.0, 0.5), yaw=yaw))
-    reference, kernel = ReferenceMotion(model, TIMESTEP), simulation_of(model)
+    reference, kernel = MujocoMotion(model, TIMESTEP), simulation_of(model)
     for heading in (0.0, 0.5, -1.0):
         start = (-math.cos(yaw), -math.sin(yaw), yaw + heading)
         reference.place(start)
@@ -115,7 +115,7 @@ def test_edges_push_along_the_line_from_the_edge_to_the_axis():
 
 def test_a_board_above_the_chassis_stops_the_column():
     model = scene_of(shelf=box(1.0, 0.0, z=0.8, half=(0.3, 2.0, 0.02)))
-    reference, kernel = ReferenceMotion(model, TIMESTEP), simulation_of(model)
+    reference, kernel = MujocoMotion(model, TIMESTEP), simulation_of(model)
     for _ in range(30):
         assert kernel.drive(0.6, 0.0)[1] == reference.drive(0.6, 0.0)
     assert kernel.pose[0] == pytest.approx(0.7 - 0.21, abs=0.002)

@@ -27,7 +27,7 @@ from shapely.affinity import rotate, translate
 from shapely.geometry import LineString, Point, Polygon
 
 from labgym.eval.outside import WrittenPlan, findings
-from labgym.eval.outside.written_plan import Item, entries
+from labgym.eval.outside.written_plan import WrittenItem, entries
 
 WET_GAP_M = 1.0
 """Least distance of water-reactives and pyrophorics from wet fittings, in plan."""
@@ -131,7 +131,7 @@ class Laboratory:
             sill = opening.get("sill", 0.0)
             yield Opening(opening["kind"], hole, sill, sill + opening["height"], sides, along)
 
-    def space_of(self, item: Item) -> int:
+    def space_of(self, item: WrittenItem) -> int:
         """Return the index of the space in which an object is."""
         return min(range(len(self.spaces)), key=lambda k: self.spaces[k].distance(Point(item.x, item.y)))
 
@@ -146,11 +146,11 @@ class Laboratory:
         graph = coo_matrix((np.ones(len(links)), (rows, columns)), shape=(count, count))
         return [int(label) for label in connected_components(graph, directed=False)[1]]
 
-    def room_of(self, item: Item) -> int:
+    def room_of(self, item: WrittenItem) -> int:
         """Return the room in which an object is."""
         return self.rooms[self.space_of(item)]
 
-    def used(self, where: Callable[[dict[str, Any]], bool]) -> list[tuple[str, Item]]:
+    def used(self, where: Callable[[dict[str, Any]], bool]) -> list[tuple[str, WrittenItem]]:
         """Return the reagents of a class that protocols use, each with the furniture on which a step uses it."""
         places = []
         for protocol in self.protocols:
@@ -162,18 +162,18 @@ class Laboratory:
                         places.append((name, self.plan.root(item)))
         return list({(name, item.id): (name, item) for name, item in places}.values())
 
-    def working_area(self, carrier: Item) -> Polygon:
+    def working_area(self, carrier: WrittenItem) -> Polygon:
         """Return the area of the vessels and devices in use on a piece of furniture; its outline without any."""
         used = {name for protocol in self.protocols for step in protocol["steps"] for name in step["uses"]}
         items = [i for i in self.items if i.entry["name"] in used and i.entry["kind"] == "instrument"]
         areas = [item.footprint for item in items if item.id != carrier.id and self.plan.root(item) is carrier]
         return shapely.union_all(areas) if areas else carrier.footprint
 
-    def stored(self, where: Callable[[dict[str, Any]], bool]) -> list[Item]:
+    def stored(self, where: Callable[[dict[str, Any]], bool]) -> list[WrittenItem]:
         """Return the objects of a class: reagents, and cylinders."""
         return [item for item in self.items if item.entry["kind"] in ("reagent", "facility") and where(item.entry)]
 
-    def closed_in(self, item: Item) -> bool:
+    def closed_in(self, item: WrittenItem) -> bool:
         """Whether an object is in a closed cabinet or refrigerator."""
         carrier = self.plan.by_id.get(item.support)
         cavity = carrier.entry.get("cavity") if carrier is not None else None
@@ -210,7 +210,7 @@ class Laboratory:
         """Graph of free cells and the cells' numbers, without and with doors that people open."""
         return {doors: _graph(self._free(doors)) for doors in (False, True)}
 
-    def walks(self, targets: Iterable[Item], doors: bool) -> Callable[[Item], float]:
+    def walks(self, targets: Iterable[WrittenItem], doors: bool) -> Callable[[WrittenItem], float]:
         """Return a function that gives the shortest walk from the front of an object to the front of a target, in m."""
         graph, numbers = self._graphs[doors]
         starts = [cell for item in targets if (cell := self._cell(item, numbers)) is not None]
@@ -218,13 +218,13 @@ class Laboratory:
             return lambda _: math.inf
         lengths = dijkstra(graph, directed=False, indices=starts, min_only=True)
 
-        def walk(item: Item) -> float:
+        def walk(item: WrittenItem) -> float:
             cell = self._cell(item, numbers)
             return math.inf if cell is None else float(lengths[cell]) * CELL_M / GRID_EXCESS
 
         return walk
 
-    def entered(self, item: Item) -> bool:
+    def entered(self, item: WrittenItem) -> bool:
         """Whether people who come in at a door or a passage can walk to a place in front of an object."""
         graph, numbers = self._graphs[False]
         points, free = self._grid[0], numbers >= 0
@@ -237,7 +237,7 @@ class Laboratory:
         cell = self._cell(item, numbers)
         return cell is not None and (not entries or int(groups[cell]) in entries)
 
-    def _cell(self, item: Item, numbers: np.ndarray) -> int | None:
+    def _cell(self, item: WrittenItem, numbers: np.ndarray) -> int | None:
         """Return the number of the free cell nearest to the place in front of an object, within 0.7 m of it."""
         place = item.in_front(PERSON_M + 0.15)
         gaps = np.hypot(self._grid[0][..., 0] - place.x, self._grid[0][..., 1] - place.y)
@@ -449,7 +449,7 @@ def _standing(lab: Laboratory) -> Iterator[Fault]:
             yield Fault("standing", (item.id, item.support), "a waste container on a bench")
 
 
-def _carriers(lab: Laboratory, item: Item) -> Iterator[Item]:
+def _carriers(lab: Laboratory, item: WrittenItem) -> Iterator[WrittenItem]:
     while item.support not in ("floor", "wall"):
         item = lab.plan.by_id[item.support]
         yield item

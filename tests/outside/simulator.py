@@ -8,11 +8,11 @@ import mujoco
 import numpy as np
 import shapely
 
-from labgym.eval.outside.checks import DEEP, DISC, LOOSE_FIT, ROBOT_TOP, Finding, unreached
-from labgym.eval.outside.written_plan import Item, WrittenPlan
+from labgym.eval.outside.checks import DEEP, DISC, LOOSE_FIT, ROBOT_TOP, OutsideFinding, unreached
+from labgym.eval.outside.written_plan import WrittenItem, WrittenPlan
 
 
-def simulator_findings(plan: WrittenPlan, model: mujoco.MjModel) -> list[Finding]:
+def simulator_findings(plan: WrittenPlan, model: mujoco.MjModel) -> list[OutsideFinding]:
     """Return what is wrong with the compiled scene, in which drawers and doors stand open as the layout says.
 
     Solid geoms interpenetrate, an object stands on nothing, or the robot does not reach a goal between the geoms.
@@ -35,7 +35,7 @@ def _outlines_of_geoms(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[s
             yield shapely.MultiPoint(world[:, :2]).convex_hull
 
 
-def _deep_contacts(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Finding]:
+def _deep_contacts(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[OutsideFinding]:
     solid = np.flatnonzero((model.geom_group == 3) & (model.geom_type != mujoco.mjtGeom.mjGEOM_PLANE))
     rotation = np.abs(data.geom_xmat[solid].reshape(-1, 3, 3))
     center = data.geom_xpos[solid] + np.einsum(
@@ -54,10 +54,10 @@ def _deep_contacts(model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Findi
         who = tuple(sorted(_owner(model, geom) for geom in (one, other)))
         if distance < -DEEP and who not in seen:
             seen.add(who)
-            yield Finding("simulated overlap", who, -distance)
+            yield OutsideFinding("simulated overlap", who, -distance)
 
 
-def _hanging(plan: WrittenPlan, model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[Finding]:
+def _hanging(plan: WrittenPlan, model: mujoco.MjModel, data: mujoco.MjData) -> Iterator[OutsideFinding]:
     """Objects below whose solids nothing solid follows within a gap; what hangs on a wall is left out.
 
     So are the pieces of an apparatus, which clamps and joints hold: tests/assets/test_apparatus.py.
@@ -74,10 +74,10 @@ def _hanging(plan: WrittenPlan, model: mujoco.MjModel, data: mujoco.MjData) -> I
             distance = mujoco.mj_ray(model, data, start, np.array([0.0, 0.0, -1.0]), groups, 1, body, hit)
             below.append(distance if distance >= 0.0 else np.inf)
         if min(below) > LOOSE_FIT:
-            yield Finding("simulated support", (item.id,), float(min(below)))
+            yield OutsideFinding("simulated support", (item.id,), float(min(below)))
 
 
-def _under(item: Item) -> list[tuple[float, float]]:
+def _under(item: WrittenItem) -> list[tuple[float, float]]:
     w, d = 0.4 * item.width, 0.4 * item.depth
     corners = item.rectangle(-w, w, -d, d).exterior.coords[:4]
     return [(item.x, item.y), *((x, y) for x, y in corners)]

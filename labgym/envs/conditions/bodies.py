@@ -190,7 +190,7 @@ def _in_frame(starts: Array, along: NDArray[np.floating], pose: tuple[float, flo
 
 @registered("condition")
 @dataclass(frozen=True)
-class Contacts(Condition):
+class BodyContacts(Condition):
     """Checks contacts after every physics step, instead of every 0.025 s, and names them in `State.touched`.
 
     Its data is None. The outcome has the names of all that the robot has touched so far.

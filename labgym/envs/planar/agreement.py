@@ -46,7 +46,7 @@ class ContactAgreement:
     positions: tuple[float, ...]
 
 
-class ReferenceMotion:
+class MujocoMotion:
     """The robot in MuJoCo, at any physics step.
 
     Args:
@@ -107,7 +107,7 @@ def free_motion(drives: int, seconds: float, timestep: float = TIMESTEP, seed: i
     Args:
         timestep: physics step of MuJoCo, seconds.
     """
-    reference, kernel = ReferenceMotion(robot_alone(), timestep), PlanarSimulation(*planar(robot_alone()))
+    reference, kernel = MujocoMotion(robot_alone(), timestep), PlanarSimulation(*planar(robot_alone()))
     rng = np.random.default_rng(seed)
     largest = []
     for _ in range(drives):
@@ -134,7 +134,7 @@ def contacts(
         single: whether MuJoCo finds a single contact point of each solid. With several, as in the environment, MuJoCo
             4.0 takes the normal of a face for that of a vertical edge in a part of the contacts.
     """
-    reference = ReferenceMotion(world_of(layout).model, timestep, single)
+    reference = MujocoMotion(world_of(layout).model, timestep, single)
     kernel = PlanarSimulation(*planar(reference.model))
     rng = np.random.default_rng(seed)
     touching = reported = states = 0

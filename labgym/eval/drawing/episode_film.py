@@ -67,7 +67,7 @@ def episode_film(shown: Replay, width: int = 960, height: int = 540, quality: Qu
     check_episode_film_size(width, height)
     side = round(PANEL * width)
     rays, camera, view = RayScene(shown.fixtures, "visual"), Camera(), ChaseView(width - side, height, quality)
-    panel = Panel(shown, side, height)
+    panel = FilmPanel(shown, side, height)
     whole: Picture | None = None
     try:
         for step, shot in enumerate(shown.shots):
@@ -89,7 +89,7 @@ def check_episode_film_size(width: int, height: int) -> None:
         raise OptionError(f"film size {width}x{height} is too small; the minimum is {SMALLEST[0]}x{SMALLEST[1]}")
 
 
-class Panel:
+class FilmPanel:
     """The panel of a film: title, map, camera and counts.
 
     Args:

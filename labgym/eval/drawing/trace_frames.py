@@ -34,7 +34,7 @@ REFUSED = "#b9bec3"
 
 
 @dataclass(frozen=True)
-class State:
+class DrawnState:
     """A state of a trace that is drawn.
 
     Attributes:
@@ -69,7 +69,7 @@ def trace_protocol(trace: Trace) -> Protocol | None:
     return embedded if embedded is not None else protocols().get(trace.protocol or "")
 
 
-def trace_states(trace: Trace, most: int = MOST_FRAMES) -> list[State]:
+def trace_states(trace: Trace, most: int = MOST_FRAMES) -> list[DrawnState]:
     """Return the states to draw: the first, and those after accepted updates.
 
     Raises:
@@ -84,7 +84,7 @@ def trace_states(trace: Trace, most: int = MOST_FRAMES) -> list[State]:
         before = layout
     chosen = {round(index) for index in np.linspace(0, len(states) - 1, min(most, len(states)))}
     return [
-        State(*state, evaluate_layout(state[2], protocol, rules, navigation=True))
+        DrawnState(*state, evaluate_layout(state[2], protocol, rules, navigation=True))
         for index, state in enumerate(states)
         if index in chosen
     ]
@@ -96,7 +96,7 @@ def judged(iteration: Iteration) -> int:
     return max(iteration.tried, len(iteration.trials)) - starts
 
 
-def draw_state(trace: Trace, state: State) -> Figure:
+def draw_state(trace: Trace, state: DrawnState) -> Figure:
     """Draw a state: the plan with violations in red and moved objects in blue, and the curves up to the last state."""
     from matplotlib.figure import Figure
 
@@ -170,7 +170,7 @@ def draw_curves(panels: Sequence[Axes], trace: Trace, current: int | None = None
     trials.set_xlabel("iteration", fontsize=8, family=FONT)
 
 
-def trace_pictures(trace: Trace, states: Sequence[State]) -> Iterator[NDArray[np.uint8]]:
+def trace_pictures(trace: Trace, states: Sequence[DrawnState]) -> Iterator[NDArray[np.uint8]]:
     """Yield a picture (height, width, 3) of each state, all of one size."""
     from PIL import Image
 
@@ -186,7 +186,7 @@ def _poses(layout: Layout, protocol: Protocol | None) -> dict[str, Pose]:
     return {name: location_pose(layout, name) for name in placed}
 
 
-def _draw_moves(axes: Axes, state: State) -> None:
+def _draw_moves(axes: Axes, state: DrawnState) -> None:
     """Outline furniture that changed: dashed where it was, solid where it is."""
     from matplotlib.patches import Polygon
 

@@ -87,7 +87,7 @@ def drive_episodes(
     """
     env = LabPointNavEnv(layout=layout, observation=policy.observation, control_dt=suite.control_dt, exact=True)
     try:
-        return tuple(Transition(env, policy, episode, suite, seed, watch).drive(label) for episode in episodes)
+        return tuple(TransitionTask(env, policy, episode, suite, seed, watch).drive(label) for episode in episodes)
     finally:
         env.close()
 
@@ -125,7 +125,7 @@ def drive_pair(
     return drive
 
 
-class Transition(PolicyLoop):
+class TransitionTask(PolicyLoop):
     """A drive of the task `transition`: the paper's drive from the place of one protocol step to that of the next.
 
     The rules are the suite's; by default the robot must come within 0.5 m of the goal, and contacts end nothing. The

@@ -19,7 +19,7 @@ from labgym.eval.driving.drive import LabNavDrive
 from labgym.eval.driving.episode_row import Ending as Outcome
 from labgym.eval.driving.episode_row import LabNavLegRow, LabNavRow
 from labgym.eval.driving.loop import Observation
-from labgym.eval.labnav.leg import LabNavDriver, LegDrive, Recorder
+from labgym.eval.labnav.leg import LabNavDriver, LegDrive, LegRecorder
 from labgym.eval.labnav.results import DriveTerms, fields_of, finished, scored
 from labgym.eval.labnav.rules import delay_of, ending_of
 from labgym.geometry import wrap_angle
@@ -42,7 +42,7 @@ def leg_endings(task: LabNavTask) -> tuple[Ending, ...]:
 
 
 def drive_shift(
-    terms: DriveTerms, episode: LabNavEpisode, env: LabPointNavEnv, driver: LabNavDriver, recorder: Recorder
+    terms: DriveTerms, episode: LabNavEpisode, env: LabPointNavEnv, driver: LabNavDriver, recorder: LegRecorder
 ) -> LabNavDrive:
     """Drive a shift to its end and return the results.
 
@@ -177,13 +177,13 @@ def drive_floor(
     drive = drive_shift if task.chain else drive_once
     env = LabPointNavEnv(config=config)
     try:
-        return tuple(drive(terms, episode, env, driver, Recorder(watch, latency)) for episode in episodes)
+        return tuple(drive(terms, episode, env, driver, LegRecorder(watch, latency)) for episode in episodes)
     finally:
         env.close()
 
 
 def drive_once(
-    terms: DriveTerms, episode: LabNavEpisode, env: LabPointNavEnv, driver: LabNavDriver, recorder: Recorder
+    terms: DriveTerms, episode: LabNavEpisode, env: LabPointNavEnv, driver: LabNavDriver, recorder: LegRecorder
 ) -> LabNavDrive:
     """Drive an episode of one drive to its end and return the results."""
     observation, _ = env.reset(seed=episode.seed, options={"episode": episode.number})

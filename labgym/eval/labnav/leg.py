@@ -35,7 +35,7 @@ ORIGIN = (0.0, 0.0, 0.0)
 
 
 @dataclass
-class Recorder:
+class LegRecorder:
     """The record of an episode, over all its drives.
 
     Attributes:
@@ -94,7 +94,7 @@ class LegDrive(PolicyLoop):
         env: LabPointNavEnv,
         driver: LabNavDriver,
         task: LabNavTask,
-        recorder: Recorder,
+        recorder: LegRecorder,
         seed: int,
         limit: int,
         rules: Sequence[Ending] = (),

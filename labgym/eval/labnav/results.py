@@ -21,7 +21,7 @@ from labgym.envs.tasks import Task
 from labgym.eval.driving.drive import LabNavDrive
 from labgym.eval.driving.episode_row import LabNavRow
 from labgym.eval.labnav.foresight import track_of
-from labgym.eval.labnav.leg import LabNavDriver, Recorder
+from labgym.eval.labnav.leg import LabNavDriver, LegRecorder
 from labgym.eval.labnav.rules import delay_of, is_slow
 from labgym.geometry import wrap_angle
 
@@ -64,7 +64,7 @@ class DriveTerms:
         return round(self.seconds / ROBOT.control_dt)
 
 
-def finished(row: LabNavRow, recorder: Recorder) -> LabNavDrive:
+def finished(row: LabNavRow, recorder: LegRecorder) -> LabNavDrive:
     """Return the results with what was recorded."""
     route = tuple((round(x, 3), round(y, 3), round(yaw, 3)) for x, y, yaw in recorder.poses)
     if not recorder.times:
@@ -75,7 +75,7 @@ def finished(row: LabNavRow, recorder: Recorder) -> LabNavDrive:
 
 
 def fields_of(
-    terms: DriveTerms, episode: LabNavEpisode, env: LabPointNavEnv, driver: LabNavDriver, recorder: Recorder
+    terms: DriveTerms, episode: LabNavEpisode, env: LabPointNavEnv, driver: LabNavDriver, recorder: LegRecorder
 ) -> dict[str, Any]:
     """Return the fields of a row that the state at the end has, whatever the task."""
     state = env.state

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import shapely
 from shapely.geometry import Point
 
-from labgym.eval.outside.written_plan import Item, WrittenPlan
+from labgym.eval.outside.written_plan import WrittenItem, WrittenPlan
 
 DEEP = 1e-3
 """Two solids overlap if they interpenetrate by more than this on every axis, meters."""
@@ -32,7 +32,7 @@ SLACK = 2e-3
 
 
 @dataclass(frozen=True)
-class Finding:
+class OutsideFinding:
     """A violation: its kind, the objects concerned, and its size in meters."""
 
     kind: str
@@ -40,7 +40,7 @@ class Finding:
     value: float = 0.0
 
 
-def findings(plan: WrittenPlan) -> list[Finding]:
+def findings(plan: WrittenPlan) -> list[OutsideFinding]:
     """Return what is wrong with a layout by its polygons."""
     return [
         *_overlaps(plan),
@@ -51,7 +51,7 @@ def findings(plan: WrittenPlan) -> list[Finding]:
     ]
 
 
-def _overlaps(plan: WrittenPlan) -> Iterator[Finding]:
+def _overlaps(plan: WrittenPlan) -> Iterator[OutsideFinding]:
     blocks = [*plan.building, *(block for item in plan.items for block in item.blocks())]
     thin = [block.polygon.buffer(-DEEP / 2, join_style="mitre") for block in blocks]
     first, second = shapely.STRtree(thin).query(thin, predicate="intersects")
@@ -64,43 +64,43 @@ def _overlaps(plan: WrittenPlan) -> Iterator[Finding]:
             continue
         if one < other and not fixed and a.owner != b.owner and depth > DEEP and (a.owner, b.owner) not in seen:
             seen.add((a.owner, b.owner))
-            yield Finding("overlap", (a.owner, b.owner), depth)
+            yield OutsideFinding("overlap", (a.owner, b.owner), depth)
 
 
-def _outside(plan: WrittenPlan) -> Iterator[Finding]:
+def _outside(plan: WrittenPlan) -> Iterator[OutsideFinding]:
     allowed = plan.domain.buffer(BEYOND, join_style="mitre")
     for item in plan.items:
         if not allowed.covers(item.footprint):
-            yield Finding("outside", (item.id,), item.footprint.difference(allowed).area)
+            yield OutsideFinding("outside", (item.id,), item.footprint.difference(allowed).area)
 
 
-def _unsupported(plan: WrittenPlan) -> Iterator[Finding]:
+def _unsupported(plan: WrittenPlan) -> Iterator[OutsideFinding]:
     for item in plan.items:
         if item.support == "floor":
             if abs(item.z) > LOOSE_FIT:
-                yield Finding("support", (item.id, "floor"), abs(item.z))
+                yield OutsideFinding("support", (item.id, "floor"), abs(item.z))
         elif item.support == "wall":
             gap = _wall_gap(plan, item)
             if gap > BRACKET:
-                yield Finding("support", (item.id, "wall"), gap)
+                yield OutsideFinding("support", (item.id, "wall"), gap)
         else:
             yield from _on_surface(plan, item)
 
 
-def _on_surface(plan: WrittenPlan, item: Item) -> Iterator[Finding]:
+def _on_surface(plan: WrittenPlan, item: WrittenItem) -> Iterator[OutsideFinding]:
     carrier = plan.by_id.get(item.support)
     surfaces = carrier.surfaces() if carrier is not None else []
     if item.slot is None or item.slot >= len(surfaces):
-        yield Finding("support", (item.id, item.support))
+        yield OutsideFinding("support", (item.id, item.support))
         return
     polygon, z = surfaces[item.slot]
     if abs(item.z - z) > LOOSE_FIT:
-        yield Finding("support", (item.id, item.support), abs(item.z - z))
+        yield OutsideFinding("support", (item.id, item.support), abs(item.z - z))
     if not polygon.buffer(LOOSE_FIT, join_style="mitre").covers(item.footprint):
-        yield Finding("overhang", (item.id, item.support), item.footprint.difference(polygon).area)
+        yield OutsideFinding("overhang", (item.id, item.support), item.footprint.difference(polygon).area)
 
 
-def _wall_gap(plan: WrittenPlan, item: Item) -> float:
+def _wall_gap(plan: WrittenPlan, item: WrittenItem) -> float:
     """Distance of the back of an object to the wall or column behind it, at the middle of its height."""
     middle = item.z + item.height / 2
     back = item.rectangle(-item.width / 4, item.width / 4, -item.depth / 2, -item.depth / 2 + 1e-4)
@@ -141,20 +141,20 @@ def unreached(
     obstacles: list[shapely.Polygon],
     places: dict[str, Point],
     reach: dict[str, float],
-) -> Iterator[Finding]:
+) -> Iterator[OutsideFinding]:
     """Yield what a disc does not reach from an exit; its center moves where it is a radius away from every obstacle."""
     grown = shapely.union_all([polygon.buffer(radius - SLACK, quad_segs=32) for polygon in obstacles])
     free = plan.domain.difference(grown)
     parts = [part for part in getattr(free, "geoms", [free]) if part.area > 0.0]
     if not plan.exits:
-        yield Finding("no exit", ())
+        yield OutsideFinding("no exit", ())
     for number, exit_ in enumerate(plan.exits):
         start = exit_.inside(radius)
         part = min(parts, key=lambda part: part.distance(start), default=None)
         if part is None or part.distance(start) > 2 * SLACK:
-            yield Finding(kind, (f"exit {number}",), 0.0 if part is None else part.distance(start))
+            yield OutsideFinding(kind, (f"exit {number}",), 0.0 if part is None else part.distance(start))
             continue
         for name, place in places.items():
             gap = part.distance(place) - reach.get(name, 0.0)
             if gap > 2 * SLACK:
-                yield Finding(kind, (f"exit {number}", name), gap)
+                yield OutsideFinding(kind, (f"exit {number}", name), gap)

@@ -43,7 +43,7 @@ class Block:
 
 
 @dataclass(frozen=True)
-class Item:
+class WrittenItem:
     """A placement with its catalog entry."""
 
     id: str
@@ -172,7 +172,7 @@ class WrittenPlan:
         """The floor on which things stand and move, doorways included."""
         return shapely.union_all([self.spaces.buffer(STAIRS, join_style="mitre"), *self.ways])
 
-    def root(self, item: Item) -> Item:
+    def root(self, item: WrittenItem) -> WrittenItem:
         """The object on the floor or on a wall that carries an object in the end."""
         while item.support not in ("floor", "wall"):
             item = self.by_id[item.support]
@@ -190,7 +190,7 @@ class WrittenPlan:
                 return candidate
         return None
 
-    def at_location(self, location: str) -> Item | None:
+    def at_location(self, location: str) -> WrittenItem | None:
         """The first object of an asset, or of a variant of it."""
         names = (item for item in self.items if location in (item.entry["name"], item.entry.get("variant_of")))
         return next(names, None)
@@ -279,11 +279,11 @@ def _rectangle(width: float, depth: float, x: float, y: float, yaw: float) -> Po
     return translate(rotate(box, yaw, origin=(0, 0), use_radians=True), x, y)
 
 
-def _item(placement: dict[str, Any]) -> Item:
+def _item(placement: dict[str, Any]) -> WrittenItem:
     entry = entries()[placement["asset"]]
     size = placement.get("size") or entry["size"]
     x, y, z = placement["position"]
-    return Item(
+    return WrittenItem(
         placement["id"], entry, x, y, z, placement["yaw"], placement["support"], placement["slot"],
         size["width"], size["depth"], size["height"],
     )  # fmt: skip

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from labgym.documents import write_text
 from labgym.eval.drawing.pictures import with_palette
-from labgym.eval.drawing.trace_frames import State, draw_state, judged
+from labgym.eval.drawing.trace_frames import DrawnState, draw_state, judged
 from labgym.eval.reports.report import Picture, page_environment
 from labgym.layouts.trace import Iteration, Trace, Trial
 
@@ -45,7 +45,7 @@ class Row:
     hidden: int
 
 
-def render_trace(trace: Trace, states: Sequence[State]) -> str:
+def render_trace(trace: Trace, states: Sequence[DrawnState]) -> str:
     """Return the page; all text is escaped."""
     digest = base64.b64encode(hashlib.sha256(SCRIPT.encode()).digest()).decode()
     first, last = trace.iterations[0].figures, trace.iterations[-1].figures
@@ -74,12 +74,12 @@ def render_trace(trace: Trace, states: Sequence[State]) -> str:
     )
 
 
-def write_trace_page(trace: Trace, states: Sequence[State], path: str | Path) -> Path:
+def write_trace_page(trace: Trace, states: Sequence[DrawnState], path: str | Path) -> Path:
     """Write the page atomically and return its path."""
     return write_text(path, render_trace(trace, states))
 
 
-def _png(trace: Trace, state: State) -> bytes:
+def _png(trace: Trace, state: DrawnState) -> bytes:
     stream = io.BytesIO()
     draw_state(trace, state).savefig(stream, format="png", metadata={"Software": None})
     return with_palette(stream)

@@ -33,7 +33,7 @@ WIDTH, HEIGHT, SAMPLES = 768, 432, 2
 
 
 @dataclass(frozen=True)
-class Picture:
+class JudgedPicture:
     """A named picture as PNG."""
 
     name: str
@@ -54,10 +54,10 @@ def judged_views(layout: Layout, protocol: Protocol | None) -> dict[str, View]:
     return cameras
 
 
-def pictures(layout: Layout, protocol: Protocol | None) -> tuple[Picture, ...]:
+def pictures(layout: Layout, protocol: Protocol | None) -> tuple[JudgedPicture, ...]:
     """Return the pictures of a layout for a judge, rendered without OpenGL."""
     return tuple(
-        Picture(name, _png(trace_view(layout, view, WIDTH, HEIGHT, SAMPLES)))
+        JudgedPicture(name, _png(trace_view(layout, view, WIDTH, HEIGHT, SAMPLES)))
         for name, view in judged_views(layout, protocol).items()
     )
 

@@ -41,7 +41,7 @@ BEFORE, UNGUARDED, SINGLE = "PPO", "the safety layer", "other tasks"
 """What the variants of PPO lack."""
 
 
-class AblationVariant(Record):
+class LocalVariant(Record):
     """A network that lacks something.
 
     Attributes:
@@ -67,7 +67,7 @@ class Ablation(Document):
 
     weights: str
     drives: int
-    variants: tuple[AblationVariant, ...]
+    variants: tuple[LocalVariant, ...]
 
 
 def ablate_imitation(
@@ -228,5 +228,5 @@ def _results(weights: str, variants: list[tuple[str, list[dict[str, Any]]]]) -> 
     results = []
     for name, rows in variants:
         difference = None if name == WHOLE else paired_difference(scores[name], scores[WHOLE]).difference
-        results.append(AblationVariant(name=name, difference=difference, **means(rows)))
+        results.append(LocalVariant(name=name, difference=difference, **means(rows)))
     return Ablation(weights=weights, drives=len(variants[0][1]), variants=tuple(results))

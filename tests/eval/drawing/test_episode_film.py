@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from labgym.envs.labnav.drawing import draw_suite
-from labgym.eval.drawing.episode_film import HOLD, Panel, episode_film
+from labgym.eval.drawing.episode_film import HOLD, FilmPanel, episode_film
 from labgym.eval.drawing.episode_plan import PERSON, ROBOT_COLOR, UNSEEING, dense, nose, people_of, route_of
 from labgym.eval.labnav.replay import drive_again
 from labgym.navigation import ShortestPaths
@@ -26,7 +26,7 @@ def has(picture, color):
 
 
 def test_the_map_shows_the_robot_and_people_of_both_kinds(shown):
-    panel = Panel(shown, 330, 540)
+    panel = FilmPanel(shown, 330, 540)
     shot = shown.shots[0]
     roles = shown.task.conditions["people"]["people"]
     people = people_of(shown.task, shot.bodies)

@@ -35,7 +35,7 @@ def test_the_drives_of_a_suite_take_the_place_of_goal_pairs(tmp_path):
     length = ShortestPaths(laboratory).path(START, GOAL)
     assert length is not None
     assert report.rows[0].shortest_path_length == pytest.approx(length.length, abs=1e-6)
-    assert math.dist(report.routes["one", 1, 0][0], START) == pytest.approx(0.0, abs=1e-3)
+    assert math.dist(report.routes["one/1/0"][0], START) == pytest.approx(0.0, abs=1e-3)
     assert Suite.model_validate(report.summary.suite.model_dump(mode="json")) == suite(one=(one, one))
 
 

@@ -136,7 +136,7 @@ class PairLine:
 
 
 @dataclass(frozen=True)
-class Site:
+class SiteContent:
     """The contents of the page.
 
     Attributes:
@@ -219,7 +219,7 @@ def site_of(
     problems: Iterable[str] = (),
     other: Iterable[Table] = (),
     facts: Iterable[tuple[str, str]] = (),
-) -> Site:
+) -> SiteContent:
     """Return the contents of the site.
 
     Args:
@@ -248,7 +248,7 @@ def site_of(
     whole = any(one.summary.labnav is not None for one in entries)
     pairs = _pairs(sections)
     complete = [one for one in entries if len(one.tasks) == len(tasks)]
-    return Site(
+    return SiteContent(
         title=title,
         subtitle=f"Navigation in chemistry laboratories at work: suite {suite}{version}, {few}{most} episodes a task",
         headline="LabNav" if whole else "Mean score",
@@ -267,7 +267,7 @@ def site_of(
     )
 
 
-def render_site(site: Site) -> str:
+def render_site(site: SiteContent) -> str:
     """Return the page as HTML; all text is escaped, and the script and the data are part of it."""
     script, style = (files(PACKAGE).joinpath("templates", name).read_text("utf-8") for name in (SCRIPT, STYLE))
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
@@ -277,7 +277,7 @@ def render_site(site: Site) -> str:
     )
 
 
-def write_site(site: Site, path: str | Path) -> Path:
+def write_site(site: SiteContent, path: str | Path) -> Path:
     """Write the page atomically and return its path."""
     return write_text(path, render_site(site))
 
