@@ -3,4 +3,4 @@
 from labgym.eval.outside.checks import OutsideFinding, findings
 from labgym.eval.outside.written_plan import WrittenPlan
 
-__all__ = ["Finding", "WrittenPlan", "findings"]
+__all__ = ["OutsideFinding", "WrittenPlan", "findings"]
