@@ -14,6 +14,7 @@ from labgym.envs.conditions.crowd import Crowd
 from labgym.envs.conditions.intentions import distance
 from labgym.envs.conditions.orca import Disc
 from labgym.envs.world import world_of
+from labgym.layouts import load_published
 
 WORLD = world_of(island_laboratory())
 
@@ -50,18 +51,28 @@ def robot_over_time(rng, steps):
 @pytest.mark.parametrize(
     ("model", "count", "digest"),
     [
-        ("orca", 2, "a57fe22de504fb12"),
-        ("orca", 5, "a1e8d524d55c1f9a"),
-        ("orca", 16, "a6b8de836f8197f2"),
-        ("social_force", 5, "d244b90c041b1f1e"),
-        ("social_force", 9, "8ceca4a68cdbdfce"),
+        ("orca", 5, "776749e2c0a9d115"),
+        ("orca", 16, "5f71dc8dd09e7d46"),
+        ("social_force", 5, "a1b2d6e79faf977f"),
+        ("social_force", 16, "c20abe0f3be6967c"),
     ],
 )
 def test_people_walk_as_in_the_published_episodes_to_the_bit(model, count, digest):
+    layout = load_published("floors-val", "floors-val-0003")
     rng, track = np.random.default_rng(count), hashlib.sha256()
-    crowd = Crowd(WORLD, people(rng, count, model))
-    for step, (robot, rest) in enumerate(robot_over_time(rng, 400)):
-        crowd.step(robot if step < 350 else None, rest)
+    furniture = np.array([one.position[:2] for one in layout.placements if one.support == "floor"])
+    roles = [
+        {
+            "start": start.tolist(),
+            "yields": bool(number % 2),
+            "group": number,
+            "stops": [[*stop, 0.3, 0.5] for stop in furniture[rng.integers(0, len(furniture), 3)].tolist()],
+        }
+        for number, start in enumerate(furniture.mean(axis=0) + rng.normal(0.0, 1.0, (count, 2)))
+    ]
+    crowd = Crowd(world_of(layout), cast_of({"people": roles, "model": model, "speed": 1.2}))
+    for robot, rest in robot_over_time(rng, 200):
+        crowd.step(robot, rest)
         track.update(np.column_stack([crowd.centers, crowd.velocities, crowd.yaws, crowd.walked]).tobytes())
     assert track.hexdigest()[:16] == digest
 
