@@ -179,9 +179,9 @@ def test_the_cost_is_told_before_the_start(suite):
 
 def test_a_published_suite_takes_no_layouts_and_no_repeats():
     with pytest.raises(OptionError, match="has its floors"):
-        eval_("straight", "labnav-mini", layouts=("test-sub_01",))
+        eval_(policy="straight", suite="labnav-mini", layouts=("test-sub_01",))
     with pytest.raises(OptionError, match="fixed episodes"):
-        eval_("straight", "labnav-mini", repeats=2)
+        eval_(policy="straight", suite="labnav-mini", repeats=2)
 
 
 def test_kinds_of_things_have_no_number():
@@ -250,7 +250,9 @@ def test_a_suite_in_a_file_or_folder_is_driven_on_the_layouts_that_come_with_it(
         assert (chosen.name, chosen.parts[0].episodes) == (name, (drawn,))
     assert is_labnav(str(in_files / "suites"))
     assert not is_labnav(str(in_files / "floors"))
-    code = eval_("straight", str(in_files / "suites"), (str(in_files / "floors"),), out=in_files / "run")
+    code = eval_(
+        policy="straight", suite=str(in_files / "suites"), layouts=(str(in_files / "floors"),), out=in_files / "run"
+    )
     assert code == 0
     (row,) = (LabNavRow.model_validate_json(line) for line in (in_files / "run" / "episodes.jsonl").open())
     assert (row.floor, row.shortest) == (drawn.floor, drawn.length)
