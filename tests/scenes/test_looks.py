@@ -128,9 +128,9 @@ def test_views_from_inside_have_a_ceiling_with_lamps_and_a_landscape_behind_wind
     assert sky[2] - sky[1] > ground[2] - ground[1] + 10.0
 
 
-def test_compiled_scenes_of_floors_have_textures_and_those_of_plain_rooms_have_none(tmp_path: Path) -> None:
+def test_compiled_scenes_have_textures(tmp_path: Path) -> None:
     plain = Layout(id="plain", floor=Room(width=6.0, depth=5.0).floor, placements=furnished().placements)
-    assert not (write_mjcf(plain, tmp_path / "plain").parent / "textures").exists()
+    assert list((write_mjcf(plain, tmp_path / "plain").parent / "textures").iterdir())
     path = write_mjcf(furnished(), tmp_path / "dressed")
     written = {file.stem for file in (path.parent / "textures").iterdir()}
     assert {"floor_concrete", "wall_sky", "accent_navy", "front_oak", "epoxy_black"} <= written
@@ -207,7 +207,7 @@ def test_usd_textures_load_with_the_pixels_of_the_materials(tmp_path: Path) -> N
     points = np.array(UsdGeom.Mesh(floor).GetPointsAttr().Get())[UsdGeom.Mesh(floor).GetFaceVertexIndicesAttr().Get()]
     assert places * period == pytest.approx(points[:, :2], abs=1e-3)
     plain = Layout(id="plain", floor=Room(width=6.0, depth=5.0).floor, placements=())
-    assert not (write_usd(plain, tmp_path / "plain").parent / "textures").exists()
+    assert list((write_usd(plain, tmp_path / "plain").parent / "textures").iterdir())
 
 
 @pytest.mark.parametrize("name", ["suite", "ell", "oblique"])

@@ -37,8 +37,8 @@ def test_a_layout_in_order_is_full_in_every_headline_figure(report: LayoutReport
     free = {"obj", "walk", "facility"}  # amounts, and advice on planning
     best = {"ob": 0, "cn": 0, "v": 0, "s_phys": 35.0, "s_chem": 35.0}
     values = {name: getattr(report, name) for name in HEADLINE}
-    # Advice on planning may be left: two islands are 0.08 m out of line.
-    assert {issue.rule for issue in report.warnings} == {"islands_in_line"}
+    # Advice on planning may be left: two islands are 0.08 m out of line, and the presets' doors open inward.
+    assert {issue.rule for issue in report.warnings} == {"islands_in_line", "exit_swing"}
     known = {name: value for name, value in values.items() if value is not None and name not in free}
     assert known == {name: best.get(name, 1.0) for name in known}
     assert report.passed
