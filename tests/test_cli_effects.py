@@ -17,7 +17,7 @@ from labgym.pipeline import RunConfig
 
 LAYOUT = "test-sub_01"
 ALL_EFFECTIVE = {
-    "move", "repair", "outline", "import labbuilder", "serve", "policies", "floors", "bench", "coverage", "doctor",
+    "compare", "move", "repair", "outline", "import labbuilder", "serve", "policies", "floors", "bench", "coverage", "doctor",
     "assets build", "assets compat", "assets infer", "assets find", "assets add-reagent",
     "protocols search", "protocols check", "protocols stage",
     "reproduce published", "reproduce protocols", "reproduce labbuilder", "reproduce comparison", "reproduce ablation",
@@ -69,7 +69,6 @@ CASES = [
     ("eval --protocol sub_01", "--protocol"),
     (f"eval --suite val --layouts {LAYOUT}", "--suite"),
     ("report results --workers 2", "--workers"),
-    ("compare results results --policies astar bug2", "--policies"),
     *((f"record results --episode a/0 {flag}", flag.split()[0]) for flag in (
         "--pair 1", "--protocol sub_01", "--start 1,1,0", "--goal 1,1", "--seed 1", "--options a=1")),
     (f"record {LAYOUT} --pair 1 --start 1,1,0 --goal 2,2", "--pair"),

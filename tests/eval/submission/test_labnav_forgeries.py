@@ -16,7 +16,7 @@ from labgym.envs.conditions.beaker import Beaker
 from labgym.envs.labnav.nuisances import prepared
 from labgym.envs.world import world_of
 from labgym.eval.labnav.drive import drive_floor
-from labgym.eval.labnav.results import score_of
+from labgym.eval.labnav.results import DriveTerms, score_of
 from labgym.eval.labnav.suites import load_labnav
 from labgym.eval.submission.check import drawn_again, driven_again, unseen
 from labgym.eval.submission.labnav_rows import LabNavTerms, labnav_route_problems, labnav_row_problems
@@ -244,9 +244,7 @@ def driven(task: str):
     drives = []
     for name, episode in itertools.product(("straight", "bug2"), part.first(2, 1).episodes):
         layout = part.layout(episode.floor)
-        (drive,) = drive_floor(
-            make_policy(name), layout, [episode], task, part.level, "mine", part.label, 0, seconds=25.0
-        )
+        (drive,) = drive_floor(make_policy(name), layout, [episode], DriveTerms.of(part, "mine", 0, seconds=25.0))
         drives.append((part, episode, layout, drive))
     return drives
 
@@ -329,7 +327,7 @@ def shift():
     part = load_labnav("labnav-val-shift").parts[0].first(1, 1, 3)
     (episode,) = part.episodes
     layout = part.layout(episode.floor)
-    (drive,) = drive_floor(make_policy("straight"), layout, [episode], "shift", 2, "mine", part.label, 0, seconds=6.0)
+    (drive,) = drive_floor(make_policy("straight"), layout, [episode], DriveTerms.of(part, "mine", 0, seconds=6.0))
     return part, episode, layout, drive
 
 

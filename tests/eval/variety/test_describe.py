@@ -101,8 +101,8 @@ def test_a_sketch_has_the_walls_the_door_and_the_furniture_of_its_layout():
     assert len(sketch.furniture) == len(list(layout.obstacles(OBSTACLE_HEIGHT)))
     assert len(sketch.clutter) == 0
     for row, column in ((10, 20), (3, 3), (40, 50)):
-        px, py = 0.1 * column, 0.1 * row
-        expected = min(px, py, room.width - px, room.depth - py)
+        px, py = sketch.low + 0.1 * np.array([column, row])
+        expected = max(0.0, min(px, py, room.width - px, room.depth - py))
         assert sketch.walls[row, column] == pytest.approx(expected, abs=2e-3)
     ((ex, ey, heading),) = list(entry_poses(layout).values())[:1]
     assert math.dist((ex, ey), (x, y)) == pytest.approx(0.6)
