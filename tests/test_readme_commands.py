@@ -10,7 +10,8 @@ import pytest
 from pages import blocks
 
 from labgym.cli import main
-from labgym.cli.app import GROUPS
+from labgym.cli.commands import COMMANDS as ALL_COMMANDS
+from labgym.cli.commands import CommandGroup
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = ("README.md", "docs/commands.md")
@@ -42,8 +43,8 @@ EXTRAS = {"infer": "rdkit", "build": "pxr"}
 
 def command_path(words: list[str]) -> list[str]:
     """Return the names of the command and of its group's command."""
-    group = GROUPS.get(words[0])
-    return [words[0], *([group.named(words[1:])[0]] if group else [])]
+    group = ALL_COMMANDS[words[0]]
+    return [words[0], *([group.named(words[1:])[0]] if isinstance(group, CommandGroup) else [])]
 
 
 @pytest.mark.parametrize("words", [*(words for page in PAGES for words in COMMANDS[page]), *TUTORIALS], ids=" ".join)
