@@ -17,7 +17,8 @@ from labgym.pipeline import RunConfig
 
 LAYOUT = "test-sub_01"
 ALL_EFFECTIVE = {
-    "move", "repair", "outline", "import labbuilder", "serve", "policies", "floors", "bench", "coverage", "compare", "doctor",
+    "move", "repair", "outline", "import labbuilder", "serve", "policies", "floors", "bench", "coverage",
+    "compare", "doctor",
     "assets build", "assets compat", "assets infer", "assets find", "assets add-reagent",
     "protocols search", "protocols check", "protocols stage",
     "reproduce published", "reproduce protocols", "reproduce labbuilder", "reproduce comparison", "reproduce ablation",
