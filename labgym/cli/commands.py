@@ -206,9 +206,7 @@ def command_app(words: Sequence[str], commands: Mapping[str, str | CommandGroup]
     named = words[0] if words and words[0] in commands else None
     for name, entry in commands.items():
         if isinstance(entry, CommandGroup):
-            inner = command_app(words[1:], entry.commands) if name == named else SubcommandApp()
-            if name != named:
-                _defer(inner, entry.commands)
+            inner = command_app(words[1:], entry.commands) if name == named else _defer(SubcommandApp(), entry.commands)
             app.command(inner, name=name, help=entry.help)
         elif named in (None, name):
             app.command(name=name)(command_function(entry))
@@ -217,10 +215,11 @@ def command_app(words: Sequence[str], commands: Mapping[str, str | CommandGroup]
     return app
 
 
-def _defer(app: SubcommandApp, commands: Mapping[str, str]) -> None:
-    """Add commands whose descriptions are not listed."""
+def _defer(app: SubcommandApp, commands: Mapping[str, str]) -> SubcommandApp:
+    """Add commands whose descriptions are not listed, and return the parser."""
     for name, reference in commands.items():
         app.command(name=name, help="(not named)")(DeferredFunction(reference))
+    return app
 
 
 def refuse_unknown_command(words: Sequence[str]) -> None:
