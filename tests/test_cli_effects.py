@@ -9,15 +9,16 @@ from dataclasses import fields, is_dataclass
 
 import pytest
 
-from labgym.cli import app as cli
 from labgym.cli import main
+from labgym.cli.commands import COMMANDS, CommandGroup, command_function
 from labgym.cli.effects import EXECUTION, IDLE
 from labgym.eval.labnav.summary import LabNavSummary
 from labgym.pipeline import RunConfig
 
 LAYOUT = "test-sub_01"
 ALL_EFFECTIVE = {
-    "compare", "move", "repair", "outline", "import labbuilder", "serve", "policies", "floors", "bench", "coverage", "doctor",
+    "move", "repair", "outline", "import labbuilder", "serve", "policies", "floors", "bench", "coverage",
+    "compare", "doctor",
     "assets build", "assets compat", "assets infer", "assets find", "assets add-reagent",
     "protocols search", "protocols check", "protocols stage",
     "reproduce published", "reproduce protocols", "reproduce labbuilder", "reproduce comparison", "reproduce ablation",
@@ -134,14 +135,13 @@ def test_every_flag_of_the_table_has_a_case():
 
 def commands():
     """Return the function of every command by its name."""
-    functions = {}
-    for name, command in cli.app._subcommands.items():
-        inner = getattr(command.target, "_subcommands", None)
-        if inner is None:
-            functions[name] = command.target
+    references = {}
+    for name, entry in COMMANDS.items():
+        if isinstance(entry, CommandGroup):
+            references |= {f"{name} {command}": reference for command, reference in entry.commands.items()}
         else:
-            functions |= {f"{name} {each}": one.target for each, one in inner.items()}
-    return functions
+            references[name] = entry
+    return {name: command_function(reference) for name, reference in references.items()}
 
 
 def test_every_command_is_audited_and_the_table_names_its_parameters():

@@ -5,7 +5,8 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from labgym.cli.outcome import BAD_INPUT
+from labgym import __version__
+from labgym.cli.outcome import BAD_INPUT, DONE
 from labgym.cli.problems import memory_problem, problem_line
 
 __all__ = ["main"]
@@ -16,6 +17,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if (problem := memory_problem()) is not None:
         print(f"labgym: error: {problem}", file=sys.stderr)
         return BAD_INPUT
+    words = sys.argv[1:] if arguments is None else arguments
+    if list(words) == ["--version"]:
+        print(f"labgym {__version__}")
+        return DONE
     try:
         from labgym.cli import app
     except (ImportError, MemoryError, SystemError) as error:
@@ -24,4 +29,4 @@ def main(arguments: Sequence[str] | None = None) -> int:
             raise
         print(f"labgym: error: {line}", file=sys.stderr)
         return BAD_INPUT
-    return app.main(arguments)
+    return app.main(words)

@@ -17,9 +17,7 @@ from types import FrameType
 from typing import Annotated, Literal
 
 from tyro.conf import FlagCreatePairsOff, OmitArgPrefixes, Positional, arg
-from tyro.extras import SubcommandApp
 
-from labgym import __version__
 from labgym.cli.arguments import (
     ExecutorArguments,
     OptionalText,
@@ -27,34 +25,14 @@ from labgym.cli.arguments import (
     allow_local_modules,
     parse_options,
 )
-from labgym.cli.assets import assets_app
+from labgym.cli.commands import COMMANDS, CommandGroup, command_app, refuse_unknown_command
 from labgym.cli.effects import refuses_idle_flags
-from labgym.cli.engineering import compile_, move, outline, view
-from labgym.cli.evaluation import compare, coverage, eval_, report
-from labgym.cli.group import refuse_unknown_command
-from labgym.cli.imports import import_app
-from labgym.cli.layouts import generate
-from labgym.cli.leaderboard import leaderboard
 from labgym.cli.outcome import BAD_INPUT, DONE, FAILED, SIGNALED, complaints
 from labgym.cli.problems import problem_line
-from labgym.cli.protocols import protocols_app
-from labgym.cli.recording import record
-from labgym.cli.repairs import repair
-from labgym.cli.reproduction import reproduce_app
-from labgym.cli.scores import score
-from labgym.cli.splits import describe_app, floors, labnav
-from labgym.cli.submission import submit_app
-from labgym.cli.traces import trace
-from labgym.cli.training import ablate_app, card_app, train_app
-from labgym.cli.training_data import data
-from labgym.cli.viewing import play
 from labgym.errors import LabgymError, MissingDependencyError
 from labgym.pipeline import RunConfig
 
 SIGNALS = (signal.SIGTERM, signal.SIGHUP)
-app = SubcommandApp()
-GROUPS = {"assets": assets_app, "protocols": protocols_app, "reproduce": reproduce_app}
-"""Groups whose default command runs when no command of the group is named."""
 
 
 class Terminated(KeyboardInterrupt):
@@ -94,7 +72,6 @@ def _raise(number: int, _: FrameType | None) -> None:
     raise Terminated(number)
 
 
-@app.command
 @refuses_idle_flags("run")
 def run(
     config: OmitArgPrefixes[RunConfig],
@@ -123,44 +100,6 @@ def run(
     return complaints(outcome.problems)
 
 
-app.command(
-    assets_app,
-    name="assets",
-    help="List, show, find and check assets; add meshes; write USD files. Plain `labgym assets` lists all; "
-    "`labgym assets rotovap` shows one (short for `show rotovap`).",
-)
-app.command(
-    protocols_app,
-    name="protocols",
-    help="List, show, search, write, check and import protocols. Plain `labgym protocols` lists the published ones; "
-    "`labgym protocols sub_01` shows one (short for `show sub_01`).",
-)
-
-
-app.command(generate)
-app.command(trace)
-
-
-app.command(score)
-
-
-app.command(name="compile")(compile_)
-app.command(view)
-app.command(play)
-app.command(move)
-app.command(repair)
-app.command(outline)
-app.command(import_app, name="import", help="Read laboratories that other programs wrote.")
-
-
-app.command(name="eval")(eval_)
-app.command(leaderboard)
-
-
-app.command(record)
-
-
-@app.command
 def serve(
     policy: Annotated[Positional[str], arg(metavar="POLICY")],
     host: str = "127.0.0.1",
@@ -194,15 +133,6 @@ def serve(
     return DONE
 
 
-app.command(
-    reproduce_app,
-    name="reproduce",
-    help="Reproduce what was published. Plain `labgym reproduce --split test` checks the published layouts (short for "
-    "`published --split test`); the other commands reproduce the tables of the paper.",
-)
-
-
-@app.command
 def policies() -> int:
     """List the built-in and registered policies with sensor, required extra and summary."""
     from labgym.policies.registry import policy_table
@@ -211,23 +141,6 @@ def policies() -> int:
     return DONE
 
 
-app.command(floors)
-app.command(labnav)
-app.command(describe_app, name="describe", help="Describe splits of floors.")
-app.command(submit_app, name="submit", help="Check results that others submit.")
-app.command(data)
-app.command(train_app, name="train", help="Train a policy, or resume an interrupted training run.")
-app.command(ablate_app, name="ablate", help="Run an ablation study of a policy: change one part at a time.")
-app.command(card_app, name="card", help="Publish a trained policy with its model card.")
-
-
-app.command(report)
-
-
-app.command(compare)
-
-
-@app.command
 def bench(rounds: int = 15) -> int:
     """Measure speed: each task relative to a comparable reference task, and environments relative to PointMaze.
 
@@ -249,10 +162,6 @@ def bench(rounds: int = 15) -> int:
     return DONE
 
 
-app.command(coverage)
-
-
-@app.command
 def doctor() -> int:
     """Check this machine: packages, artefacts, renderers; list what is missing and how to install it."""
     import labgym.doctor
@@ -269,16 +178,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # A terminal whose encoding lacks a character shows an escape instead of raising an error.
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
-    if words == ["--version"]:
-        print(f"labgym {__version__}")
-        return DONE
     try:
-        if words and words[0] in GROUPS:
-            words[1:] = GROUPS[words[0]].named(words[1:])
-        refuse_unknown_command(app, words)
+        group = COMMANDS.get(words[0]) if words else None
+        if isinstance(group, CommandGroup):
+            words[1:] = group.named(words[1:])
+        refuse_unknown_command(words)
         with raise_termination():
+            parser = command_app(words)
             return int(
-                app.cli(prog="labgym", description=__doc__, args=words or ["--help"], config=(FlagCreatePairsOff,))
+                parser.cli(prog="labgym", description=__doc__, args=words or ["--help"], config=(FlagCreatePairsOff,))
             )
     except LabgymError as error:
         return _fail(str(error))

@@ -13,7 +13,6 @@ from labgym.assets.catalog import FOLDER_VARIABLE, Catalog
 from labgym.assets.model import Kind
 from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath, OptionalText, Texts
 from labgym.cli.effects import refuses_idle_flags
-from labgym.cli.group import CommandGroup
 from labgym.cli.outcome import DONE, complaints, findings, written
 from labgym.cli.saving import Overwrite
 from labgym.errors import LabgymError, OptionError
@@ -26,10 +25,7 @@ Axis = Literal["X", "Y", "Z"]
 Direction = Literal["+x", "-x", "+y", "-y", "+z", "-z"]
 State = Literal["solid", "liquid", "gas"]
 
-assets_app = CommandGroup("show", alike={"search": "find", "list": "show"})
 
-
-@assets_app.command
 @refuses_idle_flags("assets show")
 def show(
     name: Positional[Annotated[str | None, arg(metavar="[NAME]", help_behavior_hint="")]] = None,
@@ -55,7 +51,6 @@ def show(
     return DONE
 
 
-@assets_app.command
 @refuses_idle_flags("assets add")
 def add(
     paths: Positional[Annotated[tuple[Path, ...], arg(metavar="PATH [PATH ...]", help_behavior_hint="(required)")]],
@@ -115,7 +110,6 @@ def add(
     return complaints(problems)
 
 
-@assets_app.command(name="add-reagent")
 def add_reagent(
     name: Positional[Annotated[str, arg(metavar="NAME")]],
     smiles: Annotated[str, arg(metavar="SMILES")],
@@ -152,7 +146,6 @@ def add_reagent(
     return DONE
 
 
-@assets_app.command
 def build(
     names: Positional[Annotated[tuple[str, ...], arg(metavar="[NAME ...]", help_behavior_hint="")]] = (),
     out: OptionalPath = None,
@@ -185,7 +178,6 @@ def build(
     return written(folder)
 
 
-@assets_app.command
 def compat(
     first: Positional[Annotated[str, arg(metavar="REAGENT")]],
     second: Positional[Annotated[str | None, arg(metavar="[REAGENT]", help_behavior_hint="")]] = None,
@@ -205,7 +197,6 @@ def compat(
     return DONE
 
 
-@assets_app.command
 def infer(
     smiles: Positional[Annotated[str | None, arg(metavar="[SMILES]", help_behavior_hint="")]] = None,
     agreement: bool = False,
@@ -228,7 +219,6 @@ def infer(
     return DONE
 
 
-@assets_app.command
 def find(text: Positional[Annotated[str, arg(metavar="TEXT")]], count: int = 0) -> int:
     """Find the asset that a text names and print how it was matched; exit code 2 without a match.
 

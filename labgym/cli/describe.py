@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from labgym.assets import Asset, Catalog, Match, incompatible
-from labgym.assets.inference.bottle import INFERRED_NOTE
+from labgym.assets import incompatible
 from labgym.assets.reactivity import Reaction, products, reactions, to_avoid
 from labgym.assets.specs import quantity, value_text
-from labgym.protocols import Protocol
 from labgym.table import Table, number
 
 if TYPE_CHECKING:
+    from labgym.assets import Asset, Catalog, Match
     from labgym.assets.inference import Inference, LabelAgreement
     from labgym.eval.driving.episode_row import LabNavRow, TransitionRow
     from labgym.eval.scoring.layout_report import LayoutReport
     from labgym.layouts.rules.regulations import Ruling
+    from labgym.protocols import Protocol
     from labgym.protocols.experiments import Experiment
     from labgym.protocols.experiments.feasibility import FeasibilityVerdict
     from labgym.protocols.retrieval import SearchResults
@@ -322,7 +322,11 @@ def _groups(reaction: Reaction, asset: Asset) -> str:
 def _inferred(asset: Asset) -> list[str]:
     """Return a line that says how a reagent's groups were inferred; none if they come from the catalog."""
     chemistry = asset.chemistry
-    if chemistry is None or not chemistry.notes.startswith(INFERRED_NOTE):
+    if chemistry is None:
+        return []
+    from labgym.assets.inference.bottle import INFERRED_NOTE
+
+    if not chemistry.notes.startswith(INFERRED_NOTE):
         return []
     return [f"{asset.name} is {chemistry.smiles}, its groups {chemistry.notes.replace('_', ' ')}"]
 

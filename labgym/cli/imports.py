@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import Positional, UseAppendAction, arg
-from tyro.extras import SubcommandApp
 
 from labgym.cli.arguments import OptionalPath, OptionalText
 from labgym.cli.saving import Overwrite, layout_path, save
@@ -16,13 +15,11 @@ from labgym.errors import OptionError
 if TYPE_CHECKING:
     from labgym.layouts.floor import Door
 
-import_app = SubcommandApp()
 
 Doors = UseAppendAction[Annotated[tuple[str, ...], arg(metavar="WALL,OFFSET[,WIDTH]")]]
 Names = UseAppendAction[Annotated[tuple[str, ...], arg(metavar="NAME=ASSET")]]
 
 
-@import_app.command
 def labbuilder(
     scene: Positional[Annotated[Path, arg(metavar="SCENE")]],
     *,

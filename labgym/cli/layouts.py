@@ -10,8 +10,6 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from tyro.conf import OmitArgPrefixes
 
-from labgym import protocols
-from labgym.assets import Catalog
 from labgym.cli.arguments import (
     THIS_PROCESS,
     Execution,
@@ -26,13 +24,10 @@ from labgym.cli.effects import refuses_idle_flags
 from labgym.cli.outcome import DONE, FAILED, written
 from labgym.cli.saving import Overwrite, layout_path, refuse_other_content, save
 from labgym.errors import InfeasibleError, OptionError, UnrepairedError
-from labgym.layouts import Floor, Method, reasons, resolve_request
-from labgym.layouts.generate import ADDED, generate_assessed
-from labgym.layouts.phases import FAILURES, summary
-from labgym.layouts.placement import Placement
-from labgym.layouts.trace import Recorder
 
 if TYPE_CHECKING:
+    from labgym.assets import Catalog
+    from labgym.layouts import Floor, Method, Placement
     from labgym.layouts.request import Holdings
 
 
@@ -147,6 +142,8 @@ class MethodArguments(RuleArguments):
 
     def method(self) -> Method:
         """Return the method."""
+        from labgym.layouts.method import Method
+
         return Method(
             proposer=self.proposer,
             optimise=self.optimise,
@@ -245,11 +242,16 @@ def _generate_one(
     method: MethodArguments,
     output: OutputArguments,
 ) -> int:
+    from labgym.assets import Catalog
+    from labgym.layouts.generate import generate_assessed, reasons, resolve_request
+    from labgym.layouts.trace import Recorder
+    from labgym.protocols import resolve
+
     rules, phases, out = method.rule_set(), method.method(), output.out or Path()
     layout_path(out, names[0])  # a wrong name is refused before the work
     holdings, catalog = existing.holdings(), Catalog.load()
     request = resolve_request(
-        [protocols.resolve(name) for name in names],
+        [resolve(name) for name in names],
         site.seed,
         catalog=catalog,
         rules=rules,
@@ -280,6 +282,9 @@ def _generate_one(
 
 def _print_notes(options: dict[str, Any]) -> None:
     """Print what a layout's provenance says about how it came about."""
+    from labgym.layouts.generate import ADDED
+    from labgym.layouts.phases import FAILURES, summary
+
     if FAILURES in options:
         print(f"labgym: warning: {summary(options[FAILURES])}", file=sys.stderr)
     if options.get("note") and "furnishing" in options:

@@ -12,7 +12,6 @@ from labgym import protocols
 from labgym.assets import Catalog
 from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath, OptionalWholeNumber, ProtocolName
 from labgym.cli.effects import refuses_idle_flags
-from labgym.cli.group import CommandGroup
 from labgym.cli.outcome import DONE, FAILED, findings, written
 from labgym.cli.problems import check_installed
 from labgym.cli.saving import Overwrite, save
@@ -25,9 +24,6 @@ if TYPE_CHECKING:
     from labgym.protocols.experiments.collection import Tally
     from labgym.protocols.synthesis import Writer
 
-protocols_app = CommandGroup(
-    "show", alike={"validate": "check", "verify": "check", "create": "new", "write": "new", "list": "show"}
-)
 
 Description = Positional[Annotated[str, arg(metavar="TEXT")]]
 OutputPath = Annotated[Path, arg(help_behavior_hint="(default: the current folder)")]
@@ -36,7 +32,6 @@ OptionalType = Annotated[
 ]
 
 
-@protocols_app.command
 @refuses_idle_flags("protocols show")
 def show(
     name: Positional[Annotated[str | None, arg(metavar="[PROTOCOL]", help_behavior_hint="")]] = None,
@@ -60,7 +55,6 @@ def show(
     return DONE
 
 
-@protocols_app.command
 def search(text: Description, count: int = 5, keyword_only: bool = False) -> int:
     """Find the fragments of the library that are nearest to a text in English or Chinese.
 
@@ -76,7 +70,6 @@ def search(text: Description, count: int = 5, keyword_only: bool = False) -> int
     return DONE
 
 
-@protocols_app.command
 @refuses_idle_flags("protocols new")
 def new(
     text: Description,
@@ -106,7 +99,6 @@ def new(
     return _save(result.protocol, out, overwrite)
 
 
-@protocols_app.command
 def check(protocol: ProtocolName) -> int:
     """Check that a protocol is complete, safe, and within the limits of its equipment.
 
@@ -122,7 +114,6 @@ def check(protocol: ProtocolName) -> int:
     return findings(lines["fault"], lines["advice"])
 
 
-@protocols_app.command
 @refuses_idle_flags("protocols experiments")
 def experiments(
     name: Positional[Annotated[str | None, arg(metavar="[EXPERIMENT]", help_behavior_hint="")]] = None,
@@ -147,7 +138,6 @@ def experiments(
     return DONE
 
 
-@protocols_app.command
 def stage(
     experiment: Positional[Annotated[str, arg(metavar="EXPERIMENT")]],
     path: OptionalPath = None,
@@ -178,7 +168,6 @@ def stage(
     return _save(staging.stage(chosen), out, overwrite)
 
 
-@protocols_app.command(name="import")
 @refuses_idle_flags("protocols import")
 def import_(
     path: Positional[Path],
@@ -215,7 +204,6 @@ def import_(
     return _collected(import_experiments(source, out, limit, feasible, execution.options(), fresh), out)
 
 
-@protocols_app.command(name="filter")
 @refuses_idle_flags("protocols filter")
 def filter_(
     path: Positional[Annotated[Path | None, arg(metavar="[PATH]", help_behavior_hint="")]] = None,

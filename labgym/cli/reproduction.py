@@ -17,7 +17,6 @@ from labgym.cli.arguments import (
     Texts,
     allow_local_modules,
 )
-from labgym.cli.group import CommandGroup
 from labgym.cli.outcome import complaints, findings, written
 from labgym.cli.scores import OptionalMode
 
@@ -28,12 +27,10 @@ if TYPE_CHECKING:
     from labgym.paper.reproduction.study import Study
 
 PublishedSplit = Literal["val", "test", "floors-val", "floors-seen", "floors-test"]
-reproduce_app = CommandGroup(default="published", arguments=0)
 RUNS = Path("runs/reproduce")
 """Default folder of the studies, each in the subfolder of its name."""
 
 
-@reproduce_app.command
 def published(split: PublishedSplit = "test", out: OptionalPath = None) -> int:
     """Check the published layouts against their hashes, and regenerate them from their seeds.
 
@@ -99,7 +96,6 @@ Run = OmitArgPrefixes[RunArguments]
 HERE = RunArguments()
 
 
-@reproduce_app.command
 def protocols(run: Run = HERE) -> int:
     """Table 1: counts per protocol, and the entries of the knowledge base (docs/reproduction.md)."""
     from labgym.paper.reproduction.protocols import ProtocolsStudy
@@ -107,7 +103,6 @@ def protocols(run: Run = HERE) -> int:
     return _reproduced(ProtocolsStudy(), run)
 
 
-@reproduce_app.command
 def labbuilder(
     folder: Positional[Annotated[Path, arg(metavar="FOLDER")]],
     run: Run = HERE,
@@ -124,7 +119,6 @@ def labbuilder(
     return _reproduced(LabBuilderStudy(folder), run)
 
 
-@reproduce_app.command
 def comparison(scope: Scope = WHOLE, judge: OptionalMode = None, run: Run = HERE) -> int:
     """Table 2: layouts of labgym's generators and of the paper's rivals, under one set of metrics.
 
@@ -136,7 +130,6 @@ def comparison(scope: Scope = WHOLE, judge: OptionalMode = None, run: Run = HERE
     return _reproduced(_comparison(scope, judge), run)
 
 
-@reproduce_app.command
 def ablation(scope: Scope = WHOLE, judge: OptionalMode = None, run: Run = HERE) -> int:
     """Table 3: the method without annotations, protocol, optimization or refinement for navigation.
 
@@ -148,7 +141,6 @@ def ablation(scope: Scope = WHOLE, judge: OptionalMode = None, run: Run = HERE) 
     return _reproduced(_ablation(scope, judge), run)
 
 
-@reproduce_app.command
 def navigation(scope: Scope = WHOLE, policies: Texts = (), run: Run = HERE) -> int:
     """Table 4: policies in layouts before and after the refinement for navigation.
 
@@ -159,7 +151,6 @@ def navigation(scope: Scope = WHOLE, policies: Texts = (), run: Run = HERE) -> i
     return _reproduced(_navigation(scope, policies), run)
 
 
-@reproduce_app.command
 def repair(
     draws: int = 6,
     seed: int = 1,
@@ -178,7 +169,6 @@ def repair(
     return _reproduced(RepairStudy(draws, seed, profile), run)
 
 
-@reproduce_app.command
 def nuisances(policy: str = "astar", tasks: Texts = (), level: int = 2, run: Run = HERE) -> int:
     """LabNav on floors-val with one nuisance off at a time: what drift, people, panes and others cost a policy.
 
@@ -197,7 +187,6 @@ def nuisances(policy: str = "astar", tasks: Texts = (), level: int = 2, run: Run
     return _reproduced(study, run, f"{study.name}-{short_name(policy)}", study.entrant.foresees)
 
 
-@reproduce_app.command(name="all")
 def all_(scope: Scope = WHOLE, scenes: OptionalPath = None, run: Run = HERE) -> int:
     """All of these but nuisances, one after the other, and a page that links to theirs.
 

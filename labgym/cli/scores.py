@@ -13,10 +13,10 @@ from labgym.cli.arguments import THIS_PROCESS, Execution, LayoutNames, OptionalP
 from labgym.cli.effects import refuses_idle_flags
 from labgym.cli.outcome import DONE, FAILED, written
 from labgym.errors import OptionError
-from labgym.runs import ExecutorOptions
 
 if TYPE_CHECKING:
     from labgym.eval.scoring.judgement import JudgeOptions
+    from labgym.runs import ExecutorOptions
 
 OptionalMode = Annotated[
     Literal["strict", "medium", "lenient"] | None, arg(metavar="{strict,medium,lenient}", help_behavior_hint="")

@@ -6,13 +6,10 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from tyro.conf import arg
-from tyro.extras import SubcommandApp
 
 from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath, OptionalWholeNumber
 from labgym.cli.effects import refuses_idle_flags
 from labgym.cli.outcome import DONE, complaints, written
-
-describe_app = SubcommandApp()
 
 SplitName = Literal["floors-train", "floors-val", "floors-seen", "floors-test"]
 SplitNames = Annotated[tuple[SplitName, ...], arg(metavar="SPLIT [SPLIT ...]")]
@@ -149,7 +146,6 @@ def labnav(
     return DONE
 
 
-@describe_app.command
 @refuses_idle_flags("describe splits")
 def splits(
     split: SplitNames = ("floors-test",),

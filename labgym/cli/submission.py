@@ -6,16 +6,12 @@ from pathlib import Path
 from typing import Annotated
 
 from tyro.conf import Positional, arg
-from tyro.extras import SubcommandApp
 
 from labgym.cli.arguments import OptionalText, OptionalWholeNumber, PolicyOptions, allow_local_modules, parse_options
 from labgym.cli.effects import refuses_idle_flags
 from labgym.cli.outcome import complaints
 
-submit_app = SubcommandApp()
 
-
-@submit_app.command
 @refuses_idle_flags("submit check")
 def check(
     folder: Annotated[Positional[Path], arg(metavar="FOLDER")],

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import Positional, arg
 
@@ -11,7 +11,9 @@ from labgym.cli.arguments import OptionalPath, OptionalText
 from labgym.cli.effects import refuses_idle_flags
 from labgym.cli.outcome import written
 from labgym.errors import OptionError
-from labgym.layouts.trace import Trace
+
+if TYPE_CHECKING:
+    from labgym.layouts.trace import Trace
 
 Source = Positional[Annotated[str, arg(metavar="TRACE_OR_LAYOUT")]]
 
@@ -41,6 +43,7 @@ def trace(
     from labgym.eval.drawing import film
     from labgym.eval.drawing.trace_frames import trace_pictures, trace_states
     from labgym.eval.reports.trace_page import write_trace_page
+    from labgym.layouts.trace import Trace
 
     if out.suffix not in (".html", ".gif", ".mp4"):
         raise OptionError(f"drawing {out.name!r} must end in .html, .gif or .mp4")

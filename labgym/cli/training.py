@@ -6,22 +6,11 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from tyro.conf import arg
-from tyro.extras import SubcommandApp
 
 from labgym.cli.arguments import OptionalPath
 from labgym.cli.effects import refuses_idle_flags
-from labgym.cli.local_planner import (
-    ablate_local_imitation,
-    ablate_local_ppo,
-    card_local_imitation,
-    card_local_ppo,
-    local_imitation,
-    local_ppo,
-    local_practice,
-)
 from labgym.cli.outcome import written
 from labgym.cli.problems import check_installed
-from labgym.cli.reinforcement import her, ppo, sac
 from labgym.counts import MAX_PROCESSES, MAX_SEED, MAX_STEPS, whole_number
 
 Sensor = Literal["lidar", "depth"]
@@ -34,19 +23,7 @@ WarmStart = Annotated[
 ]
 Every = Annotated[int, arg(help="Drive in every EVERY-th layout of the validation split.")]
 
-train_app = SubcommandApp()
-card_app = SubcommandApp()
-ablate_app = SubcommandApp()
 
-for command in (ppo, sac, her, local_practice, local_imitation, local_ppo):
-    train_app.command(name=command.__name__.replace("_", "-"))(command)
-ablate_app.command(name="local-imitation")(ablate_local_imitation)
-ablate_app.command(name="local-ppo")(ablate_local_ppo)
-card_app.command(name="local-imitation")(card_local_imitation)
-card_app.command(name="local-ppo")(card_local_ppo)
-
-
-@train_app.command
 def iplanner(
     data: DataFolder = Path("runs/data"),
     *,
@@ -81,7 +58,6 @@ def iplanner(
     return written(out)
 
 
-@train_app.command
 def navdp(
     data: DataFolder = Path("runs/data"),
     *,
@@ -119,7 +95,6 @@ def navdp(
     return written(out)
 
 
-@train_app.command(name="ppo-imitation")
 def train_ppo(
     observation: Sensor = "lidar",
     *,
@@ -166,7 +141,6 @@ def train_ppo(
     return written(train(options, folder, judge, fresh=fresh))
 
 
-@ablate_app.command(name="iplanner")
 def ablate_iplanner(
     data: DataFolder = Path("runs/data"),
     out: Path = Path("runs/iplanner-ablation"),
@@ -194,7 +168,6 @@ def ablate_iplanner(
     return written(ablation.ablate_iplanner(data, out, training, every))
 
 
-@ablate_app.command(name="navdp")
 def ablate_navdp(run: Path = Path("runs/navdp"), out: Path = Path("runs/navdp-ablation"), every: Every = 3) -> int:
     """Ablate the NavDP-style policy: change one driving option at a time; all variants use the same weights.
 
@@ -209,7 +182,6 @@ def ablate_navdp(run: Path = Path("runs/navdp"), out: Path = Path("runs/navdp-ab
     return written(ablation.ablate_navdp(run, out, every))
 
 
-@card_app.command(name="iplanner")
 def card_iplanner(
     results: Path,
     run: Path = Path("runs/iplanner"),
@@ -230,7 +202,6 @@ def card_iplanner(
     return written(write_iplanner_card(run, data, results, out, ablation))
 
 
-@card_app.command(name="navdp")
 def card_navdp(
     results: Path,
     run: Path = Path("runs/navdp"),
@@ -251,7 +222,6 @@ def card_navdp(
     return written(write_navdp_card(run, data, results, out, ablation))
 
 
-@card_app.command(name="ppo")
 @refuses_idle_flags("card ppo")
 def card_ppo(
     results: Path,

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated
 from tyro.conf import Positional, arg
 
 from labgym.cli.arguments import OptionalPath, OptionalText, PolicyOptions, allow_local_modules, parse_options
-from labgym.cli.describe import episode_outcome
 from labgym.cli.effects import refuses_idle_flags
 from labgym.cli.episodes import play_episodes
 from labgym.cli.outcome import DONE, written
@@ -164,6 +163,8 @@ def opened(url: str) -> None:
 
 
 def _print(drive: TransitionDrive) -> None:
+    from labgym.cli.describe import episode_outcome
+
     row = drive.row
     score = "" if row.spl is None else f", SPL {row.spl:.3f}"
     print(f"{row.layout} pair {row.pair}: {episode_outcome(row)}, {row.contacts} contacts{score}", flush=True)

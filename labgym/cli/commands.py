@@ -1,0 +1,246 @@
+"""All commands as one table; only the module of the named command is imported."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from importlib import import_module
+from typing import Any
+
+from tyro.extras import SubcommandApp
+
+from labgym.errors import OptionError
+
+SIMILAR = 0.6
+"""Least similarity of a misspelled command to the one that is named for it."""
+
+
+@dataclass(frozen=True)
+class CommandGroup:
+    """Commands with a common first word.
+
+    Attributes:
+        help: description of the group.
+        commands: functions of the commands by name, as MODULE:FUNCTION in `labgym.cli`.
+        default: command that runs if the first argument is not the name of a command: `labgym protocols sub_01` is
+            short for `labgym protocols show sub_01`.
+        arguments: number of arguments without a name that the default command takes.
+        alike: commands of the group by other words for what they do: "validate" for check.
+    """
+
+    help: str
+    commands: Mapping[str, str]
+    default: str | None = None
+    arguments: int = 1
+    alike: Mapping[str, str] = field(default_factory=dict)
+
+    def named(self, arguments: Sequence[str]) -> list[str]:
+        """Return the group's arguments, with the name of the default command inserted if no command is named.
+
+        Raises:
+            OptionError: the first argument can only be a command, and is not one of the group.
+        """
+        words = list(arguments)
+        asks_help = words[:1] in (["-h"], ["--help"])
+        if self.default is None or asks_help or (words and words[0] in self.commands):
+            return words
+        plain = 0
+        while plain < len(words) and not words[plain].startswith("-"):
+            plain += 1
+        if plain > self.arguments or (words and words[0] in self.alike):
+            raise OptionError(_unknown(words[0], self.commands, self.alike))
+        return [self.default, *words]
+
+
+COMMANDS: Mapping[str, str | CommandGroup] = {
+    "run": "app:run",
+    "assets": CommandGroup(
+        "List, show, find and check assets; add meshes; write USD files. Plain `labgym assets` lists all; "
+        "`labgym assets rotovap` shows one (short for `show rotovap`).",
+        {
+            "show": "assets:show",
+            "add": "assets:add",
+            "add-reagent": "assets:add_reagent",
+            "build": "assets:build",
+            "compat": "assets:compat",
+            "infer": "assets:infer",
+            "find": "assets:find",
+        },
+        default="show",
+        alike={"search": "find", "list": "show"},
+    ),
+    "protocols": CommandGroup(
+        "List, show, search, write, check and import protocols. Plain `labgym protocols` lists the published ones; "
+        "`labgym protocols sub_01` shows one (short for `show sub_01`).",
+        {
+            "show": "protocols:show",
+            "search": "protocols:search",
+            "new": "protocols:new",
+            "check": "protocols:check",
+            "experiments": "protocols:experiments",
+            "stage": "protocols:stage",
+            "import": "protocols:import_",
+            "filter": "protocols:filter_",
+        },
+        default="show",
+        alike={"validate": "check", "verify": "check", "create": "new", "write": "new", "list": "show"},
+    ),
+    "generate": "layouts:generate",
+    "trace": "traces:trace",
+    "score": "scores:score",
+    "compile": "engineering:compile_",
+    "view": "engineering:view",
+    "play": "viewing:play",
+    "move": "engineering:move",
+    "repair": "repairs:repair",
+    "outline": "engineering:outline",
+    "import": CommandGroup("Read laboratories that other programs wrote.", {"labbuilder": "imports:labbuilder"}),
+    "eval": "evaluation:eval_",
+    "leaderboard": "leaderboard:leaderboard",
+    "record": "recording:record",
+    "serve": "app:serve",
+    "reproduce": CommandGroup(
+        "Reproduce what was published. Plain `labgym reproduce --split test` checks the published layouts (short for "
+        "`published --split test`); the other commands reproduce the tables of the paper.",
+        {
+            "published": "reproduction:published",
+            "protocols": "reproduction:protocols",
+            "labbuilder": "reproduction:labbuilder",
+            "comparison": "reproduction:comparison",
+            "ablation": "reproduction:ablation",
+            "navigation": "reproduction:navigation",
+            "repair": "reproduction:repair",
+            "nuisances": "reproduction:nuisances",
+            "all": "reproduction:all_",
+        },
+        default="published",
+        arguments=0,
+    ),
+    "policies": "app:policies",
+    "floors": "splits:floors",
+    "labnav": "splits:labnav",
+    "describe": CommandGroup("Describe splits of floors.", {"splits": "splits:splits"}),
+    "submit": CommandGroup("Check results that others submit.", {"check": "submission:check"}),
+    "data": "training_data:data",
+    "train": CommandGroup(
+        "Train a policy, or resume an interrupted training run.",
+        {
+            "ppo": "reinforcement:ppo",
+            "sac": "reinforcement:sac",
+            "her": "reinforcement:her",
+            "local-practice": "local_planner:local_practice",
+            "local-imitation": "local_planner:local_imitation",
+            "local-ppo": "local_planner:local_ppo",
+            "iplanner": "training:iplanner",
+            "navdp": "training:navdp",
+            "ppo-imitation": "training:train_ppo",
+        },
+    ),
+    "ablate": CommandGroup(
+        "Run an ablation study of a policy: change one part at a time.",
+        {
+            "local-imitation": "local_planner:ablate_local_imitation",
+            "local-ppo": "local_planner:ablate_local_ppo",
+            "iplanner": "training:ablate_iplanner",
+            "navdp": "training:ablate_navdp",
+        },
+    ),
+    "card": CommandGroup(
+        "Publish a trained policy with its model card.",
+        {
+            "local-imitation": "local_planner:card_local_imitation",
+            "local-ppo": "local_planner:card_local_ppo",
+            "iplanner": "training:card_iplanner",
+            "navdp": "training:card_navdp",
+            "ppo": "training:card_ppo",
+        },
+    ),
+    "report": "evaluation:report",
+    "compare": "evaluation:compare",
+    "bench": "app:bench",
+    "coverage": "evaluation:coverage",
+    "doctor": "app:doctor",
+}
+"""Functions of the commands, as MODULE:FUNCTION in `labgym.cli`, and groups of commands, by name."""
+
+
+def command_function(reference: str) -> Callable[..., int]:
+    """Import and return the function of a command, which is named as MODULE:FUNCTION in `labgym.cli`."""
+    module, function = reference.split(":")
+    return getattr(import_module(f"labgym.cli.{module}"), function)  # type: ignore[no-any-return]
+
+
+class DeferredFunction:
+    """Function of a command that is not named: it is imported only for an error that compares all options.
+
+    Args:
+        reference: MODULE:FUNCTION in `labgym.cli`.
+    """
+
+    def __init__(self, reference: str) -> None:
+        self.reference = reference
+
+    @property
+    def __wrapped__(self) -> Callable[..., int]:
+        """The function, through which `inspect` and `typing` read the signature."""
+        return command_function(self.reference)
+
+    @property
+    def __annotations__(self) -> dict[str, Any]:  # type: ignore[override]
+        """The annotations of the function."""
+        return self.__wrapped__.__annotations__
+
+    def __call__(self, *arguments: Any, **keywords: Any) -> int:
+        """Call the function."""
+        return self.__wrapped__(*arguments, **keywords)
+
+
+def command_app(words: Sequence[str], commands: Mapping[str, str | CommandGroup] = COMMANDS) -> SubcommandApp:
+    """Return the parser of a command line, in which only the command that the words name is imported.
+
+    Where the words name no command, as for the help of a group, all commands of that group are imported: their
+    docstrings are listed.
+    """
+    app = SubcommandApp()
+    named = words[0] if words and words[0] in commands else None
+    for name, entry in commands.items():
+        if isinstance(entry, CommandGroup):
+            inner = command_app(words[1:], entry.commands) if name == named else _defer(SubcommandApp(), entry.commands)
+            app.command(inner, name=name, help=entry.help)
+        elif named in (None, name):
+            app.command(name=name)(command_function(entry))
+        else:
+            _defer(app, {name: entry})
+    return app
+
+
+def _defer(app: SubcommandApp, commands: Mapping[str, str]) -> SubcommandApp:
+    """Add commands whose descriptions are not listed, and return the parser."""
+    for name, reference in commands.items():
+        app.command(name=name, help="(not named)")(DeferredFunction(reference))
+    return app
+
+
+def refuse_unknown_command(words: Sequence[str]) -> None:
+    """Raise an error if words name a command, or a command of a group, that does not exist.
+
+    Raises:
+        OptionError: names the command, the nearest one and all.
+    """
+    commands: Mapping[str, str | CommandGroup] = COMMANDS
+    for word in words:
+        if word.startswith("-"):
+            return
+        if word not in commands:
+            raise OptionError(_unknown(word, commands, {}))
+        entry = commands[word]
+        if not isinstance(entry, CommandGroup):
+            return
+        commands = entry.commands
+
+
+def _unknown(word: str, commands: Mapping[str, object], alike: Mapping[str, str]) -> str:
+    nearest = [alike[word]] if word in alike else get_close_matches(word, commands, 1, SIMILAR)
+    hint = f" (nearest: {nearest[0]})" if nearest else ""
+    return f"there is no command {word[:60]!r}{hint}; the commands are {', '.join(commands)}"
