@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -146,11 +147,11 @@ class State:
     def to_go(self, method: Method) -> DistanceToGo:
         """Return the driving distances to the goal of the drive in progress."""
         to_go = self.world.to_go(self.goal, method)
-        if self.planar:
-            from labgym.envs.planar.routes import compiled_to_go
+        if method == "grid" or find_spec("numba") is None:
+            return to_go
+        from labgym.envs.planar.routes import compiled_to_go, searched_to_go
 
-            return compiled_to_go(self.world, to_go)
-        return to_go
+        return compiled_to_go(self.world, to_go) if self.planar else searched_to_go(self.world, to_go)
 
     @property
     def fixtures(self) -> World:

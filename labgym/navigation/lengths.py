@@ -10,13 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.navigation.tangent_graph import places
-from labgym.navigation.tangents import tangents
+from labgym.navigation.tangents import Contacts, tangents
 from labgym.navigation.visibility import ShortestPaths
 
 Array = NDArray[np.float64]
 
 BATCH = 8
 """Contacts whose visibility is tested at a time, in the order of the lengths through them."""
+ROUNDING_M = 1e-9
+"""Lengths that differ by less may be equal but for rounding, meters."""
 END_SPACING_M = 0.02
 """Largest distance between two candidate ends on the circle, meters."""
 END_TOLERANCE_M = 1e-4
@@ -74,26 +76,31 @@ class LengthsTo:
         """
         if not self.reachable:
             return math.inf
+        if self.paths.space.holds(np.array([[x, y]]))[0]:
+            return self.from_free(x, y)
+        free = self.nearest_free(x, y)
+        return math.dist((x, y), free) + self.from_free(*free)
+
+    def nearest_free(self, x: float, y: float) -> tuple[float, float]:
+        """Return the free point that is nearest to a point that is not free; itself on a floor without one."""
+        free = self._graph.boundary.nearest(np.array([x, y]))
+        return (x, y) if free is None else (float(free[0]), float(free[1]))
+
+    def from_free(self, x: float, y: float) -> float:
+        """Return the length from a free point to a goal that can be reached, as `at`, meters."""
         point = np.array([x, y])
-        if not self.paths.space.holds(point[None])[0]:
-            free = self._graph.boundary.nearest(point)
-            point = point if free is None else free
         length = self._from(point)
         if math.isinf(length):
             through = np.linalg.norm(self.points - point, axis=1) + self.lengths
             length = float(min(through.min(initial=math.inf), math.dist(point, self.goal)))
-        return math.dist((x, y), point) + length
+        return length
 
     def _from(self, point: Array) -> float:
         """Return the length from a free point (2,); inf without a path."""
         space, corners = self.paths.space, self._graph.corners
         if space.joins(point[None], self.goal[None])[0]:
             return math.dist(point, self.goal)
-        contacts = tangents(corners, point)
-        arc, turn = self._graph.arcs.of(corners, contacts)
-        contacts, turn, arc = contacts.at(arc >= 0), turn[arc >= 0], arc[arc >= 0]
-        ends = corners.points(contacts.corner, contacts.normal)
-        lengths = np.linalg.norm(ends - point, axis=1) + self._along_arcs(arc, turn)
+        ends, lengths = self._ends(point, np.arange(len(corners.begin)))
         order = np.argsort(lengths)
         order = order[np.isfinite(lengths[order])]
         for first in range(0, len(order), BATCH):
@@ -102,6 +109,31 @@ class LengthsTo:
             if visible.any():
                 return float(lengths[batch[visible.argmax()]])
         return math.inf
+
+    def from_known(self, x: float, y: float, known: float, nodes: NDArray[np.intp]) -> float:
+        """Return the length from a free point that does not see the goal, as `from_free` to the bit, with less work.
+
+        Args:
+            known: the length, meters, with an error of at most `ROUNDING_M`.
+            nodes: all corners with a visible contact through which the length is `known`, to rounding.
+        """
+        point = np.array([x, y])
+        ends, lengths = self._ends(point, nodes)
+        near = np.abs(lengths - known) <= ROUNDING_M
+        ends, lengths = ends[near], lengths[near]
+        if len(lengths) > 1:
+            lengths = lengths[self.paths.space.joins(np.broadcast_to(point, ends.shape), ends)]
+        return float(lengths.min()) if len(lengths) else self.from_free(x, y)
+
+    def _ends(self, point: Array, chosen: NDArray[np.intp]) -> tuple[Array, Array]:
+        """Return the contacts of tangents at chosen corners (m, 2), and the lengths from a point through them (m,)."""
+        corners = self._graph.corners
+        contacts = tangents(corners.at(chosen), point)
+        contacts = Contacts(chosen[contacts.corner], contacts.normal)
+        arc, turn = self._graph.arcs.of(corners, contacts)
+        contacts, turn, arc = contacts.at(arc >= 0), turn[arc >= 0], arc[arc >= 0]
+        ends = corners.points(contacts.corner, contacts.normal)
+        return ends, np.linalg.norm(ends - point, axis=1) + self._along_arcs(arc, turn)
 
     def _along_arcs(self, arc: NDArray[np.intp], turn: Array) -> Array:
         """Return the lengths from places on arcs (m,): along the arc to the next node on either side, and on."""

@@ -14,6 +14,7 @@ from labgym.envs.distance_to_go import DistanceToGo, ExactDistanceToGo
 from labgym.envs.planar.compiled import compiled, entry, floats, integers, points, row_of
 from labgym.envs.planar.ground import PlanarGround, Routes, ground_of, routes_of
 from labgym.envs.world import World
+from labgym.navigation.lengths import LengthsTo
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -22,6 +23,8 @@ ARRAYS = len(PlanarGround._fields) + len(Routes._fields)
 QUARTER = math.pi / 2.0
 ON_QUARTER = math.sqrt(0.5) - 1e-9
 """Least component of a normal along the middle of its quarter."""
+SEES_GOAL, BLOCKED = -1, -2
+"""In place of a number of corners: the path is straight; the point is not free."""
 RESERVE = 1e-9
 """Reserve for rounding by which a bound must exceed a length to rule a contact out, meters."""
 
@@ -37,11 +40,56 @@ class CompiledDistanceToGo:
 
     def __init__(self, ground: PlanarGround, routes: Routes) -> None:
         self.arrays = (*ground, *routes)
-        self._ground, self._routes, self._hint = ground, routes, np.zeros(1, np.int64)
+        self.ground, self.routes, self._hint = ground, routes, np.zeros(1, np.int64)
 
     def at(self, x: float, y: float) -> float:
         """Return the remaining driving distance from a point of the floor, meters."""
-        return float(_length(x, y, self._ground, self._routes, self._hint))
+        return float(_length(x, y, self.ground, self.routes, self._hint))
+
+
+class SearchedDistanceToGo:
+    """An `ExactDistanceToGo` whose search is compiled: the same lengths to the bit.
+
+    The kernel finds the contacts of the shortest path; its length is then computed as without the kernel.
+
+    Args:
+        ground: of the layout. lengths: to the goal. routes: the same for the kernel.
+    """
+
+    reachable = True
+
+    def __init__(self, ground: PlanarGround, lengths: LengthsTo, routes: Routes) -> None:
+        self._ground, self._lengths, self._routes = ground, lengths, routes
+        self._hint, self._corners = np.zeros(1, np.int64), np.empty(len(ground.corner), np.int64)
+        self._goal = (float(lengths.goal[0]), float(lengths.goal[1]))
+
+    def at(self, x: float, y: float) -> float:
+        """Return the remaining driving distance from a point of the floor, meters."""
+        length, count = self._search(x, y, False)
+        if count == BLOCKED:
+            px, py = self._lengths.nearest_free(x, y)
+            return math.dist((x, y), (px, py)) + self._length(px, py, *self._search(px, py, True))
+        return self._length(x, y, length, count)
+
+    def _search(self, x: float, y: float, free: bool) -> tuple[float, int]:
+        found: tuple[float, int] = _search(x, y, free, self._ground, self._routes, self._hint, self._corners)
+        return found
+
+    def _length(self, x: float, y: float, length: float, count: int) -> float:
+        """Return the length from a free point with the result of its search."""
+        if count == SEES_GOAL:
+            return math.dist((x, y), self._goal)
+        if count == 0:
+            return self._lengths.from_free(x, y)
+        return self._lengths.from_known(x, y, length, self._corners[:count])
+
+
+def searched_to_go(world: World, to_go: DistanceToGo) -> DistanceToGo:
+    """Return driving distances whose exact lengths are the same to the bit, found by the kernel; others as they are."""
+    compiled = compiled_to_go(world, to_go)
+    if not isinstance(to_go, ExactDistanceToGo) or not isinstance(compiled, CompiledDistanceToGo):
+        return to_go
+    return SearchedDistanceToGo(compiled.ground, to_go.lengths, compiled.routes)
 
 
 def compiled_to_go(world: World, to_go: DistanceToGo) -> DistanceToGo:
@@ -113,6 +161,30 @@ def _lengths(first: int, last: int, poses: Array, rows: Index, hints: Index, to_
 @entry
 def _length(x: float, y: float, ground: PlanarGround, routes: Routes, hint: Index) -> float:
     return length_at(x, y, ground, routes, hint)
+
+
+@entry
+def _search(
+    x: float, y: float, free: bool, ground: PlanarGround, routes: Routes, hint: Index, corners: Index
+) -> tuple[float, int]:
+    """Return the length to rounding, and the number of `corners` (k,) through which it is that; 0 if none is known.
+
+    Args:
+        free: whether the point is known to be free; otherwise the count is `BLOCKED` where it is not.
+    """
+    if not free and not _free(x, y, ground):
+        return math.inf, BLOCKED
+    if _joined(x, y, routes.goal[0], routes.goal[1], ground):
+        return math.inf, SEES_GOAL
+    length = _around(x, y, ground, routes, hint)
+    if length == math.inf:
+        return length, 0
+    limit, count = length + RESERVE, 0
+    for corner in range(len(ground.corner)):
+        if _through(x, y, corner, limit, ground, routes) < limit:
+            corners[count] = corner
+            count += 1
+    return length, count
 
 
 @compiled
@@ -189,6 +261,12 @@ def _from_free(x: float, y: float, ground: PlanarGround, routes: Routes, hint: I
     """Return the length from a free point; inf without a path."""
     if _joined(x, y, routes.goal[0], routes.goal[1], ground):
         return math.hypot(x - routes.goal[0], y - routes.goal[1])
+    return _around(x, y, ground, routes, hint)
+
+
+@compiled
+def _around(x: float, y: float, ground: PlanarGround, routes: Routes, hint: Index) -> float:
+    """Return the least length through a contact from a free point; inf without a path."""
     count = len(ground.corner)
     best, chosen = math.inf, 0
     if count == 0:
