@@ -113,7 +113,7 @@ def growth_table(rows: Sequence[Growth]) -> Table:
             for row in rows
         ),
         notes=(
-            f"Least processor time of up to {REPEATS} calls, each on a layout that no cache knows.",
+            f"Least processor time of up to {REPEATS} calls; scores, clutter, MJCF and resets on layouts in no cache.",
             "Cost grows with size to the power of the exponent: 1 is linear.",
         ),
     )
