@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import gc
 import hashlib
 import json
 import os
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
@@ -28,6 +31,11 @@ MAX_ELEMENTS = 1_000_000
 CPython needs up to 200 bytes for each (an object with one field), so that a document of 32 MB takes at most 200 MB for
 its values and 300 MB for its texts. The largest published document has 8 661 values.
 """
+MAX_STREAM_BYTES = 64 * 1024 * 1024
+MAX_STREAM_ELEMENTS = 6_000_000
+"""Largest number of values in a document whose records are read one by one; 10,000 LabNav episodes have 4.5 million."""
+MAX_STREAM_FIELDS = 2_000_000
+"""Largest number of colons in such a document. A field takes up to 200 bytes, other values up to 96: 700 MB in all."""
 MAX_FAULTS = 10_000
 """Largest number of invalid fields that are listed to name the first; each takes a kilobyte."""
 _FILE_SUFFIX = re.compile(
@@ -38,6 +46,7 @@ _FILE_SUFFIX = re.compile(
 """Suffixes of files; a folder whose name has one was probably meant as a file."""
 _TEXT = re.compile(rb'"[^"\\]*+(?:\\.[^"\\]*+)*+(?:"|\\?\Z)', re.DOTALL)
 """A JSON text; one that is not closed ends with the document, so that matching takes linear time."""
+_SPACE = re.compile(r"[ \t\n\r]*+")
 
 
 def _stop_at_first_fault(schema: Any) -> None:
@@ -89,7 +98,12 @@ class Document(Record):
             DocumentError: the file is missing, too large, not JSON or nested too deeply, has another schema, or a
                 field is invalid.
         """
-        return cls.parse(read_json(path), path)
+        return cls.parse(cls._read(path), path)
+
+    @classmethod
+    def _read(cls, path: str | Path) -> Any:
+        """Return the data of a file; a kind of document with a long list of records streams them."""
+        return read_json(path)
 
     @classmethod
     def parse(cls, data: Any, source: object = "document") -> Self:
@@ -128,12 +142,12 @@ def tagged(schema: dict[str, Any], document: type[Document]) -> dict[str, Any]:
     }
 
 
-def document_error(source: object, error: ValidationError) -> DocumentError:
-    """Return pydantic's report as a one-line error that names the first invalid field."""
+def document_error(source: object, error: ValidationError, *parents: object) -> DocumentError:
+    """Return pydantic's report as a one-line error that names the first invalid field, below its `parents`."""
     if error.error_count() > MAX_FAULTS:
         return DocumentError(source, "", f"not a {error.title}: {error.error_count()} fields are unknown or invalid")
     first = error.errors(include_url=False, include_input=True)[0]
-    field = ".".join(str(part) for part in first["loc"])
+    field = ".".join(str(part) for part in (*parents, *first["loc"]))
     more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
     value = "" if isinstance(first["input"], dict | list) else f", got {repr(first['input'])[:60]}"
     return DocumentError(source, field, " ".join(first["msg"].removeprefix("Value error, ").split()) + value + more)
@@ -246,13 +260,138 @@ def load_json(raw: bytes, source: object, max_elements: int = MAX_ELEMENTS) -> A
     if _has_more(raw, max_elements):
         raise DocumentError(source, "", f"more than {max_elements} values; split it into several files")
     try:
-        return json.loads(raw.decode("utf-8-sig"), parse_constant=float)
-    except RecursionError:
-        raise DocumentError(source, "", f"nested deeper than {MAX_DEPTH} levels") from None
-    except UnicodeDecodeError:
-        raise DocumentError(source, "", "not UTF-8 text: save it as JSON in UTF-8") from None
-    except ValueError as error:
-        raise DocumentError(source, "", f"not valid JSON ({error})") from None
+        with _no_collection():
+            return json.loads(raw.decode("utf-8-sig"), parse_constant=float)
+    except (RecursionError, ValueError) as error:
+        raise _not_json(source, error) from None
+
+
+def stream_json(path: str | Path, schema: str, name: str, record: type[Record], most: int) -> Any:
+    """Read a JSON object that has a long list of records; each becomes a record before the next one is decoded.
+
+    Args:
+        path: the file. schema: of the document; in a document with another one, the list stays plain data.
+        name: field of the list. record: of its items. most: largest number of records.
+
+    Raises:
+        DocumentError: as `read_json` with the limits of streamed documents, an invalid record, or too many of them.
+    """
+    raw = read_bytes(path, MAX_STREAM_BYTES)
+    if raw.count(b":") > MAX_STREAM_FIELDS or _has_more(raw, MAX_STREAM_ELEMENTS):
+        limits = f"{MAX_STREAM_ELEMENTS} values or {MAX_STREAM_FIELDS} fields"
+        raise DocumentError(path, "", f"more than {limits}; split it into several files")
+    try:
+        with _no_collection():
+            reader = _JsonReader(raw.decode("utf-8-sig"))
+            data = _fields(reader, path, schema, name, record, most) if reader.at("{") else reader.value()
+            reader.end()
+    except (RecursionError, ValueError) as error:
+        raise _not_json(path, error) from None
+    return data
+
+
+def _fields(reader: _JsonReader, path: object, schema: str, name: str, record: type[Record], most: int) -> Any:
+    """Return the fields of an object, with the list `name` as records."""
+    data: dict[str, Any] = {}
+    for key in reader.fields():
+        if key != name or data.get("schema", schema) != schema or not reader.at("["):
+            data[key] = reader.value()
+            _check_bounds(data[key], path, key)
+            continue
+        records = data[key] = []
+        for item in reader.items():
+            if len(records) == most:
+                raise DocumentError(path, name, f"more than {most} entries; split it into several files")
+            _check_bounds(item, path, name, len(records))
+            try:
+                records.append(record.model_validate(item))
+            except ValidationError as error:
+                raise document_error(path, error, name, len(records)) from None
+    return data
+
+
+@contextmanager
+def _no_collection() -> Iterator[None]:
+    """Pause the collection of garbage: JSON data have no cycles, and visiting them again takes half of the time."""
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.enable()
+
+
+@dataclass
+class _JsonReader:
+    """Position in a JSON text that is read value by value.
+
+    Raises:
+        json.JSONDecodeError: the text is not JSON.
+    """
+
+    text: str
+    position: int = 0
+
+    def at(self, mark: str) -> bool:
+        """Skip white space and return whether a mark follows."""
+        space = _SPACE.match(self.text, self.position)
+        self.position = self.position if space is None else space.end()
+        return self.text.startswith(mark, self.position)
+
+    def pass_over(self, mark: str) -> None:
+        """Move behind a mark."""
+        if not self.at(mark):
+            raise json.JSONDecodeError(f"Expecting {mark!r} delimiter", self.text, self.position)
+        self.position += len(mark)
+
+    def value(self) -> Any:
+        """Return the value that follows and move behind it."""
+        self.at("")
+        value, self.position = _DECODER.raw_decode(self.text, self.position)
+        return value
+
+    def items(self) -> Iterator[Any]:
+        """Yield the items of the list that follows."""
+        for _ in self._parts("[", "]"):
+            yield self.value()
+
+    def fields(self) -> Iterator[str]:
+        """Yield the keys of the object that follows; the caller reads the value of each."""
+        for _ in self._parts("{", "}"):
+            if not self.at('"'):
+                raise json.JSONDecodeError(
+                    "Expecting property name enclosed in double quotes", self.text, self.position
+                )
+            key = self.value()
+            self.pass_over(":")
+            yield key
+
+    def end(self) -> None:
+        """Check that nothing follows."""
+        self.at("")
+        if self.position < len(self.text):
+            raise json.JSONDecodeError("Extra data", self.text, self.position)
+
+    def _parts(self, opening: str, closing: str) -> Iterator[None]:
+        self.pass_over(opening)
+        if not self.at(closing):
+            yield
+            while self.at(","):
+                self.pass_over(",")
+                yield
+        self.pass_over(closing)
+
+
+_DECODER = json.JSONDecoder(parse_constant=float)
+
+
+def _not_json(source: object, error: Exception) -> DocumentError:
+    if isinstance(error, RecursionError):
+        return DocumentError(source, "", f"nested deeper than {MAX_DEPTH} levels")
+    if isinstance(error, UnicodeDecodeError):
+        return DocumentError(source, "", "not UTF-8 text: save it as JSON in UTF-8")
+    return DocumentError(source, "", f"not valid JSON ({error})")
 
 
 def folder_path(path: str | Path) -> Path:
@@ -357,11 +496,13 @@ def _has_more(raw: bytes, most: int) -> bool:
     return values + sum(raw.count(mark, at) for mark in (b",", b"[", b"{")) > most
 
 
-def _check_bounds(data: Any, source: object) -> None:
-    fault = _first_fault(data, 1)
+def _check_bounds(data: Any, source: object, *parents: object) -> None:
+    """Check the bounds of depth and magnitude of a value below its `parents`: keys and numbers of items."""
+    fault = _first_fault(data, 1 + len(parents))
     if fault is not None:
         path, problem = fault
-        raise DocumentError(source, ".".join(reversed(path))[:200], problem)
+        field = ".".join([*(str(parent)[:80] for parent in parents), *reversed(path)])
+        raise DocumentError(source, field[:200], problem)
 
 
 def _first_fault(value: Any, depth: int) -> tuple[list[str], str] | None:
@@ -373,6 +514,14 @@ def _first_fault(value: Any, depth: int) -> tuple[list[str], str] | None:
         return [], f"nested deeper than {MAX_DEPTH} levels"
     if isinstance(value, dict | list):
         for key, item in value.items() if isinstance(value, dict) else enumerate(value):
+            # Most values are such leaves; a call for each takes most of the time.
+            kind = type(item)
+            if depth < MAX_DEPTH and (
+                (kind is float and -MAX_MAGNITUDE <= item <= MAX_MAGNITUDE)
+                or kind is str
+                or (kind is int and -MAX_INTEGER <= item <= MAX_INTEGER)
+            ):
+                continue
             fault = _first_fault(item, depth + 1)
             if fault is not None:
                 fault[0].append(str(key)[:80])

@@ -1,11 +1,12 @@
 from __future__ import annotations
 
 import itertools
+import math
 
 import gymnasium as gym
 import pytest
 
-from labgym import bench, throughput
+from labgym import bench, growth, throughput
 from labgym.cli import main
 
 
@@ -98,3 +99,47 @@ def test_a_line_names_the_extra_whose_environments_are_not_measured(monkeypatch)
     (line,) = throughput.left_out()
     assert "pip install 'labgym-nav[warp]'" in line
     assert line in throughput.throughput_table([]).notes
+
+
+@pytest.mark.parametrize("exponent", [0.5, 1.0, 2.8])
+def test_the_exponent_of_a_power_law_is_found(exponent):
+    sizes = (107, 244, 544, 800)
+    row = growth.Growth("repair", "objects", sizes, tuple(3e-5 * size**exponent for size in sizes))
+    assert row.exponent == pytest.approx(exponent)
+    assert growth.growth_table([row]).rows[0][3] == f"{exponent:.2f}"
+
+
+def test_the_exponent_is_the_slope_that_least_squares_gives_by_hand():
+    row = growth.Growth("x", "objects", (1, 10, 100), (1.0, 100.0, 1000.0))
+    assert row.exponent == pytest.approx(math.log10(1000.0) / 2.0)
+
+
+def test_processor_time_is_the_least_of_some_calls_and_long_work_is_done_once(monkeypatch):
+    clock, durations = [0.0], iter([0.2, 0.1, 0.15, 7.0])
+    monkeypatch.setattr(growth.time, "process_time", lambda: clock[0])
+
+    def work():
+        clock[0] += next(durations)
+
+    assert growth.cpu_seconds(work) == pytest.approx(0.1)
+    assert growth.cpu_seconds(work) == pytest.approx(7.0)
+
+
+def test_a_repair_moves_three_in_a_hundred_objects(monkeypatch):
+    damaged = []
+    monkeypatch.setattr(growth, "repair_layout", lambda layout, protocol: damaged.append(layout))
+    growth._repair(0)()
+    before = growth._floor(0)
+    moved = [p.id for p in before.placements if damaged[0].placement(p.id).position != p.position]
+    assert len(moved) >= round(0.03 * len(before.placements))
+
+
+@pytest.mark.slow
+def test_the_command_prints_the_growth_of_every_task(monkeypatch, capsys):
+    monkeypatch.setattr(growth, "FLOORS", growth.FLOORS[:2])
+    monkeypatch.setattr(growth, "EPISODES", (30, 300))
+    assert main(["bench", "--growth"]) == 0
+    output = capsys.readouterr()
+    for name in growth.tasks():
+        assert name in output.out
+    assert f"{len(growth.tasks())}/{len(growth.tasks())}" in output.err

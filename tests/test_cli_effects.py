@@ -17,8 +17,7 @@ from labgym.pipeline import RunConfig
 
 LAYOUT = "test-sub_01"
 ALL_EFFECTIVE = {
-    "move", "repair", "outline", "import labbuilder", "serve", "policies", "floors", "bench", "coverage",
-    "compare", "doctor",
+    "compare", "move", "repair", "outline", "import labbuilder", "serve", "policies", "floors", "coverage", "doctor",
     "assets build", "assets compat", "assets infer", "assets find", "assets add-reagent",
     "protocols search", "protocols check", "protocols stage",
     "reproduce published", "reproduce protocols", "reproduce labbuilder", "reproduce comparison", "reproduce ablation",
@@ -30,6 +29,7 @@ ALL_EFFECTIVE = {
 }  # fmt: skip
 """Commands of whose flags none leaves another one without effect, apart from those that exclude each other."""
 CASES = [
+    ("bench --growth --rounds 3", "--rounds"),
     ("generate sub_01 --shard 5", "--shard"),
     ("generate sub_01 --fresh", "--fresh"),
     ("generate sub_01 --workers 2", "--workers"),

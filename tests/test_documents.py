@@ -2,13 +2,24 @@ from __future__ import annotations
 
 import errno
 import json
+import random
 import re
 import tracemalloc
+from typing import Annotated
 
 import pytest
 from pydantic import Field
 
-from labgym.documents import MAX_ELEMENTS, Document, append_text, parse_json, read_json, read_yaml, write_bytes
+from labgym.documents import (
+    MAX_ELEMENTS,
+    Document,
+    append_text,
+    parse_json,
+    read_json,
+    read_yaml,
+    stream_json,
+    write_bytes,
+)
 from labgym.errors import DocumentError
 
 
@@ -100,6 +111,72 @@ def test_a_large_document_is_read(tmp_path):
     path = tmp_path / "a.json"
     path.write_text(json.dumps(data))
     assert read_json(path) == data
+
+
+class Shelf(Document):
+    SCHEMA = "labgym.shelf/1"
+
+    name: str = ""
+    boxes: Annotated[tuple[Box, ...], Field(max_length=50)] = ()
+
+    @classmethod
+    def _read(cls, path):
+        return stream_json(path, cls.SCHEMA, "boxes", Box, 50)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_streamed_document_equals_one_that_is_read_whole(seed, tmp_path):
+    rng = random.Random(seed)
+    fields = [
+        ("schema", Shelf.SCHEMA),
+        ("name", rng.choice(["", "a", '"boxes": [', "é\u2028\\"])),
+        ("boxes", [{"width": rng.uniform(0.1, 9.0)} for _ in range(rng.randrange(51))]),
+    ]
+    rng.shuffle(fields)
+    text = json.dumps(dict(fields), indent=rng.choice([None, 0, 3]), ensure_ascii=rng.random() < 0.5)
+    path = tmp_path / "shelf.json"
+    path.write_bytes(rng.choice([b"", b"\xef\xbb\xbf"]) + text.encode() + rng.choice([b"", b" \n"]))
+    assert Shelf.load(path) == Shelf.parse(read_json(path))
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ('{"schema": "labgym.shelf/1", "boxes": [{"width": 1}, {"width": "x"}]}', "field boxes.1.width"),
+        ('{"schema": "labgym.shelf/1", "boxes": [{"width": 1e300}]}', "boxes.0.width: number 1e[+]300"),
+        ('{"schema": "labgym.shelf/2", "boxes": [7]}', "expected 'labgym.shelf/1', got 'labgym.shelf/2'"),
+        ('{"schema": "labgym.shelf/1", "boxes": 7}', "boxes"),
+        ('{"schema": "labgym.shelf/1", "boxes": [' + '{"width": 1},' * 50 + '{"width": 1}]}', "more than 50 entries"),
+        ('{"schema": "labgym.shelf/1", "boxes": [' + "[" * 100_000, "nested deeper than 32 levels"),
+        ('{"schema": "labgym.shelf/1", "boxes": [' + "[" * 40 + "]" * 40 + "]}", "nested deeper than 32 levels"),
+        ('{"schema": "labgym.shelf/1", "boxes": [{"width": 1},]}', "not valid JSON"),
+        ('{"schema": "labgym.shelf/1", "boxes": [{"width": 1}}', "not valid JSON"),
+        ('{"schema": "labgym.shelf/1",}', "not valid JSON"),
+        ('{"schema": "labgym.shelf/1"} {', "not valid JSON"),
+        ('{1: 2}', "not valid JSON"),
+        ("[1]", "expected a JSON object, got list"),
+        ("", "not valid JSON"),
+    ],
+)  # fmt: skip
+def test_a_broken_streamed_document_is_refused_in_one_line(text, problem, tmp_path):
+    path = tmp_path / "shelf.json"
+    path.write_text(text)
+    with pytest.raises(DocumentError, match=problem) as error:
+        Shelf.load(path)
+    assert str(path) in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("item", [b"[]", b'{"":1}', b"[[1]]"], ids=["list", "object", "nested"])
+def test_a_streamed_document_of_very_many_values_takes_no_memory_for_them(item, tmp_path):
+    path = tmp_path / "shelf.json"
+    path.write_bytes(b'{"boxes": [' + (item + b",") * 4_000_000 + item + b"]}")
+    size = path.stat().st_size
+    tracemalloc.start()
+    with pytest.raises(DocumentError, match=r"more than 6000000 values or 2000000 fields"):
+        Shelf.load(path)
+    assert tracemalloc.get_traced_memory()[1] < size + 2**20
+    tracemalloc.stop()
 
 
 def test_a_full_disk_names_the_file(tmp_path, monkeypatch):

@@ -141,17 +141,24 @@ def policies() -> int:
     return DONE
 
 
-def bench(rounds: int = 15) -> int:
+@refuses_idle_flags("bench")
+def bench(rounds: int = 15, growth: bool = False) -> int:
     """Measure speed: each task relative to a comparable reference task, and environments relative to PointMaze.
 
     Args:
         rounds: Number of timings of each task, at least 2.
+        growth: Measure instead how the cost of each task grows with the size of a laboratory or of a suite.
     """
     from tqdm import tqdm
 
     import labgym.bench
+    import labgym.growth
     import labgym.throughput
 
+    if growth:
+        measured = tqdm(labgym.growth.growth(), "growth", total=len(labgym.growth.tasks()))
+        print(labgym.growth.growth_table(list(measured)).text())
+        return DONE
     print(labgym.bench.bench_table(list(tqdm(labgym.bench.bench(rounds), "bench"))).text())
     try:
         speeds = list(tqdm(labgym.throughput.throughput(rounds), "environments"))

@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import Field, PrivateAttr, model_validator
 
 from labgym.artefacts import artefacts
-from labgym.documents import Document, Record, canonical_hash, write_text
+from labgym.documents import Document, Record, canonical_hash, stream_json, write_text
 from labgym.envs.conditions.payload import MOST_LEGS
 from labgym.envs.labnav.tasks import TaskName, condition_names
 from labgym.envs.tasks import Task
@@ -35,6 +35,7 @@ UNFILTERED = "unfiltered"
 Hash = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
 Angle = Annotated[float, Field(ge=-7.0, le=7.0)]
 EpisodePose = tuple[Coordinate, Coordinate, Angle]
+MAX_EPISODES = 10_000
 Split = Literal["floors-val", "floors-seen", "floors-test", "floors-sealed"]
 
 
@@ -136,7 +137,7 @@ class LabNavEpisodes(Document):
     filtered: bool = True
     split: Split
     seed: Annotated[int, Field(ge=0, le=2**53)]
-    episodes: Annotated[tuple[LabNavEpisode, ...], Field(min_length=1, max_length=10_000)]
+    episodes: Annotated[tuple[LabNavEpisode, ...], Field(min_length=1, max_length=MAX_EPISODES)]
     draws: Annotated[dict[str, Draws], Field(default_factory=dict, max_length=10_000)]
     _unpublished: dict[str, Layout] = PrivateAttr(default_factory=dict)
 
@@ -151,6 +152,10 @@ class LabNavEpisodes(Document):
                 if name not in names:
                     raise ValueError(str(UnknownNameError(f"condition of {self.task} {self.level}", name, names)))
         return self
+
+    @classmethod
+    def _read(cls, path: str | Path) -> Any:
+        return stream_json(path, cls.SCHEMA, "episodes", LabNavEpisode, MAX_EPISODES)
 
     @property
     def name(self) -> str:

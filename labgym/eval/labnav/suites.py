@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from labgym.documents import canonical_hash, read_json
+from labgym.documents import MAX_STREAM_BYTES, canonical_hash, read_bytes
 from labgym.envs.labnav.episodes import (
     DEVELOPMENT,
     UNFILTERED,
@@ -31,6 +32,7 @@ VAL = f"{PREFIX}-{DEVELOPMENT}"
 """Suite of all tasks on floors-val, for development."""
 MINI_EPISODES, MINI_SECONDS, MINI_GOALS = 3, 60.0, 3
 """Episodes of a task in the small suite, their time limit, seconds, and goals of a shift."""
+_SCHEMA = re.compile(rb'"schema"\s*:\s*"' + re.escape(LabNavEpisodes.SCHEMA.encode()) + rb'"')
 
 
 @dataclass(frozen=True)
@@ -171,10 +173,9 @@ def _headline_files(folder: Path) -> list[Path]:
 def _holds_episodes(file: Path) -> bool:
     """Whether a file holds episodes of LabNav; a file that cannot be read does not."""
     try:
-        data = read_json(file)
+        return _SCHEMA.search(read_bytes(file, MAX_STREAM_BYTES)) is not None
     except DocumentError:
         return False
-    return isinstance(data, dict) and data.get("schema") == LabNavEpisodes.SCHEMA
 
 
 DRIVE_CPU_S = {

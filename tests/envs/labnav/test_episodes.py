@@ -15,11 +15,12 @@ from shapely.ops import unary_union
 from labgym.envs.conditions.parked import things_of, with_things
 from labgym.envs.drive_source import task_source
 from labgym.envs.labnav.drawing import Drawer, draw_floor
-from labgym.envs.labnav.episodes import EpisodeTasks, LabNavEpisodes
+from labgym.envs.labnav.episodes import EpisodeTasks, LabNavEpisodes, published_episodes
 from labgym.envs.labnav.necks import has_neck
 from labgym.envs.labnav.tasks import TASKS, config_of, task_of
 from labgym.envs.world import world_of
 from labgym.errors import LabgymError, UnknownNameError
+from labgym.eval.labnav.suites import is_in_files
 from labgym.layouts import load_published
 from labgym.navigation import goal_pairs
 
@@ -116,6 +117,16 @@ def test_a_document_is_the_same_after_saving(odometry, tmp_path):
     assert episodes.hash == LabNavEpisodes.parse(json.loads(json.dumps(episodes.to_json()))).hash
     assert episodes.layout(FLOOR.id) == FLOOR
     assert episodes.first(1, 2).episodes == odometry[0][:2]
+
+
+def test_a_suite_of_more_than_a_million_values_is_read(tmp_path):
+    published = published_episodes("people", 3)
+    many = [published.episodes[k % 300].model_copy(update={"number": k}) for k in range(3000)]
+    suite = published.model_copy(update={"episodes": tuple(many)})
+    path = suite.save(tmp_path / "people-3.json")
+    assert sum(map(path.read_bytes().count, (b",", b"[", b"{"))) > 1_200_000
+    assert is_in_files(str(path))
+    assert LabNavEpisodes.load(path) == suite
 
 
 @pytest.mark.parametrize(
