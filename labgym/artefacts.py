@@ -1,7 +1,8 @@
-"""Paths of the artefact folders (assets, layouts, policies, eval), in a checkout and in a wheel."""
+"""Paths of the artefact folders (assets, layouts, policies, eval) and of the user's cache."""
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from labgym.errors import UnknownNameError
@@ -22,3 +23,9 @@ def artefacts(folder: str) -> Path:
         if folder in FOLDERS and (root / folder).is_dir():
             return root / folder
     raise UnknownNameError("artefact folder", folder, FOLDERS)
+
+
+def user_cache() -> Path:
+    """Return the path of labgym's folder in the user's cache, which need not exist."""
+    home = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")  # noqa: PTH111 -- without a home it stays
+    return Path(home) / "labgym"

@@ -1,6 +1,15 @@
 """Oriented boxes, distances, overlaps and planar frames, independent of laboratories."""
 
-from labgym.geometry.boxes import BoxArray, OrientedBox, distance, pairwise_distance, pairwise_penetration, penetration
+from labgym.geometry.boxes import (
+    BoxArray,
+    OrientedBox,
+    distance,
+    interpenetrating,
+    overlapping_bounds,
+    pairwise_distance,
+    pairwise_penetration,
+    penetration,
+)
 from labgym.geometry.frames import Array, compose, relative, rotate, to_local, to_world, wrap_angle
 
 __all__ = [
@@ -9,6 +18,8 @@ __all__ = [
     "OrientedBox",
     "compose",
     "distance",
+    "interpenetrating",
+    "overlapping_bounds",
     "pairwise_distance",
     "pairwise_penetration",
     "penetration",

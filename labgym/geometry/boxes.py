@@ -16,6 +16,10 @@ from numpy.typing import NDArray
 from labgym.geometry.frames import rotate
 
 Array = NDArray[np.float64]
+Rows = NDArray[np.intp]
+
+ROUNDING = 1e-6
+"""Bounds are compared with this margin where exact penetrations decide, meters."""
 
 
 @dataclass(frozen=True)
@@ -95,6 +99,18 @@ class BoxArray:
         cosine, sine = np.cos(self.yaw), np.sin(self.yaw)
         return np.stack([np.stack([cosine, sine], -1), np.stack([-sine, cosine], -1)], axis=1)
 
+    def take(self, rows: Sequence[int] | NDArray[np.intp]) -> BoxArray:
+        """Return some of the boxes."""
+        return BoxArray(self.centre[rows], self.half[rows], self.yaw[rows], self.z[rows])
+
+    def bounds(self) -> tuple[Array, Array]:
+        """Return the least and greatest coordinates of each box, (n, 3) each."""
+        cosine, sine = np.abs(np.cos(self.yaw)), np.abs(np.sin(self.yaw))
+        width, depth = self.half[:, 0], self.half[:, 1]
+        extent = np.stack([width * cosine + depth * sine, width * sine + depth * cosine], axis=1)
+        low, high = self.centre - extent, self.centre + extent
+        return np.column_stack([low, self.z[:, 0]]), np.column_stack([high, self.z[:, 1]])
+
     def corners(self) -> Array:
         """Return the footprints' corners, shape (n, 4, 2)."""
         signs = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
@@ -105,15 +121,53 @@ class BoxArray:
 
 def pairwise_penetration(a: BoxArray, b: BoxArray) -> Array:
     """Return the least overlap over all separating axes, shape (n, m): positive if the boxes interpenetrate."""
-    along_z = np.minimum(a.z[:, None, 1], b.z[None, :, 1]) - np.maximum(a.z[:, None, 0], b.z[None, :, 0])
-    least: Array = np.minimum(along_z, _planar_penetration(a, b))
-    return least
+    return _penetration(*_crossed(a, b))
+
+
+def interpenetrating(a: BoxArray, b: BoxArray, depth: float = 0.0) -> tuple[Rows, Rows, Array]:
+    """Return the pairs that interpenetrate by more than a depth >= 0, by row of a and then of b.
+
+    Only boxes whose bounds overlap are compared. The penetration of a box within another can exceed its thickness.
+
+    Returns:
+        Rows of a, rows of b, and their penetration as in `pairwise_penetration`, each (pairs,).
+    """
+    first, second = overlapping_bounds(a.bounds(), b.bounds(), -ROUNDING)
+    depths = _penetration(a.take(first), b.take(second))
+    deep = depths > depth
+    return first[deep], second[deep], depths[deep]
+
+
+def overlapping_bounds(a: tuple[Array, Array], b: tuple[Array, Array], depth: float) -> tuple[Rows, Rows]:
+    """Return the rows of all pairs of axis-aligned bounds that overlap by more than a depth, by row of a and then of b.
+
+    A sweep along x: each interval of a is compared only with those of b that overlap it.
+
+    Args:
+        a, b: least and greatest coordinates of n and of m boxes, (n, 3) and (m, 3) each, meters.
+        depth: least overlap along every axis, meters; may be negative.
+    """
+    (low_a, high_a), (low_b, high_b) = a, b
+    order = np.argsort(low_b[:, 0], kind="stable")
+    starts = low_b[order, 0]
+    longest = float((high_b[:, 0] - low_b[:, 0]).max(initial=0.0))
+    begin = np.searchsorted(starts, low_a[:, 0] + depth - longest - ROUNDING, side="left")
+    end = np.searchsorted(starts, high_a[:, 0] - depth + ROUNDING, side="right")
+    counts = np.maximum(end - begin, 0)
+    first = np.repeat(np.arange(len(low_a)), counts)
+    second = order[np.arange(len(first)) + np.repeat(begin - np.cumsum(counts) + counts, counts)]
+    for axis in range(3):
+        overlap = np.minimum(high_a[first, axis], high_b[second, axis])
+        overlap -= np.maximum(low_a[first, axis], low_b[second, axis])
+        first, second = first[overlap > depth], second[overlap > depth]
+    sequence = np.lexsort((second, first))
+    return first[sequence], second[sequence]
 
 
 def pairwise_distance(a: BoxArray, b: BoxArray) -> Array:
     """Return surface-to-surface 3D distances in meters, shape (n, m); 0 if the boxes touch or overlap."""
     planar = np.minimum(_corner_distance(a, b), _corner_distance(b, a).T)
-    planar = np.where(_planar_penetration(a, b) > 0.0, 0.0, planar)
+    planar = np.where(_planar_penetration(*_crossed(a, b)) > 0.0, 0.0, planar)
     gap = np.maximum(a.z[:, None, 0], b.z[None, :, 0]) - np.minimum(a.z[:, None, 1], b.z[None, :, 1])
     separation: Array = np.hypot(planar, np.maximum(gap, 0.0))
     return separation
@@ -129,14 +183,26 @@ def distance(a: OrientedBox, b: OrientedBox) -> float:
     return float(pairwise_distance(BoxArray.of([a]), BoxArray.of([b]))[0, 0])
 
 
+def _crossed(a: BoxArray, b: BoxArray) -> tuple[BoxArray, BoxArray]:
+    """Return boxes in arrays that broadcast to all pairs (n, m)."""
+    columns = BoxArray(a.centre[:, None], a.half[:, None], a.yaw[:, None], a.z[:, None])
+    return columns, BoxArray(b.centre[None], b.half[None], b.yaw[None], b.z[None])
+
+
+def _penetration(a: BoxArray, b: BoxArray) -> Array:
+    """Least overlap over all separating axes of boxes in arrays that broadcast."""
+    along_z = np.minimum(a.z[..., 1], b.z[..., 1]) - np.maximum(a.z[..., 0], b.z[..., 0])
+    least: Array = np.minimum(along_z, _planar_penetration(a, b))
+    return least
+
+
 def _planar_penetration(a: BoxArray, b: BoxArray) -> Array:
-    """Least overlap of footprints over the four side normals, shape (n, m)."""
-    dx = b.centre[None, :, 0] - a.centre[:, None, 0]
-    dy = b.centre[None, :, 1] - a.centre[:, None, 1]
-    turn = b.yaw[None, :] - a.yaw[:, None]
+    """Least overlap of footprints over the four side normals, of boxes in arrays that broadcast."""
+    dx, dy = b.centre[..., 0] - a.centre[..., 0], b.centre[..., 1] - a.centre[..., 1]
+    turn = b.yaw - a.yaw
     cosine, sine = np.abs(np.cos(turn)), np.abs(np.sin(turn))
-    own = _frame_penetration(dx, dy, a.yaw[:, None], a.half[:, None, :], b.half[None, :, :], cosine, sine)
-    other = _frame_penetration(dx, dy, b.yaw[None, :], b.half[None, :, :], a.half[:, None, :], cosine, sine)
+    own = _frame_penetration(dx, dy, a.yaw, a.half, b.half, cosine, sine)
+    other = _frame_penetration(dx, dy, b.yaw, b.half, a.half, cosine, sine)
     return np.minimum(own, other)
 
 

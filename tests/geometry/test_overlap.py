@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from shapely.geometry import MultiPoint, Point, Polygon
 
-from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
+from labgym.geometry import BoxArray, OrientedBox, interpenetrating, overlapping_bounds, pairwise_penetration
 from labgym.geometry.overlap import overlap_volume, paired_inset, paired_penetration
 
 
@@ -75,3 +75,39 @@ def test_inset_is_the_distance_from_the_footprint_to_the_nearest_side_and_negati
             assert inset == pytest.approx(large.exterior.distance(small), abs=1e-9)
             inside += 1
     assert 20 < inside < 180
+
+
+@pytest.mark.parametrize("depth", [-0.1, 0.0, 0.05, 0.3])
+def test_a_sweep_finds_the_pairs_of_all_bounds_in_the_order_of_their_rows(depth: float) -> None:
+    for seed in range(10):
+        (low_a, high_a), (low_b, high_b) = (
+            BoxArray.of(boxes(seed + k, count, 4.0)).bounds() for k, count in ((0, 80), (20, 50))
+        )
+        overlap = np.minimum(high_a[:, None], high_b[None]) - np.maximum(low_a[:, None], low_b[None])
+        expected = np.argwhere((overlap > depth).all(axis=2))
+        found = overlapping_bounds((low_a, high_a), (low_b, high_b), depth)
+        assert np.column_stack(found).tolist() == expected.tolist()
+        assert len(expected) > 10
+
+
+@pytest.mark.parametrize("depth", [0.0, 0.05])
+def test_interpenetrating_boxes_are_those_of_all_pairs_to_the_bit(depth: float) -> None:
+    thin = [OrientedBox(b.x, b.y, b.width, 0.02, b.yaw, b.z0, b.z1) for b in boxes(40, 60, 3.0)]
+    for seed in range(10):
+        first, second = BoxArray.of(boxes(seed, 80, 3.0)), BoxArray.of([*boxes(seed + 20, 50, 3.0), *thin])
+        depths = pairwise_penetration(first, second)
+        expected = np.argwhere(depths > depth)
+        rows, others, found = interpenetrating(first, second, depth)
+        assert np.column_stack([rows, others]).tolist() == expected.tolist()
+        assert found.tolist() == depths[rows, others].tolist()
+        assert len(expected) > 50
+    nothing = BoxArray.of([])
+    assert [len(part) for part in interpenetrating(nothing, first)] == [0, 0, 0]
+    assert [len(part) for part in interpenetrating(first, nothing)] == [0, 0, 0]
+
+
+def test_bounds_are_those_of_each_box() -> None:
+    some = boxes(8, 50)
+    low, high = BoxArray.of(some).bounds()
+    expected = [(*box.bounds(), box.z0, box.z1) for box in some]
+    np.testing.assert_allclose(np.column_stack([low[:, :2], high[:, :2], low[:, 2], high[:, 2]]), expected, atol=1e-12)

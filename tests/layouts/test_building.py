@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -12,7 +13,7 @@ from laboratories import put
 from shapely import LineString, Point, Polygon, box, unary_union
 from shapely.affinity import rotate, translate
 
-from labgym.geometry import BoxArray, OrientedBox
+from labgym.geometry import BoxArray, OrientedBox, pairwise_distance, pairwise_penetration
 from labgym.layouts import Door, Layout, Room
 from labgym.layouts.floor import Column, Floor, KeepOut, Rectangle, Space
 from labgym.layouts.floors import FAMILIES, draw_floor
@@ -21,7 +22,7 @@ from labgym.layouts.repair import fast_repair
 from labgym.layouts.rules import facility, rule_set
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.bounds import bounds_faults
-from labgym.layouts.rules.building import Building
+from labgym.layouts.rules.building import WEDGE, Building
 from labgym.layouts.rules.egress import narrow_ways
 from labgym.layouts.rules.facility.backs import back_distance
 from labgym.layouts.rules.facility.fronts import blocked_front
@@ -151,6 +152,45 @@ def test_the_free_depth_in_front_and_the_clear_zones_agree():
         assert MANY.covers([zone]).tolist() == ONE.covers([zone]).tolist()
         checked += 1
     assert checked > 100
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_depths_and_spaces_by_neighborhood_are_those_of_all_walls_and_regions_to_the_bit(family):
+    floor = draw_floor(family, 5).floor
+    x0, y0, x1, y1 = floor.bounds
+    generator = np.random.default_rng(6)
+    count = 600
+    centers = generator.uniform((x0 - 1.0, y0 - 1.0), (x1 + 1.0, y1 + 1.0), (count, 2))
+    edges = [corner for space in floor.spaces for box in space.boxes for corner in box.corners()]
+    centers[: len(edges)] = edges[:count]
+    yaw = generator.choice([0.0, math.pi / 2, 0.3], count)
+    boxes = BoxArray(
+        centers, generator.uniform(0.0, 0.8, (count, 2)), yaw, np.sort(generator.uniform(-0.1, 3.5, (count, 2)))
+    )
+    plan = np.tile((-1000.0, 1000.0), (count, 1))
+    building, regions = Building(floor), [(k, box) for k, space in enumerate(floor.spaces) for box in space.boxes]
+    tall = BoxArray.of([replace(box, z0=-1000.0, z1=1000.0) for _, box in regions])
+    distances = pairwise_distance(BoxArray(centers, np.zeros((count, 2)), yaw, plan), tall)
+    nearest = np.array([k for k, _ in regions])[distances.argmin(axis=1)]
+    assert building.spaces(boxes).tolist() == nearest.tolist()
+
+    fixed = [part.box for part in floor.parts if part.kind in ("column", "leaf")]
+    solids = BoxArray.of([replace(box, z0=-1000.0, z1=1000.0) for box in (*floor.wall_boxes, *fixed)])
+    depths = pairwise_penetration(BoxArray(centers, boxes.half, yaw, plan), solids).max(axis=1)
+    ceilings = np.array([space.ceiling for space in floor.spaces])[nearest]
+    ends = np.maximum(-boxes.z[:, 0], boxes.z[:, 1] - ceilings)
+    inner = distances.min(axis=1) == 0.0
+    expected = np.maximum(np.maximum(depths, ends), 0.0)
+    outside = building.outside(boxes)
+    assert outside[inner].tolist() == expected[inner].tolist()
+    far = distances.min(axis=1) > WEDGE
+    assert outside[far].tolist() == np.maximum(expected, distances.min(axis=1))[far].tolist()
+    assert inner.sum() > 50
+    assert far.any()
+
+    zones = [OrientedBox(*c, 2 * w, 2 * d, a) for c, (w, d), a in zip(centers, boxes.half, yaw, strict=True)]
+    free = (pairwise_penetration(BoxArray(centers, boxes.half, yaw, plan), solids) <= INTRUSION).all(axis=1)
+    assert building.covers(zones).tolist() == (free & (distances.min(axis=1) <= WEDGE)).tolist()
 
 
 def strip_of(solid: OrientedBox):

@@ -8,13 +8,14 @@ from collections import Counter
 import numpy as np
 import pytest
 import shapely
+from scipy import ndimage
 from shapely.geometry import Point, Polygon
 
 from labgym.errors import OptionError
 from labgym.geometry import OrientedBox
 from labgym.layouts import Door, Layout, Placement, Room, generate, load_published, published
 from labgym.layouts.clutter import LEVELS, add_clutter
-from labgym.layouts.clutter.ways import Ways
+from labgym.layouts.clutter.ways import NEAR, RADII, Ways
 from labgym.layouts.floors import draw_floor
 from labgym.layouts.rules.building import building_of
 from labgym.layouts.rules.objective import evaluate_layout
@@ -226,6 +227,36 @@ def test_goals_stay_joined_where_one_exit_is_blocked_already():
     box = OrientedBox(0.35, 2.0, 1.2, 0.7, -math.pi / 2.0, 0.0, 2.0)
     ways = Ways(room.floor, building.entrances, [box], [(3.0, 2.0), (7.0, 2.0)])
     right, near, far = 1, 2, 3
-    assert ways.joined(ways.values)[0] == {(right, near), (right, far), (near, far)}
-    barrier = ways.with_boxes([OrientedBox(5.0, 2.0, 0.5, 3.6, 0.0, 0.0, 1.0)])
-    assert ways.joined(barrier)[0] == {(right, far)}
+    assert pairs(ways.joined(RADII[0])) == {(right, near), (right, far), (near, far)}
+    barrier = OrientedBox(5.0, 2.0, 0.5, 3.6, 0.0, 0.0, 1.0)
+    assert not ways.add([barrier])
+    divided = Ways(room.floor, building.entrances, [box, barrier], [(3.0, 2.0), (7.0, 2.0)])
+    assert pairs(divided.joined(RADII[0])) == {(right, far)}
+
+
+def pairs(joined):
+    return {(first, second) for first, second in np.argwhere(joined).tolist() if first < second}
+
+
+def test_places_are_joined_if_their_points_share_a_component():
+    room = Room(width=8.0, depth=6.0, doors=(Door(wall="left", offset=2.0), Door(wall="right", offset=2.0)))
+    entrances = building_of(Layout(id="room", floor=room.floor, placements=())).entrances
+    generator = np.random.default_rng(3)
+    divided = 0
+    for _ in range(20):
+        goals = [tuple(goal) for goal in generator.uniform((0.3, 0.3), (7.7, 5.7), (12, 2))]
+        sides = generator.uniform((0.2, 2.0), (0.4, 5.0), (6, 2))
+        turns = generator.choice([0.0, math.pi / 2.0], 6)
+        walls = [
+            OrientedBox(*generator.uniform((0.5, 0.5), (7.5, 5.5)), *side, turn, 0.0, 1.0)
+            for side, turn in zip(sides, turns, strict=True)
+        ]
+        ways = Ways(room.floor, entrances, walls, goals)
+        for radius in RADII:
+            components, _ = ndimage.label(ways.values >= radius)
+            near = [np.hypot(*(ways.points - goal).transpose(2, 0, 1)) <= NEAR for goal in goals]
+            reached = [set(components[points].tolist()) - {0} for points in near]
+            expected = [[a is not b and not a.isdisjoint(b) for b in reached] for a in reached]
+            assert ways.joined(radius)[2:, 2:].tolist() == expected
+            divided += not all(map(any, expected))
+    assert divided > 5

@@ -15,6 +15,7 @@ from labgym.errors import OptionError
 from labgym.protocols import protocols
 from labgym.protocols.retrieval import Fragment, Index, corpus, fragments, index, search
 from labgym.protocols.retrieval.index import EMBEDDING_WEIGHT
+from labgym.protocols.retrieval.keywords import MAX_KEPT, KeywordTable
 
 CATALOG = Catalog.load()
 QUERIES = json.loads((Path(__file__).parent / "queries.json").read_text(encoding="utf-8"))
@@ -134,3 +135,37 @@ def test_an_empty_or_endless_query_is_refused(query: str) -> None:
 
 def test_nothing_known_finds_nothing_by_keyword() -> None:
     assert search("qqqq zzzz", keyword_only=True).hits == ()
+
+
+def test_a_kept_keyword_index_gives_the_same_answers_and_a_damaged_one_is_built_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pieces = corpus(CATALOG)[:60]
+    queries = [item["query"] for item in QUERIES][:60]
+
+    def answers(kept: Index) -> list[list[tuple[str, float]]]:
+        return [[(hit.fragment.source, hit.keyword) for hit in kept.search(query).hits] for query in queries]
+
+    expected = answers(Index(pieces, None, CATALOG))
+    assert answers(Index(pieces, None, CATALOG, tmp_path)) == expected
+    (file,) = tmp_path.iterdir()
+    content = file.read_bytes()
+    with monkeypatch.context() as patched:
+        patched.setattr(Index, "_terms", lambda _: pytest.fail("the index was built again"))
+        assert answers(Index(pieces, None, CATALOG, tmp_path)) == expected
+    middle = len(content) // 2
+    for damaged in (b"", b"no archive", content[:middle], content[:middle] + b"????" + content[middle + 4 :]):
+        file.write_bytes(damaged)
+        assert answers(Index(pieces, None, CATALOG, tmp_path)) == expected
+        assert file.read_bytes() == content
+    Index(pieces[:-1], None, CATALOG, tmp_path)
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_a_folder_keeps_few_keyword_indexes_and_need_not_be_writable(tmp_path: Path) -> None:
+    for number in range(MAX_KEPT + 3):
+        KeywordTable.cached(tmp_path, f"{number}", lambda: [["acetone"], ["toluene", "acetone"]])
+    assert len(list(tmp_path.iterdir())) == MAX_KEPT
+    blocked = tmp_path / "file"
+    blocked.write_text("no folder", encoding="utf-8")
+    assert KeywordTable.cached(blocked, "key", lambda: [["acetone"], ["toluene"]]).scores(["toluene"])[1] > 0.0

@@ -16,7 +16,7 @@ from labgym.envs.tasks import Task
 from labgym.envs.world import world_of
 from labgym.geometry import BoxArray, OrientedBox, pairwise_distance, pairwise_penetration
 from labgym.layouts.clutter.kinds import draw_openings, openable
-from labgym.layouts.clutter.ways import Ways
+from labgym.layouts.clutter.ways import RADII, Ways
 from labgym.layouts.placement import FLOOR, placed_part
 from labgym.navigation import OBSTACLE_HEIGHT, PLANNING_RADIUS
 
@@ -121,8 +121,7 @@ class _Site:
         ends = [task.pair.start[:2], *(pair.goal[:2] for pair in (task.pair, *task.following))]
         self.ends = BoxArray.of([OrientedBox(x, y, 0.0, 0.0, 0.0, 0.0, 0.0) for x, y in ends])
         low = [box for box in layout.floor.solids if box.z0 < OBSTACLE_HEIGHT]
-        self.ways = Ways(layout.floor, (), [*low, *layout.obstacles(OBSTACLE_HEIGHT)], ends)
-        self.joined = self.ways.joined(self.ways.values)
+        self.ways = Ways(layout.floor, (), [*low, *layout.obstacles(OBSTACLE_HEIGHT)], ends, RADII[-1:])
 
     def candidates(
         self, kind: str, stretch: Array, rng: np.random.Generator, pushable: bool, number: int
@@ -236,8 +235,4 @@ class _Site:
 
     def _leaves_ways(self, boxes: Sequence[OrientedBox]) -> bool:
         """Whether ways join start and goals on a grid, if they did before; they then include the boxes."""
-        values = self.ways.with_boxes([box for box in boxes if box.z0 < OBSTACLE_HEIGHT])
-        if not self.joined[-1] <= self.ways.joined(values)[-1]:
-            return False
-        self.ways.values = values
-        return True
+        return self.ways.add([box for box in boxes if box.z0 < OBSTACLE_HEIGHT])

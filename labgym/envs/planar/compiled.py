@@ -6,7 +6,6 @@ No function is compiled with fast math: sums keep their order, so that one robot
 from __future__ import annotations
 
 import hashlib
-import os
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
@@ -15,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from labgym.artefacts import user_cache
 from labgym.errors import MissingDependencyError
 
 try:
@@ -68,13 +68,12 @@ carray: Any = getattr(numba, "carray")  # noqa: B009 -- numba does not declare i
 @cache
 def _folder() -> Path:
     """Return the folder of the cache for these sources."""
-    base = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")  # noqa: PTH111 -- without a home it stays
     digest = hashlib.sha256()
     folder = Path(__file__).parent
     others = (*(folder.parent / name for name in CONSTANTS), Path(machine_code.__file__))
     for path in (*sorted(folder.glob("*.py")), *others):
         digest.update(path.name.encode() + b"\0" + path.read_bytes())
-    return Path(base) / "labgym" / f"planar-{digest.hexdigest()[:16]}"
+    return user_cache() / f"planar-{digest.hexdigest()[:16]}"
 
 
 Array = NDArray[np.float64]

@@ -14,7 +14,8 @@ from labgym.assets import Asset
 from labgym.assets.articulation import protruding
 from labgym.counts import is_whole
 from labgym.errors import OptionError
-from labgym.geometry import BoxArray, OrientedBox, pairwise_distance, pairwise_penetration
+from labgym.geometry import BoxArray, OrientedBox, interpenetrating, overlapping_bounds, pairwise_distance
+from labgym.geometry.boxes import ROUNDING
 from labgym.layouts.clutter.kinds import DENSITY, KINDS, LEVELS, OPENED, ClutterKind, draw_openings, openable
 from labgym.layouts.clutter.ways import Point, Ways
 from labgym.layouts.model import Layout
@@ -118,7 +119,6 @@ class _Scatter:
         self.fronts = BoxArray.of([front_zone(box, asset.clearance) for box, asset in self.furniture])
         low = [box for box in layout.floor.solids if box.z0 < OBSTACLE_HEIGHT]
         self.ways = Ways(layout.floor, entrances, [*low, *layout.obstacles(OBSTACLE_HEIGHT)], goals)
-        self.joined = self.ways.joined(self.ways.values)
         self.count = Counter(placement.asset for placement in layout.placements)
         self.names = {placement.id for placement in layout.placements}
 
@@ -159,7 +159,7 @@ class _Scatter:
             return False
         if _meets(boxes, others).any() or _meets(boxes, self.barred).any():
             return False
-        return not len(self.goals) or float(pairwise_distance(flat, self.goals).min()) >= PART_GAP
+        return not _nearer(flat, self.goals, PART_GAP).any()
 
     def _put(self, asset: Asset, box: OrientedBox) -> None:
         name = asset.name
@@ -234,18 +234,12 @@ class _Scatter:
         if asset.subtype not in LOOSE:
             free &= ~_meets(grown, self.fronts)
             free &= ~_meets([front_zone(box, asset.clearance) for box in boxes], self.solids)
-        if len(self.goals):
-            free &= pairwise_distance(flat, self.goals).min(axis=1) >= GOAL_GAP
+        free &= ~_nearer(flat, self.goals, GOAL_GAP)
         return [bool(is_free) for is_free in free]
 
     def _leaves_ways(self, *boxes: OrientedBox) -> bool:
         """Whether ways still join what they joined before, with more obstacles; the ways then include them."""
-        values = self.ways.with_boxes([box for box in boxes if box.z0 < OBSTACLE_HEIGHT])
-        joined = self.ways.joined(values)
-        if not all(before <= after for before, after in zip(self.joined, joined, strict=True)):
-            return False
-        self.ways.values = values
-        return True
+        return self.ways.add([box for box in boxes if box.z0 < OBSTACLE_HEIGHT])
 
     def _barred(self, entrances: Iterable[Entrance]) -> list[OrientedBox]:
         """Areas that stay clear: at doors, before safety equipment, around showers, and keep-outs."""
@@ -268,8 +262,17 @@ def _boxes(layout: Layout, placement: Placement) -> list[OrientedBox]:
     return [layout.box(placement.id), *layout.open_parts(placement.id)]
 
 
+def _nearer(boxes: BoxArray, others: BoxArray, gap: float) -> NDArray[np.bool_]:
+    """Whether each box is nearer than a gap to one of the others, shape (n,)."""
+    rows, columns = map(np.unique, overlapping_bounds(boxes.bounds(), others.bounds(), -gap - ROUNDING))
+    nearer = np.zeros(len(boxes), dtype=np.bool_)
+    if len(rows):
+        nearer[rows] = (pairwise_distance(boxes.take(rows), others.take(columns)) < gap).any(axis=1)
+    return nearer
+
+
 def _meets(boxes: Sequence[OrientedBox], others: BoxArray) -> NDArray[np.bool_]:
     """Whether each box overlaps one of the others, shape (n,)."""
-    if not len(others):
-        return np.zeros(len(boxes), dtype=np.bool_)
-    return np.asarray((pairwise_penetration(BoxArray.of(boxes), others) > 0.0).any(axis=1))
+    meets = np.zeros(len(boxes), dtype=np.bool_)
+    meets[interpenetrating(BoxArray.of(boxes), others)[0]] = True
+    return meets

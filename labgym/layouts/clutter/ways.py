@@ -26,11 +26,13 @@ existed before, the disc with half a step to spare."""
 
 Array = NDArray[np.float64]
 Point = tuple[float, float]
-Pair = tuple[int, int]
 
 
 class Ways:
-    """Clearances of a floor that is being filled.
+    """Clearances of a floor that is being filled, while the ways that existed at first stay.
+
+    Args:
+        radii: radii of the discs whose ways stay, meters.
 
     Attributes:
         points: the grid's points, shape (ny, nx, 2).
@@ -39,7 +41,12 @@ class Ways:
     """
 
     def __init__(
-        self, floor: Floor, entrances: Iterable[Entrance], obstacles: Sequence[OrientedBox], goals: Iterable[Point]
+        self,
+        floor: Floor,
+        entrances: Iterable[Entrance],
+        obstacles: Sequence[OrientedBox],
+        goals: Iterable[Point],
+        radii: Sequence[float] = RADII,
     ) -> None:
         x0, y0, x1, y1 = floor.bounds
         self._xs, self._ys = np.arange(x0, x1, STEP), np.arange(y0, y1, STEP)
@@ -48,34 +55,38 @@ class Ways:
         self.values = np.where(inside, REACH, 0.0)
         lower_to_boxes(self.values, self._xs, self._ys, obstacles, REACH)
         exits = [entrance for entrance in entrances if entrance.exit]
-        self._starts = {radius: [np.nonzero(self._entry(way, radius)) for way in exits] for radius in RADII}
-        self._goals = [self._around(goal) for goal in goals]
+        around = [self._around(goal) for goal in goals]
+        self._exits = len(exits)
+        self._places = {radius: [*(np.nonzero(self._entry(way, radius)) for way in exits), *around] for radius in radii}
+        self._kept = {radius: self.joined(radius) for radius in radii}
 
-    def with_boxes(self, boxes: Sequence[OrientedBox]) -> Array:
-        """Return the clearances with more obstacles."""
-        values = self.values.copy()
-        lower_to_boxes(values, self._xs, self._ys, boxes, REACH)
-        return values
+    def add(self, boxes: Sequence[OrientedBox]) -> bool:
+        """Add obstacles, unless they cut a way that existed at first; return whether they were added."""
+        before = self.values
+        self.values = before.copy()
+        lower_to_boxes(self.values, self._xs, self._ys, boxes, REACH)
+        if all((self.joined(radius) >= kept).all() for radius, kept in self._kept.items()):
+            return True
+        self.values = before
+        return False
 
-    def joined(self, values: Array) -> tuple[frozenset[Pair], ...]:
-        """Return, for each of `RADII`, the pairs of places between which a disc of that radius moves.
+    def joined(self, radius: float) -> NDArray[np.bool_]:
+        """Return between which places a disc of one of the radii moves, shape (places, places), symmetric.
 
-        Places are the exits and then the goals, by number; pairs of two exits are left out.
+        Places are the exits and then the goals. Ways between two exits are left out.
         """
-        return tuple(self._joined(values, radius) for radius in RADII)
-
-    def _joined(self, values: Array, radius: float) -> frozenset[Pair]:
-        _, labels = cv2.connectedComponents((values >= radius).astype(np.uint8), connectivity=4, ltype=cv2.CV_32S)
-        exits, goals = (
-            [set(labels[nodes].tolist()) - {0} for nodes in places] for places in (self._starts[radius], self._goals)
-        )
-        places = [*exits, *goals]
-        return frozenset(
-            (first, second)
-            for second in range(len(exits), len(places))
-            for first in range(second)
-            if not places[first].isdisjoint(places[second])
-        )
+        places = self._places[radius]
+        free = (self.values >= radius).astype(np.uint8)
+        _, labels = cv2.connectedComponents(free, connectivity=4, ltype=cv2.CV_32S)
+        owner = np.repeat(np.arange(len(places)), [len(rows) for rows, _ in places])
+        rows, columns = np.concatenate([np.empty((2, 0), np.intp), *places], axis=1)
+        present, component = np.unique(labels[rows, columns], return_inverse=True)
+        touches = np.zeros((len(places), len(present)), dtype=np.float32)
+        touches[owner, component] = present[component] > 0
+        joined = np.asarray(touches @ touches.T > 0.0)
+        joined[: self._exits, : self._exits] = False
+        np.fill_diagonal(joined, False)
+        return joined
 
     def _around(self, goal: Point) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Rows and columns of the grid points near a goal."""

@@ -14,7 +14,7 @@ from labgym.geometry import BoxArray, OrientedBox, rotate
 from labgym.layouts.model import Layout
 from labgym.layouts.placement import FLOOR, WALL, PartStates, Placement, placed_box
 from labgym.layouts.rules.building import Building, building_of
-from labgym.layouts.rules.thresholds import MOVABLE
+from labgym.layouts.rules.thresholds import LOOSE, MOVABLE
 
 BUILDING = frozenset({"opening", "robot"})
 """Categories that are not objects of the layout: doors and windows belong to the room, the robot to the episode."""
@@ -155,6 +155,16 @@ class Arrangement:
         return [row for row, asset in enumerate(self.assets) if asset.subtype == "shower"]
 
     @cached_property
+    def standing(self) -> list[int]:
+        """Rows of the floor and wall objects."""
+        return [row for row, placement in enumerate(self.placements) if placement.support in (FLOOR, WALL)]
+
+    @cached_property
+    def standing_fast(self) -> list[int]:
+        """Rows of the floor and wall objects that are not loose."""
+        return [row for row in self.standing if self.assets[row].subtype not in LOOSE]
+
+    @cached_property
     def workplaces(self) -> list[int]:
         """Rows of the floor furniture with a clearance in front, at which people work; movable objects do not count."""
         return [
@@ -193,8 +203,7 @@ class Arrangement:
 
     def take(self, rows: list[int]) -> BoxArray:
         """Return the bounding boxes of some objects."""
-        boxes = self.boxes
-        return BoxArray(boxes.centre[rows], boxes.half[rows], boxes.yaw[rows], boxes.z[rows])
+        return self.boxes.take(rows)
 
     def row(self, placement_id: str) -> int:
         """Return the row of a placement.

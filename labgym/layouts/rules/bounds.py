@@ -57,9 +57,11 @@ def bounds_faults(arrangement: Arrangement) -> tuple[BoundsFault, ...]:
     supports = np.array([placement.support for placement in arrangement.placements])
     floor, wall = supports == FLOOR, supports == WALL
     rows["height"][floor] = np.abs(arrangement.boxes.z[floor, 0])
-    gap = _wall_gap(arrangement)
-    over = arrangement.building.over_openings(arrangement.boxes)
-    rows["surface"][wall] = np.where(np.maximum(gap, over)[wall] > WALL_TOLERANCE, np.maximum(gap, over)[wall], 0.0)
+    if wall.any():
+        hung = np.flatnonzero(wall)
+        over = arrangement.building.over_openings(arrangement.boxes.take(hung))
+        off = np.maximum(_wall_gap(arrangement, hung), over)
+        rows["surface"][hung] = np.where(off > WALL_TOLERANCE, off, 0.0)
     supported = arrangement.supported
     if supported:
         surfaces = BoxArray.of([arrangement.surface(row) for row in supported])
@@ -72,9 +74,9 @@ def bounds_faults(arrangement: Arrangement) -> tuple[BoundsFault, ...]:
     )
 
 
-def _wall_gap(arrangement: Arrangement) -> NDArray[np.float64]:
-    """Distance of each footprint's nearest side to a wall, negative beyond; its farther end counts, shape (n,)."""
-    gaps = arrangement.building.gaps(arrangement.corners)
+def _wall_gap(arrangement: Arrangement, rows: NDArray[np.intp]) -> NDArray[np.float64]:
+    """Distance of each footprint's nearest side to a wall, negative beyond; its farther end counts, shape (rows,)."""
+    gaps = arrangement.building.gaps(arrangement.corners[rows])
     return np.asarray(np.sort(gaps, axis=-1)[..., 1].min(axis=0))
 
 

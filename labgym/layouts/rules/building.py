@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from labgym.geometry import (
     BoxArray,
     OrientedBox,
+    interpenetrating,
     pairwise_distance,
     pairwise_penetration,
     rotate,
@@ -20,6 +21,7 @@ from labgym.geometry import (
     to_world,
     wrap_angle,
 )
+from labgym.geometry.boxes import ROUNDING
 from labgym.geometry.frames import PlanarPose
 from labgym.geometry.overlap import separating_push
 from labgym.layouts.floor import OUTSIDE, Doorway, Floor
@@ -152,6 +154,26 @@ class Building:
         return BoxArray.of(self._solid_boxes)
 
     @cached_property
+    def _solid_corners(self) -> Array:
+        return self._solids.corners()
+
+    @cached_property
+    def _walls(self) -> BoxArray:
+        """Whole walls."""
+        return BoxArray.of(self.floor.wall_boxes)
+
+    @cached_property
+    def _openings(self) -> BoxArray:
+        """Doors, passages and windows, up to `NEAR` from the faces of their walls."""
+        return BoxArray.of(
+            [
+                OrientedBox(*wall.point(o.position), o.width, wall.thickness + 2.0 * NEAR, wall.yaw, o.sill, o.top)
+                for wall in self.floor.walls
+                for o in wall.openings
+            ]
+        )
+
+    @cached_property
     def _regions(self) -> tuple[BoxArray, NDArray[np.intp]]:
         """Outlines of the rectangles of all spaces, and the space of each."""
         boxes = [space.boxes for space in self.floor.spaces]
@@ -159,11 +181,19 @@ class Building:
         return _outlines(BoxArray.of([box for own in boxes for box in own])), owner
 
     def _nearest(self, boxes: BoxArray) -> tuple[Array, NDArray[np.intp]]:
-        """Return the distance of the middle of each box from the nearest rectangle, and that rectangle."""
+        """Return the distance of the middle of each box from the nearest rectangle, and that rectangle.
+
+        Distances are computed only of the middles that are not well inside a rectangle.
+        """
         middles = BoxArray(boxes.centre, np.zeros_like(boxes.half), boxes.yaw, np.tile(PLAN, (len(boxes), 1)))
-        distances = pairwise_distance(middles, self._regions[0])
-        nearest = distances.argmin(axis=1)
-        return distances[np.arange(len(boxes)), nearest], nearest
+        depths = pairwise_penetration(middles, self._regions[0])
+        away, nearest = np.zeros(len(boxes)), (depths > -ROUNDING).argmax(axis=1)
+        unclear = np.flatnonzero(depths[np.arange(len(boxes)), nearest] < ROUNDING)
+        if len(unclear):
+            distances = pairwise_distance(middles.take(unclear), self._regions[0])
+            nearest[unclear] = distances.argmin(axis=1)
+            away[unclear] = distances.min(axis=1)
+        return away, nearest
 
     def spaces(self, boxes: BoxArray) -> NDArray[np.intp]:
         """Return the index of the space that each of n boxes is in, or nearest to, shape (n,)."""
@@ -174,7 +204,7 @@ class Building:
         if not len(boxes):
             return np.zeros(0)
         away, nearest = self._nearest(boxes)
-        reach = pairwise_penetration(_outlines(boxes), self._solids).max(axis=1)
+        reach = _deepest(_outlines(boxes), self._solids)
         for row in np.flatnonzero(away > 0.0):
             if away[row] > WEDGE or self._walled_off(boxes.centre[row], int(nearest[row])):
                 reach[row] = max(reach[row], away[row])
@@ -191,15 +221,14 @@ class Building:
         x, y = ((point + target) / 2.0).tolist()
         dx, dy = (target - point).tolist()
         line = OrientedBox(x, y, math.hypot(dx, dy), 0.0, math.atan2(dy, dx), *PLAN)
-        walls = _outlines(BoxArray.of(self.floor.wall_boxes))
-        return bool((pairwise_penetration(BoxArray.of([line]), walls) > 0.0).any())
+        return bool((pairwise_penetration(BoxArray.of([line]), _outlines(self._walls)) > 0.0).any())
 
     def gaps(self, points: Array) -> Array:
         """Return the distances of points (..., 2) from the face of each of m walls, shape (m, ...).
 
         Inf beyond the ends of a wall.
         """
-        walls = BoxArray.of(self.floor.wall_boxes)
+        walls = self._walls
         flat = np.asarray(points, dtype=np.float64).reshape(-1, 2)
         local = np.abs(np.einsum("mnd,mkd->mnk", flat[None] - walls.centre[:, None], walls.axes()))
         beyond = local - walls.half[:, None]
@@ -208,18 +237,11 @@ class Building:
 
     def over_openings(self, boxes: BoxArray) -> Array:
         """Return how far n boxes at a wall reach over a door, a passage or a window of it, shape (n,)."""
-        holes = [
-            OrientedBox(*wall.point(o.position), o.width, wall.thickness + 2.0 * NEAR, wall.yaw, o.sill, o.top)
-            for wall in self.floor.walls
-            for o in wall.openings
-        ]
-        if not holes or not len(boxes):
-            return np.zeros(len(boxes))
-        return np.asarray(np.maximum(pairwise_penetration(boxes, BoxArray.of(holes)).max(axis=1), 0.0))
+        return _deepest(boxes, self._openings)
 
     def ahead(self, box: OrientedBox) -> float:
         """Return the free depth in front of a box up to a wall, a column or an open leaf."""
-        corners = self._solids.corners()
+        corners = self._solid_corners
         frame = np.array([(math.cos(box.yaw), math.sin(box.yaw)), box.front])
         local = np.einsum("nkd,ad->nka", corners - (box.x, box.y), frame)
         return _first_ahead(local, box.width / 2.0, box.depth / 2.0)
@@ -227,7 +249,8 @@ class Building:
     def covers(self, zones: Sequence[OrientedBox]) -> NDArray[np.bool_]:
         """Return which of n zones lie in rooms and reach into no wall, column or open leaf, shape (n,)."""
         outlines = _outlines(BoxArray.of(zones))
-        free = (pairwise_penetration(outlines, self._solids) <= INTRUSION).all(axis=1)
+        free = np.ones(len(zones), dtype=np.bool_)
+        free[interpenetrating(outlines, self._solids, INTRUSION)[0]] = False
         return np.asarray(free & (self._nearest(outlines)[0] <= WEDGE))
 
     def lined(self, footprints: BoxArray, gap: float) -> float:
@@ -255,7 +278,7 @@ class Building:
         """
         if not len(boxes):
             return np.zeros(0)
-        walls = _outlines(BoxArray.of(self.floor.wall_boxes))
+        walls = _outlines(self._walls)
         nearest = pairwise_distance(_outlines(boxes), walls).argmin(axis=1)
         frames = np.array([space.yaw for space in self.floor.spaces])[self.spaces(boxes)]
         turns = np.stack([boxes.yaw - walls.yaw[nearest], boxes.yaw - frames])
@@ -319,8 +342,7 @@ class Building:
         width, depth = box.width + 2.0 * aisle, box.depth + 2.0 * aisle
         boxes = BoxArray.of([OrientedBox(x, y, width, depth, yaw, 0.0, 0.1) for x, y, yaw in poses])
         here = np.flatnonzero(self.spaces(boxes) == space)
-        inside = BoxArray(boxes.centre[here], boxes.half[here], boxes.yaw[here], boxes.z[here])
-        return [poses[row] for row in here[self.outside(inside) <= 0.0].tolist()]
+        return [poses[row] for row in here[self.outside(boxes.take(here)) <= 0.0].tolist()]
 
 
 def building_of(layout: Layout) -> Building:
@@ -364,6 +386,14 @@ def _shifted(box: OrientedBox, dx: float, dy: float) -> OrientedBox:
 def _outlines(boxes: BoxArray) -> BoxArray:
     """Return boxes that overlap in height whatever their heights are."""
     return BoxArray(boxes.centre, boxes.half, boxes.yaw, np.tile(PLAN, (len(boxes), 1)))
+
+
+def _deepest(boxes: BoxArray, others: BoxArray) -> Array:
+    """Return the greatest penetration of each box into another, 0 of those that reach into none, shape (n,)."""
+    depths = np.zeros(len(boxes))
+    rows, _, penetrations = interpenetrating(boxes, others)
+    np.maximum.at(depths, rows, penetrations)
+    return depths
 
 
 def _first_ahead(polygons: Array, half_width: float, start: float) -> float:

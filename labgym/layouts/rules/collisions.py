@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.geometry import BoxArray, OrientedBox
+from labgym.geometry import BoxArray, OrientedBox, overlapping_bounds
 from labgym.geometry.overlap import overlap_volume, paired_penetration
 from labgym.layouts.rules.arrangement import Arrangement, Solids
 from labgym.layouts.rules.thresholds import PENETRATION
@@ -40,7 +40,7 @@ def collisions(arrangement: Arrangement, depth: float = PENETRATION) -> tuple[Co
         return ()
     solids = arrangement.solids.boxes
     pair, a, b = _solid_pairs(first, second, arrangement.solids)
-    depths = paired_penetration(_rows(solids, a), _rows(solids, b))
+    depths = paired_penetration(solids.take(a), solids.take(b))
     deepest = np.full(len(first), -np.inf)
     np.maximum.at(deepest, pair, depths)
     bounds = np.searchsorted(pair, np.arange(len(first) + 1))
@@ -57,10 +57,8 @@ def collisions(arrangement: Arrangement, depth: float = PENETRATION) -> tuple[Co
 
 def _close_pairs(arrangement: Arrangement, depth: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Rows i < j whose axis-aligned bounds overlap by more than the permitted depth."""
-    low, high = arrangement.bounds
-    overlap = np.minimum(high[:, None], high[None]) - np.maximum(low[:, None], low[None])
-    first, second = np.nonzero(np.triu((overlap > depth).all(axis=2), k=1))
-    return first, second
+    first, second = overlapping_bounds(arrangement.bounds, arrangement.bounds, depth)
+    return first[first < second], second[first < second]
 
 
 def _solid_pairs(
@@ -73,10 +71,6 @@ def _solid_pairs(
     within = np.arange(len(pair)) - np.repeat(np.cumsum(sizes) - sizes, sizes)
     width = counts[second][pair]
     return pair, starts[first][pair] + within // width, starts[second][pair] + within % width
-
-
-def _rows(boxes: BoxArray, rows: NDArray[np.intp]) -> BoxArray:
-    return BoxArray(boxes.centre[rows], boxes.half[rows], boxes.yaw[rows], boxes.z[rows])
 
 
 def _box(boxes: BoxArray, row: int) -> OrientedBox:

@@ -8,10 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration, penetration
+from labgym.geometry import BoxArray, OrientedBox, interpenetrating, pairwise_penetration, penetration
 from labgym.layouts.floor import Door, Room
-from labgym.layouts.placement import FLOOR, WALL
-from labgym.layouts.rules.thresholds import LOOSE
 
 if TYPE_CHECKING:
     from labgym.layouts.rules.arrangement import Arrangement
@@ -70,7 +68,7 @@ def standing_in(
             away from furniture, but not from behind a closed door.
         space: index of the space that the zone is in; objects of others do not count. None counts all.
     """
-    rows = _standing(arrangement, loose)
+    rows = arrangement.standing if loose else arrangement.standing_fast
     if not rows:
         return ()
     skipped = set(ignore)
@@ -90,24 +88,11 @@ def standing_in_front(arrangement: Arrangement, fronts: Sequence[tuple[int, Orie
 
     As `standing_in` for one zone after the other, without the object itself and without other spaces and loose objects.
     """
-    rows = _standing(arrangement, loose=False)
-    if not rows or not fronts:
-        return [() for _ in fronts]
-    hits = pairwise_penetration(BoxArray.of([zone for _, zone in fronts]), arrangement.take(rows)) > INTRUSION
-    return [
-        tuple(
-            arrangement.placements[rows[k]].id
-            for k in np.flatnonzero(hit)
-            if rows[k] != row and arrangement.spaces[rows[k]] == arrangement.spaces[row]
-        )
-        for (row, _), hit in zip(fronts, hits, strict=True)
-    ]
-
-
-def _standing(arrangement: Arrangement, loose: bool) -> list[int]:
-    """Return the rows of the floor and wall objects, with or without loose ones."""
-    return [
-        row
-        for row, (placement, asset) in enumerate(zip(arrangement.placements, arrangement.assets, strict=True))
-        if placement.support in (FLOOR, WALL) and (loose or asset.subtype not in LOOSE)
-    ]
+    rows, spaces = arrangement.standing_fast, arrangement.spaces
+    zones = BoxArray.of([zone for _, zone in fronts])
+    obstructing: list[list[str]] = [[] for _ in fronts]
+    for front, k, _ in zip(*interpenetrating(zones, arrangement.take(rows), INTRUSION), strict=True):
+        row, other = fronts[front][0], rows[k]
+        if other != row and spaces[other] == spaces[row]:
+            obstructing[front].append(arrangement.placements[other].id)
+    return [tuple(ids) for ids in obstructing]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import pickle
 import sys
 import tempfile
@@ -16,6 +15,7 @@ from typing import Any
 
 import cloudpickle
 
+from labgym.artefacts import user_cache
 from labgym.documents import canonical_hash, write_bytes
 from labgym.errors import LabgymError, OptionError
 from labgym.policies.fingerprint.sources import is_installed_file, module_file, source_files
@@ -83,8 +83,7 @@ def write_attachments(attachments: Sequence[Attachment]) -> Path:
 
 
 def _cache() -> Path:
-    home = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")  # noqa: PTH111 -- without a home it stays
-    folder = Path(home) / "labgym" / "attachments"
+    folder = user_cache() / "attachments"
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     except OSError:

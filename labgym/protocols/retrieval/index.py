@@ -6,21 +6,27 @@ The embeddings come from a wheel, without network access.
 from __future__ import annotations
 
 import logging
+import platform
 import re
 import typing
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
+from labgym.artefacts import artefacts, user_cache
 from labgym.assets import Catalog
+from labgym.assets.search import surface_forms
+from labgym.documents import canonical_hash, files_digest
 from labgym.errors import OptionError
 from labgym.protocols.language import concepts, gloss, mentions, without_chinese_names
 from labgym.protocols.language.concepts import word_table
 from labgym.protocols.retrieval.corpus import Fragment, SourceKind, corpus
+from labgym.protocols.retrieval.keywords import KeywordTable
 
 Vectors = np.ndarray[Any, np.dtype[np.float32]]
 _WORD = re.compile(r"[a-z][a-z]+|\d+(?:\.\d+)?")
@@ -163,23 +169,27 @@ class Index:
         fragments: what is searched, at least one.
         embedder: function that embeds texts, or None for keyword search.
         catalog: the assets whose names are recognized; the default catalog if None.
+        folder: folder that keeps the keyword index from process to process; None keeps none.
 
     Raises:
         OptionError: no fragments.
     """
 
     def __init__(
-        self, fragments: Sequence[Fragment], embedder: Embedder | None, catalog: Catalog | None = None
+        self,
+        fragments: Sequence[Fragment],
+        embedder: Embedder | None,
+        catalog: Catalog | None = None,
+        folder: Path | None = None,
     ) -> None:
-        import bm25s
-
         if not fragments:
             raise OptionError("an index needs at least one fragment, got none")
         self.fragments = tuple(fragments)
         self._catalog = catalog if catalog is not None else Catalog.load()
         self._embedder = embedder
-        self._keywords = bm25s.BM25()
-        self._keywords.index([terms(fragment.text, self._catalog) for fragment in fragments], show_progress=False)
+        self._keywords = (
+            KeywordTable(self._terms()) if folder is None else KeywordTable.cached(folder, self._key(), self._terms)
+        )
         self._vectors = (
             None if embedder is None else embedder([english(fragment.text, self._catalog) for fragment in fragments])
         )
@@ -201,7 +211,7 @@ class Index:
         if not query.strip() or len(query) > MAX_QUERY or count < 1:
             raise OptionError(f"a query needs 1 to {MAX_QUERY} characters and a count of 1 or more")
         query = query.encode("utf-8", "replace").decode("utf-8")
-        keyword = self._keyword_scores(query)
+        keyword = self._keywords.scores(terms(query, self._catalog))
         ranked = [(_ranking(keyword, positive=True), 1.0)]
         similarity = None
         if self._vectors is not None and self._embedder is not None and not keyword_only:
@@ -213,11 +223,25 @@ class Index:
         hits = self._best_by_source(fused, keyword, similarity, count, origin)
         return SearchResults(query, hits, "keyword" if similarity is None else "hybrid", self._note(keyword_only))
 
-    def _keyword_scores(self, query: str) -> np.ndarray[Any, Any]:
-        indexed = [term for term in terms(query, self._catalog) if term in self._keywords.vocab_dict]
-        if not indexed:
-            return np.zeros(len(self.fragments))
-        return np.asarray(self._keywords.get_scores(indexed), dtype=float)
+    def _terms(self) -> list[list[str]]:
+        return [terms(fragment.text, self._catalog) for fragment in self.fragments]
+
+    def _key(self) -> str:
+        """Digest of everything that the keyword index depends on: texts, assets, words, and the code."""
+        package = Path(__file__).parent.parent
+        sources = [file for name in ("retrieval", "language") for file in sorted((package / name).glob("*.py"))]
+        sources += [package.parent / "assets" / "search.py"]
+        words = sorted((artefacts("assets") / "language").glob("*.json"))
+        return canonical_hash(
+            {
+                "texts": [fragment.text for fragment in self.fragments],
+                "assets": [
+                    (a.kind, a.core, a.synonyms_en, a.synonyms_zh, surface_forms(a)) for a in self._catalog.assets
+                ],
+                "files": files_digest([*sources, *words]),
+                "versions": [platform.python_version(), version("bm25s"), version("numpy")],
+            }
+        )
 
     def _best_by_source(
         self,
@@ -257,14 +281,14 @@ def search(
         catalog: the assets whose names are recognized; the default catalog if None.
     """
     index = _published(
-        catalog if catalog is not None else Catalog.load(), load_embedder() is not None and not keyword_only
+        catalog if catalog is not None else Catalog.load(), not keyword_only and load_embedder() is not None
     )
     return index.search(query, count, keyword_only, origin)
 
 
 @lru_cache(maxsize=4)
 def _published(catalog: Catalog, embedded: bool) -> Index:
-    return Index(corpus(catalog), load_embedder() if embedded else None, catalog)
+    return Index(corpus(catalog), load_embedder() if embedded else None, catalog, user_cache() / "search")
 
 
 def _ranking(scores: np.ndarray[Any, Any], positive: bool = False) -> np.ndarray[Any, Any]:

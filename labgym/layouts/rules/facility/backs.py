@@ -7,8 +7,10 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from labgym.geometry import BoxArray, OrientedBox, pairwise_distance
+from labgym.geometry.boxes import ROUNDING
 from labgym.layouts.placement import FLOOR
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.rule import FacilityRule, Finding
@@ -43,34 +45,43 @@ def one_sided(arrangement: Arrangement, row: int) -> bool:
 
 def _check(site: Site) -> Iterator[Finding]:
     arrangement = site.arrangement
+    neighbors = _back_neighbors(arrangement)
     for row, placement in enumerate(arrangement.placements):
         if not one_sided(arrangement, row):
             continue
         gap = back_distance(arrangement, row)
-        if gap > BACK_GAP and not _back_to_back(arrangement, row):
+        if gap > BACK_GAP and not _back_to_back(arrangement, row, neighbors):
             distance = None if math.isinf(gap) else gap
             what = "faces no wall" if distance is None else f"is {gap:.2f} m from a wall, over {BACK_GAP:g} m"
             message = f"the back of {placement.id} {what}"
             yield Finding((placement.id,), distance, BACK_GAP, message, "move it to a wall")
 
 
-def _back_to_back(arrangement: Arrangement, row: int) -> bool:
+def _back_neighbors(arrangement: Arrangement) -> NDArray[np.intp]:
+    """Rows of the low furniture against which other low furniture may stand."""
+    rows = [
+        row
+        for row, (placement, asset) in enumerate(zip(arrangement.placements, arrangement.assets, strict=True))
+        if placement.support == FLOOR
+        and asset.clearance > 0.0
+        and asset.size.height < TALL
+        and asset.subtype not in MOVABLE
+    ]
+    return np.array(rows, dtype=np.intp)
+
+
+def _back_to_back(arrangement: Arrangement, row: int, neighbors: NDArray[np.intp]) -> bool:
     """Whether low furniture stands with its back against the back or the side of other low furniture."""
     if arrangement.assets[row].size.height >= TALL:
         return False
     box = arrangement.box(row)
     (ax, ay), (bx, by) = box.corners()[:2]
     ends = BoxArray.of([OrientedBox(x, y, 0.0, 0.0, 0.0) for x, y in ((ax, ay), (bx, by))])
-    others = [
-        arrangement.box(other)
-        for other, placement in enumerate(arrangement.placements)
-        if other != row
-        and placement.support == FLOOR
-        and arrangement.assets[other].clearance > 0.0
-        and arrangement.assets[other].size.height < TALL
-        and arrangement.assets[other].subtype not in MOVABLE
-    ]
-    others = [other for other in others if _shows_back(other, box)]
+    low, high = (corners[neighbors, :2] for corners in arrangement.bounds)
+    reach = BACK_GAP + ROUNDING
+    near = [((low <= end + reach) & (high >= end - reach)).all(axis=1) for end in ends.centre]
+    boxes = [arrangement.box(int(other)) for other in neighbors[near[0] | near[1]] if other != row]
+    others = [other for other in boxes if _shows_back(other, box)]
     if not others:
         return False
     return bool((pairwise_distance(ends, BoxArray.of(others)) <= BACK_GAP).any(axis=1).all())
