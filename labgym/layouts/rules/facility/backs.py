@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from labgym.geometry import BoxArray, OrientedBox, pairwise_distance
 from labgym.layouts.placement import FLOOR
@@ -21,13 +22,13 @@ TALL = 1.5
 """Furniture of this height and more stands against a wall and not back to back, meters."""
 
 
-def back_distance(arrangement: Arrangement, row: int) -> float:
-    """Return the distance between an object's back and the nearest wall along it, meters; its farther end counts.
+def back_distances(arrangement: Arrangement, rows: Sequence[int]) -> NDArray[np.float64]:
+    """Return the distance between each back and the nearest wall along it, meters; its farther end counts.
 
-    It is infinite if no wall runs past both ends of the back.
+    It is infinite if no wall runs past both ends of a back.
     """
-    gaps = arrangement.building.gaps(arrangement.box(row).corners()[:2])
-    return float(np.abs(gaps).max(axis=1).min())
+    backs = np.array([arrangement.box(row).corners()[:2] for row in rows]).reshape(-1, 2, 2)
+    return np.asarray(np.abs(arrangement.building.gaps(backs)).max(axis=2).min(axis=0))
 
 
 def one_sided(arrangement: Arrangement, row: int) -> bool:
@@ -43,10 +44,9 @@ def one_sided(arrangement: Arrangement, row: int) -> bool:
 
 def _check(site: Site) -> Iterator[Finding]:
     arrangement = site.arrangement
-    for row, placement in enumerate(arrangement.placements):
-        if not one_sided(arrangement, row):
-            continue
-        gap = back_distance(arrangement, row)
+    rows = [row for row in arrangement.standing if one_sided(arrangement, row)]
+    for row, gap in zip(rows, back_distances(arrangement, rows).tolist(), strict=True):
+        placement = arrangement.placements[row]
         if gap > BACK_GAP and not _back_to_back(arrangement, row):
             distance = None if math.isinf(gap) else gap
             what = "faces no wall" if distance is None else f"is {gap:.2f} m from a wall, over {BACK_GAP:g} m"
@@ -63,9 +63,9 @@ def _back_to_back(arrangement: Arrangement, row: int) -> bool:
     ends = BoxArray.of([OrientedBox(x, y, 0.0, 0.0, 0.0) for x, y in ((ax, ay), (bx, by))])
     others = [
         arrangement.box(other)
-        for other, placement in enumerate(arrangement.placements)
+        for other in arrangement.standing
         if other != row
-        and placement.support == FLOOR
+        and arrangement.placements[other].support == FLOOR
         and arrangement.assets[other].clearance > 0.0
         and arrangement.assets[other].size.height < TALL
         and arrangement.assets[other].subtype not in MOVABLE
@@ -90,7 +90,7 @@ RULES = (
         limit=f"{BACK_GAP:g} m",
         source="planning practice: supply lines, anchoring",
         severity="error",
-        count=lambda site: sum(one_sided(site.arrangement, row) for row in range(len(site.arrangement))),
+        count=lambda site: sum(one_sided(site.arrangement, row) for row in site.arrangement.standing),
         check=_check,
         group="placing",
     ),

@@ -13,7 +13,7 @@ from labgym.layouts.rules.rule import FacilityRule, Finding
 from labgym.layouts.rules.safety.hazards import CLASS_B, CLASS_D
 from labgym.layouts.rules.site import Site
 from labgym.layouts.rules.thresholds import MOVABLE, WALL_TOLERANCE
-from labgym.layouts.rules.zones import front_zone, standing_in
+from labgym.layouts.rules.zones import front_zone, standing_in_each
 
 OPENING_DEPTH_M = 0.5
 """Depth before the faces of a wall in which an item covers its openings, meters."""
@@ -61,12 +61,14 @@ def _extinguishers(site: Site) -> list[int]:
 
 def _obstructed(site: Site) -> Iterator[Finding]:
     arrangement = site.arrangement
-    for row in _extinguishers(site):
+    rows = _extinguishers(site)
+    boxes = [arrangement.box(row) for row in rows]
+    zones = [replace(front_zone(box, EXTINGUISHER_FRONT_M), z1=box.z1) for box in boxes]
+    standing = standing_in_each(arrangement, zones, [arrangement.spaces[row] for row in rows])
+    for row, found in zip(rows, standing, strict=True):
         own = arrangement.placements[row].id
-        box = arrangement.box(row)
-        zone = replace(front_zone(box, EXTINGUISHER_FRONT_M), z1=box.z1)
-        standing = standing_in(arrangement, zone, ignore=(own,), space=arrangement.spaces[row])
-        blockers = [one for one in standing if arrangement.assets[arrangement.row(one)].subtype not in MOVABLE]
+        others = (one for one in found if one != own)
+        blockers = [one for one in others if arrangement.assets[arrangement.row(one)].subtype not in MOVABLE]
         if blockers:
             names = ", ".join(blockers)
             message = f"{names} in the {EXTINGUISHER_FRONT_M:g} m in front of {own}"
