@@ -155,7 +155,7 @@ class RepairState:
 
     def assessed(self, layout: Layout, protocol: Protocol | None) -> Assessment:
         """Return the assessment without ways of a version of the layout, or of a part of it."""
-        assessment = evaluate_layout(layout, protocol, self.assessment.rules)
+        assessment = evaluate_layout(layout, protocol, self.assessment.rules, earlier=self.assessment)
         self.work.spend(assessment)
         return assessment
 
@@ -168,7 +168,7 @@ class RepairState:
         if assessment.cost > cost:
             return None
         if self.navigation:
-            assessment = assessment.with_navigation()
+            assessment = assessment.with_navigation(self.assessment)
         return replace(self, layout=layout, assessment=assessment)
 
     @property

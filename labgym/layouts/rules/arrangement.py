@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -39,24 +40,46 @@ class Arrangement:
     Attributes:
         placements, assets: of the n objects.
         boxes: bounding boxes, n rows.
+        others: placements that are no objects.
     """
 
     layout: Layout
     placements: tuple[Placement, ...]
     assets: tuple[Asset, ...]
     boxes: BoxArray
+    others: tuple[Placement, ...] = ()
+    _known_spaces: Mapping[int, int] = field(default_factory=dict, compare=False, repr=False)
+    """Spaces that an earlier state has found, by row."""
 
     @classmethod
-    def of(cls, layout: Layout) -> Arrangement:
+    def of(cls, layout: Layout, earlier: Arrangement | None = None) -> Arrangement:
         """Unroll a layout.
+
+        Args:
+            earlier: another state of the layout, from which objects that have not changed are taken over.
 
         Raises:
             UnknownNameError: a placement's asset does not exist.
         """
         pairs = [(placement, layout.asset(placement.id)) for placement in layout.placements]
         objects = [(placement, asset) for placement, asset in pairs if asset.category not in BUILDING]
-        boxes = BoxArray.of([placed_box(placement, asset) for placement, asset in objects])
-        return cls(layout, tuple(p for p, _ in objects), tuple(a for _, a in objects), boxes)
+        others = tuple(placement for placement, asset in pairs if asset.category in BUILDING)
+        kept: dict[int, int] = {}
+        if earlier is not None and earlier.layout.catalog is layout.catalog:
+            there = earlier.index
+            kept = {
+                row: old
+                for row, (placement, _) in enumerate(objects)
+                if (old := there.get(placement.id)) is not None and earlier.placements[old] is placement
+            }
+        new = [row for row in range(len(objects)) if row not in kept]
+        boxes = BoxArray.of([placed_box(*objects[row]) for row in new])
+        known: dict[int, int] = {}
+        if earlier is not None and kept:
+            boxes = earlier.boxes.merged(list(kept), list(kept.values()), boxes, new)
+            if earlier.layout.floor is layout.floor:
+                known = {row: earlier.spaces[old] for row, old in kept.items()}
+        return cls(layout, tuple(p for p, _ in objects), tuple(a for _, a in objects), boxes, others, known)
 
     def __len__(self) -> int:
         return len(self.placements)
@@ -74,7 +97,10 @@ class Arrangement:
     @cached_property
     def spaces(self) -> list[int]:
         """Index of the space that each object is in, n values."""
-        return [int(space) for space in self.building.spaces(self.boxes)]
+        known = dict(self._known_spaces)
+        new = [row for row in range(len(self)) if row not in known]
+        known |= zip(new, self.building.spaces(self.take(new)).tolist() if new else (), strict=True)
+        return [known[row] for row in range(len(self))]
 
     @cached_property
     def corners(self) -> NDArray[np.float64]:

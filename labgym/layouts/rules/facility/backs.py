@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from labgym.geometry import BoxArray, OrientedBox, pairwise_distance
 from labgym.layouts.placement import FLOOR
 from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.earlier import standing
 from labgym.layouts.rules.rule import FacilityRule, Finding
 from labgym.layouts.rules.thresholds import BACK_GAP, MOVABLE, ONE_SIDED
 
@@ -93,5 +94,6 @@ RULES = (
         count=lambda site: sum(one_sided(site.arrangement, row) for row in site.arrangement.standing),
         check=_check,
         group="placing",
+        looks_at=standing,
     ),
 )

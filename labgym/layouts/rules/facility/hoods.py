@@ -21,6 +21,11 @@ HOOD_OPPOSITE = 3.0
 """No desk within this distance in front of a hood, meters (NFPA 45: not opposite desks)."""
 
 
+def _hoods_and_desks(site: Site, row: int) -> object:
+    asset = site.arrangement.assets[row]
+    return site.arrangement.placements[row] if asset.fume_hood or asset.subtype == "desk" else None
+
+
 def _near_doors(site: Site) -> Iterator[Finding]:
     arrangement = site.arrangement
     entrances = arrangement.building.entrances
@@ -59,6 +64,7 @@ RULES = (
         count=lambda site: len(site.arrangement.hoods),
         check=_near_doors,
         group="placing",
+        looks_at=_hoods_and_desks,
     ),
     FacilityRule(
         name="hood_opposite_desk",
@@ -69,5 +75,6 @@ RULES = (
         count=lambda site: len(site.arrangement.hoods),
         check=_opposite_desks,
         group="placing",
+        looks_at=_hoods_and_desks,
     ),
 )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from labgym.layouts.rules.earlier import standing
 from labgym.layouts.rules.rule import FacilityRule, Finding
 from labgym.layouts.rules.zones import DOOR_AREA, standing_in_each
 
@@ -43,6 +44,7 @@ RULES = (
         check=_in_doors,
         group="placing",
         per_object=False,
+        looks_at=standing,
     ),
     FacilityRule(
         name="keep_out",
@@ -54,5 +56,6 @@ RULES = (
         check=_in_keep_outs,
         group="placing",
         per_object=False,
+        looks_at=standing,
     ),
 )

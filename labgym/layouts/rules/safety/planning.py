@@ -10,6 +10,7 @@ import numpy as np
 
 from labgym.geometry import OrientedBox, distance
 from labgym.layouts.placement import FLOOR
+from labgym.layouts.rules.earlier import nothing, standing
 from labgym.layouts.rules.rule import FacilityRule, Finding
 from labgym.layouts.rules.site import Site
 from labgym.layouts.rules.thresholds import BACK_GAP, ONE_SIDED
@@ -37,6 +38,10 @@ def _inward(site: Site) -> Iterator[Finding]:
     for label, inward in _exits(site):
         if inward:
             yield Finding((), None, 0.0, f"{label} opens inward, against people who leave", "let it open outward")
+
+
+def _hoods(site: Site, row: int) -> object:
+    return site.arrangement.placements[row] if site.arrangement.assets[row].fume_hood else None
 
 
 def _crossed(site: Site) -> Iterator[Finding]:
@@ -124,6 +129,7 @@ RULES = (
         severity="warning",
         count=lambda site: len(_exits(site)),
         check=_inward,
+        looks_at=nothing,
     ),
     FacilityRule(
         name="hood_traffic",
@@ -133,6 +139,7 @@ RULES = (
         severity="warning",
         count=lambda site: len(site.arrangement.hoods),
         check=_crossed,
+        looks_at=_hoods,
     ),
     FacilityRule(
         name="islands_in_line",
@@ -142,6 +149,7 @@ RULES = (
         severity="warning",
         count=lambda site: sum(map(len, islands(site).values())),
         check=_unaligned,
+        looks_at=standing,
     ),
     FacilityRule(
         name="even_aisles",
@@ -151,5 +159,6 @@ RULES = (
         severity="warning",
         count=lambda site: sum(len(aisles(site, rows)) for rows in islands(site).values()),
         check=_uneven,
+        looks_at=standing,
     ),
 )

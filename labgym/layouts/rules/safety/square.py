@@ -9,6 +9,7 @@ import numpy as np
 
 from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.earlier import standing
 from labgym.layouts.rules.rule import FacilityRule, Finding
 from labgym.layouts.rules.site import Site
 from labgym.layouts.rules.thresholds import MOVABLE
@@ -50,5 +51,6 @@ RULES = (
         severity="error",
         count=lambda site: len(furniture_rows(site.arrangement)),
         check=_check,
+        looks_at=standing,
     ),
 )

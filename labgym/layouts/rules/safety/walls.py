@@ -9,6 +9,7 @@ import numpy as np
 
 from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
 from labgym.layouts.placement import WALL
+from labgym.layouts.rules.earlier import standing
 from labgym.layouts.rules.rule import FacilityRule, Finding
 from labgym.layouts.rules.safety.hazards import CLASS_B, CLASS_D
 from labgym.layouts.rules.site import Site
@@ -59,6 +60,11 @@ def _extinguishers(site: Site) -> list[int]:
     return [row for row, asset in enumerate(site.arrangement.assets) if asset.role in CLASS_B | CLASS_D]
 
 
+def _standing_and_extinguishers(site: Site, row: int) -> object:
+    is_extinguisher = site.arrangement.assets[row].role in CLASS_B | CLASS_D
+    return site.arrangement.placements[row] if is_extinguisher else standing(site, row)
+
+
 def _obstructed(site: Site) -> Iterator[Finding]:
     arrangement = site.arrangement
     rows = _extinguishers(site)
@@ -84,6 +90,7 @@ RULES = (
         severity="error",
         count=lambda site: len(_hanging(site)),
         check=_covering,
+        looks_at=standing,
     ),
     FacilityRule(
         name="extinguisher_front",
@@ -93,5 +100,6 @@ RULES = (
         severity="error",
         count=lambda site: len(_extinguishers(site)),
         check=_obstructed,
+        looks_at=_standing_and_extinguishers,
     ),
 )
