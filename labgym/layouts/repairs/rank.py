@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from functools import cached_property, total_ordering
 
-from labgym.layouts.adjust import RepairBudget
+from labgym.layouts.adjust import WAYS, RepairBudget
 from labgym.layouts.floor.fields import HOOD_DOOR_LEAST
 from labgym.layouts.model import Layout
 from labgym.layouts.rules.arrangement import Arrangement
@@ -150,7 +150,7 @@ class RepairState:
         """Return the state of another version of the layout."""
         rules, earlier = self.assessment.rules, self.assessment
         assessment = evaluate_layout(layout, self.protocol, rules, self.navigation, earlier)
-        self.work.spend(assessment)
+        self.work.spend(assessment, 1 + WAYS if self.navigation else 1)
         return replace(self, layout=layout, assessment=assessment)
 
     def assessed(self, layout: Layout, protocol: Protocol | None) -> Assessment:
@@ -169,6 +169,7 @@ class RepairState:
             return None
         if self.navigation:
             assessment = assessment.with_navigation(self.assessment)
+            self.work.spend(assessment, WAYS)
         return replace(self, layout=layout, assessment=assessment)
 
     @property

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,8 @@ from labgym.layouts.rules.thresholds import MOVABLE
 
 BUILDING = frozenset({"opening", "robot"})
 """Categories that are not objects of the layout: doors and windows belong to the room, the robot to the episode."""
+
+Fact = TypeVar("Fact")
 
 
 @dataclass(frozen=True)
@@ -48,8 +51,8 @@ class Arrangement:
     assets: tuple[Asset, ...]
     boxes: BoxArray
     others: tuple[Placement, ...] = ()
-    _known_spaces: Mapping[int, int] = field(default_factory=dict, compare=False, repr=False)
-    """Spaces that an earlier state has found, by row."""
+    _facts: dict[str, dict[int, Any]] = field(default_factory=dict, compare=False, repr=False)
+    """Facts that this or an earlier state has found (`facts`), by name and row."""
 
     @classmethod
     def of(cls, layout: Layout, earlier: Arrangement | None = None) -> Arrangement:
@@ -74,12 +77,15 @@ class Arrangement:
             }
         new = [row for row in range(len(objects)) if row not in kept]
         boxes = BoxArray.of([placed_box(*objects[row]) for row in new])
-        known: dict[int, int] = {}
+        facts: dict[str, dict[int, Any]] = {}
         if earlier is not None and kept:
             boxes = earlier.boxes.merged(list(kept), list(kept.values()), boxes, new)
             if earlier.layout.floor is layout.floor:
-                known = {row: earlier.spaces[old] for row, old in kept.items()}
-        return cls(layout, tuple(p for p, _ in objects), tuple(a for _, a in objects), boxes, others, known)
+                facts = {
+                    name: {row: known[old] for row, old in kept.items() if old in known}
+                    for name, known in earlier._facts.items()
+                }
+        return cls(layout, tuple(p for p, _ in objects), tuple(a for _, a in objects), boxes, others, facts)
 
     def __len__(self) -> int:
         return len(self.placements)
@@ -97,10 +103,7 @@ class Arrangement:
     @cached_property
     def spaces(self) -> list[int]:
         """Index of the space that each object is in, n values."""
-        known = dict(self._known_spaces)
-        new = [row for row in range(len(self)) if row not in known]
-        known |= zip(new, self.building.spaces(self.take(new)).tolist() if new else (), strict=True)
-        return [known[row] for row in range(len(self))]
+        return self.facts("space", range(len(self)), lambda rows: self.building.spaces(self.take(rows)).tolist())
 
     @cached_property
     def corners(self) -> NDArray[np.float64]:
@@ -193,6 +196,18 @@ class Arrangement:
             for row, (placement, asset) in enumerate(zip(self.placements, self.assets, strict=True))
             if placement.support == FLOOR and asset.clearance > 0.0 and asset.subtype not in MOVABLE
         ]
+
+    def facts(self, name: str, rows: Sequence[int], find: Callable[[list[int]], Sequence[Fact]]) -> list[Fact]:
+        """Return what is known of some objects, each by itself on its floor; what is not yet known is found.
+
+        Args:
+            find: returns the facts of some rows; the fact of an object depends on no other object.
+        """
+        known: dict[int, Fact] = self._facts.setdefault(name, {})
+        new = [row for row in rows if row not in known]
+        if new:
+            known.update(zip(new, find(new), strict=True))
+        return [known[row] for row in rows]
 
     def box(self, row: int) -> OrientedBox:
         """Return an object's bounding box."""

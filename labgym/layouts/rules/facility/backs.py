@@ -7,7 +7,6 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from labgym.geometry import BoxArray, OrientedBox, pairwise_distance
 from labgym.layouts.placement import FLOOR
@@ -23,13 +22,18 @@ TALL = 1.5
 """Furniture of this height and more stands against a wall and not back to back, meters."""
 
 
-def back_distances(arrangement: Arrangement, rows: Sequence[int]) -> NDArray[np.float64]:
+def back_distances(arrangement: Arrangement, rows: Sequence[int]) -> list[float]:
     """Return the distance between each back and the nearest wall along it, meters; its farther end counts.
 
     It is infinite if no wall runs past both ends of a back.
     """
-    backs = np.array([arrangement.box(row).corners()[:2] for row in rows]).reshape(-1, 2, 2)
-    return np.asarray(np.abs(arrangement.building.gaps(backs)).max(axis=2).min(axis=0))
+
+    def find(new: list[int]) -> list[float]:
+        backs = np.array([arrangement.box(row).corners()[:2] for row in new])
+        gaps: list[float] = np.abs(arrangement.building.gaps(backs)).max(axis=2).min(axis=0).tolist()
+        return gaps
+
+    return arrangement.facts("back", rows, find)
 
 
 def one_sided(arrangement: Arrangement, row: int) -> bool:
@@ -46,7 +50,7 @@ def one_sided(arrangement: Arrangement, row: int) -> bool:
 def _check(site: Site) -> Iterator[Finding]:
     arrangement = site.arrangement
     rows = [row for row in arrangement.standing if one_sided(arrangement, row)]
-    for row, gap in zip(rows, back_distances(arrangement, rows).tolist(), strict=True):
+    for row, gap in zip(rows, back_distances(arrangement, rows), strict=True):
         placement = arrangement.placements[row]
         if gap > BACK_GAP and not _back_to_back(arrangement, row):
             distance = None if math.isinf(gap) else gap

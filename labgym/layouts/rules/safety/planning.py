@@ -10,6 +10,7 @@ import numpy as np
 
 from labgym.geometry import OrientedBox, distance
 from labgym.layouts.placement import FLOOR
+from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.earlier import nothing, standing
 from labgym.layouts.rules.rule import FacilityRule, Finding
 from labgym.layouts.rules.site import Site
@@ -67,9 +68,18 @@ def islands(site: Site) -> dict[int, list[int]]:
     for row, (placement, asset) in enumerate(zip(site.arrangement.placements, site.arrangement.assets, strict=True)):
         if placement.support != FLOOR or asset.subtype != "workbench" or asset.size.depth < ONE_SIDED:
             continue
-        if float(site.arrangement.building.gaps(site.arrangement.corners[row]).min()) > BACK_GAP:
+        if _wall_gap(site.arrangement, row) > BACK_GAP:
             own.setdefault(site.arrangement.spaces[row], []).append(row)
     return {space: rows for space, rows in own.items() if len(rows) > 1}
+
+
+def _wall_gap(arrangement: Arrangement, row: int) -> float:
+    """Return the distance of the nearest corner of an object from a wall, meters."""
+
+    def find(new: list[int]) -> list[float]:
+        return [float(arrangement.building.gaps(arrangement.corners[one]).min()) for one in new]
+
+    return arrangement.facts("corner", [row], find)[0]
 
 
 def _apart(site: Site, first: int, second: int) -> tuple[float, float]:
