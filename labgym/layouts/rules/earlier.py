@@ -1,4 +1,4 @@
-"""What an earlier assessment still says of a layout: of the rules that look at nothing that has changed, everything."""
+"""Changes between two assessed states of a layout: a rule that looks at none of them keeps its results."""
 
 from __future__ import annotations
 
