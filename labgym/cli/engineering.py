@@ -172,8 +172,9 @@ def move(
     before = resolve_layout(layout)
     after = reposition(before, id, *_place(before, id, to, by))
     refuse_other_content(after, out, overwrite)
-    assessments = [evaluate_layout(each, each.protocol, navigation=True) for each in (before, after)]
-    print(_comparison(id, after, *assessments).text(), end="\n\n")
+    first = evaluate_layout(before, before.protocol, navigation=True)
+    second = evaluate_layout(after, after.protocol, navigation=True, earlier=first)
+    print(_comparison(id, after, first, second).text(), end="\n\n")
     return save(after, out, overwrite)
 
 

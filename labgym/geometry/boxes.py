@@ -94,6 +94,26 @@ class BoxArray:
     def __len__(self) -> int:
         return len(self.yaw)
 
+    def merged(self, rows: Sequence[int], own: Sequence[int], others: BoxArray, other_rows: Sequence[int]) -> BoxArray:
+        """Return boxes of which some rows are rows of this array, and all others those of another array.
+
+        Args:
+            rows: rows of the result that are the rows `own` of this array.
+            other_rows: rows of the result that are the rows of `others`, in order.
+        """
+
+        def joined(first: Array, second: Array) -> Array:
+            values = np.empty((len(rows) + len(other_rows), *first.shape[1:]))
+            values[rows], values[other_rows] = first[own], second
+            return values
+
+        return BoxArray(
+            joined(self.centre, others.centre),
+            joined(self.half, others.half),
+            joined(self.yaw, others.yaw),
+            joined(self.z, others.z),
+        )
+
     def axes(self) -> Array:
         """Return the side normals, shape (n, 2, 2): [i, k] is box i's axis k."""
         cosine, sine = np.cos(self.yaw), np.sin(self.yaw)

@@ -24,8 +24,10 @@ from labgym.layouts.tidying import hanging_place
 from labgym.layouts.trace import Recorder
 from labgym.protocols import Protocol
 
-UNITS = 2_000_000
-"""Units of a repair. The repair of a damaged layout usually takes some thousands."""
+UNITS = 1_000_000
+"""Units of a repair, one to two minutes. The repair of a damaged layout usually takes some thousands."""
+WAYS = 3
+"""The ways of an assessment count as this many assessments without ways, as they take as long."""
 TRIALS = 30
 """Assessments for which an adjustment is charged: it verifies at most twice as many commands."""
 
@@ -136,7 +138,7 @@ class RuleAdjuster:
                 break
             tried.add(command)
             candidate = apply(layout, command)
-            proposed = evaluate_layout(candidate, protocol, assessment.rules)
+            proposed = evaluate_layout(candidate, protocol, assessment.rules, earlier=assessment)
             better = proposed.better_than(assessment)
             if trace is not None:
                 trace.trial(ADJUST, (command,), assessment, proposed, better)

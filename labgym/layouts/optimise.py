@@ -117,11 +117,15 @@ class _Optimization:
         layout, current, trace = self.layout, self.current, self.trace
         pushed = fast_repair(layout, current.profile)
         for base in (pushed, layout) if level == "room" else (pushed,):
-            assessment = current if base is layout else evaluate_layout(base, self.protocol, current.rules)
+            assessment = current
+            if base is not layout:
+                assessment = evaluate_layout(base, self.protocol, current.rules, earlier=current)
             if trace is not None and (base is layout or base.placements != layout.placements):
                 trace.trial("as_is" if base is layout else "fast_repair", (), current, assessment, False, "start")
             candidate = self.adjuster.adjust(base, self.protocol, assessment, level, trace)
-            proposed = assessment if candidate is base else evaluate_layout(candidate, self.protocol, current.rules)
+            proposed = assessment
+            if candidate is not base:
+                proposed = evaluate_layout(candidate, self.protocol, current.rules, earlier=assessment)
             accepted = self._accepts(proposed)
             if trace is not None and candidate.placements != layout.placements and (candidate is base or not accepted):
                 trace.trial("update", (), current, proposed, accepted)
@@ -160,7 +164,7 @@ class _Optimization:
     def _judge(self, operator: str, commands: tuple[Command, ...], candidate: Layout) -> bool:
         """Take a candidate if it is better than the best one, and return whether it is."""
         best = self.current
-        proposed = evaluate_layout(candidate, self.protocol, best.rules, navigation=best.navigation)
+        proposed = evaluate_layout(candidate, self.protocol, best.rules, best.navigation, earlier=best)
         accepted = self._accepts(proposed)
         if self.trace is not None:
             self.trace.trial(operator, commands, best, proposed, accepted)

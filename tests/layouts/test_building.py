@@ -24,7 +24,7 @@ from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.bounds import bounds_faults
 from labgym.layouts.rules.building import WEDGE, Building
 from labgym.layouts.rules.egress import narrow_ways
-from labgym.layouts.rules.facility.backs import back_distance
+from labgym.layouts.rules.facility.backs import back_distances
 from labgym.layouts.rules.facility.fronts import blocked_front
 from labgym.layouts.rules.facility.showers import shower_walks
 from labgym.layouts.rules.site import Site
@@ -313,7 +313,7 @@ def test_the_rules_of_a_space_look_at_that_space_only():
     rack = put("rack", "EquipmentRack", 6.6, 3.8)  # behind the wall
     arrangement = lab(floor, bench, rack)
     assert arrangement.spaces == [0, 1]
-    assert back_distance(arrangement, 0) == pytest.approx(6.0 - 5.62 - 0.375)
+    assert back_distances(arrangement, [0])[0] == pytest.approx(6.0 - 5.62 - 0.375)
     turned = lab(floor, put("bench", "LabBench", 5.3, 3.8, yaw=-math.pi / 2), rack)  # its front faces the wall
     free, blockers = blocked_front(turned, 0, 1.2) or (None, None)
     assert (free, blockers) == (pytest.approx(6.0 - 5.3 - 0.375), ())

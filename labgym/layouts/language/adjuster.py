@@ -70,7 +70,7 @@ def verified(
             continue
         together += steps
         candidate = _applied(current, steps)
-        after = evaluate_layout(candidate, protocol, assessment.rules)
+        after = evaluate_layout(candidate, protocol, assessment.rules, earlier=best)
         better = after.better_than(best)
         if trace is not None:
             trace.trial(ADJUST, steps, best, after, better)
@@ -81,7 +81,7 @@ def verified(
     if accepted or len(together) < 2:
         return CommandOutcome(current, accepted, tuple(refusals))
     candidate = _applied(layout, together)
-    after = evaluate_layout(candidate, protocol, assessment.rules)
+    after = evaluate_layout(candidate, protocol, assessment.rules, earlier=assessment)
     better = after.better_than(assessment)
     if trace is not None:
         trace.trial(ADJUST, together, assessment, after, better, note="all commands together")

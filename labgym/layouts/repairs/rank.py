@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from functools import cached_property, total_ordering
 
-from labgym.layouts.adjust import RepairBudget
+from labgym.layouts.adjust import WAYS, RepairBudget
 from labgym.layouts.floor.fields import HOOD_DOOR_LEAST
 from labgym.layouts.model import Layout
 from labgym.layouts.rules.arrangement import Arrangement
@@ -150,12 +150,12 @@ class RepairState:
         """Return the state of another version of the layout."""
         rules, earlier = self.assessment.rules, self.assessment
         assessment = evaluate_layout(layout, self.protocol, rules, self.navigation, earlier)
-        self.work.spend(assessment)
+        self.work.spend(assessment, 1 + WAYS if self.navigation else 1)
         return replace(self, layout=layout, assessment=assessment)
 
     def assessed(self, layout: Layout, protocol: Protocol | None) -> Assessment:
         """Return the assessment without ways of a version of the layout, or of a part of it."""
-        assessment = evaluate_layout(layout, protocol, self.assessment.rules)
+        assessment = evaluate_layout(layout, protocol, self.assessment.rules, earlier=self.assessment)
         self.work.spend(assessment)
         return assessment
 
@@ -168,7 +168,8 @@ class RepairState:
         if assessment.cost > cost:
             return None
         if self.navigation:
-            assessment = assessment.with_navigation()
+            assessment = assessment.with_navigation(self.assessment)
+            self.work.spend(assessment, WAYS)
         return replace(self, layout=layout, assessment=assessment)
 
     @property

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +20,8 @@ from labgym.layouts.rules.thresholds import LOOSE, MOVABLE
 
 BUILDING = frozenset({"opening", "robot"})
 """Categories that are not objects of the layout: doors and windows belong to the room, the robot to the episode."""
+
+Fact = TypeVar("Fact")
 
 
 @dataclass(frozen=True)
@@ -39,24 +43,49 @@ class Arrangement:
     Attributes:
         placements, assets: of the n objects.
         boxes: bounding boxes, n rows.
+        others: placements that are no objects.
     """
 
     layout: Layout
     placements: tuple[Placement, ...]
     assets: tuple[Asset, ...]
     boxes: BoxArray
+    others: tuple[Placement, ...] = ()
+    _facts: dict[str, dict[int, Any]] = field(default_factory=dict, compare=False, repr=False)
+    """Facts that this or an earlier state has found (`facts`), by name and row."""
 
     @classmethod
-    def of(cls, layout: Layout) -> Arrangement:
+    def of(cls, layout: Layout, earlier: Arrangement | None = None) -> Arrangement:
         """Unroll a layout.
+
+        Args:
+            earlier: another state of the layout, from which objects that have not changed are taken over.
 
         Raises:
             UnknownNameError: a placement's asset does not exist.
         """
         pairs = [(placement, layout.asset(placement.id)) for placement in layout.placements]
         objects = [(placement, asset) for placement, asset in pairs if asset.category not in BUILDING]
-        boxes = BoxArray.of([placed_box(placement, asset) for placement, asset in objects])
-        return cls(layout, tuple(p for p, _ in objects), tuple(a for _, a in objects), boxes)
+        others = tuple(placement for placement, asset in pairs if asset.category in BUILDING)
+        kept: dict[int, int] = {}
+        if earlier is not None and earlier.layout.catalog is layout.catalog:
+            there = earlier.index
+            kept = {
+                row: old
+                for row, (placement, _) in enumerate(objects)
+                if (old := there.get(placement.id)) is not None and earlier.placements[old] is placement
+            }
+        new = [row for row in range(len(objects)) if row not in kept]
+        boxes = BoxArray.of([placed_box(*objects[row]) for row in new])
+        facts: dict[str, dict[int, Any]] = {}
+        if earlier is not None and kept:
+            boxes = earlier.boxes.merged(list(kept), list(kept.values()), boxes, new)
+            if earlier.layout.floor is layout.floor:
+                facts = {
+                    name: {row: known[old] for row, old in kept.items() if old in known}
+                    for name, known in earlier._facts.items()
+                }
+        return cls(layout, tuple(p for p, _ in objects), tuple(a for _, a in objects), boxes, others, facts)
 
     def __len__(self) -> int:
         return len(self.placements)
@@ -74,7 +103,7 @@ class Arrangement:
     @cached_property
     def spaces(self) -> list[int]:
         """Index of the space that each object is in, n values."""
-        return [int(space) for space in self.building.spaces(self.boxes)]
+        return self.facts("space", range(len(self)), lambda rows: self.building.spaces(self.take(rows)).tolist())
 
     @cached_property
     def corners(self) -> NDArray[np.float64]:
@@ -127,6 +156,11 @@ class Arrangement:
         ]
 
     @cached_property
+    def standing(self) -> list[int]:
+        """Rows of the objects on the floor and on walls."""
+        return [row for row, placement in enumerate(self.placements) if placement.support in (FLOOR, WALL)]
+
+    @cached_property
     def supported(self) -> list[int]:
         """Rows of the objects that stand on or in another object."""
         return [row for row, placement in enumerate(self.placements) if placement.support not in (FLOOR, WALL)]
@@ -172,6 +206,18 @@ class Arrangement:
             for row, (placement, asset) in enumerate(zip(self.placements, self.assets, strict=True))
             if placement.support == FLOOR and asset.clearance > 0.0 and asset.subtype not in MOVABLE
         ]
+
+    def facts(self, name: str, rows: Sequence[int], find: Callable[[list[int]], Sequence[Fact]]) -> list[Fact]:
+        """Return what is known of some objects, each by itself on its floor; what is not yet known is found.
+
+        Args:
+            find: returns the facts of some rows; the fact of an object depends on no other object.
+        """
+        known: dict[int, Fact] = self._facts.setdefault(name, {})
+        new = [row for row in rows if row not in known]
+        if new:
+            known.update(zip(new, find(new), strict=True))
+        return [known[row] for row in rows]
 
     def box(self, row: int) -> OrientedBox:
         """Return an object's bounding box."""

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import TypeVar
 
 from labgym.layouts.model import Layout
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.bounds import BoundsFault
 from labgym.layouts.rules.collisions import Collision, collisions
+from labgym.layouts.rules.earlier import Changes
 from labgym.layouts.rules.equipment import Requirement, missing_equipment, required_equipment
 from labgym.layouts.rules.reach import ItemReach, item_reaches
 from labgym.layouts.rules.regulations.premises import Premises
-from labgym.layouts.rules.rule import FacilityIssue, FacilityRule, Instance, penalised
+from labgym.layouts.rules.rule import FacilityIssue, FacilityRule, Instance, Term, penalised
 from labgym.layouts.rules.rule_sets import TOUCHSTONE, RuleSet, rule_set
 from labgym.layouts.rules.site import Site
 from labgym.layouts.rules.thresholds import Profile
@@ -39,6 +41,7 @@ GEOMETRY_WEIGHT = 0.5
 CHEMISTRY_WEIGHT = 0.5
 """Weights of F; the paper leaves them open."""
 
+Kept = TypeVar("Kept")
 Drives = Mapping[str, tuple[Transition, ...]]
 """Verdicts on drives, by the name of their rule."""
 
@@ -63,6 +66,10 @@ class Assessment:
     navigation: bool = False
     _issues: dict[str, tuple[FacilityIssue, ...]] = field(default_factory=dict, compare=False, repr=False)
     """Issues that have been computed, by rule. They do not depend on `navigation`."""
+    _errors: dict[str, list[tuple[str, ...]]] = field(default_factory=dict, compare=False, repr=False)
+    """Objects of the errors of rules that tell them without messages, as far as computed."""
+    _instances: Mapping[str, tuple[Instance, ...]] = field(default_factory=dict, compare=False, repr=False)
+    """Instances of each term without the geometry penalty."""
 
     @property
     def arrangement(self) -> Arrangement:
@@ -226,7 +233,9 @@ class Assessment:
     def _broken(self, rule: FacilityRule) -> list[tuple[str, ...]]:
         """Return the objects of each error of a rule, without its message if that is faster."""
         if rule.broken is not None and rule.name not in self._issues:
-            return rule.broken(self.site)
+            if rule.name not in self._errors:
+                self._errors[rule.name] = rule.broken(self.site)
+            return self._errors[rule.name]
         return [issue.ids for issue in self.issues_of(rule) if issue.severity == "error"]
 
     @cached_property
@@ -303,11 +312,15 @@ class Assessment:
         walk = math.inf if self.workflow is None or self.workflow.length is None else self.workflow.length
         return self.reach or 0.0, walk
 
-    def with_navigation(self) -> Assessment:
-        """Return the assessment with navigation, as `evaluate_layout(..., navigation=True)`; the rest is kept."""
+    def with_navigation(self, earlier: Assessment | None = None) -> Assessment:
+        """Return the assessment with navigation, as `evaluate_layout(..., navigation=True)`; the rest is kept.
+
+        Args:
+            earlier: as in `evaluate_layout`.
+        """
         if self.navigation:
             return self
-        return replace(self, driven=judged_drives(self.rules, self.site), navigation=True)
+        return replace(self, driven=judged_drives(self.rules, self.site, earlier), navigation=True)
 
 
 def evaluate_layout(
@@ -324,18 +337,36 @@ def evaluate_layout(
         protocol: required assets and drives; None leaves both out.
         rules: a rule set or its name: `touchstone` or `paper`; other thresholds as in `rule_set("touchstone", "code")`.
         navigation: whether to plan the protocol's drives and check ways out, which takes as long as all the rest.
-        earlier: assessment of another state of the layout, whose drives are taken over if nothing that they depend on
-            has changed. It changes no result.
+        earlier: assessment of another state of the layout, from which everything is taken over that depends on nothing
+            that has changed. It changes no result.
 
     Raises:
         UnknownNameError: the rule set, an asset or a support does not exist.
     """
     rules = rule_set(rules)
-    arrangement = Arrangement.of(layout)
+    arrangement = Arrangement.of(layout, None if earlier is None else earlier.arrangement)
     site = Site(arrangement, protocol, rules.profile)
+    changes = None if earlier is None or earlier.rules != rules else Changes.between(earlier.site, site)
+
+    def kept(known: Mapping[str, Kept], judged: Sequence[Term | FacilityRule]) -> dict[str, Kept]:
+        """Return the earlier results of rules that look at nothing that has changed."""
+        held = [rule for rule in judged if rule.name in known] if changes is not None else []
+        return {rule.name: known[rule.name] for rule in held if changes and not changes.concern(rule.looks_at)}
+
     bounds = tuple(fault for check in rules.bounds for fault in check(arrangement))
-    instances = {term.name: tuple(term.instances(site)) for term in rules.terms}
-    basis = Assessment(rules, site, bounds, collisions(arrangement), instances, navigation=navigation)
+    instances = {} if earlier is None else kept(earlier._instances, rules.terms)
+    instances = {term.name: instances.get(term.name) or tuple(term.instances(site)) for term in rules.terms}
+    basis = Assessment(
+        rules,
+        site,
+        bounds,
+        collisions(arrangement),
+        instances,
+        navigation=navigation,
+        _issues={} if earlier is None else kept(earlier._issues, rules.facility),
+        _errors={} if earlier is None else kept(earlier._errors, rules.facility),
+        _instances=instances,
+    )
     voided = {"faulty": basis.faulty, "unusable": basis.faulty | basis.blocked}
     measured = {
         term.name: penalised(own, voided[term.void]) if term.lowers == "satisfaction" else own

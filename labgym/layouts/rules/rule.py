@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 from labgym.documents import Record
+from labgym.layouts.rules.earlier import LooksAt
 from labgym.layouts.rules.thresholds import WORST, Severity
 from labgym.navigation.plan import PLANNING_RADIUS
 
@@ -71,6 +72,7 @@ class Term:
         score: returns the metric of instances, None without any.
         lowers: half of F that it lowers: the mean satisfaction, or the share of objects in no violation.
         chemical: whether its score is part of S_chem.
+        looks_at: what the term looks at (`Changes.concern`); None for everything.
         void: objects whose instances score 0: `faulty` ones are out of bounds or collide; `unusable` ones also include
             those with a blocked front.
     """
@@ -85,6 +87,7 @@ class Term:
     lowers: Literal["satisfaction", "geometry"] = "satisfaction"
     void: Literal["faulty", "unusable"] = "faulty"
     chemical: bool = True
+    looks_at: LooksAt | None = None
 
 
 @dataclass(frozen=True)
@@ -167,6 +170,7 @@ class FacilityRule:
         scores_warnings: whether findings of severity `warning` count in the score of a rule of severity `error`.
         term: name of a term that counts the same faults in v(L).
         broken: returns the ids of the errors without their messages, where that is much faster.
+        looks_at: what the rule looks at (`Changes.concern`); None for everything.
     """
 
     name: str
@@ -182,6 +186,7 @@ class FacilityRule:
     scores_warnings: bool = True
     term: str = ""
     broken: Callable[[Site], list[tuple[str, ...]]] | None = None
+    looks_at: LooksAt | None = None
 
     def issues(self, site: Site) -> list[FacilityIssue]:
         """Return the issues of a layout."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from labgym.geometry import BoxArray, OrientedBox, interpenetrating, pairwise_penetration, penetration
+from labgym.geometry import BoxArray, OrientedBox, interpenetrating, pairwise_penetration
 from labgym.layouts.floor import Door, Room
 
 if TYPE_CHECKING:
@@ -68,19 +68,33 @@ def standing_in(
             away from furniture, but not from behind a closed door.
         space: index of the space that the zone is in; objects of others do not count. None counts all.
     """
-    rows = arrangement.standing if loose else arrangement.standing_fast
-    if not rows:
-        return ()
     skipped = set(ignore)
-    depths = pairwise_penetration(arrangement.take(rows), BoxArray.of([zone]))[:, 0]
-    inside = {rows[k] for k in np.flatnonzero(depths > INTRUSION)}
-    if loose:
-        inside |= {row for row, part in arrangement.open_parts if row in rows and penetration(part, zone) > INTRUSION}
-    return tuple(
-        arrangement.placements[row].id
-        for row in sorted(inside)
-        if arrangement.placements[row].id not in skipped and (space is None or arrangement.spaces[row] == space)
-    )
+    return tuple(one for one in standing_in_each(arrangement, [zone], [space], loose)[0] if one not in skipped)
+
+
+def standing_in_each(
+    arrangement: Arrangement, zones: Sequence[OrientedBox], spaces: Sequence[int | None], loose: bool = False
+) -> list[tuple[str, ...]]:
+    """Return `standing_in` for several zones and their spaces."""
+    rows = arrangement.standing if loose else arrangement.standing_fast
+    if not rows or not zones:
+        return [() for _ in zones]
+    boxes = BoxArray.of(zones)
+    hits = pairwise_penetration(boxes, arrangement.take(rows)) > INTRUSION
+    if loose and arrangement.open_parts:
+        column = {row: k for k, row in enumerate(rows)}
+        parts = [(column[row], part) for row, part in arrangement.open_parts if row in column]
+        opened = pairwise_penetration(boxes, BoxArray.of([part for _, part in parts])) > INTRUSION
+        for (k, _), hit in zip(parts, opened.T, strict=True):
+            hits[:, k] |= hit
+    return [
+        tuple(
+            arrangement.placements[rows[k]].id
+            for k in np.flatnonzero(hit).tolist()
+            if space is None or arrangement.spaces[rows[k]] == space
+        )
+        for space, hit in zip(spaces, hits, strict=True)
+    ]
 
 
 def standing_in_front(arrangement: Arrangement, fronts: Sequence[tuple[int, OrientedBox]]) -> list[tuple[str, ...]]:

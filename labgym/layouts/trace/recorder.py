@@ -121,7 +121,8 @@ class Recorder:
         if (change.empty and not tried) or len(self._iterations) >= MOST_ITERATIONS:
             return
         if not change.empty:
-            self._assessment = evaluate_layout(layout, self._protocol, self._assessment.rules, navigation=True)
+            before = self._assessment
+            self._assessment = evaluate_layout(layout, self._protocol, before.rules, navigation=True, earlier=before)
             self._current = layout
         self._iterations.append(
             Iteration(

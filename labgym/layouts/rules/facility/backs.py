@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,6 +13,7 @@ from labgym.geometry import BoxArray, OrientedBox, pairwise_distance
 from labgym.geometry.boxes import ROUNDING
 from labgym.layouts.placement import FLOOR
 from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.earlier import standing
 from labgym.layouts.rules.rule import FacilityRule, Finding
 from labgym.layouts.rules.thresholds import BACK_GAP, MOVABLE, ONE_SIDED
 
@@ -23,13 +24,18 @@ TALL = 1.5
 """Furniture of this height and more stands against a wall and not back to back, meters."""
 
 
-def back_distance(arrangement: Arrangement, row: int) -> float:
-    """Return the distance between an object's back and the nearest wall along it, meters; its farther end counts.
+def back_distances(arrangement: Arrangement, rows: Sequence[int]) -> list[float]:
+    """Return the distance between each back and the nearest wall along it, meters; its farther end counts.
 
-    It is infinite if no wall runs past both ends of the back.
+    It is infinite if no wall runs past both ends of a back.
     """
-    gaps = arrangement.building.gaps(arrangement.box(row).corners()[:2])
-    return float(np.abs(gaps).max(axis=1).min())
+
+    def find(new: list[int]) -> list[float]:
+        backs = np.array([arrangement.box(row).corners()[:2] for row in new])
+        gaps: list[float] = np.abs(arrangement.building.gaps(backs)).max(axis=2).min(axis=0).tolist()
+        return gaps
+
+    return arrangement.facts("back", rows, find)
 
 
 def one_sided(arrangement: Arrangement, row: int) -> bool:
@@ -46,10 +52,9 @@ def one_sided(arrangement: Arrangement, row: int) -> bool:
 def _check(site: Site) -> Iterator[Finding]:
     arrangement = site.arrangement
     neighbors = _back_neighbors(arrangement)
-    for row, placement in enumerate(arrangement.placements):
-        if not one_sided(arrangement, row):
-            continue
-        gap = back_distance(arrangement, row)
+    rows = [row for row in arrangement.standing if one_sided(arrangement, row)]
+    for row, gap in zip(rows, back_distances(arrangement, rows), strict=True):
+        placement = arrangement.placements[row]
         if gap > BACK_GAP and not _back_to_back(arrangement, row, neighbors):
             distance = None if math.isinf(gap) else gap
             what = "faces no wall" if distance is None else f"is {gap:.2f} m from a wall, over {BACK_GAP:g} m"
@@ -101,8 +106,9 @@ RULES = (
         limit=f"{BACK_GAP:g} m",
         source="planning practice: supply lines, anchoring",
         severity="error",
-        count=lambda site: sum(one_sided(site.arrangement, row) for row in range(len(site.arrangement))),
+        count=lambda site: sum(one_sided(site.arrangement, row) for row in site.arrangement.standing),
         check=_check,
         group="placing",
+        looks_at=standing,
     ),
 )

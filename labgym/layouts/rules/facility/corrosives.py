@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.earlier import reagents
 from labgym.layouts.rules.rule import FacilityRule, Finding
 from labgym.layouts.rules.thresholds import CORROSIVE_HEIGHT
 
@@ -38,5 +39,6 @@ RULES = (
         count=lambda site: len(corrosive_liquids(site.arrangement)),
         check=_check,
         group="placing",
+        looks_at=reagents,
     ),
 )

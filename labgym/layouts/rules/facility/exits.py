@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from labgym.layouts.rules.building import Workplace
+from labgym.layouts.rules.earlier import nothing, standing
 from labgym.layouts.rules.egress import narrow_exits, narrow_ways
 from labgym.layouts.rules.rule import FacilityRule, Finding
 from labgym.layouts.rules.thresholds import EGRESS_WIDTH
@@ -74,6 +75,7 @@ RULES = (
         check=_narrow_doors,
         group="building",
         per_object=False,
+        looks_at=nothing,
     ),
     FacilityRule(
         name="no_exit",
@@ -85,6 +87,7 @@ RULES = (
         check=_without_exit,
         group="building",
         per_object=False,
+        looks_at=nothing,
     ),
     FacilityRule(
         name="second_exit",
@@ -96,6 +99,7 @@ RULES = (
         check=_with_one_exit,
         group="building",
         per_object=False,
+        looks_at=nothing,
     ),
 )
 EGRESS = FacilityRule(
@@ -110,4 +114,5 @@ EGRESS = FacilityRule(
     ways=True,
     per_object=False,
     broken=lambda site: narrow_exits(site.arrangement),
+    looks_at=standing,
 )

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from labgym.geometry import distance
 from labgym.layouts.placement import FLOOR
 from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.earlier import standing
 from labgym.layouts.rules.rule import FacilityRule, Finding, Instance, Term
 from labgym.layouts.rules.thresholds import MOVABLE, Severity
 from labgym.layouts.rules.zones import front_zone, standing_in_front
@@ -106,6 +107,7 @@ FRONTS = Term(
     remedy=_clear,
     lowers="geometry",
     chemical=False,
+    looks_at=standing,
 )
 RULES = (
     FacilityRule(
@@ -119,5 +121,6 @@ RULES = (
         group="placing",
         scores_warnings=False,
         term=FRONTS.name,
+        looks_at=standing,
     ),
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from labgym.geometry import distance, penetration
+from labgym.geometry import BoxArray, distance, pairwise_distance, penetration
 from labgym.layouts.floor.fields import HOOD_DOOR_LEAST
 from labgym.layouts.rules.rule import FacilityRule, Finding
 from labgym.layouts.rules.thresholds import ROOM_TOLERANCE
@@ -21,12 +21,19 @@ HOOD_OPPOSITE = 3.0
 """No desk within this distance in front of a hood, meters (NFPA 45: not opposite desks)."""
 
 
+def _hoods_and_desks(site: Site, row: int) -> object:
+    asset = site.arrangement.assets[row]
+    return site.arrangement.placements[row] if asset.fume_hood or asset.subtype == "desk" else None
+
+
 def _near_doors(site: Site) -> Iterator[Finding]:
     arrangement = site.arrangement
-    for row in arrangement.hoods:
+    entrances = arrangement.building.entrances
+    openings = BoxArray.of([entrance.opening for entrance in entrances])
+    gaps = pairwise_distance(arrangement.take(arrangement.hoods), openings).tolist() if entrances else ()
+    for row, own in zip(arrangement.hoods if entrances else (), gaps, strict=True):
         hood = arrangement.placements[row].id
-        for entrance in arrangement.building.entrances:
-            gap = distance(arrangement.box(row), entrance.opening)
+        for entrance, gap in zip(entrances, own, strict=True):
             if entrance.space == arrangement.spaces[row] and gap < HOOD_DOOR:
                 limit = HOOD_DOOR_LEAST if gap < HOOD_DOOR_LEAST else HOOD_DOOR
                 message = f"{hood} is {gap:.2f} m from {entrance.label}, under {limit:g} m"
@@ -57,6 +64,7 @@ RULES = (
         count=lambda site: len(site.arrangement.hoods),
         check=_near_doors,
         group="placing",
+        looks_at=_hoods_and_desks,
     ),
     FacilityRule(
         name="hood_opposite_desk",
@@ -67,5 +75,6 @@ RULES = (
         count=lambda site: len(site.arrangement.hoods),
         check=_opposite_desks,
         group="placing",
+        looks_at=_hoods_and_desks,
     ),
 )

@@ -5,25 +5,28 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from labgym.layouts.rules.earlier import standing
 from labgym.layouts.rules.rule import FacilityRule, Finding
-from labgym.layouts.rules.zones import DOOR_AREA, standing_in
+from labgym.layouts.rules.zones import DOOR_AREA, standing_in_each
 
 if TYPE_CHECKING:
     from labgym.layouts.rules.site import Site
 
 
 def _in_doors(site: Site) -> Iterator[Finding]:
-    for entrance in site.arrangement.building.entrances:
-        zone = entrance.area
-        blockers = standing_in(site.arrangement, zone, loose=True, space=entrance.space)
+    entrances = site.arrangement.building.entrances
+    zones, spaces = [entrance.area for entrance in entrances], [entrance.space for entrance in entrances]
+    standing = standing_in_each(site.arrangement, zones, spaces, loose=True)
+    for entrance, zone, blockers in zip(entrances, zones, standing, strict=True):
         if blockers:
             area = f"the {zone.width:.2f} x {zone.depth:.2f} m area inside {entrance.label}"
             yield Finding(blockers, None, zone.depth, f"{', '.join(blockers)} in {area}", "move it out")
 
 
 def _in_keep_outs(site: Site) -> Iterator[Finding]:
-    for area in site.arrangement.layout.floor.keep_outs:
-        blockers = standing_in(site.arrangement, area.box, loose=True)
+    areas = site.arrangement.layout.floor.keep_outs
+    standing = standing_in_each(site.arrangement, [area.box for area in areas], [None] * len(areas), loose=True)
+    for area, blockers in zip(areas, standing, strict=True):
         if blockers:
             reason = f" ({area.reason})" if area.reason else ""
             message = f"{', '.join(blockers)} in the keep-out {area.id!r}{reason}"
@@ -41,6 +44,7 @@ RULES = (
         check=_in_doors,
         group="placing",
         per_object=False,
+        looks_at=standing,
     ),
     FacilityRule(
         name="keep_out",
@@ -52,5 +56,6 @@ RULES = (
         check=_in_keep_outs,
         group="placing",
         per_object=False,
+        looks_at=standing,
     ),
 )

@@ -7,12 +7,18 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from labgym.layouts.placement import FLOOR
+from labgym.layouts.rules.earlier import standing
 from labgym.layouts.rules.rule import FacilityRule, Finding
-from labgym.layouts.rules.supplies import REACH, SOURCES, Supplies, supplies_of, unsupplied
+from labgym.layouts.rules.supplies import BURNERS, REACH, SOURCES, Supplies, supplies_of, unsupplied
 from labgym.layouts.rules.thresholds import Severity
 
 if TYPE_CHECKING:
     from labgym.layouts.rules.site import Site
+
+
+def _supplied_and_burners(site: Site, row: int) -> object:
+    placement = site.arrangement.placements[row]
+    return placement if placement.asset in BURNERS else standing(site, row)
 
 
 def _out_of_reach(site: Site) -> Iterator[Finding]:
@@ -52,5 +58,6 @@ SUPPLY = FacilityRule(
     count=_supplied,
     check=_out_of_reach,
     group="placing",
+    looks_at=_supplied_and_burners,
 )
 RULES = (SUPPLY,)

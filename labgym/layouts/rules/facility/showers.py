@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from labgym.geometry import BoxArray, OrientedBox, distance, pairwise_distance
 from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.earlier import standing
 from labgym.layouts.rules.open_doors import with_open_doors
 from labgym.layouts.rules.rule import FacilityRule, Finding
 from labgym.layouts.rules.thresholds import SHOWER_RADIUS
@@ -40,6 +41,11 @@ def shower_walks(arrangement: Arrangement) -> dict[str, float]:
         if grid.free(x, y):
             walks[hood] = float(field[grid.cell_of(x, y)])
     return walks
+
+
+def _standing_and_showers(site: Site, row: int) -> object:
+    asset = site.arrangement.assets[row]
+    return site.arrangement.placements[row] if asset.fume_hood or asset.subtype == "shower" else standing(site, row)
 
 
 def _crowded(site: Site) -> Iterator[Finding]:
@@ -88,6 +94,7 @@ SHOWER_CLEAR = FacilityRule(
     count=lambda site: len(site.arrangement.showers),
     check=_crowded,
     group="placing",
+    looks_at=_standing_and_showers,
 )
 HOOD_TO_SHOWER = FacilityRule(
     name="shower_walk",
@@ -98,4 +105,5 @@ HOOD_TO_SHOWER = FacilityRule(
     count=lambda site: len(site.arrangement.hoods),
     check=_far,
     group="placing",
+    looks_at=_standing_and_showers,
 )

@@ -6,7 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from labgym.assets import Asset
-from labgym.layouts.placement import WALL
+from labgym.layouts.placement import FLOOR, WALL
+from labgym.layouts.rules.earlier import reagents
 from labgym.layouts.rules.rule import FacilityRule, Finding
 from labgym.layouts.rules.safety.hazards import GasDensity, detected_gas
 from labgym.layouts.rules.site import Site
@@ -95,6 +96,11 @@ def _reagent_heights(site: Site) -> Iterator[Finding]:
             yield Finding((own,), bottom, REAGENT_HEIGHT_M, message, "use a lower shelf")
 
 
+def _carried(site: Site, row: int) -> object:
+    placement = site.arrangement.placements[row]
+    return None if placement.support in (FLOOR, WALL) else placement
+
+
 def _heavy(site: Site) -> list[int]:
     return [row for row in site.arrangement.supported if site.arrangement.assets[row].mass >= HEAVY_KG]
 
@@ -157,6 +163,7 @@ RULES = (
         severity="error",
         count=lambda site: len(site.arrangement.reagents),
         check=_reagent_heights,
+        looks_at=reagents,
     ),
     FacilityRule(
         name="heavy_height",
@@ -166,6 +173,7 @@ RULES = (
         severity="error",
         count=lambda site: len(_heavy(site)),
         check=_heavy_heights,
+        looks_at=_carried,
     ),
     FacilityRule(
         name="detector_height",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from labgym.layouts.rules.earlier import kinds
 from labgym.layouts.rules.rule import FacilityRule, Finding
 from labgym.layouts.rules.site import Site
 
@@ -46,5 +47,6 @@ OPTIONAL = FacilityRule(
     severity="warning",
     count=lambda site: len({asset.role for asset in site.arrangement.assets} & OPTIONAL_PIECES.keys()),
     check=_check,
+    looks_at=kinds,
 )
 RULES = (OPTIONAL,)

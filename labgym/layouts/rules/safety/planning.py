@@ -10,6 +10,8 @@ import numpy as np
 
 from labgym.geometry import OrientedBox, distance
 from labgym.layouts.placement import FLOOR
+from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.earlier import nothing, standing
 from labgym.layouts.rules.rule import FacilityRule, Finding
 from labgym.layouts.rules.site import Site
 from labgym.layouts.rules.thresholds import BACK_GAP, ONE_SIDED
@@ -39,6 +41,10 @@ def _inward(site: Site) -> Iterator[Finding]:
             yield Finding((), None, 0.0, f"{label} opens inward, against people who leave", "let it open outward")
 
 
+def _hoods(site: Site, row: int) -> object:
+    return site.arrangement.placements[row] if site.arrangement.assets[row].fume_hood else None
+
+
 def _crossed(site: Site) -> Iterator[Finding]:
     arrangement = site.arrangement
     for row in arrangement.hoods:
@@ -62,9 +68,18 @@ def islands(site: Site) -> dict[int, list[int]]:
     for row, (placement, asset) in enumerate(zip(site.arrangement.placements, site.arrangement.assets, strict=True)):
         if placement.support != FLOOR or asset.subtype != "workbench" or asset.size.depth < ONE_SIDED:
             continue
-        if float(site.arrangement.building.gaps(site.arrangement.corners[row]).min()) > BACK_GAP:
+        if _wall_gap(site.arrangement, row) > BACK_GAP:
             own.setdefault(site.arrangement.spaces[row], []).append(row)
     return {space: rows for space, rows in own.items() if len(rows) > 1}
+
+
+def _wall_gap(arrangement: Arrangement, row: int) -> float:
+    """Return the distance of the nearest corner of an object from a wall, meters."""
+
+    def find(new: list[int]) -> list[float]:
+        return [float(arrangement.building.gaps(arrangement.corners[one]).min()) for one in new]
+
+    return arrangement.facts("corner", [row], find)[0]
 
 
 def _apart(site: Site, first: int, second: int) -> tuple[float, float]:
@@ -124,6 +139,7 @@ RULES = (
         severity="warning",
         count=lambda site: len(_exits(site)),
         check=_inward,
+        looks_at=nothing,
     ),
     FacilityRule(
         name="hood_traffic",
@@ -133,6 +149,7 @@ RULES = (
         severity="warning",
         count=lambda site: len(site.arrangement.hoods),
         check=_crossed,
+        looks_at=_hoods,
     ),
     FacilityRule(
         name="islands_in_line",
@@ -142,6 +159,7 @@ RULES = (
         severity="warning",
         count=lambda site: sum(map(len, islands(site).values())),
         check=_unaligned,
+        looks_at=standing,
     ),
     FacilityRule(
         name="even_aisles",
@@ -151,5 +169,6 @@ RULES = (
         severity="warning",
         count=lambda site: sum(len(aisles(site, rows)) for rows in islands(site).values()),
         check=_uneven,
+        looks_at=standing,
     ),
 )

@@ -9,6 +9,7 @@ import numpy as np
 
 from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.earlier import standing
 from labgym.layouts.rules.rule import FacilityRule, Finding
 from labgym.layouts.rules.site import Site
 from labgym.layouts.rules.thresholds import MOVABLE
@@ -31,14 +32,15 @@ def furniture_rows(arrangement: Arrangement) -> list[int]:
 def _check(site: Site) -> Iterator[Finding]:
     arrangement = site.arrangement
     rows = furniture_rows(arrangement)
-    angles = arrangement.building.skew(arrangement.take(rows))
-    for k in np.flatnonzero(angles > SKEW_LIMIT_RAD + 1e-6).tolist():
+    building = arrangement.building
+    angles = arrangement.facts("skew", rows, lambda new: building.skew(arrangement.take(new)).tolist())
+    for k in np.flatnonzero(np.array(angles) > SKEW_LIMIT_RAD + 1e-6).tolist():
         own = arrangement.placements[rows[k]].id
-        degrees, limit = math.degrees(float(angles[k])), math.degrees(SKEW_LIMIT_RAD)
+        degrees, limit = math.degrees(angles[k]), math.degrees(SKEW_LIMIT_RAD)
         message = (
             f"{own} is turned by {degrees:.1f} degrees from the nearest wall and the axes of its space, over {limit:g}"
         )
-        yield Finding((own,), float(angles[k]), SKEW_LIMIT_RAD, message, f"turn it by {degrees:.1f} degrees")
+        yield Finding((own,), angles[k], SKEW_LIMIT_RAD, message, f"turn it by {degrees:.1f} degrees")
 
 
 RULES = (
@@ -50,5 +52,6 @@ RULES = (
         severity="error",
         count=lambda site: len(furniture_rows(site.arrangement)),
         check=_check,
+        looks_at=standing,
     ),
 )

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from labgym.assets import Asset
 from labgym.layouts.placement import FLOOR, WALL
+from labgym.layouts.rules.earlier import kinds
 from labgym.layouts.rules.rule import FacilityRule, Finding
 from labgym.layouts.rules.site import Site
 
@@ -203,5 +204,6 @@ RULES = (
         severity="error",
         count=lambda site: len(_judged(site)),
         check=_check,
+        looks_at=kinds,
     ),
 )

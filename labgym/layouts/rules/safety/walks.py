@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
+from labgym.layouts.rules.earlier import kinds, standing
 from labgym.layouts.rules.facility.showers import SHOWER_WALK
 from labgym.layouts.rules.regulations.premises import PERSON
 from labgym.layouts.rules.rule import FacilityRule, Finding
@@ -97,6 +98,16 @@ def _finding(site: Site, walk: Walk, row: int, goals: list[int], length: float) 
     return Finding((own, *named), value, walk.limit, message, f"move {', '.join(named)} nearer, or free the way")
 
 
+def _walked(site: Site, row: int) -> object:
+    """Look at what stands, what calls for equipment, and the equipment; at others only at what they are."""
+    placement, asset = site.arrangement.placements[row], site.arrangement.assets[row]
+    called = asset.kind == "reagent" or asset.subtype in ("gas_cylinder", "shower") or asset.fume_hood
+    equipment = any(asset.role in walk.accepted for walk in WALKS)
+    if called or equipment or any(row == place.location for place in site.handled):
+        return placement
+    return standing(site, row) or kinds(site, row)
+
+
 def _rule(walk: Walk) -> FacilityRule:
     def check(site: Site) -> Iterator[Finding]:
         roadmap, starts = site.roadmap, walk.starts(site)
@@ -122,6 +133,7 @@ def _rule(walk: Walk) -> FacilityRule:
         count=lambda site: len(walk.starts(site)),
         check=check,
         ways=True,
+        looks_at=_walked,
     )
 
 
@@ -148,5 +160,6 @@ RULES = (
         count=lambda site: len(_extinguishers(site)),
         check=_out_of_reach,
         ways=True,
+        looks_at=_walked,
     ),
 )

@@ -9,11 +9,12 @@ import numpy as np
 
 from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
 from labgym.layouts.placement import WALL
+from labgym.layouts.rules.earlier import standing
 from labgym.layouts.rules.rule import FacilityRule, Finding
 from labgym.layouts.rules.safety.hazards import CLASS_B, CLASS_D
 from labgym.layouts.rules.site import Site
 from labgym.layouts.rules.thresholds import MOVABLE, WALL_TOLERANCE
-from labgym.layouts.rules.zones import front_zone, standing_in
+from labgym.layouts.rules.zones import front_zone, standing_in_each
 
 OPENING_DEPTH_M = 0.5
 """Depth before the faces of a wall in which an item covers its openings, meters."""
@@ -59,14 +60,21 @@ def _extinguishers(site: Site) -> list[int]:
     return [row for row, asset in enumerate(site.arrangement.assets) if asset.role in CLASS_B | CLASS_D]
 
 
+def _standing_and_extinguishers(site: Site, row: int) -> object:
+    is_extinguisher = site.arrangement.assets[row].role in CLASS_B | CLASS_D
+    return site.arrangement.placements[row] if is_extinguisher else standing(site, row)
+
+
 def _obstructed(site: Site) -> Iterator[Finding]:
     arrangement = site.arrangement
-    for row in _extinguishers(site):
+    rows = _extinguishers(site)
+    boxes = [arrangement.box(row) for row in rows]
+    zones = [replace(front_zone(box, EXTINGUISHER_FRONT_M), z1=box.z1) for box in boxes]
+    standing = standing_in_each(arrangement, zones, [arrangement.spaces[row] for row in rows])
+    for row, found in zip(rows, standing, strict=True):
         own = arrangement.placements[row].id
-        box = arrangement.box(row)
-        zone = replace(front_zone(box, EXTINGUISHER_FRONT_M), z1=box.z1)
-        standing = standing_in(arrangement, zone, ignore=(own,), space=arrangement.spaces[row])
-        blockers = [one for one in standing if arrangement.assets[arrangement.row(one)].subtype not in MOVABLE]
+        others = (one for one in found if one != own)
+        blockers = [one for one in others if arrangement.assets[arrangement.row(one)].subtype not in MOVABLE]
         if blockers:
             names = ", ".join(blockers)
             message = f"{names} in the {EXTINGUISHER_FRONT_M:g} m in front of {own}"
@@ -82,6 +90,7 @@ RULES = (
         severity="error",
         count=lambda site: len(_hanging(site)),
         check=_covering,
+        looks_at=standing,
     ),
     FacilityRule(
         name="extinguisher_front",
@@ -91,5 +100,6 @@ RULES = (
         severity="error",
         count=lambda site: len(_extinguishers(site)),
         check=_obstructed,
+        looks_at=_standing_and_extinguishers,
     ),
 )
