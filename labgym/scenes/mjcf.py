@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+from functools import lru_cache
 
 import mujoco
 import numpy as np
@@ -13,7 +14,7 @@ from labgym.assets import Asset
 from labgym.assets.archive import convex_bodies
 from labgym.assets.articulation import State, posed_solids
 from labgym.assets.shapes import MATERIALS, Part
-from labgym.assets.shapes.parts import Vector, local_mesh
+from labgym.assets.shapes.parts import Point, Primitive, Vector, local_mesh
 from labgym.assets.textures import Texture, corner_coordinates, texture
 from labgym.errors import OptionError
 from labgym.geometry import OrientedBox
@@ -133,9 +134,9 @@ class SpecBuilder:
             element.name, element.classname = element.name.removeprefix(BRANCH_PREFIX), self.spec.default
         for geom in body.geoms:
             geom.classname = self.visual if geom.group == VISUAL_GROUP else self.solid
-            geom.name = geom.name.removeprefix(BRANCH_PREFIX)
-            geom.material = geom.material.removeprefix(BRANCH_PREFIX)
-            geom.meshname = geom.meshname.removeprefix(BRANCH_PREFIX)
+            for reference in ("name", "material", "meshname"):
+                if prefixed := getattr(geom, reference):
+                    setattr(geom, reference, prefixed.removeprefix(BRANCH_PREFIX))
 
     def add_floor(self, floor: Floor, leaves: bool = True) -> None:
         """Add floor, walls, doors, windows and columns to the world body, with or without leaves of interior doors."""
@@ -233,8 +234,9 @@ class SpecBuilder:
 
     def _swept(self, part: Part) -> str:
         """Return the name of the mesh of a revolve, prism or imported part; equal parts share a mesh."""
-        content = hashlib.sha256(repr((part.primitive, part.size, part.profile)).encode()).hexdigest()[:12]
-        if part.triangles is not None:
+        if part.triangles is None:
+            content = _profile_hash(part.primitive, part.size, part.profile)
+        else:
             content = _content_hash(*part.triangles)
         name = f"{part.primitive}_{content}"
         if name not in self._names:
@@ -343,6 +345,11 @@ def _set_inertia(body: mujoco.MjsBody, asset: Asset) -> None:
     body.explicitinertial = True
     body.mass, body.ipos = asset.mass, [0.0, 0.0, h / 2.0]
     body.inertia = [asset.mass / 12.0 * (a * a + b * b) for a, b in ((d, h), (w, h), (w, d))]
+
+
+@lru_cache(maxsize=4096)
+def _profile_hash(primitive: Primitive, size: Vector, profile: tuple[Point, ...]) -> str:
+    return hashlib.sha256(repr((primitive, size, profile)).encode()).hexdigest()[:12]
 
 
 def _content_hash(vertices: Array, faces: Faces) -> str:
