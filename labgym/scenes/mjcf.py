@@ -33,7 +33,7 @@ COLLISION_GROUP = 3
 TILE = 0.6
 """Spacing of the grid that a viewer draws on the floor, meters."""
 BRANCH_BODIES = 50
-"""Number of bodies that are built in a specification of their own, a branch, before they are attached to the scene.
+"""Number of bodies that are built in a separate specification, a branch, before they are attached to the scene.
 MuJoCo lists the whole tree again for each geom that is added to it, so the cost would grow with the square."""
 BRANCH_PREFIX = "~"
 """Prefix that names have for a moment while a branch is attached; MuJoCo warns of an empty one."""
