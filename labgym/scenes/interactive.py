@@ -90,7 +90,7 @@ def _add_placement(
     asset, friction = drawn_asset(layout, placement.id), _friction(layout, placement, loose)
     stand = _stand(layout, placement)
     if stand is None:
-        body = scene.spec.worldbody.add_body(name=placement.id, pos=placement.position, quat=_yaw(placement.yaw))
+        body = scene.add_body(placement.id, placement.position, placement.yaw)
     else:
         base, (x, y, z) = layout.placement(stand), placement.position
         dx, dy = rotate(x - base.position[0], y - base.position[1], -base.yaw)
@@ -152,7 +152,7 @@ def _add_joint(
 def _add_leaf(scene: SpecBuilder, leaf: Leaf) -> None:
     """Add the leaf of an interior door; it collides with everything but the building."""
     box, width = leaf.box, leaf.box.width
-    body = scene.spec.worldbody.add_body(name=leaf.name, pos=[box.x, box.y, 0.0], quat=_yaw(box.yaw))
+    body = scene.add_body(leaf.name, (box.x, box.y, 0.0), box.yaw)
     local = OrientedBox(0.0, 0.0, width, box.depth, 0.0, box.z0, box.z1)
     _set_box_inertia(body, local, LEAF_MASS * width * (box.z1 - box.z0))
     for part in leaf_parts(width, box.depth, box.z1, "window_glass", leaf.material) if scene.visible else ():

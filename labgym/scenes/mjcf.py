@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+from functools import lru_cache
 
 import mujoco
 import numpy as np
@@ -13,7 +14,7 @@ from labgym.assets import Asset
 from labgym.assets.archive import convex_bodies
 from labgym.assets.articulation import State, posed_solids
 from labgym.assets.shapes import MATERIALS, Part
-from labgym.assets.shapes.parts import Vector, local_mesh
+from labgym.assets.shapes.parts import Point, Primitive, Vector, local_mesh
 from labgym.assets.textures import Texture, corner_coordinates, texture
 from labgym.errors import OptionError
 from labgym.geometry import OrientedBox
@@ -31,6 +32,11 @@ VISUAL_GROUP = 2
 COLLISION_GROUP = 3
 TILE = 0.6
 """Spacing of the grid that a viewer draws on the floor, meters."""
+BRANCH_BODIES = 50
+"""Number of bodies that are built in a separate specification, a branch, before they are attached to the scene.
+MuJoCo lists the whole tree again for each geom that is added to it, so the cost would grow with the square."""
+BRANCH_PREFIX = "~"
+"""Prefix that names have for a moment while a branch is attached; MuJoCo warns of an empty one."""
 LAMP_DISTANCE = 10.0
 """Distance of the lights from the middle of the floor, meters; over large floors of several rooms it is larger."""
 LAMPS = (
@@ -83,11 +89,15 @@ def to_mjcf(layout: Layout, visible: bool = True, interactive: bool = False, loo
     scene.add_installations(layout)
     for name, view in views(layout).items():
         add_camera(scene.spec, name, view)
+    scene.attach_branches()
     return scene.spec
 
 
 class SpecBuilder:
-    """A specification under construction; meshes and materials are added once."""
+    """A specification under construction; meshes and materials are added once.
+
+    Bodies join it with `attach_branches`; before that they can be changed, but not found by their names.
+    """
 
     def __init__(self, name: str, visible: bool = True) -> None:
         self.spec = mujoco.MjSpec()
@@ -98,6 +108,35 @@ class SpecBuilder:
         self.solid.geom.group, self.solid.geom.rgba = COLLISION_GROUP, [0.4, 0.6, 0.8, 0.4]
         self.visible = visible
         self._names: set[str] = set()
+        self._branches: list[mujoco.MjSpec] = []
+        self._branch_bodies = 0
+
+    def add_body(self, name: str, position: Vector, yaw: float) -> mujoco.MjsBody:
+        """Add a body to the world, turned about z, and return it."""
+        if self._branch_bodies % BRANCH_BODIES == 0:
+            self._branches.append(mujoco.MjSpec())
+        self._branch_bodies += 1
+        return self._branches[-1].worldbody.add_body(name=name, pos=position, quat=_yaw(yaw))
+
+    def attach_branches(self) -> None:
+        """Attach the bodies that were added to the specification, in their order."""
+        world = self.spec.worldbody
+        for branch in self._branches:
+            self.spec.attach(branch, frame=world.add_frame(), prefix=BRANCH_PREFIX)
+            for body in branch.bodies:
+                self._adopt(body)
+            self.spec.delete(self.spec.find_default(f"{BRANCH_PREFIX}main"))
+        self._branches, self._branch_bodies = [], 0
+
+    def _adopt(self, body: mujoco.MjsBody) -> None:
+        """Give a body of an attached branch, its geoms and joints the names and default classes of this scene."""
+        for element in (body, *body.joints):
+            element.name, element.classname = element.name.removeprefix(BRANCH_PREFIX), self.spec.default
+        for geom in body.geoms:
+            geom.classname = self.visual if geom.group == VISUAL_GROUP else self.solid
+            for reference in ("name", "material", "meshname"):
+                if prefixed := getattr(geom, reference):
+                    setattr(geom, reference, prefixed.removeprefix(BRANCH_PREFIX))
 
     def add_floor(self, floor: Floor, leaves: bool = True) -> None:
         """Add floor, walls, doors, windows and columns to the world body, with or without leaves of interior doors."""
@@ -131,7 +170,7 @@ class SpecBuilder:
         Args:
             state: of its moving parts.
         """
-        body = self.spec.worldbody.add_body(name=name, pos=position, quat=_yaw(yaw))
+        body = self.add_body(name, position, yaw)
         _set_inertia(body, asset)
         for part in asset_mesh(asset, finishes, state).parts if self.visible else ():
             self.add_part(body, part)
@@ -195,8 +234,9 @@ class SpecBuilder:
 
     def _swept(self, part: Part) -> str:
         """Return the name of the mesh of a revolve, prism or imported part; equal parts share a mesh."""
-        content = hashlib.sha256(repr((part.primitive, part.size, part.profile)).encode()).hexdigest()[:12]
-        if part.triangles is not None:
+        if part.triangles is None:
+            content = _profile_hash(part.primitive, part.size, part.profile)
+        else:
             content = _content_hash(*part.triangles)
         name = f"{part.primitive}_{content}"
         if name not in self._names:
@@ -305,6 +345,11 @@ def _set_inertia(body: mujoco.MjsBody, asset: Asset) -> None:
     body.explicitinertial = True
     body.mass, body.ipos = asset.mass, [0.0, 0.0, h / 2.0]
     body.inertia = [asset.mass / 12.0 * (a * a + b * b) for a, b in ((d, h), (w, h), (w, d))]
+
+
+@lru_cache(maxsize=4096)
+def _profile_hash(primitive: Primitive, size: Vector, profile: tuple[Point, ...]) -> str:
+    return hashlib.sha256(repr((primitive, size, profile)).encode()).hexdigest()[:12]
 
 
 def _content_hash(vertices: Array, faces: Faces) -> str:

@@ -14,7 +14,7 @@ from labgym.errors import OptionError, UnknownNameError
 from labgym.layouts import Layout, Placement, Room
 from labgym.scenes import to_mjcf, views
 from labgym.scenes.building import building_patches
-from labgym.scenes.mjcf import COLLISION_GROUP, VISUAL_GROUP, looks_of
+from labgym.scenes.mjcf import COLLISION_GROUP, VISUAL_GROUP, SpecBuilder, looks_of
 
 
 @pytest.fixture(scope="module")
@@ -135,6 +135,29 @@ def test_without_visible_parts_the_solids_are_the_same(model: mujoco.MjModel, la
     assert [bare.geom(index).name for index in range(bare.ngeom)] == names
     assert bare.geom_size == pytest.approx(model.geom_size[solid])
     assert bare.geom_pos == pytest.approx(model.geom_pos[solid])
+
+
+@pytest.mark.parametrize("moving", [{}, {"interactive": True}, {"interactive": True, "loose": True}])
+@pytest.mark.parametrize("branch", [1, 7])
+def test_branches_of_any_size_give_the_scene_whose_bodies_are_added_one_by_one(
+    laboratory: Layout, moving: dict[str, bool], branch: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def add_directly(scene: SpecBuilder, name: str, position: tuple[float, ...], yaw: float) -> mujoco.MjsBody:
+        turn = [math.cos(yaw / 2.0), 0.0, 0.0, math.sin(yaw / 2.0)]
+        return scene.spec.worldbody.add_body(name=name, pos=position, quat=turn)
+
+    def compiled() -> tuple[str, bytes]:
+        spec = to_mjcf(laboratory, **moving)
+        model = spec.compile()
+        content = np.zeros(mujoco.mj_sizeModel(model), dtype=np.uint8)
+        mujoco.mj_saveModel(model, None, content)
+        return spec.to_xml(), content.tobytes()
+
+    with monkeypatch.context() as patch:
+        patch.setattr(SpecBuilder, "add_body", add_directly)
+        expected = compiled()
+    monkeypatch.setattr("labgym.scenes.mjcf.BRANCH_BODIES", branch)
+    assert compiled() == expected
 
 
 def test_equal_parts_share_one_mesh(laboratory: Layout) -> None:
