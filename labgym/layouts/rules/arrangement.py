@@ -156,11 +156,6 @@ class Arrangement:
         ]
 
     @cached_property
-    def standing(self) -> list[int]:
-        """Rows of the objects on the floor and on walls."""
-        return [row for row, placement in enumerate(self.placements) if placement.support in (FLOOR, WALL)]
-
-    @cached_property
     def supported(self) -> list[int]:
         """Rows of the objects that stand on or in another object."""
         return [row for row, placement in enumerate(self.placements) if placement.support not in (FLOOR, WALL)]
