@@ -199,7 +199,9 @@ def on_floor(
     """
     size = asset.size
     barred = [*keepouts.areas, *keepouts.stands, *(() if in_front else keepouts.zones)]
-    floor, standing = layout.floor, [*_boxes(layout), *layout.floor.solids]
+    floor = layout.floor
+    # Furniture may touch the outer walls of a plain room: `inside` keeps it within them.
+    standing = [*_boxes(layout), *(() if floor.as_room is not None else floor.solids)]
     solid, barriers = BoxArray.of(standing), BoxArray.of([*standing, *barred])
     for some in _batched(list(poses), BATCH):
         boxes = [OrientedBox(x, y, size.width, size.depth, yaw, 0.0, size.height) for x, y, yaw in some]

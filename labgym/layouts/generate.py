@@ -36,9 +36,9 @@ from labgym.layouts.zoning import zoned
 from labgym.protocols import Protocol
 from labgym.protocols import resolve as resolve_protocol
 
-GENERATOR = 3
+GENERATOR = 4
 """Version of the generator of single rooms. It rises whenever the same arguments give another layout; since 3, rooms
-are furnished as floors are."""
+are furnished as floors are, and since 4 their walls are read as those of floors."""
 FURNISHER = 2
 """The same of what furnishes floors space by space."""
 ADDED = "added"

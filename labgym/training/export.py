@@ -88,7 +88,7 @@ def actor_of(model: BaseAlgorithm, normalize: VecNormalize | None = None, enviro
     limit = float(modules.pop().max_val) if isinstance(modules[-1], nn.Hardtanh) else None
     layers, activation, squash = _layers(modules)
     if isinstance(features, RobotFrame):
-        inputs, statistics = INPUTS, statistics()
+        inputs, statistics = INPUTS, frame_statistics()
         constants = {"clip": CLIP, "epsilon": 0.0}
     else:
         inputs = _inputs(features, model.observation_space)
@@ -241,7 +241,7 @@ VARIANCES = {"goal": (4.0, 1.0, 1.0), "lidar": (1.0,) * LIDAR_RAYS}
 WIDTH = 3 + 3 + 2 + LIDAR_RAYS
 
 
-def statistics() -> dict[str, tuple[Tensor, Tensor]]:
+def frame_statistics() -> dict[str, tuple[Tensor, Tensor]]:
     """Return mean and variance of each normalized feature."""
     return {name: (torch.tensor(MEANS[name]), torch.tensor(VARIANCES[name])) for name in MEANS}
 

@@ -81,11 +81,11 @@ def test_a_floor_can_be_published_and_made_again_from_its_place(tmp_path):
 
 def test_the_next_seed_is_taken_where_a_floor_does_not_hold_its_protocols(monkeypatch):
     tidy = object()
-    monkeypatch.setattr(places.Place, "check", lambda place, layout: None)
-    monkeypatch.setattr(places.Place, "tidy", lambda place: tidy if place.seed > 3 * PLACES else _fail())
+    monkeypatch.setattr(places.SplitPlace, "check", lambda place, layout: None)
+    monkeypatch.setattr(places.SplitPlace, "tidy", lambda place: tidy if place.seed > 3 * PLACES else _fail())
     place, layout = furnished("floors-train", 5, first=0)
     assert (place.seed, layout) == (5 + 3 * PLACES, tidy)
-    monkeypatch.setattr(places.Place, "tidy", lambda place: _fail())
+    monkeypatch.setattr(places.SplitPlace, "tidy", lambda place: _fail())
     with pytest.raises(InfeasibleError):
         furnished("floors-train", 5, first=0)
 
@@ -93,7 +93,7 @@ def test_the_next_seed_is_taken_where_a_floor_does_not_hold_its_protocols(monkey
 def test_a_floor_that_breaks_a_rule_of_one_of_its_protocols_takes_its_next_seed(monkeypatch):
     place, tidy = furnished("floors-train", 3, first=0)
     monkeypatch.setattr(
-        places.Place, "tidy", lambda place: tidy if place.seed > PLACES else tidy.replace(placements=())
+        places.SplitPlace, "tidy", lambda place: tidy if place.seed > PLACES else tidy.replace(placements=())
     )
     again, layout = furnished("floors-train", 3, first=0)
     assert (again.seed, layout) == (place.seed % PLACES + PLACES, tidy)

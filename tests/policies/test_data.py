@@ -279,7 +279,7 @@ def test_maps_agree_with_a_distance_transform_of_the_room(layouts: list[Layout])
     assert roomy.any()
     assert maps.cost[roomy].max() < 1e-4
     assert maps.cost[maps.distance == 0.0].min() > 0.5
-    assert maps.origin == pytest.approx((-1.0, -1.0))
+    assert maps.origin == pytest.approx((-1.2, -1.2))
 
 
 def in_room(pose: tuple[float, float, float], point: tuple[float, float]) -> tuple[float, float]:

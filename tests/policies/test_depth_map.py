@@ -137,13 +137,14 @@ def test_a_view_from_elsewhere_is_the_same_view_moved(x, y, yaw):
 
 def test_a_turn_in_a_laboratory_maps_obstacles_within_a_cell_of_true_ones():
     layout = load_published("val", "val-alk_03")
-    truth = binary_dilation(occupancy(layout).occupied, np.ones((3, 3)), border_value=1)
+    grid = occupancy(layout)
+    truth = binary_dilation(grid.occupied, np.ones((3, 3)), border_value=1)
     rays, camera, depth_map = RayScene(layout), Camera(), DepthMap(20.0)
     x, y, _ = goal_pairs(layout)[0].start
     for yaw in np.arange(0.0, 2.0 * math.pi, 0.3):
         depth_map.add(camera.depth(rays, (x, y, float(yaw))), (x, y, float(yaw)))
     centres = occupied_centres(depth_map.known([], 0.5))
-    cells = np.floor(centres / 0.05).astype(int)
+    cells = np.floor((centres - grid.origin) / 0.05).astype(int)
     ny, nx = truth.shape
     inside = (cells >= 0).all(axis=1) & (cells < (nx, ny)).all(axis=1)
     assert inside.sum() > 200

@@ -245,7 +245,7 @@ def _exported(text: str, kind: str) -> bytes | None:
 
 def _geometry() -> bytes:
     box = trimesh.creation.box((0.4, 0.3, 0.2))
-    piece = archive.Piece(box.vertices, box.faces, "steel")
+    piece = archive.MeshPiece(box.vertices, box.faces, "steel")
     return archive.pack(archive.Geometry((piece, piece), ((box.vertices, box.faces),)))
 
 
