@@ -259,7 +259,7 @@ class RobotFrame(BaseFeaturesExtractor):
 
     def __init__(self, observation_space: spaces.Dict) -> None:
         super().__init__(observation_space, WIDTH)
-        for name, (mean, variance) in statistics().items():
+        for name, (mean, variance) in frame_statistics().items():
             self.register_buffer(f"{name}_mean", mean, persistent=False)
             self.register_buffer(f"{name}_deviation", variance.sqrt(), persistent=False)
 
