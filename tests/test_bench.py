@@ -23,7 +23,7 @@ def test_a_ratio_is_of_the_medians_that_the_clock_gave(monkeypatch):
 
         return work
 
-    timing = bench.timed(bench.Comparison("a", "b", takes(3.0), takes(2.0)), rounds=4)
+    timing = bench.timed(bench.SpeedComparison("a", "b", takes(3.0), takes(2.0)), rounds=4)
     assert (timing.seconds, timing.reference, timing.ratio) == (3.0, 2.0, 1.5)
     assert timing.low == timing.high == 1.5
     assert next(now) == 2 * 2 + 2 * 4

@@ -175,7 +175,7 @@ def test_rules_judge_drives_between_rooms_by_exact_clearance(yaw):
             placed("ValidationPlatform_1", "ValidationPlatform", 8.2 - 0.41, 2.5, math.pi / 2.0),
         ),
     )
-    judged = evaluate_layout(layout, layout.protocol, navigation=True, rules="paper").transitions
+    judged = evaluate_layout(layout, layout.protocol, navigation=True).transitions
     assert len(judged) >= 3
     assert all(transition.feasible for transition in judged)
     assert not all(transition.feasible for transition in transitions(layout, method="grid"))
