@@ -9,7 +9,6 @@ import os
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
@@ -31,11 +30,6 @@ MAX_ELEMENTS = 1_000_000
 CPython needs up to 200 bytes for each (an object with one field), so that a document of 32 MB takes at most 200 MB for
 its values and 300 MB for its texts. The largest published document has 8 661 values.
 """
-MAX_STREAM_BYTES = 64 * 1024 * 1024
-MAX_STREAM_ELEMENTS = 6_000_000
-"""Largest number of values in a document whose records are read one by one; 10,000 LabNav episodes have 4.5 million."""
-MAX_STREAM_FIELDS = 2_000_000
-"""Largest number of colons in such a document. A field takes up to 200 bytes, other values up to 96: 700 MB in all."""
 MAX_FAULTS = 10_000
 """Largest number of invalid fields that are listed to name the first; each takes a kilobyte."""
 _FILE_SUFFIX = re.compile(
@@ -46,7 +40,6 @@ _FILE_SUFFIX = re.compile(
 """Suffixes of files; a folder whose name has one was probably meant as a file."""
 _TEXT = re.compile(rb'"[^"\\]*+(?:\\.[^"\\]*+)*+(?:"|\\?\Z)', re.DOTALL)
 """A JSON text; one that is not closed ends with the document, so that matching takes linear time."""
-_SPACE = re.compile(r"[ \t\n\r]*+")
 
 
 def _stop_at_first_fault(schema: Any) -> None:
@@ -224,7 +217,7 @@ def read_yaml(path: str | Path, max_bytes: int, needed_for: str) -> Any:
     except (yaml.YAMLError, ValueError, RecursionError, TypeError, AttributeError, LookupError, OverflowError) as error:
         reason = " ".join(str(error).split())[:120] or type(error).__name__
         raise DocumentError(path, "", f"not valid YAML ({reason})") from None
-    _check_bounds(data, path)
+    check_bounds(data, path)
     return data
 
 
@@ -247,7 +240,7 @@ def parse_json(raw: bytes, source: object, max_elements: int = MAX_ELEMENTS) -> 
         DocumentError: as `read_json`; names the source.
     """
     data = load_json(raw, source, max_elements)
-    _check_bounds(data, source)
+    check_bounds(data, source)
     return data
 
 
@@ -257,61 +250,17 @@ def load_json(raw: bytes, source: object, max_elements: int = MAX_ELEMENTS) -> A
     Raises:
         DocumentError: not UTF-8, not JSON, nested too deeply, or more than `max_elements` values; names the source.
     """
-    if _has_more(raw, max_elements):
+    if has_more_values(raw, max_elements):
         raise DocumentError(source, "", f"more than {max_elements} values; split it into several files")
     try:
-        with _no_collection():
+        with uncollected():
             return json.loads(raw.decode("utf-8-sig"), parse_constant=float)
     except (RecursionError, ValueError) as error:
-        raise _not_json(source, error) from None
-
-
-def stream_json(path: str | Path, schema: str, name: str, record: type[Record], most: int) -> Any:
-    """Read a JSON object that has a long list of records; each becomes a record before the next one is decoded.
-
-    Args:
-        path: the file. schema: of the document; in a document with another one, the list stays plain data.
-        name: field of the list. record: of its items. most: largest number of records.
-
-    Raises:
-        DocumentError: as `read_json` with the limits of streamed documents, an invalid record, or too many of them.
-    """
-    raw = read_bytes(path, MAX_STREAM_BYTES)
-    if raw.count(b":") > MAX_STREAM_FIELDS or _has_more(raw, MAX_STREAM_ELEMENTS):
-        limits = f"{MAX_STREAM_ELEMENTS} values or {MAX_STREAM_FIELDS} fields"
-        raise DocumentError(path, "", f"more than {limits}; split it into several files")
-    try:
-        with _no_collection():
-            reader = _JsonReader(raw.decode("utf-8-sig"))
-            data = _fields(reader, path, schema, name, record, most) if reader.at("{") else reader.value()
-            reader.end()
-    except (RecursionError, ValueError) as error:
-        raise _not_json(path, error) from None
-    return data
-
-
-def _fields(reader: _JsonReader, path: object, schema: str, name: str, record: type[Record], most: int) -> Any:
-    """Return the fields of an object, with the list `name` as records."""
-    data: dict[str, Any] = {}
-    for key in reader.fields():
-        if key != name or data.get("schema", schema) != schema or not reader.at("["):
-            data[key] = reader.value()
-            _check_bounds(data[key], path, key)
-            continue
-        records = data[key] = []
-        for item in reader.items():
-            if len(records) == most:
-                raise DocumentError(path, name, f"more than {most} entries; split it into several files")
-            _check_bounds(item, path, name, len(records))
-            try:
-                records.append(record.model_validate(item))
-            except ValidationError as error:
-                raise document_error(path, error, name, len(records)) from None
-    return data
+        raise not_json(source, error) from None
 
 
 @contextmanager
-def _no_collection() -> Iterator[None]:
+def uncollected() -> Iterator[None]:
     """Pause the collection of garbage: JSON data have no cycles, and visiting them again takes half of the time."""
     enabled = gc.isenabled()
     gc.disable()
@@ -322,71 +271,8 @@ def _no_collection() -> Iterator[None]:
             gc.enable()
 
 
-@dataclass
-class _JsonReader:
-    """Position in a JSON text that is read value by value.
-
-    Raises:
-        json.JSONDecodeError: the text is not JSON.
-    """
-
-    text: str
-    position: int = 0
-
-    def at(self, mark: str) -> bool:
-        """Skip white space and return whether a mark follows."""
-        space = _SPACE.match(self.text, self.position)
-        self.position = self.position if space is None else space.end()
-        return self.text.startswith(mark, self.position)
-
-    def pass_over(self, mark: str) -> None:
-        """Move behind a mark."""
-        if not self.at(mark):
-            raise json.JSONDecodeError(f"Expecting {mark!r} delimiter", self.text, self.position)
-        self.position += len(mark)
-
-    def value(self) -> Any:
-        """Return the value that follows and move behind it."""
-        self.at("")
-        value, self.position = _DECODER.raw_decode(self.text, self.position)
-        return value
-
-    def items(self) -> Iterator[Any]:
-        """Yield the items of the list that follows."""
-        for _ in self._parts("[", "]"):
-            yield self.value()
-
-    def fields(self) -> Iterator[str]:
-        """Yield the keys of the object that follows; the caller reads the value of each."""
-        for _ in self._parts("{", "}"):
-            if not self.at('"'):
-                raise json.JSONDecodeError(
-                    "Expecting property name enclosed in double quotes", self.text, self.position
-                )
-            key = self.value()
-            self.pass_over(":")
-            yield key
-
-    def end(self) -> None:
-        """Check that nothing follows."""
-        self.at("")
-        if self.position < len(self.text):
-            raise json.JSONDecodeError("Extra data", self.text, self.position)
-
-    def _parts(self, opening: str, closing: str) -> Iterator[None]:
-        self.pass_over(opening)
-        if not self.at(closing):
-            yield
-            while self.at(","):
-                self.pass_over(",")
-                yield
-        self.pass_over(closing)
-
-
-_DECODER = json.JSONDecoder(parse_constant=float)
-
-
-def _not_json(source: object, error: Exception) -> DocumentError:
+def not_json(source: object, error: Exception) -> DocumentError:
+    """Return the error of a document that Python's decoder refuses."""
     if isinstance(error, RecursionError):
         return DocumentError(source, "", f"nested deeper than {MAX_DEPTH} levels")
     if isinstance(error, UnicodeDecodeError):
@@ -483,7 +369,7 @@ def _naming(error: OSError, path: Path) -> OSError:
     return OSError(error.errno, error.strerror, str(path))
 
 
-def _has_more(raw: bytes, most: int) -> bool:
+def has_more_values(raw: bytes, most: int) -> bool:
     """Return whether JSON bytes hold more than `most` values; takes no memory."""
     if sum(map(raw.count, (b",", b"[", b"{"))) <= most:
         return False
@@ -496,7 +382,7 @@ def _has_more(raw: bytes, most: int) -> bool:
     return values + sum(raw.count(mark, at) for mark in (b",", b"[", b"{")) > most
 
 
-def _check_bounds(data: Any, source: object, *parents: object) -> None:
+def check_bounds(data: Any, source: object, *parents: object) -> None:
     """Check the bounds of depth and magnitude of a value below its `parents`: keys and numbers of items."""
     fault = _first_fault(data, 1 + len(parents))
     if fault is not None:

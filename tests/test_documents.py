@@ -17,10 +17,10 @@ from labgym.documents import (
     parse_json,
     read_json,
     read_yaml,
-    stream_json,
     write_bytes,
 )
 from labgym.errors import DocumentError
+from labgym.json_stream import stream_json
 
 
 @pytest.mark.parametrize(

@@ -31,7 +31,7 @@ PAVING = np.array([0.52, 0.51, 0.48], dtype=np.float32)
 FLOOR_ABOVE = 4.5
 """Height of the camera above the ground outside, meters."""
 BRIGHTER = np.float32(1.5)
-"""Brightness of what is seen through windows: a camera that is set for a room overexposes it."""
+"""Brightness of the landscape behind windows, which a camera with the exposure of a room overexposes."""
 DAYLIGHT = 1.1
 """Brightness of the sky that enters through windows, relative to what the camera sees of it."""
 NUDGE = np.float32(2e-4)

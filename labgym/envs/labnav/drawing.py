@@ -269,8 +269,8 @@ class ShiftDrawer(Drawer):
         for place in (0, len(goals) + 1):
             if self._enough(goals):
                 break
-            beside = self._room_at(goals[min(place, len(goals) - 1)][1])
-            others = [each for each in self._errands if self._room_at(each[1]) not in ("", beside)]
+            neighbor = self._room_at(goals[min(place, len(goals) - 1)][1])
+            others = [each for each in self._errands if self._room_at(each[1]) not in ("", neighbor)]
             if not others:
                 return None
             goals.insert(place, others[int(rng.integers(len(others)))])

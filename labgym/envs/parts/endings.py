@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from dataclasses import dataclass, field
 from typing import ClassVar
 
@@ -29,9 +30,9 @@ class RuleEnding(Ending):
 
     outcome: ClassVar[Verdict] = "failure"
 
+    @abstractmethod
     def holds(self, state: State) -> bool:
         """Whether the rule ends the drive in a state."""
-        raise NotImplementedError
 
     def verdict(self, state: State) -> Verdict | None:
         """Return the outcome if the rule holds."""

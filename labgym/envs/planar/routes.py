@@ -72,8 +72,8 @@ class SearchedDistanceToGo:
         return self._length(x, y, length, count)
 
     def _search(self, x: float, y: float, free: bool) -> tuple[float, int]:
-        found: tuple[float, int] = _search(x, y, free, self._ground, self._routes, self._hint, self._corners)
-        return found
+        result: tuple[float, int] = _search(x, y, free, self._ground, self._routes, self._hint, self._corners)
+        return result
 
     def _length(self, x: float, y: float, length: float, count: int) -> float:
         """Return the length from a free point with the result of its search."""

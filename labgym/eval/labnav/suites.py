@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from labgym.documents import MAX_STREAM_BYTES, canonical_hash, read_bytes
+from labgym.documents import canonical_hash, read_bytes
 from labgym.envs.labnav.episodes import (
     DEVELOPMENT,
     UNFILTERED,
@@ -19,6 +19,7 @@ from labgym.envs.labnav.episodes import (
 from labgym.envs.labnav.task import SECONDS
 from labgym.envs.labnav.tasks import FIGURE_TASKS, HEADLINE, TASKS
 from labgym.errors import DocumentError, OptionError, UnknownNameError
+from labgym.json_stream import MAX_STREAM_BYTES
 from labgym.layouts import Layout
 
 PREFIX = "labnav"

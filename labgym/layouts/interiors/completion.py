@@ -27,7 +27,7 @@ def add_emergency_equipment(
     """Add eyewashes, showers and a sink to every laboratory, so that any may get hoods.
 
     The way from a hood takes at most 10 s, about 16.8 m, without a door between (ANSI/ISEA Z358.1). Nothing is added
-    where there is no place, or where the floor requires its water elsewhere.
+    where there is no place, or if the water points of the floor are elsewhere.
     """
     for room in rooms.values():
         if room.ground.use != "laboratory":

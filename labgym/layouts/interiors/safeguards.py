@@ -66,7 +66,7 @@ def with_safeguards(
 ) -> dict[str, list[Unit]]:
     """Return the units of each space with the safety equipment that its hazards ask for and that it lacks.
 
-    Nothing is added where the floor requires its water elsewhere.
+    Nothing is added if the water points of the floor are elsewhere.
     """
     result = {}
     for ground in grounds:

@@ -203,16 +203,16 @@ class Arrangement:
         ]
 
     def facts(self, name: str, rows: Sequence[int], find: Callable[[list[int]], Sequence[Fact]]) -> list[Fact]:
-        """Return what is known of some objects, each by itself on its floor; what is not yet known is found.
+        """Return a fact of each of some objects; facts that an earlier arrangement has found are kept.
 
         Args:
             find: returns the facts of some rows; the fact of an object depends on no other object.
         """
-        known: dict[int, Fact] = self._facts.setdefault(name, {})
-        new = [row for row in rows if row not in known]
+        facts: dict[int, Fact] = self._facts.setdefault(name, {})
+        new = [row for row in rows if row not in facts]
         if new:
-            known.update(zip(new, find(new), strict=True))
-        return [known[row] for row in rows]
+            facts.update(zip(new, find(new), strict=True))
+        return [facts[row] for row in rows]
 
     def box(self, row: int) -> OrientedBox:
         """Return an object's bounding box."""

@@ -70,8 +70,8 @@ class Changes:
         if looks_at is None:
             return bool(self.rows)
         for old, new in self.rows:
-            seen = None if old is None else looks_at(self.before, old)
-            if seen != (None if new is None else looks_at(self.after, new)):
+            view = None if old is None else looks_at(self.before, old)
+            if view != (None if new is None else looks_at(self.after, new)):
                 return True
         return False
 

@@ -348,14 +348,18 @@ def evaluate_layout(
     site = Site(arrangement, protocol, rules.profile)
     changes = None if earlier is None or earlier.rules != rules else Changes.between(earlier.site, site)
 
-    def kept(known: Mapping[str, Kept], judged: Sequence[Term | FacilityRule]) -> dict[str, Kept]:
+    def unchanged(results: Mapping[str, Kept], judged: Sequence[Term | FacilityRule]) -> dict[str, Kept]:
         """Return the earlier results of rules that look at nothing that has changed."""
-        held = [rule for rule in judged if rule.name in known] if changes is not None else []
-        return {rule.name: known[rule.name] for rule in held if changes and not changes.concern(rule.looks_at)}
+        if changes is None:
+            return {}
+        rules = [rule for rule in judged if rule.name in results and not changes.concern(rule.looks_at)]
+        return {rule.name: results[rule.name] for rule in rules}
 
     bounds = tuple(fault for check in rules.bounds for fault in check(arrangement))
-    instances = {} if earlier is None else kept(earlier._instances, rules.terms)
-    instances = {term.name: instances.get(term.name) or tuple(term.instances(site)) for term in rules.terms}
+    same = {} if earlier is None else unchanged(earlier._instances, rules.terms)
+    instances = {
+        term.name: same[term.name] if term.name in same else tuple(term.instances(site)) for term in rules.terms
+    }
     basis = Assessment(
         rules,
         site,
@@ -363,8 +367,8 @@ def evaluate_layout(
         collisions(arrangement),
         instances,
         navigation=navigation,
-        _issues={} if earlier is None else kept(earlier._issues, rules.facility),
-        _errors={} if earlier is None else kept(earlier._errors, rules.facility),
+        _issues={} if earlier is None else unchanged(earlier._issues, rules.facility),
+        _errors={} if earlier is None else unchanged(earlier._errors, rules.facility),
         _instances=instances,
     )
     voided = {"faulty": basis.faulty, "unusable": basis.faulty | basis.blocked}

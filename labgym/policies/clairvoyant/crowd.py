@@ -96,8 +96,8 @@ class CrowdPlan:
         """The order of plans: by points; a touch that is far ahead costs a stop, a near one everything."""
         if self.touch < self.motion.start + SET_OFF_MARGIN_S:
             return 0, self.touch
-        stop, beside = (0.0, 0.0) if self.touch == math.inf else (TOUCH_DELAY_S, TOUCH_NEAR_S)
-        return 1, self.worth.points(DT * (len(self.motion.poses) - 1) + stop, self.near + beside)
+        stop_s, near_s = (0.0, 0.0) if self.touch == math.inf else (TOUCH_DELAY_S, TOUCH_NEAR_S)
+        return 1, self.worth.points(DT * (len(self.motion.poses) - 1) + stop_s, self.near + near_s)
 
 
 def is_moving(plan: CrowdPlan | None, weights: int, time: float, velocity: tuple[float, float]) -> bool:

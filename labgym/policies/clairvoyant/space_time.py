@@ -109,12 +109,12 @@ class SpaceTime:
     def _prices(self, people: Array, apart: float, near: float, price: float) -> tuple[Costs, Costs]:
         """Return the costs of waiting in each cell among people and of a move into it, seconds."""
         wait, enter = np.full_like(self._step, MOVE_S), self._step.copy()
-        beside, blocked = np.zeros(wait.shape, dtype=bool), np.zeros(wait.shape, dtype=bool)
+        near_people, blocked = np.zeros(wait.shape, dtype=bool), np.zeros(wait.shape, dtype=bool)
         for rows, columns, square in self._windows(people, max(apart, near)):
-            beside[rows, columns] |= square < near * near
+            near_people[rows, columns] |= square < near * near
             blocked[rows, columns] |= square < apart * apart
-        wait[beside] += np.float32(price * MOVE_S)
-        enter[beside] += np.float32(price * MOVE_S)
+        wait[near_people] += np.float32(price * MOVE_S)
+        enter[near_people] += np.float32(price * MOVE_S)
         enter[blocked] = np.inf
         return wait, enter
 

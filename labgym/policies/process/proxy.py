@@ -356,7 +356,7 @@ def close_shared_process() -> None:
 
 
 def _kept() -> list[tuple[Any, PolicyProcess]]:
-    """Return the open processes with what they were opened for; a fork of this process has none of them."""
+    """Return the open processes with their keys; a fork of this process has none of them."""
     if getattr(_local, "owner", None) != os.getpid():
         _local.owner, _local.processes = os.getpid(), []
     processes: list[tuple[Any, PolicyProcess]] = _local.processes
