@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 
-from labgym.eval.driving.episode_row import Ending
+from labgym.eval.driving.episode_row import TRACKS, Ending
 from labgym.eval.driving.intervals import estimate_text
 from labgym.eval.labnav.suites import FIRST
 from labgym.eval.leaderboard.labnav import LabNavResult, published_results
-from labgym.eval.reports.labnav_tables import TRACKS
 from labgym.table import Table
 
 BEGIN, END = "<!-- LabNav: begin -->", "<!-- LabNav: end -->"
@@ -58,7 +56,7 @@ def head(result: LabNavResult) -> str:
         )
         for task in summary.tasks
     )
-    endings = total(result)
+    endings = summary.endings
     count = sum(endings.values())
     first = f", the first episode of each floor only (`{FIRST}`)" if summary.suite == FIRST else ""
     lines = [
@@ -66,9 +64,7 @@ def head(result: LabNavResult) -> str:
         f"{summary.tasks[0].level}. {TRACKS[summary.track]}; {count} episodes{first}.",
         f"**How it fails**: of all episodes it {failures(endings)}." if failures(endings) else "It never fails.",
     ]
-    touched = Counter[str]()
-    for task in summary.tasks:
-        touched.update(task.contact)
+    touched = summary.touched
     if touched:
         kinds = [f"{kind} {number}" for kind, number in touched.most_common(MOST_KINDS)]
         rest = touched.total() - sum(number for _, number in touched.most_common(MOST_KINDS))
@@ -94,7 +90,7 @@ def board(results: Sequence[LabNavResult], policies: Sequence[str]) -> str:
             f"`{result.summary.policy}`",
             figure(result),
             *(f"{task.score.value or 0.0:.2f} / {task.success.value or 0.0:.2f}" for task in result.summary.tasks),
-            failures(total(result)) or "never",
+            failures(result.summary.endings) or "never",
         )
         for result in chosen
     )
@@ -105,14 +101,6 @@ def board(results: Sequence[LabNavResult], policies: Sequence[str]) -> str:
 def figure(result: LabNavResult) -> str:
     """Return the figure of a result with its interval, a dash if tasks are missing."""
     return "-" if result.summary.labnav is None else estimate_text(result.summary.labnav, 1)
-
-
-def total(result: LabNavResult) -> Counter[str]:
-    """Return the numbers of episodes of a result by how they ended."""
-    endings = Counter[str]()
-    for task in result.summary.tasks:
-        endings.update(task.endings)
-    return endings
 
 
 def failures(endings: Mapping[str, int]) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
 from pydantic import Field, StrictBool
 
@@ -17,11 +17,19 @@ Length = Annotated[float, Field(ge=0.0)]
 Count = Annotated[int, Field(ge=0)]
 Track = Literal["deployed", "mapless", "privileged"]
 """What a policy knows: the old map, no map, or the world as it is and will be."""
+TRACKS: dict[Track, str] = {
+    "deployed": "Deployed: a map from before things moved",
+    "mapless": "Mapless: no map",
+    "privileged": "Privileged: the true world and the people's future",
+}
+"""The tracks and their headings, in the order of the tables."""
 Stopped = Literal["policy", "evaluator", ""]
 Ending = Literal[
     "success", "contact", "stuck", "lost", "wrong place", "frozen", "spilt", "undocked", "time", "error"
 ]  # fmt: skip
 """How an episode ended."""
+ENDINGS: tuple[Ending, ...] = get_args(Ending)
+"""How episodes end, in the order of the tables."""
 
 
 class EpisodeRow(Record):

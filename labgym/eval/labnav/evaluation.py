@@ -23,7 +23,7 @@ from labgym.eval.labnav.leg import LabNavDriver
 from labgym.eval.labnav.results import DriveTerms
 from labgym.eval.labnav.rules import is_slow
 from labgym.eval.labnav.suites import LabNavSuite
-from labgym.eval.labnav.summary import LabNavSummary, TaskSummary
+from labgym.eval.labnav.summary import LabNavSummary
 from labgym.policies.process.facts import MAX_LATENCY
 from labgym.runs.identity import IDENTITY_FILE
 
@@ -147,13 +147,8 @@ class LabNavEvaluation(Evaluation[LabNavSummary, LabNavRow]):
     def metrics(self) -> dict[str, Estimate]:
         """The figure `labnav` if the suite has it, and the mean score of each task and level, such as "aisle-2"."""
         figure = self.summary.labnav
-        scores = {name: task.score for name, task in self.tasks.items()}
+        scores = {name: task.score for name, task in self.summary.by_task.items()}
         return scores if figure is None else {"labnav": figure, **scores}
-
-    @cached_property
-    def tasks(self) -> dict[str, TaskSummary]:
-        """The results by task and level, such as "aisle-2"."""
-        return {f"{each.task}-{each.level}": each for each in self.summary.tasks}
 
     @cached_property
     def scores(self) -> dict[str, float]:

@@ -100,6 +100,16 @@ def paired_difference(a: Mapping[str, float], b: Mapping[str, float]) -> MetricD
     return metric_difference([(a[key], b[key]) for key in shared], floors)
 
 
+def differences(scores: Mapping[str, Mapping[str, float]]) -> dict[tuple[str, str], MetricDifference]:
+    """Return the difference of each pair of policies that share episodes, in the order of the policies.
+
+    Args:
+        scores: by episode, of each policy, as for `paired_difference`.
+    """
+    pairs = combinations(scores, 2)
+    return {(a, b): paired_difference(scores[a], scores[b]) for a, b in pairs if scores[a].keys() & scores[b].keys()}
+
+
 def _mean(values: Sequence[float]) -> float:
     if not values:
         raise OptionError("no scores: drive at least one episode")

@@ -6,7 +6,8 @@ import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from statistics import fmean
+from typing import Any, ClassVar, Literal
 
 from pydantic import Field
 
@@ -109,6 +110,58 @@ class LabNavSummary(EvaluationSummary, Growing):
     tasks: tuple[TaskSummary, ...]
     labnav: Estimate | None
     arithmetic: float | None
+
+    @property
+    def by_task(self) -> dict[str, TaskSummary]:
+        """The results by task and level, such as "aisle-2"."""
+        return {f"{task.task}-{task.level}": task for task in self.tasks}
+
+    @property
+    def mean(self) -> float:
+        """100 times the arithmetic mean of the task means; 0 without tasks."""
+        return 100.0 * fmean([task.score.value or 0.0 for task in self.tasks]) if self.tasks else 0.0
+
+    @property
+    def headline(self) -> Estimate:
+        """LabNav; where tasks are missing 100 times the mean score, which has an interval if it is that of one task."""
+        if self.labnav is not None:
+            return self.labnav
+        low = high = None
+        if len(self.tasks) == 1:
+            low, high = (
+                None if end is None else 100.0 * end for end in (self.tasks[0].score.low, self.tasks[0].score.high)
+            )
+        count = sum(task.episodes for task in self.tasks)
+        return Estimate(value=self.mean, low=low, high=high, count=count, nulls=0)
+
+    @property
+    def endings(self) -> Counter[str]:
+        """Number of episodes by how they ended, over all tasks."""
+        return sum((Counter(task.endings) for task in self.tasks), Counter[str]())
+
+    @property
+    def touched(self) -> Counter[str]:
+        """Number of episodes that ended by a contact, by the thing's kind, over all tasks."""
+        return sum((Counter(task.contact) for task in self.tasks), Counter[str]())
+
+    def share(self, quantity: Literal["success", "contacts"]) -> float | None:
+        """Return the share of episodes that succeeded, or in which the robot touched something, over all tasks."""
+        counted = [(getattr(task, quantity).value, task.episodes) for task in self.tasks]
+        whole = sum(count for value, count in counted if value is not None)
+        return sum(value * count for value, count in counted if value is not None) / whole if whole else None
+
+    def classes(self, field: str) -> dict[str, tuple[float, int]]:
+        """Return mean score and number of episodes of each class of difficulty over all tasks, easy ones first.
+
+        Args:
+            field: of `DIFFICULTIES`.
+        """
+        groups: dict[str, list[tuple[float, int]]] = {}
+        for task in self.tasks:
+            for name, group in getattr(task, field).items():
+                groups.setdefault(name, []).append(group)
+        counts = {name: sum(count for _, count in groups[name]) for name in sorted(groups, key=class_order)}
+        return {name: (sum(m * n for m, n in groups[name]) / count, count) for name, count in counts.items()}
 
     @property
     def errors(self) -> int:
@@ -221,7 +274,7 @@ def _task(rows: Sequence[LabNavRow], part: _Part) -> TaskSummary:
         precise=bounded_mean(precise, floors) if task.docks and not task.chain else None,
         legs=_legs(rows),
         nines=nines(score),
-        **{field: classes(rows, class_of) for field, class_of in DIFFICULTIES.items()},
+        **{field: classes(rows, class_of) for field, (_, class_of) in DIFFICULTIES.items()},
     )
 
 
@@ -288,13 +341,13 @@ def _class(value: float, edges: tuple[float, float], unit: str) -> str:
     return f"< {low:g}{unit}" if value < low else f">= {high:g}{unit}"
 
 
-DIFFICULTIES: dict[str, Callable[[LabNavRow], str | None]] = {
-    "by_length": _length,
-    "by_detour": _detour,
-    "by_neck": _disc,
-    "by_met": _met,
+DIFFICULTIES: dict[str, tuple[str, Callable[[LabNavRow], str | None]]] = {
+    "by_length": ("Shortest length L*", _length),
+    "by_detour": ("Detour: L* / straight distance", _detour),
+    "by_neck": ("Neck: radius of the widest disc that reaches the goal", _disc),
+    "by_met": ("People met", _met),
 }
-"""Classes of episodes by difficulty, by the field of `TaskSummary`."""
+"""Heading and class of an episode of each kind of difficulty, by the field of `TaskSummary`."""
 
 
 def summary_table(summary: LabNavSummary) -> Table:

@@ -207,7 +207,7 @@ def published_results() -> tuple[LabNavResult, ...]:
         DocumentError: a file is broken.
     """
     results = [LabNavResult.load(path) for path in sorted((artefacts("eval") / FOLDER).glob("*.json"))]
-    return tuple(sorted(results, key=lambda one: -_rank(one)))
+    return tuple(sorted(results, key=lambda one: (one.summary.labnav is None, -(one.summary.headline.value or 0.0))))
 
 
 def publish(folder: str | Path, place: Path | None = None) -> Path:
@@ -261,13 +261,6 @@ def _suite_of(tasks: Sequence[TaskSummary]) -> LabNavSuite:
         f"{task.suite} with {task.episodes} episodes is no part of the suites {PREFIX} and {FIRST}: results of "
         f"{', '.join(counts[0])} are published, of {sizes} episodes each"
     )
-
-
-def _rank(result: LabNavResult) -> float:
-    if result.summary.labnav is not None and result.summary.labnav.value is not None:
-        return result.summary.labnav.value
-    scores: Sequence[float] = [task.score.value or 0.0 for task in result.summary.tasks]
-    return sum(scores) / len(scores) if scores else 0.0
 
 
 TOLERANCE = 1e-6

@@ -11,7 +11,7 @@ from scipy.stats import rankdata, t
 
 from labgym.envs.labnav.tasks import FIGURE_TASKS
 from labgym.eval.driving.intervals import estimate_text
-from labgym.eval.labnav.figure import paired_difference, swaps
+from labgym.eval.labnav.figure import differences, swaps
 from labgym.eval.labnav.suites import FIRST
 from labgym.eval.leaderboard.labnav import LabNavResult
 from labgym.table import Table, number
@@ -37,7 +37,7 @@ def published_table(results: Sequence[LabNavResult]) -> Table:
                 estimate_text(summary.labnav, 1),
                 number(summary.arithmetic, 1),
                 *(number(scores.get(task), 2) for task in FIGURE_TASKS),
-                number(_touched(result), 2),
+                number(summary.share("contacts"), 2),
             )
         )
     first = results[0].summary
@@ -66,15 +66,11 @@ def _costly(results: Sequence[LabNavResult]) -> tuple[str, ...]:
 
 def _pairs(results: Sequence[LabNavResult]) -> tuple[str, ...]:
     """Return sentences on the pairs of policies that are apart, and on those whose order depends on the mean."""
-    pairs = list(combinations(results, 2))
+    scores = {one.summary.policy: {key: each.score for key, each in one.by_key.items()} for one in results}
+    pairs = differences(scores)
     if not pairs:
         return ()
-    scores = {one.summary.policy: {key: each.score for key, each in one.by_key.items()} for one in results}
-    unclear = [
-        f"{a.summary.policy} and {b.summary.policy}"
-        for a, b in pairs
-        if not paired_difference(scores[a.summary.policy], scores[b.summary.policy]).significant
-    ]
+    unclear = [f"{a} and {b}" for (a, b), one in pairs.items() if not one.significant]
     apart = f"{len(pairs) - len(unclear)} of {len(pairs)} pairs of policies are apart (the 95% interval of the paired "
     apart += "difference of their mean scores over the episodes that both drove, with floors as the unit, excludes 0)"
     text = apart + (f"; not {', '.join(unclear)}." if unclear else ".")
@@ -86,13 +82,6 @@ def _pairs(results: Sequence[LabNavResult]) -> tuple[str, ...]:
 
 def _unfinished(results: Sequence[LabNavResult]) -> bool:
     return any(len(result.summary.tasks) < len(FIGURE_TASKS) for result in results)
-
-
-def _touched(result: LabNavResult) -> float | None:
-    """Return the share of episodes with a contact, over all tasks."""
-    tasks = [task for task in result.summary.tasks if task.contacts.value is not None]
-    count = sum(task.episodes for task in tasks)
-    return sum((task.contacts.value or 0.0) * task.episodes for task in tasks) / count if count else None
 
 
 FEWEST = 4

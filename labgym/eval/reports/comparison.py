@@ -26,7 +26,7 @@ from labgym.eval.evaluator import read_evaluation
 from labgym.eval.labnav.evaluation import LabNavEvaluation
 from labgym.eval.labnav.figure import paired_difference
 from labgym.eval.labnav.summary import DIFFICULTIES
-from labgym.eval.reports.labnav_tables import CLASSES, tasks_of
+from labgym.eval.reports.labnav_tables import tasks_of
 from labgym.eval.reports.results import distinguished
 from labgym.eval.reports.tables import NAVDP_ROWS, NAVIGATION_ROWS
 from labgym.table import Table, number
@@ -38,7 +38,7 @@ GROUPINGS = {
     "length": "Length",
     "detour": "Detour",
     "protocol": "Protocol",
-    **CLASSES,
+    **{field: heading for field, (heading, _) in DIFFICULTIES.items()},
 }
 """Groupings and their headings, in the order of the tables."""
 
@@ -225,9 +225,12 @@ def _labnav_groups(a: LabNavEvaluation, b: LabNavEvaluation) -> Groups:
     if not pairs:
         raise OptionError(f"{a.folder} and {b.folder} share no episode of LabNav: drive the same suite")
     groupings: dict[str, dict[str, list[tuple[LabNavRow, LabNavRow]]]] = {ALL: {ALL: pairs}}
-    tasks = {name: [pair for pair in pairs if f"{pair[0].task}-{pair[0].level}" == name] for name in tasks_of([a, b])}
+    tasks = {
+        name: [pair for pair in pairs if f"{pair[0].task}-{pair[0].level}" == name]
+        for name in tasks_of([a.summary, b.summary])
+    }
     groupings["task"] = {name: own for name, own in tasks.items() if own}
-    for field, class_of in DIFFICULTIES.items():
+    for field, (_, class_of) in DIFFICULTIES.items():
         # The class is that of the first: people met depend on the drive.
         names = {pair[0].key: class_of(pair[0]) for pair in pairs}
         groupings[field] = {

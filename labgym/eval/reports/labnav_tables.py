@@ -2,36 +2,16 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from itertools import combinations
-from typing import get_args
 
 from labgym.envs.labnav.tasks import FIGURE_TASKS
-from labgym.eval.driving.episode_row import Ending, Track
+from labgym.eval.driving.episode_row import ENDINGS, TRACKS, Track
 from labgym.eval.driving.intervals import Estimate, bounded_mean, estimate_text
-from labgym.eval.driving.paired import MetricDifference
 from labgym.eval.labnav.evaluation import LabNavEvaluation
-from labgym.eval.labnav.figure import paired_difference, swaps
-from labgym.eval.labnav.summary import DIFFICULTIES, classes
+from labgym.eval.labnav.figure import differences, swaps
+from labgym.eval.labnav.summary import DIFFICULTIES, LabNavSummary
 from labgym.table import Table, number
-
-TRACKS: dict[Track, str] = {
-    "deployed": "Deployed: a map from before things moved",
-    "mapless": "Mapless: no map",
-    "privileged": "Privileged: the true world and the people's future",
-}
-"""The tracks and their headings, in the order of the tables."""
-ENDINGS: tuple[str, ...] = get_args(Ending)
-"""How episodes end, in the order of the tables."""
-CLASSES = {
-    "by_length": "Shortest length L*",
-    "by_detour": "Detour: L* / straight distance",
-    "by_neck": "Neck: radius of the widest disc that reaches the goal",
-    "by_met": "People met",
-}
-"""Headings of the classes of difficulty."""
 
 
 def labnav_tables(evaluations: Sequence[LabNavEvaluation]) -> tuple[Table, ...]:
@@ -46,19 +26,7 @@ def labnav_tables(evaluations: Sequence[LabNavEvaluation]) -> tuple[Table, ...]:
 
 def ranked(evaluations: Sequence[LabNavEvaluation]) -> tuple[LabNavEvaluation, ...]:
     """Return evaluations by LabNav, or by the mean of the task means where there is no figure, the best first."""
-    return tuple(sorted(evaluations, key=lambda one: (-headline(one), one.name)))
-
-
-def headline(evaluation: LabNavEvaluation) -> float:
-    """Return LabNav / 100, or the mean of the task means where there is no figure."""
-    figure = evaluation.summary.labnav
-    return mean(evaluation) if figure is None or figure.value is None else figure.value / 100.0
-
-
-def mean(evaluation: LabNavEvaluation) -> float:
-    """Return the arithmetic mean of the task means, 0 to 1."""
-    values = [task.score.value or 0.0 for task in evaluation.summary.tasks]
-    return sum(values) / len(values) if values else 0.0
+    return tuple(sorted(evaluations, key=lambda one: (-(one.summary.headline.value or 0.0), one.name)))
 
 
 def touched(evaluation: LabNavEvaluation) -> Estimate:
@@ -67,9 +35,9 @@ def touched(evaluation: LabNavEvaluation) -> Estimate:
     return bounded_mean([float(row.contacts > 0) for row in rows], [row.floor for row in rows])
 
 
-def tasks_of(evaluations: Sequence[LabNavEvaluation]) -> tuple[str, ...]:
+def tasks_of(summaries: Iterable[LabNavSummary]) -> tuple[str, ...]:
     """Return the tasks with their levels, such as "aisle-2", in the order of the benchmark."""
-    names = {name for one in evaluations for name in one.tasks}
+    names = {name for summary in summaries for name in summary.by_task}
     return tuple(sorted(names, key=lambda name: (FIGURE_TASKS.index(name.rpartition("-")[0]), name)))
 
 
@@ -82,17 +50,18 @@ def score_tables(evaluations: Sequence[LabNavEvaluation]) -> tuple[Table, ...]:
 
 def score_table(evaluations: Sequence[LabNavEvaluation], track: Track) -> Table:
     """Return the scores of the policies of a track, a column for each task."""
-    tasks, chosen = tasks_of(evaluations), ranked([one for one in evaluations if one.summary.track == track])
+    tasks = tasks_of(one.summary for one in evaluations)
+    chosen = ranked([one for one in evaluations if one.summary.track == track])
     whole = any(one.summary.labnav is not None for one in chosen)
     rows = []
     for one in chosen:
-        scores = [one.tasks[task].score if task in one.tasks else None for task in tasks]
-        figure = one.summary.labnav
+        own, figure = one.summary.by_task, one.summary.labnav
+        scores = [own[task].score if task in own else None for task in tasks]
         rows.append(
             (
                 one.name,
                 *((estimate_text(figure, 1),) if whole else ()),
-                number(100.0 * mean(one), 1),
+                number(one.summary.mean, 1),
                 *(estimate_text(score, 2) for score in scores),
                 estimate_text(touched(one), 2),
             )
@@ -116,36 +85,27 @@ def score_notes(evaluations: Sequence[LabNavEvaluation]) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def differences(
-    evaluations: Sequence[LabNavEvaluation],
-) -> tuple[tuple[LabNavEvaluation, LabNavEvaluation, MetricDifference], ...]:
-    """Return the paired difference of each pair of policies that share episodes, the better policy first."""
-    pairs = combinations(ranked(evaluations), 2)
-    return tuple((a, b, paired_difference(a.scores, b.scores)) for a, b in pairs if a.scores.keys() & b.scores.keys())
-
-
 def pair_table(evaluations: Sequence[LabNavEvaluation]) -> Table:
     """Return the paired differences of all pairs of policies over the episodes that both drove."""
-    found = differences(evaluations)
+    found = differences({one.name: one.scores for one in ranked(evaluations)})
     rows = tuple(
         (
-            f"{a.name} - {b.name}",
+            f"{a} - {b}",
             estimate_text(one.difference, 3, "+"),
             str(one.difference.count),
             "yes" if one.significant else "no",
         )
-        for a, b, one in found
+        for (a, b), one in found.items()
     )
-    apart = sum(one.significant for _, _, one in found)
+    apart = sum(one.significant for one in found.values())
     notes = [
         f"{apart} of {len(found)} pairs are apart: the 95% interval of the mean difference, with floors as the unit, "
         "does not contain 0. The intervals are not adjusted for the number of pairs."
     ]
-    tasks = tasks_of(evaluations)
+    tasks = tasks_of(one.summary for one in evaluations)
+    every = {one.name: one.summary.by_task for one in evaluations}
     whole = {
-        one.name: [one.tasks[task].score.value or 0.0 for task in tasks]
-        for one in evaluations
-        if set(tasks) <= set(one.tasks)
+        name: [own[task].score.value or 0.0 for task in tasks] for name, own in every.items() if set(tasks) <= set(own)
     }
     other = ", ".join(f"{a} and {b}" for a, b in swaps(whole))
     notes.append(f"The geometric and the arithmetic mean order differently: {other or 'no pair'}.")
@@ -154,22 +114,17 @@ def pair_table(evaluations: Sequence[LabNavEvaluation]) -> Table:
 
 def ending_table(evaluations: Sequence[LabNavEvaluation]) -> Table:
     """Return how the episodes of each policy ended, over all tasks."""
-    counts = {one.name: endings(one) for one in ranked(evaluations)}
+    counts = {one.name: one.summary.endings for one in ranked(evaluations)}
     names = [name for name in ENDINGS if any(count[name] for count in counts.values())]
     rows = tuple((policy, *(str(count[name]) for name in names)) for policy, count in counts.items())
     return Table("How episodes ended, all tasks", ("policy", *names), rows)
 
 
-def endings(evaluation: LabNavEvaluation, task: str | None = None) -> Counter[str]:
-    """Return the number of episodes by how they ended, of one task or of all."""
-    return Counter(row.ending for row in evaluation.rows if task is None or f"{row.task}-{row.level}" == task)
-
-
 def difficulty_tables(evaluations: Sequence[LabNavEvaluation]) -> tuple[Table, ...]:
     """Return a table for each class of difficulty: mean score and number of episodes, over all tasks."""
     tables = []
-    for field, title in CLASSES.items():
-        found = {one.name: classes(one.rows, DIFFICULTIES[field]) for one in ranked(evaluations)}
+    for field, (title, _) in DIFFICULTIES.items():
+        found = {one.name: one.summary.classes(field) for one in ranked(evaluations)}
         names = list(dict.fromkeys(name for groups in found.values() for name in groups))
         if len(names) > 1:
             rows = tuple(

@@ -87,8 +87,8 @@ def test_the_page_is_whole_and_loads_nothing_from_elsewhere(folders):
 def test_difficulty_is_computed_from_the_rows(folders):
     evaluation = LabNavEvaluation.read(folders[0])
     people = [each.score for each in evaluation.rows if each.task == "people"]
-    assert evaluation.tasks["people-2"].by_met == {"1 or 2": (pytest.approx(sum(people) / 12), 12)}
-    assert evaluation.tasks["aisle-2"].by_met == {}
+    assert evaluation.summary.by_task["people-2"].by_met == {"1 or 2": (pytest.approx(sum(people) / 12), 12)}
+    assert evaluation.summary.by_task["aisle-2"].by_met == {}
     met = next(
         table for table in labnav_tables([evaluation]) if "necks" in table.title.lower() or "Short" in table.title
     )

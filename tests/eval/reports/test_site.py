@@ -137,7 +137,7 @@ def test_policies_are_ranked_by_the_figure_within_their_track_learned_ones_first
         assert learned == sorted(learned, reverse=True)
         for kind in (True, False):
             ranked = [one for one in entries if one.summary.track == track and (one.kind == "learned") == kind]
-            figures = [one.figure.value for one in ranked]
+            figures = [one.summary.headline.value for one in ranked]
             assert figures == sorted(figures, reverse=True)
 
 
@@ -277,7 +277,7 @@ def test_the_bars_of_pairs_share_a_scale_that_holds_0_and_every_interval(site):
 
 def test_pairs_that_the_figure_orders_differently_are_named(published_page):
     entries = [Entry.of_result(one) for one in published_results()]
-    figures = {one.name: one.figure.value for one in entries}
+    figures = {one.name: one.summary.headline.value for one in entries}
     scores = {one.name: one.scores for one in entries}
     other = set()
     for a, b in combinations(figures, 2):

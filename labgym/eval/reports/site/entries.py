@@ -6,20 +6,18 @@ from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from statistics import fmean, median
+from statistics import median
 from typing import Literal
 
 from labgym.artefacts import artefacts
 from labgym.eval.driving.drive import Route
-from labgym.eval.driving.episode_row import Ending, LabNavRow
-from labgym.eval.driving.intervals import Estimate
+from labgym.eval.driving.episode_row import TRACKS, Ending, LabNavRow
 from labgym.eval.labnav.evaluation import LabNavEvaluation
 from labgym.eval.labnav.shown_drive import ShownDrive
 from labgym.eval.labnav.suites import CHECK, MINI
-from labgym.eval.labnav.summary import LabNavSummary, TaskSummary
+from labgym.eval.labnav.summary import LabNavSummary
 from labgym.eval.leaderboard.drives import published_drives
 from labgym.eval.leaderboard.labnav import DIRTY, LabNavResult, Outcome, commits_of
-from labgym.eval.reports.labnav_tables import TRACKS
 from labgym.policies.registry import BUILT_IN, FILES
 
 Kind = Literal["learned", "classical", "reference", "other"]
@@ -110,31 +108,10 @@ class Entry:
         """How the episodes ended, by their keys."""
         return {key: one.ending for key, one in self.outcomes.items()}
 
-    @cached_property
-    def tasks(self) -> dict[str, TaskSummary]:
-        """The results by task and level, such as "aisle-2"."""
-        return {f"{each.task}-{each.level}": each for each in self.summary.tasks}
-
     @property
     def moves(self) -> bool:
         """Whether the page has routes of it."""
         return bool(self.routes or self.drives)
-
-    @property
-    def mean(self) -> float:
-        """100 times the arithmetic mean of the task means."""
-        return 100.0 * fmean([task.score.value or 0.0 for task in self.summary.tasks])
-
-    @property
-    def figure(self) -> Estimate:
-        """LabNav; where tasks are missing 100 times the mean score, which has an interval if it is that of one task."""
-        if self.summary.labnav is not None:
-            return self.summary.labnav
-        low = high = None
-        if len(self.summary.tasks) == 1:
-            (task,) = self.summary.tasks
-            low, high = (None if end is None else 100.0 * end for end in (task.score.low, task.score.high))
-        return Estimate(value=self.mean, low=low, high=high, count=len(self.scores), nulls=0)
 
     @property
     def most_episodes(self) -> int:
@@ -150,12 +127,6 @@ class Entry:
                 tasks.setdefault(commit, []).append(task.task)
         whole = all(len(names) == len(self.summary.tasks) for names in tasks.values())
         return ", ".join(commit if whole else f"{commit} ({', '.join(names)})" for commit, names in tasks.items())
-
-    def share(self, quantity: Literal["success", "contacts"]) -> float | None:
-        """Return the share of episodes that succeeded, or in which the robot touched something."""
-        counted = [(getattr(task, quantity).value, task.episodes) for task in self.summary.tasks]
-        whole = sum(count for value, count in counted if value is not None)
-        return sum(value * count for value, count in counted if value is not None) / whole if whole else None
 
 
 def short_commit(commit: str) -> str:
@@ -183,11 +154,17 @@ def card_of(label: str) -> Path | None:
 def ranked_entries(entries: Sequence[Entry]) -> tuple[Entry, ...]:
     """Return entries by their track, learned policies first, then those with all tasks, then the best figure first."""
     order = list(TRACKS)
-    most = max((len(one.tasks) for one in entries), default=0)
+    most = max((len(one.summary.tasks) for one in entries), default=0)
 
     def rank(one: Entry) -> tuple[int, bool, bool, float, str]:
-        partial = len(one.tasks) < most
-        return order.index(one.summary.track), one.kind != "learned", partial, -(one.figure.value or 0.0), one.name
+        partial = len(one.summary.tasks) < most
+        return (
+            order.index(one.summary.track),
+            one.kind != "learned",
+            partial,
+            -(one.summary.headline.value or 0.0),
+            one.name,
+        )
 
     return tuple(sorted(entries, key=rank))
 

@@ -49,7 +49,7 @@ def reading_notes(entries: Sequence[Entry], whole: bool) -> tuple[str, ...]:
         "Collision rate, the only column in which less is better, is the share of episodes in which the robot touched "
         "something; in shift touches of furniture count and do not end the drive.",
     ]
-    if len({len(one.tasks) for one in entries}) > 1:
+    if len({len(one.summary.tasks) for one in entries}) > 1:
         notes.append(
             "SR and collision rate are over the tasks that the policy drove; a dash marks a task that it did not."
         )
@@ -97,7 +97,8 @@ def swapped(entries: Sequence[Entry], better: Sequence[tuple[Entry, Entry]]) -> 
     return tuple(
         f"{worse.name} and {one.name}"
         for one, worse in better
-        if {one.name, worse.name} <= comparable and (one.figure.value or 0.0) < (worse.figure.value or 0.0)
+        if {one.name, worse.name} <= comparable
+        and (one.summary.headline.value or 0.0) < (worse.summary.headline.value or 0.0)
     )
 
 

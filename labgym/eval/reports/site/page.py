@@ -6,20 +6,19 @@ import base64
 import hashlib
 import json
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
-from itertools import combinations
 from pathlib import Path
 from typing import Any
 
 from labgym.documents import write_text
-from labgym.envs.labnav.tasks import FIGURE_TASKS, task_of
-from labgym.eval.driving.episode_row import Track
+from labgym.envs.labnav.tasks import task_of
+from labgym.eval.driving.episode_row import ENDINGS, TRACKS, Track
 from labgym.eval.driving.intervals import Estimate, estimate_text
-from labgym.eval.labnav.figure import paired_difference
-from labgym.eval.labnav.summary import TaskSummary, class_order
-from labgym.eval.reports.labnav_tables import CLASSES, ENDINGS, TRACKS
+from labgym.eval.labnav.figure import differences, paired_difference
+from labgym.eval.labnav.summary import DIFFICULTIES, TaskSummary
+from labgym.eval.reports.labnav_tables import tasks_of
 from labgym.eval.reports.report import PACKAGE, page_environment
 from labgym.eval.reports.site.entries import KINDS, Entry, Kind, card_of
 from labgym.eval.reports.site.episodes import Shown, episodes_shown
@@ -227,8 +226,7 @@ def site_of(
         title: heading. problems: contradictions in the results. other: tables of other suites. facts: provenance.
     """
     shown = episodes_shown(entries, suite, home)
-    names = {name for one in entries for name in one.tasks}
-    tasks = tuple(sorted(names, key=lambda name: (FIGURE_TASKS.index(name.rpartition("-")[0]), name)))
+    tasks = tasks_of([one.summary for one in entries])
     own = [one for one in entries if not one.published] or entries
     most = max((one.most_episodes for one in own), default=0)
     mixed = len({one.published for one in entries}) > 1
@@ -247,7 +245,7 @@ def site_of(
     version = f", version {versions[0]}" if len(versions) == 1 else ""
     whole = any(one.summary.labnav is not None for one in entries)
     pairs = _pairs(sections)
-    complete = [one for one in entries if len(one.tasks) == len(tasks)]
+    complete = [one for one in entries if len(one.summary.tasks) == len(tasks)]
     return SiteContent(
         title=title,
         subtitle=f"Navigation in chemistry laboratories at work: suite {suite}{version}, {few}{most} episodes a task",
@@ -289,20 +287,25 @@ def embedded(data: Any) -> str:
 
 
 def _section(number: int, color: int, one: Entry, tasks: Sequence[str], detail: str, shown: Shown) -> Section:
-    card = card_of(one.summary.policy)
+    summary, own, card = one.summary, one.summary.by_task, card_of(one.summary.policy)
+    whole = len(own) == len(tasks)
     return Section(
         number=number,
         color=color,
         entry=one,
         detail=detail,
-        figure=Bar.of(one.figure, 1, 1.0) if len(one.tasks) == len(tasks) else None,
-        mean=one.mean if len(one.tasks) == len(tasks) else None,
-        success=one.share("success"),
-        contacts=one.share("contacts"),
-        scores=tuple(Bar.of(one.tasks[name].score, 2, 100.0) if name in one.tasks else None for name in tasks),
-        lines=tuple(_line(number, one, name, task, shown) for name, task in one.tasks.items()),
+        figure=Bar.of(summary.headline, 1, 1.0) if whole else None,
+        mean=summary.mean if whole else None,
+        success=summary.share("success"),
+        contacts=summary.share("contacts"),
+        scores=tuple(Bar.of(own[name].score, 2, 100.0) if name in own else None for name in tasks),
+        lines=tuple(_line(number, one, name, task, shown) for name, task in own.items()),
         facts=_facts(one),
-        classes=tuple((title, rows) for field, title in CLASSES.items() if len(rows := _classes(one, field)) > 1),
+        classes=tuple(
+            (title, tuple((name, *group) for name, group in found.items()))
+            for field, (title, _) in DIFFICULTIES.items()
+            if len(found := summary.classes(field)) > 1
+        ),
         touched=_touched(one),
         card="" if card is None else card_html(card.read_text("utf-8")),
     )
@@ -356,25 +359,10 @@ def _facts(one: Entry) -> tuple[tuple[str, str], ...]:
     return tuple(facts)
 
 
-def _classes(one: Entry, field: str) -> tuple[tuple[str, float, int], ...]:
-    """Return name, mean score and number of episodes of each class of difficulty, over all tasks."""
-    totals: dict[str, tuple[float, int]] = {}
-    for task in one.summary.tasks:
-        groups: Mapping[str, tuple[float, int]] = getattr(task, field)
-        for name, (mean, count) in groups.items():
-            score, episodes = totals.get(name, (0.0, 0))
-            totals[name] = score + mean * count, episodes + count
-    return tuple(
-        (name, score / count, count)
-        for name, (score, count) in sorted(totals.items(), key=lambda item: class_order(item[0]))
-    )
-
-
 def _touched(one: Entry) -> str:
     counts: Counter[str] = Counter()
-    for task in one.summary.tasks:
-        for kind, count in task.contact.items():
-            counts[thing_name(kind)] += count
+    for kind, count in one.summary.touched.items():
+        counts[thing_name(kind)] += count
     words = _counted(counts.most_common(MOST_CONTACTS))
     rest = len(counts) - MOST_CONTACTS
     return words + (f" and {rest} other kinds" if rest > 0 else "")
@@ -386,12 +374,11 @@ def _counted(counts: Iterable[tuple[str, int]]) -> str:
 
 def _pairs(sections: Sequence[Section]) -> tuple[PairLine, ...]:
     """Return the paired differences of all pairs of policies that share episodes."""
-    order = sorted(sections, key=lambda one: -(one.entry.figure.value or 0.0))
+    order = sorted(sections, key=lambda one: -(one.entry.summary.headline.value or 0.0))
+    named = {one.entry.name: one for one in order}
     lines = []
-    for a, b in combinations(order, 2):
-        if not a.entry.scores.keys() & b.entry.scores.keys():
-            continue
-        result = paired_difference(a.entry.scores, b.entry.scores)
+    for names, result in differences({name: one.entry.scores for name, one in named.items()}).items():
+        a, b = (named[name] for name in names)
         value = result.difference.value or 0.0
         if value < 0.0:
             a, b = b, a
