@@ -200,7 +200,7 @@ def outline(
         overwrite: Replace OUT if it exists with other content.
     """
     from labgym.exchange.formats import read_floor
-    from labgym.exchange.outlines import empty_layout
+    from labgym.exchange.formats import empty_layout
 
     out = layout_path(out)
     layout = empty_layout(read_floor(file, unit, thickness, numbers("crop", crop)))

@@ -104,6 +104,6 @@ def her(env: str = "LabFloorNavGoal-v0", training: Training = USUAL) -> int:
         env: Id of the goal environment, an entry of the file of hyperparameters.
     """
     hyperparameters, settings = training.read("her", env)
-    from labgym.training.her import train_her
+    from labgym.training.run import train_her
 
     return written(train_her(hyperparameters, settings))

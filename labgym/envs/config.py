@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
+from pkgutil import iter_modules
 from typing import Any
 
 from labgym.counts import check_switch, is_finite, whole_number
+from labgym.envs import parts
 from labgym.envs.assembly import STATIC, Moving, is_standard
 from labgym.envs.checks import positive, record_of
-from labgym.envs.parts import catalog  # noqa: F401 - registers all parts
+from labgym.envs.conditions import changes, glass, parked, payload, people, station, wet  # noqa: F401 - register
 from labgym.envs.parts.endings import TouchEnding
 from labgym.envs.parts.measures import STANDARD, NamedMeasure
 from labgym.envs.parts.protocols import (
@@ -50,6 +53,9 @@ __all__ = [
     "OBSERVATIONS", "RENDER_MODES", "Actions", "Command", "Condition", "Ending", "Measure", "Noise", "PointNavConfig",
     "Pose", "Randomization", "Reading", "RewardTerm", "Robot", "Sensor", "State", "Tasks", "Verdict",
 ]  # fmt: skip
+
+for _module in iter_modules(parts.__path__):
+    import_module(f"{parts.__name__}.{_module.name}")
 
 OBSERVATIONS = ("lidar", "depth", "rgbd")
 RENDER_MODES = ("human", "rgb_array", "depth_array")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -141,6 +142,12 @@ def read_floor(
             raise OptionError("--unit and --crop are for drawings; a map of ROS is in meters")
         return read_ros_map(path, thickness)
     raise OptionError(f"floor {path.name!r} must end in .dxf, or .yaml for a map of ROS")
+
+
+def empty_layout(floor: Floor) -> Layout:
+    """Return a layout of a floor without objects and protocols; its id is the floor's name."""
+    name = re.sub(r"[^A-Za-z0-9_.-]+", "-", floor.name).strip("-._")
+    return Layout(id=name[:80] or "floor", floor=floor, placements=())
 
 
 def _mjcf(layout: Layout, out: Path) -> Path:

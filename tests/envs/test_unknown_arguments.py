@@ -11,7 +11,6 @@ import pytest
 
 import labgym  # noqa: F401 -- registers the ids
 from labgym.envs import LabPointNavEnv
-from labgym.envs.parts import catalog  # noqa: F401 -- registers all parts
 from labgym.envs.parts.protocols import INTERFACES
 from labgym.envs.parts.registry import kinds_of, part_of
 from labgym.errors import LabgymError, OptionError, UnknownArgumentError, UnknownNameError

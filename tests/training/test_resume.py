@@ -17,9 +17,8 @@ from labgym.cli.app import main
 from labgym.errors import DocumentError, OptionError
 from labgym.policies import make_policy
 from labgym.training import legs
-from labgym.training.her import train_her
 from labgym.training.hyperparameters import Hyperparameters
-from labgym.training.run import BEST, HYPERPARAMETERS, LAST, LOGS, SCORES, RunSettings, train_ppo, train_sac
+from labgym.training.run import BEST, HYPERPARAMETERS, LAST, LOGS, SCORES, RunSettings, train_her, train_ppo, train_sac
 from runs import killing
 
 ROOM = {"layout": "test-sub_01", "max_episode_steps": 8}

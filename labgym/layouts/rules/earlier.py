@@ -41,7 +41,7 @@ def kinds(site: Site, row: int) -> object:
 
 
 @dataclass(frozen=True)
-class Changes:
+class StateChanges:
     """The objects that differ between two states of a layout: the row of each in both, None where it is absent."""
 
     before: Site
@@ -49,7 +49,7 @@ class Changes:
     rows: tuple[tuple[int | None, int | None], ...]
 
     @classmethod
-    def between(cls, before: Site, after: Site) -> Changes | None:
+    def between(cls, before: Site, after: Site) -> StateChanges | None:
         """Compare two states; None if more than objects differs, or their order."""
         old, new = before.arrangement.layout, after.arrangement.layout
         same = (

@@ -12,7 +12,7 @@ from labgym.layouts.model import Layout
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.bounds import BoundsFault
 from labgym.layouts.rules.collisions import Collision, collisions
-from labgym.layouts.rules.earlier import Changes
+from labgym.layouts.rules.earlier import StateChanges
 from labgym.layouts.rules.equipment import Requirement, missing_equipment, required_equipment
 from labgym.layouts.rules.reach import ItemReach, item_reaches
 from labgym.layouts.rules.regulations.premises import Premises
@@ -346,7 +346,7 @@ def evaluate_layout(
     rules = rule_set(rules)
     arrangement = Arrangement.of(layout, None if earlier is None else earlier.arrangement)
     site = Site(arrangement, protocol, rules.profile)
-    changes = None if earlier is None or earlier.rules != rules else Changes.between(earlier.site, site)
+    changes = None if earlier is None or earlier.rules != rules else StateChanges.between(earlier.site, site)
 
     def unchanged(results: Mapping[str, Kept], judged: Sequence[Term | FacilityRule]) -> dict[str, Kept]:
         """Return the earlier results of rules that look at nothing that has changed."""

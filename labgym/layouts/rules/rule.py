@@ -72,7 +72,7 @@ class Term:
         score: returns the metric of instances, None without any.
         lowers: half of F that it lowers: the mean satisfaction, or the share of objects in no violation.
         chemical: whether its score is part of S_chem.
-        looks_at: what the term looks at (`Changes.concern`); None for everything.
+        looks_at: what the term looks at (`StateChanges.concern`); None for everything.
         void: objects whose instances score 0: `faulty` ones are out of bounds or collide; `unusable` ones also include
             those with a blocked front.
     """
@@ -130,7 +130,7 @@ class FacilityIssue(Record):
 
 
 @dataclass(frozen=True)
-class Finding:
+class Breach:
     """One way in which a layout breaks a facility rule.
 
     Attributes:
@@ -170,7 +170,7 @@ class FacilityRule:
         scores_warnings: whether findings of severity `warning` count in the score of a rule of severity `error`.
         term: name of a term that counts the same faults in v(L).
         broken: returns the ids of the errors without their messages, where that is much faster.
-        looks_at: what the rule looks at (`Changes.concern`); None for everything.
+        looks_at: what the rule looks at (`StateChanges.concern`); None for everything.
     """
 
     name: str
@@ -179,7 +179,7 @@ class FacilityRule:
     source: str
     severity: Severity
     count: Callable[[Site], int]
-    check: Callable[[Site], Iterable[Finding]]
+    check: Callable[[Site], Iterable[Breach]]
     group: Literal["building", "placing", "safety"] = "safety"
     ways: bool = False
     per_object: bool = True

@@ -11,7 +11,7 @@ from shapely import Point, Polygon
 from labgym.errors import UnknownNameError
 from labgym.layouts import Door, Layout, Placement, Room
 from labgym.layouts.rules.arrangement import Arrangement
-from labgym.layouts.rules.regulations import REGULATIONS, Clause, Measured, Ruling, rulings
+from labgym.layouts.rules.regulations import REGULATIONS, LegalClause, Measured, Ruling, rulings
 from labgym.layouts.rules.regulations import measures as measure
 from labgym.layouts.rules.regulations.premises import Premises
 
@@ -134,7 +134,9 @@ def test_reagents_share_a_cabinet_or_do_not() -> None:
 
 def outcome(clause_limit: float, values: list[float]) -> Ruling:
     listed = [Measured(f"object {k}", value) for k, value in enumerate(values)]
-    return Clause("standard, 1.2", "a distance", "at least", clause_limit, lambda _: listed, "read").rule(premises())
+    return LegalClause("standard, 1.2", "a distance", "at least", clause_limit, lambda _: listed, "read").rule(
+        premises()
+    )
 
 
 def test_a_clause_passes_fails_or_does_not_apply_and_names_the_worst_object() -> None:
@@ -142,7 +144,7 @@ def test_a_clause_passes_fails_or_does_not_apply_and_names_the_worst_object() ->
     failed = outcome(1.0, [1.2, 0.9])
     assert (failed.outcome, failed.value, failed.where) == ("fail", 0.9, "object 1")
     assert (outcome(1.0, []).outcome, outcome(1.0, []).value) == ("does not apply", None)
-    walk = Clause("standard, 3", "a walk", "at most", 15.0, lambda _: [Measured("hood", math.inf)], "read")
+    walk = LegalClause("standard, 3", "a walk", "at most", 15.0, lambda _: [Measured("hood", math.inf)], "read")
     assert (walk.rule(premises()).outcome, walk.rule(premises()).value) == ("fail", None)
 
 

@@ -14,7 +14,7 @@ from labgym.geometry.boxes import ROUNDING
 from labgym.layouts.placement import FLOOR
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.earlier import standing
-from labgym.layouts.rules.rule import FacilityRule, Finding
+from labgym.layouts.rules.rule import Breach, FacilityRule
 from labgym.layouts.rules.thresholds import BACK_GAP, MOVABLE, ONE_SIDED
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def one_sided(arrangement: Arrangement, row: int) -> bool:
     )
 
 
-def _check(site: Site) -> Iterator[Finding]:
+def _check(site: Site) -> Iterator[Breach]:
     arrangement = site.arrangement
     neighbors = _back_neighbors(arrangement)
     rows = [row for row in arrangement.standing if one_sided(arrangement, row)]
@@ -59,7 +59,7 @@ def _check(site: Site) -> Iterator[Finding]:
             distance = None if math.isinf(gap) else gap
             what = "faces no wall" if distance is None else f"is {gap:.2f} m from a wall, over {BACK_GAP:g} m"
             message = f"the back of {placement.id} {what}"
-            yield Finding((placement.id,), distance, BACK_GAP, message, "move it to a wall")
+            yield Breach((placement.id,), distance, BACK_GAP, message, "move it to a wall")
 
 
 def _back_neighbors(arrangement: Arrangement) -> NDArray[np.intp]:

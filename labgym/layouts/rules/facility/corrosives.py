@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.earlier import reagents
-from labgym.layouts.rules.rule import FacilityRule, Finding
+from labgym.layouts.rules.rule import Breach, FacilityRule
 from labgym.layouts.rules.thresholds import CORROSIVE_HEIGHT
 
 if TYPE_CHECKING:
@@ -20,13 +20,13 @@ def corrosive_liquids(arrangement: Arrangement) -> list[int]:
     return [row for row in arrangement.reagents if assets[row].hazards.corrosive and assets[row].phase == "liquid"]
 
 
-def _check(site: Site) -> Iterator[Finding]:
+def _check(site: Site) -> Iterator[Breach]:
     for row in corrosive_liquids(site.arrangement):
         bottom = float(site.arrangement.boxes.z[row, 0])
         if bottom > CORROSIVE_HEIGHT:
             reagent = site.arrangement.placements[row].id
             message = f"corrosive {reagent} stands at {bottom:.2f} m, above {CORROSIVE_HEIGHT} m"
-            yield Finding((reagent,), bottom, CORROSIVE_HEIGHT, message, "use a lower shelf")
+            yield Breach((reagent,), bottom, CORROSIVE_HEIGHT, message, "use a lower shelf")
 
 
 RULES = (

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from labgym.layouts.rules.building import Workplace
 from labgym.layouts.rules.earlier import nothing, standing
 from labgym.layouts.rules.egress import narrow_exits, narrow_ways
-from labgym.layouts.rules.rule import FacilityRule, Finding
+from labgym.layouts.rules.rule import Breach, FacilityRule
 from labgym.layouts.rules.thresholds import EGRESS_WIDTH
 
 if TYPE_CHECKING:
@@ -18,10 +18,10 @@ EXIT_WIDTH = 0.914
 """Clear width of a laboratory's exit door, meters (California Building Code, 24 CCR: 36 in)."""
 
 
-def _narrow_doors(site: Site) -> Iterator[Finding]:
+def _narrow_doors(site: Site) -> Iterator[Breach]:
     for label, width in _doors(site):
         if width < EXIT_WIDTH - 0.005:
-            yield Finding(
+            yield Breach(
                 (), width, EXIT_WIDTH, f"{label} is {width:.2f} m wide; an exit needs {EXIT_WIDTH:.2f} m", "widen it"
             )
 
@@ -38,30 +38,30 @@ def _exits(site: Site) -> Iterator[tuple[Workplace, int]]:
         yield place, sum(entrance.space == place.space for entrance in building.entrances)
 
 
-def _without_exit(site: Site) -> Iterator[Finding]:
+def _without_exit(site: Site) -> Iterator[Breach]:
     for place, doors in _exits(site):
         if not doors:
-            yield Finding((), 0.0, 1.0, f"no exit for {place.area:.0f} m²{place.where}", "add a door")
+            yield Breach((), 0.0, 1.0, f"no exit for {place.area:.0f} m²{place.where}", "add a door")
 
 
-def _with_one_exit(site: Site) -> Iterator[Finding]:
+def _with_one_exit(site: Site) -> Iterator[Breach]:
     limit, source = site.profile.second_exit_area, site.profile.second_exit_source
     for place, doors in _exits(site):
         if doors == 1 and place.area > limit:
             message = (
                 f"only one exit for {place.area:.0f} m²{place.where}; above {limit} m² two are required ({source})"
             )
-            yield Finding((), float(doors), 2.0, message, "add a door", source, site.profile.second_exit)
+            yield Breach((), float(doors), 2.0, message, "add a door", source, site.profile.second_exit)
 
 
-def _blocked_ways(site: Site) -> Iterator[Finding]:
+def _blocked_ways(site: Site) -> Iterator[Breach]:
     for way in narrow_ways(site.arrangement):
         first, count = way.destinations[0], len(way.destinations) - 1
         where = first + (f" and {count} more" if count else "")
         message = (
             f"the widest way from {way.entrance} to {where} is {way.width:.2f} m; {EGRESS_WIDTH:.2f} m is required"
         )
-        yield Finding(way.destinations, way.width, EGRESS_WIDTH, message, "widen the passage")
+        yield Breach(way.destinations, way.width, EGRESS_WIDTH, message, "widen the passage")
 
 
 RULES = (

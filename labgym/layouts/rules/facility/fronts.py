@@ -10,7 +10,7 @@ from labgym.geometry import distance
 from labgym.layouts.placement import FLOOR
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.earlier import standing
-from labgym.layouts.rules.rule import FacilityRule, Finding, Instance, Term
+from labgym.layouts.rules.rule import Breach, FacilityRule, Instance, Term
 from labgym.layouts.rules.thresholds import MOVABLE, Severity
 from labgym.layouts.rules.zones import front_zone, standing_in_front
 
@@ -65,7 +65,7 @@ def front_instances(arrangement: Arrangement) -> tuple[Instance, ...]:
     return tuple(instances)
 
 
-def _blocked(site: Site) -> Iterator[Finding]:
+def _blocked(site: Site) -> Iterator[Breach]:
     """Yield the furniture whose clearance in front is blocked; that of movable objects is a warning."""
     arrangement = site.arrangement
     assets = arrangement.assets
@@ -88,7 +88,7 @@ def _blocked(site: Site) -> Iterator[Finding]:
             problem, remedy = "part of that is in a wall or outside", "move it"
         ids = (placement.id, *blockers)
         severity: Severity = "warning" if asset.subtype in MOVABLE else "error"
-        yield Finding(ids, free, asset.clearance, message + problem, remedy, severity=severity)
+        yield Breach(ids, free, asset.clearance, message + problem, remedy, severity=severity)
 
 
 def _clear(front: Instance) -> tuple[float, str, str]:

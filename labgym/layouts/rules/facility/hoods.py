@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from labgym.geometry import BoxArray, distance, pairwise_distance, penetration
 from labgym.layouts.floor.fields import HOOD_DOOR_LEAST
-from labgym.layouts.rules.rule import FacilityRule, Finding
+from labgym.layouts.rules.rule import Breach, FacilityRule
 from labgym.layouts.rules.thresholds import ROOM_TOLERANCE
 from labgym.layouts.rules.zones import front_zone
 
@@ -26,7 +26,7 @@ def _hoods_and_desks(site: Site, row: int) -> object:
     return site.arrangement.placements[row] if asset.fume_hood or asset.subtype == "desk" else None
 
 
-def _near_doors(site: Site) -> Iterator[Finding]:
+def _near_doors(site: Site) -> Iterator[Breach]:
     arrangement = site.arrangement
     entrances = arrangement.building.entrances
     openings = BoxArray.of([entrance.opening for entrance in entrances])
@@ -37,10 +37,10 @@ def _near_doors(site: Site) -> Iterator[Finding]:
             if entrance.space == arrangement.spaces[row] and gap < HOOD_DOOR:
                 limit = HOOD_DOOR_LEAST if gap < HOOD_DOOR_LEAST else HOOD_DOOR
                 message = f"{hood} is {gap:.2f} m from {entrance.label}, under {limit:g} m"
-                yield Finding((hood,), gap, limit, message, "move it away")
+                yield Breach((hood,), gap, limit, message, "move it away")
 
 
-def _opposite_desks(site: Site) -> Iterator[Finding]:
+def _opposite_desks(site: Site) -> Iterator[Breach]:
     arrangement = site.arrangement
     desks = [row for row, asset in enumerate(arrangement.assets) if asset.subtype == "desk"]
     for row in arrangement.hoods:
@@ -51,7 +51,7 @@ def _opposite_desks(site: Site) -> Iterator[Finding]:
             if together and penetration(zone, arrangement.box(desk)) > ROOM_TOLERANCE:
                 ids, gap = (hood, arrangement.placements[desk].id), distance(box, arrangement.box(desk))
                 message = f"{ids[1]} stands opposite {hood} at {gap:.2f} m, under {HOOD_OPPOSITE:g} m"
-                yield Finding(ids, gap, HOOD_OPPOSITE, message, "move it aside")
+                yield Breach(ids, gap, HOOD_OPPOSITE, message, "move it aside")
 
 
 RULES = (

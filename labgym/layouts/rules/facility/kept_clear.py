@@ -6,31 +6,31 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from labgym.layouts.rules.earlier import standing
-from labgym.layouts.rules.rule import FacilityRule, Finding
+from labgym.layouts.rules.rule import Breach, FacilityRule
 from labgym.layouts.rules.zones import DOOR_AREA, standing_in_each
 
 if TYPE_CHECKING:
     from labgym.layouts.rules.site import Site
 
 
-def _in_doors(site: Site) -> Iterator[Finding]:
+def _in_doors(site: Site) -> Iterator[Breach]:
     entrances = site.arrangement.building.entrances
     zones, spaces = [entrance.area for entrance in entrances], [entrance.space for entrance in entrances]
     standing = standing_in_each(site.arrangement, zones, spaces, loose=True)
     for entrance, zone, blockers in zip(entrances, zones, standing, strict=True):
         if blockers:
             area = f"the {zone.width:.2f} x {zone.depth:.2f} m area inside {entrance.label}"
-            yield Finding(blockers, None, zone.depth, f"{', '.join(blockers)} in {area}", "move it out")
+            yield Breach(blockers, None, zone.depth, f"{', '.join(blockers)} in {area}", "move it out")
 
 
-def _in_keep_outs(site: Site) -> Iterator[Finding]:
+def _in_keep_outs(site: Site) -> Iterator[Breach]:
     areas = site.arrangement.layout.floor.keep_outs
     standing = standing_in_each(site.arrangement, [area.box for area in areas], [None] * len(areas), loose=True)
     for area, blockers in zip(areas, standing, strict=True):
         if blockers:
             reason = f" ({area.reason})" if area.reason else ""
             message = f"{', '.join(blockers)} in the keep-out {area.id!r}{reason}"
-            yield Finding(blockers, None, 0.0, message, "move it out")
+            yield Breach(blockers, None, 0.0, message, "move it out")
 
 
 RULES = (

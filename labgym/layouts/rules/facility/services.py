@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from labgym.layouts.placement import FLOOR
 from labgym.layouts.rules.earlier import standing
-from labgym.layouts.rules.rule import FacilityRule, Finding
+from labgym.layouts.rules.rule import Breach, FacilityRule
 from labgym.layouts.rules.supplies import BURNERS, REACH, SOURCES, Supplies, supplies_of, unsupplied
 from labgym.layouts.rules.thresholds import Severity
 
@@ -21,16 +21,16 @@ def _supplied_and_burners(site: Site, row: int) -> object:
     return placement if placement.asset in BURNERS else standing(site, row)
 
 
-def _out_of_reach(site: Site) -> Iterator[Finding]:
+def _out_of_reach(site: Site) -> Iterator[Breach]:
     """Yield the pieces beyond the reach of a service; floors without points of a kind are not judged for it."""
     for piece in unsupplied(site.arrangement):
         source, severity = SOURCES[piece.kind], _severity(piece.required)
         if math.isinf(piece.beyond):
             message = f"{piece.id} needs {piece.kind}, but {piece.space!r} has no such point"
-            yield Finding((piece.id,), None, 0.0, message, "add one", source, severity)
+            yield Breach((piece.id,), None, 0.0, message, "add one", source, severity)
         else:
             message = f"{piece.id} is {piece.beyond:.2f} m beyond the reach of {piece.kind}"
-            yield Finding((piece.id,), piece.beyond, 0.0, message, "move it, or add a point near it", source, severity)
+            yield Breach((piece.id,), piece.beyond, 0.0, message, "move it, or add a point near it", source, severity)
 
 
 def _severity(required: bool) -> Severity:

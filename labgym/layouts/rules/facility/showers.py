@@ -11,7 +11,7 @@ from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.earlier import standing
 from labgym.layouts.rules.open_doors import with_open_doors
-from labgym.layouts.rules.rule import FacilityRule, Finding
+from labgym.layouts.rules.rule import Breach, FacilityRule
 from labgym.layouts.rules.thresholds import SHOWER_RADIUS
 from labgym.layouts.rules.zones import HEADROOM
 from labgym.navigation import PLANNING_RADIUS, goal_pose, occupancy
@@ -48,7 +48,7 @@ def _standing_and_showers(site: Site, row: int) -> object:
     return site.arrangement.placements[row] if asset.fume_hood or asset.subtype == "shower" else standing(site, row)
 
 
-def _crowded(site: Site) -> Iterator[Finding]:
+def _crowded(site: Site) -> Iterator[Breach]:
     arrangement = site.arrangement
     for row in arrangement.showers:
         shower = arrangement.placements[row].id
@@ -73,16 +73,16 @@ def _crowded(site: Site) -> Iterator[Finding]:
             if gap < SHOWER_RADIUS - 1e-3:
                 message = f"{placement.id} is {gap:.2f} m from the center of {shower}, under {SHOWER_RADIUS} m"
                 remedy = f"move it {SHOWER_RADIUS - gap:.2f} m away"
-                yield Finding((shower, placement.id), gap, SHOWER_RADIUS, message, remedy)
+                yield Breach((shower, placement.id), gap, SHOWER_RADIUS, message, remedy)
 
 
-def _far(site: Site) -> Iterator[Finding]:
+def _far(site: Site) -> Iterator[Breach]:
     for hood, walk in shower_walks(site.arrangement).items():
         if walk > SHOWER_WALK:
             length = walk if math.isfinite(walk) else None
             way = "no way leads" if length is None else f"the walk is {walk:.1f} m"
             message = f"{way} from {hood} to an emergency shower; at most {SHOWER_WALK} m is allowed"
-            yield Finding((hood,), length, SHOWER_WALK, message, "add a shower")
+            yield Breach((hood,), length, SHOWER_WALK, message, "add a shower")
 
 
 SHOWER_CLEAR = FacilityRule(

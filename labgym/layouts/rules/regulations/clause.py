@@ -28,7 +28,7 @@ class Measured:
 
 
 @dataclass(frozen=True)
-class Clause:
+class LegalClause:
     """A requirement on a value that a layout's geometry decides.
 
     Attributes:

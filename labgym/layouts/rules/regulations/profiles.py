@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 from labgym.errors import UnknownNameError
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.regulations import china, europe, united_states
-from labgym.layouts.rules.regulations.clause import Clause, Ruling
+from labgym.layouts.rules.regulations.clause import LegalClause, Ruling
 from labgym.layouts.rules.regulations.premises import Premises
 
 if TYPE_CHECKING:
     from labgym.layouts.rules.objective import Assessment
 
-REGULATIONS: Mapping[str, tuple[Clause, ...]] = {
+REGULATIONS: Mapping[str, tuple[LegalClause, ...]] = {
     "US": united_states.CLAUSES,
     "EN": europe.CLAUSES,
     "CN": china.CLAUSES,

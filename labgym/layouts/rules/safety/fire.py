@@ -8,7 +8,7 @@ import numpy as np
 
 from labgym.geometry import pairwise_distance
 from labgym.layouts.rules.building import Entrance
-from labgym.layouts.rules.rule import FacilityRule, Finding
+from labgym.layouts.rules.rule import Breach, FacilityRule
 from labgym.layouts.rules.safety.hazards import burning
 from labgym.layouts.rules.site import Site
 
@@ -45,8 +45,8 @@ def _doors(site: Site, exits_only: bool) -> list[Entrance]:
     ]
 
 
-def _near_doors(limit: float, exits_only: bool) -> Callable[[Site], Iterator[Finding]]:
-    def check(site: Site) -> Iterator[Finding]:
+def _near_doors(limit: float, exits_only: bool) -> Callable[[Site], Iterator[Breach]]:
+    def check(site: Site) -> Iterator[Breach]:
         places, doors = _places(site), _doors(site, exits_only)
         if not places or not doors:
             return
@@ -58,13 +58,13 @@ def _near_doors(limit: float, exits_only: bool) -> Callable[[Site], Iterator[Fin
                 if gap < limit - 1e-9 and door.space == site.arrangement.spaces[row]:
                     own = site.arrangement.placements[row].id
                     message = f"{own} {what}, {gap:.2f} m from {door.label}, under {limit:g} m"
-                    yield Finding((own,), gap, limit, message, f"move it {limit - gap:.2f} m away")
+                    yield Breach((own,), gap, limit, message, f"move it {limit - gap:.2f} m away")
 
     return check
 
 
-def _near_ovens(limit: float) -> Callable[[Site], Iterator[Finding]]:
-    def check(site: Site) -> Iterator[Finding]:
+def _near_ovens(limit: float) -> Callable[[Site], Iterator[Breach]]:
+    def check(site: Site) -> Iterator[Breach]:
         arrangement = site.arrangement
         ovens = [row for row, asset in enumerate(arrangement.assets) if asset.heat_class in OVENS]
         for row, rows, own in _oxidizers(site):
@@ -76,7 +76,7 @@ def _near_ovens(limit: float) -> Callable[[Site], Iterator[Finding]]:
                 if gap < limit - 1e-9:
                     ids = arrangement.placements[row].id, arrangement.placements[oven].id
                     message = f"{ids[0]} holds an oxidizer {gap:.2f} m from {ids[1]}, under {limit:g} m"
-                    yield Finding(ids, gap, limit, message, f"move one of them {limit - gap:.2f} m away")
+                    yield Breach(ids, gap, limit, message, f"move one of them {limit - gap:.2f} m away")
 
     return check
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from labgym.assets import Asset
 from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.earlier import reagents
-from labgym.layouts.rules.rule import FacilityRule, Finding
+from labgym.layouts.rules.rule import Breach, FacilityRule
 from labgym.layouts.rules.safety.hazards import GasDensity, detected_gas
 from labgym.layouts.rules.site import Site
 
@@ -76,24 +76,24 @@ def _hanging(site: Site) -> list[tuple[int, Mounting]]:
     return pairs
 
 
-def _wall_heights(site: Site) -> Iterator[Finding]:
+def _wall_heights(site: Site) -> Iterator[Breach]:
     for row, limits in _hanging(site):
         own = site.arrangement.placements[row].id
         bottom, top = site.arrangement.boxes.z[row].tolist()
         if top > limits.top + 1e-6:
             message = f"the top of {own} is {top:.2f} m high, over {limits.top:g} m ({limits.source})"
-            yield Finding((own,), top, limits.top, message, f"hang it {top - limits.top:.2f} m lower")
+            yield Breach((own,), top, limits.top, message, f"hang it {top - limits.top:.2f} m lower")
         elif bottom < limits.bottom - 1e-6:
             message = f"the bottom of {own} is {bottom:.2f} m high, under {limits.bottom:g} m ({limits.source})"
-            yield Finding((own,), bottom, limits.bottom, message, f"hang it {limits.bottom - bottom:.2f} m higher")
+            yield Breach((own,), bottom, limits.bottom, message, f"hang it {limits.bottom - bottom:.2f} m higher")
 
 
-def _reagent_heights(site: Site) -> Iterator[Finding]:
+def _reagent_heights(site: Site) -> Iterator[Breach]:
     for row in site.arrangement.reagents:
         own, bottom = site.arrangement.placements[row].id, float(site.arrangement.boxes.z[row, 0])
         if bottom > REAGENT_HEIGHT_M + 1e-6:
             message = f"{own} stands {bottom:.2f} m high, over {REAGENT_HEIGHT_M:g} m"
-            yield Finding((own,), bottom, REAGENT_HEIGHT_M, message, "use a lower shelf")
+            yield Breach((own,), bottom, REAGENT_HEIGHT_M, message, "use a lower shelf")
 
 
 def _carried(site: Site, row: int) -> object:
@@ -105,13 +105,13 @@ def _heavy(site: Site) -> list[int]:
     return [row for row in site.arrangement.supported if site.arrangement.assets[row].mass >= HEAVY_KG]
 
 
-def _heavy_heights(site: Site) -> Iterator[Finding]:
+def _heavy_heights(site: Site) -> Iterator[Breach]:
     for row in _heavy(site):
         own, bottom = site.arrangement.placements[row].id, float(site.arrangement.boxes.z[row, 0])
         if bottom > HEAVY_HEIGHT_M + 1e-6:
             mass = site.arrangement.assets[row].mass
             message = f"{own} of {mass:g} kg stands {bottom:.2f} m high, over {HEAVY_HEIGHT_M:g} m"
-            yield Finding((own,), bottom, HEAVY_HEIGHT_M, message, "put it on a lower surface")
+            yield Breach((own,), bottom, HEAVY_HEIGHT_M, message, "put it on a lower surface")
 
 
 def gases(site: Site) -> dict[int, dict[GasDensity, tuple[str, ...]]]:
@@ -126,7 +126,7 @@ def gases(site: Site) -> dict[int, dict[GasDensity, tuple[str, ...]]]:
     return found
 
 
-def _detector_heights(site: Site) -> Iterator[Finding]:
+def _detector_heights(site: Site) -> Iterator[Breach]:
     for room, by_density in gases(site).items():
         detectors = site.rows_in(room, ("GasDetector",))
         if not detectors:
@@ -138,11 +138,11 @@ def _detector_heights(site: Site) -> Iterator[Finding]:
             if density == "light" and max(bottoms) < LIGHT_GAS_BOTTOM_M - 1e-6:
                 value, limit = max(bottoms), LIGHT_GAS_BOTTOM_M
                 message = f"{gas} the highest gas detector is {value:.2f} m high, under {limit:g} m"
-                yield Finding((*named, *holders), value, limit, message, "hang it higher")
+                yield Breach((*named, *holders), value, limit, message, "hang it higher")
             if density == "heavy" and min(tops) > HEAVY_GAS_TOP_M + 1e-6:
                 value, limit = min(tops), HEAVY_GAS_TOP_M
                 message = f"{gas} the lowest gas detector ends {value:.2f} m high, over {limit:g} m"
-                yield Finding((*named, *holders), value, limit, message, "hang it lower, or add one")
+                yield Breach((*named, *holders), value, limit, message, "hang it lower, or add one")
 
 
 RULES = (

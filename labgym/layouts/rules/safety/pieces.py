@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from labgym.layouts.rules.earlier import kinds
-from labgym.layouts.rules.rule import FacilityRule, Finding
+from labgym.layouts.rules.rule import Breach, FacilityRule
 from labgym.layouts.rules.site import Site
 
 OPTIONAL_PIECES: dict[str, int] = {
@@ -32,11 +32,11 @@ def surplus(site: Site) -> dict[str, tuple[str, ...]]:
     }
 
 
-def _check(site: Site) -> Iterator[Finding]:
+def _check(site: Site) -> Iterator[Breach]:
     for role, extra in surplus(site).items():
         limit = OPTIONAL_PIECES[role]
         message = f"{limit + len(extra)} {role} in one laboratory, at most {limit} are useful"
-        yield Finding(extra, float(limit + len(extra)), float(limit), message, f"remove {', '.join(extra)}")
+        yield Breach(extra, float(limit + len(extra)), float(limit), message, f"remove {', '.join(extra)}")
 
 
 OPTIONAL = FacilityRule(

@@ -12,7 +12,7 @@ from labgym.geometry import OrientedBox, distance
 from labgym.layouts.placement import FLOOR
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.earlier import nothing, standing
-from labgym.layouts.rules.rule import FacilityRule, Finding
+from labgym.layouts.rules.rule import Breach, FacilityRule
 from labgym.layouts.rules.site import Site
 from labgym.layouts.rules.thresholds import BACK_GAP, ONE_SIDED
 from labgym.layouts.rules.zones import front_zone
@@ -35,17 +35,17 @@ def _exits(site: Site) -> list[tuple[str, bool]]:
     ]
 
 
-def _inward(site: Site) -> Iterator[Finding]:
+def _inward(site: Site) -> Iterator[Breach]:
     for label, inward in _exits(site):
         if inward:
-            yield Finding((), None, 0.0, f"{label} opens inward, against people who leave", "let it open outward")
+            yield Breach((), None, 0.0, f"{label} opens inward, against people who leave", "let it open outward")
 
 
 def _hoods(site: Site, row: int) -> object:
     return site.arrangement.placements[row] if site.arrangement.assets[row].fume_hood else None
 
 
-def _crossed(site: Site) -> Iterator[Finding]:
+def _crossed(site: Site) -> Iterator[Breach]:
     arrangement = site.arrangement
     for row in arrangement.hoods:
         own = [one.pose for one in arrangement.building.entrances if one.space == arrangement.spaces[row]]
@@ -58,7 +58,7 @@ def _crossed(site: Site) -> Iterator[Finding]:
                 message = (
                     f"the sash of {hood} is {gap:.2f} m from the way between two doors, under {HOOD_TRAFFIC_M:g} m"
                 )
-                yield Finding((hood,), gap, HOOD_TRAFFIC_M, message, f"move it {HOOD_TRAFFIC_M - gap:.2f} m away")
+                yield Breach((hood,), gap, HOOD_TRAFFIC_M, message, f"move it {HOOD_TRAFFIC_M - gap:.2f} m away")
                 break
 
 
@@ -91,7 +91,7 @@ def _apart(site: Site, first: int, second: int) -> tuple[float, float]:
     return abs(x), abs(y)
 
 
-def _unaligned(site: Site) -> Iterator[Finding]:
+def _unaligned(site: Site) -> Iterator[Breach]:
     for rows in islands(site).values():
         for row in rows:
             offset = min(min(_apart(site, row, other)) for other in rows if other != row)
@@ -100,7 +100,7 @@ def _unaligned(site: Site) -> Iterator[Finding]:
                 value = offset if math.isfinite(offset) else None
                 what = "is parallel to no other island" if value is None else f"is {offset:.2f} m out of line"
                 message = f"{own} {what}, over {ALIGNED_M:g} m"
-                yield Finding((own,), value, ALIGNED_M, message, "move it in line with the other islands of its room")
+                yield Breach((own,), value, ALIGNED_M, message, "move it in line with the other islands of its room")
 
 
 def aisles(site: Site, rows: list[int]) -> list[tuple[float, int, int]]:
@@ -117,7 +117,7 @@ def aisles(site: Site, rows: list[int]) -> list[tuple[float, int, int]]:
     return [aisle for aisle in found if aisle in nearest.values()]
 
 
-def _uneven(site: Site) -> Iterator[Finding]:
+def _uneven(site: Site) -> Iterator[Breach]:
     for rows in islands(site).values():
         own = aisles(site, rows)
         if len(own) < 2:
@@ -127,7 +127,7 @@ def _uneven(site: Site) -> Iterator[Finding]:
             if abs(width - middle) > EVEN_AISLES_M + 1e-9:
                 ids = tuple(site.arrangement.placements[row].id for row in (first, second))
                 message = f"the aisle between {ids[0]} and {ids[1]} is {width:.2f} m wide, the others {middle:.2f} m"
-                yield Finding(ids, width, middle, message, f"move one of them by {abs(width - middle):.2f} m")
+                yield Breach(ids, width, middle, message, f"move one of them by {abs(width - middle):.2f} m")
 
 
 RULES = (

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
-from labgym.layouts.rules.rule import FacilityRule, Finding
+from labgym.layouts.rules.rule import Breach, FacilityRule
 from labgym.layouts.rules.safety.hazards import CLASS_B, CLASS_D, calls_for_detector, fire_classes
 from labgym.layouts.rules.site import Site
 
@@ -135,12 +135,12 @@ def _missing(site: Site, one: RoomRequirement) -> Mapping[int, tuple[str, ...]]:
 
 
 def _rule(one: RoomRequirement) -> FacilityRule:
-    def check(site: Site) -> Iterator[Finding]:
+    def check(site: Site) -> Iterator[Breach]:
         for room, causes in _missing(site, one).items():
             named = ", ".join(causes[:NAMED]) + (f" and {len(causes) - NAMED} more" if len(causes) > NAMED else "")
             kinds = " or ".join(sorted(one.accepted))
             message = f"room {site.name(room)} with {named} has 0 {kinds}, 1 is required"
-            yield Finding(causes, 0.0, 1.0, message, f"add {one.asset} to the room")
+            yield Breach(causes, 0.0, 1.0, message, f"add {one.asset} to the room")
 
     return FacilityRule(
         name=one.name,

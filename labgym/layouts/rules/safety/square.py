@@ -10,7 +10,7 @@ import numpy as np
 from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.earlier import standing
-from labgym.layouts.rules.rule import FacilityRule, Finding
+from labgym.layouts.rules.rule import Breach, FacilityRule
 from labgym.layouts.rules.site import Site
 from labgym.layouts.rules.thresholds import MOVABLE
 
@@ -29,7 +29,7 @@ def furniture_rows(arrangement: Arrangement) -> list[int]:
     ]
 
 
-def _check(site: Site) -> Iterator[Finding]:
+def _check(site: Site) -> Iterator[Breach]:
     arrangement = site.arrangement
     rows = furniture_rows(arrangement)
     building = arrangement.building
@@ -40,7 +40,7 @@ def _check(site: Site) -> Iterator[Finding]:
         message = (
             f"{own} is turned by {degrees:.1f} degrees from the nearest wall and the axes of its space, over {limit:g}"
         )
-        yield Finding((own,), angles[k], SKEW_LIMIT_RAD, message, f"turn it by {degrees:.1f} degrees")
+        yield Breach((own,), angles[k], SKEW_LIMIT_RAD, message, f"turn it by {degrees:.1f} degrees")
 
 
 RULES = (

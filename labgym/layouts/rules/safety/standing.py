@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from labgym.assets import Asset
 from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.earlier import kinds
-from labgym.layouts.rules.rule import FacilityRule, Finding
+from labgym.layouts.rules.rule import Breach, FacilityRule
 from labgym.layouts.rules.site import Site
 
 Kind = Callable[[Asset], bool]
@@ -173,7 +173,7 @@ def _judged(site: Site) -> list[int]:
     return [row for row in site.arrangement.supported if any(one.is_kind(assets[row]) for one in MISPLACEMENTS)]
 
 
-def _check(site: Site) -> Iterator[Finding]:
+def _check(site: Site) -> Iterator[Breach]:
     arrangement = site.arrangement
     for row in _judged(site):
         support = arrangement.placements[row].support
@@ -183,7 +183,7 @@ def _check(site: Site) -> Iterator[Finding]:
             if misplaced is not None:
                 ids = arrangement.placements[row].id, support
                 message = f"{ids[0]} is on or in {support}; {misplaced.what} do not belong on {misplaced.where}"
-                yield Finding(
+                yield Breach(
                     ids,
                     None,
                     0.0,

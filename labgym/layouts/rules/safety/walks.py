@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from labgym.layouts.rules.earlier import kinds, standing
 from labgym.layouts.rules.facility.showers import SHOWER_WALK
 from labgym.layouts.rules.regulations.premises import PERSON
-from labgym.layouts.rules.rule import FacilityRule, Finding
+from labgym.layouts.rules.rule import Breach, FacilityRule
 from labgym.layouts.rules.safety.hazards import CLASS_B, CLASS_D, FireClass, fire_classes
 from labgym.layouts.rules.safety.roadmap import ARM_REACH_M
 from labgym.layouts.rules.site import Site
@@ -90,12 +90,12 @@ WALKS = (
 """Walks that are limited. Rooms without the equipment break the rules on rooms and are left out."""
 
 
-def _finding(site: Site, walk: Walk, row: int, goals: list[int], length: float) -> Finding:
+def _finding(site: Site, walk: Walk, row: int, goals: list[int], length: float) -> Breach:
     own, *named = (site.arrangement.placements[one].id for one in (row, *goals))
     value = length if math.isfinite(length) else None
     way = "no way leads" if value is None else f"the walk is {value:.1f} m"
     message = f"{way} from {own} to any {walk.equipment}, at most {walk.limit:g} m is allowed"
-    return Finding((own, *named), value, walk.limit, message, f"move {', '.join(named)} nearer, or free the way")
+    return Breach((own, *named), value, walk.limit, message, f"move {', '.join(named)} nearer, or free the way")
 
 
 def _walked(site: Site, row: int) -> object:
@@ -109,7 +109,7 @@ def _walked(site: Site, row: int) -> object:
 
 
 def _rule(walk: Walk) -> FacilityRule:
-    def check(site: Site) -> Iterator[Finding]:
+    def check(site: Site) -> Iterator[Breach]:
         roadmap, starts = site.roadmap, walk.starts(site)
         for room in dict.fromkeys(site.room(row) for row in starts):
             goals = site.rows_in(room, walk.accepted)
@@ -141,12 +141,12 @@ def _extinguishers(site: Site) -> list[int]:
     return [row for row, asset in enumerate(site.arrangement.assets) if asset.role in CLASS_B | CLASS_D]
 
 
-def _out_of_reach(site: Site) -> Iterator[Finding]:
+def _out_of_reach(site: Site) -> Iterator[Breach]:
     for row in _extinguishers(site):
         if not site.roadmap.reached(row):
             own = site.arrangement.placements[row].id
             message = f"no way leads from a door of the room to within {ARM_REACH_M:g} m of {own}"
-            yield Finding((own,), None, ARM_REACH_M, message, f"move {own}, or free a way {2 * PERSON:g} m wide to it")
+            yield Breach((own,), None, ARM_REACH_M, message, f"move {own}, or free a way {2 * PERSON:g} m wide to it")
 
 
 RULES = (

@@ -10,7 +10,7 @@ import numpy as np
 from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
 from labgym.layouts.placement import WALL
 from labgym.layouts.rules.earlier import standing
-from labgym.layouts.rules.rule import FacilityRule, Finding
+from labgym.layouts.rules.rule import Breach, FacilityRule
 from labgym.layouts.rules.safety.hazards import CLASS_B, CLASS_D
 from labgym.layouts.rules.site import Site
 from labgym.layouts.rules.thresholds import MOVABLE, WALL_TOLERANCE
@@ -45,7 +45,7 @@ def opening_boxes(site: Site) -> list[tuple[str, OrientedBox]]:
     ]
 
 
-def _covering(site: Site) -> Iterator[Finding]:
+def _covering(site: Site) -> Iterator[Breach]:
     arrangement, items, openings = site.arrangement, _hanging(site), opening_boxes(site)
     if not items or not openings:
         return
@@ -53,7 +53,7 @@ def _covering(site: Site) -> Iterator[Finding]:
     for i, j in np.argwhere(depths > WALL_TOLERANCE + 1e-9).tolist():
         own, depth = arrangement.placements[items[i]].id, float(depths[i, j])
         message = f"{own} reaches {depth:.2f} m over {openings[j][0]}, over {WALL_TOLERANCE:g} m"
-        yield Finding((own,), depth, WALL_TOLERANCE, message, f"hang it on plain wall, {depth:.2f} m or more aside")
+        yield Breach((own,), depth, WALL_TOLERANCE, message, f"hang it on plain wall, {depth:.2f} m or more aside")
 
 
 def _extinguishers(site: Site) -> list[int]:
@@ -65,7 +65,7 @@ def _standing_and_extinguishers(site: Site, row: int) -> object:
     return site.arrangement.placements[row] if is_extinguisher else standing(site, row)
 
 
-def _obstructed(site: Site) -> Iterator[Finding]:
+def _obstructed(site: Site) -> Iterator[Breach]:
     arrangement = site.arrangement
     rows = _extinguishers(site)
     boxes = [arrangement.box(row) for row in rows]
@@ -78,7 +78,7 @@ def _obstructed(site: Site) -> Iterator[Finding]:
         if blockers:
             names = ", ".join(blockers)
             message = f"{names} in the {EXTINGUISHER_FRONT_M:g} m in front of {own}"
-            yield Finding((own, *blockers), None, EXTINGUISHER_FRONT_M, message, f"move {own} or {names}")
+            yield Breach((own, *blockers), None, EXTINGUISHER_FRONT_M, message, f"move {own} or {names}")
 
 
 RULES = (

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from labgym.geometry import BoxArray, OrientedBox
-from labgym.layouts.rules.rule import FacilityRule, Finding
+from labgym.layouts.rules.rule import Breach, FacilityRule
 from labgym.layouts.rules.safety.hazards import water_reactive
 from labgym.layouts.rules.site import Site
 
@@ -50,7 +50,7 @@ def _water_points(site: Site) -> list[tuple[str, str, OrientedBox]]:
 
 def _near(
     site: Site, places: Sequence[tuple[int, str, str]], sources: Sequence[tuple[str, str, OrientedBox]]
-) -> Iterator[Finding]:
+) -> Iterator[Breach]:
     """Yield the findings of places that are too near to a source of water.
 
     Args:
@@ -65,10 +65,10 @@ def _near(
             if gap < WET_DISTANCE_M - 1e-9:
                 ids = (own, fitting) if fitting else (own,)
                 message = f"{own} {what} and is {gap:.2f} m from {name}, under {WET_DISTANCE_M:g} m"
-                yield Finding(ids, gap, WET_DISTANCE_M, message, f"move {moved} {WET_DISTANCE_M - gap:.2f} m away")
+                yield Breach(ids, gap, WET_DISTANCE_M, message, f"move {moved} {WET_DISTANCE_M - gap:.2f} m away")
 
 
-def _check(site: Site) -> Iterator[Finding]:
+def _check(site: Site) -> Iterator[Breach]:
     placements = site.arrangement.placements
     stored = [(row, "reacts with water or air", placements[row].support) for row in _stored(site)]
     yield from _near(site, stored, [*_fittings(site), *_water_points(site)])
