@@ -30,7 +30,9 @@ those above: episodes end at a different distance from the goal, and the straigh
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
 from typing import Literal
 
 from labgym.eval.driving.episode_row import TransitionRow
@@ -41,28 +43,6 @@ VERSION = "navigation-v2"
 
 CONTACT_CAP = 10.0
 """Largest contacts per meter of an episode: contact in every control step at full speed."""
-
-METRICS = (
-    "success",
-    "spl",
-    "soft_spl",
-    "collision_free",
-    "contacts_per_meter",
-    "min_clearance",
-    "time_to_goal",
-    "final_distance",
-)
-"""Metrics of `summarise`, in the order of the tables."""
-
-NAVDP_METRICS = (
-    "navdp_success",
-    "navdp_spl",
-    "navdp_time",
-    "contacts_per_meter",
-    "min_clearance",
-    "final_distance",
-)
-"""Metrics of `summarise` for suites with the NavDP benchmark's rules."""
 
 
 def soft_spl(initial: float, final: float, shortest: float, driven: float) -> float:
@@ -88,6 +68,61 @@ def contacts_per_meter(contacts: int, driven: float) -> float:
     return min(contacts / driven, CONTACT_CAP) if driven > 0.0 else CONTACT_CAP * (contacts > 0)
 
 
+@dataclass(frozen=True)
+class Metric:
+    """A navigation metric.
+
+    Attributes:
+        heading: in tables. value: of an episode; None if the metric does not apply.
+        mean: estimates the mean over episodes from values and layouts.
+        rules: of the suites that have it. compared: whether two policies are compared in it.
+        digits: in tables.
+    """
+
+    heading: str
+    value: Callable[[TransitionRow], float | None]
+    mean: Callable[[Sequence[float | None], Sequence[str]], Estimate] = bounded_mean
+    rules: tuple[str, ...] = ("touchstone",)
+    compared: bool = False
+    digits: int = 3
+
+
+def _success(row: TransitionRow) -> float:
+    return float(row.success)
+
+
+def _time(row: TransitionRow) -> float | None:
+    return row.time if row.success else None
+
+
+def _contacts(row: TransitionRow) -> float:
+    return contacts_per_meter(row.contacts, row.path_length)
+
+
+NAVDP, BOTH = ("navdp",), ("touchstone", "navdp")
+METRICS = {
+    "navdp_success": Metric("SR (NavDP rules) ↑", _success, rules=NAVDP, compared=True),
+    "navdp_spl": Metric("SPL (NavDP rules) ↑", lambda row: row.navdp_spl, rules=NAVDP, compared=True),
+    "navdp_time": Metric("Time (NavDP rules), s ↓", _time, positive_mean, NAVDP, compared=True, digits=2),
+    "success": Metric("SR ↑", _success, compared=True),
+    "spl": Metric("SPL ↑", lambda row: row.spl, compared=True),
+    "soft_spl": Metric("SoftSPL ↑", lambda row: row.soft_spl, compared=True),
+    "collision_free": Metric(
+        "Collision-free SR ↑", lambda row: float(row.success and row.contacts == 0), compared=True
+    ),
+    "contacts_per_meter": Metric("Contacts per meter ↓", _contacts, partial(bounded_mean, highest=CONTACT_CAP), BOTH),
+    "min_clearance": Metric("Minimum clearance, m ↑", lambda row: row.min_clearance, real_mean, BOTH),
+    "time_to_goal": Metric("Time to goal, s ↓", _time, positive_mean, compared=True, digits=2),
+    "final_distance": Metric("Distance left, m ↓", lambda row: row.final_distance, positive_mean, BOTH, digits=2),
+}
+"""The metrics by name, in the order of tables; those of the NavDP benchmark replace SR, SPL and the time."""
+
+
+def metrics_of(rules: Literal["touchstone", "navdp"]) -> dict[str, Metric]:
+    """Return the metrics of the suites with some rules."""
+    return {name: metric for name, metric in METRICS.items() if rules in metric.rules}
+
+
 def summarise(
     rows: Sequence[TransitionRow], metrics: Literal["touchstone", "navdp"] = "touchstone"
 ) -> dict[str, Estimate]:
@@ -98,24 +133,9 @@ def summarise(
         metrics: which metrics, as in the suite.
     """
     layouts = [row.layout for row in rows]
-    success = [float(row.success) for row in rows]
-    time = positive_mean([row.time if row.success else None for row in rows], layouts)
-    estimates = {
-        "success": bounded_mean(success, layouts),
-        "navdp_success": bounded_mean(success, layouts),
-        "navdp_spl": bounded_mean([row.navdp_spl for row in rows], layouts),
-        "navdp_time": time,
-        "spl": bounded_mean([row.spl for row in rows], layouts),
-        "soft_spl": bounded_mean([row.soft_spl for row in rows], layouts),
-        "collision_free": bounded_mean([float(row.success and row.contacts == 0) for row in rows], layouts),
-        "contacts_per_meter": bounded_mean(
-            [contacts_per_meter(row.contacts, row.path_length) for row in rows], layouts, highest=CONTACT_CAP
-        ),
-        "min_clearance": real_mean([row.min_clearance for row in rows], layouts),
-        "time_to_goal": time,
-        "final_distance": positive_mean([row.final_distance for row in rows], layouts),
+    return {
+        name: metric.mean([metric.value(row) for row in rows], layouts) for name, metric in metrics_of(metrics).items()
     }
-    return {name: estimates[name] for name in (NAVDP_METRICS if metrics == "navdp" else METRICS)}
 
 
 def planning_time(times: Mapping[str, float | None]) -> Estimate:

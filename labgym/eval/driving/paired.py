@@ -13,30 +13,12 @@ from labgym.documents import Record
 from labgym.errors import LabgymError, OptionError
 from labgym.eval.driving.episode_row import Pose, TransitionRow
 from labgym.eval.driving.intervals import Estimate, bounded_mean, real_mean
+from labgym.eval.driving.navigation_metrics import metrics_of
 
 Pair = tuple[TransitionRow, TransitionRow]
 """Rows of both policies for one episode."""
 
 Value = Callable[[TransitionRow], float | None]
-
-COMPARED: dict[str, Value] = {
-    "success": lambda row: float(row.success),
-    "spl": lambda row: row.spl,
-    "soft_spl": lambda row: row.soft_spl,
-    "collision_free": lambda row: float(row.success and row.contacts == 0),
-    "time_to_goal": lambda row: row.time if row.success else None,
-}
-"""Metrics that are compared, with an episode's value; see `navigation_metrics`."""
-
-COMPARED_NAVDP: dict[str, Value] = {
-    "navdp_success": COMPARED["success"],
-    "navdp_spl": lambda row: row.navdp_spl,
-    "navdp_time": COMPARED["time_to_goal"],
-}
-"""Metrics that are compared in suites with the NavDP benchmark's rules."""
-
-TIMES = ("time_to_goal", "navdp_time")
-"""Metrics without bounds; the others are between 0 and 1."""
 
 LENGTHS = (2.0, 4.0, 6.0)
 """Edges of the classes of L*, meters."""
@@ -93,11 +75,13 @@ def differences(pairs: Sequence[Pair], metrics: Literal["touchstone", "navdp"]) 
         pairs: rows of both policies.
         metrics: which metrics, as in the suite.
     """
-    compared = COMPARED_NAVDP if metrics == "navdp" else COMPARED
     layouts = [a.layout_hash for a, _ in pairs]
     return {
-        name: metric_difference([(value(a), value(b)) for a, b in pairs], layouts, bounded=name not in TIMES)
-        for name, value in compared.items()
+        name: metric_difference(
+            [(metric.value(a), metric.value(b)) for a, b in pairs], layouts, bounded=metric.mean is bounded_mean
+        )
+        for name, metric in metrics_of(metrics).items()
+        if metric.compared
     }
 
 

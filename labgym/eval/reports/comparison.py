@@ -12,7 +12,6 @@ from labgym.eval.driving.episode_row import LabNavRow
 from labgym.eval.driving.evaluation import Evaluation, TransitionEvaluation
 from labgym.eval.driving.intervals import estimate_text
 from labgym.eval.driving.paired import (
-    TIMES,
     MetricDifference,
     Pair,
     by_detour,
@@ -28,7 +27,7 @@ from labgym.eval.labnav.figure import paired_difference
 from labgym.eval.labnav.summary import DIFFICULTIES
 from labgym.eval.reports.labnav_tables import tasks_of
 from labgym.eval.reports.results import distinguished
-from labgym.eval.reports.tables import NAVDP_ROWS, NAVIGATION_ROWS
+from labgym.eval.reports.tables import NAVIGATION_ROWS
 from labgym.table import Table, number
 
 ALL = "all"
@@ -50,9 +49,10 @@ GROUP_METRICS = (
 LABNAV_ROWS = (("score", "Score", 3), ("contacts", "Touched", 3))
 """Metrics of LabNav besides success."""
 
-_HEADINGS = {name: (heading.removesuffix(" ↑").removesuffix(" ↓"), digits) for name, heading, digits in (
-    *NAVIGATION_ROWS, *NAVDP_ROWS, *LABNAV_ROWS
-)}  # fmt: skip
+_HEADINGS = {
+    name: (heading.removesuffix(" ↑").removesuffix(" ↓"), digits)
+    for name, heading, digits in (*NAVIGATION_ROWS, *LABNAV_ROWS)
+}
 Groups = Mapping[str, Mapping[str, tuple[int, int, dict[str, MetricDifference]]]]
 """Number of episodes and of layouts, and differences by metric, of each group of each grouping."""
 
@@ -308,7 +308,7 @@ def _by_group(comparison: Comparison, grouping: str, heading: str, names: tuple[
                 group.name,
                 str(group.episodes),
                 str(group.layouts),
-                *(estimate_text(group.metrics[name].difference, 2 if name in TIMES else 3, "+") for name in metrics),
+                *(estimate_text(group.metrics[name].difference, _HEADINGS[name][1], "+") for name in metrics),
             )
             for group in groups
         ),

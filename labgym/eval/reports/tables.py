@@ -7,6 +7,7 @@ from typing import Any, Protocol
 
 from labgym.eval.driving.evaluation import Evaluation
 from labgym.eval.driving.intervals import Estimate, estimate_text
+from labgym.eval.driving.navigation_metrics import METRICS
 from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.labnav.evaluation import LabNavEvaluation
 from labgym.eval.labnav.summary import summary_table
@@ -32,25 +33,10 @@ def layout_columns(rules: Sequence[str]) -> tuple[tuple[str, str, int], ...]:
     return LAYOUT_COLUMNS if PAPER.name in rules else (*LAYOUT_COLUMNS, *OWN_COLUMNS)
 
 
-NAVIGATION_ROWS = (
-    ("success", "SR ↑", 3),
-    ("spl", "SPL ↑", 3),
-    ("soft_spl", "SoftSPL ↑", 3),
-    ("collision_free", "Collision-free SR ↑", 3),
-    ("contacts_per_meter", "Contacts per meter ↓", 3),
-    ("min_clearance", "Minimum clearance, m ↑", 3),
-    ("time_to_goal", "Time to goal, s ↓", 2),
-    ("final_distance", "Distance left, m ↓", 2),
-    ("planning_ms", "Planning per step, ms ↓", 2),
-)
-"""Navigation metrics: name in `labgym.eval.driving.navigation_metrics`, heading, number of digits."""
-
-NAVDP_ROWS = (
-    ("navdp_success", "SR (NavDP rules) ↑", 3),
-    ("navdp_spl", "SPL (NavDP rules) ↑", 3),
-    ("navdp_time", "Time (NavDP rules), s ↓", 2),
-)
-"""Metrics of suites with the NavDP benchmark's rules, which replace SR and SPL."""
+PLANNING = ("planning_ms", "Planning per step, ms ↓", 2)
+"""Name, heading and digits of the planning time, which is measured."""
+NAVIGATION_ROWS = (*((name, metric.heading, metric.digits) for name, metric in METRICS.items()), PLANNING)
+"""Navigation metrics: name, heading, number of digits."""
 
 LEADERBOARD_COLUMNS = (
     ("collision_free", "Collision-free SR ↑", 3, True),
@@ -109,7 +95,7 @@ def navigation_table(policies: Mapping[str, Mapping[str, Estimate]], suite: str)
         policies: estimates by metric, by policy; the table has the metrics common to all policies.
         suite: name of the suite.
     """
-    rows = [row for row in (*NAVDP_ROWS, *NAVIGATION_ROWS) if all(row[0] in metrics for metrics in policies.values())]
+    rows = [row for row in NAVIGATION_ROWS if all(row[0] in metrics for metrics in policies.values())]
     counts = {metrics[rows[0][0]].count + metrics[rows[0][0]].nulls for metrics in policies.values()}
     episodes = f"{counts.pop()} episodes" if len(counts) == 1 else "different numbers of episodes"
     return Table(
