@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+from collections.abc import Mapping
 from typing import Annotated
 
 from tyro.conf import arg
@@ -142,19 +141,11 @@ def report(folders: Folders, workers: int = 1) -> int:
             first and shows the policies of all.
         workers: Number of processes that draw.
     """
-    from labgym.pipeline.run import report_folder
+    from labgym.pipeline.run import report_folders
 
     if not folders:
         raise OptionError("no folder of results; name one, for example runs/default")
-    if _of_labnav(folders):
-        from labgym.eval.reports.labnav_report import report_labnav
-
-        tables, paths, problems = report_labnav(folders)
-        for table in tables:
-            print(f"\n{table.text()}\n")
-        print("Written:", *paths, sep="\n  ")
-        return complaints(problems)
-    outcome = report_folder(folders[0], folders[1:], workers)
+    outcome = report_folders(folders, workers)
     for table in outcome.tables:
         print(f"\n{table.text()}\n")
     print("Written:", *outcome.paths, sep="\n  ")
@@ -185,21 +176,6 @@ def compare(
     if out is not None:
         written(comparison.save(out))
     return complaints([problem for one in evaluations for problem in one.problems])
-
-
-def _of_labnav(folders: Sequence[Path]) -> bool:
-    """Whether folders hold evaluations of LabNav.
-
-    Raises:
-        OptionError: some do and others do not.
-    """
-    from labgym.eval.labnav.evaluation import is_labnav_run
-
-    of_labnav = [folder for folder in folders if is_labnav_run(folder)]
-    others = [folder for folder in folders if folder not in of_labnav]
-    if of_labnav and others:
-        raise OptionError(f"{of_labnav[0]} is of LabNav and {others[0]} is not: report them separately")
-    return bool(of_labnav)
 
 
 def coverage(evaluations: int = 4000, seed: int = 0) -> int:

@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from labgym.documents import canonical_hash
+from labgym.errors import OptionError
 from labgym.eval.driving.files import folder_name
 from labgym.eval.evaluator import evaluate
+from labgym.eval.labnav.evaluation import is_labnav_run
 from labgym.eval.reports.results import ResultsFolder
 from labgym.layouts.batch import catalog_digest
 from labgym.pipeline.config import LABNAV, RunConfig
@@ -102,18 +104,26 @@ def run_pipeline(config: RunConfig, executor: ExecutorOptions | None = None) -> 
     )
 
 
-def report_folder(folder: Path, others: Sequence[Path] = (), processes: int = 1) -> RunOutcome:
-    """Draw the routes and write tables and report of a folder of results.
+def report_folders(folders: Sequence[Path], processes: int = 1) -> RunOutcome:
+    """Write tables and report of folders of results into the first; of transitions the routes are drawn, too.
 
     Args:
-        folder: a folder written by `labgym run` or `labgym eval`; the report is written there.
-        others: further such folders, whose evaluations are shown in the same report.
+        folders: written by `labgym run` or `labgym eval`.
         processes: number of processes that draw.
 
     Raises:
-        DocumentError: the folder holds no results, or a file in it is broken.
+        DocumentError: a folder holds no results, or a file in it is broken.
+        OptionError: some folders are of LabNav and others are not, or they are of different episodes of LabNav.
     """
-    results = ResultsFolder.read(folder, others=others)
+    of_labnav = [folder for folder in folders if is_labnav_run(folder)]
+    if of_labnav:
+        from labgym.eval.reports.labnav_report import report_labnav
+
+        for folder in folders:
+            if folder not in of_labnav:
+                raise OptionError(f"{of_labnav[0]} is of LabNav and {folder} is not: report them separately")
+        return RunOutcome(*report_labnav(folders))
+    results = ResultsFolder.read(folders[0], others=folders[1:])
     tables, paths, differing = _write(results, draw_pictures(results, ExecutorOptions(workers=processes)))
     return RunOutcome(tables, paths, (*results.problems, *differing))
 

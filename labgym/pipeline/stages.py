@@ -7,19 +7,19 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from labgym.documents import json_bytes, write_bytes, write_text
+from labgym.documents import json_bytes, write_bytes
 from labgym.errors import OptionError
 from labgym.eval import score
 from labgym.eval.drawing.pictures import picture_bytes, topdown, view_bytes
 from labgym.eval.drawing.plan_drawing import DrivenPath
 from labgym.eval.driving.episode_row import LabNavRow
-from labgym.eval.driving.files import EPISODES
+from labgym.eval.driving.files import EPISODES, read_records
 from labgym.eval.labnav.suites import CHECK, MINI_GOALS, MINI_SECONDS, load_labnav
 from labgym.eval.labnav.together import FOLDER, drive_together
 from labgym.eval.leaderboard.lab30 import published_lab30
-from labgym.eval.leaderboard.labnav import agreement, published_results, read_rows
+from labgym.eval.leaderboard.labnav import agreement, published_results
 from labgym.eval.leaderboard.tables import published_table
-from labgym.eval.reports.report import write_report
+from labgym.eval.reports.report import write_report, write_tables
 from labgym.eval.reports.results import ResultsFolder
 from labgym.eval.reports.run_report import result_tables, run_report
 from labgym.eval.reports.tables import leaderboard
@@ -140,7 +140,8 @@ def published_tables(folder: Path) -> tuple[tuple[Table, ...], tuple[str, ...]]:
     lab30 = published_lab30(SHOWN)
     tables += [leaderboard(lab30)] if lab30 else []
     outcomes = {result.summary.policy: result.by_key for result in published}
-    rows = {policy: read_rows(paths[policy]) for policy in dict.fromkeys((*LABNAV, *paths)) if policy in paths}
+    order = [policy for policy in dict.fromkeys((*LABNAV, *paths)) if policy in paths]
+    rows = {policy: tuple(read_records(paths[policy], LabNavRow).values()) for policy in order}
     lines: list[tuple[str, ...]] = []
     problems: list[str] = []
     missing: dict[tuple[str, ...], list[str]] = {}
@@ -216,13 +217,8 @@ def write_results(
         first: tables that come before those of the results.
     """
     tables = (*first, *result_tables(results))
-    text = "\n\n\n".join(table.text() for table in tables) + "\n"
-    markdown = "\n\n".join(table.titled_markdown() for table in tables) + "\n"
-    paths = [
-        write_text(results.folder / "tables.txt", text),
-        write_text(results.folder / "tables.md", markdown),
-        write_report(run_report(results, pictures, views, first), results.folder / "report.html"),
-    ]
+    page = write_report(run_report(results, pictures, views, first), results.folder / "report.html")
+    paths = [*write_tables(tables, results.folder), page]
     return tables, paths
 
 

@@ -14,7 +14,7 @@ from labgym.errors import DocumentError, MissingDependencyError, OptionError, Un
 from labgym.eval import evaluate
 from labgym.layouts import Layout, load_published, splits
 from labgym.pipeline import RunConfig
-from labgym.pipeline.run import RunOutcome, report_folder, run_pipeline
+from labgym.pipeline.run import RunOutcome, report_folders, run_pipeline
 from labgym.pipeline.stages import layout_jobs, make_layout
 from labgym.policies import make_policy
 from labgym.protocols import protocols
@@ -97,7 +97,7 @@ def test_a_picture_that_was_lost_is_drawn_again(config, outcome):
     picture = config.folder / "pictures" / f"{LAYOUT}.png"
     content = picture.read_bytes()
     picture.unlink()
-    report = report_folder(config.folder)
+    report = report_folders([config.folder])
     assert picture.read_bytes() == content
     assert report.tables == outcome.tables
     assert config.folder / "report.html" in report.paths
@@ -108,12 +108,12 @@ def test_policies_of_two_folders_are_shown_in_one_report(tmp_path):
     layouts = [load_published("test", LAYOUT)]
     for policy in ("random", "straight"):
         evaluate(policy, layouts, out=tmp_path / policy, progress=False)
-    (table,) = report_folder(tmp_path / "random", [tmp_path / "straight", tmp_path / "random"]).tables
+    (table,) = report_folders([tmp_path / "random", tmp_path / "straight", tmp_path / "random"]).tables
     assert [row[0] for row in table.rows[:3]] == ["random", "straight", "iPlanner (w/o nav. opt.), paper"]
     page = (tmp_path / "random" / "report.html").read_text()
     assert all(f">{policy}<" in page for policy in ("random", "straight"))
     with pytest.raises(DocumentError, match="nowhere"):
-        report_folder(tmp_path / "random", [tmp_path / "nowhere"])
+        report_folders([tmp_path / "random", tmp_path / "nowhere"])
 
 
 def test_a_folder_of_another_run_is_left_alone(config, outcome):

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
+from labgym.envs.conditions.panes import FRAMED, FRAMELESS
 from labgym.eval.drawing import palette
 from labgym.eval.drawing.plan_drawing import ON_TOP, DrivenPath, draw_objects, draw_plan, draw_traces, plan_size
 from labgym.eval.drawing.plan_labels import FONT
@@ -60,41 +63,67 @@ def changed_plan(
     return figure
 
 
-def draw_changes(axes: Axes, before: Layout, after: Layout, pushable: Sequence[str] = ()) -> None:
-    """Draw what differs between a map and the true floor: placements, open parts, and doors."""
-    from matplotlib.patches import Polygon
+@dataclass(frozen=True)
+class MapChange:
+    """A difference between a map and the true floor.
 
+    Attributes:
+        kind: a placement that is "gone", "added" or "movable" (added, and the robot can push it), a pane of "glass", an
+            open "part" of furniture, or a door that is "shut" or "opened".
+        name: asset of the thing; "door". points: (n, 2) its corners, or the ends of the door, meters.
+    """
+
+    kind: Literal["gone", "added", "movable", "glass", "part", "shut", "opened"]
+    name: str
+    points: NDArray[np.float64]
+
+
+def map_changes(before: Layout, after: Layout, pushable: Sequence[str] = ()) -> Iterator[MapChange]:
+    """Yield what differs between a map and the true floor, and all panes of glass.
+
+    Args:
+        before: the map. after: the true floor. pushable: ids of placements that the robot can push.
+    """
     for placement in before.placements:
-        now = after.by_id.get(placement.id)
-        if placement.support == FLOOR and (now is None or _pose(now) != _pose(placement)):
-            outline = before.box(placement.id).corners()
-            style: dict[str, Any] = {"edgecolor": GONE, "linewidth": 1.4, "linestyle": (0, (3, 2))}
-            axes.add_patch(Polygon(outline, fill=False, zorder=ON_TOP, **style))
+        if placement.support == FLOOR and not _stands(placement, after.by_id.get(placement.id)):
+            yield MapChange("gone", placement.asset, before.box(placement.id).corners())
     for placement in after.placements:
-        then = before.by_id.get(placement.id)
-        if placement.support != FLOOR:
-            continue
-        if then is None or _pose(then) != _pose(placement):
-            fill = PUSHED if placement.id in pushable else CHANGED
-            outline = after.box(placement.id).corners()
-            look: dict[str, Any] = {"facecolor": fill, "edgecolor": CHANGED, "linewidth": 1.6, "alpha": 0.85}
-            axes.add_patch(Polygon(outline, zorder=ON_TOP + 1, **look))
-        open_before = [] if then is None or _pose(then) != _pose(placement) else before.open_parts(placement.id)
-        for part in after.open_parts(placement.id):
-            if part not in open_before:
-                axes.add_patch(Polygon(part.corners(), facecolor=CHANGED, edgecolor=CHANGED, zorder=ON_TOP + 1))
-    _draw_doors(axes, before, after)
-
-
-def _draw_doors(axes: Axes, before: Layout, after: Layout) -> None:
-    """Draw doors that are shut now, and those that are open now and were not."""
+        stands, corners = _stands(placement, before.by_id.get(placement.id)), after.box(placement.id).corners()
+        if placement.asset in (FRAMED, FRAMELESS):
+            yield MapChange("glass", placement.asset, corners)
+        elif placement.support == FLOOR:
+            if not stands:
+                yield MapChange("movable" if placement.id in pushable else "added", placement.asset, corners)
+            known = before.open_parts(placement.id) if stands else []
+            for part in after.open_parts(placement.id):
+                if part not in known:
+                    yield MapChange("part", placement.asset, part.corners())
     for old, new in zip(before.floor.walls, after.floor.walls, strict=False):
         for was, opening in zip(old.openings, new.openings, strict=False):
             if was.state != opening.state:
                 ends = np.array([new.point(along) for along in opening.span])
-                color = CHANGED if opening.state == "closed" else GONE
-                axes.plot(*ends.T, color=color, linewidth=4.0, solid_capstyle="butt", zorder=ON_TOP + 2)
+                yield MapChange("shut" if opening.state == "closed" else "opened", "door", ends)
 
 
-def _pose(placement: Placement) -> tuple[object, float]:
-    return placement.position, placement.yaw
+def _stands(placement: Placement, other: Placement | None) -> bool:
+    return other is not None and (placement.position, placement.yaw) == (other.position, other.yaw)
+
+
+def draw_changes(axes: Axes, before: Layout, after: Layout, pushable: Sequence[str] = ()) -> None:
+    """Draw what differs between a map and the true floor: placements, open parts, and doors, without panes of glass."""
+    from matplotlib.patches import Polygon
+
+    for change in map_changes(before, after, pushable):
+        if change.kind == "glass":
+            continue
+        style: dict[str, Any] = {"facecolor": CHANGED, "edgecolor": CHANGED, "zorder": ON_TOP + 1}
+        if change.kind in ("shut", "opened"):
+            color = CHANGED if change.kind == "shut" else GONE
+            axes.plot(*change.points.T, color=color, linewidth=4.0, solid_capstyle="butt", zorder=ON_TOP + 2)
+            continue
+        if change.kind == "gone":
+            style = {"fill": False, "edgecolor": GONE, "linewidth": 1.4, "linestyle": (0, (3, 2)), "zorder": ON_TOP}
+        elif change.kind in ("added", "movable"):
+            fill = PUSHED if change.kind == "movable" else CHANGED
+            style |= {"facecolor": fill, "linewidth": 1.6, "alpha": 0.85}
+        axes.add_patch(Polygon(change.points, **style))

@@ -66,7 +66,7 @@ def topdown(
     figure = Figure(facecolor="#ffffff")
     axes, column = (figure.add_axes((0.0, 0.0, 1.0, 1.0), frameon=False, label=label) for label in ("plan", "panel"))
     axes.set_axis_off()
-    poses = _goal_poses(layout, protocol) if protocol else {}
+    poses = goal_poses(layout, protocol)
     colors = palette.policy_colors(list(dict.fromkeys(trace.policy for trace in traces)))
     draw_plan(axes, layout.floor)
     draw_objects(axes, layout, 72.0 * scale, poses.values())
@@ -94,9 +94,9 @@ def topdown(
     return figure
 
 
-def _goal_poses(layout: Layout, protocol: Protocol) -> dict[str, Pose]:
-    """Goal poses of the locations that the layout has, in the order of their first visit."""
-    placed = [location for location in protocol.locations if layout.find(location) is not None]
+def goal_poses(layout: Layout, protocol: Protocol | None) -> dict[str, Pose]:
+    """Return the goal poses of the locations that the layout has, in the order of their first visit."""
+    placed = [location for location in (protocol.locations if protocol else ()) if layout.find(location) is not None]
     return {location: location_pose(layout, location) for location in placed}
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.eval.drawing import palette
+from labgym.eval.drawing.pictures import goal_poses
 from labgym.eval.drawing.plan_drawing import draw_goals, draw_objects, draw_plan, draw_violations, plan_size
 from labgym.eval.drawing.plan_labels import FONT
 from labgym.layouts.model import Layout
@@ -18,7 +19,6 @@ from labgym.layouts.request import combination
 from labgym.layouts.rules import rule_set
 from labgym.layouts.rules.objective import Assessment, evaluate_layout
 from labgym.layouts.trace import Iteration, Trace
-from labgym.navigation.goals import Pose, location_pose
 from labgym.protocols import Protocol, protocols
 
 if TYPE_CHECKING:
@@ -114,7 +114,7 @@ def draw_state(trace: Trace, state: DrawnState) -> Figure:
     )
     plan.set_axis_off()
     draw_plan(plan, state.layout.floor)
-    poses = _poses(state.layout, trace_protocol(trace))
+    poses = goal_poses(state.layout, trace_protocol(trace))
     draw_objects(plan, state.layout, 72.0 * scale, poses.values())
     draw_goals(plan, poses)
     _draw_moves(plan, state)
@@ -178,12 +178,6 @@ def trace_pictures(trace: Trace, states: Sequence[DrawnState]) -> Iterator[NDArr
         stream = io.BytesIO()
         draw_state(trace, state).savefig(stream, format="png")
         yield np.asarray(Image.open(stream).convert("RGB"))
-
-
-def _poses(layout: Layout, protocol: Protocol | None) -> dict[str, Pose]:
-    """Return the goal poses of the locations that are placed."""
-    placed = [name for name in (protocol.locations if protocol else ()) if layout.find(name) is not None]
-    return {name: location_pose(layout, name) for name in placed}
 
 
 def _draw_moves(axes: Axes, state: DrawnState) -> None:

@@ -129,6 +129,20 @@ class Evaluation(ABC, Generic[S, R]):
         return replace(self, name=name)
 
     @property
+    def origin(self) -> str:
+        """Number of episodes, seed and code, in words."""
+        code = "unknown" if self.identity is None else self.identity.code[:12]
+        return f"{len(self.rows)} episodes, seed {self.summary.seed}, code {code}"
+
+    @property
+    def commit(self) -> str:
+        """Commit of the last session, in words; "" without sessions."""
+        if not self.provenance:
+            return ""
+        last = self.provenance[-1]
+        return f"{last.commit or 'not a checkout'}{' with changes' if last.dirty else ''}"
+
+    @property
     @abstractmethod
     def metrics(self) -> Mapping[str, Estimate]:
         """The figures by name."""

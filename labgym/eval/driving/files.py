@@ -129,24 +129,24 @@ def drive_files(drives: Iterable[DrivenEpisode[Any]]) -> dict[str, bytes]:
     }
 
 
-def read_rows(path: str | Path) -> tuple[TransitionRow, ...]:
-    """Return the rows of an `episodes.jsonl`.
+def read_records(path: str | Path, kind: type[T]) -> dict[str, T]:
+    """Return the records of a file by episode.
 
     Raises:
-        DocumentError: the file is missing, or a line cannot be read.
+        DocumentError: the file is missing, or a line cannot be read or repeats an episode.
     """
     path = Path(path)
-    return tuple(read_lines(path, TransitionRow).checked(path, path.name).values())
+    return read_lines(path, kind).checked(path, path.name)
+
+
+def read_rows(path: str | Path) -> tuple[TransitionRow, ...]:
+    """Return the rows of an `episodes.jsonl` of transitions, as `read_records`."""
+    return tuple(read_records(path, TransitionRow).values())
 
 
 def read_routes(path: str | Path) -> dict[str, Route]:
-    """Return the routes in a `routes.jsonl`, by episode.
-
-    Raises:
-        DocumentError: the file is missing, or a line cannot be read.
-    """
-    path = Path(path)
-    return {key: record.poses for key, record in read_lines(path, EpisodeRoute).checked(path, path.name).items()}
+    """Return the routes in a `routes.jsonl`, by episode, as `read_records`."""
+    return {key: record.poses for key, record in read_records(path, EpisodeRoute).items()}
 
 
 def read_lines(path: Path, kind: type[T]) -> Lines[T]:

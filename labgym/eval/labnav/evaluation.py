@@ -139,9 +139,7 @@ class LabNavEvaluation(Evaluation[LabNavSummary, LabNavRow]):
     @cached_property
     def thinking(self) -> Thinking | None:
         """The measured time of the policy; None if it was not measured."""
-        summary = self.summary
-        declared = summary.latency if summary.declared is None else summary.declared
-        return Thinking.of(self.times.values(), declared, summary.latency)
+        return Thinking.of(self.times.values(), self.summary.stated_latency, self.summary.latency)
 
     @cached_property
     def metrics(self) -> dict[str, Estimate]:

@@ -112,6 +112,11 @@ class LabNavSummary(EvaluationSummary, Growing):
     arithmetic: float | None
 
     @property
+    def stated_latency(self) -> float:
+        """Latency that the policy declares, seconds."""
+        return self.latency if self.declared is None else self.declared
+
+    @property
     def by_task(self) -> dict[str, TaskSummary]:
         """The results by task and level, such as "aisle-2"."""
         return {f"{task.task}-{task.level}": task for task in self.tasks}

@@ -10,7 +10,7 @@ from labgym.artefacts import artefacts
 from labgym.documents import write_bytes
 from labgym.envs.labnav.nuisances import prepared
 from labgym.eval.driving.episode_row import LabNavRow
-from labgym.eval.driving.files import read_lines, record_line
+from labgym.eval.driving.files import read_records, record_line
 from labgym.eval.evaluator import evaluate
 from labgym.eval.labnav.shown_drive import ShownDrive
 from labgym.eval.labnav.suites import PREFIX, LabNavSuite, load_labnav
@@ -89,7 +89,7 @@ def published_drives(result: LabNavResult, place: Path | None = None) -> dict[st
     path = _path(result.summary.policy, place)
     if not path.is_file():
         return {}
-    drives = read_lines(path, ShownDrive).checked(path, path.name)
+    drives = read_records(path, ShownDrive)
     outcomes = result.by_key
     return {key: one for key, one in drives.items() if key in outcomes and _is_near(one, outcomes[key])}
 

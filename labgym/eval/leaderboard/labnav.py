@@ -17,7 +17,7 @@ from labgym.envs.labnav.tasks import task_of
 from labgym.errors import DocumentError, OptionError
 from labgym.eval.driving.episode_row import Ending, LabNavLegRow, LabNavRow, Length, Share
 from labgym.eval.driving.evaluation import sessions_of
-from labgym.eval.driving.files import EPISODES, SUMMARY, TIMES, EpisodeTime, read_lines
+from labgym.eval.driving.files import EPISODES, SUMMARY, TIMES, EpisodeTime, read_records
 from labgym.eval.labnav.evaluation import Thinking, time_problems
 from labgym.eval.labnav.figure import arithmetic, figure
 from labgym.eval.labnav.suites import FIRST, PREFIX, LabNavSuite, load_labnav
@@ -116,15 +116,14 @@ class LabNavResult(Document, Growing):
         if missing:
             problem = f"holds {missing[0].episodes} of {missing[0].expected} episodes of {missing[0].task}"
             raise DocumentError(folder, "", f"{problem}; run the same labgym eval command again")
-        rows = read_rows(folder / EPISODES)
-        times = read_lines(folder / TIMES, EpisodeTime).checked(folder / TIMES, TIMES)
+        rows = tuple(read_records(folder / EPISODES, LabNavRow).values())
+        times = read_records(folder / TIMES, EpisodeTime)
         for problem in time_problems(rows, times, summary.latency):
             raise DocumentError(folder, "", f"{problem}: without it the result is not published; drive it again")
-        declared = summary.latency if summary.declared is None else summary.declared
         thinking = {
             part.suite: Thinking.of(
                 (times[row.key] for row in rows if (row.task, row.level) == (part.task, part.level)),
-                declared,
+                summary.stated_latency,
                 summary.latency,
             )
             for part in summary.tasks
@@ -189,15 +188,6 @@ class LabNavResult(Document, Growing):
     def by_key(self) -> dict[str, Outcome]:
         """The outcomes by the episode's key."""
         return {outcome.key: outcome for outcome in self.outcomes}
-
-
-def read_rows(path: Path) -> tuple[LabNavRow, ...]:
-    """Return the rows of a policy's file.
-
-    Raises:
-        DocumentError: it is missing, or a line cannot be read or repeats an episode.
-    """
-    return tuple(read_lines(path, LabNavRow).checked(path, path.name).values())
 
 
 def published_results() -> tuple[LabNavResult, ...]:

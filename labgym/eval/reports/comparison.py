@@ -206,14 +206,18 @@ def _transition_groups(a: TransitionEvaluation, b: TransitionEvaluation) -> Grou
         "detour": by_detour(every),
         "protocol": by_protocol(every),
     }
+    return _grouped(groupings, lambda row: row.layout_hash, lambda own: differences(own, a.summary.suite.metrics))
+
+
+def _grouped(
+    groupings: Mapping[str, Mapping[str, Sequence[tuple[Any, Any]]]],
+    place: Callable[[Any], str],
+    difference: Callable[[Sequence[tuple[Any, Any]]], dict[str, MetricDifference]],
+) -> Groups:
+    """Return numbers and differences of groups of pairs; `place` returns the layout of a row."""
     return {
         grouping: {
-            name: (
-                len(pairs),
-                len({row.layout_hash for row, _ in pairs}),
-                differences(pairs, a.summary.suite.metrics),
-            )
-            for name, pairs in classes.items()
+            name: (len(own), len({place(row) for row, _ in own}), difference(own)) for name, own in classes.items()
         }
         for grouping, classes in groupings.items()
     }
@@ -237,14 +241,8 @@ def _labnav_groups(a: LabNavEvaluation, b: LabNavEvaluation) -> Groups:
             name: [pair for pair in pairs if names[pair[0].key] == name]
             for name in sorted({name for name in names.values() if name is not None})
         }
-    return {
-        grouping: {
-            name: (len(own), len({row.floor for row, _ in own}), _labnav_differences(own))
-            for name, own in classes.items()
-        }
-        for grouping, classes in groupings.items()
-        if len(classes) > 1 or grouping in (ALL, "task")
-    }
+    shown = {name: own for name, own in groupings.items() if len(own) > 1 or name in (ALL, "task")}
+    return _grouped(shown, lambda row: row.floor, _labnav_differences)
 
 
 def _labnav_differences(pairs: Sequence[tuple[LabNavRow, LabNavRow]]) -> dict[str, MetricDifference]:

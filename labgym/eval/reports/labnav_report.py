@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from html import escape
 from pathlib import Path
 
 from labgym import __version__
-from labgym.documents import write_text
 from labgym.envs.labnav.tasks import FIGURE_TASKS
 from labgym.errors import DocumentError, OptionError
 from labgym.eval.labnav.evaluation import LabNavEvaluation
@@ -16,6 +14,7 @@ from labgym.eval.leaderboard.drives import published_drives
 from labgym.eval.leaderboard.lab30 import published_lab30
 from labgym.eval.leaderboard.labnav import LabNavResult, published_results
 from labgym.eval.reports.labnav_tables import labnav_tables
+from labgym.eval.reports.report import write_tables
 from labgym.eval.reports.results import distinguished
 from labgym.eval.reports.site.entries import Entry, ranked_entries, short_commit, with_published
 from labgym.eval.reports.site.page import site_of, write_site
@@ -43,21 +42,16 @@ def report_labnav(
         a, b = list(suites.values())[:2]
         names = f"{a.summary.suite} ({a.folder}) and {b.summary.suite} ({b.folder})"
         raise OptionError(f"the evaluations are of different episodes: {names}; report them separately")
-    _check_tasks(evaluations)
+    for one in evaluations:
+        if not one.summary.tasks:
+            raise DocumentError(one.folder, "tasks", f"none; the tasks of LabNav are {', '.join(FIGURE_TASKS)}")
     tables = labnav_tables(evaluations)
     home = Path(folders[0])
     results = published_results() if published is None else published
     problems = tuple(problem for one in evaluations for problem in one.problems)
     entries = with_published(evaluations, results)
     site = site_of(entries, evaluations[0].summary.suite, home, problems=problems, facts=_provenance(evaluations))
-    text = "\n\n\n".join(table.text() for table in tables) + "\n"
-    markdown = "\n\n".join(f"**{escape(table.title, quote=False)}**\n\n{table.markdown()}" for table in tables) + "\n"
-    paths = (
-        write_text(home / "tables.txt", text),
-        write_text(home / "tables.md", markdown),
-        write_site(site, home / "report.html"),
-    )
-    return tables, paths, problems
+    return tables, (*write_tables(tables, home), write_site(site, home / "report.html")), problems
 
 
 def write_leaderboard(folder: str | Path, results: Sequence[LabNavResult] | None = None) -> Path:
@@ -95,21 +89,10 @@ def _commits(result: LabNavResult) -> str:
     return f"seed {result.summary.seed}, commit {', '.join(commits) or 'not recorded'}"
 
 
-def _check_tasks(evaluations: Sequence[LabNavEvaluation]) -> None:
-    for one in evaluations:
-        if not one.summary.tasks:
-            raise DocumentError(one.folder, "tasks", f"none; the tasks of LabNav are {', '.join(FIGURE_TASKS)}")
-
-
 def _provenance(evaluations: Sequence[LabNavEvaluation]) -> tuple[tuple[str, str], ...]:
     """Return how the evaluations were made: episodes, seed, code and commit."""
-    facts: list[tuple[str, str]] = [
+    return (
         ("labgym", __version__),
         (f"episodes of {evaluations[0].summary.suite}", evaluations[0].summary.hash),
-    ]
-    for one in evaluations:
-        code = "unknown" if one.identity is None else one.identity.code[:12]
-        commit = f", commit {one.provenance[-1].commit or 'not a checkout'}" if one.provenance else ""
-        dirty = " with changes" if one.provenance and one.provenance[-1].dirty else ""
-        facts.append((one.name, f"{len(one.rows)} episodes, seed {one.summary.seed}, code {code}{commit}{dirty}"))
-    return tuple(facts)
+        *((one.name, one.origin + (f", commit {one.commit}" if one.provenance else "")) for one in evaluations),
+    )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -97,6 +98,14 @@ class Report:
 def render_report(report: Report) -> str:
     """Return the page as HTML; all text is escaped."""
     return page_environment().get_template("report.html.j2").render(report=report)
+
+
+def write_tables(tables: Sequence[Table], folder: Path) -> tuple[Path, Path]:
+    """Write tables as text and Markdown, tables.txt and tables.md, and return the paths."""
+    return (
+        write_text(folder / "tables.txt", "\n\n\n".join(table.text() for table in tables) + "\n"),
+        write_text(folder / "tables.md", "\n\n".join(table.titled_markdown() for table in tables) + "\n"),
+    )
 
 
 def write_report(report: Report, path: str | Path) -> Path:

@@ -160,12 +160,9 @@ def _provenance(results: ResultsFolder) -> tuple[tuple[str, str], ...]:
 
 def _origin(evaluation: TransitionEvaluation) -> list[tuple[str, str]]:
     """Return how an evaluation was made: episodes, seed, code, versions and machines."""
-    summary, sessions = evaluation.summary, evaluation.provenance
-    code = "unknown" if evaluation.identity is None else evaluation.identity.code
-    facts = [(evaluation.name, f"{summary.episodes} episodes, seed {summary.seed}, code {code[:12]}")]
+    sessions, facts = evaluation.provenance, [(evaluation.name, evaluation.origin)]
     if sessions:
-        last = sessions[-1]
-        facts.append(("commit", f"{last.commit or 'not a checkout'}{' with changes' if last.dirty else ''}"))
-        facts.append(("versions", ", ".join(f"{name} {version}" for name, version in last.versions.items())))
+        facts.append(("commit", evaluation.commit))
+        facts.append(("versions", ", ".join(f"{name} {version}" for name, version in sessions[-1].versions.items())))
     machines = {f"{one.host.name}: {one.host.cpu}, {one.host.cores} cores" for one in sessions if hasattr(one, "host")}
     return [*facts, *([("machine", "; ".join(sorted(machines)))] if machines else [])]

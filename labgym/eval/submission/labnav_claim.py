@@ -42,12 +42,6 @@ class LabNavClaim(Claim[LabNavSummary, LabNavRow]):
         super().__init__(folder, summary, self._suite.name, list(self._episodes), LabNavRow)
         self._times: dict[str, EpisodeTime] = {record.key: record for _, record in self._records(TIMES, EpisodeTime)}
 
-    @property
-    def declared(self) -> float:
-        """Latency that the policy declares by the submission, seconds."""
-        summary = self.summary
-        return summary.latency if summary.declared is None else summary.declared
-
     def identity_problems(self, record: RunRecord) -> Iterator[str]:
         """Yield a sentence for each input of the run that is not the summary's or the suite's."""
         if record.identity is None:
@@ -96,7 +90,7 @@ class LabNavClaim(Claim[LabNavSummary, LabNavRow]):
 
     def facts(self) -> Iterator[str]:
         """Yield that the policy thinks longer than it declares, if so."""
-        thinking = Thinking.of(self._times.values(), self.declared, self.summary.latency)
+        thinking = Thinking.of(self._times.values(), self.summary.stated_latency, self.summary.latency)
         if thinking is not None and thinking.mark:
             yield f"{self.summary.policy[:80]} {thinking.mark}"
 
@@ -105,7 +99,7 @@ class LabNavClaim(Claim[LabNavSummary, LabNavRow]):
         return {
             "track": (track_of(driver), self.summary.track),
             "sensors": (driver.observation, self.summary.sensors),
-            "latency": (driver.latency, self.declared),
+            "latency": (driver.latency, self.summary.stated_latency),
         }
 
     def driven(self, driver: PolicyProcess | Policy, keys: Sequence[str]) -> Iterator[LabNavDrive]:

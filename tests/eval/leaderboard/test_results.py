@@ -16,7 +16,7 @@ from labgym.envs.labnav.drawing import draw_suite
 from labgym.envs.labnav.tasks import FIGURE_TASKS
 from labgym.errors import DocumentError, OptionError
 from labgym.eval.driving.episode_row import LabNavRow
-from labgym.eval.driving.files import EPISODES, ROUTES, EpisodeRoute, parse_lines
+from labgym.eval.driving.files import EPISODES, ROUTES, EpisodeRoute, parse_lines, read_records
 from labgym.eval.evaluator import evaluate
 from labgym.eval.labnav import together
 from labgym.eval.labnav.suites import LabNavSuite, load_labnav
@@ -72,7 +72,7 @@ def test_a_result_keeps_the_outcome_of_every_episode(tmp_path):
     path = labnav.publish(folder, tmp_path)
     assert path.name == "mine.json"
     result = LabNavResult.load(path)
-    rows = labnav.read_rows(folder / "episodes.jsonl")
+    rows = tuple(read_records(folder / "episodes.jsonl", LabNavRow).values())
     assert result.by_key == {row.key: Outcome.of(row) for row in rows}
     (line,) = published_table([result]).rows
     assert line[:2] == ("mine", "-")
@@ -91,7 +91,7 @@ def test_only_whole_tasks_of_the_suite_labnav_are_published(name, tmp_path):
 @pytest.fixture(scope="module")
 def result_of(folder):
     """Return a function that returns a complete result of a published task with the same score in every episode."""
-    (row,) = labnav.read_rows(folder / EPISODES)
+    (row,) = read_records(folder / EPISODES, LabNavRow).values()
 
     def result(task: str, score: float, per_floor: int = 5, **fields: Any) -> LabNavResult:
         part = load_labnav(f"labnav-{task}").parts[0].first(None, per_floor)
@@ -190,7 +190,7 @@ def test_an_incomplete_evaluation_is_not_published(folder, tmp_path):
 
 
 def test_rows_agree_with_published_drives_that_the_shorter_limit_cuts_off(folder):
-    (row,) = labnav.read_rows(folder / "episodes.jsonl")
+    (row,) = read_records(folder / "episodes.jsonl", LabNavRow).values()
     longer = Outcome(key=row.key, score=0.8, ending="success", time=40.0)
     assert agreement([row], {row.key: longer}, SECONDS).equal == 1
     assert agreement([row], {row.key: Outcome.of(row)}, SECONDS).equal == 1
@@ -199,7 +199,7 @@ def test_rows_agree_with_published_drives_that_the_shorter_limit_cuts_off(folder
 
 @pytest.mark.parametrize("change", [{"score": 0.5}, {"time": 0.9}, {"ending": "contact"}])
 def test_a_row_that_differs_is_named(folder, change):
-    (row,) = labnav.read_rows(folder / "episodes.jsonl")
+    (row,) = read_records(folder / "episodes.jsonl", LabNavRow).values()
     expected = Outcome.of(row).model_copy(update=change)
     result = agreement([row], {row.key: expected}, 2.0 * SECONDS)
     assert (result.equal, result.compared) == (0, 1)

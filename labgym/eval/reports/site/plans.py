@@ -10,9 +10,9 @@ import shapely
 from numpy.typing import NDArray
 
 from labgym.assets import Asset
-from labgym.envs.conditions.panes import FRAMED, FRAMELESS
 from labgym.envs.tasks import Task
 from labgym.eval.drawing import palette
+from labgym.eval.drawing.changed_plan import map_changes
 from labgym.eval.drawing.episode_plan import route_of
 from labgym.eval.drawing.floor_drawing import outlines, sweep
 from labgym.eval.drawing.plan_labels import readable_name
@@ -105,31 +105,14 @@ def world_of_episode(task: Task) -> dict[str, Any]:
 
 def changes_of_map(task: Task) -> list[list[Any]]:
     """Return what differs between the map and the true floor, and glass, as `world_of_episode`."""
-    before, after = task.old_map or task.layout, task.layout
-    changes = [
-        _change("gone", placement, before.box(placement.id))
-        for placement in before.placements
-        if placement.support == FLOOR and not _same(placement, after.by_id.get(placement.id))
+    return [
+        [
+            "added" if change.kind == "part" else change.kind,
+            change.name if change.name == "door" else readable_name(change.name),
+            centimeters(change.points.ravel()),
+        ]
+        for change in map_changes(task.old_map or task.layout, task.layout, task.pushable)
     ]
-    for placement in after.placements:
-        then, box = before.by_id.get(placement.id), after.box(placement.id)
-        if placement.asset in (FRAMED, FRAMELESS):
-            changes.append(_change("glass", placement, box))
-            continue
-        if placement.support != FLOOR or box.z0 >= OBSTACLE_HEIGHT:
-            continue
-        if not _same(placement, then):
-            changes.append(_change("movable" if placement.id in task.pushable else "added", placement, box))
-        parts = after.open_parts(placement.id)
-        known = before.open_parts(placement.id) if _same(placement, then) else []
-        changes += [_change("added", placement, part) for part in parts if part not in known]
-    for old, new in zip(before.floor.walls, after.floor.walls, strict=False):
-        for was, opening in zip(old.openings, new.openings, strict=False):
-            if was.state != opening.state:
-                ends = np.array([new.point(along) for along in opening.span])
-                kind = "shut" if opening.state == "closed" else "opened"
-                changes.append([kind, "door", centimeters(ends.ravel())])
-    return changes
 
 
 def region_of(floor: Floor) -> shapely.Geometry:
@@ -188,20 +171,12 @@ def _item(layout: Layout, placement: Placement) -> list[Any]:
     return [*_box(box), kind, STORES.get(asset.storage_class or "", ""), asset_name(asset), words]
 
 
-def _change(kind: str, placement: Placement, box: OrientedBox) -> list[Any]:
-    return [kind, readable_name(placement.asset), centimeters(box.corners().ravel())]
-
-
 def _box(box: OrientedBox) -> list[float]:
     return [*centimeters((box.x, box.y, box.width, box.depth)), round(float(np.degrees(box.yaw)), 1)]
 
 
 def _pose(pose: Sequence[float]) -> list[int]:
     return [*centimeters(pose[:2]), round(float(np.degrees(pose[2])))]
-
-
-def _same(placement: Placement, other: Placement | None) -> bool:
-    return other is not None and (placement.position, placement.yaw) == (other.position, other.yaw)
 
 
 def _openings(floor: Floor) -> tuple[list[list[list[int]]], list[list[int]]]:
