@@ -11,7 +11,7 @@ import pytest
 
 import labgym  # noqa: F401 -- registers the ids
 from labgym.envs import LabPointNavEnv
-from labgym.envs.parts.protocols import INTERFACES
+from labgym.envs.parts.protocols import INTERFACES, Sensor
 from labgym.envs.parts.registry import kinds_of, part_of
 from labgym.errors import LabgymError, OptionError, UnknownArgumentError, UnknownNameError
 
@@ -71,3 +71,15 @@ def test_libraries_that_probe_for_an_argument_get_the_type_error_of_python(make)
         make(frameskip=4)
     assert isinstance(problem.value, UnknownNameError)
     assert str(pickle.loads(pickle.dumps(problem.value))) == str(problem.value)
+
+
+def test_a_part_of_one_s_own_without_its_method_is_refused_when_it_is_made():
+    class Compass(Sensor):
+        name = "compass"
+        space = None
+
+        def read(self, state, rng):
+            return None
+
+    with pytest.raises(TypeError, match=r"abstract method '?reading"):
+        Compass()

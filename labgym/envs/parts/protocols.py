@@ -6,6 +6,7 @@ from these protocols, which gives them the members that do nothing by default.
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 
@@ -49,6 +50,7 @@ class Sensor(Protocol):
         """Begin an episode; called before its first reading."""
         return
 
+    @abstractmethod
     def reading(self, state: State, rng: np.random.Generator) -> Reading:
         """Return the reading in a state.
 
@@ -62,6 +64,7 @@ class Sensor(Protocol):
 class Noise(Protocol):
     """An error of a sensor."""
 
+    @abstractmethod
     def apply(self, reading: Reading, state: State, rng: np.random.Generator) -> Reading:
         """Return a disturbed copy of a reading, of the same shape and type."""
         ...
@@ -81,6 +84,7 @@ class RewardTerm(Protocol):
         """Begin a drive: at the start of an episode, and when a goal was reached and the next one begins."""
         return
 
+    @abstractmethod
     def value(self, state: State) -> float:
         """Return the value for the latest action, without the weight."""
         ...
@@ -97,6 +101,7 @@ class Ending(Protocol):
         """Begin a drive: at the start of an episode, and when a goal was reached and the next one begins."""
         return
 
+    @abstractmethod
     def verdict(self, state: State) -> Verdict | None:
         """Return how the drive ends in a state, None if it goes on.
 
@@ -113,6 +118,7 @@ class Measure(Protocol):
     name: str
     """The key of the info."""
 
+    @abstractmethod
     def value(self, state: State) -> Any:
         """Return the value in a state, at reset and after every action; always of the same type."""
         ...
