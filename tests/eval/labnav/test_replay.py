@@ -37,11 +37,11 @@ def test_a_folder_is_read_with_every_figure_computed_from_its_rows(folder):
     evaluation = LabNavEvaluation.read(folder)
     assert evaluation.problems == ()
     assert evaluation.name == "straight"
-    assert list(evaluation.tasks) == ["people-2", "carry-2"]
+    assert list(evaluation.summary.by_task) == ["people-2", "carry-2"]
     assert set(evaluation.scores) == {row.key for row in evaluation.rows} == set(evaluation.routes)
     assert driver_name(evaluation) == "straight"
     assert is_labnav_run(folder)
-    for task in evaluation.tasks.values():
+    for task in evaluation.summary.by_task.values():
         assert sum(count for _, count in task.by_met.values()) == task.episodes
         assert set(task.by_neck) <= {f"{radius:.2f} m" for radius in RADII[:-1]} | {"0.45 m and more"}
 
