@@ -134,7 +134,7 @@ def test_the_folder_is_read_as_an_evaluation_and_not_published_before_it_is_comp
     assert [(row.key, row.policy, row.track) for row in evaluation.rows] == [
         (f"people-2/floors-val-0000/{number}", "ada", "privileged") for number in (0, 1)
     ]
-    assert (evaluation.summary.suite, evaluation.tasks["people-2"].expected) == ("labnav-val-people-2", 30)
+    assert (evaluation.summary.suite, evaluation.summary.by_task["people-2"].expected) == ("labnav-val-people-2", 30)
     assert json.loads((folder / "me" / SUMMARY).read_text())["policy"] == "ada"
     assert main(["leaderboard", "--add", str(folder / "me")]) == 2
     assert "holds 2 of 30 episodes of people" in capsys.readouterr().err
