@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -78,7 +78,7 @@ class MapChange:
     points: NDArray[np.float64]
 
 
-def map_changes(before: Layout, after: Layout, pushable: Sequence[str] = ()) -> Iterator[MapChange]:
+def map_changes(before: Layout, after: Layout, pushable: Collection[str] = ()) -> Iterator[MapChange]:
     """Yield what differs between a map and the true floor, and all panes of glass.
 
     Args:
