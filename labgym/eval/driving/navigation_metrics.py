@@ -69,7 +69,7 @@ def contacts_per_meter(contacts: int, driven: float) -> float:
 
 
 @dataclass(frozen=True)
-class Metric:
+class NavigationMetric:
     """A navigation metric.
 
     Attributes:
@@ -101,24 +101,28 @@ def _contacts(row: TransitionRow) -> float:
 
 NAVDP, BOTH = ("navdp",), ("touchstone", "navdp")
 METRICS = {
-    "navdp_success": Metric("SR (NavDP rules) ↑", _success, rules=NAVDP, compared=True),
-    "navdp_spl": Metric("SPL (NavDP rules) ↑", lambda row: row.navdp_spl, rules=NAVDP, compared=True),
-    "navdp_time": Metric("Time (NavDP rules), s ↓", _time, positive_mean, NAVDP, compared=True, digits=2),
-    "success": Metric("SR ↑", _success, compared=True),
-    "spl": Metric("SPL ↑", lambda row: row.spl, compared=True),
-    "soft_spl": Metric("SoftSPL ↑", lambda row: row.soft_spl, compared=True),
-    "collision_free": Metric(
+    "navdp_success": NavigationMetric("SR (NavDP rules) ↑", _success, rules=NAVDP, compared=True),
+    "navdp_spl": NavigationMetric("SPL (NavDP rules) ↑", lambda row: row.navdp_spl, rules=NAVDP, compared=True),
+    "navdp_time": NavigationMetric("Time (NavDP rules), s ↓", _time, positive_mean, NAVDP, compared=True, digits=2),
+    "success": NavigationMetric("SR ↑", _success, compared=True),
+    "spl": NavigationMetric("SPL ↑", lambda row: row.spl, compared=True),
+    "soft_spl": NavigationMetric("SoftSPL ↑", lambda row: row.soft_spl, compared=True),
+    "collision_free": NavigationMetric(
         "Collision-free SR ↑", lambda row: float(row.success and row.contacts == 0), compared=True
     ),
-    "contacts_per_meter": Metric("Contacts per meter ↓", _contacts, partial(bounded_mean, highest=CONTACT_CAP), BOTH),
-    "min_clearance": Metric("Minimum clearance, m ↑", lambda row: row.min_clearance, real_mean, BOTH),
-    "time_to_goal": Metric("Time to goal, s ↓", _time, positive_mean, compared=True, digits=2),
-    "final_distance": Metric("Distance left, m ↓", lambda row: row.final_distance, positive_mean, BOTH, digits=2),
+    "contacts_per_meter": NavigationMetric(
+        "Contacts per meter ↓", _contacts, partial(bounded_mean, highest=CONTACT_CAP), BOTH
+    ),
+    "min_clearance": NavigationMetric("Minimum clearance, m ↑", lambda row: row.min_clearance, real_mean, BOTH),
+    "time_to_goal": NavigationMetric("Time to goal, s ↓", _time, positive_mean, compared=True, digits=2),
+    "final_distance": NavigationMetric(
+        "Distance left, m ↓", lambda row: row.final_distance, positive_mean, BOTH, digits=2
+    ),
 }
 """The metrics by name, in the order of tables; those of the NavDP benchmark replace SR, SPL and the time."""
 
 
-def metrics_of(rules: Literal["touchstone", "navdp"]) -> dict[str, Metric]:
+def metrics_of(rules: Literal["touchstone", "navdp"]) -> dict[str, NavigationMetric]:
     """Return the metrics of the suites with some rules."""
     return {name: metric for name, metric in METRICS.items() if rules in metric.rules}
 
