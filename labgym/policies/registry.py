@@ -78,6 +78,13 @@ BUILT_IN = {
             "learned local planner on the stack's path, by PPO on LabNav's tasks",
         ),
         PolicyEntry(
+            "mapless-stack",
+            "labgym.policies.stack.mapless:MaplessStackPolicy",
+            "lidar",
+            "",
+            "the navigation stack on a map that it makes while it drives",
+        ),
+        PolicyEntry(
             "navdp",
             "labgym.policies.navdp.policy:NavDPPolicy",
             "rgbd",
