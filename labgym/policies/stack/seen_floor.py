@@ -43,16 +43,23 @@ class SeenFloor:
         self._passed = np.zeros(field.values.shape, np.uint8)
         self._returns = np.zeros(field.values.shape, np.uint16)
         self._angles = -math.pi + 2.0 * math.pi / LIDAR_RAYS * np.arange(LIDAR_RAYS)
-        self._lengths = np.arange(self._step, SEEN_RANGE_M, self._step)
 
     def observe(self, pose: Pose, ranges: Array, points: Array) -> None:
         """Take in a scan: ranges (180,) in meters, and its returns (n, 2) in the map's frame, meters."""
+        ends = np.minimum(ranges, SEEN_RANGE_M) - END_MARGIN_M
+        # Between two rays lies what both have passed.
+        ends = np.maximum(np.min([np.roll(ends, shift) for shift in (-1, 0, 1)], axis=0), 0.0)
         angles = self._angles + pose[2]
-        rays = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
-        passed = self._lengths < ranges[:, None] - END_MARGIN_M
-        cells = self._cells((np.array(pose[:2]) + self._lengths[:, None] * rays[:, None, :])[passed])
-        self._passed.reshape(-1)[cells] = 1
-        self._returns.reshape(-1)[cells] = 0
+        corners = np.array(pose[:2]) + ends[:, None] * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        (left, top), (right, bottom) = (np.rint((edge - self._origin) / self._step).astype(int) for edge in (low, high))
+        (top, left), (bottom, right) = self._inside(top, left), self._inside(bottom, right)
+        inside = np.zeros((bottom - top + 1, right - left + 1), np.uint8)
+        shape = np.rint((corners - self._origin) / self._step).astype(np.int32) - (left, top)
+        cv2.fillPoly(inside, [shape.astype(np.int32)], 1)
+        passed = inside.astype(bool)
+        self._passed[top : bottom + 1, left : right + 1][passed] = 1
+        self._returns[top : bottom + 1, left : right + 1][passed] = 0
         near = np.hypot(points[:, 0] - pose[0], points[:, 1] - pose[1]) < SEEN_RANGE_M
         self._returns.reshape(-1)[np.unique(self._cells(points[near]))] += 1
 
@@ -70,6 +77,11 @@ class SeenFloor:
         deep = np.zeros(len(points), dtype=bool)
         deep[within] = inside[rows[within], columns[within]] > INSIDE_FREE_M
         return np.asarray(deep & (self._returns.reshape(-1)[cells] < STANDING_RETURNS))
+
+    def _inside(self, row: int, column: int) -> tuple[int, int]:
+        """Return row and column of the nearest cell of the grid."""
+        ny, nx = self._passed.shape
+        return min(max(row, 0), ny - 1), min(max(column, 0), nx - 1)
 
     def _cells(self, points: Array) -> Index:
         """Return the numbers of the cells that contain points (n, 2), row by row."""
