@@ -78,6 +78,20 @@ BUILT_IN = {
             "learned local planner on the stack's path, by PPO on LabNav's tasks",
         ),
         PolicyEntry(
+            "mapless-oracle",
+            "labgym.policies.stack.oracle:MaplessOraclePolicy",
+            "world",
+            "",
+            "mapless-stack with perfect pose and lidar: what a map is worth",
+        ),
+        PolicyEntry(
+            "mapless-stack",
+            "labgym.policies.stack.mapless:MaplessStackPolicy",
+            "lidar",
+            "",
+            "the navigation stack on a map that it makes while it drives",
+        ),
+        PolicyEntry(
             "navdp",
             "labgym.policies.navdp.policy:NavDPPolicy",
             "rgbd",

@@ -44,7 +44,20 @@ def module(monkeypatch):
     return module
 
 
-CLASSICAL = ["astar", "blind", "bug2", "clairvoyant", "dwa", "online_map", "random", "stack", "still", "straight"]
+CLASSICAL = [
+    "astar",
+    "blind",
+    "bug2",
+    "clairvoyant",
+    "dwa",
+    "mapless-oracle",
+    "mapless-stack",
+    "online_map",
+    "random",
+    "stack",
+    "still",
+    "straight",
+]
 
 
 @pytest.mark.parametrize("name", CLASSICAL)

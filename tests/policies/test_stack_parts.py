@@ -357,15 +357,16 @@ def test_the_place_of_the_lidar_follows_from_scans_of_the_map_to_millimeters(off
     assert mounting.corrected(corner) == pytest.approx(to_world(corner, mounting.offset))
 
 
-def glass_scan(pose, pane=((-0.8, 2.0), (0.8, 2.0))) -> tuple[np.ndarray, np.ndarray]:
-    """Return the ranges (180,) and the returns of a lidar that sees a pane along x up to 10 degrees off its normal."""
+def glass_scan(pose, pane=((-0.8, 2.0), (0.8, 2.0))) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return ranges (180,), returns and origins for a lidar that sees a pane along x up to 10 degrees off its normal."""
     angles = pose[2] - math.pi + 2.0 * math.pi / 180 * np.arange(180)
     (x0, y), (x1, _) = pane
     away = (y - pose[1]) / np.where(np.abs(np.sin(angles)) < 1e-9, 1e-9, np.sin(angles))
     place = pose[0] + away * np.cos(angles)
     seen = (away > 0.0) & (place >= x0) & (place <= x1) & (np.abs(np.sin(angles)) > math.cos(math.radians(10.0)))
     ranges = np.where(seen, away, 10.0)
-    return ranges, np.column_stack([place[seen], np.full(int(seen.sum()), y)])
+    count = int(seen.sum())
+    return ranges, np.column_stack([place[seen], np.full(count, y)]), np.tile(pose[:2], (count, 1))
 
 
 def test_a_pane_is_drawn_on_from_what_was_seen_of_it_and_ends_where_rays_pass():

@@ -15,7 +15,7 @@ from labgym.errors import DocumentError
 from labgym.navigation import Pose
 from labgym.policies.adapters.actor_file import Perceptron
 from labgym.policies.local.inputs import SIZE, SIZES, LatestMotion, StackState, TaskKnowledge, Vector, network_input
-from labgym.policies.policy import EpisodeStart, GroundTruth, Observation
+from labgym.policies.policy import EpisodeStart, Observation
 from labgym.policies.stack.old_map import OldMap
 from labgym.policies.stack.planner import PlannedPath
 from labgym.policies.stack.policy import CREEP_SPEED, StackPolicy
@@ -63,8 +63,8 @@ class LocalPolicy(StackPolicy):
         self._motion.commanded((float(action[0]), float(action[1])))
         return action
 
-    def _begin(self, episode: EpisodeStart, truth: GroundTruth, old: OldMap) -> None:
-        super()._begin(episode, truth, old)
+    def _begin(self, episode: EpisodeStart, goal: Pose, old: OldMap) -> None:
+        super()._begin(episode, goal, old)
         self._motion = LatestMotion(episode.robot)
         self._knowledge = TaskKnowledge(
             drifts=episode.task.drift,

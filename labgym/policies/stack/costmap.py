@@ -31,6 +31,13 @@ HALF_WINDOW_M = 4.0
 """Half side of the window around the robot in which distances to marks are computed for the controller, meters."""
 WINDOW_SHIFT_M = 0.5
 """Way of the robot after which the window is moved, meters."""
+MATCHED_EVIDENCE = 9
+"""Evidence from which a mark counts for the localization: more than one scan has seen it."""
+MATCHED_HALF_WINDOW_M, FARTHEST_MATCH_M = 8.0, 0.6
+"""Half side of the window of marks around the robot that scans are matched with, and the greatest distance from one in
+it, meters."""
+CROP_MARGIN_M = 2.0
+"""Width of what is unknown around all that is known in which a path may be planned, meters."""
 FARTHEST_MARK_M = 3.0
 """Distance that stands for no mark within the window, meters."""
 RETURN_RANGE_M = 0.6
@@ -48,14 +55,23 @@ class Costmap:
         seen: distances to what the lidar sees in it.
         exact: whether pose and lidar are exact, so that a return off the map by centimeters means something.
         clearing: whether rays clear marks; False where they pass through obstacles, as through glass.
+        cropped: whether plans need only the region of marks and ends; beyond it nothing is known.
 
     Attributes:
         evidence: (ny, nx) int16, cells around the nodes of `static`; above 0 is marked.
         unexplained: (m, 2) returns of the latest scan that the map does not explain, meters.
     """
 
-    def __init__(self, static: DistanceField, seen: DistanceField, exact: bool = True, clearing: bool = True) -> None:
+    def __init__(
+        self,
+        static: DistanceField,
+        seen: DistanceField,
+        exact: bool = True,
+        clearing: bool = True,
+        cropped: bool = False,
+    ) -> None:
         self._static, self._seen, self._exact, self._clearing = static, seen, exact, clearing
+        self._cropped = cropped
         self._loose: cKDTree | None = None
         self._returns: Array = np.empty((0, 2))
         self.evidence: NDArray[np.int16] = np.zeros(static.values.shape, np.int16)
@@ -114,19 +130,44 @@ class Costmap:
             # Cells are too coarse for what the robot slides along.
             self._loose = cKDTree(np.concatenate([self._returns, points]))
 
-    def everywhere(self, marks: bool = True, guesses: bool = True) -> tuple[OccupancyGrid, Array]:
+    def everywhere(self, ends: Array, marks: bool = True, guesses: bool = True) -> tuple[OccupancyGrid, Array]:
         """Return the occupied cells, and the clearance at the center of every cell, (ny, nx) meters.
 
         Args:
+            ends: (n, 2) places that the region must contain, meters.
             marks: whether to include what the lidar has marked. guesses: whether to include what is assumed.
         """
         static, step = self._static, self._static.resolution
+        top, left, bottom, right = self._region(ends)
         marked = (self.evidence > 0) & marks
         if guesses:
             marked.reshape(-1)[self._guesses] = True
-        clearance = np.minimum(static.values, _distances(marked, step))
-        origin = static.origin[0] - step / 2.0, static.origin[1] - step / 2.0
+        marked, known = marked[top:bottom, left:right], static.values[top:bottom, left:right]
+        clearance = np.minimum(known, _distances(marked, step))
+        origin = static.origin[0] + step * (left - 0.5), static.origin[1] + step * (top - 0.5)
         return OccupancyGrid(clearance <= 0.0, step, origin), clearance
+
+    def _region(self, ends: Array) -> tuple[int, int, int, int]:
+        """Return the first and last rows and columns that a plan between ends needs: top, left, bottom, right."""
+        ny, nx = self._static.values.shape
+        if not self._cropped:
+            return 0, 0, ny, nx
+        rows, columns = np.divmod(np.concatenate([self._marks, self._guesses, self._flat(ends)]), nx)
+        margin = round(CROP_MARGIN_M / self._static.resolution)
+        top, left = max(0, int(rows.min()) - margin), max(0, int(columns.min()) - margin)
+        return top, left, min(ny, int(rows.max()) + margin), min(nx, int(columns.max()) + margin)
+
+    def marks_around(self, pose: Pose) -> DistanceField:
+        """Return the distances to the marks around a pose that several scans have seen."""
+        (x, y), step = self._static.origin, self._static.resolution
+        half = round(MATCHED_HALF_WINDOW_M / step)
+        (row,), (column,) = self._cells(np.array([pose[:2]]))
+        top, left = max(0, int(row) - half), max(0, int(column) - half)
+        marked = self.evidence[top : int(row) + half, left : int(column) + half] >= MATCHED_EVIDENCE
+        origin = x + step * (left - 0.5), y + step * (top - 0.5)
+        if not marked.any():
+            return DistanceField(np.full(marked.shape, FARTHEST_MATCH_M), origin, step, first=0.5)
+        return DistanceField.of_cells(OccupancyGrid(marked, step, origin), FARTHEST_MATCH_M)
 
     def forget(self, pose: Pose, radius: float) -> None:
         """Remove the marks within a radius of the robot, meters."""

@@ -47,14 +47,16 @@ class Localizer:
         drift: multiple of the assumed errors of the odometry.
 
     Attributes:
+        seen: the distances, to be replaced where the map grows.
         pose: the estimate (x, y, yaw).
-        covariance: (3, 3) of it.
+        reckoned: the pose by the odometry alone.
+        covariance: (3, 3) of the estimate.
     """
 
     def __init__(self, seen: DistanceField, start: Pose, drift: float = 1.0) -> None:
-        self._seen, self._drift = seen, drift
+        self.seen, self._drift = seen, drift
         self._odometry: Pose = (0.0, 0.0, 0.0)
-        self.pose = start
+        self.pose = self.reckoned = start
         self.covariance: Array = np.zeros((3, 3))
 
     def restart(self) -> None:
@@ -66,7 +68,7 @@ class Localizer:
         step = relative(self._odometry, odometry)
         self._odometry = odometry
         dx, dy = to_world([step[:2]], (0.0, 0.0, self.pose[2]))[0]
-        self.pose = compose(self.pose, step)
+        self.pose, self.reckoned = compose(self.pose, step), compose(self.reckoned, step)
         transition = np.array([[1.0, 0.0, -dy], [0.0, 1.0, dx], [0.0, 0.0, 1.0]])
         way = self._drift**2 * math.hypot(dx, dy)
         turned = self._drift**2 * abs(step[2]) / (2.0 * math.pi)
@@ -83,7 +85,7 @@ class Localizer:
         for _ in range(ITERATIONS):
             cosine, sine = math.cos(pose[2]), math.sin(pose[2])
             turned = points @ np.array([[cosine, sine], [-sine, cosine]])
-            distance, slope = self._seen.with_gradient(turned + pose[:2])
+            distance, slope = self.seen.with_gradient(turned + pose[:2])
             jacobian = np.column_stack([slope, slope[:, 1] * turned[:, 0] - slope[:, 0] * turned[:, 1]])
             weight = np.where(
                 np.abs(distance) < LONGEST_MATCH_M, 1.0 / (1.0 + (distance / WEIGHT_SCALE_M) ** 2) ** 2, 0.0

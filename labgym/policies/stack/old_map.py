@@ -49,11 +49,19 @@ class OldMap:
         seen = DistanceField.of_boxes([box for _, box in sections], bounds)
         return cls(DistanceField.of_boxes(obstacles, bounds), seen, sections)
 
+    @classmethod
+    def empty(cls, bounds: Sequence[float]) -> OldMap:
+        """Return a map of nothing within bounds (x0, y0, x1, y1), meters."""
+        nothing = DistanceField.of_boxes((), bounds)
+        return cls(nothing, nothing, ())
+
     def station(self, pose: Pose) -> tuple[OrientedBox, ...]:
         """Return the boxes of the placement that a robot at a pose faces; empty if it faces none within reach."""
         ray = np.array([[math.cos(pose[2]), math.sin(pose[2])]])
         boxes = [box for _, box in self.sections]
         away = ray_lengths(np.array([pose[:2]]), ray, boxes)[0]
+        if not boxes:
+            return ()
         nearest = int(np.argmin(away))
         owner = self.sections[nearest][0]
         if not owner or away[nearest] > STATION_DISTANCE_M:

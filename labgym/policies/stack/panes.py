@@ -31,9 +31,9 @@ PANE_SPACING_M = 0.04
 class SeenPane:
     """A pane that was seen in part: a line, the part seen, and the places along it that are known to be open."""
 
-    def __init__(self, point: Array, pose: Pose) -> None:
+    def __init__(self, point: Array, origin: Array) -> None:
         self._points: list[Array] = [point]
-        away = point - np.array(pose[:2])
+        away = point - origin
         self._square = np.array([-away[1], away[0]]) / max(float(np.linalg.norm(away)), 1e-9)
         self.low, self.high = -math.inf, math.inf
         self._fit()
@@ -105,17 +105,17 @@ class SeenPanes:
         """Draw panes on by half as much from now on: the robot is stuck."""
         self._further /= 2.0
 
-    def observe(self, pose: Pose, ranges: Array, returns: Array) -> Array:
+    def observe(self, pose: Pose, ranges: Array, returns: Array, origins: Array) -> Array:
         """Take in a scan and return points of all panes and of their assumed continuations, (n, 2) meters.
 
         Args:
             pose: of the robot in the map's frame. ranges: (180,) of the scan, meters.
-            returns: (m, 2) those that the map does not explain, in the map's frame, meters.
+            returns: (m, 2) those of panes, in the map's frame, meters. origins: (m, 2) from where they were seen.
         """
-        for point in returns:
+        for point, origin in zip(returns, origins, strict=True):
             pane = next((each for each in self._panes if each.holds(point)), None)
             if pane is None:
-                self._panes.append(SeenPane(point, pose))
+                self._panes.append(SeenPane(point, origin))
             else:
                 pane.add(point)
         for pane in self._panes:

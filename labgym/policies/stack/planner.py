@@ -76,7 +76,7 @@ def planned(costmap: Costmap, start: Pose, goal: tuple[float, float]) -> Planned
     If guesses close every way, the plan ignores them; if marks do, it ignores them, too: what stands there may leave.
     """
     for marks, guesses in ((True, True), (True, False), (False, False)):
-        grid, clearance = costmap.everywhere(marks, guesses)
+        grid, clearance = costmap.everywhere(np.array([start[:2], goal]), marks, guesses)
         for radius in PLANNING_RADII_M:
             options = PlannerOptions(radius, COMFORT_M, AVERSION, END_SHIFT_M)
             path = GridPlanner(grid, options, clearance=clearance).plan(start[:2], goal)

@@ -25,7 +25,7 @@ from labgym.policies.arrival import (
 )
 from labgym.policies.dwa import lidar_points
 from labgym.policies.gentle import GentleCommands, GentleLimits
-from labgym.policies.policy import EpisodeStart, GroundTruth, Observation, Policy, Sensors
+from labgym.policies.policy import EpisodeStart, Observation, Policy, Sensors
 from labgym.policies.stack.controller import Controller, MotionLimits, Shaping, bearing_of
 from labgym.policies.stack.costmap import UNEXPLAINED_M, Costmap
 from labgym.policies.stack.docking import StationEstimate
@@ -84,7 +84,8 @@ class StackPolicy(Policy):
         # Episodes run in copies of this process: what takes long to load is loaded here.
         prepare()
         self._robot: RobotSpec = ROBOT
-        self._map: tuple[str, OldMap] | None = None
+        self._map: OldMap | None = None
+        self._layout = ""
         self._localizer: Localizer | None = None
         self._rested = 0
 
@@ -94,30 +95,26 @@ class StackPolicy(Policy):
         Raises:
             LabgymError: the episode has no map.
         """
-        truth = episode.truth
-        if truth is None:
-            raise LabgymError(f"policy {self.name!r} needs the old map: pass an EpisodeStart with truth")
-        if self._map is None or self._map[0] != truth.layout.hash:
-            self._map = truth.layout.hash, OldMap.of(truth.layout)
-        old = self._map[1]
+        old, start, goal = self._known(episode)
         task = episode.task
         # Where the odometry is exact, scan matching with a map that is out of date would only mislead.
-        self._localizer = Localizer(old.seen, truth.start, 1.0 if task.drift else 0.0)
+        self._localizer = Localizer(old.seen, start, 1.0 if task.drift else 0.0)
         # Rays pass panes, so that they clear nothing.
-        self._costmap = Costmap(old.clearance, old.seen, exact=not task.drift, clearing=not task.glass)
+        self._costmap = Costmap(old.clearance, old.seen, not task.drift, not task.glass, cropped=not old.sections)
         # Without people, an obstacle that the map lacks stands.
-        self._crowd = PeopleTracker(episode.robot.control_dt, task.drift) if task.people else None
+        things = task.drift or not old.sections
+        self._crowd = PeopleTracker(episode.robot.control_dt, things) if task.people else None
         self._panes = SeenPanes() if task.glass else None
-        self._mounting = LidarMounting(old.seen, truth.pair.goal) if task.mounting else None
-        self._begin(episode, truth, old)
+        self._mounting = LidarMounting(old.seen, goal) if task.mounting and old.sections else None
+        self._begin(episode, goal, old)
 
     def next_goal(self, episode: EpisodeStart) -> None:
         """Go on to the next goal with the map, its marks and the estimate of the pose."""
-        if self._localizer is None or self._map is None or episode.truth is None:
+        if self._localizer is None or self._map is None:
             self.reset(episode)
             return
         self._localizer.restart()
-        self._begin(episode, episode.truth, self._map[1])
+        self._begin(episode, self._next_place(episode), self._map)
 
     def act(self, observation: Observation) -> NDArray[np.floating[Any]]:
         """Localize, update the costmap, and drive."""
@@ -160,11 +157,44 @@ class StackPolicy(Policy):
             raise LabgymError(f"policy {self.name!r} has no pose before reset")
         return self._localizer.pose
 
-    def _begin(self, episode: EpisodeStart, truth: GroundTruth, old: OldMap) -> None:
-        """Begin a drive from the estimated pose."""
+    def _known(self, episode: EpisodeStart) -> tuple[OldMap, Pose, Pose]:
+        """Return the map at the start of an episode, and start and goal in its frame.
+
+        Raises:
+            LabgymError: the episode has no map.
+        """
+        truth = episode.truth
+        if truth is None:
+            raise LabgymError(f"policy {self.name!r} needs the old map: pass an EpisodeStart with truth")
+        if self._layout != truth.layout.hash or self._map is None:
+            self._layout, self._map = truth.layout.hash, OldMap.of(truth.layout)
+        return self._map, truth.start, truth.pair.goal
+
+    def _next_place(self, episode: EpisodeStart) -> Pose:
+        """Return the goal of a further drive in the map's frame."""
+        assert episode.truth is not None
+        return episode.truth.pair.goal
+
+    def _strange(self, pose: Pose, points: Array) -> NDArray[np.bool_]:  # noqa: ARG002
+        """Return which returns, (n, 2) meters in the map's frame, may belong to people, (n,)."""
+        assert self._map is not None
+        return self._map.seen.at(points) > 1.5 * UNEXPLAINED_M
+
+    def _of_panes(self, pose: Pose, ranges: Array, points: Array) -> tuple[Array, Array]:  # noqa: ARG002
+        """Return the returns that panes have given, and from where they were seen, (m, 2) and (m, 2) meters.
+
+        Args:
+            pose: of the robot in the map's frame. ranges: (180,) of the scan, meters.
+            points: (n, 2) its returns in the map's frame, meters.
+        """
+        returns = self._costmap.unexplained
+        return returns, np.tile(pose[:2], (len(returns), 1))
+
+    def _begin(self, episode: EpisodeStart, goal: Pose, old: OldMap) -> None:
+        """Begin a drive from the estimated pose to a goal in the map's frame."""
         self._robot, self._arrival = episode.robot, GoalArrival(episode)
         self._docking = episode.heading is not None
-        self._goal: Pose = truth.pair.goal
+        self._goal: Pose = goal
         self._station = StationEstimate(old, self._goal)
         limits = None if episode.beaker is None else GentleLimits.of(episode.beaker, episode.robot)
         self._gentle = None if limits is None else GentleCommands(limits, episode.robot)
@@ -198,14 +228,13 @@ class StackPolicy(Policy):
 
     def _sense(self, pose: Pose, ranges: Array) -> None:
         """Update people, costmap and station by a scan."""
-        assert self._map is not None
         points = to_world(self._points, pose) if len(self._points) else np.empty((0, 2))
         walking = np.zeros(len(points), dtype=bool)
         if self._crowd is not None:
-            walking = self._crowd.observe(pose, points, self._map[1].seen.at(points) > 1.5 * UNEXPLAINED_M)
+            walking = self._crowd.observe(pose, points, self._strange(pose, points))
         self._costmap.observe(pose, ranges, points, walking)
         if self._panes is not None:
-            self._costmap.guess(self._panes.observe(pose, ranges, self._costmap.unexplained))
+            self._costmap.guess(self._panes.observe(pose, ranges, *self._of_panes(pose, ranges, points)))
         if self._docking:
             self._station.observe(pose if self._mounting is None else compose(pose, self._mounting.offset), ranges)
 
