@@ -21,7 +21,16 @@ from labgym.policies.stack.docking import StationEstimate, moved
 from labgym.policies.stack.localization import LidarMounting, Localizer
 from labgym.policies.stack.old_map import OldMap, ray_lengths
 from labgym.policies.stack.panes import CONTINUATION_M, SeenPanes
-from labgym.policies.stack.people import PeopleTracker, TrackedPerson, Waiting, approach_cost, clusters, way_cost
+from labgym.policies.stack.people import (
+    PeopleTracker,
+    Track,
+    TrackedPerson,
+    Waiting,
+    approach_cost,
+    clusters,
+    too_late,
+    way_cost,
+)
 from labgym.policies.stack.planner import PlannedPath, planned
 from labgym.scenes.rays import RayScene
 
@@ -394,3 +403,116 @@ def test_a_guess_is_an_obstacle_until_it_closes_every_way():
     through = planned(layers, HERE, (3.5, 1.5))
     assert through is not None
     assert through.remaining < 2.7
+
+
+COMMANDS = """
+0.200000 -0.100000
+0.288964 -0.339946
+0.381017 -0.513629
+0.456202 -0.647144
+0.543644 -0.516958
+0.635717 -0.697337
+0.700851 -0.625816
+0.760994 -0.789904
+0.818754 -0.610654
+0.836877 -0.364850
+0.874054 -0.199480
+0.913864 -0.108993
+"""
+"""Commands of a controller with a seed among a carton and a person who walks: its defaults decide published drives."""
+
+
+def seeded_commands() -> np.ndarray:
+    layers = costmap()
+    observe(layers, (CARTON,), HERE)
+    controller, plan = Controller(np.random.default_rng(3)), planned(layers, HERE, (3.5, 1.5))
+    pose, velocity, commands = HERE, (0.1, 0.2), []
+    for k in range(12):
+        person = TrackedPerson((2.4 - 0.05 * k, 2.6 - 0.03 * k), (-0.5, -0.3), True)
+        plan.advance(pose)
+        velocity = controller.command(pose, velocity, plan, layers, (person,))
+        commands.append(velocity)
+        pose = tuple(rollouts(pose, velocity, np.array([[velocity]]), 0.1)[0, 0])
+    return np.array(commands)
+
+
+def test_a_seed_gives_the_commands_of_the_published_drives():
+    assert seeded_commands() == pytest.approx(
+        np.array([line.split() for line in COMMANDS.split("\n") if line], float), abs=1e-5
+    )
+
+
+def test_a_prediction_adds_the_covariance_of_white_acceleration():
+    track, dt = Track(np.array([1.0, 2.0])), 0.1
+    track.covariance = np.zeros((2, 2))
+    track.predict(dt)
+    lever = 2.5 * np.array([dt * dt / 2.0, dt])
+    assert track.covariance == pytest.approx(np.outer(lever, lever))
+    track.covariance, track.state = np.diag([0.01, 0.25]), np.array([[1.0, 2.0], [0.5, -1.0]])
+    track.predict(dt)
+    assert track.state[0] == pytest.approx([1.05, 1.9])
+    assert track.covariance - np.outer(lever, lever) == pytest.approx(np.array([[0.0125, 0.025], [0.025, 0.25]]))
+
+
+@pytest.mark.parametrize(("before", "steps"), [(0, 80), (2, 300)])
+def test_what_never_walked_is_a_thing_after_8_seconds_or_30_if_first_seen_at_rest(before, steps):
+    crowd, points = PeopleTracker(things=True), np.array([[2.0, 1.4], [2.0, 1.5], [2.0, 1.6]])
+    for _ in range(before):
+        crowd.observe(HERE, np.empty((0, 2)), np.empty(0, dtype=bool))
+    alive = []
+    for _ in range(steps + 2):
+        crowd.observe(HERE, points, np.ones(3, dtype=bool))
+        alive.append(bool(crowd.alive))
+    assert alive.index(False) == steps
+
+
+def test_clusters_end_at_their_gap_and_at_the_width_of_a_person():
+    def number(step: float, count: int) -> int:
+        return len(clusters(np.column_stack([step * np.arange(count), np.zeros(count)])))
+
+    assert (number(0.297, 2), number(0.303, 2)) == (1, 2)
+    assert (number(1.287 / 5, 6), number(1.313 / 5, 6)) == (1, 0)
+
+
+@pytest.mark.parametrize(
+    ("place", "velocity", "speed", "rests"),
+    [
+        ((0.653, 0.0), (0.0, 0.0), 0.6, True),  # rest distance 0.66 m
+        ((0.667, 0.0), (0.0, 0.0), 0.6, False),
+        ((0.841, 0.0), (0.0, 0.0), 0.0, True),  # 0.85 m to one who stands
+        ((0.859, 0.0), (0.0, 0.0), 0.0, False),
+        ((1.138, 0.0), (0.0, 0.5), 0.0, True),  # 1.15 m to one who walks
+        ((1.162, 0.0), (0.0, 0.5), 0.0, False),
+        ((0.9, 0.0), (0.198, 0.3), 0.0, True),  # unless they recede faster than 0.2 m/s
+        ((0.9, 0.0), (0.202, 0.3), 0.0, False),
+        ((1.5, 0.713), (-1.0, 0.0), 0.6, True),  # 0.72 m within 1 s
+        ((1.5, 0.727), (-1.0, 0.0), 0.6, False),
+        ((2.0, 0.9), (-0.3, -0.9), 0.6, False),
+        ((0.5, 0.45), (-0.1, 0.2), 0.8, True),
+        ((1.05, 0.3), (-0.2, 0.1), 0.9, True),
+        ((-0.45, 0.4), (0.6, 0.0), 0.8, False),
+    ],
+)
+def test_whether_a_robot_rests_for_a_person_is_the_same_in_every_frame(place, velocity, speed, rests):
+    for frame in ((0.0, 0.0, 0.0), (3.0, -2.0, 0.7), (-1.0, 4.0, -1.9), (0.5, 0.5, 2.8)):
+        (x, y), (vx, vy) = to_world([place], frame)[0], to_world([velocity], (0.0, 0.0, frame[2]))[0]
+        person = TrackedPerson((x, y), (vx, vy), velocity != (0.0, 0.0))
+        assert Waiting().step(frame, speed, (person,)) is rests
+
+
+def test_braking_begins_before_it_is_too_late_in_every_frame():
+    # 0.8 m/s at 1.4 m/s2 after 0.2 s: 0.771 s and 0.309 m, in which the person comes 0.386 m.
+    distance = 0.66 + 0.8 * 0.8 / 2.8 + 0.08 + 0.5 * (0.8 / 1.4 + 0.2)
+    for frame in ((0.0, 0.0, 0.0), (3.0, -2.0, 0.7), (-1.0, 4.0, -1.9)):
+        for share, late in ((0.99, True), (1.01, False)):
+            x, y = to_world([(share * distance, 0.0)], frame)[0]
+            vx, vy = to_world([(-0.5, 0.0)], (0.0, 0.0, frame[2]))[0]
+            assert too_late(TrackedPerson((x, y), (vx, vy), True), frame, 0.8) is late
+
+
+def test_the_way_of_a_person_costs_28_and_falls_to_nothing_at_80_centimeters_beside_and_beyond_it():
+    ends = np.array([[1.5, 0.0], [1.5, 0.4], [1.5, 0.79], [1.5, 0.81], [0.1, 0.0], [3.4, 0.0]])
+    costs = way_cost((TrackedPerson((3.0, 0.0), (-1.0, 0.0), True),), ends)
+    assert costs == pytest.approx([28.0, 14.0, 28.0 * 0.01 / 0.8, 0.0, 14.0, 14.0])
+    assert way_cost((TrackedPerson((3.0, 0.0), (-0.24, 0.0), True),), ends).max() == 0.0
+    assert way_cost((TrackedPerson((3.0, 0.0), (-0.26, 0.0), True),), ends).max() > 0.0
