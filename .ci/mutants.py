@@ -41,7 +41,7 @@ EQUIVALENT = Path(__file__).with_name("mutants_equivalent.txt")
 """A line for each mutant that changes nothing a user can see: module, scope, change and reason, separated by " | "."""
 BUDGET_S = 10.0
 """CPU seconds, without a change, of the tests that a mutant runs."""
-LIMIT_S, LIMIT_FACTOR = 90.0, 15.0
+LIMIT_S, LIMIT_FACTOR = 40.0, 10.0
 """Seconds for the tests of one mutant: these, and this many times their CPU time without a change."""
 COMPARED = {ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq}
 SIGNED = {ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult}

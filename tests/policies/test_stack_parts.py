@@ -304,6 +304,7 @@ def test_the_pose_of_a_station_is_measured_to_millimeters_in_depth_and_to_the_ra
     for along in np.linspace(2.2, 0.8, 7):
         pose = compose(goal, (-along, 0.6 * (along - 0.8), 0.1))
         station.observe(pose, scan_of(shifted, pose))
+    assert station.offset == pytest.approx(offset, abs=0.015)
     across, depth, turn = np.abs(np.array(station.goal) - moved(goal, front, offset))
     assert depth < 0.004
     assert turn < math.radians(0.3)
@@ -516,3 +517,84 @@ def test_the_way_of_a_person_costs_28_and_falls_to_nothing_at_80_centimeters_bes
     assert costs == pytest.approx([28.0, 14.0, 28.0 * 0.01 / 0.8, 0.0, 14.0, 14.0])
     assert way_cost((TrackedPerson((3.0, 0.0), (-0.24, 0.0), True),), ends).max() == 0.0
     assert way_cost((TrackedPerson((3.0, 0.0), (-0.26, 0.0), True),), ends).max() > 0.0
+
+
+def open_floor() -> Costmap:
+    field = DistanceField.of_boxes((OrientedBox(4.0, -0.05, 12.0, 0.1),), (-2.0, -1.0, 9.0, 3.0))
+    return Costmap(field, field)
+
+
+def marks(layers: Costmap, point: tuple[float, float], pose=(0.0, 1.5, 0.0), ranges: float = 0.0) -> bool:
+    """Return whether a return in a scan marks its cell."""
+    layers.observe(pose, np.full(180, ranges), np.array([point]), np.zeros(1, dtype=bool))
+    return bool((layers.evidence > 0).any())
+
+
+def test_returns_mark_beyond_10_centimeters_of_the_map_and_within_6_meters():
+    assert [marks(open_floor(), (3.0, y)) for y in (0.09, 0.11)] == [False, True]
+    assert [marks(open_floor(), (x, 1.5)) for x in (5.94, 6.06)] == [True, False]
+
+
+@pytest.mark.parametrize(("hits", "misses"), [(1, 3), (2, 6), (5, 15), (9, 15)])
+def test_each_return_holds_a_mark_for_three_scans_and_all_of_them_for_15(hits, misses):
+    layers, far = open_floor(), (5.0, 0.0)
+    for _ in range(hits):
+        marks(layers, (2.0, 1.5))
+    assert [marks(layers, far, ranges=9.0) for _ in range(misses + 1)] == [True] * (misses - 1) + [False] * 2
+
+
+@pytest.mark.parametrize(("ray", "clears"), [(None, True), (89, False), (90, False), (91, False), (92, True)])
+def test_a_mark_is_cleared_if_the_three_rays_around_it_end_15_centimeters_behind_it(ray, clears):
+    for behind, passes in ((0.13, False), (0.17, clears)):
+        layers = open_floor()
+        assert marks(layers, (2.0, 1.5))
+        ranges = np.full(180, 2.0 + behind)
+        if ray is not None:
+            ranges[ray] = 1.0
+        for _ in range(3):
+            layers.observe((0.0, 1.5, 0.0), ranges, np.empty((0, 2)), np.empty(0, dtype=bool))
+        assert bool((layers.evidence > 0).any()) is not passes
+
+
+def test_what_lies_outside_of_the_map_is_at_its_edge():
+    layers = open_floor()
+    layers.guess(np.array([[99.0, 99.0], [-99.0, -99.0]]))
+    grid, _ = layers.everywhere(marks=False)
+    assert grid.occupied[-1, -1]
+    assert grid.occupied[0, 0]
+    assert layers.clearance(np.array([[99.0, 99.0], [-99.0, 99.0]])).shape == (2,)
+
+
+def test_marks_are_known_on_all_sides_of_the_robot_as_it_drives_on():
+    layers = open_floor()
+    for x in (1.0, 4.0, 7.0):
+        for dx, dy in ((0.8, 0.0), (-0.8, 0.0), (0.0, 0.9), (0.0, -0.9)):
+            marks(layers, (x + dx, 1.5 + dy), pose=(x, 1.5, 0.0))
+        near = np.array([[x + 0.5, 1.5], [x - 0.5, 1.5], [x, 2.1], [x, 0.9]])
+        assert layers.clearance(near) == pytest.approx(0.3, abs=0.04)
+
+
+def test_at_most_twelve_scans_of_a_station_are_compared_and_then_every_other_one(laboratory):
+    layout, old, _ = laboratory
+    hood = layout.box("FumeHood_1")
+    goal = (hood.x, hood.y - hood.depth / 2.0 - 0.6, math.pi / 2.0)
+    station, counts = StationEstimate(old, goal), []
+    station._search = lambda: counts.append(len(station._scans))
+    boxes = [box for _, box in old.sections]
+    for k in range(15):
+        pose = compose(goal, (-1.5 + 0.25 * (k % 2), 0.0, 0.0))
+        station.observe(pose, scan_of(boxes, pose))
+    assert counts == [*range(1, 13), 6, 7]  # the next one after the sixth is from the place of the last that was kept
+    here = compose(goal, (-1.5 + 0.19, 0.0, 0.0))
+    station.observe(here, scan_of(boxes, here))
+    assert len(counts) == 14  # 0.19 m from the last one
+
+
+def test_a_robot_that_stands_too_near_to_a_wall_may_drive_along_it():
+    layers, plan = open_floor(), PlannedPath(np.array([[0.0, 0.265], [1.0, 0.265], [3.0, 0.265]]))
+    controller, pose, velocity = Controller(np.random.default_rng(0)), (0.0, 0.265, 0.0), (0.0, 0.0)
+    for _ in range(8):
+        plan.advance(pose)
+        velocity = controller.command(pose, velocity, plan, layers)
+        pose = tuple(rollouts(pose, velocity, np.array([[velocity]]), 0.1)[0, 0])
+    assert pose[0] > 0.2
