@@ -36,7 +36,7 @@ from hypothesis import Phase, settings
 
 ROOT = Path(__file__).parents[1]
 TABLE = Path(__file__).with_suffix(".txt")
-"""A line for each module: its path, then the test files that must notice a change."""
+"""A line for each module: its path, then the test files, or single tests, that must notice a change."""
 EQUIVALENT = Path(__file__).with_name("mutants_equivalent.txt")
 """A line for each mutant that changes nothing a user can see: module, scope, change and reason, separated by " | "."""
 BUDGET_S = 10.0
@@ -289,7 +289,7 @@ class Trial(Quick):
         items = {item.nodeid: item for item in session.items}
         for module, drawn in self._draws.items():
             for file in self._table[module]:
-                self._trace(file, [item for item in session.items if item.nodeid.partition("::")[0] == file])
+                self._trace(file, [item for item in session.items if belongs(item.nodeid, file)])
             functions = self._functions(module)
             for mutant in drawn:
                 tests, seconds = self.tests(module, mutant)
@@ -302,7 +302,7 @@ class Trial(Quick):
 
     def _trace(self, file: str, items: Sequence[pytest.Item]) -> None:
         """Run the tests of a file without a change."""
-        digest = hashlib.sha256((self._tree / file).read_bytes()).hexdigest()
+        digest = hashlib.sha256((self._tree / file.partition("::")[0]).read_bytes()).hexdigest()
         if self._traces.get(file, {}).get("digest") == digest:
             return
         path, tests = self._tree.with_name("trace.json"), {}
@@ -397,6 +397,11 @@ class Trial(Quick):
         with self._results.open("a", encoding="utf-8") as stream:
             stream.write(json.dumps(row | {"seconds": round(time.monotonic() - start, 1)}) + "\n")
         print(f"{verdict}: {module}:{mutant.line} {mutant.scope} | {mutant.change} | {len(tests)} tests", flush=True)
+
+
+def belongs(test: str, file: str) -> bool:
+    """Whether a test is that of the table, or one of its file or of its parameters."""
+    return test == file or test.startswith((f"{file}::", f"{file}["))
 
 
 def equivalent() -> set[tuple[str, str, str]]:
