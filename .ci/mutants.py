@@ -1,8 +1,9 @@
 """Mutation run: small changes of central modules, each of which a test must notice.
 
-`python .ci/mutants.py [--each 8] [--seed 0] [--again] [MODULE ...]` works in a copy of the tree and prints a table. Each
-test file runs once without a change; a mutant then runs the tests that execute its line, fast ones first, for at most
+`python .ci/mutants.py [--each 8] [--seed 0] [--again] [MODULE ...]` works in a copy of the tree and prints a table.
+Each test runs once without a change; a mutant then runs the tests that execute its line, fast ones first, for at most
 `BUDGET_S`. It is killed if one of them fails or if they end at the time limit. A line that no test executes survives.
+A mutant of a function gets its new code in a fork of the process that has imported everything; others import anew.
 Results are appended to a file, so that a run goes on where the last one ended. Not part of `make test`.
 """
 
@@ -48,7 +49,7 @@ SIGNED = {ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mu
 PRELOADED = ("numpy", "scipy.ndimage", "scipy.optimize", "cv2", "gymnasium", "mujoco", "pydantic", "shapely")
 """Packages that every mutant would import again."""
 COMPILED = ("entry", "inner")
-"""Decorators of compiled functions. They are taken off: interpreted functions give the same results, and can be traced."""
+"""Decorators of compiled functions; they are taken off: interpreted ones give the same results, and can be traced."""
 
 
 @dataclass(frozen=True)
@@ -71,6 +72,7 @@ class Mutant:
 
     @property
     def digest(self) -> str:
+        """Return the name of the mutant in the results."""
         return hashlib.sha256(self.source.encode()).hexdigest()[:12]
 
 
@@ -217,10 +219,10 @@ class Tracer:
         lines = {path: sorted(lines) for path, lines in self._lines.items()}
         return {"seconds": sum(os.times()[:4]) - self._begin, "lines": lines}
 
-    def _call(self, frame: FrameType, event: str, argument: object) -> Callable[..., Any] | None:
+    def _call(self, frame: FrameType, *_: object) -> Callable[..., Any] | None:
         return self._line if frame.f_code.co_filename in self._paths else None
 
-    def _line(self, frame: FrameType, event: str, argument: object) -> Callable[..., Any]:
+    def _line(self, frame: FrameType, *_: object) -> Callable[..., Any]:
         self._lines.setdefault(frame.f_code.co_filename, set()).add(frame.f_lineno)
         return self._line
 
@@ -254,12 +256,14 @@ class Quick:
 
     @pytest.hookimpl
     def pytest_collection_finish(self) -> None:
+        """Load settings of Hypothesis."""
         phases = (Phase.explicit, Phase.generate)
         settings.register_profile("mutants", settings.default, phases=phases, derandomize=True, database=None)
         settings.load_profile("mutants")
 
     @pytest.hookimpl
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """End the process at a failure."""
         if report.failed:
             os._exit(1)
 
@@ -421,15 +425,12 @@ def report(table: Sequence[str], rows: Sequence[dict[str, Any]]) -> str:
         share = f"{100.0 * killed / (len(rows) - idle):.0f}%" if len(rows) > idle else "-"
         return f"| {name} | {len(rows)} | {killed} | {len(alive) - idle} | {idle} | {share} |"
 
-    lines = [
-        "| module | mutants | killed | survived | equivalent | killed of the others |",
-        "|---|--:|--:|--:|--:|--:|",
+    named = [(f"`{name.removeprefix('labgym/')}`", [row for row in rows if row["module"] == name]) for name in table]
+    named += [
+        (f"all: {kind}", [row for row in rows if row["kind"] == kind]) for kind in sorted({r["kind"] for r in rows})
     ]
-    for module in table:
-        lines.append(counted(f"`{module.removeprefix('labgym/')}`", [row for row in rows if row["module"] == module]))
-    for kind in sorted({row["kind"] for row in rows}):
-        lines.append(counted(f"all: {kind}", [row for row in rows if row["kind"] == kind]))
-    return "\n".join([*lines, counted("all", rows)])
+    lines = ["| module | mutants | killed | survived | equivalent | killed of the rest |", "|---|--:|--:|--:|--:|--:|"]
+    return "\n".join([*lines, *(counted(name, found) for name, found in named), counted("all", rows)])
 
 
 def main() -> int:
