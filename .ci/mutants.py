@@ -59,7 +59,8 @@ class Mutant:
     Attributes:
         kind, line: of the change. lines: of the statement that it is in; none if an import executes it.
         owner: the outermost function around it, "" if an import executes it.
-        scope: the function or class around it. change: the text before and after. source: the new module.
+        scope: the function or class around it. change: the text before and after.
+        put: puts the new node in the module's tree, and the old one back.
     """
 
     kind: str
@@ -68,7 +69,14 @@ class Mutant:
     owner: str
     scope: str
     change: str
-    source: str
+    put: Callable[[bool], ast.AST]
+
+    @functools.cached_property
+    def source(self) -> str:
+        """The new module."""
+        text = ast.unparse(ast.fix_missing_locations(self.put(True)))
+        self.put(False)
+        return text
 
     @property
     def digest(self) -> str:
@@ -115,15 +123,12 @@ def mutants(source: str) -> list[Mutant]:
     for node in list(ast.walk(tree)):
         if node is tree or unchanged(node, places):
             continue
-        parent, name, index = places[node]
         for kind, new in changed(node):
             ast.copy_location(new, node)
-            put(parent, name, index, new)
-            text = f"{shown(node)} -> {shown(new)}"
-            altered = ast.unparse(ast.fix_missing_locations(tree))
             around = [node, *ancestors(node, places)]
-            found.append(Mutant(kind, node.lineno, *executed(around), scope(around), text, altered))
-            put(parent, name, index, node)
+            text = f"{shown(node)} -> {shown(new)}"
+            change = functools.partial(changed_tree, tree, places[node], node, new)
+            found.append(Mutant(kind, node.lineno, *executed(around), scope(around), text, change))
     return found
 
 
@@ -173,12 +178,16 @@ def shown(node: ast.AST) -> str:
     return " ".join(text.split())
 
 
-def put(parent: ast.AST, name: str, index: int | None, node: ast.AST) -> None:
-    """Put a node in its parent's field."""
+def changed_tree(
+    tree: ast.AST, place: tuple[ast.AST, str, int | None], node: ast.AST, new: ast.AST, is_new: bool
+) -> ast.AST:
+    """Return a tree after putting a new node, or the old one, in its place."""
+    parent, name, index = place
     if index is None:
-        setattr(parent, name, node)
+        setattr(parent, name, new if is_new else node)
     else:
-        getattr(parent, name)[index] = node
+        getattr(parent, name)[index] = new if is_new else node
+    return tree
 
 
 def drawn(module: str, source: str, each: int, seed: int) -> list[Mutant]:
