@@ -11,7 +11,7 @@ import pytest
 
 from labgym.envs import LabPointNavEnv, RewardWeights
 from labgym.envs.parts.registry import kinds_of
-from labgym.envs.parts.rewards import ClearanceTerm, FailureTerm, FunctionTerm, SuccessTerm
+from labgym.envs.parts.rewards import ClearanceTerm, FailureTerm, FunctionTerm, ProgressTerm, SuccessTerm
 from labgym.envs.state import State
 from labgym.errors import OptionError
 from labgym.layouts import Layout
@@ -105,3 +105,18 @@ def test_success_and_failure_pay_by_the_verdict(layout: Layout, verdict: Any) ->
     state = replace(env.state, verdict=verdict)
     assert SuccessTerm().value(state) == (verdict == "success")
     assert FailureTerm().value(state) == (verdict == "failure")
+
+
+@pytest.mark.parametrize("method", ["grid", "exact"])
+def test_progress_adds_up_to_the_meters_by_which_the_way_to_the_goal_became_shorter(
+    layout: Layout, method: Any
+) -> None:
+    env = LabPointNavEnv(layout=layout, rewards=[ProgressTerm(2.0, method)])
+    env.reset(seed=0, options={"start": (4.0, 5.4, 0.0), "goal": (6.5, 5.4)})
+    to_go, earned = env.state.to_go(method), 0.0
+    before = to_go.at(*env.state.pose[:2])
+    for forward in (1.0, 1.0, 1.0, -1.0, 0.5, 1.0):
+        earned += float(env.step(np.array([forward, 0.0], np.float32))[1])
+    shorter = before - to_go.at(*env.state.pose[:2])
+    assert shorter > 0.1
+    assert earned == pytest.approx(2.0 * shorter)

@@ -350,7 +350,7 @@ def test_the_stage_of_a_floor_is_clean_and_has_its_solids(name: str, tmp_path: P
 @pytest.mark.parametrize("swing", ["left", "right"])
 @pytest.mark.parametrize("hinge", ["start", "end"])
 def test_leaves_turn_about_their_hinges(hinge: str, swing: str, state: str) -> None:
-    door = Opening(position=2.0, hinge=hinge, swing=swing, state=state, angle=1.9)
+    door = Opening(position=2.0, width=0.9, hinge=hinge, swing=swing, state=state, angle=1.9)
     walls = (
         *(
             Wall(start=a, end=b, thickness=0.2)
