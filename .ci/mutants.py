@@ -209,11 +209,11 @@ class Tracer:
     """Records which lines of some modules are executed between `start` and `end`, and the CPU seconds.
 
     Args:
-        paths: of the modules.
+        modules: names of the modules by their paths.
     """
 
-    def __init__(self, paths: Sequence[Path]) -> None:
-        self._paths = {str(path) for path in paths}
+    def __init__(self, modules: dict[str, str]) -> None:
+        self._modules = modules
         self._lines: dict[str, set[int]] = {}
         self._begin = 0.0
 
@@ -223,13 +223,13 @@ class Tracer:
         sys.settrace(self._call)
 
     def end(self) -> dict[str, Any]:
-        """Return the seconds and the lines by path since the start."""
+        """Return the seconds and the lines by module since the start."""
         sys.settrace(None)
-        lines = {path: sorted(lines) for path, lines in self._lines.items()}
+        lines = {self._modules[path]: sorted(lines) for path, lines in self._lines.items()}
         return {"seconds": sum(os.times()[:4]) - self._begin, "lines": lines}
 
     def _call(self, frame: FrameType, *_: object) -> Callable[..., Any] | None:
-        return self._line if frame.f_code.co_filename in self._paths else None
+        return self._line if frame.f_code.co_filename in self._modules else None
 
     def _line(self, frame: FrameType, *_: object) -> Callable[..., Any]:
         self._lines.setdefault(frame.f_code.co_filename, set()).add(frame.f_lineno)
@@ -315,13 +315,14 @@ class Trial(Quick):
 
     def _trace(self, file: str, items: Sequence[pytest.Item]) -> None:
         """Run the tests of a file without a change."""
-        digest = hashlib.sha256((self._tree / file.partition("::")[0]).read_bytes()).hexdigest()
+        paths = [self._tree / name for name in (file.partition("::")[0], *self._table)]
+        digest = hashlib.sha256(b"".join(path.read_bytes() for path in paths)).hexdigest()
         if self._traces.get(file, {}).get("digest") == digest:
             return
         path, tests = self._tree.with_name("trace.json"), {}
 
         def action() -> int:
-            tracer = Tracer([self._tree / module for module in self._table])
+            tracer = Tracer({str(self._tree / module): module for module in self._table})
             for item, following in itertools.zip_longest(items, items[1:]):
                 tracer.start()
                 item.ihook.pytest_runtest_protocol(item=item, nextitem=following)
@@ -343,7 +344,7 @@ class Trial(Quick):
         ranked = []
         for file in self._table[module]:
             for test, trace in self._traces[file]["tests"].items():
-                lines = trace["lines"].get(str(self._tree / module), [])
+                lines = trace["lines"].get(module, [])
                 if not mutant.lines or not set(lines).isdisjoint(mutant.lines):
                     ranked.append((not lines, trace["seconds"], test))
         chosen, total = [], 0.0
@@ -417,20 +418,25 @@ def belongs(test: str, file: str) -> bool:
     return test == file or test.startswith((f"{file}::", f"{file}["))
 
 
+@functools.lru_cache(maxsize=1)
 def equivalent() -> set[tuple[str, str, str]]:
     """Return module, scope and change of the mutants that change nothing."""
     lines = EQUIVALENT.read_text(encoding="utf-8").splitlines() if EQUIVALENT.exists() else []
     return {tuple(line.split(" | ")[:3]) for line in lines if line}  # type: ignore[misc]
 
 
+def is_equivalent(row: dict[str, Any]) -> bool:
+    """Whether a verdict is on a mutant that changes nothing."""
+    return (row["module"], row["scope"], row["change"]) in equivalent()
+
+
 def report(table: Sequence[str], rows: Sequence[dict[str, Any]]) -> str:
     """Return the table of the verdicts: a row for each module, then for all and for constants."""
-    same = equivalent()
 
     def counted(name: str, rows: Sequence[dict[str, Any]]) -> str:
         killed = sum(row["verdict"].startswith("killed") for row in rows)
         alive = [row for row in rows if not row["verdict"].startswith("killed")]
-        idle = sum((row["module"], row["scope"], row["change"]) in same for row in alive)
+        idle = sum(is_equivalent(row) for row in alive)
         share = f"{100.0 * killed / (len(rows) - idle):.0f}%" if len(rows) > idle else "-"
         return f"| {name} | {len(rows)} | {killed} | {len(alive) - idle} | {idle} | {share} |"
 
@@ -449,12 +455,12 @@ def main() -> int:
     parser.add_argument("--each", type=int, default=8, help="mutants of a module, a quarter of them constants")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--results", type=Path, default=Path(tempfile.gettempdir()) / "labgym_mutants.jsonl")
-    parser.add_argument("--again", action="store_true", help="run those again that survived")
+    parser.add_argument("--again", action="store_true", help="run those again that survived, except equivalent ones")
     options = parser.parse_args()
     results = options.results.resolve()
     traces = results.with_suffix(".traces.json")
     if options.again:
-        rows = [row for row in verdicts(results).values() if row["verdict"].startswith("killed")]
+        rows = [row for row in verdicts(results).values() if row["verdict"].startswith("killed") or is_equivalent(row)]
         results.write_text("".join(json.dumps(row) + "\n" for row in rows), encoding="utf-8")
     table = {line.split()[0]: line.split()[1:] for line in TABLE.read_text(encoding="utf-8").splitlines() if line}
     chosen = {module: table[module] for module in options.modules or table}
