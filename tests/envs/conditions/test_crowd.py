@@ -97,3 +97,22 @@ def test_the_distance_is_that_of_python(scale):
     ends = np.random.default_rng(0).normal(0.0, scale, (2000, 4)).tolist()
     ends += [[1.0, 2.0, 1.0, 2.0], [0.0, 0.0, 3.0, 4.0], [1.0, 0.0, 1.0, -7.5]]
     assert [distance(*each) for each in ends] == [math.dist(each[:2], each[2:]) for each in ends]
+
+
+@pytest.mark.parametrize("model", ["orca", "social_force"])
+def test_one_who_does_not_yield_notices_a_robot_only_from_its_rest_on(model):
+    role = {"start": [1.6, 1.0], "yields": False, "group": 0, "stops": [[6.4, 1.0, 0.3, 1.0]]}
+
+    def track(robot, rest):
+        crowd = Crowd(WORLD, cast_of({"people": [role], "model": model, "speed": 1.0}))
+        places = []
+        for _ in range(40):
+            crowd.step(robot, rest)
+            places.extend(crowd.places)
+        return places
+
+    robot = Disc(4.0, 1.0, 0.0, 0.0, 0.27)
+    assert track(robot, 0.0) == track(None, 0.0)
+    at_rest = track(robot, 0.1)
+    assert min(math.dist(place, (4.0, 1.0)) for place in track(robot, 0.0)) < 0.1
+    assert min(math.dist(place, (4.0, 1.0)) for place in at_rest) >= 0.3 + 0.27 + 0.01 - 1e-6
