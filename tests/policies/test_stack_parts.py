@@ -598,3 +598,12 @@ def test_a_robot_that_stands_too_near_to_a_wall_may_drive_along_it():
         velocity = controller.command(pose, velocity, plan, layers)
         pose = tuple(rollouts(pose, velocity, np.array([[velocity]]), 0.1)[0, 0])
     assert pose[0] > 0.2
+
+
+@pytest.mark.parametrize("x", [0.0, 5.0])
+def test_from_a_place_too_near_to_a_wall_the_path_away_from_it_is_visible(x):
+    layers, plan = open_floor(), PlannedPath(np.array([[x, 0.2], [x, 2.4]]))
+    points, _ = visible(plan, (x, 0.2, 0.0), layers)
+    assert len(points) == len(plan.ahead(3.0)[0]) > 8
+    low = PlannedPath(np.array([[x, 0.5], [x + 0.5, 0.2], [x + 2.5, 0.2]]))
+    assert len(visible(low, (x, 0.5, 0.0), layers)[0]) < len(low.ahead(3.0)[0])
