@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,7 +12,15 @@ from laboratories import island_laboratory
 from labgym.envs import LabPointNavEnv
 from labgym.envs.conditions.bodies import Body
 from labgym.envs.parts.actions import SlippingActions
-from labgym.envs.parts.endings import StuckEnding, TouchedEnding, nearest_person
+from labgym.envs.parts.endings import (
+    LimitEnding,
+    RestEnding,
+    StopEnding,
+    StuckEnding,
+    TouchedEnding,
+    TouchEnding,
+    nearest_person,
+)
 from labgym.envs.parts.odometry import AnnouncedGoalSensor, OdometrySensor, OdometryVelocitySensor
 from labgym.envs.parts.protocols import Presence
 from labgym.envs.parts.vectors import GoalSensor, VelocitySensor
@@ -176,3 +185,59 @@ def test_wheels_slip_by_the_deviations_and_agents_cannot_tell_from_their_command
 def test_slipping_needs_a_robot_that_drives_forward_and_turns():
     with pytest.raises(OptionError, match="expected forward, turn"):
         env(actions={"kind": "slipping"}, robot="holonomic")
+
+
+def still(**changes):
+    """Return what endings read of a robot at rest far from its goal, with changes."""
+    usual = {"pose": (0.0, 0.0, 0.0), "time": 0.0, "distance": 9.0, "velocity": (0.0, 0.0), "sideways": 0.0}
+    return SimpleNamespace(**{**usual, "presences": {}, "stop": False, **changes})
+
+
+@pytest.mark.parametrize(
+    ("ending", "within", "beyond"),
+    [
+        (TouchEnding(), {"distance": 0.5}, {"distance": 0.501}),
+        (RestEnding(), {"distance": 0.36}, {"distance": 0.361}),
+        (RestEnding(), {"distance": 0.2, "velocity": (0.0499, 0.0)}, {"distance": 0.2, "velocity": (0.0501, 0.0)}),
+        (RestEnding(), {"distance": 0.2, "sideways": -0.0499}, {"distance": 0.2, "sideways": -0.0501}),
+        (RestEnding(), {"distance": 0.2, "velocity": (0.0, -0.1)}, {"distance": 0.2, "velocity": (0.0, -0.101)}),
+        (StopEnding(), {"distance": 0.36, "stop": True}, {"distance": 0.361, "stop": True}),
+        (LimitEnding(), {"time": 120.0}, {"time": 119.9}),
+        (StuckEnding(), {"time": 30.0, "pose": (0.0, 0.3, 0.0)}, {"time": 30.0, "pose": (0.0, 0.301, 0.0)}),
+        (StuckEnding(), {"time": 30.0}, {"time": 29.9}),
+    ],
+    ids=lambda value: value.kind if hasattr(value, "kind") else "",
+)
+def test_the_limits_of_endings_are_those_of_the_documentation(ending, within, beyond):
+    for changes, holds in ((within, True), (beyond, False)):
+        if hasattr(ending, "reset"):
+            ending.reset(still())
+        verdict = ending.verdict(still(**changes))
+        if isinstance(ending, StopEnding):
+            assert verdict == ("success" if holds else "failure")
+        else:
+            assert verdict == (ending.outcome if holds else None)
+
+
+def test_rest_counts_from_when_it_began():
+    ending = RestEnding(duration=1.0)
+    ending.reset(still())
+    held = [ending.holds(still(time=t, distance=d)) for t, d in ((0.0, 0.3), (0.9, 0.3), (1.0, 0.3), (1.5, 0.4))]
+    held += [ending.holds(still(time=t, distance=0.3)) for t in (2.0, 2.9, 3.0)]
+    assert held == [False, False, True, False, False, False, True]
+
+
+def test_the_clock_of_a_stuck_robot_begins_anew_where_it_went_and_stands_while_people_are_near():
+    def near(away):
+        return {"people": SimpleNamespace(bodies=(Body("person 1", None, (away, 0.0, 0.0)),))}
+
+    ending = StuckEnding(duration=2.0, people=1.0)
+    ending.reset(still(time=5.0))
+    steps = [(6.0, 0.0, 9.0), (6.9, 0.4, 9.0), (8.8, 0.4, 9.0), (8.9, 0.4, 9.0)]
+    held = [ending.holds(still(time=t, pose=(x, 0.0, 0.0), presences=near(a))) for t, x, a in steps]
+    assert held == [False, False, False, True]
+    ending.reset(still())
+    held = [
+        ending.holds(still(time=t, presences=near(a))) for t, a in ((1.0, 0.999), (2.0, 1.0), (2.9, 0.5), (4.0, 2.0))
+    ]
+    assert held == [False, False, False, True]

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
@@ -13,10 +14,13 @@ from labgym.assets import Catalog
 from labgym.envs import LabPointNavEnv
 from labgym.envs.parts.actuation import LOCOBOT, LoCoBotActuation, RoboThorActuation
 from labgym.envs.parts.maps import BUILDING, NOTHING, asset_labels
-from labgym.envs.parts.noise import BASELINE, Dropout, Quantization, RedwoodDepth, RimOcclusion
+from labgym.envs.parts.noise import BASELINE, Dropout, Gaussian, Quantization, RedwoodDepth, RimOcclusion
 from labgym.envs.parts.odometry import OdometrySensor
+from labgym.envs.parts.protocols import INTERFACES
+from labgym.envs.parts.registry import kinds_of
 from labgym.envs.state import State
 from labgym.errors import OptionError
+from labgym.geometry import to_local, to_world
 from labgym.layouts import Layout
 
 ANYWHERE: Any = None
@@ -156,3 +160,111 @@ def test_segmentation_names_the_asset_in_front(layout: Layout) -> None:
         observation, *_, info = env.step(np.array([1.0, 0.0]))
     assert observation["bumper"][0] == float(info["collision"]) == 1.0
     assert observation in env.observation_space
+
+
+def test_a_depth_image_is_that_of_the_published_simulator_pixel_by_pixel() -> None:
+    depth = np.random.default_rng(1).uniform(0.4, 9.0, (12, 16)).astype(np.float32)
+    depth[3:5, 4:7], depth[8:, 8:] = 0.0, 12.0
+    read = RedwoodDepth(2.0).apply(depth, ANYWHERE, np.random.default_rng(0))
+    errors = np.random.default_rng(0).standard_normal((3, 12, 16))
+    for row in range(12):
+        for column in range(16):
+            y = min(max(row + 2.0 * 0.25 * errors[0, row, column], 0.0), 11.0) + 0.5
+            x = min(max(column + 2.0 * 0.25 * errors[1, row, column], 0.0), 15.0) + 0.5
+            true = float(depth[int(y) // 2 * 2, int(x) // 2 * 2])
+            expected = 0.0
+            if 0.0 < true < 10.0:
+                expected = 35.13 * 8.0 / round((35.13 / true + 2.0 / 36.0 * errors[2, row, column]) * 8.0)
+            assert read[row, column] == pytest.approx(expected, rel=1e-6)
+
+
+def test_scaled_noise_has_its_errors_multiplied_and_its_rates_at_most_1() -> None:
+    assert Gaussian(0.1, 0.2, -0.3).scaled(2.0) == Gaussian(0.2, 0.4, -0.6)
+    assert Dropout(0.25).scaled(2.0).rate == 0.5
+    assert Dropout(0.6).scaled(2.0).rate == RimOcclusion(rate=0.6).scaled(2.0).rate == 1.0
+    assert RimOcclusion(rate=0.25).scaled(3.0).rate == 0.75
+    assert Quantization(0.02).scaled(3.0).step == pytest.approx(0.06)
+    assert Quantization(0.02).scaled(0.0) == Quantization(0.02)
+    assert RedwoodDepth(0.5).scaled(3.0).multiplier == 1.5
+
+
+def test_noise_without_arguments_is_as_documented() -> None:
+    assert Gaussian() == Gaussian(0.0, 0.0, 0.0)
+    assert Dropout() == Dropout(0.01, 0.0)
+    assert Quantization() == Quantization(0.001)
+    assert RedwoodDepth() == RedwoodDepth(1.0)
+    assert RimOcclusion() == RimOcclusion(0.2, 1, 1.0, 0.0)
+
+
+def test_a_seed_gives_the_noise_of_published_episodes() -> None:
+    reading = np.array([[1.0, 2.0, 4.0, 1.5, 3.0]])
+    draws = np.random.default_rng(7).standard_normal(reading.shape)
+    noisy = Gaussian(0.1, 0.2, 0.5).apply(reading, ANYWHERE, np.random.default_rng(7))
+    assert noisy == pytest.approx(reading + 0.5 + np.sqrt(0.01 + (0.2 * reading) ** 2) * draws)
+    shares = np.random.default_rng(7).random(reading.shape)
+    lost = Dropout(0.6, None).apply(reading, ANYWHERE, np.random.default_rng(7))
+    assert (lost == np.where(shares < 0.6, 4.0, reading)).all()
+    lost = RimOcclusion(0.5, 1, 0.6).apply(reading, ANYWHERE, np.random.default_rng(7))
+    assert (lost == np.where([0, 1, 1, 0, 1] & (shares < 0.6), 0.0, reading)).all()
+
+
+def test_a_jump_of_the_step_is_no_rim() -> None:
+    depth = np.array([1.0, 1.25, 1.0, 1.3125])
+    assert RimOcclusion(step=0.25).apply(depth, ANYWHERE, np.random.default_rng(0)).tolist() == [1.0, 1.25, 1.0, 0.0]
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: Quantization(0.0), lambda: Gaussian(-0.1), lambda: Gaussian(relative=-0.1), lambda: Dropout(1.01),
+        lambda: Dropout(-0.01), lambda: RedwoodDepth(-1.0), lambda: RimOcclusion(0.0), lambda: RimOcclusion(width=0),
+        lambda: RimOcclusion(rate=1.01),
+    ],
+)  # fmt: skip
+def test_noise_that_makes_no_sense_is_refused(make: Any) -> None:
+    with pytest.raises(OptionError):
+        make()
+
+
+ALL_KINDS = [(role, kind) for role in INTERFACES for kind in kinds_of(role)]
+WITH_MEMORY = {
+    *(("sensor", kind) for kind in ("occupancy", "odometry", "odometry_velocity")),
+    *(("ending", kind) for kind in ("rest", "limit", "stuck")),
+    *(("reward term", "progress"), ("actions", "velocity"), ("actions", "slipping")),
+}
+"""Kinds of parts that keep something during an episode."""
+
+
+@pytest.mark.parametrize(("role", "kind"), ALL_KINDS)
+def test_parts_without_a_memory_do_not_change(role: str, kind: str) -> None:
+    assert kinds_of(role)[kind].__dataclass_params__.frozen is ((role, kind) not in WITH_MEMORY)
+
+
+@pytest.mark.parametrize(("role", "kind"), ALL_KINDS)
+def test_the_kind_of_a_part_is_no_argument_and_its_noise_may_be_plain_data(role: str, kind: str) -> None:
+    part_class = kinds_of(role)[kind]
+    assert [one.init for one in fields(part_class) if one.name == "kind"] == [False]
+    if role == "sensor" and "noise" in part_class.__dataclass_fields__:
+        assert part_class(noise={"kind": "gaussian", "sigma": 0.1}).noise == (Gaussian(0.1),)
+
+
+def test_odometry_adds_increments_in_its_own_frame_with_errors_in_a_fixed_order(state: State) -> None:
+    errors = {"along": 0.1, "heading": 5.0, "turning": 20.0, "stretch": 0.05, "veer": 3.0, "overturn": 0.1}
+    sensor, rng, draws = OdometrySensor(**errors), np.random.default_rng(3), np.random.default_rng(3)
+    poses = [(0.0, 0.0, 0.4), (0.3, 0.2, 0.7), (0.5, 0.5, -0.2), (0.6, 0.4, -0.4)]
+    sensor.reset(replace(state, pose=poses[0]), rng)
+    x = y = yaw = 0.0
+    for before, after in itertools.pairwise(poses):
+        sensor.reading(replace(state, pose=after, slip=1.5), rng)
+        ahead, left = to_local([after[:2]], before)[0]
+        way, turn, (first, second, third) = (
+            math.hypot(ahead, left),
+            after[2] - before[2],
+            1.5 * draws.standard_normal(3),
+        )
+        driven = 1.05 * ahead + 0.1 * math.sqrt(way) * first
+        dx, dy = to_world([(driven, left)], (0.0, 0.0, yaw))[0]
+        x, y = x + dx, y + dy
+        yaw += 1.1 * turn + math.radians(3.0 * ahead + 5.0 * math.sqrt(way) * second)
+        yaw += math.radians(20.0) * math.sqrt(abs(turn) / (2.0 * math.pi)) * third
+        assert sensor.reckoned == pytest.approx((x, y, yaw))

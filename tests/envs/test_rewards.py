@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from labgym.envs import LabPointNavEnv, RewardWeights
-from labgym.envs.parts.rewards import FunctionTerm
+from labgym.envs.parts.registry import kinds_of
+from labgym.envs.parts.rewards import ClearanceTerm, FailureTerm, FunctionTerm, ProgressTerm, SuccessTerm
 from labgym.envs.state import State
 from labgym.errors import OptionError
 from labgym.layouts import Layout
@@ -77,3 +80,43 @@ def test_a_reward_that_is_none_is_refused(rewards: Any, message: str) -> None:
 def test_weights_and_rewards_exclude_each_other() -> None:
     with pytest.raises(OptionError, match="not both"):
         LabPointNavEnv(rewards=["time"], weights=RewardWeights())
+
+
+def test_the_usual_reward_weighs_as_documented() -> None:
+    usual = {"progress": 1.0, "success": 10.0, "collision": -0.1, "time": -0.01}
+    assert {term.name: term.weight for term in RewardWeights().terms()} == usual
+    alone = {
+        name: kind("f", turn_rate) if name == "function" else kind() for name, kind in kinds_of("reward term").items()
+    }
+    weights = {name: term.weight for name, term in alone.items() if name in (*usual, "failure", "clearance")}
+    assert weights == {**usual, "failure": -10.0, "clearance": -0.1}
+
+
+@pytest.mark.parametrize(("clearance", "share"), [(0.0, 1.0), (0.075, 0.75), (0.15, 0.5), (0.3, 0.0), (0.9, 0.0)])
+def test_clearance_costs_from_contact_to_30_centimeters(clearance: float, share: float) -> None:
+    near: Any = SimpleNamespace(clearance=clearance)
+    assert ClearanceTerm().value(near) == pytest.approx(share)
+
+
+@pytest.mark.parametrize("verdict", [None, "success", "failure", "truncation"])
+def test_success_and_failure_pay_by_the_verdict(layout: Layout, verdict: Any) -> None:
+    env = LabPointNavEnv(layout=layout)
+    env.reset(seed=0)
+    state = replace(env.state, verdict=verdict)
+    assert SuccessTerm().value(state) == (verdict == "success")
+    assert FailureTerm().value(state) == (verdict == "failure")
+
+
+@pytest.mark.parametrize("method", ["grid", "exact"])
+def test_progress_adds_up_to_the_meters_by_which_the_way_to_the_goal_became_shorter(
+    layout: Layout, method: Any
+) -> None:
+    env = LabPointNavEnv(layout=layout, rewards=[ProgressTerm(2.0, method)])
+    env.reset(seed=0, options={"start": (4.0, 5.4, 0.0), "goal": (6.5, 5.4)})
+    to_go, earned = env.state.to_go(method), 0.0
+    before = to_go.at(*env.state.pose[:2])
+    for forward in (1.0, 1.0, 1.0, -1.0, 0.5, 1.0):
+        earned += float(env.step(np.array([forward, 0.0], np.float32))[1])
+    shorter = before - to_go.at(*env.state.pose[:2])
+    assert shorter > 0.1
+    assert earned == pytest.approx(2.0 * shorter)

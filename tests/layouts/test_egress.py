@@ -1,15 +1,19 @@
 """Ways out, judged a second time by polygons: the free floor, shrunk by half the width, stays in one piece."""
 
+import itertools
 import math
+from dataclasses import FrozenInstanceError
 
 import pytest
 from shapely import Point, Polygon, box, unary_union
 
 from labgym.eval import score
 from labgym.layouts import Door, Layout, Placement, Room, generate, load_published, optimise
+from labgym.layouts.floor import Floor, Opening, Rectangle, Space, Wall
 from labgym.layouts.moves import Place, apply
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.egress import narrow_exits, narrow_ways
+from labgym.layouts.rules.handling import Handling
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.navigation import goal_pose
 from labgym.protocols import protocols
@@ -168,3 +172,46 @@ def test_a_cabinet_in_the_doorway_is_an_error_of_the_score_and_the_optimiser_mov
     assert after.v == 0
     assert "door_area" not in {issue.rule for issue in after.errors}
     assert "egress" not in {issue.rule for issue in after.errors}
+
+
+@pytest.mark.parametrize("closed", [True, False])
+def test_a_free_floor_beside_a_door_that_is_blocked_is_no_way_out(closed: bool) -> None:
+    posts = [
+        Placement(id=f"post{k}", asset="EyewashStation", position=(3.0 + 0.475 * k, 0.175, 0.0))
+        for k in ((-1, 1) if closed else (1,))
+    ]
+    rack = Placement(id="rack", asset="EquipmentRack", position=(3.0, 0.6, 0.0))
+    bench = Placement(id="bench", asset="LabBench", position=(3.0, 5.6, 0.0), yaw=math.pi)
+    room = Room(width=6.0, depth=6.0, doors=(Door(wall="front", offset=3.0),))
+    layout = Layout(id="pocket", floor=room.floor, placements=(*posts, rack, bench))
+    missed = [name for names in narrow_exits(Arrangement.of(layout), width=0.35) for name in names]
+    assert ("bench" in missed) is closed
+
+
+def test_what_rules_return_does_not_change() -> None:
+    layout = corridor(0.7)
+    (way,) = narrow_ways(Arrangement.of(layout))
+    assessment = evaluate_layout(layout, rules="touchstone")
+    handling = Handling(0, (0,), frozenset(), frozenset(), frozenset())
+    for value in (way, handling, assessment):
+        name = next(iter(vars(value)))
+        with pytest.raises(FrozenInstanceError):
+            setattr(value, name, None)
+
+
+@pytest.mark.parametrize(("swing", "stands"), [("right", True), ("left", False)])
+def test_an_open_leaf_stands_in_the_way_only_if_leaves_count(swing: str, stands: bool) -> None:
+    # A corridor 1.1 m wide along x = 4.2: its exit is at one end, a sink at the other, a door to a room between.
+    corners = ((5.3, 5.1), (-0.1, 5.1), (-0.1, -0.1), (5.4, -0.1), (5.4, 5.1))
+    walls = [Wall(start=a, end=b, thickness=0.2) for a, b in itertools.pairwise(corners)]
+    walls[2] = walls[2].model_copy(update={"openings": (Opening(position=4.85, width=0.9),)})
+    door = Opening(position=2.5, width=0.9, swing=swing, state="open", angle=math.pi / 2.0)
+    walls.append(Wall(start=(4.1, 0.0), end=(4.1, 5.0), thickness=0.2, openings=(door,)))
+    spaces = tuple(
+        Space(id=name, region=(Rectangle(x0=x0, y0=0.0, x1=x1, y1=5.0),))
+        for name, x0, x1 in (("room", 0.0, 4.0), ("corridor", 4.2, 5.3))
+    )
+    sink = Placement(id="sink", asset="HandWashSink", position=(4.75, 4.75, 0.0), yaw=math.pi)
+    layout = Layout(id="leaf", floor=Floor(walls=tuple(walls), spaces=spaces), placements=(sink,))
+    for leaves, missed in ((False, []), (True, [("sink",)] if stands else [])):
+        assert narrow_exits(Arrangement.of(layout), width=0.7, leaves=leaves) == missed

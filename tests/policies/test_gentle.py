@@ -117,3 +117,19 @@ def test_hard_braking_is_sooner_at_rest_and_passes_the_same_filter():
     (soft_steps, soft), (hard_steps, hard) = stopped(False), stopped(True)
     assert hard_steps < soft_steps
     assert soft < hard < ROBOT.acceleration
+
+
+@pytest.mark.parametrize("spacing", range(1, 12))
+def test_the_filter_of_a_whole_number_of_steps_per_quarter_period_is_not_longer_by_rounding(spacing):
+    weights = shaping_weights(math.pi / 2.0 / (spacing * 0.1), 0.1)
+    assert len(weights) == 2 * spacing + 1
+    assert weights[0] == weights[-1] == pytest.approx(0.5)
+
+
+def test_hard_braking_takes_93_percent_of_the_robot_s_acceleration():
+    commands = GentleCommands(GentleLimits(0.2, 0.2, (1.0,)))
+    speeds = [commands.command(1.0) for _ in range(60)] + [commands.command(0.0, hard=True) for _ in range(3)]
+    changes = np.diff(speeds) / ROBOT.control_dt
+    assert changes[0] == pytest.approx(0.2)
+    assert changes[-1] == pytest.approx(-0.93 * ROBOT.acceleration)
+    assert commands.speed == commands.history[-1] == speeds[-1]

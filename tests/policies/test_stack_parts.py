@@ -21,7 +21,16 @@ from labgym.policies.stack.docking import StationEstimate, moved
 from labgym.policies.stack.localization import LidarMounting, Localizer
 from labgym.policies.stack.old_map import OldMap, ray_lengths
 from labgym.policies.stack.panes import CONTINUATION_M, SeenPanes
-from labgym.policies.stack.people import PeopleTracker, TrackedPerson, Waiting, approach_cost, clusters, way_cost
+from labgym.policies.stack.people import (
+    PeopleTracker,
+    Track,
+    TrackedPerson,
+    Waiting,
+    approach_cost,
+    clusters,
+    too_late,
+    way_cost,
+)
 from labgym.policies.stack.planner import PlannedPath, planned
 from labgym.scenes.rays import RayScene
 
@@ -295,6 +304,7 @@ def test_the_pose_of_a_station_is_measured_to_millimeters_in_depth_and_to_the_ra
     for along in np.linspace(2.2, 0.8, 7):
         pose = compose(goal, (-along, 0.6 * (along - 0.8), 0.1))
         station.observe(pose, scan_of(shifted, pose))
+    assert station.offset == pytest.approx(offset, abs=0.015)
     across, depth, turn = np.abs(np.array(station.goal) - moved(goal, front, offset))
     assert depth < 0.004
     assert turn < math.radians(0.3)
@@ -395,3 +405,206 @@ def test_a_guess_is_an_obstacle_until_it_closes_every_way():
     through = planned(layers, HERE, (3.5, 1.5))
     assert through is not None
     assert through.remaining < 2.7
+
+
+COMMANDS = """
+0.200000 -0.100000
+0.288964 -0.339946
+0.381017 -0.513629
+0.456202 -0.647144
+0.543644 -0.516958
+0.635717 -0.697337
+0.700851 -0.625816
+0.760994 -0.789904
+0.818754 -0.610654
+0.836877 -0.364850
+0.874054 -0.199480
+0.913864 -0.108993
+"""
+"""Commands of a controller with a seed among a carton and a person who walks: its defaults decide published drives."""
+
+
+def seeded_commands() -> np.ndarray:
+    layers = costmap()
+    observe(layers, (CARTON,), HERE)
+    controller, plan = Controller(np.random.default_rng(3)), planned(layers, HERE, (3.5, 1.5))
+    pose, velocity, commands = HERE, (0.1, 0.2), []
+    for k in range(12):
+        person = TrackedPerson((2.4 - 0.05 * k, 2.6 - 0.03 * k), (-0.5, -0.3), True)
+        plan.advance(pose)
+        velocity = controller.command(pose, velocity, plan, layers, (person,))
+        commands.append(velocity)
+        pose = tuple(rollouts(pose, velocity, np.array([[velocity]]), 0.1)[0, 0])
+    return np.array(commands)
+
+
+def test_a_seed_gives_the_commands_of_the_published_drives():
+    assert seeded_commands() == pytest.approx(
+        np.array([line.split() for line in COMMANDS.split("\n") if line], float), abs=1e-5
+    )
+
+
+def test_a_prediction_adds_the_covariance_of_white_acceleration():
+    track, dt = Track(np.array([1.0, 2.0])), 0.1
+    track.covariance = np.zeros((2, 2))
+    track.predict(dt)
+    lever = 2.5 * np.array([dt * dt / 2.0, dt])
+    assert track.covariance == pytest.approx(np.outer(lever, lever))
+    track.covariance, track.state = np.diag([0.01, 0.25]), np.array([[1.0, 2.0], [0.5, -1.0]])
+    track.predict(dt)
+    assert track.state[0] == pytest.approx([1.05, 1.9])
+    assert track.covariance - np.outer(lever, lever) == pytest.approx(np.array([[0.0125, 0.025], [0.025, 0.25]]))
+
+
+@pytest.mark.parametrize(("before", "steps"), [(0, 80), (2, 300)])
+def test_what_never_walked_is_a_thing_after_8_seconds_or_30_if_first_seen_at_rest(before, steps):
+    crowd, points = PeopleTracker(things=True), np.array([[2.0, 1.4], [2.0, 1.5], [2.0, 1.6]])
+    for _ in range(before):
+        crowd.observe(HERE, np.empty((0, 2)), np.empty(0, dtype=bool))
+    alive = []
+    for _ in range(steps + 2):
+        crowd.observe(HERE, points, np.ones(3, dtype=bool))
+        alive.append(bool(crowd.alive))
+    assert alive.index(False) == steps
+
+
+def test_clusters_end_at_their_gap_and_at_the_width_of_a_person():
+    def number(step: float, count: int) -> int:
+        return len(clusters(np.column_stack([step * np.arange(count), np.zeros(count)])))
+
+    assert (number(0.297, 2), number(0.303, 2)) == (1, 2)
+    assert (number(1.287 / 5, 6), number(1.313 / 5, 6)) == (1, 0)
+
+
+@pytest.mark.parametrize(
+    ("place", "velocity", "speed", "rests"),
+    [
+        ((0.653, 0.0), (0.0, 0.0), 0.6, True),  # rest distance 0.66 m
+        ((0.667, 0.0), (0.0, 0.0), 0.6, False),
+        ((0.841, 0.0), (0.0, 0.0), 0.0, True),  # 0.85 m to one who stands
+        ((0.859, 0.0), (0.0, 0.0), 0.0, False),
+        ((1.138, 0.0), (0.0, 0.5), 0.0, True),  # 1.15 m to one who walks
+        ((1.162, 0.0), (0.0, 0.5), 0.0, False),
+        ((0.9, 0.0), (0.198, 0.3), 0.0, True),  # unless they recede faster than 0.2 m/s
+        ((0.9, 0.0), (0.202, 0.3), 0.0, False),
+        ((1.5, 0.713), (-1.0, 0.0), 0.6, True),  # 0.72 m within 1 s
+        ((1.5, 0.727), (-1.0, 0.0), 0.6, False),
+        ((2.0, 0.9), (-0.3, -0.9), 0.6, False),
+        ((0.5, 0.45), (-0.1, 0.2), 0.8, True),
+        ((1.05, 0.3), (-0.2, 0.1), 0.9, True),
+        ((-0.45, 0.4), (0.6, 0.0), 0.8, False),
+    ],
+)
+def test_whether_a_robot_rests_for_a_person_is_the_same_in_every_frame(place, velocity, speed, rests):
+    for frame in ((0.0, 0.0, 0.0), (3.0, -2.0, 0.7), (-1.0, 4.0, -1.9), (0.5, 0.5, 2.8)):
+        (x, y), (vx, vy) = to_world([place], frame)[0], to_world([velocity], (0.0, 0.0, frame[2]))[0]
+        person = TrackedPerson((x, y), (vx, vy), velocity != (0.0, 0.0))
+        assert Waiting().step(frame, speed, (person,)) is rests
+
+
+def test_braking_begins_before_it_is_too_late_in_every_frame():
+    # 0.8 m/s at 1.4 m/s2 after 0.2 s: 0.771 s and 0.309 m, in which the person comes 0.386 m.
+    distance = 0.66 + 0.8 * 0.8 / 2.8 + 0.08 + 0.5 * (0.8 / 1.4 + 0.2)
+    for frame in ((0.0, 0.0, 0.0), (3.0, -2.0, 0.7), (-1.0, 4.0, -1.9)):
+        for share, late in ((0.99, True), (1.01, False)):
+            x, y = to_world([(share * distance, 0.0)], frame)[0]
+            vx, vy = to_world([(-0.5, 0.0)], (0.0, 0.0, frame[2]))[0]
+            assert too_late(TrackedPerson((x, y), (vx, vy), True), frame, 0.8) is late
+
+
+def test_the_way_of_a_person_costs_28_and_falls_to_nothing_at_80_centimeters_beside_and_beyond_it():
+    ends = np.array([[1.5, 0.0], [1.5, 0.4], [1.5, 0.79], [1.5, 0.81], [0.1, 0.0], [3.4, 0.0]])
+    costs = way_cost((TrackedPerson((3.0, 0.0), (-1.0, 0.0), True),), ends)
+    assert costs == pytest.approx([28.0, 14.0, 28.0 * 0.01 / 0.8, 0.0, 14.0, 14.0])
+    assert way_cost((TrackedPerson((3.0, 0.0), (-0.24, 0.0), True),), ends).max() == 0.0
+    assert way_cost((TrackedPerson((3.0, 0.0), (-0.26, 0.0), True),), ends).max() > 0.0
+
+
+def open_floor() -> Costmap:
+    field = DistanceField.of_boxes((OrientedBox(4.0, -0.05, 12.0, 0.1),), (-2.0, -1.0, 9.0, 3.0))
+    return Costmap(field, field)
+
+
+def marks(layers: Costmap, point: tuple[float, float], pose=(0.0, 1.5, 0.0), ranges: float = 0.0) -> bool:
+    """Return whether a return in a scan marks its cell."""
+    layers.observe(pose, np.full(180, ranges), np.array([point]), np.zeros(1, dtype=bool))
+    return bool((layers.evidence > 0).any())
+
+
+def test_returns_mark_beyond_10_centimeters_of_the_map_and_within_6_meters():
+    assert [marks(open_floor(), (3.0, y)) for y in (0.09, 0.11)] == [False, True]
+    assert [marks(open_floor(), (x, 1.5)) for x in (5.94, 6.06)] == [True, False]
+
+
+@pytest.mark.parametrize(("hits", "misses"), [(1, 3), (2, 6), (5, 15), (9, 15)])
+def test_each_return_holds_a_mark_for_three_scans_and_all_of_them_for_15(hits, misses):
+    layers, far = open_floor(), (5.0, 0.0)
+    for _ in range(hits):
+        marks(layers, (2.0, 1.5))
+    assert [marks(layers, far, ranges=9.0) for _ in range(misses + 1)] == [True] * (misses - 1) + [False] * 2
+
+
+@pytest.mark.parametrize(("ray", "clears"), [(None, True), (89, False), (90, False), (91, False), (92, True)])
+def test_a_mark_is_cleared_if_the_three_rays_around_it_end_15_centimeters_behind_it(ray, clears):
+    for behind, passes in ((0.13, False), (0.17, clears)):
+        layers = open_floor()
+        assert marks(layers, (2.0, 1.5))
+        ranges = np.full(180, 2.0 + behind)
+        if ray is not None:
+            ranges[ray] = 1.0
+        for _ in range(3):
+            layers.observe((0.0, 1.5, 0.0), ranges, np.empty((0, 2)), np.empty(0, dtype=bool))
+        assert bool((layers.evidence > 0).any()) is not passes
+
+
+def test_what_lies_outside_of_the_map_is_at_its_edge():
+    layers = open_floor()
+    layers.guess(np.array([[99.0, 99.0], [-99.0, -99.0]]))
+    grid, _ = layers.everywhere(marks=False)
+    assert grid.occupied[-1, -1]
+    assert grid.occupied[0, 0]
+    assert layers.clearance(np.array([[99.0, 99.0], [-99.0, 99.0]])).shape == (2,)
+
+
+def test_marks_are_known_on_all_sides_of_the_robot_as_it_drives_on():
+    layers = open_floor()
+    for x in (1.0, 4.0, 7.0):
+        for dx, dy in ((0.8, 0.0), (-0.8, 0.0), (0.0, 0.9), (0.0, -0.9)):
+            marks(layers, (x + dx, 1.5 + dy), pose=(x, 1.5, 0.0))
+        near = np.array([[x + 0.5, 1.5], [x - 0.5, 1.5], [x, 2.1], [x, 0.9]])
+        assert layers.clearance(near) == pytest.approx(0.3, abs=0.04)
+
+
+def test_at_most_twelve_scans_of_a_station_are_compared_and_then_every_other_one(laboratory):
+    layout, old, _ = laboratory
+    hood = layout.box("FumeHood_1")
+    goal = (hood.x, hood.y - hood.depth / 2.0 - 0.6, math.pi / 2.0)
+    station, counts = StationEstimate(old, goal), []
+    station._search = lambda: counts.append(len(station._scans))
+    boxes = [box for _, box in old.sections]
+    for k in range(15):
+        pose = compose(goal, (-1.5 + 0.25 * (k % 2), 0.0, 0.0))
+        station.observe(pose, scan_of(boxes, pose))
+    assert counts == [*range(1, 13), 6, 7]  # the next one after the sixth is from the place of the last that was kept
+    here = compose(goal, (-1.5 + 0.19, 0.0, 0.0))
+    station.observe(here, scan_of(boxes, here))
+    assert len(counts) == 14  # 0.19 m from the last one
+
+
+def test_a_robot_that_stands_too_near_to_a_wall_may_drive_along_it():
+    layers, plan = open_floor(), PlannedPath(np.array([[0.0, 0.265], [1.0, 0.265], [3.0, 0.265]]))
+    controller, pose, velocity = Controller(np.random.default_rng(0)), (0.0, 0.265, 0.0), (0.0, 0.0)
+    for _ in range(8):
+        plan.advance(pose)
+        velocity = controller.command(pose, velocity, plan, layers)
+        pose = tuple(rollouts(pose, velocity, np.array([[velocity]]), 0.1)[0, 0])
+    assert pose[0] > 0.2
+
+
+@pytest.mark.parametrize("x", [0.0, 5.0])
+def test_from_a_place_too_near_to_a_wall_the_path_away_from_it_is_visible(x):
+    layers, plan = open_floor(), PlannedPath(np.array([[x, 0.2], [x, 2.4]]))
+    points, _ = visible(plan, (x, 0.2, 0.0), layers)
+    assert len(points) == len(plan.ahead(3.0)[0]) > 8
+    low = PlannedPath(np.array([[x, 0.5], [x + 0.5, 0.2], [x + 2.5, 0.2]]))
+    assert len(visible(low, (x, 0.5, 0.0), layers)[0]) < len(low.ahead(3.0)[0])

@@ -807,3 +807,56 @@ def test_any_protocol_of_catalogue_names_is_examined_without_failing(amounts, st
     assert all(finding.step is None or 1 <= finding.step <= len(steps) for finding in findings)
     assert all("\n" not in finding.message and finding.suggestion for finding in findings)
     assert findings == examine(protocol)
+
+
+def mixture(part: str, percent: float, rest: str, *uses: str, temperature: float = 22.0) -> Protocol:
+    """Return a protocol with a liquid as a percentage of a mixture, and with what has no volume."""
+    amounts = {part: f"{percent:g} mL", rest: f"{100.0 - percent:g} mL"}
+    return made(amounts, step("Add", " ".join(("RoundBottomFlask", part, rest, *uses)), temperature))
+
+
+def washed(percent: float) -> Protocol:
+    return solvents(
+        {"Methanol": f"{100.0 - percent:g} mL", "EthylAcetate": f"{percent:g} mL"},
+        step("Stir", "RoundBottomFlask Methanol EthylAcetate", 22),
+        step("Wash", "SeparatoryFunnel ErlenmeyerFlask SodiumBicarbonate", 22),
+    )
+
+
+def palladium(share: float) -> Protocol:
+    amount = f"{106.42 * 0.2 * share:.4f} mg, 0.2 mmol"
+    return made({"PalladiumOnCarbon": amount}, step("Stir", "RoundBottomFlask Ethanol PalladiumOnCarbon", 22))
+
+
+def borohydride(solvent: str, celsius: float) -> Protocol:
+    return mixture(solvent, 60.0, "DeionizedWater", "SodiumBorohydride", temperature=celsius)
+
+
+@pytest.mark.parametrize(
+    ("rule", "make", "breaks", "keeps"),
+    [
+        (
+            "peracid-in-ketone",
+            lambda x: mixture("Acetone", x, "Dichloromethane", "MetaChloroperbenzoicAcid"),
+            25.3,
+            24.7,
+        ),
+        ("hydride-in-protic", lambda x: mixture("Ethanol", x, "Tetrahydrofuran", "LithiumAluminumHydride"), 10.1, 9.9),
+        ("grignard-in-protic", lambda x: mixture("Ethanol", x, "DiethylEther", "Magnesium", "BenzylBromide"), 5.1, 4.9),
+        ("borohydride-in-acid", lambda x: borohydride("AceticAcid", x), 30.1, 30.0),
+        ("borohydride-in-alcohol", lambda x: borohydride("Methanol", x), 60.1, 60.0),
+        ("layer-missing", washed, 4.9, 5.1),
+        ("catalyst-loading", palladium, 1.24, 1.26),
+        ("catalyst-loading", palladium, 0.76, 0.74),
+    ],
+)
+def test_limits_of_shares_and_temperatures_are_those_of_their_sources(rule, make, breaks, keeps):
+    assert rule in {finding.rule for finding in examine(make(breaks))}
+    assert rule not in {finding.rule for finding in examine(make(keeps))}
+
+
+def test_a_borohydride_needs_a_quarter_of_the_volume_as_acid_or_alcohol():
+    for rule, liquid, celsius in (("acid", "AceticAcid", 40.0), ("alcohol", "Methanol", 70.0)):
+        for percent, breaks in ((25.3, True), (24.7, False)):
+            protocol = mixture(liquid, percent, "DeionizedWater", "SodiumBorohydride", temperature=celsius)
+            assert (f"borohydride-in-{rule}" in {finding.rule for finding in examine(protocol)}) is breaks

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from pathlib import Path
 
 import furnished_floors as floors
@@ -12,10 +13,11 @@ import pytest
 import shapely
 
 from labgym.layouts import Layout, Room
-from labgym.layouts.floor import Finishes, Floor, KeepOut
+from labgym.layouts.floor import Finishes, Floor, KeepOut, Opening, Rectangle, Space, Wall
+from labgym.layouts.floor.solids import leaf
 from labgym.layouts.floors import FAMILIES, draw_floor
 from labgym.scenes import MissingRendererError, RayScene, make_renderer, scene_mesh, to_mjcf, views, write_usd
-from labgym.scenes.building import building_patches
+from labgym.scenes.building import building_patches, building_solids, leaves_of
 from labgym.scenes.cutaway import hidden_walls, walls_across
 from labgym.scenes.mesh import ROOM
 from labgym.scenes.mjcf import COLLISION_GROUP
@@ -342,3 +344,52 @@ def test_the_stage_of_a_floor_is_clean_and_has_its_solids(name: str, tmp_path: P
     validator = pytest.importorskip("omni.asset_validator")
     issues = validator.ValidationEngine().validate(str(path)).issues()
     assert [f"{issue.rule.__name__}: {issue.message}" for issue in issues] == []
+
+
+@pytest.mark.parametrize("state", ["open", "closed"])
+@pytest.mark.parametrize("swing", ["left", "right"])
+@pytest.mark.parametrize("hinge", ["start", "end"])
+def test_leaves_turn_about_their_hinges(hinge: str, swing: str, state: str) -> None:
+    door = Opening(position=2.0, width=0.9, hinge=hinge, swing=swing, state=state, angle=1.9)
+    walls = (
+        *(
+            Wall(start=a, end=b, thickness=0.2)
+            for a, b in pairwise(((8.3, 5.1), (-0.1, 5.1), (-0.1, -0.1), (8.3, -0.1)))
+        ),
+        Wall(start=(8.3, -0.1), end=(8.3, 5.1), thickness=0.2, openings=(Opening(position=2.0),)),
+        Wall(start=(4.1, 0.0), end=(4.1, 5.0), thickness=0.2, openings=(door,)),
+    )
+    spaces = (
+        Space(id="west", region=(Rectangle(x0=0.0, y0=0.0, x1=4.0, y1=5.0),)),
+        Space(id="east", region=(Rectangle(x0=4.2, y0=0.0, x1=8.2, y1=5.0),)),
+    )
+    floor = Floor(walls=walls, spaces=spaces)
+    (one,) = leaves_of(floor)
+    assert building_solids(floor)[one.name] == one.box
+    assert one.name not in building_solids(floor, leaves=False)
+    assert (one.angle, one.travel) == (1.9 if state == "open" else 0.0, 1.9)
+    # Turned back about its hinge, the leaf closes the opening; the wall runs along y.
+    (x, y), back = one.box.to_world(*one.hinge), -one.turn * one.angle
+    dx, dy = one.box.x - x, one.box.y - y
+    closed = x + math.cos(back) * dx - math.sin(back) * dy, y + math.sin(back) * dx + math.cos(back) * dy
+    shut = leaf(walls[-1], door, 0.0)
+    assert closed == pytest.approx((shut.x, shut.y))
+    assert y == pytest.approx(2.0 - (1.0 if hinge == "start" else -1.0) * shut.width / 2.0)
+    right = door.model_copy(update={"angle": 1.2, "state": "open"})
+    (narrow,) = leaves_of(
+        Floor(walls=(*walls[:-1], walls[-1].model_copy(update={"openings": (right,)})), spaces=spaces)
+    )
+    assert (narrow.angle, narrow.travel) == (1.2, math.pi / 2.0)
+
+
+def test_solids_have_the_names_of_their_parts(layout: Layout) -> None:
+    floor = layout.floor
+    solids = building_solids(floor)
+    assert list(solids.values()) == [part.box for part in floor.parts]
+    for name, part in zip(solids, floor.parts, strict=True):
+        assert name.startswith(
+            f"column_{part.source}_" if part.kind == "column" else f"wall_{part.source}/{part.kind}_"
+        )
+    leaves = {name for name, part in zip(solids, floor.parts, strict=True) if part.kind == "leaf"}
+    assert set(building_solids(floor, leaves=False)) == set(solids) - leaves
+    assert {one.name for one in leaves_of(floor)} == leaves

@@ -320,3 +320,14 @@ def test_trajectories_are_those_of_pyrvo(count):
     mine, theirs = run(places, -places, 80), reference(places, -places, 80)
     assert np.abs(mine - theirs).max() < 1e-3
     assert closest(mine) > 0.6 - 1e-6
+
+
+@pytest.mark.parametrize("angle", [0.3, 1.2, 2.5, -0.4, -1.7, -2.8])
+def test_nobody_comes_nearer_to_a_robot_at_rest_than_the_gap_from_any_side(angle):
+    toward = -np.array([math.cos(angle), math.sin(angle)])
+    apart = RULES.radius + 0.27 + RULES.gap
+    person = np.array([1.0, 2.0]) - (apart + 0.02) * toward
+    robot = OrcaRobot(1.0, 2.0, 0.0, 0.0, 0.27, 1.0, True)
+    discs = np.array([[*person, 0.0, 0.0]])
+    (reached,) = velocities(discs, toward[None], np.zeros(1, dtype=bool), robot, NO_WALLS, 1.0, RULES)
+    assert reached == pytest.approx(0.02 / RULES.dt * toward)

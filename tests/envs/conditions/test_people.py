@@ -21,7 +21,7 @@ from shapely.geometry import Point, Polygon
 from shapely.ops import unary_union
 
 import labgym  # noqa: F401 -- registers the ids
-from labgym.envs.conditions.cast import RADIUS, cast_of, free_floor
+from labgym.envs.conditions.cast import MOST, RADIUS, cast_of, free_floor
 from labgym.envs.conditions.crowd import Crowd
 from labgym.envs.conditions.figures import LEG_APART, figure
 from labgym.envs.conditions.intentions import STOP
@@ -418,3 +418,16 @@ def test_the_interaction_of_two_people_is_the_published_formula():
     fx, fy = force.interaction(Disc(0.0, 0.0, 1.0, 0.0, 0.3), Disc(1.0, 0.3, 0.0, 0.0, 0.3))
     assert fx < 0.0
     assert fy < 0.0  # the other one is on the left: step to the right
+
+
+@pytest.mark.parametrize(("option", "most"), [("density", 2.0), ("yielding", 1.0), ("speed", 3.0), ("group", MOST)])
+def test_the_greatest_options_are_taken_and_no_greater_ones(option, most):
+    assert getattr(People(**{option: most}), option) == most
+    with pytest.raises(LabgymError, match=option):
+        People(**{option: most + 1 if option == "group" else 1.01 * most})
+    for model in ("orca", "social_force"):
+        assert People(model=model).model == model
+
+
+def test_people_without_arguments_are_as_documented():
+    assert People() == People(density=0.125, group=1, yielding=0.5, speed=1.0, model="orca", name="people")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -15,6 +17,8 @@ from labgym.envs.labnav.nuisances import (
     properties_without,
 )
 from labgym.envs.labnav.tasks import TASKS, config_of
+from labgym.envs.labnav.tasks.odometry import locobot, robothor
+from labgym.envs.parts.actuation import LOCOBOT
 from labgym.envs.parts.odometry import OdometrySensor
 from labgym.envs.point_nav import LabPointNavEnv
 from labgym.errors import UnknownNameError
@@ -127,3 +131,30 @@ def test_odometry_without_drift_is_the_sensor_without_errors():
 def test_a_nuisance_that_a_task_does_not_have_is_refused():
     with pytest.raises(UnknownNameError, match="nuisance of aisle 2"):
         properties_without("aisle", 2, ("glass",))
+
+
+def test_the_errors_of_odometry_are_the_published_ones_of_an_action():
+    # RoboTHOR: 5 mm and 0.5 degrees of a step of 0.25 m, 0.5 degrees of a turn by 30 degrees.
+    for factor in (0.5, 1.0, 2.0):
+        errors = robothor(factor)
+        assert errors["along"] * math.sqrt(0.25) == pytest.approx(0.005 * factor)
+        assert errors["heading"] * math.sqrt(0.25) == pytest.approx(0.5 * factor)
+        assert errors["turning"] * math.sqrt(30.0 / 360.0) == pytest.approx(0.5 * factor)
+        for controller, table in LOCOBOT.items():
+            errors = {name: value / factor for name, value in locobot(controller, factor).items()}
+            assert errors["stretch"] * 0.25 == pytest.approx(table.ahead[0])
+            assert errors["along"] ** 2 * 0.25 == pytest.approx(table.ahead[1])
+            assert math.radians(errors["veer"]) * 0.25 == pytest.approx(table.turned[0])
+            assert math.radians(errors["heading"]) ** 2 * 0.25 == pytest.approx(table.turned[1])
+            assert errors["overturn"] * math.radians(30.0) == pytest.approx(table.turned_turning[0])
+            assert math.radians(errors["turning"]) ** 2 / 12.0 == pytest.approx(table.turned_turning[1])
+
+
+def test_the_levels_of_odometry_err_as_the_suites_state():
+    levels = TASKS["odometry"].levels
+    expected = {1: (robothor(0.5), 0.5), 2: (robothor(1.0), 1.0), 3: (locobot("ilqr", 0.5), 2.0)}
+    for number, (errors, wheels) in expected.items():
+        level = levels[number]
+        assert level.odometry == errors
+        assert level.slip == pytest.approx((0.03 * wheels, 2.0 * wheels))
+        assert (level.lidar, level.color, level.redwood) == (0.03, 25.5, True)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import FrozenInstanceError
 
 import gymnasium as gym
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from labgym.envs.labnav.task import LegResult, Result, timed
+from labgym.envs.labnav.task import LegResult, Level, Result, register, timed
 from labgym.envs.labnav.tasks import FIGURE_TASKS, TASKS, task_of
 from labgym.envs.labnav.tasks.carry import carry
 from labgym.envs.labnav.tasks.dock import dock
@@ -124,3 +125,28 @@ def test_the_environment_of_each_task_is_registered_with_its_time_limit():
     for name in FIGURE_TASKS:
         spec = gym.spec(labnav_id(name))
         assert spec.max_episode_steps == round(task_of(name).seconds / ROBOT.control_dt)
+
+
+def test_without_a_beaker_carrying_is_a_drive_in_time():
+    result = Result(True, 10.0, 12.0, 25.0, 0.0, 0.0)
+    assert task_of("carry").score(result, {}, {}) == timed(True, 10.0, 25.0) == 0.4
+
+
+def test_the_levels_of_carrying_leave_2_1_and_half_a_centimeter_of_freeboard():
+    beakers = [task_of("carry").level(number).conditions[0]["beaker"]["freeboard"] for number in (1, 2, 3)]
+    assert beakers == [0.020, 0.010, 0.005]
+    assert len({str(task_of("carry").level(number).conditions[1]) for number in (1, 2, 3)}) == 1
+
+
+def test_an_episode_that_says_nothing_else_has_one_goal_in_one_room_8_to_25_meters_away():
+    level = Level()
+    assert (level.goals, level.rooms, level.lengths, level.detour, level.slip) == (
+        (1, 1), (1, 1), (8.0, 25.0), 1.0, (0.02, 1.0)
+    )  # fmt: skip
+    assert {name: task_of(name).seconds for name in ("aisle", "shift")} == {"aisle": 120.0, "shift": 1200.0}
+
+
+def test_registering_a_task_returns_it_and_results_do_not_change():
+    assert register(TASKS["aisle"]) is TASKS["aisle"]
+    with pytest.raises(FrozenInstanceError):
+        LegResult(True, True, 1.0, 1.0).success = False

@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 
 from labgym.errors import OptionError
-from labgym.eval.driving.coverage import Scenario, coverage
+from labgym.eval.driving.coverage import Scenario, coverage, scenarios
 from labgym.eval.driving.intervals import bounded_mean, positive_mean, real_mean, score_interval
 
 LAYOUTS = [f"c{k:02d}" for k in range(30) for _ in range(4)]
@@ -170,3 +170,35 @@ def test_simulated_evaluations_have_the_mean_and_the_correlation_of_their_scenar
 def test_no_evaluations_are_refused():
     with pytest.raises(OptionError, match="evaluations is 0, expected at least 1"):
         coverage(Scenario("success", 0.9), 0)
+
+
+@pytest.mark.parametrize(("sizes", "freedom"), [((1, 3), 1.0), ((1, 2), 1.0), ((2, 2, 2), 2.0), ((1, 2, 4), 4.0 / 3.0)])
+def test_the_degrees_of_freedom_are_the_effective_layouts_less_one_but_at_least_one(sizes, freedom):
+    values = np.arange(sum(sizes), dtype=float)
+    layouts = [f"l{number}" for number, size in enumerate(sizes) for _ in range(size)]
+    effective = sum(sizes) ** 2 / sum(size * size for size in sizes)
+    sums = np.array([part.sum() for part in np.split(values, np.cumsum(sizes)[:-1])])
+    variance = effective / (effective - 1.0) * ((sums - np.array(sizes) * values.mean()) ** 2).sum()
+    half = stats.t.ppf(0.975, freedom) * math.sqrt(variance) / len(values)
+    estimate = real_mean(values.tolist(), layouts)
+    assert (estimate.low, estimate.high) == pytest.approx((values.mean() - half, values.mean() + half))
+
+
+def test_there_is_an_interval_from_one_and_a_half_effective_layouts_on():
+    for sizes, exists in (((1, 3), True), ((1, 4), False)):  # 1.60 and 1.47 effective layouts
+        values = [float(number) for number in range(sum(sizes))]
+        layouts = [f"l{number}" for number, size in enumerate(sizes) for _ in range(size)]
+        assert (real_mean(values, layouts).low is not None) is exists
+
+
+def test_the_table_simulates_the_suites_and_fewer_and_more_layouts():
+    table = list(scenarios())
+    designs = {(30, 1, 0.0), (30, 3, 0.0), (30, 3, 0.5), (5, 1, 0.0), (100, 1, 0.0)}
+    for metric, means in (("success", {0.5, 0.9, 0.95, 0.97, 0.99}), ("spl", {0.5, 0.9, 0.99}), ("time", {0.0})):
+        rows = [one for one in table if one.metric == metric]
+        assert {(one.layouts, one.repeats, one.pair_correlation) for one in rows} == designs
+        assert {one.mean for one in rows} == means
+        assert len(rows) == len(designs) * len(means)
+    assert {one.layout_correlation for one in table} == {0.0}
+    differences = [one for one in table if "difference" in one.metric]
+    assert [one.layouts for one in differences] == [30] * 9 + [5, 100]

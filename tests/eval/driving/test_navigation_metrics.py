@@ -4,6 +4,7 @@ import pytest
 from episode_rows import row
 
 from labgym.envs.labnav.task import spl
+from labgym.eval.driving.intervals import positive_mean
 from labgym.eval.driving.navigation_metrics import (
     contacts_per_meter,
     planning_time,
@@ -82,3 +83,14 @@ def test_the_planning_time_is_the_mean_over_episodes_with_an_action():
     estimate = planning_time(times)
     assert estimate.value == pytest.approx(2.5)
     assert (estimate.count, estimate.nulls) == (2, 1)
+
+
+def test_only_successes_without_a_contact_are_free_of_collisions():
+    ends = [(True, 0), (True, 0), (True, 1), (False, 0)]
+    rows = [row("one", k, success=success, contacts=contacts) for k, (success, contacts) in enumerate(ends)]
+    assert summarise(rows)["collision_free"].value == 0.5
+
+
+def test_planning_times_are_grouped_by_layout():
+    times = {f"{layout}/{pair}/0": 1.0 + pair + 3.0 * (layout == "two") for layout in ("one", "two") for pair in (0, 1)}
+    assert planning_time(times) == positive_mean([1.0, 2.0, 4.0, 5.0], ["one", "one", "two", "two"])

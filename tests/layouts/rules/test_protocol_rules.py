@@ -222,3 +222,44 @@ def test_tie_breakers_prefer_the_shorter_walk_only_when_asked() -> None:
     assert (near.cost, near.fitness, near.reach) == (far.cost, far.fitness, far.reach)
     assert near.better_than(far)
     assert not far.better_than(near)
+
+
+def test_fewer_violations_are_better_whatever_the_fitness() -> None:
+    clean, worse = assess(), assess(put("scale", "ElectronicScale", 6.0, 4.0))
+    assert clean.cost < worse.cost
+    assert clean.better_than(worse)
+    assert not worse.better_than(clean)
+    assert not clean.better_than(clean)
+
+
+VIOLATIONS = {
+    "near": (
+        put("plate", "MagneticHotplateStirrer", 7.6, 3.4, 0.9, on="bench", slot=0),
+        lambda short: f"plate is {0.85 + short:.2f} m from flask: ",
+        lambda _: "place them on one surface, at most 0.85 m apart",
+    ),
+    "storage": (
+        put("salt", "SodiumChloride", 0.23, 3.7, 0.1, on="flammables", slot=0),
+        lambda _: "salt is of storage class General, ",
+        lambda _: "put salt on a shelf of a reagent cabinet",
+    ),
+    "ventilation": (
+        put("flask", "RoundBottomFlask", 7.6, 4.4, 0.9, on="bench", slot=0),
+        lambda _: "RoundBottomFlask outside of FumeHood",
+        lambda _: "place flask in hood",
+    ),
+    "flammable": (
+        put("burner", "BunsenBurner", 4.0, 7.3, 0.9, on="hood", slot=0),
+        lambda short: f"hood is {0.6 - short:.2f} m from burner, under 0.6 m: ",
+        lambda short: f"move hood and burner {short:.2f} m further apart",
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", VIOLATIONS)
+def test_a_violation_says_what_is_wrong_by_how_much_and_what_to_do(kind: str) -> None:
+    placement, message, suggestion = VIOLATIONS[kind]
+    (found,) = assess(placement).violations.of(kind)
+    assert found.amount == 1.0 or kind in ("near", "flammable")
+    assert message(found.amount) in found.message
+    assert found.suggestion == suggestion(found.amount)

@@ -103,6 +103,10 @@ def test_doors_of_rooms_that_the_protocol_does_not_use_are_no_starts(state: str)
     legs = entry_legs(Arrangement.of(layout), layout.protocol)
     starts = sorted((round(start[0], 2), round(start[1], 2)) for _, _, start, _ in legs if start is not None)
     assert starts == [(1.4, 0.35), (3.65, 2.0)]
+    ahead = {
+        (round(math.cos(start[2]), 6), round(math.sin(start[2]), 6)) for _, _, start, _ in legs if start is not None
+    }
+    assert ahead == {(0.0, 1.0), (-1.0, 0.0)}
 
 
 def test_the_facility_score_counts_the_objects_that_keep_each_rule() -> None:
