@@ -390,14 +390,15 @@ MISPLACED = (
     ("Acetone", "EquipmentRack"), ("SodiumHydride", "WallShelf"), ("Ethanol", "SinkBench"),
     ("DryingOven", "FlammableCabinet"), ("OilBath", "FlammableSafeRefrigerator"), ("BunsenBurner", "EquipmentRack"),
     ("SpillKit", "WritingDesk"), ("Carton", "FumeHood"), ("Microscope", "GeneralCabinet"),
-    ("Monitor", "LabRefrigerator"),
+    ("Monitor", "LabRefrigerator"), ("HydrogenBalloon", "WritingDesk"), ("UltrasonicCleaner", "WritingDesk"),
+    ("Spatula", "WritingDesk"), ("TLCPlate", "WritingDesk"), ("WaterPurifier", "WritingDesk"),
 )  # fmt: skip
 IN_PLACE = (
     ("Laptop", "WritingDesk"), ("Laptop", "LabBench1800"), ("ElectronicScale", "PreparationBench"),
     ("SolventWasteContainer", "WasteStation"), ("Acetone", "FlammableCabinet"), ("RoundBottomFlask", "FumeHood"),
     ("OilBath", "FumeHood"), ("DryingOven", "DryingStation"), ("SyringePump", "EquipmentRack"),
     ("UVCabinet", "FumeHood"), ("Beaker", "GlasswareCabinet"), ("VacuumPump", "RotaryEvaporatorStation"),
-    ("WashBottle", "SinkBench"),
+    ("WashBottle", "SinkBench"), ("GloveDispenser", "WritingDesk"), ("Keyboard", "WritingDesk"),
 )  # fmt: skip
 
 
