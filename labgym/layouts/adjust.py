@@ -237,14 +237,18 @@ def _difference(first: OrientedBox, second: OrientedBox) -> float:
 
 
 def _turns(layout: Layout, root: str) -> Iterator[Command]:
-    """Turns that set an object parallel to the walls, then by quarters from there, the least first."""
+    """Turns that set an object parallel to the walls, then by quarters from there, the least first.
+
+    What hangs on a wall keeps its back to it: `hanging_place` finds it another wall.
+    """
     box, building = layout.box(root), building_of(layout)
     skew = float(building.skew(BoxArray.of([box]))[0])
     straight = min(
         (wrap_angle(box.yaw + turn) for turn in (skew, -skew)),
         key=lambda yaw: float(building.skew(BoxArray.of([replace(box, yaw=yaw)]))[0]),
     )
-    quarters = [wrap_angle(straight + quarter * math.pi / 2.0) for quarter in range(4)]
+    count = 1 if layout.placement(root).support == WALL else 4
+    quarters = [wrap_angle(straight + quarter * math.pi / 2.0) for quarter in range(count)]
     for yaw in sorted(quarters, key=lambda yaw: abs(wrap_angle(yaw - box.yaw))):
         if abs(wrap_angle(yaw - box.yaw)) > 1e-6:
             yield Rotate(root, round(yaw, 9))

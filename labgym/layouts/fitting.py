@@ -13,7 +13,8 @@ from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
 from labgym.layouts.floor.doorways import Doorway
 from labgym.layouts.model import Layout
 from labgym.layouts.placement import FLOOR, WALL, Placement
-from labgym.layouts.rules.thresholds import SHOWER_RADIUS, Profile
+from labgym.layouts.rules.building import building_of
+from labgym.layouts.rules.thresholds import SHOWER_RADIUS, WALL_TOLERANCE, Profile
 from labgym.layouts.rules.zones import HEADROOM, INTRUSION, front_zone
 from labgym.layouts.stocking import BENCH_MARGIN
 from labgym.layouts.surroundings import BRACKET, Pose, door_areas, door_openings, inside, wall_poses
@@ -158,7 +159,7 @@ def on_wall(
         fronts = [_front(box, front) for box in boxes] if front > 0.0 else []
         reached = _free(fronts, solid) if front > 0.0 else [True] * len(boxes)
         for box, is_free, is_reached in zip(boxes, _free(boxes, barriers), reached, strict=True):
-            if not (is_free and is_reached):
+            if not (is_free and is_reached and _backed(layout, box)):
                 continue
             if accept is None or accept(box):
                 return _placement(layout, asset, (box.x, box.y, bottom), box.yaw, WALL, None)
@@ -166,6 +167,11 @@ def on_wall(
             if refused == tries:
                 return None
     return None
+
+
+def _backed(layout: Layout, box: OrientedBox) -> bool:
+    """Whether the back of a box is at a wall: the outline of a space may run before an oblique one."""
+    return float(building_of(layout).gaps(box.corners()[:2]).max(axis=-1).min()) <= WALL_TOLERANCE
 
 
 def _openings(layout: Layout) -> list[OrientedBox]:

@@ -6,6 +6,7 @@ import json
 import os
 import struct
 import time
+import tracemalloc
 import zipfile
 from dataclasses import replace
 
@@ -116,6 +117,30 @@ def test_broken_obj_files_are_refused_with_the_line(tmp_path, text, words):
     refused(path, *words)
 
 
+def test_an_obj_of_too_many_objects_is_refused(tmp_path):
+    path = tmp_path / "many.obj"
+    path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\n" + "".join(f"o part{k}\nf 1 2 3\n" for k in range(51)))
+    assert len(read_mesh(path, limits=replace(LIMITS, parts=51)).parts) == 51
+    refused(path, "50 parts", limits=replace(LIMITS, parts=50))
+
+
+def test_an_obj_of_many_short_lines_takes_a_few_times_its_size(tmp_path):
+    path = tmp_path / "short.obj"
+    path.write_text("#a\n" * 200_000 + "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    tracemalloc.start()
+    read_mesh(path)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 6 * path.stat().st_size
+
+
+def test_colors_that_are_no_numbers_count_as_zero(tmp_path):
+    (tmp_path / "a.mtl").write_text("newmtl odd\nKd nan inf x\nd 0.5\n")
+    path = tmp_path / "a.obj"
+    path.write_text("mtllib a.mtl\nusemtl odd\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    assert read_mesh(path).parts[0].color == (0.0, 1.0, 0.0, 0.5)
+
+
 @pytest.mark.parametrize("library", ["../secret.mtl", "/etc/passwd", "{outside}", "link.mtl"])
 def test_material_libraries_outside_the_folder_are_not_opened(tmp_path, library):
     secret = tmp_path / "secret.mtl"
@@ -211,6 +236,14 @@ def test_a_glb_with_numbers_that_are_none_or_an_index_out_of_range_is_refused(tm
 def test_a_glb_that_shows_one_mesh_in_too_many_nodes_is_refused(tmp_path):
     nodes = [{"mesh": 0}] * (LIMITS.parts + 1)
     path = glb(tmp_path / "many.glb", nodes=nodes, scenes=[{"nodes": list(range(len(nodes)))}])
+    refused(path, "parts")
+
+
+def test_a_glb_that_shows_points_and_lines_a_million_times_is_refused(tmp_path):
+    """Neither counts as a part of the mesh, but looking at each takes time."""
+    nodes, points = [{"mesh": 0}] * 1000, {"attributes": {"POSITION": 0}, "mode": 0}
+    scenes = [{"nodes": list(range(len(nodes)))}]
+    path = glb(tmp_path / "points.glb", nodes=nodes, scenes=scenes, meshes=[{"primitives": [points] * 1000}])
     refused(path, "parts")
 
 

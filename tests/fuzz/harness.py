@@ -17,6 +17,8 @@ import sys
 import time
 import traceback
 import warnings
+from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -28,6 +30,10 @@ MAX_GROWTH = 750 * MIB
 """Memory that a loader may take in addition to what it takes after the import: with that, less than 1 GB in all."""
 MAX_CPU = 10.0
 """Seconds of processor time for a case."""
+HANG_S = 60
+"""Seconds after which a case in a separate process is a hang."""
+CASES_OF_A_PROCESS = 50
+"""Cases that a separate process reads before another takes its place: what it leaks stays bounded."""
 
 
 def main() -> None:
@@ -73,6 +79,7 @@ def _cases(target: Any, seed: int, first: int, end: int, folder: Path) -> None:
     make = target.prepare()
     accepted = refused = 0
     baseline = memory("VmRSS")
+    read = _Isolated(target.read, baseline) if target.isolated else partial(_measured, target.read, baseline=baseline)
     for number in range(first, end):
         place = folder / f"case-{number}"
         files = make(Random(f"{seed} {target.name} {number}") if number else None)
@@ -81,7 +88,7 @@ def _cases(target: Any, seed: int, first: int, end: int, folder: Path) -> None:
             (place / name).parent.mkdir(parents=True, exist_ok=True)
             (place / name).write_bytes(content)
         (folder / "case").write_text(str(number))
-        fault, was_accepted = (_isolated if target.isolated else _measured)(target.read, place, baseline)
+        fault, was_accepted = read(place)
         if number == 0 and not was_accepted:
             fault = f"the unchanged file is refused: {fault}"
         if fault and (number == 0 or not fault.startswith("LabgymError")):
@@ -118,24 +125,55 @@ def _measured(read: Any, place: Path, baseline: int) -> tuple[str, bool]:
     return fault, accepted
 
 
-def _isolated(read: Any, place: Path, baseline: int) -> tuple[str, bool]:
-    """Return the same of a case that is read in a separate process, whose crash labgym reports as an error."""
-    reading, writing = os.pipe()
-    child = os.fork()
-    if child == 0:
-        signal.alarm(60)
-        os.write(writing, json.dumps(_measured(read, place, baseline)).encode()[:60_000])
-        os._exit(0)
-    os.close(writing)
-    with os.fdopen(reading, "rb") as stream:
-        answer = stream.read()
-    _, status = os.waitpid(child, 0)
-    if os.WIFSIGNALED(status) and os.WTERMSIG(status) == signal.SIGALRM:
-        return "did not end within 60 s", False
-    if not answer:
-        return "LabgymError: the process that read it crashed", False
-    fault, accepted = json.loads(answer)
-    return str(fault), bool(accepted)
+class _Isolated:
+    """Reads cases in a separate process, whose crash labgym reports as an error; another one then takes its place.
+
+    A fork of a process that has imported torch takes half a second, a case a hundredth: a process reads many cases.
+    """
+
+    def __init__(self, read: Any, baseline: int) -> None:
+        self._read, self._baseline = read, baseline
+        self._child = self._left = 0
+
+    def __call__(self, place: Path) -> tuple[str, bool]:
+        """Return the same of a case as `_measured`."""
+        if not self._child:
+            self._start()
+        self._cases.write(f"{place}\n")
+        self._cases.flush()
+        answer, self._left = self._answers.readline(), self._left - 1
+        if not answer:
+            return self._close() or "LabgymError: the process that read it crashed", False
+        if not self._left:
+            self._close()
+        fault, accepted = json.loads(answer)
+        return str(fault), bool(accepted)
+
+    def _start(self) -> None:
+        (taking, giving), (reading, writing) = os.pipe(), os.pipe()
+        self._child, self._left = os.fork(), CASES_OF_A_PROCESS
+        if self._child == 0:
+            os.close(giving)
+            os.close(reading)
+            for line in os.fdopen(taking):
+                signal.alarm(HANG_S)
+                fault, accepted = _measured(self._read, Path(line.rstrip("\n")), self._baseline)
+                signal.alarm(0)
+                os.write(writing, json.dumps([fault[:20_000], accepted]).encode() + b"\n")
+            os._exit(0)
+        os.close(taking)
+        os.close(writing)
+        self._cases, self._answers = os.fdopen(giving, "w"), os.fdopen(reading)
+
+    def _close(self) -> str:
+        """End the process and return whether it hung."""
+        with suppress(BrokenPipeError):
+            self._cases.close()
+        self._answers.close()
+        _, status = os.waitpid(self._child, 0)
+        self._child = 0
+        hung = os.WIFSIGNALED(status) and os.WTERMSIG(status) == signal.SIGALRM
+        return f"did not end within {HANG_S} s" if hung else ""
 
 
 def _cpu() -> float:

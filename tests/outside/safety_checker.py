@@ -226,24 +226,39 @@ class Laboratory:
 
     def entered(self, item: WrittenItem) -> bool:
         """Whether people who come in at a door or a passage can walk to a place in front of an object."""
+        groups, entries = self._entered
+        cell = self._cell(item, self._graphs[False][1])
+        return cell is not None and (not entries or int(groups[cell]) in entries)
+
+    @cached_property
+    def _entered(self) -> tuple[np.ndarray, set[int]]:
+        """The group of connected cells of each free cell, and the groups of the cells near doors and passages."""
         graph, numbers = self._graphs[False]
-        points, free = self._grid[0], numbers >= 0
-        groups = connected_components(graph, directed=False)[1]
-        entries = set()
+        groups, entries = connected_components(graph, directed=False)[1], set[int]()
         for opening in self.openings:
             if opening.kind in ("door", "passage"):
-                near = free & (shapely.distance(shapely.points(points), opening.polygon) < ENTRY_M)
-                entries |= set(groups[numbers[near]].tolist())
-        cell = self._cell(item, numbers)
-        return cell is not None and (not entries or int(groups[cell]) in entries)
+                x0, y0, x1, y1 = opening.polygon.bounds
+                window = self._window(x0 - ENTRY_M, y0 - ENTRY_M, x1 + ENTRY_M, y1 + ENTRY_M)
+                points, own = self._grid[0][window], numbers[window]
+                near = (own >= 0) & (shapely.distance(shapely.points(points), opening.polygon) < ENTRY_M)
+                entries |= set(groups[own[near]].tolist())
+        return groups, entries
+
+    def _window(self, x0: float, y0: float, x1: float, y1: float) -> tuple[slice, slice]:
+        """Return the rows and columns of the cells in a rectangle, one more on each side."""
+        origin, (rows, columns) = self._grid[0][0, 0], self._grid[1]
+        low = np.clip(np.floor((np.array([x0, y0]) - origin) / CELL_M).astype(int) - 1, 0, [rows - 1, columns - 1])
+        high = np.clip(np.ceil((np.array([x1, y1]) - origin) / CELL_M).astype(int) + 2, 1, [rows, columns])
+        return slice(int(low[0]), int(high[0])), slice(int(low[1]), int(high[1]))
 
     def _cell(self, item: WrittenItem, numbers: np.ndarray) -> int | None:
         """Return the number of the free cell nearest to the place in front of an object, within 0.7 m of it."""
         place = item.in_front(PERSON_M + 0.15)
-        gaps = np.hypot(self._grid[0][..., 0] - place.x, self._grid[0][..., 1] - place.y)
-        gaps = np.where(numbers >= 0, gaps, np.inf)
+        window = self._window(place.x - 0.7, place.y - 0.7, place.x + 0.7, place.y + 0.7)
+        points, own = self._grid[0][window], numbers[window]
+        gaps = np.where(own >= 0, np.hypot(points[..., 0] - place.x, points[..., 1] - place.y), np.inf)
         nearest = np.unravel_index(np.argmin(gaps), gaps.shape)
-        return int(numbers[nearest]) if gaps[nearest] <= 0.7 else None
+        return int(own[nearest]) if gaps[nearest] <= 0.7 else None
 
 
 def _space(space: dict[str, Any]) -> Polygon:

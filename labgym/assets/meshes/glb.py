@@ -89,14 +89,17 @@ class _File:
         if any("uri" in buffer for buffer in self.header.get("buffers", ())):
             raise MeshError(self.path, "its buffers are outside its binary chunk; export it as one GLB file")
         parts: list[MeshPart] = []
-        vertices = faces = 0
+        vertices = faces = primitives = 0
         for name, mesh, matrix in self._instances():
             for primitive in self.header["meshes"][mesh]["primitives"]:
+                primitives += 1
+                if primitives > self.limits.parts:
+                    self._too_large()
                 if primitive.get("mode", TRIANGLES) not in (TRIANGLES, STRIP, FAN):
                     continue  # points and lines
                 part = self._part(name, primitive, matrix)
                 vertices, faces = vertices + len(part.vertices), faces + len(part.faces)
-                if len(parts) >= self.limits.parts or vertices > self.limits.vertices or faces > self.limits.faces:
+                if vertices > self.limits.vertices or faces > self.limits.faces:
                     self._too_large()
                 parts.append(part)
         asset, extras = self.header.get("asset", {}), self.header.get("asset", {}).get("extras", {})

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import math
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -81,14 +83,15 @@ def read_obj(path: Path, content: bytes, limits: MeshLimits = LIMITS) -> RawMesh
     normals and texture coordinates are passed over.
 
     Raises:
-        MeshError: a line that cannot be read, an index out of range, or too many vertices or faces.
+        MeshError: a line that cannot be read, an index out of range, or too many vertices, faces or parts.
     """
     vertices: list[tuple[float, float, float]] = []
     groups: dict[tuple[str, str], _Group] = {}
     colors: dict[str, Rgba] = {}
     title, thing, material, faces = "", path.stem, "", 0
-    for number, line in enumerate(content.decode("utf-8", "replace").replace("\\\n", " ").split("\n"), start=1):
-        keyword, _, rest = line.strip().partition(" ")
+    # A list of all lines of a file would take 20 times its size.
+    for number, line in enumerate(io.BytesIO(content.replace(b"\\\n", b" ")), start=1):
+        keyword, _, rest = line.decode("utf-8", "replace").strip().partition(" ")
         try:
             if keyword == "v":
                 x, y, z = rest.split()[:3]
@@ -108,8 +111,8 @@ def read_obj(path: Path, content: bytes, limits: MeshLimits = LIMITS) -> RawMesh
                 colors |= _colors(path, rest.strip())
         except ValueError as error:
             raise MeshError(path, f"line {number}: {error}; expected a Wavefront OBJ file") from None
-        if len(vertices) > limits.vertices or faces > limits.faces:
-            most = f"{limits.vertices} vertices and {limits.faces} faces"
+        if len(vertices) > limits.vertices or faces > limits.faces or len(groups) > limits.parts:
+            most = f"{limits.vertices} vertices, {limits.faces} faces and {limits.parts} parts"
             raise MeshError(path, f"has more than {most}; simplify the mesh")
     points = np.array(vertices, dtype=np.float64).reshape(-1, 3)
     parts = [_part(path, points, key, group, colors) for key, group in groups.items()]
@@ -164,6 +167,7 @@ def _colors(path: Path, name: str) -> dict[str, Rgba]:
 
 def _share(text: str) -> float:
     try:
-        return min(max(float(text), 0.0), 1.0)
+        share = float(text)
     except ValueError:
         return 0.0
+    return 0.0 if math.isnan(share) else min(max(share, 0.0), 1.0)

@@ -53,7 +53,8 @@ class LiquidClaim:
 def people_problems(claims: PeopleClaims, poses: Array, control_dt: float) -> Iterator[str]:
     """Yield a sentence for each figure about people that the route contradicts.
 
-    At time t a person is within t times the greatest speed of the place where the episode put it.
+    At time t a person is within t times the greatest speed of the place where the episode put it. A distance that is
+    too small but possible is not named; it never raises a score.
 
     Args:
         claims: of the row. poses: (n, 3) x, y and yaw after each control step. control_dt: seconds.
@@ -71,9 +72,17 @@ def people_problems(claims: PeopleClaims, poses: Array, control_dt: float) -> It
         yield f"the robot touched somebody, but least_distance is {claims.least:.3f} m"
     if not claims.touched and claims.least < claims.touch - EPSILON:
         yield f"least_distance is {claims.least:.3f} m, but the robot touched nobody"
-    times = control_dt * np.arange(1, len(poses))
-    apart = np.linalg.norm(poses[1:, None, :2] - np.array(claims.starts)[None], axis=2).min(axis=1)
-    most = apart + FASTER * claims.speed * times + POSITION_M
+    reach = FASTER * claims.speed * control_dt * np.arange(len(poses)) + POSITION_M
+    apart = np.linalg.norm(poses[:, None, :2] - np.array(claims.starts)[None], axis=2).min(axis=1)
+    moved = np.linalg.norm(np.diff(poses[:, :2], axis=0), axis=1)
+    nearest = np.minimum(apart[:-1] - reach[:-1], apart[1:] - reach[1:]) - moved - FASTER * claims.speed * control_dt
+    least = min(float(apart[0]), float(nearest.min(initial=math.inf))) - POSITION_M
+    if claims.least < least:
+        yield f"least_distance is {claims.least:.3f} m, but nobody came within {least:.3f} m of its route"
+    most_seconds = control_dt * float((nearest - POSITION_M < claims.close).sum())
+    if claims.close_seconds > most_seconds + EPSILON:
+        yield f"close_seconds is {claims.close_seconds:g}, but somebody was close for at most {most_seconds:g} s"
+    most = apart[1:] + reach[1:]
     if len(most) and claims.least > most.min():
         yield f"least_distance is {claims.least:.3f} m, but somebody began within {most.min():.3f} m of its route"
     least_seconds = control_dt * float((most + control_dt * (FASTER * claims.speed + 1.0) < claims.close).sum())

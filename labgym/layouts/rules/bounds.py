@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -60,7 +61,7 @@ def bounds_faults(arrangement: Arrangement) -> tuple[BoundsFault, ...]:
     if wall.any():
         hung = np.flatnonzero(wall)
         over = arrangement.building.over_openings(arrangement.boxes.take(hung))
-        off = np.maximum(_wall_gap(arrangement, hung), over)
+        off = np.maximum(wall_gap(arrangement, hung), over)
         rows["surface"][hung] = np.where(off > WALL_TOLERANCE, off, 0.0)
     supported = arrangement.supported
     if supported:
@@ -74,10 +75,15 @@ def bounds_faults(arrangement: Arrangement) -> tuple[BoundsFault, ...]:
     )
 
 
-def _wall_gap(arrangement: Arrangement, rows: NDArray[np.intp]) -> NDArray[np.float64]:
-    """Distance of each footprint's nearest side to a wall, negative beyond; its farther end counts, shape (rows,)."""
-    gaps = arrangement.building.gaps(arrangement.corners[rows])
+def wall_gap(arrangement: Arrangement, rows: Sequence[int] | NDArray[np.intp]) -> NDArray[np.float64]:
+    """Return the distance of each footprint's nearest side to a wall, negative beyond; the farther end counts."""
+    gaps = arrangement.building.gaps(arrangement.corners[np.asarray(rows)])
     return np.asarray(np.sort(gaps, axis=-1)[..., 1].min(axis=0))
+
+
+def back_gap(arrangement: Arrangement, rows: Sequence[int]) -> NDArray[np.float64]:
+    """Return the distance of each footprint's back to a wall, negative beyond; the farther end counts."""
+    return np.asarray(arrangement.building.gaps(arrangement.corners[list(rows), :2]).max(axis=-1).min(axis=0))
 
 
 def support_faults(arrangement: Arrangement) -> tuple[BoundsFault, ...]:

@@ -20,7 +20,7 @@ from labgym.eval.labnav.results import DriveTerms, score_of
 from labgym.eval.labnav.suites import load_labnav
 from labgym.eval.submission.check import drawn_again, driven_again, unseen
 from labgym.eval.submission.labnav_rows import LabNavTerms, labnav_route_problems, labnav_row_problems
-from labgym.eval.submission.outcome_checks import least_rise
+from labgym.eval.submission.outcome_checks import PeopleClaims, least_rise, people_problems
 from labgym.eval.submission.route_checks import RouteClaims, route_problems
 from labgym.layouts import Layout
 from labgym.navigation import ShortestPaths
@@ -303,6 +303,28 @@ def test_a_figure_of_people_or_liquid_that_the_route_contradicts_is_named(task, 
     row = drive.row.model_copy(update={"track": "mapless"} | FORGED[task][number](drive.row))
     row = row.model_copy(update={"score": score_of(row, row.outcomes, episode.conditions)})
     assert problems(row, drive.route, part, episode, layout, terms) != []
+
+
+@pytest.mark.parametrize(
+    ("least", "close_seconds", "named"),
+    [(14.1, 0.0, False), (13.9, 0.0, False), (13.5, 0.0, True), (0.6, 0.4, True), (0.6, 0.0, True)],
+)
+def test_a_person_cannot_have_come_nearer_than_it_can_walk(least, close_seconds, named):
+    """The robot drives 2 m in 2 s toward a person 20 m away, who may walk 4 m in that time: 14 m remain.
+
+    The distance is refused though no other field contradicts it: the robot may have ended at a wall.
+    """
+    poses = np.column_stack([np.linspace(0.0, 2.0, 21), np.zeros(21), np.zeros(21)])
+    claims = PeopleClaims([(20.0, 0.0)], 1.0, 0.57, 1.0, close_seconds, least, touched=False)
+    assert bool(list(people_problems(claims, poses, 0.1))) is named
+
+
+def test_nobody_can_have_been_close_for_longer_than_walks_take():
+    """Somebody begins 5 m from a robot that rests for 4 s and is within 1 m after 2 s at the earliest."""
+    poses = np.zeros((41, 3))
+    for close_seconds, named in ((1.9, False), (2.5, True)):
+        claims = PeopleClaims([(5.0, 0.0)], 1.0, 0.57, 1.0, close_seconds, 0.6, touched=False)
+        assert any("close for at most" in one for one in people_problems(claims, poses, 0.1)) is named
 
 
 def test_the_least_rise_is_below_that_of_the_liquid_and_near_it():

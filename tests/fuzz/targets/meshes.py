@@ -140,7 +140,7 @@ def _read_stage(folder: Path) -> None:
 
     (path,) = folder.iterdir()
     room = memory("VmSize") + MAX_GROWTH
-    resource.setrlimit(resource.RLIMIT_AS, (room, room))
+    resource.setrlimit(resource.RLIMIT_AS, (room, resource.getrlimit(resource.RLIMIT_AS)[1]))
     try:
         content = pack(read_stage(path, LIMITS))
     except LabgymError:

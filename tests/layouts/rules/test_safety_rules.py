@@ -17,6 +17,7 @@ from shapely.geometry import LineString, Point, Polygon, box
 from labgym.assets import Catalog
 from labgym.eval import score
 from labgym.layouts import Layout, Placement, load_published
+from labgym.layouts.adjust import RuleAdjuster
 from labgym.layouts.floor import Floor, Service
 from labgym.layouts.repairs import repair_layout
 from labgym.layouts.rules import Assessment, evaluate_layout, rule_set
@@ -390,14 +391,15 @@ MISPLACED = (
     ("Acetone", "EquipmentRack"), ("SodiumHydride", "WallShelf"), ("Ethanol", "SinkBench"),
     ("DryingOven", "FlammableCabinet"), ("OilBath", "FlammableSafeRefrigerator"), ("BunsenBurner", "EquipmentRack"),
     ("SpillKit", "WritingDesk"), ("Carton", "FumeHood"), ("Microscope", "GeneralCabinet"),
-    ("Monitor", "LabRefrigerator"),
+    ("Monitor", "LabRefrigerator"), ("HydrogenBalloon", "WritingDesk"), ("UltrasonicCleaner", "WritingDesk"),
+    ("Spatula", "WritingDesk"), ("TLCPlate", "WritingDesk"), ("WaterPurifier", "WritingDesk"),
 )  # fmt: skip
 IN_PLACE = (
     ("Laptop", "WritingDesk"), ("Laptop", "LabBench1800"), ("ElectronicScale", "PreparationBench"),
     ("SolventWasteContainer", "WasteStation"), ("Acetone", "FlammableCabinet"), ("RoundBottomFlask", "FumeHood"),
     ("OilBath", "FumeHood"), ("DryingOven", "DryingStation"), ("SyringePump", "EquipmentRack"),
     ("UVCabinet", "FumeHood"), ("Beaker", "GlasswareCabinet"), ("VacuumPump", "RotaryEvaporatorStation"),
-    ("WashBottle", "SinkBench"),
+    ("WashBottle", "SinkBench"), ("GloveDispenser", "WritingDesk"), ("Keyboard", "WritingDesk"),
 )  # fmt: skip
 
 
@@ -428,6 +430,21 @@ def test_furniture_is_square_within_two_degrees(degrees: float) -> None:
     assert issue.value == pytest.approx(math.radians(abs(degrees)), abs=1e-6)
     assert issues(orderly_laboratory(turned(math.copysign(1.9, degrees))), "square") == []
     assert issues(orderly_laboratory(turned(90.0)), "square") == []
+
+
+@pytest.mark.parametrize(("x", "yaw", "wrong"), [(0.04, -HALF, False), (0.07, 0.0, True), (0.04, HALF, True)])
+def test_what_hangs_on_a_wall_has_its_back_to_it(x: float, yaw: float, wrong: bool) -> None:
+    layout = orderly_laboratory(put("detector", "GasDetector", x, 7.0, 2.0, yaw=yaw, on="wall"))
+    assert [issue.ids for issue in issues(layout, "square")] == ([("detector",)] if wrong else [])
+
+
+def test_the_adjuster_hangs_what_is_off_its_wall_with_its_back_to_one() -> None:
+    """A quarter turn would bring the detector's side to the wall."""
+    layout = orderly_laboratory(put("detector", "GasDetector", 0.08, 7.0, 2.0, yaw=-HALF, on="wall"))
+    assert [fault.id for fault in assess(layout).bounds] == ["detector"]
+    adjusted = RuleAdjuster().adjust(layout, layout.protocol, assess(layout), "room")
+    assert assess(adjusted).bounds == ()
+    assert issues(adjusted, "square") == []
 
 
 def test_the_check_of_a_score_fails_on_a_safety_rule() -> None:

@@ -9,10 +9,11 @@ import numpy as np
 
 from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.bounds import back_gap, wall_gap
 from labgym.layouts.rules.earlier import standing
 from labgym.layouts.rules.rule import Breach, FacilityRule
 from labgym.layouts.rules.site import Site
-from labgym.layouts.rules.thresholds import MOVABLE
+from labgym.layouts.rules.thresholds import MOVABLE, WALL_TOLERANCE
 
 SKEW_LIMIT_RAD = math.radians(2.0)
 """Greatest angle of furniture to a wall of its room or the axes of its space, radians."""
@@ -41,6 +42,19 @@ def _check(site: Site) -> Iterator[Breach]:
             f"{own} is turned by {degrees:.1f} degrees from the nearest wall and the axes of its space, over {limit:g}"
         )
         yield Breach((own,), angles[k], SKEW_LIMIT_RAD, message, f"turn it by {degrees:.1f} degrees")
+    yield from _sideways(arrangement, [row for k, row in enumerate(rows) if angles[k] <= SKEW_LIMIT_RAD + 1e-6])
+
+
+def _sideways(arrangement: Arrangement, rows: list[int]) -> Iterator[Breach]:
+    """Yield what hangs at a wall with another side than its back; what is at no wall is out of bounds."""
+    hung = [row for row in rows if arrangement.placements[row].support == WALL]
+    if not hung:
+        return
+    sides, backs = wall_gap(arrangement, hung).tolist(), back_gap(arrangement, hung).tolist()
+    for row, side, back in zip(hung, sides, backs, strict=True):
+        if side <= WALL_TOLERANCE + 1e-9 < back:
+            own = arrangement.placements[row].id
+            yield Breach((own,), None, WALL_TOLERANCE, f"{own} hangs with a side to the wall", "turn its back to it")
 
 
 RULES = (

@@ -74,6 +74,11 @@ def _labware(asset: Asset) -> bool:
     return asset.kind == "reagent" or asset.category in LABWARE
 
 
+def _of_the_bench(asset: Asset) -> bool:
+    """Whether an object is for work with chemicals: reagents, and all instruments but computers and boxes of gloves."""
+    return asset.kind == "reagent" or (asset.kind == "instrument" and asset.subtype not in ("computer", "dispenser"))
+
+
 def _vapors(asset: Asset) -> bool:
     return asset.fume_hood or asset.category == "containment"
 
@@ -124,7 +129,7 @@ MISPLACEMENTS = (
         _no_place_for_waste, "spills reach people at work", "the waste station or the floor", "40 CFR 262.15",
     ),
     Misplacement(
-        "chemicals and laboratory ware", _labware, "desks", _subtype("desk"),
+        "chemicals, laboratory ware and apparatus", _of_the_bench, "desks", _subtype("desk"),
         "people write, eat and drink there", "a bench, a hood or a cabinet", "Prudent Practices, 6.C.2",
     ),
     Misplacement(
