@@ -17,7 +17,7 @@ from pydantic import Field, ValidationError, model_validator
 
 from labgym.documents import Record, parse_json
 from labgym.errors import DocumentError
-from labgym.eval.driving.drive import DrivenEpisode, Route
+from labgym.eval.driving.drive import DrivenEpisode
 from labgym.eval.driving.episode_row import Count, Length, Pose, TransitionRow
 from labgym.policies.registry import FILES, is_class_place
 
@@ -137,16 +137,6 @@ def read_rows(path: str | Path) -> tuple[TransitionRow, ...]:
     """
     path = Path(path)
     return tuple(read_lines(path, TransitionRow).checked(path, path.name).values())
-
-
-def read_routes(path: str | Path) -> dict[str, Route]:
-    """Return the routes in a `routes.jsonl`, by episode.
-
-    Raises:
-        DocumentError: the file is missing, or a line cannot be read.
-    """
-    path = Path(path)
-    return {key: record.poses for key, record in read_lines(path, EpisodeRoute).checked(path, path.name).items()}
 
 
 def read_lines(path: Path, kind: type[T]) -> Lines[T]:
