@@ -20,7 +20,7 @@ from labgym.envs.robot import ROBOT
 from labgym.envs.state import State
 from labgym.envs.tasks import Task
 from labgym.envs.world import World, world_of
-from labgym.errors import OptionError, UnknownNameError
+from labgym.errors import OptionError, check_name
 from labgym.navigation.barriers import Barriers
 
 UNSEEN_FROM = 3.0
@@ -64,8 +64,7 @@ class Changes(Condition):
         count(self, "most")
         object.__setattr__(self, "kinds", tuple(self.kinds))
         for kind in self.kinds:
-            if kind not in KINDS:
-                raise UnknownNameError("kind of change", kind, KINDS)
+            check_name("kind of change", kind, KINDS)
         if not self.kinds:
             raise OptionError(f"kinds of changes are empty: pass some of {', '.join(KINDS)}")
         for name in ("pushable", "late"):

@@ -9,7 +9,7 @@ import numpy as np
 
 from labgym.envs.checks import positive
 from labgym.envs.parts.registry import registered
-from labgym.errors import UnknownNameError
+from labgym.errors import check_name
 
 
 @dataclass(frozen=True)
@@ -56,8 +56,7 @@ class LoCoBotActuation:
     kind: str = field(default="locobot", init=False)
 
     def __post_init__(self) -> None:
-        if self.controller not in LOCOBOT:
-            raise UnknownNameError("controller", self.controller, LOCOBOT)
+        check_name("controller", self.controller, LOCOBOT)
         positive(self, "multiplier", zero=True)
 
     def errors(self, ahead: float, turn: float, rng: np.random.Generator) -> tuple[float, float]:

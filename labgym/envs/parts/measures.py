@@ -13,7 +13,7 @@ import numpy as np
 from labgym.envs.parts.protocols import Measure
 from labgym.envs.parts.registry import registered
 from labgym.envs.state import State
-from labgym.errors import UnknownNameError
+from labgym.errors import check_name
 
 
 def _pose(state: State) -> Any:
@@ -104,8 +104,7 @@ class NamedMeasure(Measure):
     kind: str = field(default="named", init=False)
 
     def __post_init__(self) -> None:
-        if self.name not in VALUES:
-            raise UnknownNameError("measure", self.name, VALUES)
+        check_name("measure", self.name, VALUES)
         object.__setattr__(self, "value", VALUES[self.name])  # one call less for each entry
 
     def value(self, state: State) -> Any:

@@ -18,7 +18,7 @@ from labgym.envs.parts.robots import check_size, velocities
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.envs.robot_files import FAULTS, RobotFile, quiet, read_robot
 from labgym.envs.scene_simulation import SceneSimulation
-from labgym.errors import DocumentError, LabgymError, OptionError, UnknownNameError
+from labgym.errors import DocumentError, LabgymError, OptionError, check_name
 
 AXES = ("forward", "sideways", "turn")
 WHEELS = ("left_wheel", "right_wheel")
@@ -148,8 +148,7 @@ def _limits(value: Any) -> dict[str, float]:
         raise OptionError(f"size of the robot is a {type(value).__name__}, expected a mapping of limits")
     limits = [each.name for each in fields(RobotSpec) if each.name in LIMITS]
     for name in value:
-        if name not in limits:
-            raise UnknownNameError("limit of a robot from a file", name, limits)
+        check_name("limit of a robot from a file", name, limits)
     return dict(value)
 
 

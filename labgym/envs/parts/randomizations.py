@@ -19,7 +19,7 @@ from labgym.envs.parts.rays import CameraSensor, LidarSensor
 from labgym.envs.parts.registry import registered
 from labgym.envs.robot import PREFIX
 from labgym.envs.setting import EpisodeSetting, Palette, floor_geoms, robot_bodies, robot_geoms
-from labgym.errors import OptionError, UnknownNameError
+from labgym.errors import OptionError, check_name
 from labgym.scenes.mesh import MATERIAL_NAMES
 
 Range = tuple[float, float]
@@ -221,8 +221,7 @@ def _names(names: Any) -> tuple[str, ...]:
 
 
 def _check_of(value: str, names: tuple[str, ...]) -> None:
-    if value not in names:
-        raise UnknownNameError("object of a randomization", value, names)
+    check_name("object of a randomization", value, names)
 
 
 def _uniform(limits: Range, rng: np.random.Generator) -> float:

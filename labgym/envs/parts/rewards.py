@@ -16,7 +16,7 @@ from labgym.counts import is_finite
 from labgym.envs.parts.protocols import RewardTerm
 from labgym.envs.parts.registry import registered
 from labgym.envs.state import State
-from labgym.errors import OptionError, UnknownNameError
+from labgym.errors import OptionError, check_name
 from labgym.navigation import METHODS, Method
 
 
@@ -35,8 +35,7 @@ class ProgressTerm(RewardTerm):
     kind: str = field(default="progress", init=False)
 
     def __post_init__(self) -> None:
-        if self.method not in METHODS:
-            raise UnknownNameError("distance_to_go", self.method, METHODS)
+        check_name("distance_to_go", self.method, METHODS)
 
     def reset(self, state: State) -> None:
         """Measure the way to the goal of the drive."""

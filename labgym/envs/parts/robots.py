@@ -15,7 +15,7 @@ from labgym.envs.parts.registry import registered
 from labgym.envs.robot import BOTTOM, ROBOT, RobotSpec, robot_spec
 from labgym.envs.simulation import CHECK_INTERVAL
 from labgym.envs.wheels import CASTER_MASS, Wheels, wheeled_spec
-from labgym.errors import OptionError, UnknownNameError
+from labgym.errors import OptionError, check_name
 from labgym.navigation import OBSTACLE_HEIGHT, PLANNING_RADIUS
 
 HOLONOMIC = replace(ROBOT, v_side=0.5)
@@ -210,8 +210,7 @@ def wheels_of(value: Any) -> Wheels:
     if isinstance(value, Mapping):
         names = [each.name for each in fields(Wheels)]
         for name in value:
-            if name not in names:
-                raise UnknownNameError("dimension of the wheels", name, names)
+            check_name("dimension of the wheels", name, names)
         value = Wheels(**value)
     if not isinstance(value, Wheels):
         raise OptionError(f"wheels of the robot are a {type(value).__name__}, expected Wheels or a mapping")

@@ -15,7 +15,7 @@ from labgym.envs.parts.protocols import Noise, Reading, Robot, Sensor
 from labgym.envs.parts.registry import parts_of, registered
 from labgym.envs.robot import ROBOT
 from labgym.envs.state import Pose, State
-from labgym.errors import OptionError, UnknownNameError
+from labgym.errors import OptionError, check_name
 from labgym.scenes.rays import Geometry
 
 if TYPE_CHECKING:
@@ -174,8 +174,7 @@ class PlaceSensor(Sensor):
 
     def __post_init__(self) -> None:
         positive(self, "reach", most=MAX_METERS)
-        if self.of not in ("robot", "goal"):
-            raise UnknownNameError("place", self.of, ("robot", "goal"))
+        check_name("place", self.of, ("robot", "goal"))
 
     @property
     def space(self) -> spaces.Space[Any]:
