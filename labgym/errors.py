@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from difflib import get_close_matches
 from typing import Any
@@ -72,11 +72,11 @@ class UnknownNameError(LabgymError, KeyError):
         return f"{kind} {name!r} not found"
 
 
-def check_name(kind: str, name: object, available: Iterable[str]) -> None:
+def check_name(kind: str, name: object, available: Collection[str]) -> None:
     """Check that a name is one of those that exist.
 
     Args:
-        kind: kind of the named object. available: the names that exist, a collection.
+        kind: kind of the named object. available: the names that exist.
 
     Raises:
         UnknownNameError: it is not.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -29,8 +29,7 @@ EYES = (0.25, 0.5)
 """Heights of lidar and camera, from which a thing that comes must not be seen, meters."""
 
 
-@registered("condition")
-@dataclass(frozen=True)
+@registered("condition", "changes")
 class Changes(Condition):
     """Things that moved since the map was drawn.
 
@@ -57,7 +56,6 @@ class Changes(Condition):
     late: bool = False
     detour: float = 3.0
     name: str = "changes"
-    kind: str = field(default="changes", init=False)
 
     def __post_init__(self) -> None:
         positive(self, "spacing", "detour")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import Any, get_args
 
 import numpy as np
@@ -16,8 +15,7 @@ from labgym.envs.tasks import Task
 from labgym.errors import OptionError, check_name
 
 
-@registered("condition")
-@dataclass(frozen=True)
+@registered("condition", "people")
 class People(Condition):
     """People who walk between workplaces along shortest paths, stand there, and avoid each other.
 
@@ -40,7 +38,6 @@ class People(Condition):
     speed: float = 1.0
     model: Model = "orca"
     name: str = "people"
-    kind: str = field(default="people", init=False)
 
     def __post_init__(self) -> None:
         positive(self, "speed")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -36,8 +36,7 @@ LOCOBOT = {
 second numbers are used there as variances."""
 
 
-@registered("actuation noise")
-@dataclass(frozen=True)
+@registered("actuation noise", "locobot")
 class LoCoBotActuation:
     """Errors measured on a LoCoBot (Murali et al. 2019, PyRobot), as habitat-sim draws them.
 
@@ -53,7 +52,6 @@ class LoCoBotActuation:
 
     controller: str = "proportional"
     multiplier: float = 0.5
-    kind: str = field(default="locobot", init=False)
 
     def __post_init__(self) -> None:
         check_name("controller", self.controller, LOCOBOT)
@@ -69,8 +67,7 @@ class LoCoBotActuation:
         )
 
 
-@registered("actuation noise")
-@dataclass(frozen=True)
+@registered("actuation noise", "robothor")
 class RoboThorActuation:
     """Normal errors of RoboTHOR's LoCoBot agent: `movementGaussianSigma` and `rotateGaussianSigma` of AI2-THOR.
 
@@ -80,7 +77,6 @@ class RoboThorActuation:
 
     sigma: float = 0.005
     turn_sigma: float = 0.5
-    kind: str = field(default="robothor", init=False)
 
     def __post_init__(self) -> None:
         positive(self, "sigma", "turn_sigma", zero=True)

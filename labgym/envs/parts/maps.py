@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
 from functools import cache
 from typing import Any
 
@@ -25,8 +24,7 @@ NOTHING, BUILDING, OTHER = 0, 1, 2
 """Labels of nothing within reach, of floor and walls, and of assets that the catalog lacks."""
 
 
-@registered("sensor")
-@dataclass
+@registered("sensor", "occupancy", frozen=False)
 class OccupancySensor(Sensor):
     """The true map around the robot, in its frame: (cells, cells, 1) uint8, 255 where occupied, else 0. Privileged.
 
@@ -41,7 +39,6 @@ class OccupancySensor(Sensor):
     cells: int = 64
     resolution: float = 0.1
     noise: tuple[Noise, ...] = ()
-    kind: str = field(default="occupancy", init=False)
 
     def __post_init__(self) -> None:
         count(self, "cells", most=MAX_CELLS)
@@ -77,8 +74,7 @@ class OccupancySensor(Sensor):
         return disturbed(picture, self, state, rng) if self.noise else picture
 
 
-@registered("sensor")
-@dataclass(frozen=True)
+@registered("sensor", "segmentation")
 class SegmentationSensor(CameraSensor):
     """The asset that each pixel of a camera shows: (rows * columns,) int32, labels as in `asset_labels`. Privileged.
 
@@ -86,7 +82,6 @@ class SegmentationSensor(CameraSensor):
     """
 
     name: str = "segmentation"
-    kind: str = field(default="segmentation", init=False)
 
     @property
     def space(self) -> spaces.Space[Any]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from copy import deepcopy
-from dataclasses import dataclass, field
 from operator import attrgetter
 from typing import Any
 
@@ -95,13 +94,11 @@ EXTENDED = (*STANDARD, "is_success", "cost", "ending", "achieved_goal", "desired
 """The info of `LabFloorNav-v0`."""
 
 
-@registered("measure")
-@dataclass(frozen=True)
+@registered("measure", "named")
 class NamedMeasure(Measure):
     """One of our measures, by its name."""
 
     name: str
-    kind: str = field(default="named", init=False)
 
     def __post_init__(self) -> None:
         check_name("measure", self.name, VALUES)

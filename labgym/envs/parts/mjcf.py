@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import field, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -30,8 +30,7 @@ OBEYS = 0.2
 """A robot that obeys reaches this share of a velocity within a second."""
 
 
-@registered("robot")
-@dataclass(frozen=True)
+@registered("robot", "mjcf")
 class MjcfRobot(Robot):
     """A robot from an MJCF file, in which the following have these names.
 
@@ -52,7 +51,6 @@ class MjcfRobot(Robot):
 
     path: str | Path
     size: RobotSpec = ROBOT
-    kind: str = field(default="mjcf", init=False)
     _file: RobotFile = field(init=False, repr=False)
     _axes: tuple[str, ...] = field(init=False, repr=False)
     _wheels: tuple[float, float, float, float] | None = field(init=False, repr=False)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -31,8 +31,7 @@ def noises(part: Any) -> None:
     object.__setattr__(part, "noise", tuple(part_of(each, "noise") for each in noise))
 
 
-@registered("noise")
-@dataclass(frozen=True)
+@registered("noise", "gaussian")
 class Gaussian(Noise):
     """Independent normal errors of every component.
 
@@ -45,7 +44,6 @@ class Gaussian(Noise):
     sigma: float = 0.0
     relative: float = 0.0
     bias: float = 0.0
-    kind: str = field(default="gaussian", init=False)
 
     def __post_init__(self) -> None:
         positive(self, "sigma", "relative", zero=True)
@@ -60,8 +58,7 @@ class Gaussian(Noise):
         return replace(self, sigma=self.sigma * factor, relative=self.relative * factor, bias=self.bias * factor)
 
 
-@registered("noise")
-@dataclass(frozen=True)
+@registered("noise", "dropout")
 class Dropout(Noise):
     """Components that are lost, each with the same probability.
 
@@ -72,7 +69,6 @@ class Dropout(Noise):
 
     rate: float = 0.01
     value: float | None = 0.0
-    kind: str = field(default="dropout", init=False)
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.rate <= 1.0:
@@ -88,8 +84,7 @@ class Dropout(Noise):
         return replace(self, rate=min(self.rate * factor, 1.0))
 
 
-@registered("noise")
-@dataclass(frozen=True)
+@registered("noise", "quantization")
 class Quantization(Noise):
     """Readings rounded to multiples of a step.
 
@@ -98,7 +93,6 @@ class Quantization(Noise):
     """
 
     step: float = 0.001
-    kind: str = field(default="quantization", init=False)
 
     def __post_init__(self) -> None:
         positive(self, "step")
@@ -120,8 +114,7 @@ FARTHEST = 10.0
 """Depth from which the camera reads 0, meters."""
 
 
-@registered("noise")
-@dataclass(frozen=True)
+@registered("noise", "redwood")
 class RedwoodDepth(Noise):
     """Errors of a PrimeSense depth camera (Choi, Zhou and Koltun, CVPR 2015), with the constants of `simdepth.py`.
 
@@ -134,7 +127,6 @@ class RedwoodDepth(Noise):
     """
 
     multiplier: float = 1.0
-    kind: str = field(default="redwood", init=False)
 
     def __post_init__(self) -> None:
         positive(self, "multiplier", zero=True)
@@ -164,8 +156,7 @@ class RedwoodDepth(Noise):
         return replace(self, multiplier=self.multiplier * factor)
 
 
-@registered("noise")
-@dataclass(frozen=True)
+@registered("noise", "rim")
 class RimOcclusion(Noise):
     """Lost readings at a rim: where a neighbor is nearer by more than `step`, a stereo camera sees nothing.
 
@@ -178,7 +169,6 @@ class RimOcclusion(Noise):
     width: int = 1
     rate: float = 1.0
     value: float = 0.0
-    kind: str = field(default="rim", init=False)
 
     def __post_init__(self) -> None:
         positive(self, "step")

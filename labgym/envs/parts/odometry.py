@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -24,14 +24,12 @@ RECKONED = "reckoned"
 """Key of the pose by odometry among what sensors share (`State.views`)."""
 
 
-@registered("sensor")
-@dataclass(frozen=True)
+@registered("sensor", "bumper")
 class BumperSensor(Sensor):
     """Whether the robot touched something during the action: (1,) float32, 0 or 1."""
 
     name: str = "bumper"
     noise: tuple[Noise, ...] = ()
-    kind: str = field(default="bumper", init=False)
 
     def __post_init__(self) -> None:
         noises(self)
@@ -47,8 +45,7 @@ class BumperSensor(Sensor):
         return disturbed(touched, self, state, rng) if self.noise else touched
 
 
-@registered("sensor")
-@dataclass
+@registered("sensor", "odometry", frozen=False)
 class OdometrySensor(Sensor):
     """The pose by dead reckoning, in the frame of the start: (4,) float32, x and y in m, cosine and sine of the yaw.
 
@@ -73,7 +70,6 @@ class OdometrySensor(Sensor):
     stretch: float = 0.0
     veer: float = 0.0
     overturn: float = 0.0
-    kind: str = field(default="odometry", init=False)
 
     def __post_init__(self) -> None:
         positive(self, "along", "heading", "turning", zero=True)
@@ -132,8 +128,7 @@ class OdometrySensor(Sensor):
         )
 
 
-@registered("sensor")
-@dataclass(frozen=True)
+@registered("sensor", "announced_goal")
 class AnnouncedGoalSensor(Sensor):
     """The announced goal in polar form, from the pose by odometry: (3,) float32, as `GoalSensor`.
 
@@ -143,7 +138,6 @@ class AnnouncedGoalSensor(Sensor):
     name: str = "goal"
     reach: float = GOAL_RANGE
     noise: tuple[Noise, ...] = ()
-    kind: str = field(default="announced_goal", init=False)
 
     def __post_init__(self) -> None:
         positive(self, "reach", most=MAX_METERS)
@@ -166,8 +160,7 @@ class AnnouncedGoalSensor(Sensor):
         return disturbed(goal, self, state, rng) if self.noise else goal
 
 
-@registered("sensor")
-@dataclass
+@registered("sensor", "odometry_velocity", frozen=False)
 class OdometryVelocitySensor(Sensor):
     """The mean velocity since the last reading, by odometry: as `VelocitySensor`, with the errors of the odometry.
 
@@ -176,7 +169,6 @@ class OdometryVelocitySensor(Sensor):
 
     name: str = "velocity"
     noise: tuple[Noise, ...] = ()
-    kind: str = field(default="odometry_velocity", init=False)
 
     def __post_init__(self) -> None:
         noises(self)

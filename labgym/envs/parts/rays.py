@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -19,8 +19,7 @@ from labgym.envs.state import State
 from labgym.scenes.rays import Geometry
 
 
-@registered("sensor")
-@dataclass(frozen=True)
+@registered("sensor", "lidar")
 class LidarSensor(Sensor):
     """A planar range finder, by default on the robot's axis: (rays,) float32, meters, clipped to `reach`.
 
@@ -40,7 +39,6 @@ class LidarSensor(Sensor):
     forward: float = 0.0
     left: float = 0.0
     yaw: float = 0.0
-    kind: str = field(default="lidar", init=False)
 
     def __post_init__(self) -> None:
         count(self, "rays")
@@ -126,8 +124,7 @@ class CameraSensor(Sensor):
         return view
 
 
-@registered("sensor")
-@dataclass(frozen=True)
+@registered("sensor", "depth")
 class DepthSensor(CameraSensor):
     """Planar depth of a camera: (rows * columns,) float32, meters, clipped to `reach`.
 
@@ -136,7 +133,6 @@ class DepthSensor(CameraSensor):
     """
 
     name: str = "depth"
-    kind: str = field(default="depth", init=False)
 
     @property
     def space(self) -> spaces.Space[Any]:
@@ -149,13 +145,11 @@ class DepthSensor(CameraSensor):
         return (disturbed(depth, self, state, rng) if self.noise else depth).ravel()
 
 
-@registered("sensor")
-@dataclass(frozen=True)
+@registered("sensor", "rgb")
 class ColorSensor(CameraSensor):
     """The color image of a camera: (rows, columns, 3) uint8."""
 
     name: str = "rgb"
-    kind: str = field(default="rgb", init=False)
 
     @property
     def space(self) -> spaces.Space[Any]:

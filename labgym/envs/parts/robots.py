@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import fields, replace
 from typing import Any
 
 import mujoco
@@ -22,8 +22,7 @@ HOLONOMIC = replace(ROBOT, v_side=0.5)
 """Dimensions and limits of the holonomic robot."""
 
 
-@registered("robot")
-@dataclass(frozen=True)
+@registered("robot", "differential")
 class DifferentialDrive(Robot):
     """A base that drives forward and turns, with grip sideways; by default the differential robot of `LabPointNav-v0`.
 
@@ -32,7 +31,6 @@ class DifferentialDrive(Robot):
     """
 
     size: RobotSpec = ROBOT
-    kind: str = field(default="differential", init=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "size", size_of(self.size))
@@ -55,8 +53,7 @@ class DifferentialDrive(Robot):
         return robot_spec(self.size)
 
 
-@registered("robot")
-@dataclass(frozen=True)
+@registered("robot", "holonomic")
 class HolonomicDrive(Robot):
     """A base that drives forward and sideways and turns, as one on mecanum wheels.
 
@@ -66,7 +63,6 @@ class HolonomicDrive(Robot):
     """
 
     size: RobotSpec = HOLONOMIC
-    kind: str = field(default="holonomic", init=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "size", size_of(self.size, HOLONOMIC))
@@ -154,8 +150,7 @@ WHEELS = Wheels()
 """Wheels and casters of that robot."""
 
 
-@registered("robot")
-@dataclass(frozen=True)
+@registered("robot", "wheels")
 class WheeledDrive(Robot):
     """A differential drive on two driven wheels and two sprung casters, with friction on the floor.
 
@@ -169,7 +164,6 @@ class WheeledDrive(Robot):
 
     size: RobotSpec = WHEELED
     wheels: Wheels = WHEELS
-    kind: str = field(default="wheels", init=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "size", size_of(self.size, WHEELED))

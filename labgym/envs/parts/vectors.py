@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -48,8 +47,7 @@ def polar(goal: Pose, pose: Pose, reach: float) -> Reading:
     return np.array([min(math.hypot(dx, dy), reach), math.cos(bearing), math.sin(bearing)], np.float32)
 
 
-@registered("sensor")
-@dataclass(frozen=True)
+@registered("sensor", "goal")
 class GoalSensor(Sensor):
     """The goal in polar form, as the robot sees it: (3,) float32.
 
@@ -59,7 +57,6 @@ class GoalSensor(Sensor):
     name: str = "goal"
     reach: float = GOAL_RANGE
     noise: tuple[Noise, ...] = ()
-    kind: str = field(default="goal", init=False)
 
     def __post_init__(self) -> None:
         positive(self, "reach", most=MAX_METERS)
@@ -76,8 +73,7 @@ class GoalSensor(Sensor):
         return disturbed(goal, self, state, rng) if self.noise else goal
 
 
-@registered("sensor")
-@dataclass(frozen=True)
+@registered("sensor", "velocity")
 class VelocitySensor(Sensor):
     """The velocity of the robot: (2,) float32, forward in m/s and turn rate in rad/s, counter-clockwise.
 
@@ -91,7 +87,6 @@ class VelocitySensor(Sensor):
     low: tuple[float, ...] = (ROBOT.v_min, -ROBOT.w_max)
     high: tuple[float, ...] = (ROBOT.v_max, ROBOT.w_max)
     noise: tuple[Noise, ...] = ()
-    kind: str = field(default="velocity", init=False)
 
     def __post_init__(self) -> None:
         for name in ("low", "high"):
@@ -128,8 +123,7 @@ class VelocitySensor(Sensor):
         return disturbed(twist, self, state, rng) if self.noise else twist
 
 
-@registered("sensor")
-@dataclass(frozen=True)
+@registered("sensor", "pose")
 class PoseSensor(Sensor):
     """The pose of the robot in the room frame: (4,) float32, x and y in meters, cosine and sine of the yaw. Privileged.
 
@@ -140,7 +134,6 @@ class PoseSensor(Sensor):
     name: str = "pose"
     reach: float = POSITION_RANGE
     noise: tuple[Noise, ...] = ()
-    kind: str = field(default="pose", init=False)
 
     def __post_init__(self) -> None:
         positive(self, "reach", most=MAX_METERS)
@@ -158,8 +151,7 @@ class PoseSensor(Sensor):
         return disturbed(pose, self, state, rng) if self.noise else pose
 
 
-@registered("sensor")
-@dataclass(frozen=True)
+@registered("sensor", "place")
 class PlaceSensor(Sensor):
     """A position in the room frame: (2,) float32, meters.
 
@@ -170,7 +162,6 @@ class PlaceSensor(Sensor):
     name: str = "achieved_goal"
     of: str = "robot"
     reach: float = POSITION_RANGE
-    kind: str = field(default="place", init=False)
 
     def __post_init__(self) -> None:
         positive(self, "reach", most=MAX_METERS)
@@ -187,8 +178,7 @@ class PlaceSensor(Sensor):
         return np.array(_within(x, y, self.reach), np.float32)
 
 
-@registered("sensor")
-@dataclass(frozen=True)
+@registered("sensor", "joint")
 class JointSensor(Sensor):
     """The readings of several sensors as one float32 vector, one after the other.
 
@@ -198,7 +188,6 @@ class JointSensor(Sensor):
 
     name: str = "observation"
     sensors: tuple[Sensor, ...] = ()
-    kind: str = field(default="joint", init=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "sensors", parts_of(self.sensors, "sensor"))
