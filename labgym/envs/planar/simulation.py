@@ -20,9 +20,7 @@ from labgym.envs.planar.scene import Beams, lidar_beams, scan
 from labgym.envs.robot import ROBOT
 from labgym.envs.sensors import LIDAR_RAYS, RANGE
 from labgym.envs.simulation import CHECK_STEPS, Pose
-from labgym.geometry import wrap_angle
-
-Array = NDArray[np.float64]
+from labgym.geometry import Array, wrap_angle
 
 
 class StepInputs(NamedTuple):
