@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from labgym.envs.checks import count, positive
-from labgym.envs.parts.protocols import Noise, Reading
+from labgym.envs.parts.protocols import Noise, Reading, Sensor
 from labgym.envs.parts.registry import part_of, registered
 from labgym.errors import OptionError
 
@@ -16,19 +17,33 @@ if TYPE_CHECKING:
     from labgym.envs.state import State
 
 
-def disturbed(reading: Reading, sensor: Any, state: State, rng: np.random.Generator) -> Reading:
-    """Return a reading after the noise models of a sensor, one after the other, clipped to the sensor's space."""
-    kind = reading.dtype
-    for noise in sensor.noise:
-        reading = noise.apply(reading, state, rng)
-    low, high = sensor.space.low.reshape(reading.shape), sensor.space.high.reshape(reading.shape)
-    return np.clip(reading, low, high).astype(kind, copy=False)
+class NoisySensor(Sensor):
+    """A sensor whose readings noise models disturb, one after the other, clipped to the sensor's space.
 
+    Attributes:
+        noise: noise models, or plain data for `part_of`.
+    """
 
-def noises(part: Any) -> None:
-    """Replace plain data in the field `noise` of a sensor by noise models."""
-    noise = part.noise if isinstance(part.noise, list | tuple) else (part.noise,)
-    object.__setattr__(part, "noise", tuple(part_of(each, "noise") for each in noise))
+    noise: tuple[Noise, ...]
+
+    def __post_init__(self) -> None:
+        noise = self.noise if isinstance(self.noise, list | tuple) else (self.noise,)
+        object.__setattr__(self, "noise", tuple(part_of(each, "noise") for each in noise))
+
+    @abstractmethod
+    def measured(self, state: State) -> Reading:
+        """Return the reading without noise."""
+
+    def reading(self, state: State, rng: np.random.Generator) -> Reading:
+        """Return the reading."""
+        measured = self.measured(state)
+        if not self.noise:
+            return measured
+        reading, space = measured, self.space
+        for noise in self.noise:
+            reading = noise.apply(reading, state, rng)
+        low, high = space.low.reshape(reading.shape), space.high.reshape(reading.shape)
+        return np.clip(reading, low, high).astype(measured.dtype, copy=False)
 
 
 @registered("noise", "gaussian")

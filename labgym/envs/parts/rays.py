@@ -10,8 +10,8 @@ import numpy as np
 from gymnasium import spaces
 
 from labgym.envs.checks import MAX_METERS, count, finite, positive
-from labgym.envs.parts.noise import disturbed, noises
-from labgym.envs.parts.protocols import Noise, Reading, Sensor
+from labgym.envs.parts.noise import NoisySensor
+from labgym.envs.parts.protocols import Noise, Reading
 from labgym.envs.parts.registry import registered
 from labgym.envs.robot import ROBOT
 from labgym.envs.sensors import IMAGE_SHAPE, LIDAR_RAYS, RANGE, Camera, CameraView, Lidar
@@ -20,7 +20,7 @@ from labgym.scenes.rays import Geometry
 
 
 @registered("sensor", "lidar")
-class LidarSensor(Sensor):
+class LidarSensor(NoisySensor):
     """A planar range finder, by default on the robot's axis: (rays,) float32, meters, clipped to `reach`.
 
     Ray i points -180 + 360 i / rays degrees from the heading, counter-clockwise: ray 0 points backwards, ray rays / 2
@@ -44,7 +44,7 @@ class LidarSensor(Sensor):
         count(self, "rays")
         positive(self, "reach", "height", most=MAX_METERS)
         finite(self, "forward", "left", "yaw")
-        noises(self)
+        super().__post_init__()
 
     @property
     def space(self) -> spaces.Space[Any]:
@@ -60,14 +60,13 @@ class LidarSensor(Sensor):
     def _lidar(self) -> Lidar:
         return Lidar(self.rays, self.reach, self.height, self.forward, self.left, self.yaw)
 
-    def reading(self, state: State, rng: np.random.Generator) -> Reading:
+    def measured(self, state: State) -> Reading:
         """Return the ranges."""
-        ranges = state.ranges(self._lidar)
-        return disturbed(ranges, self, state, rng) if self.noise else ranges
+        return state.ranges(self._lidar)
 
 
 @dataclass(frozen=True)
-class CameraSensor(Sensor):
+class CameraSensor(NoisySensor):
     """The place and the picture of a camera: a base of the sensors that look through it, level by default.
 
     Two sensors of equal camera share one cast of its rays.
@@ -96,7 +95,7 @@ class CameraSensor(Sensor):
         count(self, "rows", "columns")
         positive(self, "hfov", "reach", "height", most=MAX_METERS)
         finite(self, "forward", "left", "yaw", "pitch", "roll")
-        noises(self)
+        super().__post_init__()
 
     @property
     def sees(self) -> Geometry | None:
@@ -139,10 +138,13 @@ class DepthSensor(CameraSensor):
         """Depth in [0, reach]."""
         return spaces.Box(0.0, self.reach, (self.rows * self.columns,), np.float32)
 
+    def measured(self, state: State) -> Reading:
+        """Return the depth image, (rows, columns)."""
+        return state.depth(self.camera) if state.compiled and self.camera.level else self._view(state).depth
+
     def reading(self, state: State, rng: np.random.Generator) -> Reading:
         """Return the depth image, flat."""
-        depth = state.depth(self.camera) if state.compiled and self.camera.level else self._view(state).depth
-        return (disturbed(depth, self, state, rng) if self.noise else depth).ravel()
+        return super().reading(state, rng).ravel()
 
 
 @registered("sensor", "rgb")
@@ -156,8 +158,7 @@ class ColorSensor(CameraSensor):
         """An 8-bit image."""
         return spaces.Box(0, 255, (self.rows, self.columns, 3), np.uint8)
 
-    def reading(self, state: State, rng: np.random.Generator) -> Reading:
+    def measured(self, state: State) -> Reading:
         """Return the color image."""
         view = self._view(state)
-        picture = state.rays("visual").color(view.faces, view.directions).reshape(self.rows, self.columns, 3)
-        return disturbed(picture, self, state, rng) if self.noise else picture
+        return state.rays("visual").color(view.faces, view.directions).reshape(self.rows, self.columns, 3)

@@ -9,7 +9,7 @@ import numpy as np
 from gymnasium import spaces
 
 from labgym.envs.checks import MAX_METERS, positive
-from labgym.envs.parts.noise import disturbed, noises
+from labgym.envs.parts.noise import NoisySensor
 from labgym.envs.parts.protocols import Noise, Reading, Robot, Sensor
 from labgym.envs.parts.registry import parts_of, registered
 from labgym.envs.robot import ROBOT
@@ -48,7 +48,7 @@ def polar(goal: Pose, pose: Pose, reach: float) -> Reading:
 
 
 @registered("sensor", "goal")
-class GoalSensor(Sensor):
+class GoalSensor(NoisySensor):
     """The goal in polar form, as the robot sees it: (3,) float32.
 
     Distance in meters, clipped to `reach`; cosine and sine of the bearing relative to the heading, counter-clockwise.
@@ -60,21 +60,20 @@ class GoalSensor(Sensor):
 
     def __post_init__(self) -> None:
         positive(self, "reach", most=MAX_METERS)
-        noises(self)
+        super().__post_init__()
 
     @property
     def space(self) -> spaces.Space[Any]:
         """Distance in [0, reach], cosine and sine in [-1, 1]."""
         return polar_space(self.reach)
 
-    def reading(self, state: State, rng: np.random.Generator) -> Reading:
+    def measured(self, state: State) -> Reading:
         """Return distance, cosine and sine."""
-        goal = polar(state.pair.goal, state.pose, self.reach)
-        return disturbed(goal, self, state, rng) if self.noise else goal
+        return polar(state.pair.goal, state.pose, self.reach)
 
 
 @registered("sensor", "velocity")
-class VelocitySensor(Sensor):
+class VelocitySensor(NoisySensor):
     """The velocity of the robot: (2,) float32, forward in m/s and turn rate in rad/s, counter-clockwise.
 
     With three limits, (3,): forward, to the left, and turn rate.
@@ -98,7 +97,7 @@ class VelocitySensor(Sensor):
             object.__setattr__(self, name, limits)
         if len(self.low) not in (2, 3) or len(self.high) != len(self.low):
             raise OptionError("VelocitySensor: low and high need two or three components each")
-        noises(self)
+        super().__post_init__()
 
     @classmethod
     def of(cls, robot: Robot) -> VelocitySensor:
@@ -113,18 +112,16 @@ class VelocitySensor(Sensor):
         """The limits."""
         return spaces.Box(np.array(self.low, np.float32), np.array(self.high, np.float32))
 
-    def reading(self, state: State, rng: np.random.Generator) -> Reading:
+    def measured(self, state: State) -> Reading:
         """Return forward velocity and turn rate."""
         (v, w), low, high = state.velocity, self.low, self.high
         if len(low) == 3:
-            twist = np.clip((v, state.sideways, w), low, high).astype(np.float32)
-            return disturbed(twist, self, state, rng) if self.noise else twist
-        twist = np.array([min(max(v, low[0]), high[0]), min(max(w, low[1]), high[1])], np.float32)
-        return disturbed(twist, self, state, rng) if self.noise else twist
+            return np.clip((v, state.sideways, w), low, high).astype(np.float32)
+        return np.array([min(max(v, low[0]), high[0]), min(max(w, low[1]), high[1])], np.float32)
 
 
 @registered("sensor", "pose")
-class PoseSensor(Sensor):
+class PoseSensor(NoisySensor):
     """The pose of the robot in the room frame: (4,) float32, x and y in meters, cosine and sine of the yaw. Privileged.
 
     Attributes:
@@ -137,7 +134,7 @@ class PoseSensor(Sensor):
 
     def __post_init__(self) -> None:
         positive(self, "reach", most=MAX_METERS)
-        noises(self)
+        super().__post_init__()
 
     @property
     def space(self) -> spaces.Space[Any]:
@@ -145,10 +142,9 @@ class PoseSensor(Sensor):
         high = np.array([self.reach, self.reach, 1.0, 1.0], np.float32)
         return spaces.Box(-high, high)
 
-    def reading(self, state: State, rng: np.random.Generator) -> Reading:
+    def measured(self, state: State) -> Reading:
         """Return x, y, cosine and sine."""
-        pose = planar(state.pose, self.reach)
-        return disturbed(pose, self, state, rng) if self.noise else pose
+        return planar(state.pose, self.reach)
 
 
 @registered("sensor", "place")
