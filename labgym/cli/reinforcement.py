@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -11,7 +10,7 @@ from tyro.conf import OmitArgPrefixes, arg
 
 from labgym.cli.arguments import OptionalPath, OptionalWholeNumber, PolicyOptions, parse_options
 from labgym.cli.outcome import written
-from labgym.errors import MissingDependencyError
+from labgym.cli.problems import check_training
 
 if TYPE_CHECKING:
     from labgym.training.hyperparameters import Hyperparameters
@@ -54,9 +53,7 @@ class TrainingArguments:
             MissingDependencyError: a package of the extra `train` is not installed.
             UnknownNameError, OptionError, DocumentError: as `Hyperparameters.load`.
         """
-        for package in ("stable_baselines3", "safetensors", "yaml"):
-            if find_spec(package) is None:
-                raise MissingDependencyError(package, f"labgym train {algorithm}", "train")
+        check_training(f"labgym train {algorithm}", "stable_baselines3", "safetensors", "yaml")
         from labgym.training.hyperparameters import Hyperparameters
         from labgym.training.run import RunSettings
 
