@@ -199,8 +199,7 @@ def outline(
         crop: X0,Y0,X1,Y1: the part of a drawing that is read, in its units, such as a plan next to an elevation.
         overwrite: Replace OUT if it exists with other content.
     """
-    from labgym.exchange.formats import read_floor
-    from labgym.exchange.outlines import empty_layout
+    from labgym.exchange.formats import empty_layout, read_floor
 
     out = layout_path(out)
     layout = empty_layout(read_floor(file, unit, thickness, numbers("crop", crop)))

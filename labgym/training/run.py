@@ -1,4 +1,4 @@
-"""The folder of a training run, the environments that its hyperparameters describe, and training by PPO and SAC."""
+"""The folder of a training run, the environments that its hyperparameters describe, and training by PPO, SAC, HER."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import torch
-from stable_baselines3 import PPO, SAC
+from stable_baselines3 import PPO, SAC, HerReplayBuffer
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.logger import configure
 from stable_baselines3.common.vec_env import VecEnv, VecNormalize
@@ -22,7 +22,7 @@ from labgym.layouts.batch import catalog_digest
 from labgym.policies.learned.training_loop import finish, train_identity
 from labgym.runs import RunFolder
 from labgym.training.environments import NEAR_GOAL, NearGoal, layout_progress, make_environments
-from labgym.training.export import actor_of, save_policy
+from labgym.training.export import RobotFrame, actor_of, save_policy
 from labgym.training.hyperparameters import Hyperparameters
 from labgym.training.legs import CHECKPOINT, learn
 from labgym.training.scores import ScoreCallback
@@ -167,8 +167,16 @@ def _train(model: BaseAlgorithm, evaluation: VecEnv, hyperparameters: Hyperparam
     write_text(out / SCORES, "".join(json.dumps(record) + "\n" for record in scores.records))
 
 
-def train_ppo(hyperparameters: Hyperparameters, settings: RunSettings) -> Path:
+ALGORITHMS: dict[str, type[BaseAlgorithm]] = {"ppo": PPO, "sac": SAC, "her": SAC}
+
+
+def train(hyperparameters: Hyperparameters, settings: RunSettings) -> Path:
     """Train, or resume, the run in a folder and return the file of the best policy.
+
+    "her" is soft actor-critic with hindsight experience replay (Andrychowicz et al. 2017) and the sparse reward:
+    episodes that miss the goal are stored a second time with goals that they reached. Its environments are goal
+    environments in the frame of the start (`labgym.training.environments`), so that the policy needs odometry, not a
+    map; `labgym.training.export` gives its network goal and sensors as the robot sees them.
 
     Raises:
         OptionError: the folder is in use or holds another run, or a hyperparameter is out of range.
@@ -176,30 +184,10 @@ def train_ppo(hyperparameters: Hyperparameters, settings: RunSettings) -> Path:
     """
     with training_environments(hyperparameters, settings) as environments:
         with model_errors():
-            model = PPO(
-                hyperparameters.policy,
-                environments,
-                **hyperparameters.algorithm_arguments(),
-                seed=settings.seed,
-                device="cpu",
-            )
-        return train_model(model, hyperparameters, settings)
-
-
-def train_sac(hyperparameters: Hyperparameters, settings: RunSettings) -> Path:
-    """Train, or resume, the run in a folder and return the file of the best policy.
-
-    Raises:
-        OptionError: the folder is in use or holds another run, or a hyperparameter is out of range.
-        DocumentError: the checkpoint is damaged, or a finished run was changed.
-    """
-    with training_environments(hyperparameters, settings) as environments:
-        with model_errors():
-            model = SAC(
-                hyperparameters.policy,
-                environments,
-                **hyperparameters.algorithm_arguments(),
-                seed=settings.seed,
-                device="cpu",
-            )
+            arguments = hyperparameters.algorithm_arguments()
+            if hyperparameters.algorithm == "her":
+                arguments["policy_kwargs"] = {"features_extractor_class": RobotFrame, **arguments["policy_kwargs"]}
+                arguments["replay_buffer_class"] = HerReplayBuffer
+            algorithm: Any = ALGORITHMS[hyperparameters.algorithm]
+            model = algorithm(hyperparameters.policy, environments, **arguments, seed=settings.seed, device="cpu")
         return train_model(model, hyperparameters, settings)

@@ -14,7 +14,7 @@ from labgym.cli import main
 from labgym.errors import DocumentError, LabgymError, OptionError
 from labgym.exchange.dxf.reading import read_dxf
 from labgym.exchange.dxf.writing import write_dxf
-from labgym.exchange.outlines import empty_layout
+from labgym.exchange.formats import empty_layout
 from labgym.layouts import Layout, load_published, published
 from labgym.layouts.floors import FAMILIES, draw_floor
 

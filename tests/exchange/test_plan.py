@@ -12,7 +12,7 @@ from shapely import LineString, Polygon
 from exchange.floors import FLOORS, ell, rectangle, suite
 from labgym.errors import OptionError
 from labgym.exchange.dimensions import aisles, sides, widths
-from labgym.exchange.outlines import empty_layout
+from labgym.exchange.formats import empty_layout
 from labgym.exchange.plan import draw_plan, write_plan
 from labgym.exchange.plan_sheet import sheet_for
 from labgym.layouts import load_published, published

@@ -14,7 +14,7 @@ from shapely.affinity import translate
 
 from exchange.floors import FLOORS, chamfered, ell, rectangle, region, turned
 from labgym.errors import DocumentError, LabgymError, OptionError
-from labgym.exchange.outlines import empty_layout
+from labgym.exchange.formats import empty_layout
 from labgym.exchange.ros_files import RosMap
 from labgym.exchange.ros_map import write_ros_map
 from labgym.exchange.ros_outline import _walled, read_ros_map
