@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -39,7 +39,8 @@ class NoisySensor(Sensor):
         measured = self.measured(state)
         if not self.noise:
             return measured
-        reading, space = measured, self.space
+        space: Any = self.space  # a Box
+        reading = measured
         for noise in self.noise:
             reading = noise.apply(reading, state, rng)
         low, high = space.low.reshape(reading.shape), space.high.reshape(reading.shape)

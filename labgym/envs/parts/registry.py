@@ -31,7 +31,7 @@ def registered(role: str, kind: str, *, frozen: bool = True) -> Callable[[Part],
 
     def add(part_class: Part) -> Part:
         part_class.__annotations__ = {**inspect.get_annotations(part_class), "kind": "str"}
-        part_class.kind = field(default=kind, init=False)  # type: ignore[attr-defined]
+        part_class.kind = field(default=kind, init=False)
         _KINDS[role][kind] = dataclass(frozen=frozen)(part_class)
         return part_class
 
