@@ -103,6 +103,7 @@ class PageSenses:
         """Return a moment from values of the environment, and from what the camera and the lidar see."""
         x, y, yaw = (float(value) for value in values["pose"])
         color, depth = self._camera.colour_and_depth(rays[0], (x, y, yaw))
+        numbers: dict[str, Any] = {name: round(float(values[name]), 3) for name in NUMBERS}
         return Moment(
             pose=(round(x, 4), round(y, 4), round(yaw, 4)),
             contacts=int(values["contacts"]),
@@ -110,7 +111,7 @@ class PageSenses:
             lidar=tuple(np.round(self._lidar.scan(rays[1], (x, y, yaw)).astype(float), 3).tolist()),
             color=_png(color[..., ::-1]),
             depth=_png(_shades(depth)),
-            **{name: round(float(values[name]), 3) for name in NUMBERS},
+            **numbers,
             **others,
         )
 
