@@ -41,7 +41,7 @@ class RobotMotion:
 
 
 class CopiedMotion(RobotMotion):
-    """Base of the simulations that are copied as they are pickled: made again, and put into the same state."""
+    """Base of the simulations that are copied as they are pickled: a new one is put into the same state."""
 
     def __reduce__(self) -> tuple[Any, ...]:
         raise NotImplementedError
