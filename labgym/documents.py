@@ -15,7 +15,7 @@ from typing import Any, ClassVar, Self
 from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, ValidationError
 from pydantic_core import CoreSchema
 
-from labgym.errors import DocumentError, MissingDependencyError, OptionError
+from labgym.errors import DocumentError, OptionError, optional_package
 from labgym.temporary import temporary_file
 
 MAX_BYTES = 32 * 1024 * 1024
@@ -193,10 +193,8 @@ def read_yaml(path: str | Path, max_bytes: int, needed_for: str) -> Any:
         DocumentError: as `read_json`, or the file has an alias.
         MissingDependencyError: PyYAML is not installed.
     """
-    try:
+    with optional_package("pyyaml", needed_for, "cad"):
         import yaml
-    except ImportError:
-        raise MissingDependencyError("pyyaml", needed_for, "cad") from None
     raw = read_bytes(path, max_bytes)
     try:
         text = raw.decode("utf-8")

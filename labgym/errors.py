@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from difflib import get_close_matches
 from typing import Any
 
@@ -71,6 +72,19 @@ class UnknownNameError(LabgymError, KeyError):
         return f"{kind} {name!r} not found"
 
 
+def check_name(kind: str, name: object, available: Collection[str]) -> None:
+    """Check that a name is one of those that exist.
+
+    Args:
+        kind: kind of the named object. available: the names that exist.
+
+    Raises:
+        UnknownNameError: it is not.
+    """
+    if name not in available:
+        raise UnknownNameError(kind, name, available)
+
+
 class UnknownArgumentError(UnknownNameError, TypeError):
     """A keyword argument that does not exist, with those that do; libraries that probe for one expect a `TypeError`.
 
@@ -117,6 +131,22 @@ class MissingDependencyError(LabgymError, ImportError):
         super().__init__(
             f"{needed_for} needs the package {package!r}; install it with: pip install 'labgym-nav[{extra}]'"
         )
+
+
+@contextmanager
+def optional_package(package: str, needed_for: str, extra: str) -> Iterator[None]:
+    """Import an optional package inside the block.
+
+    Args:
+        package: name of the distribution. needed_for: what cannot be done without it. extra: of labgym, with it.
+
+    Raises:
+        MissingDependencyError: it is not installed.
+    """
+    try:
+        yield
+    except ImportError:
+        raise MissingDependencyError(package, needed_for, extra) from None
 
 
 class InfeasibleError(LabgymError):

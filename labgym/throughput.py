@@ -14,7 +14,7 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
-from labgym.errors import MissingDependencyError, OptionError
+from labgym.errors import MissingDependencyError, OptionError, optional_package
 from labgym.layouts import Layout, load_published, published
 from labgym.table import Table
 
@@ -83,12 +83,9 @@ def environments(layout: Layout) -> dict[str, Callable[[], Any]]:
     Raises:
         MissingDependencyError: Gymnasium-Robotics is not installed.
     """
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            import gymnasium_robotics
-    except ImportError:
-        raise MissingDependencyError("gymnasium-robotics", "the comparison with PointMaze", "dev") from None
+    with optional_package("gymnasium-robotics", "the comparison with PointMaze", "dev"), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        import gymnasium_robotics
     gym.register_envs(gymnasium_robotics)
     ours: dict[str, Any] = {"layout": layout, "max_episode_steps": EPISODE}
     made: dict[str, Callable[[], Any]] = {

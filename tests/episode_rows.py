@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
+from labgym.eval.driving.drive import Route
 from labgym.eval.driving.episode_row import TransitionRow
+from labgym.eval.driving.files import EpisodeRoute, read_lines
 
 
 def row(layout: str = "one", pair: int = 0, **changes: Any) -> TransitionRow:
@@ -32,3 +35,8 @@ def row(layout: str = "one", pair: int = 0, **changes: Any) -> TransitionRow:
         "time": 6.0,
     }
     return TransitionRow(**{**fields, **changes})
+
+
+def read_routes(path: Path) -> dict[str, Route]:
+    """Return the routes in a `routes.jsonl`, by episode."""
+    return {key: record.poses for key, record in read_lines(path, EpisodeRoute).checked(path, path.name).items()}

@@ -15,7 +15,7 @@ import numpy as np
 from labgym.assets.model import Asset
 from labgym.assets.shapes import Part, build
 from labgym.assets.shapes.joints import Joint
-from labgym.errors import OptionError, UnknownNameError
+from labgym.errors import OptionError, check_name
 from labgym.geometry import OrientedBox, rotate
 
 State = tuple[tuple[str, float], ...]
@@ -75,8 +75,7 @@ def check_state(asset: Asset, state: State) -> None:
     """
     known = joints(asset)
     for k, (name, share) in enumerate(state):
-        if name not in known:
-            raise UnknownNameError(f"moving part of {asset.name}", name, known)
+        check_name(f"moving part of {asset.name}", name, known)
         if not 0.0 <= share <= 1.0:
             raise OptionError(f"state of {name!r} must be 0 (closed) to 1 (open), got {share:g}")
         if any(name == other for other, _ in state[:k]):

@@ -19,7 +19,7 @@ from labgym.assets.compatibility import rulebook
 from labgym.assets.flags import Flag, carried
 from labgym.assets.model import Asset
 from labgym.documents import Document, Record
-from labgym.errors import UnknownNameError
+from labgym.errors import check_name
 
 Severity = Literal["compatible", "caution", "incompatible", "dangerous"]
 """Compatible; caution (warms, or reacts slowly or when heated); incompatible (much heat, pressure or fumes);
@@ -191,8 +191,7 @@ def cell(a: str, b: str) -> ReactivityCell:
     """
     groups = rulebook().groups
     for group in (a, b):
-        if group not in groups:
-            raise UnknownNameError("reactive group", group, groups)
+        check_name("reactive group", group, groups)
     return _cells()[_sorted(a, b)]
 
 

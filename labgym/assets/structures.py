@@ -8,7 +8,7 @@ from functools import lru_cache
 from typing import Any
 
 from labgym.assets.model import Asset
-from labgym.errors import LabgymError, MissingDependencyError
+from labgym.errors import LabgymError, optional_package
 
 MAX_CHARACTERS = 500
 MAX_ATOMS = 200
@@ -42,10 +42,8 @@ def molecule(smiles: str) -> Any:
         raise StructureError(
             f"{smiles[:60]!r} is not a SMILES: expected 1 to {MAX_CHARACTERS} ASCII characters without spaces"
         )
-    try:
+    with optional_package("rdkit", "reading structures", "chem"):
         from rdkit import Chem
-    except ImportError:
-        raise MissingDependencyError("rdkit", "reading structures", "chem") from None
     with _quiet():
         structure = Chem.MolFromSmiles(smiles)
     if structure is None:

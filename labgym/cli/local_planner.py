@@ -9,8 +9,10 @@ from tyro.conf import arg
 
 from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath, OptionalText
 from labgym.cli.outcome import written
-from labgym.cli.problems import check_installed
-from labgym.counts import MAX_SEED, whole_number
+from labgym.cli.problems import check_training
+
+TRAINING = ("labgym train", "stable_baselines3", "safetensors")
+"""The command in errors, and the packages that a training of the local planner needs."""
 
 Fresh = Annotated[bool, arg(help="Move the files of the folder aside and start anew.")]
 Practice = Annotated[Path, arg(help="Folder of labgym train local-practice.")]
@@ -32,7 +34,7 @@ def local_practice(
         floors: Number of training floors.
         per_task: Most drives of each task on a floor.
     """
-    _check(floors=floors, per_task=per_task)
+    check_training(*TRAINING, floors=floors, per_task=per_task)
     from labgym.training.local.practice import make_practice
 
     make_practice(out, floors, per_task, execution.options(), fresh)
@@ -58,8 +60,7 @@ def local_imitation(
         drives: Drives of a round.
         seed: Random seed of the whole run.
     """
-    _check(rounds=rounds, drives=drives)
-    whole_number("seed", seed, 0, MAX_SEED)
+    check_training(*TRAINING, rounds=rounds, drives=drives, seed=seed)
     from labgym.training.local.imitation import imitate
     from labgym.training.local.options import ImitationOptions
     from labgym.training.local.practice import practice_files
@@ -87,8 +88,7 @@ def local_ppo(
         iterations: Number of updates, each of 64 drives.
         seed: Random seed of the whole run.
     """
-    _check(iterations=iterations)
-    whole_number("seed", seed, 0, MAX_SEED)
+    check_training(*TRAINING, iterations=iterations, seed=seed)
     from labgym.training.local.options import ReinforcementOptions
     from labgym.training.local.practice import practice_files
     from labgym.training.local.reinforcement import reinforce
@@ -110,7 +110,7 @@ def ablate_local_imitation(
         run: Folder of labgym train local-imitation.
         out: Folder for the networks and the results.
     """
-    _check()
+    check_training(*TRAINING)
     from labgym.training.local.ablation import ablate_imitation
 
     return written(ablate_imitation(run, out, execution.options(), fresh=fresh))
@@ -134,7 +134,7 @@ def ablate_local_ppo(
         start: Policy with which it began.
         out: Folder for the results.
     """
-    _check()
+    check_training(*TRAINING)
     from labgym.training.local.ablation import ablate_reinforcement
 
     return written(ablate_reinforcement(run, start, out, singles, execution.options(), fresh=fresh))
@@ -179,11 +179,3 @@ def card_local_ppo(
 def _tasks(names: str | None) -> dict[str, tuple[str, ...]]:
     """Return the option `tasks`, none for the default."""
     return {} if names is None else {"tasks": tuple(name.strip() for name in names.split(","))}
-
-
-def _check(**values: int) -> None:
-    """Check that numbers are at least 1 and that the packages of the extra `train` are installed."""
-    for name, value in values.items():
-        whole_number(name, value)
-    for package in ("stable_baselines3", "safetensors"):
-        check_installed(package, "labgym train")

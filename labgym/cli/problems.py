@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from importlib.util import find_spec
 
+from labgym.counts import MAX_COUNT, MAX_PROCESSES, MAX_SEED, MAX_STEPS, whole_number
 from labgym.errors import MissingDependencyError
 
 EXTRAS = {
@@ -100,3 +101,25 @@ def check_installed(module: str, command: str) -> None:
     if missing:
         package, extra = EXTRAS[module]
         raise MissingDependencyError(package, command, extra)
+
+
+RANGES = {
+    "patience": (0, MAX_COUNT),
+    "seed": (0, MAX_SEED),
+    "steps": (1, MAX_STEPS),
+    "threads": (1, MAX_PROCESSES),
+}
+"""Least and greatest values of numbers of a training; others are counts of at least 1."""
+
+
+def check_training(command: str, *packages: str, **numbers: int) -> None:
+    """Check the numbers that a training takes, and that its packages, by the names that are imported, are installed.
+
+    Raises:
+        OptionError: a number is out of range.
+        MissingDependencyError: a package is not installed.
+    """
+    for name, value in numbers.items():
+        whole_number(name, value, *RANGES.get(name, (1, MAX_COUNT)))
+    for package in packages:
+        check_installed(package, command)

@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 from tyro.conf import OmitArgPrefixes, arg
 
 from labgym.cli.arguments import OptionalPath, OptionalWholeNumber, PolicyOptions, parse_options
 from labgym.cli.outcome import written
-from labgym.errors import MissingDependencyError
-
-if TYPE_CHECKING:
-    from labgym.training.hyperparameters import Hyperparameters
-    from labgym.training.run import RunSettings
+from labgym.cli.problems import check_training
 
 Named = Annotated[PolicyOptions, arg(name="set")]
 
@@ -47,24 +42,23 @@ class TrainingArguments:
     threads: int = 1
     fresh: bool = False
 
-    def read(self, algorithm: str, environment: str) -> tuple[Hyperparameters, RunSettings]:
-        """Return the hyperparameters and the settings of a run.
+    def train(self, algorithm: str, environment: str) -> int:
+        """Train by an algorithm in an environment.
 
         Raises:
             MissingDependencyError: a package of the extra `train` is not installed.
             UnknownNameError, OptionError, DocumentError: as `Hyperparameters.load`.
         """
-        for package in ("stable_baselines3", "safetensors", "yaml"):
-            if find_spec(package) is None:
-                raise MissingDependencyError(package, f"labgym train {algorithm}", "train")
+        check_training(f"labgym train {algorithm}", "stable_baselines3", "safetensors", "yaml")
         from labgym.training.hyperparameters import Hyperparameters
-        from labgym.training.run import RunSettings
+        from labgym.training.run import RunSettings, train
 
         steps = {} if self.steps is None else {"n_timesteps": self.steps}
         changes = {**parse_options(self.changes), **steps}
         hyperparameters = Hyperparameters.load(algorithm, environment, self.hyperparams, changes)
         out = self.out or Path("runs") / algorithm / environment
-        return hyperparameters, RunSettings(out, self.seed, self.vectorization, self.threads, self.fresh)
+        settings = RunSettings(out, self.seed, self.vectorization, self.threads, self.fresh)
+        return written(train(hyperparameters, settings))
 
 
 Training = OmitArgPrefixes[TrainingArguments]
@@ -79,10 +73,7 @@ def ppo(env: str = "LabPointNav-v0", training: Training = USUAL) -> int:
     Args:
         env: Id of the environment, an entry of the file of hyperparameters.
     """
-    hyperparameters, settings = training.read("ppo", env)
-    from labgym.training.run import train_ppo
-
-    return written(train_ppo(hyperparameters, settings))
+    return training.train("ppo", env)
 
 
 def sac(env: str = "LabPointNav-v0", training: Training = USUAL) -> int:
@@ -91,10 +82,7 @@ def sac(env: str = "LabPointNav-v0", training: Training = USUAL) -> int:
     Args:
         env: Id of the environment, an entry of the file of hyperparameters.
     """
-    hyperparameters, settings = training.read("sac", env)
-    from labgym.training.run import train_sac
-
-    return written(train_sac(hyperparameters, settings))
+    return training.train("sac", env)
 
 
 def her(env: str = "LabFloorNavGoal-v0", training: Training = USUAL) -> int:
@@ -103,7 +91,4 @@ def her(env: str = "LabFloorNavGoal-v0", training: Training = USUAL) -> int:
     Args:
         env: Id of the goal environment, an entry of the file of hyperparameters.
     """
-    hyperparameters, settings = training.read("her", env)
-    from labgym.training.run import train_her
-
-    return written(train_her(hyperparameters, settings))
+    return training.train("her", env)

@@ -10,8 +10,7 @@ from tyro.conf import arg
 from labgym.cli.arguments import OptionalPath
 from labgym.cli.effects import refuses_idle_flags
 from labgym.cli.outcome import written
-from labgym.cli.problems import check_installed
-from labgym.counts import MAX_PROCESSES, MAX_SEED, MAX_STEPS, whole_number
+from labgym.cli.problems import check_training
 
 Sensor = Literal["lidar", "depth"]
 
@@ -45,11 +44,7 @@ def iplanner(
             along the expert's path, or at the goal.
         seed: Random seed of the initial weights and the order of samples.
     """
-    whole_number("epochs", epochs)
-    whole_number("threads", threads, most=MAX_PROCESSES)
-    whole_number("patience", patience, 0)
-    whole_number("seed", seed, 0, MAX_SEED)
-    check_installed("torch", "labgym train")
+    check_training("labgym train", "torch", epochs=epochs, threads=threads, patience=patience, seed=seed)
     from labgym.policies.iplanner.config import IPlannerConfig, IPlannerLossOptions, IPlannerTrainOptions
     from labgym.policies.iplanner.train import train
 
@@ -81,11 +76,7 @@ def navdp(
             more.
         seed: Random seed of the initial weights, the order of samples and the noise.
     """
-    whole_number("epochs", epochs)
-    whole_number("memory", memory)
-    whole_number("threads", threads, most=MAX_PROCESSES)
-    whole_number("seed", seed, 0, MAX_SEED)
-    check_installed("torch", "labgym train")
+    check_training("labgym train", "torch", epochs=epochs, memory=memory, threads=threads, seed=seed)
     from labgym.policies.navdp.config import NavDPConfig, NavDPNetworkOptions, NavDPTrainOptions
     from labgym.policies.navdp.train import train
 
@@ -116,11 +107,7 @@ def train_ppo(
         out: Folder for checkpoint and weights; by default runs/ppo/OBSERVATION, without warm start
             runs/ppo/OBSERVATION-cold.
     """
-    whole_number("steps", steps, most=MAX_STEPS)
-    whole_number("layouts", layouts)
-    whole_number("threads", threads, most=MAX_PROCESSES)
-    whole_number("seed", seed, 0, MAX_SEED)
-    check_installed("stable_baselines3", "labgym train")
+    check_training("labgym train", "stable_baselines3", steps=steps, layouts=layouts, threads=threads, seed=seed)
     import torch
 
     from labgym.eval import evaluate, load_suite
@@ -156,11 +143,7 @@ def ablate_iplanner(
         samples: Number of the dataset's samples to train on.
         epochs: Passes over them.
     """
-    whole_number("samples", samples)
-    whole_number("epochs", epochs)
-    whole_number("every", every)
-    whole_number("threads", threads, most=MAX_PROCESSES)
-    check_installed("torch", "labgym ablate")
+    check_training("labgym ablate", "torch", samples=samples, epochs=epochs, every=every, threads=threads)
     from labgym.cards import ablation
     from labgym.policies.iplanner.config import IPlannerTrainOptions
 
@@ -175,8 +158,7 @@ def ablate_navdp(run: Path = Path("runs/navdp"), out: Path = Path("runs/navdp-ab
         run: Folder of the weights.
         out: Folder for the evaluations.
     """
-    whole_number("every", every)
-    check_installed("torch", "labgym ablate")
+    check_training("labgym ablate", "torch", every=every)
     from labgym.cards import ablation
 
     return written(ablation.ablate_navdp(run, out, every))

@@ -13,7 +13,7 @@ from labgym.documents import Record
 from labgym.envs.labnav.task import LabNavTask
 from labgym.envs.labnav.tasks import TASKS, task_of
 from labgym.envs.presets import labnav_config_name, labnav_id
-from labgym.errors import OptionError, UnknownNameError
+from labgym.errors import OptionError, UnknownNameError, check_name
 from labgym.policies.registry import BUILT_IN
 
 Format = Literal["parquet", "minari", "lerobot"]
@@ -110,15 +110,12 @@ def drive_options(task: str, policy: str | None, split: str | None, level: int |
         UnknownNameError: the task, policy or split does not exist.
         OptionError: a value is out of range, the split is held out, or does not belong to the task.
     """
-    if task not in (*TASKS, POINT):
-        raise UnknownNameError("task", task, (*TASKS, POINT))
+    check_name("task", task, (*TASKS, POINT))
     point = task == POINT
     policy = policy or DEFAULT_POLICY.get(task, "stack")
-    if policy not in BUILT_IN:
-        raise UnknownNameError("expert (a built-in policy)", policy, BUILT_IN)
+    check_name("expert (a built-in policy)", policy, BUILT_IN)
     sensors = values.get("sensors", "lidar")
-    if sensors not in get_args(Sensors):
-        raise UnknownNameError("sensors", sensors, get_args(Sensors))
+    check_name("sensors", sensors, get_args(Sensors))
     if level is not None and (point or level not in (1, 2, 3)):
         raise OptionError(
             f"level is {level}, expected 1, 2 or 3" + (": only tasks of LabNav have levels" if point else "")

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from labgym.envs.robot import ROBOT
 from labgym.envs.sensors import IMAGE_SHAPE
-from labgym.errors import LabgymError, MissingDependencyError
+from labgym.errors import LabgymError, optional_package
 
 CODEC, PIXELS = "h264", "yuv420p"
 
@@ -68,10 +68,8 @@ def depth_picture(depth: NDArray[Any]) -> NDArray[np.uint8]:
 
 def _ffmpeg() -> str:
     """Return the path of the program that imageio-ffmpeg ships."""
-    try:
+    with optional_package("imageio-ffmpeg", "videos of the format lerobot", "data"):
         import imageio_ffmpeg
-    except ImportError:
-        raise MissingDependencyError("imageio-ffmpeg", "videos of the format lerobot", "data") from None
     return str(imageio_ffmpeg.get_ffmpeg_exe())
 
 

@@ -8,7 +8,7 @@ from dataclasses import fields, replace
 from typing import Any, TypeVar, cast
 
 from labgym.counts import is_finite, whole_number
-from labgym.errors import OptionError, UnknownNameError
+from labgym.errors import OptionError, check_name
 
 Record = TypeVar("Record")
 """A dataclass of numbers."""
@@ -75,8 +75,7 @@ def record_of(value: Any, default: Record, name: str, entry: str) -> Record:
     if isinstance(value, Mapping):
         names = [each.name for each in fields(kind)]
         for key in value:
-            if key not in names:
-                raise UnknownNameError(entry, key, names)
+            check_name(entry, key, names)
         value = replace(cast(Any, default), **value)
     if not isinstance(value, kind):
         raise OptionError(f"{name} is a {type(value).__name__}, expected {kind.__name__} or a mapping")

@@ -43,7 +43,7 @@ from labgym.envs.simulation import CHECK_STEPS
 from labgym.envs.stage import LayoutSenses
 from labgym.envs.state import Pose, State, Verdict
 from labgym.envs.training import LayoutSource
-from labgym.errors import OptionError, UnknownNameError
+from labgym.errors import OptionError, UnknownNameError, check_name
 from labgym.layouts import Layout
 from labgym.navigation import METHODS, Method
 from labgym.protocols import Protocol
@@ -141,8 +141,7 @@ class PointNavConfig:
             ("distance_to_go", self.distance_to_go, METHODS),
             ("drives", self.drives, _drives(self.drives)),
         ):
-            if value not in available:
-                raise UnknownNameError(kind, value, available)
+            check_name(kind, value, available)
         check_physics(self.physics)
         if self.render_mode is not None and self.render_mode not in RENDER_MODES:
             raise UnknownNameError("render_mode", self.render_mode, RENDER_MODES)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from labgym.envs.assembly import Moving, assembly_of, is_standard
+from labgym.envs.config import PointNavConfig
 from labgym.envs.moving_scene import MovingScene, PushedScene
 from labgym.envs.parts.protocols import Command, Condition, Motion, Robot
 from labgym.envs.physics import Physics, make_physics
@@ -34,13 +35,8 @@ class RunningEpisode:
         task: layout, protocol and drives. simulation: the physics. state: what the parts read.
 
     Args:
-        robot: the robot.
-        control_dt: duration of a control step, seconds.
-        physics: name of the physics.
-        exact: whether readings must be equal on every processor.
-        disc: radius of the disc around a goal at which shortest paths end, meters.
+        robot: the robot. config: physics, control step, exactness and disc of the environment.
         setting: physics and colors of this episode; None for those of the layout.
-        interactive: whether furniture moves in the physics of the setting.
         conditions: what is in the episode beyond its layout, with the data and the generator of each.
     """
 
@@ -48,40 +44,35 @@ class RunningEpisode:
         self,
         task: Task,
         robot: Robot,
-        *,
-        control_dt: float,
-        physics: str,
-        exact: bool = False,
-        disc: float = 0.0,
+        config: PointNavConfig,
         setting: EpisodeSetting | None = None,
-        interactive: bool = False,
         conditions: Sequence[tuple[Condition, Any, np.random.Generator]] = (),
     ) -> None:
         world = world_of(task.layout)
         self.task = task
-        if task.pushable and physics == "planar":
+        if task.pushable and config.physics == "planar":
             raise OptionError("the planar kernel moves nothing but the robot: pass physics='mujoco'")
         assembly = None if setting is None else setting.changed()
         if assembly is None and task.pushable:
             assembly = assembly_of(world, robot, Moving(pushable=tuple(task.pushable.items())))
         palette = None if setting is None else setting.palette
-        self.simulation: Physics = make_physics(physics, world, robot, control_dt, assembly)
+        self.simulation: Physics = make_physics(config.physics, world, robot, config.control_dt, assembly)
         self.simulation.place(task.pair.start)
-        pose, planar = self.simulation.pose, physics == "planar"
+        pose, planar = self.simulation.pose, config.physics == "planar"
         moving: MovingScene | PushedScene | None = None
         if isinstance(self.simulation, PushingSimulation):
-            moving = PushedScene(self.simulation, task.layout, robot.size, exact, palette)
-        elif interactive and isinstance(self.simulation, SceneSimulation):
+            moving = PushedScene(self.simulation, task.layout, robot.size, config.exact, palette)
+        elif config.interactive and isinstance(self.simulation, SceneSimulation):
             moving = MovingScene(self.simulation, task.layout, robot.size, palette)
         self.state = State(
             task,
             world,
             robot,
-            exact,
+            config.exact,
             task.pair,
-            control_dt,
+            config.control_dt,
             pose,
-            disc=disc,
+            disc=config.disc,
             planar=planar,
             moving=moving,
             palette=palette,

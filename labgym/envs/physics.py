@@ -14,7 +14,7 @@ from labgym.envs.simulation import Simulation
 from labgym.envs.state import Pose
 from labgym.envs.static_simulation import StaticSimulation
 from labgym.envs.world import World
-from labgym.errors import OptionError, UnknownNameError
+from labgym.errors import OptionError, UnknownNameError, check_name
 
 PHYSICS = ("mujoco", "planar")
 """Names of the engines: "mujoco" is the reference, "planar" the compiled kernel (`labgym.envs.planar`)."""
@@ -65,8 +65,7 @@ def check_physics(name: str) -> None:
         UnknownNameError: no physics has that name.
         MissingDependencyError: the planar kernel needs numba (extra `fast`).
     """
-    if name not in PHYSICS:
-        raise UnknownNameError("physics", name, PHYSICS)
+    check_name("physics", name, PHYSICS)
     if name == "planar":
         import labgym.envs.planar.compiled  # noqa: F401
 

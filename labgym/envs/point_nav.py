@@ -311,21 +311,10 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
             raise OptionError(f"reset options are a {type(options).__name__}, expected a dict")
         super().reset(seed=seed)
         task = self._tasks.draw(self.np_random, options or {}, fresh=seed is not None)
-        config = self._config
         (rng,) = self.np_random.spawn(1)
         task, conditions = self._conditioned(task, rng)
         setting, drawn = self._setting(task, rng)
-        self._episode = episode = RunningEpisode(
-            task,
-            self._robot,
-            control_dt=config.control_dt,
-            physics=config.physics,
-            exact=config.exact,
-            disc=config.disc,
-            setting=setting,
-            interactive=config.interactive,
-            conditions=conditions,
-        )
+        self._episode = episode = RunningEpisode(task, self._robot, self._config, setting, conditions)
         self._terminated = self._truncated = False
         episode.state.randomization = drawn
         names = (*(sensor.name for sensor in self._sensors), "actions")

@@ -20,7 +20,7 @@ from labgym.envs.parts.measures import EXTENDED
 from labgym.envs.parts.rays import LidarSensor
 from labgym.envs.parts.vectors import JointSensor, PlaceSensor, PoseSensor, VelocitySensor
 from labgym.envs.tasks import TRAINING_SPLITS
-from labgym.errors import DocumentError, OptionError, UnknownArgumentError, UnknownNameError
+from labgym.errors import DocumentError, OptionError, UnknownArgumentError, UnknownNameError, check_name
 
 if TYPE_CHECKING:
     from labgym.envs.config import PointNavConfig
@@ -91,8 +91,7 @@ def check_effects(config: PointNavConfig, names: Collection[str]) -> None:
     if "onward" in passed:
         endings = [ending.name for ending in config.endings]
         for name in config.onward:
-            if name not in endings:
-                raise UnknownNameError("ending in onward", name, endings)
+            check_name("ending in onward", name, endings)
 
 
 def _reason(config: PointNavConfig, name: str, passed: Collection[str]) -> str:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from labgym.envs.mount import Mount
 from labgym.envs.reach import FASTEST, TRAVEL, OutOfReach
 from labgym.envs.robot import RobotSpec
-from labgym.envs.simulation import STATE, Pose, Simulation, touched_names
+from labgym.envs.simulation import Pose, Simulation, restore, stored, touched_names
 from labgym.geometry import wrap_angle
 
 RESTING = 1e-3
@@ -175,9 +175,6 @@ class PushingSimulation(Simulation):
     def __reduce__(self) -> tuple[Any, ...]:
         return _resumed, (type(self), self._made_of(), self._memory())
 
-    def __deepcopy__(self, memo: dict[int, Any]) -> Simulation:
-        return _resumed(type(self), self._made_of(), self._memory())
-
     def _datas(self) -> tuple[mujoco.MjData, ...]:
         return self._scene, self._alone or self._scene, self._quiet
 
@@ -187,20 +184,16 @@ class PushingSimulation(Simulation):
     def _memory(self) -> tuple[Any, ...]:
         """Return what the next step depends on: the states of the scene and of the data stepped last, and the rest."""
         current = next(index for index, data in enumerate(self._datas()) if data is self._now)
-        scene = np.empty(mujoco.mj_stateSize(self.model, STATE))
-        mujoco.mj_getState(self.model, self._scene, scene, STATE)
-        return scene, current, self._state(), self.ways, self.touched, self.absent
+        return stored(self._scene), current, stored(self._now), self.ways, self.touched, self.absent
 
 
 def _resumed(kind: type[PushingSimulation], parts: tuple[Any, ...], memory: tuple[Any, ...]) -> PushingSimulation:
     """Return a simulation in the state of another one."""
     simulation = kind(*parts)
     scene, current, state, *rest = memory
-    for data, stored in ((simulation._scene, scene), (simulation._datas()[current], state)):
-        mujoco.mj_setState(data.model, data, stored, STATE)
-        mujoco.mj_forward(data.model, data)
-        mujoco.mj_setState(data.model, data, stored, STATE)
-        simulation._now = data
+    restore(simulation._scene, scene)
+    simulation._now = simulation._datas()[current]
+    restore(simulation._now, state)
     simulation.ways, simulation.touched, simulation.absent = rest
     simulation._locate()
     simulation._read()

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from labgym.envs.mount import Mount, at_rest, turned
 from labgym.envs.parts.protocols import Robot
 from labgym.envs.robot import PREFIX
-from labgym.envs.simulation import CHECK_INTERVAL, STATE, Pose, arc, touched_names
+from labgym.envs.simulation import CHECK_INTERVAL, CopiedMotion, Pose, arc, restore, stored, touched_names
 from labgym.errors import OptionError
 from labgym.geometry import wrap_angle
 
 
-class SceneSimulation:
+class SceneSimulation(CopiedMotion):
     """One robot in a compiled scene in which furniture may move and wheels touch the floor.
 
     Args:
@@ -43,15 +43,7 @@ class SceneSimulation:
 
     def __reduce__(self) -> tuple[Any, ...]:
         # A copy goes on to the bit: the state has all that the next step depends on.
-        return _resumed, (self.model, self._robot, self._control_dt, self._state())
-
-    def __deepcopy__(self, memo: dict[int, Any]) -> SceneSimulation:
-        return _resumed(self.model, self._robot, self._control_dt, self._state())
-
-    def _state(self) -> NDArray[np.float64]:
-        state = np.empty(mujoco.mj_stateSize(self.model, STATE))
-        mujoco.mj_getState(self.model, self._data, state, STATE)
-        return state
+        return _resumed, (self.model, self._robot, self._control_dt, stored(self._data))
 
     @property
     def data(self) -> mujoco.MjData:
@@ -150,18 +142,12 @@ class SceneSimulation:
             spin = np.empty(3)
             mujoco.mju_rotVecQuat(spin, self._data.qvel[first + 3 : first + 6], base)
             turn = float(spin[2])
-        cosine, sine = math.cos(yaw), math.sin(yaw)
-        self.pose: Pose = (x, y, wrap_angle(yaw))
-        self.velocity: tuple[float, float] = (cosine * dx + sine * dy, turn)
-        self.sideways: float = cosine * dy - sine * dx
+        self._move(x, y, yaw, dx, dy, turn)
 
 
 def _resumed(model: mujoco.MjModel, robot: Robot, control_dt: float, state: NDArray[np.float64]) -> SceneSimulation:
     """Return a simulation in the state of another one."""
     simulation = SceneSimulation(model, robot, control_dt)
-    data = simulation.data
-    mujoco.mj_setState(model, data, state, STATE)
-    mujoco.mj_forward(model, data)
-    mujoco.mj_setState(model, data, state, STATE)
+    restore(simulation.data, state)
     simulation._read()
     return simulation

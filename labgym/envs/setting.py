@@ -16,7 +16,7 @@ from labgym.envs.mount import Mount
 from labgym.envs.parts.protocols import Sensor
 from labgym.envs.parts.vectors import JointSensor
 from labgym.envs.robot import PREFIX
-from labgym.errors import OptionError, UnknownNameError
+from labgym.errors import OptionError, check_name
 from labgym.scenes import RayScene
 from labgym.scenes.mesh import MATERIAL_NAMES
 
@@ -138,8 +138,7 @@ class EpisodeSetting:
             UnknownNameError: no sensor has a name.
         """
         for name in names:
-            if name not in self.sensors:
-                raise UnknownNameError("sensor", name, self.sensors)
+            check_name("sensor", name, self.sensors)
         if names:
             return {name: self.sensors[name] for name in names}
         return {name: each for name, each in self.sensors.items() if not kinds or isinstance(each, kinds)}

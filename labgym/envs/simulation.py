@@ -25,7 +25,47 @@ STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 """What the next step depends on."""
 
 
-class Simulation:
+class RobotMotion:
+    """Base of the simulations of one robot.
+
+    Attributes:
+        pose: (x, y, yaw) in the room frame. velocity: forward, m/s, and turn, rad/s. sideways: velocity, m/s.
+    """
+
+    def _move(self, x: float, y: float, yaw: float, dx: float, dy: float, turn: float) -> None:
+        """Set what the attributes are, from the pose and its rates in the room frame."""
+        cosine, sine = math.cos(yaw), math.sin(yaw)
+        self.pose: Pose = (x, y, wrap_angle(yaw))
+        self.velocity: tuple[float, float] = (cosine * dx + sine * dy, turn)
+        self.sideways: float = cosine * dy - sine * dx
+
+
+class CopiedMotion(RobotMotion):
+    """Base of the simulations that are copied as they are pickled: a new one is put into the same state."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        raise NotImplementedError
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Any:
+        resume, arguments = self.__reduce__()
+        return resume(*arguments)
+
+
+def stored(data: mujoco.MjData) -> NDArray[np.float64]:
+    """Return the state of a simulation, for `restore`."""
+    state = np.empty(mujoco.mj_stateSize(data.model, STATE))
+    mujoco.mj_getState(data.model, data, state, STATE)
+    return state
+
+
+def restore(data: mujoco.MjData, state: NDArray[np.float64]) -> None:
+    """Put data into a state, with all that MuJoCo derives from it."""
+    mujoco.mj_setState(data.model, data, state, STATE)
+    mujoco.mj_forward(data.model, data)
+    mujoco.mj_setState(data.model, data, state, STATE)
+
+
+class Simulation(CopiedMotion):
     """One robot on the joints x, y and yaw in a compiled scene; nothing else moves.
 
     While nothing is within reach, the robot is stepped in a model without the scene. The motion is the same to the bit.
@@ -68,18 +108,10 @@ class Simulation:
 
     def __reduce__(self) -> tuple[Any, ...]:
         # A copy goes on to the bit: the state has all that the next step depends on.
-        return _resumed, (*self._parts(), self._now is self._scene, self._state())
-
-    def __deepcopy__(self, memo: dict[int, Any]) -> Simulation:
-        return _resumed(*self._parts(), self._now is self._scene, self._state())
+        return _resumed, (*self._parts(), self._now is self._scene, stored(self._now))
 
     def _parts(self) -> tuple[mujoco.MjModel, RobotSpec, OutOfReach | None, mujoco.MjModel | None]:
         return self.model, self._robot, self._out_of_reach, self._alone_model
-
-    def _state(self) -> NDArray[np.float64]:
-        state = np.empty(mujoco.mj_stateSize(self._now.model, STATE))
-        mujoco.mj_getState(self._now.model, self._now, state, STATE)
-        return state
 
     @property
     def data(self) -> mujoco.MjData:
@@ -150,12 +182,7 @@ class Simulation:
             self._now = data
 
     def _read(self) -> None:
-        x, y, yaw = self._now.qpos[self._at].tolist()
-        dx, dy, turn = self._now.qvel[self._rate].tolist()
-        self.pose: Pose = (x, y, wrap_angle(yaw))
-        cosine, sine = math.cos(yaw), math.sin(yaw)
-        self.velocity: tuple[float, float] = (cosine * dx + sine * dy, turn)
-        self.sideways: float = cosine * dy - sine * dx
+        self._move(*self._now.qpos[self._at].tolist(), *self._now.qvel[self._rate].tolist())
 
 
 def _resumed(
@@ -170,10 +197,7 @@ def _resumed(
     simulation = Simulation(model, robot, out_of_reach, alone)
     if not in_scene and simulation._alone is not None:
         simulation._now = simulation._alone
-    now = simulation._now
-    mujoco.mj_setState(now.model, now, state, STATE)
-    mujoco.mj_forward(now.model, now)
-    mujoco.mj_setState(now.model, now, state, STATE)
+    restore(simulation._now, state)
     simulation._read()
     return simulation
 

@@ -13,11 +13,10 @@ from numpy.typing import NDArray
 from labgym.envs.reach import FASTEST, OutOfReach
 from labgym.envs.robot import PREFIX, ROBOT, RobotSpec
 from labgym.envs.robot_data import NearbyBoxes, RobotData, without_scene
-from labgym.envs.simulation import CHECK_INTERVAL, Pose, arc, touched_names
-from labgym.geometry import wrap_angle
+from labgym.envs.simulation import CHECK_INTERVAL, CopiedMotion, Pose, arc, touched_names
 
 
-class StaticSimulation:
+class StaticSimulation(CopiedMotion):
     """The differential robot in a compiled scene; nothing else moves.
 
     The robot is stepped in a model without the scene while it can touch nothing, and elsewhere in a model of the few
@@ -54,9 +53,6 @@ class StaticSimulation:
     def __reduce__(self) -> tuple[Any, ...]:
         # A copy goes on to the bit: the state has all that the next step depends on.
         return _resumed, (self.model, self._out_of_reach, self._robot, self._state())
-
-    def __deepcopy__(self, memo: dict[int, Any]) -> StaticSimulation:
-        return _resumed(self.model, self._out_of_reach, self._robot, self._state())
 
     def _state(self) -> NDArray[np.float64]:
         now = self._now
@@ -153,12 +149,7 @@ class StaticSimulation:
             self._now = data
 
     def _read(self) -> None:
-        x, y, yaw = self._now.qpos.tolist()
-        dx, dy, turn = self._now.qvel.tolist()
-        self.pose: Pose = (x, y, wrap_angle(yaw))
-        cosine, sine = math.cos(yaw), math.sin(yaw)
-        self.velocity: tuple[float, float] = (cosine * dx + sine * dy, turn)
-        self.sideways: float = cosine * dy - sine * dx
+        self._move(*self._now.qpos.tolist(), *self._now.qvel.tolist())
 
 
 def _resumed(

@@ -17,7 +17,7 @@ from labgym.envs.residents import RESIDENT_MB, check_budget
 from labgym.envs.training import ROOMS, LayoutSource, training_floor
 from labgym.envs.training_layouts import TrainingLayouts
 from labgym.envs.world import keep, world_of
-from labgym.errors import OptionError, UnknownNameError
+from labgym.errors import OptionError, UnknownNameError, check_name
 from labgym.layouts import Layout
 from labgym.layouts.splits import PUBLISHED, load_published, manifest, published
 from labgym.navigation import GoalPair, goal_pairs, resolve_protocol
@@ -84,8 +84,7 @@ class TaskSource:
         **generated: Any,
     ) -> None:
         check_budget(resident_mb)
-        if split not in SPLITS:
-            raise UnknownNameError("split", split, SPLITS)
+        check_name("split", split, SPLITS)
         if split != "train" and training != ROOMS:
             raise OptionError(f"split {split!r} takes no training layouts: pass split='train' with training")
         self._split = split
@@ -116,8 +115,7 @@ class TaskSource:
             DocumentError: a file is not a layout or a protocol.
         """
         for name in options:
-            if name not in OPTIONS:
-                raise UnknownNameError("reset option", name, OPTIONS)
+            check_name("reset option", name, OPTIONS)
         layout = self._layout if options.get("layout") is None else resolve_layout(options["layout"])
         protocol = (
             self._protocol if options.get("protocol") is None else _resolved_protocol(layout, options["protocol"])

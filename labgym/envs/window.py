@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.errors import LabgymError, MissingDependencyError
+from labgym.errors import LabgymError, optional_package
 
 TITLE = "labgym"
 DISPLAYS = ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER", "SDL_VIDEO_DRIVER")
@@ -78,8 +78,6 @@ class PictureWindow:
 
 def _pygame() -> Any:
     os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
-    try:
+    with optional_package("pygame", "render_mode='human'", "train"):
         import pygame
-    except ImportError:
-        raise MissingDependencyError("pygame", "render_mode='human'", "train") from None
     return pygame

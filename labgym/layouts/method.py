@@ -8,7 +8,7 @@ from pkgutil import resolve_name
 from typing import Any, Literal, get_args
 
 from labgym.effects import refuse_idle
-from labgym.errors import OptionError, UnknownNameError
+from labgym.errors import OptionError, UnknownNameError, check_name
 from labgym.layouts.adjust import Adjuster
 from labgym.layouts.interiors import FloorProposer
 from labgym.layouts.model import Layout
@@ -79,8 +79,7 @@ def _check_proposer(name: str) -> None:
 
 
 def _check_adjuster(name: str) -> None:
-    if name not in ADJUSTERS:
-        raise UnknownNameError("adjuster", name, ADJUSTERS)
+    check_name("adjuster", name, ADJUSTERS)
 
 
 Dressing = Literal["solver", "always", "never"]

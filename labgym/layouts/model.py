@@ -12,7 +12,7 @@ from pydantic import Field, PrivateAttr, model_validator
 from labgym.assets import Asset, Catalog
 from labgym.assets.model import APPARATUS_STAND
 from labgym.documents import Document, canonical_hash, read_json
-from labgym.errors import DocumentError, LabgymError, UnknownNameError
+from labgym.errors import DocumentError, LabgymError, check_name
 from labgym.geometry import OrientedBox
 from labgym.layouts.floor import Floor, Identifier, Room
 from labgym.layouts.floor.fields import Growing
@@ -187,8 +187,7 @@ class Layout(Document, Growing):
         Raises:
             UnknownNameError: no placement has that id.
         """
-        if placement_id not in self.by_id:
-            raise UnknownNameError("placement", placement_id, self.by_id)
+        check_name("placement", placement_id, self.by_id)
         return self.by_id[placement_id]
 
     def asset(self, placement_id: str) -> Asset:

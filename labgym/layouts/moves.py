@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from labgym.errors import UnknownNameError
+from labgym.errors import check_name
 from labgym.geometry import OrientedBox, rotate, wrap_angle
 from labgym.layouts.model import Layout
 from labgym.layouts.placement import FLOOR, WALL, Placement, rounded
@@ -161,8 +161,7 @@ def _settled(layout: Layout, command: Settle) -> Layout:
 def _reassigned(layout: Layout, command: Assign) -> Layout:
     """Assign a location to a zone; the others keep theirs."""
     names = [zone.name for zone in layout.zones]
-    if command.zone not in names:
-        raise UnknownNameError("zone", command.zone, names)
+    check_name("zone", command.zone, names)
     others = tuple(one for one in layout.assignment if one.location != command.location)
     return layout.replace(assignment=(*others, ZoneAssignment(location=command.location, zone=command.zone)))
 

@@ -10,7 +10,7 @@ from pydantic import BeforeValidator, Field, PlainSerializer, WithJsonSchema
 from labgym.assets import Asset, Catalog
 from labgym.assets.model import Size
 from labgym.assets.plausibility import size_problem
-from labgym.errors import DocumentError, LabgymError, UnknownNameError
+from labgym.errors import DocumentError, LabgymError, UnknownNameError, check_name
 from labgym.geometry import OrientedBox, rotate
 from labgym.layouts.floor import Coordinate, Identifier
 from labgym.layouts.floor.fields import Growing
@@ -180,8 +180,7 @@ def _check_support(placement: Placement, by_id: Mapping[str, Placement], catalog
     """
     carried = {placement.id}
     while placement.support not in (FLOOR, WALL):
-        if placement.support not in by_id:
-            raise UnknownNameError("placement", placement.support, by_id)
+        check_name("placement", placement.support, by_id)
         parent = by_id[placement.support]
         slots = len(catalog.get(parent.asset).surfaces)
         if placement.slot is None or placement.slot >= slots:

@@ -17,7 +17,7 @@ import numpy as np
 from labgym.artefacts import artefacts
 from labgym.counts import whole_number
 from labgym.documents import read_json
-from labgym.errors import InfeasibleError, OptionError, UnknownNameError
+from labgym.errors import InfeasibleError, OptionError, check_name
 from labgym.layouts.clutter import add_clutter
 from labgym.layouts.floors import SPLITS, FloorDraw, Population, population_of
 from labgym.layouts.generate import generate_assessed, resolve_request
@@ -195,8 +195,7 @@ def seed_of(split: str, index: int, first: int | None = None, attempt: int = 0) 
     Raises:
         UnknownNameError: there is no such split, or its seeds are sealed.
     """
-    if split not in FIRST_SEEDS:
-        raise UnknownNameError("split of floors", split, FIRST_SEEDS)
+    check_name("split of floors", split, FIRST_SEEDS)
     return (FIRST_SEEDS[split] if first is None else first) + index + attempt * PLACES
 
 

@@ -11,7 +11,7 @@ from typing import ClassVar, Literal, get_args
 from pydantic import ValidationError
 
 from labgym.documents import Document, document_error
-from labgym.errors import OptionError, UnknownNameError
+from labgym.errors import OptionError, check_name
 from labgym.layouts.floor import Door, Floor, Room, Service
 
 PUBLISHED_PRESETS: dict[str, Room] = {
@@ -124,8 +124,7 @@ def _by_name(name: str) -> Room:
             return Room.model_validate({"name": f"{width:g}x{depth:g}", "width": width, "depth": depth, "doors": doors})
         except ValidationError as error:
             raise document_error(f"room {name!r}", error) from None
-    if name not in PRESETS:
-        raise UnknownNameError("room preset (or a size such as 12x9, or a .json file)", name, PRESETS)
+    check_name("room preset (or a size such as 12x9, or a .json file)", name, PRESETS)
     return PRESETS[name]
 
 

@@ -19,7 +19,7 @@ from tqdm import tqdm
 
 from labgym.artefacts import artefacts
 from labgym.documents import Document, Record
-from labgym.errors import DocumentError, InfeasibleError, UnknownNameError
+from labgym.errors import DocumentError, InfeasibleError, UnknownNameError, check_name
 from labgym.layouts.generate import FURNISHER, GENERATOR, generate
 from labgym.layouts.model import Layout
 from labgym.layouts.places import MADE_UNDER, layout_at
@@ -127,8 +127,7 @@ def manifest(split: str) -> Manifest:
     Raises:
         UnknownNameError: no published split has that name.
     """
-    if split not in PUBLISHED:
-        raise UnknownNameError("published split", split, PUBLISHED)
+    check_name("published split", split, PUBLISHED)
     return Manifest.load(artefacts("layouts") / split / "manifest.json")
 
 

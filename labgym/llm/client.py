@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Generic, Self
 from pydantic import ValidationError
 
 from labgym.documents import document_error, parse_json
-from labgym.errors import DocumentError, MissingDependencyError
+from labgym.errors import DocumentError, optional_package
 from labgym.llm.completion import Answer, Completion, validated
 from labgym.llm.config import LanguageModelConfig
 from labgym.llm.errors import LanguageModelError
@@ -259,10 +259,8 @@ class LanguageModel:
 
     def _connected(self) -> Endpoint:
         if self._endpoint is None:
-            try:
+            with optional_package("openai", "a language model", "llm"):
                 from labgym.llm.endpoint import Endpoint
-            except ModuleNotFoundError:
-                raise MissingDependencyError("openai", "a language model", "llm") from None
             self._endpoint = Endpoint(self.config, self._sleep)
         return self._endpoint
 

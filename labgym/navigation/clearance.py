@@ -7,9 +7,8 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.geometry import BoxArray, OrientedBox
+from labgym.geometry import Array, BoxArray, OrientedBox
 
-Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 CHUNK = 1_000_000

@@ -11,7 +11,7 @@ from typing import Protocol as Interface
 
 import numpy as np
 
-from labgym.errors import UnknownNameError
+from labgym.errors import check_name
 from labgym.navigation.barriers import Barriers
 from labgym.navigation.goals import GoalPair, Pose, location_pose, resolve_protocol, same_place
 from labgym.navigation.occupancy import RESOLUTION, OccupancyGrid, occupancy
@@ -150,8 +150,7 @@ class FreePositions(Interface):
 
 
 def _free_positions(plan: FloorPlan, radius: float, resolution: float, method: Method) -> FreePositions:
-    if method not in METHODS:
-        raise UnknownNameError("method of feasibility", method, METHODS)
+    check_name("method of feasibility", method, METHODS)
     return ShortestPaths(plan, radius) if method == "exact" else occupancy(plan, resolution).dilated(radius)
 
 

@@ -5,14 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from labgym.geometry import pairwise_penetration
+from labgym.geometry import Array, pairwise_penetration
 from labgym.navigation.barriers import Barriers
 from labgym.navigation.clearance import Index, Obstacles
 from labgym.navigation.plan import OBSTACLE_HEIGHT, FloorPlan
-
-Array = NDArray[np.float64]
 
 WIDEST = 3.0
 """Gaps wider than this count as this wide, meters."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from numpy.random import Generator
 
-from labgym.errors import LabgymError, OptionError, UnknownNameError
+from labgym.errors import LabgymError, OptionError, check_name
 from labgym.layouts.model import Layout
 from labgym.layouts.moves import Move, Place, Settle, apply, may_move, replaced, without
 from labgym.layouts.placement import FLOOR, WALL, Placement
@@ -76,8 +76,7 @@ def damaged(layout: Layout, kind: str, pieces: int, generator: Generator) -> Dam
         OptionError: the number of pieces is out of range.
         LabgymError: the layout has too few such pieces, or none of 40 draws causes a fault.
     """
-    if kind not in KINDS:
-        raise UnknownNameError("kind of damage", kind, KINDS)
+    check_name("kind of damage", kind, KINDS)
     if not 1 <= pieces <= MAX_PIECES:
         raise OptionError(f"pieces {pieces} must be 1 to {MAX_PIECES}")
     chosen = KINDS[kind]

@@ -8,7 +8,7 @@ from concurrent.futures import CancelledError, Executor, Future
 from contextlib import contextmanager
 from typing import Any
 
-from labgym.errors import LabgymError, MissingDependencyError, OptionError
+from labgym.errors import LabgymError, OptionError, optional_package
 from labgym.runs.blobs import Blob, dumps, loads
 from labgym.runs.executors import Workers, check_address
 
@@ -31,10 +31,8 @@ def dask_workers(address: str) -> Iterator[Workers]:
         OptionError: the address is not one of a scheduler, is beyond loopback without TLS, or does not answer.
         MissingDependencyError: Dask is not installed.
     """
-    try:
+    with optional_package("distributed", "the executor dask", "dask"):
         import distributed
-    except ImportError as error:
-        raise MissingDependencyError("distributed", "the executor dask", "dask") from error
     with _connected(distributed, address) as client:
         if not client.scheduler_info()["workers"]:
             sys.stderr.write(f"no worker has joined {address} yet: dask worker {address} --nthreads 1\n")

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from labgym.documents import write_bytes
-from labgym.errors import LabgymError, MissingDependencyError, OptionError
+from labgym.errors import LabgymError, OptionError, optional_package
 from labgym.runs.blobs import Blob, dumps, loads
 from labgym.runs.executors import Workers
 
@@ -43,10 +43,8 @@ def slurm_workers(jobs: int, parameters: Mapping[str, Any], folder: Path, cluste
         OptionError: Slurm is not installed, or a parameter is unknown.
         MissingDependencyError: submitit is not installed.
     """
-    try:
+    with optional_package("submitit", "the executor slurm", "slurm"):
         import submitit
-    except ImportError as error:
-        raise MissingDependencyError("submitit", "the executor slurm", "slurm") from error
     place = folder.resolve() / FOLDER
     try:
         submitter = submitit.AutoExecutor(place, cluster=cluster)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.counts import check_address_space
-from labgym.errors import LabgymError, OptionError, UnknownNameError
+from labgym.errors import LabgymError, OptionError, check_name
 from labgym.layouts import Layout
 from labgym.scenes.building import building_patches
 from labgym.scenes.cutaway import hanging_on, hidden_walls
@@ -128,8 +128,7 @@ def make_renderer(model: mujoco.MjModel, width: int, height: int, quality: Quali
         UnknownNameError: the quality does not exist.
         MissingRendererError: OpenGL is not available.
     """
-    if quality not in QUALITIES:
-        raise UnknownNameError("quality", quality, QUALITIES)
+    check_name("quality", quality, QUALITIES)
     largest = (model.vis.global_.offwidth, model.vis.global_.offheight)
     if not (1 <= width <= largest[0] and 1 <= height <= largest[1]):
         raise OptionError(f"picture size {width}x{height} is not between 1x1 and the model's {largest[0]}x{largest[1]}")

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.assets import Asset
-from labgym.errors import OptionError, UnknownNameError
+from labgym.errors import OptionError, check_name
 from labgym.layouts import Layout
 from labgym.scenes.mesh import SceneMesh, asset_mesh
 from labgym.scenes.opengl import render_opengl
@@ -40,8 +40,7 @@ def render(
         OptionError: a size that is not positive, or larger than 3840 x 2160 (OpenGL: 2560 x 1440).
         MissingRendererError: the renderer is "opengl" and OpenGL is not available.
     """
-    if renderer not in RENDERERS:
-        raise UnknownNameError("renderer", renderer, RENDERERS)
+    check_name("renderer", renderer, RENDERERS)
     draw = trace if renderer == "traced" else render_opengl
     return draw(layout, width, height, camera)
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from labgym.errors import UnknownNameError
+from labgym.errors import check_name
 from labgym.geometry import to_world
 from labgym.layouts import Layout
 from labgym.layouts.floor import Doorway, Floor, Space
@@ -125,8 +125,7 @@ def view(layout: Layout, name: str) -> View:
         UnknownNameError: no camera has that name.
     """
     cameras = views(layout)
-    if name not in cameras:
-        raise UnknownNameError("camera", name, cameras)
+    check_name("camera", name, cameras)
     return cameras[name]
 
 

@@ -17,8 +17,6 @@ from labgym.scenes.floor_covering import spaces_at
 from labgym.scenes.patches import Array, Faces, Patch, join
 from labgym.scenes.wall_faces import BEYOND, CUT, upper, wall_name
 
-Span = tuple[float, float]
-
 ARCHITRAVE = (0.05, 0.012)
 """Width of the frame of a door around the opening, and how far it stands out from the wall, meters."""
 RECESS = 0.06

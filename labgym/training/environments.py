@@ -24,7 +24,7 @@ from labgym.envs.presets import configured, presets
 from labgym.envs.training import LayoutSource, TrainingRooms, training_floor
 from labgym.envs.vector.processes import processors
 from labgym.envs.world import keep
-from labgym.errors import MissingDependencyError, OptionError, SearchLimitWarning, UnknownNameError
+from labgym.errors import MissingDependencyError, OptionError, SearchLimitWarning, check_name
 from labgym.layouts import Layout
 from labgym.policies.adapters.inputs import NEAR_GOAL_SCALE, near_goal
 
@@ -56,8 +56,7 @@ class FirstLayouts:
 
     def __post_init__(self) -> None:
         whole_number("layouts", self.count)
-        if self.split not in SOURCES:
-            raise UnknownNameError("split of training layouts", self.split, SOURCES)
+        check_name("split of training layouts", self.split, SOURCES)
 
     def __call__(self, number: int) -> Layout:
         """Return layout `number` modulo the count."""
@@ -126,10 +125,8 @@ def make_environments(
         OptionError: a value is out of range, `layouts` has no effect, or the kernel lacks a part.
         MissingDependencyError: "kernel" without numba.
     """
-    if vectorization not in VECTORIZATIONS:
-        raise UnknownNameError("vectorization", vectorization, VECTORIZATIONS)
-    if environment not in presets():
-        raise UnknownNameError("environment", environment, presets())
+    check_name("vectorization", vectorization, VECTORIZATIONS)
+    check_name("environment", environment, presets())
     whole_number("number of environments", count)
     whole_number("layouts", layouts, 0)
     options = {"measures": MEASURES, **options}

@@ -12,7 +12,7 @@ from stable_baselines3.common.utils import LinearSchedule
 
 from labgym.counts import MAX_COUNT, MAX_STEPS, check_switch, whole_number
 from labgym.envs.presets import read_mapping
-from labgym.errors import DocumentError, OptionError, UnknownNameError
+from labgym.errors import DocumentError, OptionError, UnknownNameError, check_name
 from labgym.policies.adapters.actor_file import ACTIVATIONS
 from labgym.training.limits import ARGUMENTS, LINEAR, NORMALIZATION, Limit
 
@@ -121,8 +121,7 @@ class Hyperparameters:
         arguments = {name: _scheduled(value) for name, value in self.arguments.items()}
         policy = dict(arguments.get("policy_kwargs") or {})
         if "activation_fn" in policy:
-            if policy["activation_fn"] not in ACTIVATIONS:
-                raise UnknownNameError("activation function", policy["activation_fn"], ACTIVATIONS)
+            check_name("activation function", policy["activation_fn"], ACTIVATIONS)
             policy["activation_fn"] = ACTIVATIONS[policy["activation_fn"]]
         return {**arguments, "policy_kwargs": policy}
 

@@ -1,4 +1,4 @@
-"""The folder of a training run, the environments of its hyperparameters, and training by PPO, SAC and HER."""
+"""The folder of a training run, the environments that its hyperparameters describe, and training by PPO, SAC, HER."""
 
 from __future__ import annotations
 
@@ -167,52 +167,16 @@ def _train(model: BaseAlgorithm, evaluation: VecEnv, hyperparameters: Hyperparam
     write_text(out / SCORES, "".join(json.dumps(record) + "\n" for record in scores.records))
 
 
-def train_ppo(hyperparameters: Hyperparameters, settings: RunSettings) -> Path:
+ALGORITHMS: dict[str, type[BaseAlgorithm]] = {"ppo": PPO, "sac": SAC, "her": SAC}
+
+
+def train(hyperparameters: Hyperparameters, settings: RunSettings) -> Path:
     """Train, or resume, the run in a folder and return the file of the best policy.
 
-    Raises:
-        OptionError: the folder is in use or holds another run, or a hyperparameter is out of range.
-        DocumentError: the checkpoint is damaged, or a finished run was changed.
-    """
-    with training_environments(hyperparameters, settings) as environments:
-        with model_errors():
-            model = PPO(
-                hyperparameters.policy,
-                environments,
-                **hyperparameters.algorithm_arguments(),
-                seed=settings.seed,
-                device="cpu",
-            )
-        return train_model(model, hyperparameters, settings)
-
-
-def train_sac(hyperparameters: Hyperparameters, settings: RunSettings) -> Path:
-    """Train, or resume, the run in a folder and return the file of the best policy.
-
-    Raises:
-        OptionError: the folder is in use or holds another run, or a hyperparameter is out of range.
-        DocumentError: the checkpoint is damaged, or a finished run was changed.
-    """
-    with training_environments(hyperparameters, settings) as environments:
-        with model_errors():
-            model = SAC(
-                hyperparameters.policy,
-                environments,
-                **hyperparameters.algorithm_arguments(),
-                seed=settings.seed,
-                device="cpu",
-            )
-        return train_model(model, hyperparameters, settings)
-
-
-def train_her(hyperparameters: Hyperparameters, settings: RunSettings) -> Path:
-    """Train by soft actor-critic with hindsight experience replay (Andrychowicz et al. 2017) and the sparse reward.
-
-    Episodes that miss the goal are stored a second time with goals that they reached. The environments are goal
+    "her" is soft actor-critic with hindsight experience replay (Andrychowicz et al. 2017) and the sparse reward:
+    episodes that miss the goal are stored a second time with goals that they reached. Its environments are goal
     environments in the frame of the start (`labgym.training.environments`), so that the policy needs odometry, not a
     map; `labgym.training.export` gives its network goal and sensors as the robot sees them.
-
-    Returns the file of the best policy; an interrupted run in the folder resumes.
 
     Raises:
         OptionError: the folder is in use or holds another run, or a hyperparameter is out of range.
@@ -221,13 +185,10 @@ def train_her(hyperparameters: Hyperparameters, settings: RunSettings) -> Path:
     with training_environments(hyperparameters, settings) as environments:
         with model_errors():
             arguments = hyperparameters.algorithm_arguments()
-            arguments["policy_kwargs"] = {"features_extractor_class": RobotFrame, **arguments["policy_kwargs"]}
-            model = SAC(
-                hyperparameters.policy,
-                environments,
-                replay_buffer_class=HerReplayBuffer,
-                **arguments,
-                seed=settings.seed,
-                device="cpu",
-            )
+            if hyperparameters.algorithm == "her":
+                arguments["policy_kwargs"] = {"features_extractor_class": RobotFrame, **arguments["policy_kwargs"]}
+                arguments["replay_buffer_class"] = HerReplayBuffer
+            algorithm: Any = ALGORITHMS[hyperparameters.algorithm]
+            model = algorithm(hyperparameters.policy, environments, **arguments, seed=settings.seed, device="cpu")
         return train_model(model, hyperparameters, settings)
+

@@ -9,8 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from labgym.assets.meshes.colors import to_linear
-from labgym.assets.shapes import MATERIALS
 from labgym.envs.assembly import without
 from labgym.envs.conditions.bodies import Body, BodyShape
 from labgym.envs.conditions.panes import FRAMED, FRAMELESS
@@ -28,38 +26,14 @@ from labgym.eval.labnav.results import DriveTerms
 from labgym.layouts import Layout
 from labgym.layouts.placement import FLOOR
 from labgym.navigation import OBSTACLE_HEIGHT
-from labgym.scenes.mesh import MATERIAL_NAMES, SceneMesh
 from labgym.viewer.console import Console
 from labgym.viewer.episodes import plan_of
+from labgym.viewer.glb import shape_glb
 from labgym.viewer.moment import PageSenses
 from labgym.viewer.show import AnotherEpisodeError, PacedShow
 
 ADDED_COLOR, GLASS_COLOR = "#e0561b", "#00a6c8"
 """Colors on the plan of what is not on the map, and of glass."""
-
-
-def shape_glb(mesh: SceneMesh) -> bytes:
-    """Return the faces of a shape in its own frame, as glTF has them: y up, origin on the floor."""
-    import trimesh
-
-    up = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, -1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
-    scene = trimesh.Scene()
-    for index in np.unique(mesh.material).tolist():
-        name = MATERIAL_NAMES[index]
-        corners, faces = np.unique(mesh.faces[mesh.material == index], return_inverse=True)
-        part = trimesh.Trimesh(mesh.vertices[corners], faces.reshape(-1, 3), process=False)
-        red, green, blue, alpha = MATERIALS[name].rgba
-        part.visual = trimesh.visual.TextureVisuals(  # type: ignore[no-untyped-call]
-            material=trimesh.visual.material.PBRMaterial(  # type: ignore[no-untyped-call]
-                name=f"shape_{name}",
-                baseColorFactor=[to_linear(red), to_linear(green), to_linear(blue), alpha],
-                metallicFactor=0.0,
-                roughnessFactor=0.7,
-                alphaMode="OPAQUE" if alpha >= 1.0 else "BLEND",
-            )
-        )
-        scene.add_geometry(part, node_name=name, geom_name=name, transform=up)
-    return bytes(scene.export(file_type="glb", include_normals=True))  # type: ignore[no-untyped-call]
 
 
 @dataclass(frozen=True, eq=False)

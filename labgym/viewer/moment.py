@@ -14,6 +14,7 @@ from labgym.envs.sensors import RANGE, Camera, Lidar
 from labgym.envs.state import State
 from labgym.envs.world import World
 from labgym.eval.driving.episode_row import TransitionRow
+from labgym.scenes.rays import RaySource
 
 NEAREST_DEPTH_M = 0.2
 """Depth at the bright end of the depth image's scale, meters; the dark end is the sensor's range."""
@@ -59,6 +60,10 @@ class Moment:
         return asdict(self)
 
 
+NUMBERS = ("distance", "path_length", "time", "clearance")
+"""Values of the environment that a moment has, rounded."""
+
+
 class PageSenses:
     """The sensors whose readings the page shows, whatever the driver reads."""
 
@@ -67,24 +72,8 @@ class PageSenses:
 
     def moment(self, world: World, info: dict[str, Any], phase: str, episode: int, attempt: int) -> Moment:
         """Return the moment of an environment's info."""
-        x, y, yaw = (float(value) for value in info["pose"])
-        pose = (x, y, yaw)
-        color, depth = self._camera.colour_and_depth(world.visible, pose)
-        return Moment(
-            phase=phase,
-            episode=episode,
-            attempt=attempt,
-            pose=(round(x, 4), round(y, 4), round(yaw, 4)),
-            distance=round(float(info["distance"]), 3),
-            path_length=round(float(info["path_length"]), 3),
-            time=round(float(info["time"]), 3),
-            contacts=int(info["contacts"]),
-            touching=bool(info["collision"]),
-            clearance=round(float(info["clearance"]), 3),
-            lidar=tuple(np.round(self._lidar.scan(world.solid, pose).astype(float), 3).tolist()),
-            color=_png(color[..., ::-1]),
-            depth=_png(_shades(depth)),
-        )
+        rays = world.visible, world.solid
+        return self._moment(info, rays, bool(info["collision"]), phase=phase, episode=episode, attempt=attempt)
 
     def of_state(
         self,
@@ -96,25 +85,34 @@ class PageSenses:
         people: tuple[tuple[float, float, float, int], ...],
     ) -> Moment:
         """Return the moment of an environment's state, with what moves besides the robot."""
-        x, y, yaw = state.pose
-        color, depth = self._camera.colour_and_depth(state.rays("visual"), state.pose)
-        return Moment(
+        return self._moment(
+            {name: getattr(state, name) for name in ("pose", *NUMBERS, "contacts")},
+            (state.rays("visual"), state.rays("solid")),
+            bool(state.touched),
             phase=phase,
             episode=episode,
             attempt=attempt,
-            pose=(round(x, 4), round(y, 4), round(yaw, 4)),
-            distance=round(state.distance, 3),
-            path_length=round(state.path_length, 3),
-            time=round(state.time, 3),
-            contacts=state.contacts,
-            touching=bool(state.touched),
-            clearance=round(state.clearance, 3),
-            lidar=tuple(np.round(self._lidar.scan(state.rays("solid"), state.pose).astype(float), 3).tolist()),
-            color=_png(color[..., ::-1]),
-            depth=_png(_shades(depth)),
             bodies=bodies,
             people=people,
             goal=(round(state.goal[0], 3), round(state.goal[1], 3), round(state.goal[2], 4)),
+        )
+
+    def _moment(
+        self, values: dict[str, Any], rays: tuple[RaySource, RaySource], touching: bool, **others: Any
+    ) -> Moment:
+        """Return a moment from values of the environment, and from what the camera and the lidar see."""
+        x, y, yaw = (float(value) for value in values["pose"])
+        color, depth = self._camera.colour_and_depth(rays[0], (x, y, yaw))
+        numbers: dict[str, Any] = {name: round(float(values[name]), 3) for name in NUMBERS}
+        return Moment(
+            pose=(round(x, 4), round(y, 4), round(yaw, 4)),
+            contacts=int(values["contacts"]),
+            touching=touching,
+            lidar=tuple(np.round(self._lidar.scan(rays[1], (x, y, yaw)).astype(float), 3).tolist()),
+            color=_png(color[..., ::-1]),
+            depth=_png(_shades(depth)),
+            **numbers,
+            **others,
         )
 
 

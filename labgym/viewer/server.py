@@ -18,7 +18,7 @@ from labgym.errors import DocumentError, LabgymError
 from labgym.policies.http.slots import BoundedHandler, BoundedServer
 from labgym.scenes.files import glb_bytes
 from labgym.viewer.console import Command
-from labgym.viewer.robot_glb import robot_glb
+from labgym.viewer.glb import robot_glb
 from labgym.viewer.show import PacedShow
 
 HOST = "127.0.0.1"

@@ -22,8 +22,9 @@ from labgym.layouts import Layout, load_published
 pytest.importorskip("numba")
 pytest.importorskip("warp")
 
+from planar_agreement import MujocoMotion, commands, free_poses
+
 from labgym.envs.gpu.batch import DeviceBatch
-from labgym.envs.planar.agreement import MujocoMotion, commands, free_poses
 from labgym.envs.planar.batch import PlanarBatch
 from labgym.envs.planar.body import TIMESTEP
 

@@ -21,7 +21,8 @@ from labgym.layouts.places import layout_at
 
 pytest.importorskip("numba")
 
-from labgym.envs.planar.agreement import MujocoMotion, commands, contacts, differing_rays, free_motion, free_poses
+from planar_agreement import MujocoMotion, commands, contacts, differing_rays, free_motion, free_poses
+
 from labgym.envs.planar.body import TIMESTEP, body_of
 from labgym.envs.planar.plan import Solid, plan_of, solids_of
 from labgym.envs.planar.simulation import PlanarSimulation

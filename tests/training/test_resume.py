@@ -18,7 +18,7 @@ from labgym.errors import DocumentError, OptionError
 from labgym.policies import make_policy
 from labgym.training import legs
 from labgym.training.hyperparameters import Hyperparameters
-from labgym.training.run import BEST, HYPERPARAMETERS, LAST, LOGS, SCORES, RunSettings, train_her, train_ppo, train_sac
+from labgym.training.run import BEST, HYPERPARAMETERS, LAST, LOGS, SCORES, RunSettings, train
 from runs import killing
 
 ROOM = {"layout": "test-sub_01", "max_episode_steps": 8}
@@ -26,9 +26,9 @@ SMALL = {"n_envs": 2, "eval_freq": 32, "n_eval_episodes": 2, "n_timesteps": 128,
 OFF_POLICY = {"learning_starts": 24, "batch_size": 8, "train_freq": 2, "gradient_steps": 1, "buffer_size": 100}
 NETWORK = {"policy_kwargs": {"net_arch": [8]}, "eval_env_kwargs": {}}
 CASES = {
-    "ppo": (train_ppo, "LabPointNav-v0", {"n_steps": 8, "batch_size": 8, "n_epochs": 2, "learning_rate": "lin_1e-3"}),
-    "sac": (train_sac, "LabPointNav-v0", OFF_POLICY),
-    "her": (train_her, "LabFloorNavGoal-v0", OFF_POLICY),
+    "ppo": ("LabPointNav-v0", {"n_steps": 8, "batch_size": 8, "n_epochs": 2, "learning_rate": "lin_1e-3"}),
+    "sac": ("LabPointNav-v0", OFF_POLICY),
+    "her": ("LabFloorNavGoal-v0", OFF_POLICY),
 }
 
 
@@ -45,7 +45,7 @@ def files(folder: Path) -> dict[str, bytes]:
 
 @pytest.mark.parametrize("algorithm", CASES)
 def test_a_stopped_training_resumes_to_the_same_files(algorithm, tmp_path, monkeypatch):
-    train, environment, changes = CASES[algorithm]
+    environment, changes = CASES[algorithm]
     hyperparameters = Hyperparameters.load(algorithm, environment, None, {**SMALL, **NETWORK, **changes})
     settings = partial(RunSettings, seed=3, verbose=False)
     train(hyperparameters, settings(tmp_path / "whole"))
@@ -74,7 +74,7 @@ def test_a_stopped_training_resumes_to_the_same_files(algorithm, tmp_path, monke
 
 @pytest.mark.slow
 def test_a_killed_command_resumes_to_the_same_files(tmp_path):
-    values = {**SMALL, **NETWORK, **CASES["ppo"][2], "n_timesteps": 640}
+    values = {**SMALL, **NETWORK, **CASES["ppo"][1], "n_timesteps": 640}
     words = ["train", "ppo", "--set", *(f"{name}={json.dumps(value)}" for name, value in values.items()), "--out"]
     killed = killing.kill([*words, str(tmp_path / "killed")], tmp_path, signal.SIGKILL, (tmp_path / CHECKPOINT).exists)
     assert killed.returncode == -signal.SIGKILL
@@ -86,7 +86,7 @@ def test_a_killed_command_resumes_to_the_same_files(tmp_path):
 
 def test_tensorboard_reads_the_scores_and_the_losses(tmp_path):
     accumulator = pytest.importorskip("tensorboard.backend.event_processing.event_accumulator")
-    train, environment, changes = CASES["ppo"]
+    environment, changes = CASES["ppo"]
     train(
         Hyperparameters.load("ppo", environment, None, {**SMALL, **NETWORK, **changes}),
         RunSettings(tmp_path, verbose=False),
@@ -101,7 +101,7 @@ def test_tensorboard_reads_the_scores_and_the_losses(tmp_path):
 
 
 def test_a_damaged_checkpoint_is_refused_with_the_remedy(tmp_path):
-    train, environment, changes = CASES["ppo"]
+    environment, changes = CASES["ppo"]
     hyperparameters = Hyperparameters.load("ppo", environment, None, {**SMALL, **NETWORK, **changes})
     (tmp_path / "run").mkdir()
     settings = RunSettings(tmp_path / "run", verbose=False)

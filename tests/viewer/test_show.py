@@ -9,11 +9,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from episode_rows import read_routes
 
 from labgym.errors import OptionError
 from labgym.eval.driving.drive import TransitionDrive, drive_episodes
 from labgym.eval.driving.evaluation import TransitionEvaluation
-from labgym.eval.driving.files import read_routes, read_rows
+from labgym.eval.driving.files import read_rows
 from labgym.layouts import Layout
 from labgym.policies import EpisodeStart, Policy
 from labgym.suites import Suite

@@ -17,7 +17,7 @@ from labgym.assets.meshes.isolated import answering, run_isolated
 from labgym.assets.meshes.model import Axis, Faces, MeshError, MeshFile, MeshPart, PhysicalMesh, Points
 from labgym.assets.meshes.reading import TO_Z_UP
 from labgym.assets.model import Size
-from labgym.errors import UnknownNameError
+from labgym.errors import check_name
 
 Method = Literal["coacd", "convex hull"]
 Convex = tuple[Points, Faces]
@@ -214,8 +214,7 @@ def normalize(mesh: MeshFile, front: str | None = None, hulls_only: bool = False
 
 def _heading(mesh: MeshFile, front: str) -> Points:
     """Return the rotation about z that takes the file's front to +y."""
-    if front not in DIRECTIONS:
-        raise UnknownNameError("direction", front, DIRECTIONS)
+    check_name("direction", front, DIRECTIONS)
     x, y, z = TO_Z_UP[mesh.up_axis] @ np.array(DIRECTIONS[front])
     if z:
         sides = ", ".join(name for name in DIRECTIONS if name[1] != mesh.up_axis.lower())

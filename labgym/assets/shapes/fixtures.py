@@ -20,7 +20,7 @@ from labgym.assets.shapes.parts import (
     span,
     turned,
 )
-from labgym.errors import UnknownNameError
+from labgym.errors import check_name
 
 
 def feet(x: float, y: float, height: float, diameter: float = 0.022) -> Iterator[Part]:
@@ -135,8 +135,7 @@ def diamond(symbol: str, size: float, x: float, y: float, z: float) -> Iterator[
     Raises:
         UnknownNameError: no symbol has that name.
     """
-    if symbol not in SYMBOLS:
-        raise UnknownNameError("hazard symbol", symbol, SYMBOLS)
+    check_name("hazard symbol", symbol, SYMBOLS)
     tip = turned((0.0, 1.0, 0.0), math.pi / 4.0)
     side, blue = size / math.sqrt(2.0), symbol == "water_reactive"
     yield plate("print_red", (side, RELIEF_M, side), (x, y + 0.5 * RELIEF_M, z), tip)

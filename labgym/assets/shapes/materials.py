@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from labgym.errors import UnknownNameError
+from labgym.errors import check_name
 
 Rgba = tuple[float, float, float, float]
 
@@ -224,8 +224,7 @@ def coating(color: str) -> str:
     Raises:
         UnknownNameError: no color has that name.
     """
-    if color not in COATINGS:
-        raise UnknownNameError("colour", color, COATINGS)
+    check_name("colour", color, COATINGS)
     return COATINGS[color]
 
 
@@ -235,6 +234,5 @@ def substance(word: str) -> str:
     Raises:
         UnknownNameError: no substance has that name.
     """
-    if word not in SUBSTANCES:
-        raise UnknownNameError("substance", word, SUBSTANCES)
+    check_name("substance", word, SUBSTANCES)
     return SUBSTANCES[word]

@@ -11,7 +11,7 @@ from labgym.assets.archive import SHAPE, geometry
 from labgym.assets.model import Asset
 from labgym.assets.shapes.parts import UPRIGHT, Part
 from labgym.counts import check_switch, is_real
-from labgym.errors import OptionError, UnknownNameError
+from labgym.errors import OptionError, check_name
 
 Builder = Callable[[Asset], Iterable[Part]]
 Extents = tuple[float, float, float, float, float]
@@ -46,8 +46,7 @@ def build(asset: Asset, hidden: bool = False) -> tuple[Part, ...]:
         UnknownNameError: the asset names an unknown shape or color.
         OptionError: a shape parameter of the wrong type.
     """
-    if asset.shape.name not in SHAPES:
-        raise UnknownNameError("shape", asset.shape.name, SHAPES)
+    check_name("shape", asset.shape.name, SHAPES)
     parts = tuple(part for part in SHAPES[asset.shape.name](asset) if hidden or not part.hidden)
     if flag(asset, EMPTY):
         parts = tuple(part for part in parts if part.material not in LIQUIDS)
@@ -105,8 +104,7 @@ def choice(asset: Asset, name: str, default: str, words: Collection[str], kind: 
         OptionError: it is not text.
     """
     word = text(asset, name, default)
-    if word not in words:
-        raise UnknownNameError(kind, word, words)
+    check_name(kind, word, words)
     return word
 
 

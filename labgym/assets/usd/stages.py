@@ -15,7 +15,7 @@ from labgym.assets.shapes import MATERIALS, Part, build
 from labgym.assets.textures import Texture, texture
 from labgym.assets.usd.attributes import write_attributes
 from labgym.assets.usd.bodies import write_collider, write_convex, write_part
-from labgym.errors import MissingDependencyError
+from labgym.errors import optional_package
 
 
 def write_look(stage: Any, path: str, name: str, file: str | None = None) -> Any:
@@ -110,10 +110,8 @@ def new_layer(name: str) -> tuple[Any, Any]:
     Raises:
         MissingDependencyError: usd-core is not installed.
     """
-    try:
+    with optional_package("usd-core", "writing USD", "usd"):
         from pxr import Sdf, Usd, UsdGeom, UsdPhysics
-    except ImportError:
-        raise MissingDependencyError("usd-core", "writing USD", "usd") from None
     # A stage alone would not keep its layer alive.
     layer = Sdf.Layer.CreateAnonymous(name)
     stage = Usd.Stage.Open(layer)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -188,8 +188,7 @@ def _in_frame(starts: Array, along: NDArray[np.floating], pose: tuple[float, flo
     return (starts - (x, y, 0.0)) @ turn, np.asarray(along, dtype=np.float64) @ turn
 
 
-@registered("condition")
-@dataclass(frozen=True)
+@registered("condition", "contacts")
 class BodyContacts(Condition):
     """Checks contacts after every physics step, instead of every 0.025 s, and names them in `State.touched`.
 
@@ -197,7 +196,6 @@ class BodyContacts(Condition):
     """
 
     name: str = "contacts"
-    kind: str = field(default="contacts", init=False)
 
     def draw(self, task: Task, rng: np.random.Generator) -> None:
         """Return None: nothing is drawn."""

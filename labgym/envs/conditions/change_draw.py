@@ -7,20 +7,18 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from labgym.assets.articulation import footing, protruding
 from labgym.envs.conditions.change_list import Added, Moved, Opened, Turned, changed
 from labgym.envs.robot import ROBOT
 from labgym.envs.tasks import Task
 from labgym.envs.world import world_of
-from labgym.geometry import BoxArray, OrientedBox, pairwise_distance, pairwise_penetration
+from labgym.geometry import Array, BoxArray, OrientedBox, pairwise_distance, pairwise_penetration
 from labgym.layouts.clutter.kinds import draw_openings, openable
 from labgym.layouts.clutter.ways import RADII, Ways
 from labgym.layouts.placement import FLOOR, placed_part
 from labgym.navigation import OBSTACLE_HEIGHT, PLANNING_RADIUS
 
-Array = NDArray[np.float64]
 Change = Added | Moved | Opened | Turned
 
 KINDS = ("stool", "trolley", "carton", "part", "door")

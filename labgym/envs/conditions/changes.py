@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -20,7 +20,7 @@ from labgym.envs.robot import ROBOT
 from labgym.envs.state import State
 from labgym.envs.tasks import Task
 from labgym.envs.world import World, world_of
-from labgym.errors import OptionError, UnknownNameError
+from labgym.errors import OptionError, check_name
 from labgym.navigation.barriers import Barriers
 
 UNSEEN_FROM = 3.0
@@ -29,8 +29,7 @@ EYES = (0.25, 0.5)
 """Heights of lidar and camera, from which a thing that comes must not be seen, meters."""
 
 
-@registered("condition")
-@dataclass(frozen=True)
+@registered("condition", "changes")
 class Changes(Condition):
     """Things that moved since the map was drawn.
 
@@ -57,15 +56,13 @@ class Changes(Condition):
     late: bool = False
     detour: float = 3.0
     name: str = "changes"
-    kind: str = field(default="changes", init=False)
 
     def __post_init__(self) -> None:
         positive(self, "spacing", "detour")
         count(self, "most")
         object.__setattr__(self, "kinds", tuple(self.kinds))
         for kind in self.kinds:
-            if kind not in KINDS:
-                raise UnknownNameError("kind of change", kind, KINDS)
+            check_name("kind of change", kind, KINDS)
         if not self.kinds:
             raise OptionError(f"kinds of changes are empty: pass some of {', '.join(KINDS)}")
         for name in ("pushable", "late"):

@@ -8,14 +8,13 @@ from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from labgym.envs.conditions.cast import RADIUS, Model, PeopleCast
 from labgym.envs.conditions.intentions import BEYOND, DT, PASSED, POINTS, STANDING, STOP, TO_GO, PeopleMotion, intend
 from labgym.envs.conditions.orca import Avoidance, Disc, OrcaRobot, Vector, away_from, permitted_velocity, velocities
 from labgym.envs.conditions.social_force import SocialForce
 from labgym.envs.world import World
-from labgym.geometry import BoxArray
+from labgym.geometry import Array, BoxArray
 from labgym.layouts import Layout
 from labgym.navigation.barriers import Barriers
 
@@ -59,8 +58,6 @@ class Walls:
             vectors[row].append((wx, wy))
         return vectors
 
-
-Array = NDArray[np.float64]
 
 REST = 0.5
 """Time after which everybody avoids a robot at rest, seconds."""

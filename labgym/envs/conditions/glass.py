@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -46,8 +46,7 @@ LONGER = 1.05
 Array = NDArray[np.float64]
 
 
-@registered("condition")
-@dataclass(frozen=True)
+@registered("condition", "glass")
 class Glass(Condition):
     """Panes across the route, and the errors of depth cameras and lidars at glass and polished steel.
 
@@ -65,7 +64,6 @@ class Glass(Condition):
     steel: float = 0.3
     width: float = 2.6
     name: str = "glass"
-    kind: str = field(default="glass", init=False)
 
     def __post_init__(self) -> None:
         if self.panes != 0:

@@ -17,7 +17,7 @@ X, Y, WAITING, GROUP_WAIT, BEYOND, TO_GO, STALLED, COLUMNS = 0, 1, 4, 5, 6, 7, 8
 """Columns of the numbers of people: center, meters (2 and 3 have the velocity, m/s); time left to stand and time waited
 for the group, seconds; length of the way after its next point, way to go at the latest progress, meters; and time since
 then, seconds."""
-STOP, STANDING, PASSED, POINTS, MARKS = 0, 1, 2, 3, 4
+STOP, STANDING, PASSED, POINTS = 0, 1, 2, 3
 """Columns of their marks: index of the stop to which the person walks or at which they stand, which of the two, number
 of points of the way that are passed, and number of its points, 0 before it is planned."""
 DT = 0.1

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -39,8 +39,7 @@ class ParkedThing:
         finite(self, "x", "y", "yaw")
 
 
-@registered("condition")
-@dataclass(frozen=True)
+@registered("condition", "parked")
 class Parked(Condition):
     """Things that are parked on the floor. By default none: `labgym.envs.labnav.necks` parks them at a route.
 
@@ -50,7 +49,6 @@ class Parked(Condition):
 
     things: tuple[ParkedThing | Mapping[str, Any], ...] = ()
     name: str = "parked"
-    kind: str = field(default="parked", init=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "things", things_of(list(self.things)))

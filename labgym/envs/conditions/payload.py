@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, field, fields
 from typing import Any
 
 import numpy as np
@@ -22,8 +22,7 @@ from labgym.errors import OptionError
 Array = NDArray[np.float64]
 
 
-@registered("condition")
-@dataclass(frozen=True)
+@registered("condition", "payload")
 class Payload(Condition):
     """A beaker on the deck, above the robot's axis.
 
@@ -36,7 +35,6 @@ class Payload(Condition):
 
     beaker: Beaker | Mapping[str, float] = field(default_factory=Beaker)
     name: str = "payload"
-    kind: str = field(default="payload", init=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "beaker", beaker_of(self.beaker))
@@ -152,8 +150,7 @@ MOST_LEGS = 32
 """Greatest number of drives of an episode."""
 
 
-@registered("condition")
-@dataclass(frozen=True)
+@registered("condition", "leg_payload")
 class LegPayload(Condition):
     """A beaker on the deck in some drives of an episode of several; at the start of each it is full and at rest.
 
@@ -167,7 +164,6 @@ class LegPayload(Condition):
     beaker: Beaker | Mapping[str, float] = field(default_factory=Beaker)
     share: float = 0.5
     name: str = "payload"
-    kind: str = field(default="leg_payload", init=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "beaker", beaker_of(self.beaker))

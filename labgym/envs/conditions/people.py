@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import Any, get_args
 
 import numpy as np
@@ -13,11 +12,10 @@ from labgym.envs.parts.protocols import Condition, Presence
 from labgym.envs.parts.registry import registered
 from labgym.envs.state import State
 from labgym.envs.tasks import Task
-from labgym.errors import OptionError, UnknownNameError
+from labgym.errors import OptionError, check_name
 
 
-@registered("condition")
-@dataclass(frozen=True)
+@registered("condition", "people")
 class People(Condition):
     """People who walk between workplaces along shortest paths, stand there, and avoid each other.
 
@@ -40,7 +38,6 @@ class People(Condition):
     speed: float = 1.0
     model: Model = "orca"
     name: str = "people"
-    kind: str = field(default="people", init=False)
 
     def __post_init__(self) -> None:
         positive(self, "speed")
@@ -49,8 +46,7 @@ class People(Condition):
         for name, most in (("density", 2.0), ("yielding", 1.0), ("speed", 3.0), ("group", MOST)):
             if getattr(self, name) > most:
                 raise OptionError(f"People: {name} is {getattr(self, name)}, expected at most {most}")
-        if self.model not in get_args(Model):
-            raise UnknownNameError("model of people", self.model, get_args(Model))
+        check_name("model of people", self.model, get_args(Model))
 
     def draw(self, task: Task, rng: np.random.Generator) -> dict[str, object]:
         """Return the people of an episode."""

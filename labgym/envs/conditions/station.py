@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -157,8 +157,7 @@ RESTING_SPEED, RESTING_TURN = 0.05, 0.1
 """A robot below this speed, m/s, and this turn rate, rad/s, is at rest."""
 
 
-@registered("condition")
-@dataclass(frozen=True)
+@registered("condition", "station")
 class Station(Condition):
     """A docking station off its mapped pose.
 
@@ -182,7 +181,6 @@ class Station(Condition):
     rest: float = 1.0
     tries: int = 200
     name: str = "station"
-    kind: str = field(default="station", init=False)
 
     def __post_init__(self) -> None:
         positive(self, "distance", "angle", "rest", zero=True)

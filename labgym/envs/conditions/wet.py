@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -46,8 +46,7 @@ class WetZone:
         return math.hypot(x - self.x, y - self.y) <= self.radius
 
 
-@registered("condition")
-@dataclass(frozen=True)
+@registered("condition", "wet_floor")
 class WetFloor(Condition):
     """Puddles near the shortest route. The errors of odometry are larger in them (the factor is an assumption).
 
@@ -62,7 +61,6 @@ class WetFloor(Condition):
     radius: float = 0.6
     slip: float = 4.0
     name: str = "wet_floor"
-    kind: str = field(default="wet_floor", init=False)
 
     def __post_init__(self) -> None:
         if self.zones != 0:

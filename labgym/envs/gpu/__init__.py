@@ -8,12 +8,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from labgym.errors import MissingDependencyError, OptionError
+from labgym.errors import OptionError, optional_package
 
-try:
+with optional_package("warp-lang", "the vector environment on a device (device=...)", "warp"):
     import warp as wp
-except ImportError as error:
-    raise MissingDependencyError("warp-lang", "the vector environment on a device (device=...)", "warp") from error
 
 __all__ = ["device_of", "wp"]
 

@@ -22,9 +22,7 @@ from labgym.envs.planar.scene import clearance, scene_of
 from labgym.envs.planar.simulation import CHECK_INTERVAL
 from labgym.envs.simulation import Pose
 from labgym.envs.world import World
-from labgym.geometry import wrap_angle
-
-Array = NDArray[np.float64]
+from labgym.geometry import Array, wrap_angle
 
 
 @dataclass

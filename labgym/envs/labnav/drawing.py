@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import zlib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
@@ -14,14 +14,14 @@ import numpy as np
 from labgym.envs.conditions.cast import SMALLEST
 from labgym.envs.conditions.parked import plain_things
 from labgym.envs.episode import stream
-from labgym.envs.labnav.episodes import Draws, LabNavEpisode, LabNavEpisodes, LabNavLeg, Split
+from labgym.envs.labnav.episodes import Draws, LabNavEpisode, LabNavLeg
 from labgym.envs.labnav.necks import has_neck, neck_things
 from labgym.envs.labnav.task import Level
 from labgym.envs.labnav.tasks import config_of, task_of
 from labgym.envs.parts.protocols import Condition
 from labgym.envs.tasks import Task
 from labgym.errors import OptionError
-from labgym.layouts import Layout, load_published, published
+from labgym.layouts import Layout
 from labgym.layouts.drives import entry_poses, places_of_work
 from labgym.layouts.placement import FLOOR
 from labgym.navigation import PLANNING_RADIUS, GoalPair, Pose, ShortestPaths, goal_pairs, goal_pose
@@ -193,38 +193,6 @@ def draw_floor(
         )
         episodes.append(episode)
     return tuple(episodes), Draws(drawn=drawn, accepted=len(episodes))
-
-
-def draw_suite(
-    task: str,
-    level: int,
-    split: Split,
-    floors: int,
-    per_floor: int,
-    *,
-    seed: int,
-    attempts: int = ATTEMPTS,
-    names: Iterable[str] | None = None,
-) -> LabNavEpisodes:
-    """Return the draft of a suite: episodes on the first floors of a split that have all of them.
-
-    Args:
-        task, level, split, seed, attempts: as for `draw_floor`.
-        floors: number of floors. per_floor: episodes on each.
-        names: ids of the floors to try; by default those of the split.
-
-    Raises:
-        UnknownNameError: there is no such task, level or floor.
-    """
-    episodes: list[LabNavEpisode] = []
-    draws: dict[str, Draws] = {}
-    for name in published(split) if names is None else names:
-        if sum(one.accepted >= per_floor for one in draws.values()) == floors:
-            break
-        accepted, draws[name] = draw_floor(load_published(split, name), task, level, per_floor, seed, attempts)
-        if len(accepted) == per_floor:
-            episodes += accepted
-    return LabNavEpisodes(task=task, level=level, split=split, seed=seed, episodes=tuple(episodes), draws=draws)
 
 
 CORRIDOR = "corridor"

@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from labgym.envs.conditions.parked import ParkedThing, with_things
 from labgym.errors import OptionError
-from labgym.geometry import OrientedBox
+from labgym.geometry import Array, OrientedBox
 from labgym.layouts import Layout
 from labgym.navigation import GoalPair, ShortestPaths
 
@@ -24,8 +23,6 @@ FREE = 1.2
 
 RADII = (0.30, 0.35, 0.40, 0.45)
 """Radii of the discs by which drives are classed, meters: that of planning first."""
-
-Array = NDArray[np.float64]
 
 
 def widest_disc(layout: Layout, pair: GoalPair) -> float | None:

@@ -22,7 +22,7 @@ from labgym.envs.labnav.task import Level
 from labgym.envs.labnav.tasks import condition_names, config_of, task_of
 from labgym.envs.tasks import Task
 from labgym.envs.world import world_of
-from labgym.errors import OptionError, UnknownNameError
+from labgym.errors import OptionError, check_name
 from labgym.layouts import Layout, load_published, published
 
 DRAWS = 100
@@ -43,8 +43,7 @@ def prepared(task: str, level: int, episode: LabNavEpisode, layout: Layout) -> T
     """
     names = condition_names(task, level)
     for name in episode.conditions:
-        if name not in names:
-            raise UnknownNameError(f"condition of {task} {level}", name, names)
+        check_name(f"condition of {task} {level}", name, names)
     now = episode.task(layout)
     for condition in config_of(task, level).conditions:
         name = condition.name
@@ -169,8 +168,7 @@ def episode_without(
 def _check(task: str, level: int, nuisances: Sequence[str]) -> None:
     names = nuisances_of(task, level)
     for name in nuisances:
-        if name not in names:
-            raise UnknownNameError(f"nuisance of {task} {level}", name, names)
+        check_name(f"nuisance of {task} {level}", name, names)
 
 
 def _measured(episode: LabNavEpisode, layout: Layout, task: str, level: int) -> LabNavEpisode:

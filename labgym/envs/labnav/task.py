@@ -22,7 +22,7 @@ from labgym.envs.parts.protocols import Ending, Randomization, Sensor
 from labgym.envs.parts.randomizations import SensorPoseRandomization
 from labgym.envs.parts.rays import ColorSensor, DepthSensor, LidarSensor
 from labgym.envs.parts.vectors import VelocitySensor
-from labgym.errors import LabgymError, UnknownNameError
+from labgym.errors import LabgymError, UnknownNameError, check_name
 
 FULL_SPEED = 1.0
 """Speed of the ideal robot, m/s."""
@@ -210,8 +210,7 @@ class Level:
             "depth": (DepthSensor(noise=depth),),
             "rgbd": (ColorSensor(noise=color), DepthSensor(noise=depth)),
         }
-        if observation not in by_observation:
-            raise UnknownNameError("observation", observation, by_observation)
+        check_name("observation", observation, by_observation)
         velocity = OdometryVelocitySensor() if self.odometry else VelocitySensor()
         return (OdometrySensor(**self.odometry), AnnouncedGoalSensor(), velocity, *by_observation[observation])
 

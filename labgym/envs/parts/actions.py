@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -21,8 +20,7 @@ from labgym.errors import OptionError
 from labgym.geometry import wrap_angle
 
 
-@registered("actions")
-@dataclass
+@registered("actions", "velocity", frozen=False)
 class VelocityActions(Actions):
     """Target velocities: `Box(-1, 1, (n,), float32)`, one component per axis of the robot, for one control step.
 
@@ -33,7 +31,6 @@ class VelocityActions(Actions):
 
     stop: bool = False
     delay: int = 0
-    kind: str = field(default="velocity", init=False)
 
     def __post_init__(self) -> None:
         check_switch("VelocityActions: stop", self.stop)
@@ -90,8 +87,7 @@ def numbers(action: Any, names: tuple[str, ...]) -> list[float]:
     return components
 
 
-@registered("actions")
-@dataclass
+@registered("actions", "slipping", frozen=False)
 class SlippingActions(VelocityActions):
     """Target velocities that the wheels carry out with errors, so that commands do not tell where the robot is.
 
@@ -104,7 +100,6 @@ class SlippingActions(VelocityActions):
 
     scale: float = 0.03
     veer: float = 2.0
-    kind: str = field(default="slipping", init=False)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -154,8 +149,7 @@ LONGEST = 4.0
 """Seconds after which an action ends in any case, as against a wall."""
 
 
-@registered("actions")
-@dataclass(frozen=True)
+@registered("actions", "discrete")
 class DiscreteActions(Actions):
     """`Discrete(4)`, in the order of Habitat: 0 STOP, 1 forward, 2 turn left, 3 turn right.
 
@@ -170,7 +164,6 @@ class DiscreteActions(Actions):
     forward: float = 0.25
     turn: float = 15.0
     noise: ActuationNoise | None = None
-    kind: str = field(default="discrete", init=False)
 
     def __post_init__(self) -> None:
         positive(self, "forward", "turn")

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from labgym.envs.checks import positive
 from labgym.envs.parts.registry import registered
-from labgym.errors import UnknownNameError
+from labgym.errors import check_name
 
 
 @dataclass(frozen=True)
@@ -36,8 +36,7 @@ LOCOBOT = {
 second numbers are used there as variances."""
 
 
-@registered("actuation noise")
-@dataclass(frozen=True)
+@registered("actuation noise", "locobot")
 class LoCoBotActuation:
     """Errors measured on a LoCoBot (Murali et al. 2019, PyRobot), as habitat-sim draws them.
 
@@ -53,11 +52,9 @@ class LoCoBotActuation:
 
     controller: str = "proportional"
     multiplier: float = 0.5
-    kind: str = field(default="locobot", init=False)
 
     def __post_init__(self) -> None:
-        if self.controller not in LOCOBOT:
-            raise UnknownNameError("controller", self.controller, LOCOBOT)
+        check_name("controller", self.controller, LOCOBOT)
         positive(self, "multiplier", zero=True)
 
     def errors(self, ahead: float, turn: float, rng: np.random.Generator) -> tuple[float, float]:
@@ -70,8 +67,7 @@ class LoCoBotActuation:
         )
 
 
-@registered("actuation noise")
-@dataclass(frozen=True)
+@registered("actuation noise", "robothor")
 class RoboThorActuation:
     """Normal errors of RoboTHOR's LoCoBot agent: `movementGaussianSigma` and `rotateGaussianSigma` of AI2-THOR.
 
@@ -81,7 +77,6 @@ class RoboThorActuation:
 
     sigma: float = 0.005
     turn_sigma: float = 0.5
-    kind: str = field(default="robothor", init=False)
 
     def __post_init__(self) -> None:
         positive(self, "sigma", "turn_sigma", zero=True)

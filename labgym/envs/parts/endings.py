@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from dataclasses import dataclass, field
 from typing import ClassVar
 
 from labgym.envs.checks import positive
@@ -39,15 +38,13 @@ class RuleEnding(Ending):
         return self.outcome if self.holds(state) else None
 
 
-@registered("ending")
-@dataclass(frozen=True)
+@registered("ending", "touch")
 class TouchEnding(RuleEnding):
     """Success when the robot's center is within `radius` meters of the goal, at any speed."""
 
     outcome: ClassVar[Verdict] = "success"
     radius: float = TOUCH_DISTANCE
     name: str = "touch"
-    kind: str = field(default="touch", init=False)
 
     def __post_init__(self) -> None:
         positive(self, "radius")
@@ -57,8 +54,7 @@ class TouchEnding(RuleEnding):
         return state.distance <= self.radius
 
 
-@registered("ending")
-@dataclass
+@registered("ending", "rest", frozen=False)
 class RestEnding(RuleEnding):
     """Success when the robot rests within `radius` meters of the goal for `duration` seconds.
 
@@ -73,7 +69,6 @@ class RestEnding(RuleEnding):
     turn_rate: float = 0.1
     duration: float = 0.0
     name: str = "rest"
-    kind: str = field(default="rest", init=False)
 
     def __post_init__(self) -> None:
         positive(self, "radius", "speed", "turn_rate")
@@ -94,14 +89,12 @@ class RestEnding(RuleEnding):
         return state.time - self._since >= self.duration - 1e-9
 
 
-@registered("ending")
-@dataclass(frozen=True)
+@registered("ending", "stop")
 class StopEnding(Ending):
     """The action STOP ends the drive: success within `radius` meters of the goal, failure elsewhere."""
 
     radius: float = REST_DISTANCE
     name: str = "stop"
-    kind: str = field(default="stop", init=False)
 
     def __post_init__(self) -> None:
         positive(self, "radius")
@@ -113,21 +106,18 @@ class StopEnding(Ending):
         return "success" if state.distance <= self.radius else "failure"
 
 
-@registered("ending")
-@dataclass(frozen=True)
+@registered("ending", "contact")
 class ContactEnding(RuleEnding):
     """Failure when the robot touches something."""
 
     name: str = "contact"
-    kind: str = field(default="contact", init=False)
 
     def holds(self, state: State) -> bool:
         """Whether the robot touched something during the latest action."""
         return state.collision
 
 
-@registered("ending")
-@dataclass(frozen=True)
+@registered("ending", "touched")
 class TouchedEnding(RuleEnding):
     """Failure when the robot touches some of the things that `State.touched` names; it needs a condition.
 
@@ -139,7 +129,6 @@ class TouchedEnding(RuleEnding):
     only: tuple[str, ...] = ()
     pushable: bool = True
     name: str = "contact"
-    kind: str = field(default="touched", init=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "only", tuple(self.only))
@@ -156,14 +145,12 @@ class TouchedEnding(RuleEnding):
         return bool(self.counted(state))
 
 
-@registered("ending")
-@dataclass
+@registered("ending", "limit", frozen=False)
 class LimitEnding(RuleEnding):
     """Failure when a drive has taken `duration` seconds."""
 
     duration: float = 120.0
     name: str = "time"
-    kind: str = field(default="limit", init=False)
 
     def __post_init__(self) -> None:
         positive(self, "duration")
@@ -177,13 +164,11 @@ class LimitEnding(RuleEnding):
         return state.time - self._since >= self.duration - 1e-9
 
 
-@registered("ending")
-@dataclass(frozen=True)
+@registered("ending", "spill")
 class SpillEnding(RuleEnding):
     """Failure when liquid has been spilt; it needs the condition "payload"."""
 
     name: str = "spill"
-    kind: str = field(default="spill", init=False)
 
     def holds(self, state: State) -> bool:
         """Whether the liquid has risen above the rim."""
@@ -195,8 +180,7 @@ PERSON = "person"
 """Beginning of the names of people among the bodies of conditions."""
 
 
-@registered("ending")
-@dataclass
+@registered("ending", "stuck", frozen=False)
 class StuckEnding(RuleEnding):
     """Failure when the robot has not left a disc of `radius` meters for `duration` seconds.
 
@@ -209,7 +193,6 @@ class StuckEnding(RuleEnding):
     name: str = "stuck"
     people: float = 0.0
     goal: float = 0.0
-    kind: str = field(default="stuck", init=False)
 
     def __post_init__(self) -> None:
         positive(self, "radius", "duration")

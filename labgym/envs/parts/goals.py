@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -26,14 +25,12 @@ def reached(achieved: ArrayLike, desired: ArrayLike, radius: float = REST_DISTAN
     return near
 
 
-@registered("ending")
-@dataclass(frozen=True)
+@registered("ending", "goal")
 class GoalEnding(Ending):
     """Success when the robot is within `radius` meters of the goal, at any speed, by `reached`."""
 
     radius: float = REST_DISTANCE
     name: str = "goal"
-    kind: str = field(default="goal", init=False)
 
     def __post_init__(self) -> None:
         positive(self, "radius")
@@ -43,15 +40,13 @@ class GoalEnding(Ending):
         return "success" if reached(state.pose[:2], state.pair.goal[:2], self.radius) else None
 
 
-@registered("reward term")
-@dataclass(frozen=True)
+@registered("reward term", "goal")
 class GoalTerm(RewardTerm):
     """-1 for an action that does not end within `radius` meters of the goal, else 0, by `reached`."""
 
     weight: float = 1.0
     radius: float = REST_DISTANCE
     name: str = "goal"
-    kind: str = field(default="goal", init=False)
 
     def __post_init__(self) -> None:
         positive(self, "radius")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
 from functools import cache
 from typing import Any
 
@@ -13,8 +12,8 @@ from numpy.typing import NDArray
 
 from labgym.assets import Catalog
 from labgym.envs.checks import MAX_CELLS, count, positive
-from labgym.envs.parts.noise import disturbed, noises
-from labgym.envs.parts.protocols import Noise, Reading, Sensor
+from labgym.envs.parts.noise import NoisySensor
+from labgym.envs.parts.protocols import Noise, Reading
 from labgym.envs.parts.rays import CameraSensor
 from labgym.envs.parts.registry import registered
 from labgym.envs.state import State
@@ -25,9 +24,8 @@ NOTHING, BUILDING, OTHER = 0, 1, 2
 """Labels of nothing within reach, of floor and walls, and of assets that the catalog lacks."""
 
 
-@registered("sensor")
-@dataclass
-class OccupancySensor(Sensor):
+@registered("sensor", "occupancy", frozen=False)
+class OccupancySensor(NoisySensor):
     """The true map around the robot, in its frame: (cells, cells, 1) uint8, 255 where occupied, else 0. Privileged.
 
     The robot is at the center and drives upwards in the picture: rows run from ahead to behind, columns from left to
@@ -41,12 +39,11 @@ class OccupancySensor(Sensor):
     cells: int = 64
     resolution: float = 0.1
     noise: tuple[Noise, ...] = ()
-    kind: str = field(default="occupancy", init=False)
 
     def __post_init__(self) -> None:
         count(self, "cells", most=MAX_CELLS)
         positive(self, "resolution")
-        noises(self)
+        super().__post_init__()
         self._layout: Layout | None = None
         steps = (np.arange(self.cells) - (self.cells - 1) / 2.0) * self.resolution
         self._ahead, self._left = -steps[:, None], -steps[None, :]
@@ -62,7 +59,7 @@ class OccupancySensor(Sensor):
             self._layout = state.task.layout
             self._grid: OccupancyGrid = occupancy(self._layout)
 
-    def reading(self, state: State, rng: np.random.Generator) -> Reading:
+    def measured(self, state: State) -> Reading:
         """Return the picture."""
         x, y, yaw = state.pose
         cosine, sine = math.cos(yaw), math.sin(yaw)
@@ -73,12 +70,10 @@ class OccupancySensor(Sensor):
         inside = (rows >= 0) & (rows < ny) & (columns >= 0) & (columns < nx)
         occupied = np.ones(inside.shape, dtype=bool)
         occupied[inside] = grid.occupied[rows[inside], columns[inside]]
-        picture = np.where(occupied, np.uint8(255), np.uint8(0))[:, :, None]
-        return disturbed(picture, self, state, rng) if self.noise else picture
+        return np.where(occupied, np.uint8(255), np.uint8(0))[:, :, None]
 
 
-@registered("sensor")
-@dataclass(frozen=True)
+@registered("sensor", "segmentation")
 class SegmentationSensor(CameraSensor):
     """The asset that each pixel of a camera shows: (rows * columns,) int32, labels as in `asset_labels`. Privileged.
 
@@ -86,20 +81,18 @@ class SegmentationSensor(CameraSensor):
     """
 
     name: str = "segmentation"
-    kind: str = field(default="segmentation", init=False)
 
     @property
     def space(self) -> spaces.Space[Any]:
         """All labels."""
         return spaces.Box(0, OTHER + len(asset_labels()), (self.rows * self.columns,), np.int32)
 
-    def reading(self, state: State, rng: np.random.Generator) -> Reading:
+    def measured(self, state: State) -> Reading:
         """Return the labels."""
         faces, layout = self._view(state).faces, state.task.layout
         owners = state.rays("visual").owners(np.maximum(faces, 0))
         labels: NDArray[np.int32] = np.where(faces >= 0, _table(layout)[owners], np.int32(NOTHING))
-        labels = labels.astype(np.int32, copy=False)
-        return disturbed(labels, self, state, rng) if self.noise else labels
+        return labels.astype(np.int32, copy=False)
 
 
 @cache

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from copy import deepcopy
-from dataclasses import dataclass, field
 from operator import attrgetter
 from typing import Any
 
@@ -13,7 +12,7 @@ import numpy as np
 from labgym.envs.parts.protocols import Measure
 from labgym.envs.parts.registry import registered
 from labgym.envs.state import State
-from labgym.errors import UnknownNameError
+from labgym.errors import check_name
 
 
 def _pose(state: State) -> Any:
@@ -95,17 +94,14 @@ EXTENDED = (*STANDARD, "is_success", "cost", "ending", "achieved_goal", "desired
 """The info of `LabFloorNav-v0`."""
 
 
-@registered("measure")
-@dataclass(frozen=True)
+@registered("measure", "named")
 class NamedMeasure(Measure):
     """One of our measures, by its name."""
 
     name: str
-    kind: str = field(default="named", init=False)
 
     def __post_init__(self) -> None:
-        if self.name not in VALUES:
-            raise UnknownNameError("measure", self.name, VALUES)
+        check_name("measure", self.name, VALUES)
         object.__setattr__(self, "value", VALUES[self.name])  # one call less for each entry
 
     def value(self, state: State) -> Any:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import field, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,7 @@ from labgym.envs.parts.robots import check_size, velocities
 from labgym.envs.robot import ROBOT, RobotSpec
 from labgym.envs.robot_files import FAULTS, RobotFile, quiet, read_robot
 from labgym.envs.scene_simulation import SceneSimulation
-from labgym.errors import DocumentError, LabgymError, OptionError, UnknownNameError
+from labgym.errors import DocumentError, LabgymError, OptionError, check_name
 
 AXES = ("forward", "sideways", "turn")
 WHEELS = ("left_wheel", "right_wheel")
@@ -30,8 +30,7 @@ OBEYS = 0.2
 """A robot that obeys reaches this share of a velocity within a second."""
 
 
-@registered("robot")
-@dataclass(frozen=True)
+@registered("robot", "mjcf")
 class MjcfRobot(Robot):
     """A robot from an MJCF file, in which the following have these names.
 
@@ -52,7 +51,6 @@ class MjcfRobot(Robot):
 
     path: str | Path
     size: RobotSpec = ROBOT
-    kind: str = field(default="mjcf", init=False)
     _file: RobotFile = field(init=False, repr=False)
     _axes: tuple[str, ...] = field(init=False, repr=False)
     _wheels: tuple[float, float, float, float] | None = field(init=False, repr=False)
@@ -148,8 +146,7 @@ def _limits(value: Any) -> dict[str, float]:
         raise OptionError(f"size of the robot is a {type(value).__name__}, expected a mapping of limits")
     limits = [each.name for each in fields(RobotSpec) if each.name in LIMITS]
     for name in value:
-        if name not in limits:
-            raise UnknownNameError("limit of a robot from a file", name, limits)
+        check_name("limit of a robot from a file", name, limits)
     return dict(value)
 
 

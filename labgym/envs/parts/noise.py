@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from abc import abstractmethod
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from labgym.envs.checks import count, positive
-from labgym.envs.parts.protocols import Noise, Reading
+from labgym.envs.parts.protocols import Noise, Reading, Sensor
 from labgym.envs.parts.registry import part_of, registered
 from labgym.errors import OptionError
 
@@ -16,23 +17,37 @@ if TYPE_CHECKING:
     from labgym.envs.state import State
 
 
-def disturbed(reading: Reading, sensor: Any, state: State, rng: np.random.Generator) -> Reading:
-    """Return a reading after the noise models of a sensor, one after the other, clipped to the sensor's space."""
-    kind = reading.dtype
-    for noise in sensor.noise:
-        reading = noise.apply(reading, state, rng)
-    low, high = sensor.space.low.reshape(reading.shape), sensor.space.high.reshape(reading.shape)
-    return np.clip(reading, low, high).astype(kind, copy=False)
+class NoisySensor(Sensor):
+    """A sensor whose readings noise models disturb, one after the other, clipped to the sensor's space.
+
+    Attributes:
+        noise: noise models, or plain data for `part_of`.
+    """
+
+    noise: tuple[Noise, ...]
+
+    def __post_init__(self) -> None:
+        noise = self.noise if isinstance(self.noise, list | tuple) else (self.noise,)
+        object.__setattr__(self, "noise", tuple(part_of(each, "noise") for each in noise))
+
+    @abstractmethod
+    def measured(self, state: State) -> Reading:
+        """Return the reading without noise."""
+
+    def reading(self, state: State, rng: np.random.Generator) -> Reading:
+        """Return the reading."""
+        measured = self.measured(state)
+        if not self.noise:
+            return measured
+        space: Any = self.space  # a Box
+        reading = measured
+        for noise in self.noise:
+            reading = noise.apply(reading, state, rng)
+        low, high = space.low.reshape(reading.shape), space.high.reshape(reading.shape)
+        return np.clip(reading, low, high).astype(measured.dtype, copy=False)
 
 
-def noises(part: Any) -> None:
-    """Replace plain data in the field `noise` of a sensor by noise models."""
-    noise = part.noise if isinstance(part.noise, list | tuple) else (part.noise,)
-    object.__setattr__(part, "noise", tuple(part_of(each, "noise") for each in noise))
-
-
-@registered("noise")
-@dataclass(frozen=True)
+@registered("noise", "gaussian")
 class Gaussian(Noise):
     """Independent normal errors of every component.
 
@@ -45,7 +60,6 @@ class Gaussian(Noise):
     sigma: float = 0.0
     relative: float = 0.0
     bias: float = 0.0
-    kind: str = field(default="gaussian", init=False)
 
     def __post_init__(self) -> None:
         positive(self, "sigma", "relative", zero=True)
@@ -60,8 +74,7 @@ class Gaussian(Noise):
         return replace(self, sigma=self.sigma * factor, relative=self.relative * factor, bias=self.bias * factor)
 
 
-@registered("noise")
-@dataclass(frozen=True)
+@registered("noise", "dropout")
 class Dropout(Noise):
     """Components that are lost, each with the same probability.
 
@@ -72,7 +85,6 @@ class Dropout(Noise):
 
     rate: float = 0.01
     value: float | None = 0.0
-    kind: str = field(default="dropout", init=False)
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.rate <= 1.0:
@@ -88,8 +100,7 @@ class Dropout(Noise):
         return replace(self, rate=min(self.rate * factor, 1.0))
 
 
-@registered("noise")
-@dataclass(frozen=True)
+@registered("noise", "quantization")
 class Quantization(Noise):
     """Readings rounded to multiples of a step.
 
@@ -98,7 +109,6 @@ class Quantization(Noise):
     """
 
     step: float = 0.001
-    kind: str = field(default="quantization", init=False)
 
     def __post_init__(self) -> None:
         positive(self, "step")
@@ -120,8 +130,7 @@ FARTHEST = 10.0
 """Depth from which the camera reads 0, meters."""
 
 
-@registered("noise")
-@dataclass(frozen=True)
+@registered("noise", "redwood")
 class RedwoodDepth(Noise):
     """Errors of a PrimeSense depth camera (Choi, Zhou and Koltun, CVPR 2015), with the constants of `simdepth.py`.
 
@@ -134,7 +143,6 @@ class RedwoodDepth(Noise):
     """
 
     multiplier: float = 1.0
-    kind: str = field(default="redwood", init=False)
 
     def __post_init__(self) -> None:
         positive(self, "multiplier", zero=True)
@@ -164,8 +172,7 @@ class RedwoodDepth(Noise):
         return replace(self, multiplier=self.multiplier * factor)
 
 
-@registered("noise")
-@dataclass(frozen=True)
+@registered("noise", "rim")
 class RimOcclusion(Noise):
     """Lost readings at a rim: where a neighbor is nearer by more than `step`, a stereo camera sees nothing.
 
@@ -178,7 +185,6 @@ class RimOcclusion(Noise):
     width: int = 1
     rate: float = 1.0
     value: float = 0.0
-    kind: str = field(default="rim", init=False)
 
     def __post_init__(self) -> None:
         positive(self, "step")

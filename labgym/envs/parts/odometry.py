@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from gymnasium import spaces
 
 from labgym.envs.checks import MAX_METERS, finite, positive
-from labgym.envs.parts.noise import disturbed, noises
-from labgym.envs.parts.protocols import Noise, Reading, Sensor
+from labgym.envs.parts.noise import NoisySensor
+from labgym.envs.parts.protocols import Noise, Reading
 from labgym.envs.parts.registry import registered
-from labgym.envs.parts.vectors import GOAL_RANGE, POSITION_RANGE, VelocitySensor, planar, polar, polar_space
+from labgym.envs.parts.vectors import POSITION_RANGE, GoalSensor, VelocitySensor, planar, polar
 from labgym.envs.state import Pose, State
 from labgym.errors import OptionError
 from labgym.geometry import rotate, wrap_angle
@@ -24,32 +24,25 @@ RECKONED = "reckoned"
 """Key of the pose by odometry among what sensors share (`State.views`)."""
 
 
-@registered("sensor")
-@dataclass(frozen=True)
-class BumperSensor(Sensor):
+@registered("sensor", "bumper")
+class BumperSensor(NoisySensor):
     """Whether the robot touched something during the action: (1,) float32, 0 or 1."""
 
     name: str = "bumper"
     noise: tuple[Noise, ...] = ()
-    kind: str = field(default="bumper", init=False)
-
-    def __post_init__(self) -> None:
-        noises(self)
 
     @property
     def space(self) -> spaces.Space[Any]:
         """From 0 to 1."""
         return spaces.Box(0.0, 1.0, (1,), np.float32)
 
-    def reading(self, state: State, rng: np.random.Generator) -> Reading:
+    def measured(self, state: State) -> Reading:
         """Return 1 after a contact."""
-        touched = np.array([state.collision], np.float32)
-        return disturbed(touched, self, state, rng) if self.noise else touched
+        return np.array([state.collision], np.float32)
 
 
-@registered("sensor")
-@dataclass
-class OdometrySensor(Sensor):
+@registered("sensor", "odometry", frozen=False)
+class OdometrySensor(NoisySensor):
     """The pose by dead reckoning, in the frame of the start: (4,) float32, x and y in m, cosine and sine of the yaw.
 
     Its errors are independent normal errors of the increments, whose variances grow with the way driven and the angle
@@ -73,13 +66,12 @@ class OdometrySensor(Sensor):
     stretch: float = 0.0
     veer: float = 0.0
     overturn: float = 0.0
-    kind: str = field(default="odometry", init=False)
 
     def __post_init__(self) -> None:
         positive(self, "along", "heading", "turning", zero=True)
         positive(self, "reach", most=MAX_METERS)
         finite(self, "stretch", "veer", "overturn")
-        noises(self)
+        super().__post_init__()
 
     @property
     def space(self) -> spaces.Space[Any]:
@@ -103,12 +95,15 @@ class OdometrySensor(Sensor):
         self._pose: Pose = (0.0, 0.0, 0.0)
 
     def reading(self, state: State, rng: np.random.Generator) -> Reading:
-        """Return x, y, cosine and sine of the yaw."""
+        """Return the pose, after the errors of the motion since the last reading."""
         if state.pose != self._last:
             self._advance(state, rng)
         state.views[RECKONED] = self._pose
-        reading = planar(self._pose, self.reach)
-        return disturbed(reading, self, state, rng) if self.noise else reading
+        return super().reading(state, rng)
+
+    def measured(self, state: State) -> Reading:  # noqa: ARG002
+        """Return the pose."""
+        return planar(self._pose, self.reach)
 
     def _advance(self, state: State, rng: np.random.Generator) -> None:
         """Add an increment, with its error, to the reckoned pose."""
@@ -132,29 +127,14 @@ class OdometrySensor(Sensor):
         )
 
 
-@registered("sensor")
-@dataclass(frozen=True)
-class AnnouncedGoalSensor(Sensor):
+@registered("sensor", "announced_goal")
+class AnnouncedGoalSensor(GoalSensor):
     """The announced goal in polar form, from the pose by odometry: (3,) float32, as `GoalSensor`.
 
     It needs an odometry sensor before it, whose errors it has. The announced goal is that of the old map.
     """
 
-    name: str = "goal"
-    reach: float = GOAL_RANGE
-    noise: tuple[Noise, ...] = ()
-    kind: str = field(default="announced_goal", init=False)
-
-    def __post_init__(self) -> None:
-        positive(self, "reach", most=MAX_METERS)
-        noises(self)
-
-    @property
-    def space(self) -> spaces.Space[Any]:
-        """Distance in [0, reach], cosine and sine in [-1, 1]."""
-        return polar_space(self.reach)
-
-    def reading(self, state: State, rng: np.random.Generator) -> Reading:
+    def measured(self, state: State) -> Reading:
         """Return distance, cosine and sine.
 
         Raises:
@@ -162,13 +142,11 @@ class AnnouncedGoalSensor(Sensor):
         """
         if RECKONED not in state.views:
             raise OptionError("sensor 'announced_goal' needs an odometry sensor before it in `sensors`")
-        goal = polar(announced_goal(state), state.views[RECKONED], self.reach)
-        return disturbed(goal, self, state, rng) if self.noise else goal
+        return polar(announced_goal(state), state.views[RECKONED], self.reach)
 
 
-@registered("sensor")
-@dataclass
-class OdometryVelocitySensor(Sensor):
+@registered("sensor", "odometry_velocity", frozen=False)
+class OdometryVelocitySensor(NoisySensor):
     """The mean velocity since the last reading, by odometry: as `VelocitySensor`, with the errors of the odometry.
 
     It needs an odometry sensor before it. Readings that are added up give its pose.
@@ -176,10 +154,6 @@ class OdometryVelocitySensor(Sensor):
 
     name: str = "velocity"
     noise: tuple[Noise, ...] = ()
-    kind: str = field(default="odometry_velocity", init=False)
-
-    def __post_init__(self) -> None:
-        noises(self)
 
     @property
     def space(self) -> spaces.Space[Any]:
@@ -191,7 +165,7 @@ class OdometryVelocitySensor(Sensor):
         self._last: Pose = (0.0, 0.0, 0.0)
         self._time = state.time
 
-    def reading(self, state: State, rng: np.random.Generator) -> Reading:
+    def measured(self, state: State) -> Reading:
         """Return forward velocity and turn rate.
 
         Raises:
@@ -204,8 +178,7 @@ class OdometryVelocitySensor(Sensor):
         self._last, self._time = (x, y, yaw), state.time
         ahead = rotate(x - x0, y - y0, -(yaw0 + wrap_angle(yaw - yaw0) / 2.0))[0]
         twist = (ahead / seconds, wrap_angle(yaw - yaw0) / seconds) if seconds > 0.0 else (0.0, 0.0)
-        reading = np.clip(twist, VelocitySensor.low, VelocitySensor.high).astype(np.float32)
-        return disturbed(reading, self, state, rng) if self.noise else reading
+        return np.clip(twist, VelocitySensor.low, VelocitySensor.high).astype(np.float32)
 
 
 def announced_goal(state: State) -> Pose:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, is_dataclass, replace
+from dataclasses import is_dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -19,14 +19,13 @@ from labgym.envs.parts.rays import CameraSensor, LidarSensor
 from labgym.envs.parts.registry import registered
 from labgym.envs.robot import PREFIX
 from labgym.envs.setting import EpisodeSetting, Palette, floor_geoms, robot_bodies, robot_geoms
-from labgym.errors import OptionError, UnknownNameError
+from labgym.errors import OptionError, check_name
 from labgym.scenes.mesh import MATERIAL_NAMES
 
 Range = tuple[float, float]
 
 
-@registered("randomization")
-@dataclass(frozen=True)
+@registered("randomization", "mass")
 class MassRandomization(Randomization):
     """A factor on masses and inertias. The forces of the robot's servos stay, so that its accelerations change.
 
@@ -38,7 +37,6 @@ class MassRandomization(Randomization):
     name: str = "mass"
     factor: Range = (0.8, 1.2)
     of: str = "robot"
-    kind: str = field(default="mass", init=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "factor", checked_range(self, "factor", above=0.0))
@@ -61,8 +59,7 @@ class MassRandomization(Randomization):
         return {model.body(body).name: float(factor) for body, factor in zip(moving.tolist(), factors, strict=True)}
 
 
-@registered("randomization")
-@dataclass(frozen=True)
+@registered("randomization", "friction")
 class FrictionRandomization(Randomization):
     """A factor on friction.
 
@@ -75,7 +72,6 @@ class FrictionRandomization(Randomization):
     name: str = "friction"
     factor: Range = (0.5, 1.5)
     of: str = "robot"
-    kind: str = field(default="friction", init=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "factor", checked_range(self, "factor", above=0.0))
@@ -93,8 +89,7 @@ class FrictionRandomization(Randomization):
         return factor
 
 
-@registered("randomization")
-@dataclass(frozen=True)
+@registered("randomization", "sensor_pose")
 class SensorPoseRandomization(Randomization):
     """Errors of the places of lidars and cameras, each uniform between minus and plus its largest value.
 
@@ -112,7 +107,6 @@ class SensorPoseRandomization(Randomization):
     yaw: float = 1.0
     pitch: float = 1.0
     roll: float = 1.0
-    kind: str = field(default="sensor_pose", init=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "sensors", _names(self.sensors))
@@ -149,8 +143,7 @@ LENGTHS, ANGLES = ("forward", "left", "height"), ("yaw", "pitch", "roll")
 ALL = (*LENGTHS, *ANGLES)
 
 
-@registered("randomization")
-@dataclass(frozen=True)
+@registered("randomization", "noise")
 class NoiseRandomization(Randomization):
     """A factor on the errors of sensors: the deviations of their noise models, and the drift of odometry.
 
@@ -161,7 +154,6 @@ class NoiseRandomization(Randomization):
     name: str = "noise"
     factor: Range = (0.5, 2.0)
     sensors: tuple[str, ...] = ()
-    kind: str = field(default="noise", init=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "factor", checked_range(self, "factor"))
@@ -221,16 +213,14 @@ def _names(names: Any) -> tuple[str, ...]:
 
 
 def _check_of(value: str, names: tuple[str, ...]) -> None:
-    if value not in names:
-        raise UnknownNameError("object of a randomization", value, names)
+    check_name("object of a randomization", value, names)
 
 
 def _uniform(limits: Range, rng: np.random.Generator) -> float:
     return float(rng.uniform(*limits))
 
 
-@registered("randomization")
-@dataclass(frozen=True)
+@registered("randomization", "appearance")
 class AppearanceRandomization(Randomization):
     """Factors on the colors of materials and on the brightness of everything. Depth and lidar do not change.
 
@@ -242,7 +232,6 @@ class AppearanceRandomization(Randomization):
     name: str = "appearance"
     tint: float = 0.2
     brightness: float = 0.3
-    kind: str = field(default="appearance", init=False)
 
     def __post_init__(self) -> None:
         positive(self, "tint", "brightness", zero=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -10,8 +10,8 @@ import numpy as np
 from gymnasium import spaces
 
 from labgym.envs.checks import MAX_METERS, count, finite, positive
-from labgym.envs.parts.noise import disturbed, noises
-from labgym.envs.parts.protocols import Noise, Reading, Sensor
+from labgym.envs.parts.noise import NoisySensor
+from labgym.envs.parts.protocols import Noise, Reading
 from labgym.envs.parts.registry import registered
 from labgym.envs.robot import ROBOT
 from labgym.envs.sensors import IMAGE_SHAPE, LIDAR_RAYS, RANGE, Camera, CameraView, Lidar
@@ -19,9 +19,8 @@ from labgym.envs.state import State
 from labgym.scenes.rays import Geometry
 
 
-@registered("sensor")
-@dataclass(frozen=True)
-class LidarSensor(Sensor):
+@registered("sensor", "lidar")
+class LidarSensor(NoisySensor):
     """A planar range finder, by default on the robot's axis: (rays,) float32, meters, clipped to `reach`.
 
     Ray i points -180 + 360 i / rays degrees from the heading, counter-clockwise: ray 0 points backwards, ray rays / 2
@@ -40,13 +39,12 @@ class LidarSensor(Sensor):
     forward: float = 0.0
     left: float = 0.0
     yaw: float = 0.0
-    kind: str = field(default="lidar", init=False)
 
     def __post_init__(self) -> None:
         count(self, "rays")
         positive(self, "reach", "height", most=MAX_METERS)
         finite(self, "forward", "left", "yaw")
-        noises(self)
+        super().__post_init__()
 
     @property
     def space(self) -> spaces.Space[Any]:
@@ -62,14 +60,13 @@ class LidarSensor(Sensor):
     def _lidar(self) -> Lidar:
         return Lidar(self.rays, self.reach, self.height, self.forward, self.left, self.yaw)
 
-    def reading(self, state: State, rng: np.random.Generator) -> Reading:
+    def measured(self, state: State) -> Reading:
         """Return the ranges."""
-        ranges = state.ranges(self._lidar)
-        return disturbed(ranges, self, state, rng) if self.noise else ranges
+        return state.ranges(self._lidar)
 
 
 @dataclass(frozen=True)
-class CameraSensor(Sensor):
+class CameraSensor(NoisySensor):
     """The place and the picture of a camera: a base of the sensors that look through it, level by default.
 
     Two sensors of equal camera share one cast of its rays.
@@ -98,7 +95,7 @@ class CameraSensor(Sensor):
         count(self, "rows", "columns")
         positive(self, "hfov", "reach", "height", most=MAX_METERS)
         finite(self, "forward", "left", "yaw", "pitch", "roll")
-        noises(self)
+        super().__post_init__()
 
     @property
     def sees(self) -> Geometry | None:
@@ -126,8 +123,7 @@ class CameraSensor(Sensor):
         return view
 
 
-@registered("sensor")
-@dataclass(frozen=True)
+@registered("sensor", "depth")
 class DepthSensor(CameraSensor):
     """Planar depth of a camera: (rows * columns,) float32, meters, clipped to `reach`.
 
@@ -136,34 +132,33 @@ class DepthSensor(CameraSensor):
     """
 
     name: str = "depth"
-    kind: str = field(default="depth", init=False)
 
     @property
     def space(self) -> spaces.Space[Any]:
         """Depth in [0, reach]."""
         return spaces.Box(0.0, self.reach, (self.rows * self.columns,), np.float32)
 
+    def measured(self, state: State) -> Reading:
+        """Return the depth image, (rows, columns)."""
+        return state.depth(self.camera) if state.compiled and self.camera.level else self._view(state).depth
+
     def reading(self, state: State, rng: np.random.Generator) -> Reading:
         """Return the depth image, flat."""
-        depth = state.depth(self.camera) if state.compiled and self.camera.level else self._view(state).depth
-        return (disturbed(depth, self, state, rng) if self.noise else depth).ravel()
+        return super().reading(state, rng).ravel()
 
 
-@registered("sensor")
-@dataclass(frozen=True)
+@registered("sensor", "rgb")
 class ColorSensor(CameraSensor):
     """The color image of a camera: (rows, columns, 3) uint8."""
 
     name: str = "rgb"
-    kind: str = field(default="rgb", init=False)
 
     @property
     def space(self) -> spaces.Space[Any]:
         """An 8-bit image."""
         return spaces.Box(0, 255, (self.rows, self.columns, 3), np.uint8)
 
-    def reading(self, state: State, rng: np.random.Generator) -> Reading:
+    def measured(self, state: State) -> Reading:
         """Return the color image."""
         view = self._view(state)
-        picture = state.rays("visual").color(view.faces, view.directions).reshape(self.rows, self.columns, 3)
-        return disturbed(picture, self, state, rng) if self.noise else picture
+        return state.rays("visual").color(view.faces, view.directions).reshape(self.rows, self.columns, 3)

@@ -1,8 +1,7 @@
 """Parts from plain data: the name of a kind, a table with its arguments, or a class of the user's own.
 
 `{"kind": "lidar", "rays": 90, "noise": [{"kind": "gaussian", "sigma": 0.03}]}` is a sensor; so is "lidar", and so is
-`{"kind": "module:Class", "argument": 1}`. Every part of ours has a field `kind`, so that `dataclasses.asdict` gives
-such a table. A part of ours registers itself under its kind; `catalog` imports all of them.
+`{"kind": "module:Class", "argument": 1}`. A part of ours registers itself under its kind; `catalog` imports all.
 """
 
 from __future__ import annotations
@@ -10,7 +9,8 @@ from __future__ import annotations
 import importlib
 import inspect
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any, TypeVar
+from dataclasses import dataclass, field
+from typing import Any, TypeVar, dataclass_transform
 
 from labgym.envs.parts.protocols import INTERFACES
 from labgym.errors import OptionError, UnknownArgumentError, UnknownNameError
@@ -19,15 +19,20 @@ Part = TypeVar("Part", bound=type[Any])
 _KINDS: dict[str, dict[str, type[Any]]] = {role: {} for role in INTERFACES}
 
 
-def registered(role: str) -> Callable[[Part], Part]:
-    """Return a decorator of dataclasses that makes each a part of a role, under the default of its field `kind`.
+@dataclass_transform(frozen_default=True, field_specifiers=(field,))
+def registered(role: str, kind: str, *, frozen: bool = True) -> Callable[[Part], Part]:
+    """Return a decorator that makes a class a dataclass, and a part of a role under a kind.
+
+    Its last field `kind`, which is no argument, has the kind, so that `dataclasses.asdict` gives a table for `part_of`.
 
     Args:
-        role: a key of `protocols.INTERFACES`.
+        role: a key of `protocols.INTERFACES`. frozen: whether its fields cannot be assigned.
     """
 
     def add(part_class: Part) -> Part:
-        _KINDS[role][part_class.__dataclass_fields__["kind"].default] = part_class
+        part_class.__annotations__ = {**inspect.get_annotations(part_class), "kind": "str"}
+        part_class.kind = field(default=kind, init=False)
+        _KINDS[role][kind] = dataclass(frozen=frozen)(part_class)
         return part_class
 
     return add

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,12 +16,11 @@ from labgym.counts import is_finite
 from labgym.envs.parts.protocols import RewardTerm
 from labgym.envs.parts.registry import registered
 from labgym.envs.state import State
-from labgym.errors import OptionError, UnknownNameError
+from labgym.errors import OptionError, check_name
 from labgym.navigation import METHODS, Method
 
 
-@registered("reward term")
-@dataclass
+@registered("reward term", "progress", frozen=False)
 class ProgressTerm(RewardTerm):
     """Meters by which the shortest path to the goal became shorter, for a disc of radius 0.30 m.
 
@@ -32,11 +31,9 @@ class ProgressTerm(RewardTerm):
     weight: float = 1.0
     method: Method = "grid"
     name: str = "progress"
-    kind: str = field(default="progress", init=False)
 
     def __post_init__(self) -> None:
-        if self.method not in METHODS:
-            raise UnknownNameError("distance_to_go", self.method, METHODS)
+        check_name("distance_to_go", self.method, METHODS)
 
     def reset(self, state: State) -> None:
         """Measure the way to the goal of the drive."""
@@ -50,71 +47,61 @@ class ProgressTerm(RewardTerm):
         return progress
 
 
-@registered("reward term")
-@dataclass(frozen=True)
+@registered("reward term", "success")
 class SuccessTerm(RewardTerm):
     """1 when a goal is reached, by the rules of the endings; once a drive."""
 
     weight: float = 10.0
     name: str = "success"
-    kind: str = field(default="success", init=False)
 
     def value(self, state: State) -> float:
         """Return 1 or 0."""
         return state.success
 
 
-@registered("reward term")
-@dataclass(frozen=True)
+@registered("reward term", "failure")
 class FailureTerm(RewardTerm):
     """1 when an ending gives the verdict "failure"."""
 
     weight: float = -10.0
     name: str = "failure"
-    kind: str = field(default="failure", init=False)
 
     def value(self, state: State) -> float:
         """Return 1 or 0."""
         return state.failed
 
 
-@registered("reward term")
-@dataclass(frozen=True)
+@registered("reward term", "collision")
 class CollisionTerm(RewardTerm):
     """1 if the robot touched something during the action."""
 
     weight: float = -0.1
     name: str = "collision"
-    kind: str = field(default="collision", init=False)
 
     def value(self, state: State) -> float:
         """Return 1 or 0."""
         return state.collision
 
 
-@registered("reward term")
-@dataclass(frozen=True)
+@registered("reward term", "time")
 class TimeTerm(RewardTerm):
     """1 per action."""
 
     weight: float = -0.01
     name: str = "time"
-    kind: str = field(default="time", init=False)
 
     def value(self, state: State) -> float:  # noqa: ARG002
         """Return 1."""
         return 1
 
 
-@registered("reward term")
-@dataclass(frozen=True)
+@registered("reward term", "clearance")
 class ClearanceTerm(RewardTerm):
     """How far the robot intrudes on a margin around furniture and walls: 1 at contact, 0 at `margin` meters or more."""
 
     weight: float = -0.1
     margin: float = 0.3
     name: str = "clearance"
-    kind: str = field(default="clearance", init=False)
 
     def value(self, state: State) -> float:
         """Return the share of the margin that is lost."""
@@ -122,8 +109,7 @@ class ClearanceTerm(RewardTerm):
         return share
 
 
-@registered("reward term")
-@dataclass(frozen=True)
+@registered("reward term", "function")
 class FunctionTerm(RewardTerm):
     """A term of the user's own.
 
@@ -136,7 +122,6 @@ class FunctionTerm(RewardTerm):
     name: str
     function: Callable[[State], float] | str
     weight: float = 1.0
-    kind: str = field(default="function", init=False)
 
     def __post_init__(self) -> None:
         if isinstance(self.function, str):

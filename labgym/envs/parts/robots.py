@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import fields, replace
 from typing import Any
 
 import mujoco
@@ -15,15 +15,14 @@ from labgym.envs.parts.registry import registered
 from labgym.envs.robot import BOTTOM, ROBOT, RobotSpec, robot_spec
 from labgym.envs.simulation import CHECK_INTERVAL
 from labgym.envs.wheels import CASTER_MASS, Wheels, wheeled_spec
-from labgym.errors import OptionError, UnknownNameError
+from labgym.errors import OptionError, check_name
 from labgym.navigation import OBSTACLE_HEIGHT, PLANNING_RADIUS
 
 HOLONOMIC = replace(ROBOT, v_side=0.5)
 """Dimensions and limits of the holonomic robot."""
 
 
-@registered("robot")
-@dataclass(frozen=True)
+@registered("robot", "differential")
 class DifferentialDrive(Robot):
     """A base that drives forward and turns, with grip sideways; by default the differential robot of `LabPointNav-v0`.
 
@@ -32,7 +31,6 @@ class DifferentialDrive(Robot):
     """
 
     size: RobotSpec = ROBOT
-    kind: str = field(default="differential", init=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "size", size_of(self.size))
@@ -55,8 +53,7 @@ class DifferentialDrive(Robot):
         return robot_spec(self.size)
 
 
-@registered("robot")
-@dataclass(frozen=True)
+@registered("robot", "holonomic")
 class HolonomicDrive(Robot):
     """A base that drives forward and sideways and turns, as one on mecanum wheels.
 
@@ -66,7 +63,6 @@ class HolonomicDrive(Robot):
     """
 
     size: RobotSpec = HOLONOMIC
-    kind: str = field(default="holonomic", init=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "size", size_of(self.size, HOLONOMIC))
@@ -154,8 +150,7 @@ WHEELS = Wheels()
 """Wheels and casters of that robot."""
 
 
-@registered("robot")
-@dataclass(frozen=True)
+@registered("robot", "wheels")
 class WheeledDrive(Robot):
     """A differential drive on two driven wheels and two sprung casters, with friction on the floor.
 
@@ -169,7 +164,6 @@ class WheeledDrive(Robot):
 
     size: RobotSpec = WHEELED
     wheels: Wheels = WHEELS
-    kind: str = field(default="wheels", init=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "size", size_of(self.size, WHEELED))
@@ -210,8 +204,7 @@ def wheels_of(value: Any) -> Wheels:
     if isinstance(value, Mapping):
         names = [each.name for each in fields(Wheels)]
         for name in value:
-            if name not in names:
-                raise UnknownNameError("dimension of the wheels", name, names)
+            check_name("dimension of the wheels", name, names)
         value = Wheels(**value)
     if not isinstance(value, Wheels):
         raise OptionError(f"wheels of the robot are a {type(value).__name__}, expected Wheels or a mapping")

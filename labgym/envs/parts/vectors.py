@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from gymnasium import spaces
 
 from labgym.envs.checks import MAX_METERS, positive
-from labgym.envs.parts.noise import disturbed, noises
+from labgym.envs.parts.noise import NoisySensor
 from labgym.envs.parts.protocols import Noise, Reading, Robot, Sensor
 from labgym.envs.parts.registry import parts_of, registered
 from labgym.envs.robot import ROBOT
 from labgym.envs.state import Pose, State
-from labgym.errors import OptionError, UnknownNameError
+from labgym.errors import OptionError, check_name
 from labgym.scenes.rays import Geometry
 
 if TYPE_CHECKING:
@@ -48,9 +47,8 @@ def polar(goal: Pose, pose: Pose, reach: float) -> Reading:
     return np.array([min(math.hypot(dx, dy), reach), math.cos(bearing), math.sin(bearing)], np.float32)
 
 
-@registered("sensor")
-@dataclass(frozen=True)
-class GoalSensor(Sensor):
+@registered("sensor", "goal")
+class GoalSensor(NoisySensor):
     """The goal in polar form, as the robot sees it: (3,) float32.
 
     Distance in meters, clipped to `reach`; cosine and sine of the bearing relative to the heading, counter-clockwise.
@@ -59,26 +57,23 @@ class GoalSensor(Sensor):
     name: str = "goal"
     reach: float = GOAL_RANGE
     noise: tuple[Noise, ...] = ()
-    kind: str = field(default="goal", init=False)
 
     def __post_init__(self) -> None:
         positive(self, "reach", most=MAX_METERS)
-        noises(self)
+        super().__post_init__()
 
     @property
     def space(self) -> spaces.Space[Any]:
         """Distance in [0, reach], cosine and sine in [-1, 1]."""
         return polar_space(self.reach)
 
-    def reading(self, state: State, rng: np.random.Generator) -> Reading:
+    def measured(self, state: State) -> Reading:
         """Return distance, cosine and sine."""
-        goal = polar(state.pair.goal, state.pose, self.reach)
-        return disturbed(goal, self, state, rng) if self.noise else goal
+        return polar(state.pair.goal, state.pose, self.reach)
 
 
-@registered("sensor")
-@dataclass(frozen=True)
-class VelocitySensor(Sensor):
+@registered("sensor", "velocity")
+class VelocitySensor(NoisySensor):
     """The velocity of the robot: (2,) float32, forward in m/s and turn rate in rad/s, counter-clockwise.
 
     With three limits, (3,): forward, to the left, and turn rate.
@@ -91,7 +86,6 @@ class VelocitySensor(Sensor):
     low: tuple[float, ...] = (ROBOT.v_min, -ROBOT.w_max)
     high: tuple[float, ...] = (ROBOT.v_max, ROBOT.w_max)
     noise: tuple[Noise, ...] = ()
-    kind: str = field(default="velocity", init=False)
 
     def __post_init__(self) -> None:
         for name in ("low", "high"):
@@ -103,7 +97,7 @@ class VelocitySensor(Sensor):
             object.__setattr__(self, name, limits)
         if len(self.low) not in (2, 3) or len(self.high) != len(self.low):
             raise OptionError("VelocitySensor: low and high need two or three components each")
-        noises(self)
+        super().__post_init__()
 
     @classmethod
     def of(cls, robot: Robot) -> VelocitySensor:
@@ -118,19 +112,16 @@ class VelocitySensor(Sensor):
         """The limits."""
         return spaces.Box(np.array(self.low, np.float32), np.array(self.high, np.float32))
 
-    def reading(self, state: State, rng: np.random.Generator) -> Reading:
+    def measured(self, state: State) -> Reading:
         """Return forward velocity and turn rate."""
         (v, w), low, high = state.velocity, self.low, self.high
         if len(low) == 3:
-            twist = np.clip((v, state.sideways, w), low, high).astype(np.float32)
-            return disturbed(twist, self, state, rng) if self.noise else twist
-        twist = np.array([min(max(v, low[0]), high[0]), min(max(w, low[1]), high[1])], np.float32)
-        return disturbed(twist, self, state, rng) if self.noise else twist
+            return np.clip((v, state.sideways, w), low, high).astype(np.float32)
+        return np.array([min(max(v, low[0]), high[0]), min(max(w, low[1]), high[1])], np.float32)
 
 
-@registered("sensor")
-@dataclass(frozen=True)
-class PoseSensor(Sensor):
+@registered("sensor", "pose")
+class PoseSensor(NoisySensor):
     """The pose of the robot in the room frame: (4,) float32, x and y in meters, cosine and sine of the yaw. Privileged.
 
     Attributes:
@@ -140,11 +131,10 @@ class PoseSensor(Sensor):
     name: str = "pose"
     reach: float = POSITION_RANGE
     noise: tuple[Noise, ...] = ()
-    kind: str = field(default="pose", init=False)
 
     def __post_init__(self) -> None:
         positive(self, "reach", most=MAX_METERS)
-        noises(self)
+        super().__post_init__()
 
     @property
     def space(self) -> spaces.Space[Any]:
@@ -152,14 +142,12 @@ class PoseSensor(Sensor):
         high = np.array([self.reach, self.reach, 1.0, 1.0], np.float32)
         return spaces.Box(-high, high)
 
-    def reading(self, state: State, rng: np.random.Generator) -> Reading:
+    def measured(self, state: State) -> Reading:
         """Return x, y, cosine and sine."""
-        pose = planar(state.pose, self.reach)
-        return disturbed(pose, self, state, rng) if self.noise else pose
+        return planar(state.pose, self.reach)
 
 
-@registered("sensor")
-@dataclass(frozen=True)
+@registered("sensor", "place")
 class PlaceSensor(Sensor):
     """A position in the room frame: (2,) float32, meters.
 
@@ -170,12 +158,10 @@ class PlaceSensor(Sensor):
     name: str = "achieved_goal"
     of: str = "robot"
     reach: float = POSITION_RANGE
-    kind: str = field(default="place", init=False)
 
     def __post_init__(self) -> None:
         positive(self, "reach", most=MAX_METERS)
-        if self.of not in ("robot", "goal"):
-            raise UnknownNameError("place", self.of, ("robot", "goal"))
+        check_name("place", self.of, ("robot", "goal"))
 
     @property
     def space(self) -> spaces.Space[Any]:
@@ -188,8 +174,7 @@ class PlaceSensor(Sensor):
         return np.array(_within(x, y, self.reach), np.float32)
 
 
-@registered("sensor")
-@dataclass(frozen=True)
+@registered("sensor", "joint")
 class JointSensor(Sensor):
     """The readings of several sensors as one float32 vector, one after the other.
 
@@ -199,7 +184,6 @@ class JointSensor(Sensor):
 
     name: str = "observation"
     sensors: tuple[Sensor, ...] = ()
-    kind: str = field(default="joint", init=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "sensors", parts_of(self.sensors, "sensor"))

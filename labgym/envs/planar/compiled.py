@@ -15,17 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.artefacts import user_cache
-from labgym.errors import MissingDependencyError
+from labgym.errors import optional_package
 
-try:
+with optional_package("numba", "the planar kernel (physics='planar')", "fast"):
     import numba
     from numba.core import cgutils
     from numba.extending import intrinsic
 
     from labgym import machine_code
     from labgym.machine_code import Function
-except ImportError as error:
-    raise MissingDependencyError("numba", "the planar kernel (physics='planar')", "fast") from error
 
 CONSTANTS = ("robot.py", "sensors.py", "simulation.py")
 """Files whose constants the compiled functions contain."""

@@ -19,10 +19,8 @@ from labgym.envs.planar.plan import CELL, Cells, Outlines, PlanarPlan
 from labgym.envs.planar.scene import Beams, lidar_beams, scan
 from labgym.envs.robot import ROBOT
 from labgym.envs.sensors import LIDAR_RAYS, RANGE
-from labgym.envs.simulation import CHECK_STEPS, Pose
-from labgym.geometry import wrap_angle
-
-Array = NDArray[np.float64]
+from labgym.envs.simulation import CHECK_STEPS, Pose, RobotMotion
+from labgym.geometry import Array
 
 
 class StepInputs(NamedTuple):
@@ -108,7 +106,7 @@ CHECK_INTERVAL = CHECK_STEPS * ROBOT.timestep
 """Time between two checks for contacts, seconds."""
 
 
-class PlanarSimulation:
+class PlanarSimulation(RobotMotion):
     """One robot in the plan of a scene; nothing else moves.
 
     Args:
@@ -174,10 +172,7 @@ class PlanarSimulation:
         return ranges
 
     def _read(self) -> None:
-        x, y, yaw, dx, dy, turn = self._state.tolist()
-        self.pose: Pose = (x, y, wrap_angle(yaw))
-        self.velocity: tuple[float, float] = (math.cos(yaw) * dx + math.sin(yaw) * dy, turn)
-        self.sideways: float = math.cos(yaw) * dy - math.sin(yaw) * dx
+        self._move(*self._state.tolist())
 
 
 @compiled

@@ -10,12 +10,10 @@ from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
 from labgym.envs.vector import vector_env
-from labgym.errors import MissingDependencyError
+from labgym.errors import optional_package
 
-try:
+with optional_package("stable-baselines3", "the adapter for stable-baselines3", "train"):
     from stable_baselines3.common.vec_env import VecEnv
-except ImportError as error:
-    raise MissingDependencyError("stable-baselines3", "the adapter for stable-baselines3", "train") from error
 
 
 class LabVecEnv(VecEnv):

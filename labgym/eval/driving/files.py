@@ -17,7 +17,7 @@ from pydantic import Field, ValidationError, model_validator
 
 from labgym.documents import Record, parse_json
 from labgym.errors import DocumentError
-from labgym.eval.driving.drive import DrivenEpisode, Route
+from labgym.eval.driving.drive import DrivenEpisode
 from labgym.eval.driving.episode_row import Count, Length, Pose, TransitionRow
 from labgym.policies.registry import FILES, is_class_place
 
@@ -142,11 +142,6 @@ def read_records(path: str | Path, kind: type[T]) -> dict[str, T]:
 def read_rows(path: str | Path) -> tuple[TransitionRow, ...]:
     """Return the rows of an `episodes.jsonl` of transitions, as `read_records`."""
     return tuple(read_records(path, TransitionRow).values())
-
-
-def read_routes(path: str | Path) -> dict[str, Route]:
-    """Return the routes in a `routes.jsonl`, by episode, as `read_records`."""
-    return {key: record.poses for key, record in read_records(path, EpisodeRoute).items()}
 
 
 def read_lines(path: Path, kind: type[T]) -> Lines[T]:

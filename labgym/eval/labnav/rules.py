@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from labgym.envs.labnav.task import LabNavTask
 from labgym.envs.robot import ROBOT
 from labgym.envs.state import Pose
-from labgym.errors import UnknownNameError
+from labgym.errors import check_name
 from labgym.eval.driving.episode_row import Ending
 from labgym.geometry import wrap_angle
 from labgym.policies.tracking import turn_towards
@@ -122,8 +122,7 @@ def ending_of(finish: Finish) -> Ending:
     Raises:
         UnknownNameError: no ending has the name of the rule.
     """
-    if finish.rule not in RULES:
-        raise UnknownNameError("ending of a drive", finish.rule, RULES)
+    check_name("ending of a drive", finish.rule, RULES)
     if finish.error is not None:
         return "error"
     if finish.rule == "contact":

@@ -18,7 +18,7 @@ from labgym.envs.labnav.episodes import (
 )
 from labgym.envs.labnav.task import SECONDS
 from labgym.envs.labnav.tasks import FIGURE_TASKS, HEADLINE, TASKS
-from labgym.errors import DocumentError, OptionError, UnknownNameError
+from labgym.errors import DocumentError, OptionError, UnknownNameError, check_name
 from labgym.json_stream import MAX_STREAM_BYTES
 from labgym.layouts import Layout
 
@@ -113,8 +113,7 @@ def load_labnav(name: str) -> LabNavSuite:
         UnknownNameError: there is no such suite, or its episodes are not published.
         DocumentError: its file is broken.
     """
-    if name not in suite_names():
-        raise UnknownNameError("suite", name, suite_names())
+    check_name("suite", name, suite_names())
     development = name.startswith(VAL) or name == MINI
     if name in (PREFIX, FIRST, MINI, CHECK, VAL):
         prefix = VAL if development else PREFIX

@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from labgym.documents import Record
-from labgym.errors import OptionError, UnknownNameError
+from labgym.errors import OptionError, check_name
 from labgym.llm.prompting import Prompt, load_prompt
 
 Mode = Literal["strict", "medium", "lenient"]
@@ -116,8 +116,7 @@ class JudgeOptions:
     samples: int = SAMPLES
 
     def __post_init__(self) -> None:
-        if self.mode not in MODES:
-            raise UnknownNameError("mode of the judge", self.mode, MODES)
+        check_name("mode of the judge", self.mode, MODES)
         if not 1 <= self.samples <= MAX_SAMPLES:
             raise OptionError(f"samples is {self.samples}: the judge gives 1 to {MAX_SAMPLES} answers about a layout")
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.documents import Document, json_bytes
-from labgym.errors import OptionError, UnknownNameError
+from labgym.errors import OptionError, check_name
 from labgym.eval.variety.figures import BLIND_FLOORS, GroupFigures, group_figures
 from labgym.eval.variety.rows import DriveRow, FloorRow, drive_blind, survey
 from labgym.eval.variety.sketch import FloorSketch
@@ -152,8 +152,7 @@ def describe_splits(
         LabgymError: workers died.
     """
     for split in splits:
-        if split not in FIRST_SEEDS:
-            raise UnknownNameError("split of floors", split, FIRST_SEEDS)
+        check_name("split of floors", split, FIRST_SEEDS)
     if published:
         floors, seed = _published_floors(splits), None
     seeds = seed or 0, 0, LAST_DEVELOPMENT_SEED

@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterable
 from types import ModuleType
 
-from labgym.errors import MissingDependencyError
+from labgym.errors import optional_package
 
 WALLS = "A-WALL"
 WALL_FILL = "A-WALL-PATT"
@@ -87,9 +87,7 @@ def load_ezdxf() -> ModuleType:
     Raises:
         MissingDependencyError: ezdxf is not installed.
     """
-    try:
+    with optional_package("ezdxf", "a DXF drawing", "cad"):
         import ezdxf
-    except ImportError:
-        raise MissingDependencyError("ezdxf", "a DXF drawing", "cad") from None
     logging.getLogger("ezdxf").setLevel(logging.CRITICAL)
     return ezdxf

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
+from labgym.geometry import Array, BoxArray, OrientedBox, pairwise_penetration
 from labgym.layouts.floor.doorways import Doorway
 from labgym.layouts.floor.spaces import CONTACT, OUTSIDE, Space
 from labgym.layouts.floor.walls import Wall
@@ -112,8 +111,6 @@ GAP = 0.10
 """Longest part of an edge without a wall, meters: the ends of the steps of a region along an oblique wall have none."""
 THIN = 0.015
 """Two spaces that are nearer than this have no wall between them, meters."""
-
-Array = NDArray[np.float64]
 
 
 def check_enclosed(spaces: Sequence[Space], walls: Sequence[OrientedBox]) -> None:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from labgym.documents import Record
-from labgym.geometry import OrientedBox, to_local, to_world
+from labgym.geometry import Array, OrientedBox, to_local, to_world
 from labgym.geometry.frames import PlanarPose
 from labgym.layouts.floor.fields import Angle, Coordinate, Growing, Height, Identifier
 
@@ -19,8 +19,6 @@ NARROWEST = 0.05
 """Least side of a rectangle of a region, meters."""
 CONTACT = 1e-3
 """Rectangles of a region that are nearer than this are joined, meters."""
-
-Array = NDArray[np.float64]
 Extent = Annotated[float, Field(ge=0.05, le=100.0)]
 
 

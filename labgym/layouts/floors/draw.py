@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from labgym.counts import MAX_SEED, is_whole, whole_number
-from labgym.errors import InfeasibleError, OptionError, UnknownNameError
+from labgym.errors import InfeasibleError, OptionError, check_name
 from labgym.layouts.floors.bay import BayRanges, EllRanges, bay, ell
 from labgym.layouts.floors.building import FloorDraw, named
 from labgym.layouts.floors.double import DoubleRanges, double
@@ -65,8 +65,7 @@ def draw_floor(family: str, seed: int, **ranges: Any) -> FloorDraw:
         OptionError: a seed or a range that is not valid.
         InfeasibleError: the rules of the family refuse every draw from these ranges.
     """
-    if family not in FAMILIES:
-        raise UnknownNameError("family of floors", family, FAMILIES)
+    check_name("family of floors", family, FAMILIES)
     seed = whole_number("seed", seed, 0, MAX_SEED)
     entry = FAMILIES[family]
     limits = with_limits(entry.ranges, family, ranges)
@@ -137,8 +136,7 @@ def population_of(split: str, index: int) -> Population:
         UnknownNameError: there is no such split.
         OptionError: the index is negative.
     """
-    if split not in SPLITS:
-        raise UnknownNameError("split of floors", split, SPLITS)
+    check_name("split of floors", split, SPLITS)
     if not is_whole(index) or index < 0:
         raise OptionError(f"index of a floor in split {split!r} is {index!r}, expected a whole number of at least 0")
     populations = SPLITS[split]

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.geometry import OrientedBox
+from labgym.geometry import Array, OrientedBox
 from labgym.layouts.ground.ground import Ground, grounds
 from labgym.layouts.model import Layout
 from labgym.layouts.placement import FLOOR
@@ -30,8 +30,6 @@ EMERGENCY_PLACE = 0.5
 """Distance from emergency equipment of the place that a way passes, meters: from the way, an arm reaches it (0.8 m)."""
 REACH = 0.6
 """Clearances are measured up to this value, meters."""
-
-Array = NDArray[np.float64]
 
 
 class WideWays:

@@ -10,7 +10,7 @@ from itertools import combinations, pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
+from labgym.geometry import Array, BoxArray, OrientedBox, pairwise_penetration
 from labgym.geometry import distance as gap_between
 from labgym.layouts.brief import Unit
 from labgym.layouts.floor.fields import HOOD_DOOR_LEAST
@@ -36,8 +36,6 @@ TRAFFIC_WIDTH, SASH_TRAFFIC = 0.7, 1.0
 EPSILON = 1e-6
 ASIDE = 1e-3
 """Angle to the frame's axes above which a box counts as oblique, radians."""
-
-Array = NDArray[np.float64]
 Intervals = list[tuple[float, float]]
 Distances = Iterable[tuple[OrientedBox, float]]
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.assets import Asset
-from labgym.errors import LabgymError, UnknownNameError
+from labgym.errors import LabgymError, check_name
 from labgym.geometry import BoxArray, OrientedBox, rotate
 from labgym.layouts.model import Layout
 from labgym.layouts.placement import FLOOR, WALL, PartStates, Placement, placed_box
@@ -252,8 +252,7 @@ class Arrangement:
         Raises:
             UnknownNameError: no object has that id.
         """
-        if placement_id not in self.index:
-            raise UnknownNameError("placement", placement_id, self.index)
+        check_name("placement", placement_id, self.index)
         return self.index[placement_id]
 
 

@@ -8,9 +8,7 @@ from collections.abc import Collection, Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.geometry import OrientedBox
-
-Array = NDArray[np.float64]
+from labgym.geometry import Array, OrientedBox
 
 
 def lower_to_boxes(values: Array, xs: Array, ys: Array, boxes: Iterable[OrientedBox], reach: float) -> None:

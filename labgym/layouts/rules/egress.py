@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.geometry import OrientedBox
+from labgym.geometry import Array, OrientedBox
 from labgym.layouts.floor import Floor
 from labgym.layouts.floor.solids import leaf
 from labgym.layouts.placement import FLOOR, WALL
@@ -38,8 +38,6 @@ REACH = 0.30
 may stand in a niche between deeper pieces."""
 WIDEST = 1.2
 """Widths are measured up to this value, meters."""
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from labgym.errors import UnknownNameError
+from labgym.errors import check_name
 from labgym.layouts.floor.fields import CALIFORNIA, NFPA_45
 
 Severity = Literal["warning", "error"]
@@ -163,6 +163,5 @@ def profile(name: str | Profile) -> Profile:
     """
     if isinstance(name, Profile):
         return name
-    if name not in PROFILES:
-        raise UnknownNameError("profile", name, PROFILES)
+    check_name("profile", name, PROFILES)
     return PROFILES[name]

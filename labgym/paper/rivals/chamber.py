@@ -10,13 +10,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
+from labgym.geometry import Array, BoxArray, OrientedBox, pairwise_penetration
 from labgym.layouts.floor import Space
 from labgym.layouts.ground import Ground
 from labgym.layouts.placement import FLOOR
 from labgym.layouts.request import Request
 
-Array = NDArray[np.float64]
 Pose = tuple[float, float, float]
 
 DOOR_DEPTH = 1.0

@@ -12,7 +12,7 @@ import torch
 from numpy.typing import NDArray
 
 from labgym.envs.sensors import IMAGE_SHAPE, LIDAR_RAYS
-from labgym.errors import OptionError, UnknownNameError
+from labgym.errors import OptionError, check_name
 from labgym.policies.adapters.actor_file import Perceptron
 from labgym.policies.adapters.inputs import checked_action, near_goal, sensors_for
 from labgym.policies.policy import EpisodeStart, Observation, Policy, Sensors
@@ -90,8 +90,7 @@ def check_actor(actor: Perceptron, source: str) -> Sensors:
     """
     inputs = actor.header.inputs
     for name in inputs:
-        if name not in SIZES:
-            raise UnknownNameError(f"{source}: input of the model", name, SIZES)
+        check_name(f"{source}: input of the model", name, SIZES)
         if name in actor.statistics and len(actor.statistics[name][0]) != SIZES[name]:
             raise OptionError(f"{source}: statistics of {name} have length {len(actor.statistics[name][0])}")
     ends = actor.layers[0][0].shape[1], actor.layers[-1][0].shape[0]

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from labgym.artefacts import artefacts
 from labgym.envs.sensors import IMAGE_SHAPE
-from labgym.errors import LabgymError, OptionError, UnknownNameError
+from labgym.errors import LabgymError, OptionError, check_name
 from labgym.policies.policy import Observation, Sensors
 
 SHAPES: dict[str, tuple[int, ...]] = {
@@ -53,8 +53,7 @@ class Inputs:
         self.names = tuple(names)
         self._observed = tuple(renamed.get(name, name) for name in names)
         for name in self._observed:
-            if name not in SHAPES:
-                raise UnknownNameError(f"{source}: observation of an input", name, SHAPES)
+            check_name(f"{source}: observation of an input", name, SHAPES)
         self.sensors = sensors_for(self._observed, source)
 
     def arrays(self, observation: Observation) -> list[NDArray[np.float32]]:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.documents import read_bytes
-from labgym.errors import DocumentError, LabgymError, MissingDependencyError
+from labgym.errors import DocumentError, LabgymError, optional_package
 from labgym.policies.adapters.inputs import Inputs, checked_action, checked_file
 from labgym.policies.policy import EpisodeStart, Observation, Policy
 from labgym.protobuf import sized_fields
@@ -132,10 +132,8 @@ class OnnxPolicy(Policy):
     name: ClassVar[str] = "onnx"
 
     def __init__(self, path: str | Path, inputs: Mapping[str, str] | None = None) -> None:
-        try:
+        with optional_package("onnxruntime", f"policy {str(path)!r}", "onnx"):
             import onnxruntime
-        except ImportError:
-            raise MissingDependencyError("onnxruntime", f"policy {str(path)!r}", "onnx") from None
         self._path, self._renamed = checked_file(path), dict(inputs or {})
         self._files = graph_files(self._path)
         options = onnxruntime.SessionOptions()

@@ -11,7 +11,12 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from labgym.envs.sensors import IMAGE_SHAPE, LIDAR_RAYS
-from labgym.errors import LabgymError, MissingDependencyError, OptionError, UnknownNameError
+from labgym.errors import (
+    LabgymError,
+    OptionError,
+    check_name,
+    optional_package,
+)
 from labgym.policies.adapters.inputs import check_archive, check_trust, checked_action, checked_file, sensors_for
 from labgym.policies.policy import EpisodeStart, Observation, Policy, Sensors
 
@@ -57,8 +62,7 @@ class StableBaselines3Policy(Policy):
     def __init__(
         self, path: str | Path, algorithm: str = "PPO", trust: bool = False, deterministic: bool = True
     ) -> None:
-        if algorithm not in ALGORITHMS:
-            raise UnknownNameError("stable-baselines3 algorithm", algorithm, ALGORITHMS)
+        check_name("stable-baselines3 algorithm", algorithm, ALGORITHMS)
         self._path = checked_file(path)
         check_trust(self._path, trust, "stable-baselines3 archive", "stable-baselines3 unpickles parts of it")
         check_archive(self._path)
@@ -100,10 +104,8 @@ class StableBaselines3Policy(Policy):
 
 
 def _load(path: Path, algorithm: str) -> Any:
-    try:
+    with optional_package("stable-baselines3", f"policy {str(path)!r}", "train"):
         import stable_baselines3
-    except ImportError:
-        raise MissingDependencyError("stable-baselines3", f"policy {str(path)!r}", "train") from None
     try:
         return getattr(stable_baselines3, algorithm).load(path, device="cpu")
     except Exception as error:
@@ -115,8 +117,7 @@ def _keys(space: spaces.Space[Any], source: str) -> tuple[tuple[str, ...], bool]
     """Return the observations that a model takes and whether it takes them as one vector."""
     if isinstance(space, spaces.Dict):
         for key, part in space.spaces.items():
-            if key not in SHAPES:
-                raise UnknownNameError(f"{source}: observation of the model", key, SHAPES)
+            check_name(f"{source}: observation of the model", key, SHAPES)
             if part.shape not in SHAPES[key]:
                 raise OptionError(f"{source}: {key} has shape {part.shape}, expected {SHAPES[key][0]}")
         return tuple(space.spaces), False

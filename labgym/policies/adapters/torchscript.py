@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.errors import LabgymError, MissingDependencyError
+from labgym.errors import LabgymError, optional_package
 from labgym.policies.adapters.inputs import Inputs, check_archive, check_trust, checked_action, checked_file
 from labgym.policies.policy import EpisodeStart, Observation, Policy
 
@@ -44,10 +44,8 @@ class TorchScriptPolicy(Policy):
     name: ClassVar[str] = "torchscript"
 
     def __init__(self, path: str | Path, inputs: Mapping[str, str] | None = None, trust: bool = False) -> None:
-        try:
+        with optional_package("torch", f"policy {str(path)!r}", "train"):
             import torch
-        except ImportError:
-            raise MissingDependencyError("torch", f"policy {str(path)!r}", "train") from None
         self._path, self._renamed = checked_file(path), dict(inputs or {})
         check_trust(self._path, trust, "TorchScript file", "its program has operators that open files")
         _check_operators(self._path)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from labgym.envs.sensors import IMAGE_SHAPE
-from labgym.errors import LabgymError, MissingDependencyError
+from labgym.errors import LabgymError, optional_package
 from labgym.policies.data.maps import Maps
 from labgym.policies.data.situations import FRAME_PERIOD_S, PATH_POINTS, DriveFrame
 
@@ -33,11 +33,9 @@ def arrow() -> Any:
     Raises:
         MissingDependencyError: it is not installed.
     """
-    try:
+    with optional_package("pyarrow", "making and reading datasets", "data"):
         import pyarrow as pa
         import pyarrow.parquet
-    except ImportError:
-        raise MissingDependencyError("pyarrow", "making and reading datasets", "data") from None
     del pyarrow
     return pa
 

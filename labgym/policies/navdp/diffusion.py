@@ -13,7 +13,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from labgym.errors import MissingDependencyError
+from labgym.errors import optional_package
 from labgym.geometry import Array, to_world
 from labgym.navigation import Pose
 from labgym.policies.distance_field import DistanceField
@@ -130,12 +130,9 @@ def make_schedule(options: DiffusionOptions) -> Any:
     Raises:
         MissingDependencyError: diffusers is not installed.
     """
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            from diffusers.schedulers.scheduling_ddpm import DDPMScheduler
-    except ImportError:
-        raise MissingDependencyError("diffusers", "policy 'navdp'", "train") from None
+    with optional_package("diffusers", "policy 'navdp'", "train"), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        from diffusers.schedulers.scheduling_ddpm import DDPMScheduler
     return DDPMScheduler(
         num_train_timesteps=options.steps,
         beta_schedule="squaredcos_cap_v2",

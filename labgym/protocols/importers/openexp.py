@@ -77,7 +77,6 @@ _QUANTITIES = re.compile(r"^(?P<name>.*\S) \((?P<amount>[^()]{1,200})\)$")
 _PORTIONS = re.compile(r"^(?P<rest>.*\S) (?P<count>\d{1,3}) x$")
 _MOLECULE, _TEMPERATURE, _DURATION = re.compile(r"\$-?\d+\$"), re.compile(r"#\d+#"), re.compile(r"@\d+@")
 _PH = re.compile(r"-?\d{1,2}(?:\.\d+)?")
-_PRODUCT = "$-1$"
 _SOLUTION = "SLN"
 
 

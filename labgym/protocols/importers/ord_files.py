@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from labgym.documents import load_json, read_bytes
-from labgym.errors import DocumentError, MissingDependencyError
+from labgym.errors import DocumentError, optional_package
 from labgym.protobuf import sized_fields
 from labgym.protocols.importers.ord_messages import messages
 from labgym.protocols.importers.records import UnreadableError, one_line
@@ -217,11 +217,9 @@ def _blocks(path: Path, content: bytes) -> tuple[list[bytes], bytes]:
 
 
 def _parquet(path: Path) -> Iterator[Parse]:
-    try:
+    with optional_package("pyarrow", "reading Parquet datasets", "ord"):
         import pyarrow
         import pyarrow.parquet
-    except ImportError:
-        raise MissingDependencyError("pyarrow", "reading Parquet datasets", "ord") from None
     try:
         table = pyarrow.parquet.ParquetFile(path)
         groups = [table.metadata.row_group(index) for index in range(table.metadata.num_row_groups)]

@@ -9,7 +9,7 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import Any
 
-from labgym.errors import MissingDependencyError
+from labgym.errors import optional_package
 
 _ENUMS: dict[str, str] = {
     "ReactionIdentifierType": "UNSPECIFIED CUSTOM REACTION_SMILES RDFILE RINCHI REACTION_TYPE REACTION_CXSMILES",
@@ -93,10 +93,8 @@ def messages() -> tuple[Any, Any]:
     Raises:
         MissingDependencyError: protobuf is not installed.
     """
-    try:
+    with optional_package("protobuf", "reading Open Reaction Database files", "ord"):
         from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
-    except ImportError:
-        raise MissingDependencyError("protobuf", "reading Open Reaction Database files", "ord") from None
     file = descriptor_pb2.FileDescriptorProto(name="labgym/ord.proto", package=_PACKAGE, syntax="proto2")
     for name, values in _ENUMS.items():
         # Values of all enumerations in a scope must differ, so each enumeration is inside its own message.

@@ -39,7 +39,6 @@ _TO = re.compile(r"\s(?:in)?to\s", re.IGNORECASE)
 _WITH = re.compile(r"\swith\s", re.IGNORECASE)
 _TO_FIRST = re.compile(r"^\W*(?:in)?to\s", re.IGNORECASE)
 _ADD_ZH = re.compile(r"滴加|滴入|加入|加到|加至|添加|通入|倒入")
-_INTO_ZH = re.compile(r"^(?:到|至|入|于)|^[^，。；]{0,40}?(?:中|里|溶液)$")
 _IN_ZH = re.compile(r"^[\s]*(?:向|往|在)")
 
 

@@ -115,9 +115,6 @@ _HAN = (
     "甲乙丙丁戊己庚辛壬癸苯酚酸醇酮醛胺酯醚烷烯炔腈酐氯溴碘氟硝羟氨对间邻叔异正仲环三四硫磷钠钾锂钙镁铝铁铜锌银汞铅锡"
     "氢氧氮杂噻吩呋喃吡啶咪唑喹啉吗萘蒽芴肼脲胍肟"
 )
-_HAN_NAME = re.compile(
-    rf"[{_HAN}二基化代亚次过高酰并]{{1,12}}[酸醇酮醛胺酯醚烷烯炔腈酐酚苯钠钾锂氯溴碘啶唑啉喃吩萘肼脲肟]"
-)
 
 
 def unlisted(text: str, mentioned: Sequence[Mention]) -> tuple[tuple[int, int], ...]:

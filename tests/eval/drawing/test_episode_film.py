@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from labnav_suites import draw_suite
 
-from labgym.envs.labnav.drawing import draw_suite
 from labgym.eval.drawing.episode_film import HOLD, FilmPanel, episode_film
 from labgym.eval.drawing.episode_plan import PERSON, ROBOT_COLOR, UNSEEING, dense, nose, people_of, route_of
 from labgym.eval.labnav.replay import drive_again

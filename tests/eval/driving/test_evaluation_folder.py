@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from episode_rows import read_routes
 from laboratories import small_laboratory
 from notebook_policies import notebook_policy
 
@@ -16,7 +17,7 @@ from labgym.assets import Catalog
 from labgym.cli import main
 from labgym.errors import DocumentError, OptionError
 from labgym.eval.driving.evaluation import TransitionEvaluation
-from labgym.eval.driving.files import default_folder, read_routes, read_rows, short_name
+from labgym.eval.driving.files import default_folder, read_rows, short_name
 from labgym.eval.evaluator import evaluate
 from labgym.eval.reports.results import ResultsFolder
 from labgym.layouts import Layout

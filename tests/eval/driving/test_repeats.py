@@ -8,6 +8,7 @@ import math
 import numpy as np
 import pytest
 import shapely
+from episode_rows import read_routes
 from laboratories import put, small_laboratory
 
 from labgym.cli.app import main
@@ -15,7 +16,7 @@ from labgym.errors import OptionError
 from labgym.eval.driving.assignments import assignment_between, assignments, episode_keys, jittered_start
 from labgym.eval.driving.drive import drive_layout, drive_pair
 from labgym.eval.driving.episode_row import TransitionRow
-from labgym.eval.driving.files import read_routes, read_rows
+from labgym.eval.driving.files import read_rows
 from labgym.eval.evaluator import evaluate
 from labgym.geometry import wrap_angle
 from labgym.layouts import Layout

@@ -7,12 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from episode_rows import read_routes
 from laboratories import small_laboratory
 
 from labgym.errors import LabgymError, OptionError, UnknownNameError
 from labgym.eval.driving.drive import drive_layout, drive_pair
 from labgym.eval.driving.evaluation import TransitionEvaluation
-from labgym.eval.driving.files import read_routes, read_rows
+from labgym.eval.driving.files import read_rows
 from labgym.eval.evaluator import evaluate
 from labgym.geometry import rotate
 from labgym.layouts import Layout

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
+from labnav_suites import draw_suite
 
-from labgym.envs.labnav.drawing import draw_suite
 from labgym.envs.labnav.task import TASKS, LabNavTask, Level, register, spl
 from labgym.envs.labnav.tasks import FIGURE_TASKS, task_of
 from labgym.errors import LabgymError, UnknownNameError

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from labnav_suites import draw_suite
 
-from labgym.envs.labnav.drawing import draw_suite
 from labgym.envs.labnav.nuisances import prepared
 from labgym.envs.robot import ROBOT
 from labgym.eval.drawing.episode_plan import people_of

@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 
 import pytest
+from labnav_suites import draw_suite
 
 from labgym.cli import main
-from labgym.envs.labnav.drawing import draw_suite
 from labgym.envs.labnav.episodes import Draws, LabNavEpisodes
 from labgym.errors import LabgymError
 from labgym.eval.labnav import publication

@@ -8,9 +8,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from labnav_suites import draw_suite
 
 from labgym.cli import main
-from labgym.envs.labnav.drawing import draw_suite
 from labgym.envs.labnav.necks import RADII
 from labgym.errors import DocumentError, LabgymError, OptionError, UnknownNameError
 from labgym.eval.evaluator import evaluate

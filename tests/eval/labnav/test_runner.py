@@ -7,11 +7,11 @@ import os
 
 import numpy as np
 import pytest
+from labnav_suites import draw_suite
 from laboratories import island_laboratory
 
 from labgym.cli.evaluation import eval_
 from labgym.cli.evaluation import report as report_
-from labgym.envs.labnav.drawing import draw_suite
 from labgym.envs.labnav.episodes import suite_file
 from labgym.envs.tasks import resolve_layouts
 from labgym.errors import LabgymError, OptionError, UnknownNameError

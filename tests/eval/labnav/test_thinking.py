@@ -8,10 +8,10 @@ import time
 
 import numpy as np
 import pytest
+from labnav_suites import draw_suite
 from signed_folders import SignedFolder
 
 from labgym.cli import main
-from labgym.envs.labnav.drawing import draw_suite
 from labgym.errors import DocumentError, OptionError
 from labgym.eval.driving.files import EpisodeTime
 from labgym.eval.evaluator import evaluate

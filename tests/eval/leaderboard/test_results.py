@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 from labnav_folders import write_folder
+from labnav_suites import draw_suite
 
 from labgym.cli import main
-from labgym.envs.labnav.drawing import draw_suite
 from labgym.envs.labnav.tasks import FIGURE_TASKS
 from labgym.errors import DocumentError, OptionError
 from labgym.eval.driving.episode_row import LabNavRow

@@ -6,9 +6,9 @@ import shutil
 
 import pytest
 from labnav_submissions import LabNavFolder
+from labnav_suites import draw_suite
 
 from labgym.cli import main
-from labgym.envs.labnav.drawing import draw_suite
 from labgym.eval.evaluator import evaluate
 from labgym.eval.labnav.suites import LabNavSuite
 from labgym.eval.submission.check import check_submission

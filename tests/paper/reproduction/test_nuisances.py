@@ -6,10 +6,10 @@ import json
 
 import numpy as np
 import pytest
+from labnav_suites import draw_suite
 from laboratories import island_laboratory
 
 from labgym.cli import main
-from labgym.envs.labnav.drawing import draw_suite
 from labgym.envs.labnav.episodes import LabNavEpisode, LabNavEpisodes
 from labgym.envs.labnav.task import timed
 from labgym.errors import UnknownNameError

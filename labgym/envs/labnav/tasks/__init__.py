@@ -13,7 +13,7 @@ from labgym.envs.config import PointNavConfig
 from labgym.envs.labnav.task import TASKS, LabNavTask, Level
 from labgym.envs.parts.actions import SlippingActions
 from labgym.envs.parts.measures import EXTENDED
-from labgym.errors import UnknownNameError
+from labgym.errors import UnknownNameError, check_name
 
 __all__ = ["FIGURE_TASKS", "HEADLINE", "TASKS", "TaskName", "condition_names", "config_of", "task_of"]
 
@@ -35,8 +35,7 @@ def task_of(name: str) -> LabNavTask:
     Raises:
         UnknownNameError: no task has that name.
     """
-    if name not in TASKS:
-        raise UnknownNameError("LabNav task", name, TASKS)
+    check_name("LabNav task", name, TASKS)
     return TASKS[name]
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from labgym.errors import UnknownNameError
+from labgym.errors import check_name
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.regulations import china, europe, united_states
 from labgym.layouts.rules.regulations.clause import LegalClause, Ruling
@@ -34,8 +34,7 @@ def rulings(arrangement: Arrangement, name: str, premises: Premises | None = Non
     Raises:
         UnknownNameError: no profile has that name.
     """
-    if name not in REGULATIONS:
-        raise UnknownNameError("regulation profile", name, REGULATIONS)
+    check_name("regulation profile", name, REGULATIONS)
     measured = Premises(arrangement) if premises is None else premises
     return tuple(clause.rule(measured) for clause in REGULATIONS[name])
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import Literal
 
 from labgym.assets import Asset
@@ -61,11 +60,6 @@ def fire_classes(asset: Asset) -> frozenset[FireClass]:
         if asset.hazards.active_metal or pyrophoric(asset) or not BURNING_METALS.isdisjoint(groups):
             classes.add("D")
     return frozenset(classes)
-
-
-def required_extinguishers(reagents: Iterable[Asset]) -> frozenset[FireClass]:
-    """Return the classes of extinguishers that reagents and cylinders call for."""
-    return frozenset[FireClass]().union(*(fire_classes(reagent) for reagent in reagents))
 
 
 def detected_gas(asset: Asset) -> GasDensity | None:

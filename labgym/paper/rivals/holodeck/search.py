@@ -13,7 +13,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.paper.rivals.chamber import Array, Chamber, footprints
+from labgym.geometry import Array
+from labgym.paper.rivals.chamber import Chamber, footprints
 from labgym.paper.rivals.holodeck.vocabulary import (
     EDGE_SCORE,
     FREE_SCORE,
