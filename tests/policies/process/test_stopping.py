@@ -123,7 +123,7 @@ def test_task_heading_and_beaker_reach_the_policy(processes):
     ],
 )
 def test_a_policy_that_stops_wrongly_fails_with_a_reason(processes, way, reason):
-    process = processes(Broken(way), limits=ProcessLimits(call_seconds=1.0 if way == "sleeps" else 20.0))
+    process = processes(Broken(way), limits=ProcessLimits(call_seconds=1.0 if way == "sleeps" else 120.0))
     process.reset(start())
     with pytest.raises(PolicyError, match=reason):
         process.decide({})
