@@ -6,6 +6,7 @@ import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -130,11 +131,14 @@ def test_moments_hold_the_sensors_of_the_pose(driven: Callable[..., TransitionDr
     assert moment.record()["pose"] == pytest.approx((x, y, yaw), abs=1e-4)
 
 
-def test_a_key_that_is_not_repeated_is_up_again() -> None:
+def test_a_key_that_is_not_repeated_is_up_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = [10.0]
+    monkeypatch.setattr("labgym.viewer.console.time", SimpleNamespace(monotonic=lambda: now[0]))
     console = Console()
     console.command(Command(forward=1.0, turn=-0.5))
+    now[0] += KEY_LIFE_S - 0.05
     assert console.action == (1.0, -0.5)
-    time.sleep(KEY_LIFE_S + 0.05)
+    now[0] += 0.1
     assert console.action == (0.0, 0.0)
 
 

@@ -138,6 +138,7 @@ def test_the_next_goal_of_an_episode_that_has_ended_is_refused(processes):
         process.next_goal(start())
 
 
+@pytest.mark.cases(3)
 @pytest.mark.parametrize("latency", [-0.1, float("nan"), float("inf"), 11.0, "fast", True])
 def test_a_latency_that_is_none_is_refused(latency):
     policy = Plain()
