@@ -20,7 +20,9 @@ LAYOUT = "val-fgt_04"
 HIDE = """
 import importlib.metadata as metadata, importlib.util as util, json, os, sys
 from pathlib import Path
-import labgym.cli.app, labgym.envs.tasks, labgym.policies
+import labgym.cli.app, labgym.envs.tasks, labgym.eval.evaluator, labgym.policies
+for name in [name for name in sys.modules if name.partition(".")[0] == "yaml"]:
+    del sys.modules[name]  # numba has looked for it
 found, installed = util.find_spec, metadata.distribution
 def run(plan):
     modules, distributions = map(set, plan["hide"])
