@@ -126,7 +126,7 @@ def model_at(loopback: Loopback, waits: list[float]) -> Callable[..., LanguageMo
     """Return a maker of clients of the loopback server."""
 
     def make(**fields: Any) -> LanguageModel:
-        given = {"base_url": loopback.url, "model": "test-model", "api_key": KEY, "timeout": 5.0} | fields
+        given = {"base_url": loopback.url, "model": "test-model", "api_key": KEY, "timeout": 60.0} | fields
         return LanguageModel(LanguageModelConfig.model_validate(given), sleep=waits.append)
 
     return make

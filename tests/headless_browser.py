@@ -45,7 +45,7 @@ class Tab:
         self._number += 1
         self._socket.send(json.dumps({"id": self._number, "method": method, "params": parameters}))
         while True:
-            message = json.loads(self._socket.recv(timeout=60))
+            message = json.loads(self._socket.recv(timeout=300))
             if message.get("method") == "Runtime.exceptionThrown":
                 self.errors.append(str(message["params"]["exceptionDetails"].get("exception", {}).get("description")))
             if message.get("method") == "Log.entryAdded" and message["params"]["entry"]["level"] == "error":
@@ -91,11 +91,11 @@ def browser(folder: Path) -> Iterator[Tab]:
         yield from _tab(folder)
     finally:
         process.terminate()
-        process.wait(20)
+        process.wait(120)
 
 
 def _tab(folder: Path) -> Iterator[Tab]:
-    port_file, end = folder / "DevToolsActivePort", time.monotonic() + 60
+    port_file, end = folder / "DevToolsActivePort", time.monotonic() + 300
     while not (port_file.exists() and port_file.read_text().count("\n")):
         if time.monotonic() > end:
             raise TimeoutError("Chromium does not start")

@@ -77,7 +77,7 @@ class Shell:
                 name, _, value = words[1].partition("=")
                 self._monkeypatch.setenv(name, value)
             else:
-                subprocess.run(words, check=True, timeout=120)
+                subprocess.run(words, check=True, timeout=600)
 
     def _start(self, words: list[str]) -> None:
         log = (self._folder / f"background-{len(self._background)}.log").open("wb")
@@ -90,7 +90,7 @@ class Shell:
         for process in reversed(self._background):
             process.terminate()
             try:
-                process.wait(20)
+                process.wait(120)
             except subprocess.TimeoutExpired:
                 process.kill()
                 process.wait()
@@ -103,7 +103,7 @@ def free_port() -> int:
         return int(probe.getsockname()[1])
 
 
-def _wait_for(port: int, process: subprocess.Popen[bytes], seconds: float = 120.0) -> None:
+def _wait_for(port: int, process: subprocess.Popen[bytes], seconds: float = 600.0) -> None:
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         assert process.poll() is None, f"{process.args} ended with {process.returncode}"

@@ -8,6 +8,7 @@ import pytest
 
 from labgym import bench, growth, throughput
 from labgym.cli import main
+from labgym.layouts import load_published, published
 
 
 def test_a_ratio_is_of_the_medians_that_the_clock_gave(monkeypatch):
@@ -27,6 +28,14 @@ def test_a_ratio_is_of_the_medians_that_the_clock_gave(monkeypatch):
     assert (timing.seconds, timing.reference, timing.ratio) == (3.0, 2.0, 1.5)
     assert timing.low == timing.high == 1.5
     assert next(now) == 2 * 2 + 2 * 4
+
+
+def test_work_and_reference_of_the_quick_pieces_run_and_are_timed():
+    layout = load_published("val", published("val")[0])
+    for piece in (bench._control_step, bench._lidar, bench._shortest_path, bench._restart):
+        timing = bench.timed(piece(layout), rounds=2, block=1e-6)
+        assert timing.seconds > 0.0
+        assert timing.reference > 0.0
 
 
 @pytest.mark.slow

@@ -210,9 +210,3 @@ def _labbuilder(layout: Layout, out: Path) -> Path:
     # By name: the house knows nothing of the paper's room.
     write: Callable[[Layout, Path], Path] = resolve_name("labgym.paper.labbuilder.writing:write_labbuilder")
     return write(layout, out)
-
-
-def empty_layout(floor: Floor) -> Layout:
-    """Return a layout of a floor without objects and protocols; its id is the floor's name."""
-    name = re.sub(r"[^A-Za-z0-9_.-]+", "-", floor.name).strip("-._")
-    return Layout(id=name[:80] or "floor", floor=floor, placements=())

@@ -113,7 +113,7 @@ def test_solids_of_a_stand_match_what_is_visible(stand: Asset) -> None:
         assert (within & (everything[:, 2] >= solid.z0 - 1e-6) & (everything[:, 2] <= solid.z1 + 1e-6)).any()
 
 
-@pytest.mark.cases(8)
+@pytest.mark.cases(4)
 @stands
 def test_nothing_stands_on_its_tip(stand: Asset) -> None:
     """Each piece that has no flat bottom is above the base, and touches another piece, a clamp, a ring or a cone."""

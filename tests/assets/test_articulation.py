@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from every_case import for_each
 from scipy.spatial.transform import Rotation
 
 from labgym.assets import Catalog
@@ -36,7 +37,7 @@ def vertices_of(parts):
     return np.concatenate([tessellate(part)[0] for part in parts])
 
 
-@pytest.mark.parametrize("asset", MOVING, ids=lambda asset: asset.name)
+@for_each("asset", MOVING)
 def test_moving_parts_are_inside_the_closed_asset_and_lighter_than_it(asset):
     half = np.array([asset.size.width / 2.0, asset.size.depth / 2.0]) + 1e-9
     for joint in joints(asset).values():
@@ -56,7 +57,7 @@ def test_moving_parts_are_inside_the_closed_asset_and_lighter_than_it(asset):
     assert masses < asset.mass
 
 
-@pytest.mark.parametrize("asset", MOVING, ids=lambda asset: asset.name)
+@for_each("asset", MOVING)
 def test_hidden_parts_are_inside_the_closed_asset(asset):
     shown, parts = build(asset), all_parts(asset)
     assert [part for part in parts if not part.hidden] == list(shown)
@@ -66,7 +67,7 @@ def test_hidden_parts_are_inside_the_closed_asset(asset):
     assert (vertices <= high + 1e-9).all()
 
 
-@pytest.mark.parametrize("asset", MOVING, ids=lambda asset: asset.name)
+@for_each("asset", MOVING)
 def test_parts_and_their_solids_move_as_a_rotation_or_a_shift_says(asset):
     for joint in joints(asset).values():
         place = 0.6 * joint.travel
@@ -85,7 +86,7 @@ def test_parts_and_their_solids_move_as_a_rotation_or_a_shift_says(asset):
         assert np.column_stack([after.corners(), np.full(4, after.z0)]) == pytest.approx(move(corners), abs=1e-9)
 
 
-@pytest.mark.parametrize("asset", MOVING, ids=lambda asset: asset.name)
+@for_each("asset", MOVING)
 def test_doors_up_to_90_degrees_and_drawers_stay_within_the_width_of_their_asset(asset):
     for joint in joints(asset).values():
         share = 1.0 if joint.kind == "slide" else math.radians(90.0) / joint.travel

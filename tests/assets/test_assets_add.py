@@ -10,6 +10,7 @@ from contextlib import suppress
 import numpy as np
 import pytest
 import trimesh
+from every_case import for_each
 
 from labgym.assets import Catalog
 from labgym.assets.archive import Geometry, MeshPiece, pack, unpack
@@ -155,7 +156,7 @@ def test_numbers_of_a_text_stl_are_read_whole_or_refused(tmp_path):
         read_mesh(tmp_path / "b.stl")
 
 
-@pytest.mark.parametrize("seed", range(200))
+@for_each("seed", range(200))
 def test_geometry_with_changed_bytes_is_read_or_refused(seed):
     random = np.random.default_rng(seed)
     body = trimesh.creation.box()

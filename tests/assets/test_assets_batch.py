@@ -44,6 +44,7 @@ def catalog(meshes: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.slow  # test_shards.py has workers
 def test_workers_do_not_change_the_catalog(meshes: Path, catalog: Path, tmp_path: Path) -> None:
     own = OwnAssets(tmp_path / "catalog")
     additions = list(own.add_files(sorted(meshes.glob("*")), executor=ExecutorOptions(workers=2)))

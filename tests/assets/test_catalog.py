@@ -8,6 +8,7 @@ import subprocess
 import sys
 
 import pytest
+from every_case import for_each
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -67,14 +68,14 @@ def test_loads_once_a_process_and_sorted_by_name():
     assert list(CATALOG.names) == sorted(CATALOG.names)
 
 
-@pytest.mark.parametrize("name", CATALOG.names)
+@for_each("name", CATALOG.names)
 def test_every_canonical_name_finds_itself(name):
     assert CATALOG.get(name).name == name
     assert CATALOG.find(name).name == name
     assert name in CATALOG
 
 
-@pytest.mark.parametrize("name", LOCATIONS)
+@for_each("name", LOCATIONS)
 def test_every_step_location_has_a_surface_to_work_on(name):
     location = CATALOG.get(name)
     assert location.kind == "facility"

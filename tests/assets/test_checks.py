@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from every_case import for_each
 
 from labgym.assets import Catalog, Cavity, Hazards, Size, Surface
 from labgym.assets.checks import check
@@ -63,14 +64,14 @@ def test_a_fault_is_found_and_its_field_named(name, field, changes):
     assert (name, field) in problems_of(name, **changes)
 
 
-@pytest.mark.parametrize("asset", CATALOG.assets, ids=lambda asset: asset.name)
+@for_each("asset", CATALOG.assets)
 def test_a_thousandfold_size_is_never_plausible(asset):
     for factor in (1000.0, 0.001):
         sides = {side: value * factor for side, value in asset.size.model_dump().items()}
         assert size_problem(asset.model_copy(update={"size": Size.model_construct(**sides)})) is not None
 
 
-@pytest.mark.parametrize("asset", CATALOG.assets, ids=lambda asset: asset.name)
+@for_each("asset", CATALOG.assets)
 def test_sizes_lie_in_their_bounds(asset):
     allowed = bounds(asset)
     assert all(allowed.least <= side <= allowed.greatest for side in asset.size.model_dump().values())

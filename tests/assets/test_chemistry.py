@@ -5,13 +5,14 @@ from __future__ import annotations
 import re
 
 import pytest
+from every_case import for_each
 
 from labgym.assets import Catalog, flags
 from labgym.assets.checks import cas_is_valid
 from labgym.assets.model import Chemistry
 
 REAGENTS = Catalog.load().of_kind("reagent")
-ids = pytest.mark.parametrize("asset", REAGENTS, ids=lambda asset: asset.name)
+each = for_each("asset", REAGENTS)
 
 # Standard atomic weights, IUPAC 2021, abridged.
 WEIGHTS = {
@@ -22,7 +23,7 @@ WEIGHTS = {
 }  # fmt: skip
 
 
-@ids
+@each
 def test_cas_numbers_pass_their_check_digit(asset):
     digits = asset.chemistry.cas.replace("-", "")
     weighted = sum(int(digit) * (len(digits) - 1 - place) for place, digit in enumerate(digits[:-1]))
@@ -40,7 +41,7 @@ def test_right_cas_numbers_are_accepted(number):
     assert cas_is_valid(number)
 
 
-@ids
+@each
 def test_molar_mass_is_that_of_the_formula(asset):
     chemistry = asset.chemistry
     if chemistry.formula is None or chemistry.molar_mass is None:
@@ -52,7 +53,7 @@ def test_molar_mass_is_that_of_the_formula(asset):
     assert chemistry.molar_mass == pytest.approx(mass, rel=0.002, abs=0.02)
 
 
-@ids
+@each
 def test_physical_data_are_physical(asset):
     chemistry = asset.chemistry
     if chemistry.state == "liquid" and asset.name != "BenzylTBSEther":  # its density is not published
@@ -65,7 +66,7 @@ def test_physical_data_are_physical(asset):
     assert all(re.fullmatch(r"(EU)?H\d{3}[A-Za-z]{0,2}", code) for code in chemistry.h_codes)
 
 
-@ids
+@each
 def test_low_flash_points_and_fire_statements_mean_flammable(asset):
     chemistry = asset.chemistry
     fire = any(re.match(r"H(203|22[0-8]|24[12]|25[0-2]|260)", code) for code in chemistry.h_codes)
@@ -73,7 +74,7 @@ def test_low_flash_points_and_fire_statements_mean_flammable(asset):
     assert asset.hazards.flammable == burns or (asset.name, "flammable") in flags.exceptions()
 
 
-@ids
+@each
 def test_poisons_and_low_boilers_mean_volatile_or_toxic(asset):
     chemistry = asset.chemistry
     codes = " ".join(chemistry.h_codes)
@@ -96,14 +97,14 @@ def test_statements_always_show_in_their_flag(flag, pattern):
             assert getattr(asset.hazards, flag), asset.name
 
 
-@ids
+@each
 def test_flags_follow_from_the_data_or_are_listed_as_exceptions(asset):
     rule, carried = flags.by_rule(asset.chemistry), flags.carried(asset)
     differ = {flag for flag in flags.FLAGS if rule[flag] != carried[flag]}
     assert differ == {flag for name, flag in flags.exceptions() if name == asset.name}
 
 
-@ids
+@each
 def test_acid_and_base_follow_from_groups_and_corrosion(asset):
     groups, codes = set(asset.chemistry.groups), set(asset.chemistry.h_codes)
     corrodes = bool(codes & {"H290", "H314"})
@@ -138,7 +139,7 @@ def test_each_exception_is_needed_and_has_a_reason():
         assert len(exception.reason) > 10
 
 
-@ids
+@each
 def test_storage_fits_the_hazard(asset):
     hazards, chemistry = asset.hazards, asset.chemistry
     if chemistry.state == "gas":
@@ -153,7 +154,7 @@ def test_storage_fits_the_hazard(asset):
         assert hazards.base == (chemistry.storage_class == "Base")
 
 
-@ids
+@each
 def test_captions_recommend_the_place_that_the_data_name(asset):
     words = {
         "Flammable": "flammables cabinet", "Acid": "acid cabinet", "Base": "base cabinet",
@@ -163,7 +164,7 @@ def test_captions_recommend_the_place_that_the_data_name(asset):
     assert words[asset.chemistry.storage_class] in asset.caption.lower()
 
 
-@ids
+@each
 def test_packs_weigh_what_they_hold(asset):
     specs, size = asset.specs, asset.size
     if specs.pack_mL is not None:

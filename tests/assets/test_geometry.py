@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
+from every_case import for_each
 
 from labgym.assets import SHELL, Catalog
 from labgym.assets.model import APPARATUS_STAND
@@ -11,8 +11,8 @@ from labgym.assets.model import APPARATUS_STAND
 CATALOG = Catalog.load()
 HOLLOW = [asset for asset in CATALOG if asset.cavity is not None]
 CARRYING = [asset for asset in CATALOG if asset.surfaces]
-hollow = pytest.mark.parametrize("asset", HOLLOW, ids=lambda asset: asset.name)
-carrying = pytest.mark.parametrize("asset", CARRYING, ids=lambda asset: asset.name)
+hollow = for_each("asset", HOLLOW)
+carrying = for_each("asset", CARRYING)
 
 
 def inside_solid(asset, x, y, z):
@@ -38,12 +38,8 @@ def test_the_space_above_each_surface_is_free(asset):
             assert not inside_solid(asset, x, y, z)
 
 
-@pytest.mark.parametrize(
-    # What the slots of a stand hold rests on other pieces and in clamps: see test_apparatus.py.
-    "asset",
-    [asset for asset in CARRYING if asset.subtype != APPARATUS_STAND],
-    ids=lambda asset: asset.name,
-)
+# What the slots of a stand hold rests on other pieces and in clamps: see test_apparatus.py.
+@for_each("asset", [asset for asset in CARRYING if asset.subtype != APPARATUS_STAND])
 def test_each_surface_is_carried_by_something_solid(asset):
     for surface in asset.surfaces:
         for x, y in sample(surface):
@@ -81,7 +77,7 @@ def test_the_solids_stay_in_the_bounding_box(asset):
         assert -1e-9 <= part.z0 < part.z1 <= asset.size.height + 1e-9
 
 
-@pytest.mark.parametrize(
+@for_each(
     "name",
     [
         "FumeHood",

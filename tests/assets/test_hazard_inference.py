@@ -10,6 +10,7 @@ import csv
 from pathlib import Path
 
 import pytest
+from every_case import for_each
 
 from labgym.assets.inference import ProhibitedSubstanceError, classify, infer
 from labgym.cli import main
@@ -28,7 +29,7 @@ STATEMENTS = {
     "volatile_or_toxic": ("H300", "H301", "H310", "H311", "H330", "H331", "H340", "H350", "H360"),
 }
 LIQUID_AT_ROOM_TEMPERATURE_BUT_TAKEN_FOR_A_SOLID = {"nitroglycerin"}
-rows = pytest.mark.parametrize(("name", "smiles", "state", "statements"), ROWS, ids=[row[0] for row in ROWS])
+rows = for_each(("name", "smiles", "state", "statements"), ROWS)
 
 
 @rows

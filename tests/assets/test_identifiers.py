@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 
 import pytest
+from every_case import for_each
 
 from labgym.assets import Catalog
 from labgym.assets.structures import canonical
@@ -15,7 +16,7 @@ formulas = pytest.importorskip("rdkit.Chem.rdMolDescriptors")
 
 REAGENTS = Catalog.published().of_kind("reagent")
 DRAWN = [asset for asset in REAGENTS if asset.chemistry.smiles is not None]
-drawn = pytest.mark.parametrize("asset", DRAWN, ids=lambda asset: asset.name)
+drawn = for_each("asset", DRAWN)
 
 MIXTURES = {
     "Celite": "diatomaceous earth",
@@ -102,7 +103,7 @@ def test_density_fits_the_volume_of_the_molecules(asset) -> None:
     assert (0.70 <= share <= 0.99) == (asset.name not in LOOSE)
 
 
-@pytest.mark.parametrize("asset", REAGENTS, ids=lambda asset: asset.name)
+@for_each("asset", REAGENTS)
 def test_flash_and_boiling_point_are_in_the_category_of_the_statement(asset) -> None:
     """Table 2.6.1 of the GHS: categories 1 to 3 of flammable liquids."""
     chemistry = asset.chemistry
@@ -117,7 +118,7 @@ def test_flash_and_boiling_point_are_in_the_category_of_the_statement(asset) -> 
     assert stated == category or asset.name in DOUBTED
 
 
-@pytest.mark.parametrize("asset", REAGENTS, ids=lambda asset: asset.name)
+@for_each("asset", REAGENTS)
 def test_state_fits_the_boiling_point(asset) -> None:
     chemistry = asset.chemistry
     if chemistry.boiling_point is not None and asset.name != "DryIce":  # sublimes

@@ -11,6 +11,7 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
+from every_case import for_each
 
 from labgym.assets import Catalog
 from labgym.assets.checks import cas_is_valid, sizes_are_plausible, surfaces_fit
@@ -170,7 +171,7 @@ def test_estimates_are_near_what_was_measured() -> None:
     assert statistics.median(flash) < 15.0
 
 
-@pytest.mark.parametrize("asset", REAGENTS, ids=lambda asset: asset.name)
+@for_each("asset", REAGENTS)
 def test_masses_are_those_of_rdkit(asset) -> None:
     mol = molecule(asset.chemistry.smiles)
     assert molar_mass(mol) == pytest.approx(Descriptors.MolWt(mol), abs=0.01)

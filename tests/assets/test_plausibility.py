@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
+from every_case import for_each
 
 from labgym.assets import Catalog
 from labgym.assets.checks import check
@@ -79,12 +80,12 @@ def test_each_rule_finds_a_fault(rule):
     assert any(list(rule(changed(name, **specs))) for name, specs, _ in FAULTS)
 
 
-@pytest.mark.parametrize("asset", HEATERS, ids=lambda asset: asset.name)
+@for_each("asset", HEATERS)
 def test_every_heat_source_says_how_hot_it_gets(asset):
     assert asset.specs.flame_C is not None or asset.specs.heating_C[1] > 60.0
 
 
-@pytest.mark.parametrize("asset", GLASS, ids=lambda asset: asset.name)
+@for_each("asset", GLASS)
 def test_all_glassware_says_what_heat_it_withstands(asset):
     assert asset.specs.withstands_C or asset.specs.measures_C or asset.specs.working_C
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 
 import pytest
+from every_case import for_each
 from hypothesis import example, given
 from hypothesis import strategies as st
 
@@ -68,12 +69,12 @@ STRANGERS = [
 ]
 
 
-@pytest.mark.parametrize(("text", "name"), [(text, name) for name, texts in MEANINGS.items() for text in texts])
+@for_each(("text", "name"), [(text, name) for name, texts in MEANINGS.items() for text in texts])
 def test_finds_what_is_meant(text, name):
     assert CATALOG.find(text).name == name
 
 
-@pytest.mark.parametrize("asset", CATALOG.assets, ids=lambda asset: asset.name)
+@for_each("asset", CATALOG.assets)
 def test_every_synonym_finds_its_asset_in_any_case_and_spacing(asset):
     for form in surface_forms(asset):
         for text in (form, form.upper(), form.lower(), f"  {form} ", form.replace(" ", "-")):

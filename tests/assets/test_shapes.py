@@ -7,6 +7,7 @@ import itertools
 import numpy as np
 import pytest
 import trimesh
+from every_case import for_each
 
 from labgym.assets import Asset, Catalog
 from labgym.assets.model import Shape, Size
@@ -38,7 +39,7 @@ def by_name(asset: Asset) -> str:
     return asset.name
 
 
-@pytest.mark.parametrize("asset", ASSETS, ids=by_name)
+@for_each("asset", ASSETS)
 def test_parts_stay_inside_the_bounding_box_and_reach_its_six_faces(asset: Asset) -> None:
     bounds = np.array([part.bounds() for part in build(asset)])
     low, high = bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)
@@ -73,7 +74,7 @@ def test_the_solids_of_a_sink_bench_cover_its_tap_closely(depth: float) -> None:
     np.testing.assert_allclose([near, far], [low, high], atol=0.003)
 
 
-@pytest.mark.parametrize("asset", [asset for asset in ASSETS if asset.cavity], ids=by_name)
+@for_each("asset", [asset for asset in ASSETS if asset.cavity])
 def test_hollow_assets_leave_their_hollow_to_what_stands_in_it(asset: Asset) -> None:
     cavity = asset.cavity
     assert cavity is not None
@@ -101,7 +102,7 @@ def test_every_part_is_a_watertight_solid_with_a_known_material(asset: Asset) ->
         assert mesh.volume > 0.0
 
 
-@pytest.mark.parametrize("asset", variants(), ids=by_name)
+@for_each("asset", variants())
 def test_tessellated_parts_lie_inside_their_exact_bounds_and_nearly_fill_them(asset: Asset) -> None:
     for part in build(asset):
         exact, found = part.bounds(), tessellate(part)[0]
@@ -116,7 +117,7 @@ def upright(part: Part) -> bool:
     return part.primitive in ("box", "prism") and np.allclose(np.abs(part.rotation).max(axis=0), 1.0)
 
 
-@pytest.mark.parametrize("asset", variants(), ids=by_name)
+@for_each("asset", variants())
 def test_no_two_colours_share_a_visible_face(asset: Asset) -> None:
     """Coplanar faces of different materials would flicker; backs and undersides are not seen."""
     parts = [part for part in build(asset) if upright(part)]

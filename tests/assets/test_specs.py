@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 
 import pytest
+from every_case import for_each
 from pydantic import ValidationError
 
 from labgym.assets import AssetFile, Catalog, Specifications
@@ -46,7 +47,7 @@ def test_only_what_is_specified_is_written_and_reads_back_the_same():
     assert Specifications().model_dump() == {}
 
 
-@pytest.mark.parametrize("name", CATALOG.names)
+@for_each("name", CATALOG.names)
 def test_the_specifications_of_every_asset_survive_a_file(name):
     specs = CATALOG.get(name).specs
     assert Specifications.model_validate_json(specs.model_dump_json()) == specs

@@ -63,7 +63,7 @@ def test_textures_have_the_same_bytes_in_another_process() -> None:
     )
     environment = {**os.environ, "PYTHONHASHSEED": "4321"}
     command = [sys.executable, "-c", program, *names]
-    there = subprocess.run(command, check=True, capture_output=True, text=True, env=environment, timeout=120)
+    there = subprocess.run(command, check=True, capture_output=True, text=True, env=environment, timeout=600)
     here = hashlib.sha256(b"".join(texture(name).png for name in names)).hexdigest()  # type: ignore[union-attr]
     assert there.stdout.strip() == here
 

@@ -13,12 +13,13 @@ from labgym.cards.planner_run import PlannerRun
 from labgym.errors import OptionError
 from labgym.eval.driving.evaluation import TransitionEvaluation
 from labgym.eval.evaluator import evaluate
+from labgym.layouts import load_published
 from labgym.policies.data import DataOptions, make_dataset
 from labgym.policies.iplanner.config import IPlannerConfig, IPlannerLossOptions, IPlannerTrainOptions
 from labgym.policies.iplanner.network import load_iplanner
 from labgym.suites import Suite
 
-SHORT = Suite(name="short", split="val", layouts=("val-alk_01",), max_steps=3)
+SHORT = Suite(name="short", split="val", max_steps=3).first([load_published("val", "val-alk_01")], 2)
 
 
 @pytest.fixture(scope="module")

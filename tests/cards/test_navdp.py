@@ -13,11 +13,12 @@ from labgym.cards.planner_run import PlannerRun
 from labgym.errors import OptionError
 from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.evaluator import evaluate
+from labgym.layouts import load_published
 from labgym.policies.data import DataOptions, make_dataset
 from labgym.policies.navdp.config import NavDPConfig
 from labgym.suites import Suite
 
-SHORT = Suite(name="short", split="val", layouts=("val-alk_01",), max_steps=3)
+SHORT = Suite(name="short", split="val", max_steps=3).first([load_published("val", "val-alk_01")], 2)
 PUBLISHED = artefacts("policies") / "navdp"
 STUDY = PolicyAblation("navdp", tuple(one for one in NAVDP.variants if one.name in {"whole", "critic", "present"}))
 """Unchanged, another choice of the sample, and without memory: each variant takes a process of its own."""

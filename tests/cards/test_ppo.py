@@ -19,7 +19,7 @@ pytest.importorskip("stable_baselines3")
 from labgym.policies.ppo.options import PPOOptions, TrainingProgress
 from labgym.policies.ppo.training import train
 
-SUITE = Suite(name="short", split="val", layouts=published("val")[:1], max_steps=5)
+SUITE = Suite(name="short", split="val", max_steps=5).first([load_published("val", published("val")[0])], 3)
 
 
 def row(**changes):

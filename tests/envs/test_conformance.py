@@ -29,7 +29,7 @@ IDS = sorted(name for name in gym.registry if name.startswith("Lab"))
 LIDAR = [name for name in IDS if "Depth" not in name and "RGBD" not in name]
 STEPS, STOPS = 24, 12
 """Steps of a drive, and from one possible STOP to the next."""
-LONG = 300
+LONG = 100
 
 
 @pytest.fixture(scope="module")

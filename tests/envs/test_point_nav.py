@@ -281,7 +281,7 @@ def test_the_same_seed_and_actions_give_the_same_bits_in_any_process(
     assert digests == {digest.hexdigest() + "\n"}
 
 
-@pytest.mark.parametrize("mode", ["sync", "async"])
+@pytest.mark.parametrize("mode", ["sync", pytest.param("async", marks=pytest.mark.slow)])
 def test_vector_environments_run_it(layout: Layout, mode: str, tmp_path: Path) -> None:
     path = str(layout.save(tmp_path / "layout.json"))
     arguments = {"vector_kwargs": {"context": "spawn"}} if mode == "async" else {}

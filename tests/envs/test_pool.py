@@ -28,7 +28,7 @@ from labgym.layouts import load_published, published
 from labgym.scenes import to_mjcf
 from runs.processes import Marked
 
-PATIENCE = 60.0
+PATIENCE = 300.0
 """Longest wait for a worker, seconds."""
 
 PROGRAM = """

@@ -243,15 +243,15 @@ HEAVY = {
     ),
 }
 FILES = {
-    "a picture that unpacks without end": ("a.png", png(8, 8, zlib.compress(bytes(2**28)))),
+    "a picture that unpacks without end": ("a.png", lambda: png(8, 8, zlib.compress(bytes(2**28)))),
     "a text that unpacks without end": (
         "a.png",
-        png(8, 8, rows(8, 8), chunk(b"zTXt", b"a\0\0" + zlib.compress(bytes(2**28)))),
+        lambda: png(8, 8, rows(8, 8), chunk(b"zTXt", b"a\0\0" + zlib.compress(bytes(2**28)))),
     ),
-    "a picture of too many pixels": ("a.png", png(60_000, 60_000, rows(8, 8))),
-    "a picture that is cut off": ("a.png", png(8, 8, rows(8, 8))[:-20]),
-    "a face with many corners": ("a.obj", CUBE.encode() + b"\nf" + b" 1" * 200_000),
-    "many faces": ("a.obj", CUBE.encode() + b"\nf 1 2 4" * 900_000),
+    "a picture of too many pixels": ("a.png", lambda: png(60_000, 60_000, rows(8, 8))),
+    "a picture that is cut off": ("a.png", lambda: png(8, 8, rows(8, 8))[:-20]),
+    "a face with many corners": ("a.obj", lambda: CUBE.encode() + b"\nf" + b" 1" * 200_000),
+    "many faces": ("a.obj", lambda: CUBE.encode() + b"\nf 1 2 4" * 900_000),
 }
 
 
@@ -264,7 +264,7 @@ def test_robots_that_take_memory_or_time_in_sum_are_refused_in_one_line(
     monkeypatch.chdir(tmp_path)
     if name in FILES:
         file, content = FILES[name]
-        (tmp_path / file).write_bytes(content)
+        (tmp_path / file).write_bytes(content())
         element = "texture type='2d'" if file.endswith("png") else "mesh"
         text = assets(f"<{element} name='m' file='{file}'/>")
     else:

@@ -38,8 +38,8 @@ def test_walls_that_are_too_short_are_compared_with_what_can_be_used_of_them():
 
 
 def test_a_solver_that_stops_at_its_limit_says_so_and_not_that_the_room_is_too_small(monkeypatch):
-    for name in ("QUICK", "THOROUGH"):
-        monkeypatch.setattr(furnisher, name, 1e-7)
+    for name, value in (("QUICK", 1e-7), ("THOROUGH", 1e-7), ("ATTEMPTS", 3), ("FREE_ATTEMPTS", 1)):
+        monkeypatch.setattr(furnisher, name, value)
     with pytest.raises(SearchLimitError, match=r"a layout may exist.* reached the solver's effort limit") as caught:
         generate("sub_01", room="bay")
     assert "cannot hold" not in str(caught.value)

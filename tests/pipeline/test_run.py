@@ -3,6 +3,7 @@ from __future__ import annotations
 import json
 import shutil
 import signal
+from dataclasses import replace
 from pathlib import Path
 
 import mujoco
@@ -19,6 +20,7 @@ from labgym.pipeline.stages import layout_jobs, make_layout
 from labgym.policies import make_policy
 from labgym.protocols import protocols
 from labgym.runs.manifest import RunManifest
+from labgym.suites import suite_of
 from runs import killing
 
 PROTOCOL = "sub_02"
@@ -106,8 +108,9 @@ def test_a_picture_that_was_lost_is_drawn_again(config, outcome):
 
 def test_policies_of_two_folders_are_shown_in_one_report(tmp_path):
     layouts = [load_published("test", LAYOUT)]
+    short = suite_of(layouts).model_copy(update={"max_steps": 20})
     for policy in ("random", "straight"):
-        evaluate(policy, layouts, out=tmp_path / policy, progress=False)
+        evaluate(policy, short, layouts=layouts, out=tmp_path / policy, progress=False)
     (table,) = report_folders([tmp_path / "random", tmp_path / "straight", tmp_path / "random"]).tables
     assert [row[0] for row in table.rows[:3]] == ["random", "straight", "iPlanner (w/o nav. opt.), paper"]
     page = (tmp_path / "random" / "report.html").read_text()
@@ -150,9 +153,23 @@ def test_an_unknown_protocol_is_refused_before_anything_is_made(tmp_path):
     assert not (tmp_path / "r").exists()
 
 
+APART = (*killing.APART, "tables.txt", "tables.md", "report.html")  # These hold times.
+
+
+def test_a_run_that_stopped_in_a_stage_resumes_there_to_the_same_files(config, outcome, tmp_path):
+    out = tmp_path / "run"
+    shutil.copytree(config.folder, out)
+    shutil.rmtree(out / "navigation" / "random")
+    (out / "report.html").unlink()
+    before = modified(out)
+    assert run_pipeline(replace(config, out=out)).problems == ()
+    assert modified(out) == before
+    assert killing.tree(out, APART) == killing.tree(config.folder, APART)
+
+
 @pytest.mark.slow
 def test_a_run_that_is_killed_in_two_stages_resumes_to_the_same_files(config, outcome, tmp_path):
-    out, apart = tmp_path / "run", (*killing.APART, "tables.txt", "tables.md", "report.html")  # These hold times.
+    out = tmp_path / "run"
     flags = ["--protocols", PROTOCOL, "--policies", "astar", "random", "--views", "0", "--workers", "2"]
     words = ["run", "--out", str(out), *flags]
     for ledger, by in (("ledger.jsonl", signal.SIGTERM), ("navigation/astar/ledger.jsonl", signal.SIGKILL)):
@@ -160,7 +177,7 @@ def test_a_run_that_is_killed_in_two_stages_resumes_to_the_same_files(config, ou
         assert seen.returncode in (-by, 128 + by, 0)
         assert seen.survivors == ()
     killing.run(words)
-    assert killing.tree(out, apart) == killing.tree(config.folder, apart)
+    assert killing.tree(out, APART) == killing.tree(config.folder, APART)
     assert killing.temporary_files(out) == []
 
 

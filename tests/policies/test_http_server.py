@@ -102,7 +102,7 @@ def diary() -> Iterator[NavigationServer]:
 
 
 def post(server: NavigationServer, path: str, body: bytes, kind: str = "application/json") -> tuple[int, dict]:
-    connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=30)
+    connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=120)
     with contextlib.closing(connection):
         connection.request("POST", path, body, {"Content-Type": kind})
         response = connection.getresponse()
@@ -392,7 +392,7 @@ def test_other_paths_and_content_types_are_refused(diary):
     ],
 )
 def test_a_body_without_length_or_too_long_is_refused_unread(diary, header):
-    with socket.create_connection(("127.0.0.1", diary.server_port), timeout=10) as connection:
+    with socket.create_connection(("127.0.0.1", diary.server_port), timeout=120) as connection:
         connection.sendall(b"POST /pointgoal_step HTTP/1.1\r\nHost: localhost\r\n" + header + b"\r\n")
         answer = b""
         while chunk := connection.recv(65536):
@@ -402,7 +402,7 @@ def test_a_body_without_length_or_too_long_is_refused_unread(diary, header):
 
 def test_a_client_that_disconnects_does_not_disturb_others(diary):
     for _ in range(3):
-        with socket.create_connection(("127.0.0.1", diary.server_port), timeout=10) as connection:
+        with socket.create_connection(("127.0.0.1", diary.server_port), timeout=120) as connection:
             connection.sendall(b"POST /pointgoal_step HTTP/1.1\r\nHost: localhost\r\nContent-Length: 1000\r\n\r\nabc")
     reset(diary)
     assert step(diary)[0] == 200
@@ -550,7 +550,7 @@ def test_the_command_serves_until_ctrl_c():
         policy = HttpPolicy(line.split(" at ")[1].partition(";")[0])
         policy.reset(EpisodeStart(goal=(3.0, 0.0), rng=np.random.default_rng(0)))
         process.send_signal(signal.SIGINT)
-        _, complaint = process.communicate(timeout=60)
+        _, complaint = process.communicate(timeout=300)
     assert line.startswith("Serving straight at http://127.0.0.1:")
     assert (process.returncode, complaint) == (0, "")
 

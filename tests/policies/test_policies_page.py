@@ -98,7 +98,7 @@ def test_an_error_of_a_policy_is_printed_with_its_line_once(tmp_path, monkeypatc
     )
     layout = published("test")[0]
     command = [sys.executable, "-m", "labgym.cli", "eval", "--policy", "a_failing_policy:Failing", "--layouts", layout]
-    ended = subprocess.run(command, capture_output=True, text=True, timeout=300)
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=600)
     assert ended.returncode == 1
     assert ended.stderr.count("Traceback") == 1
     assert re.search(r'a_failing_policy.py", line 7, in act\n.*\n(.*\^\n)?KeyError: .radar.', ended.stderr)

@@ -368,7 +368,7 @@ def test_the_place_of_the_lidar_follows_from_scans_of_the_map_to_millimeters(off
 
 
 def glass_scan(pose, pane=((-0.8, 2.0), (0.8, 2.0))) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return ranges (180,), returns and origins for a lidar that sees a pane along x up to 10 degrees off its normal."""
+    """Return ranges (180,), returns, origins for a lidar that sees a pane along x up to 10 degrees off its normal."""
     angles = pose[2] - math.pi + 2.0 * math.pi / 180 * np.arange(180)
     (x0, y), (x1, _) = pane
     away = (y - pose[1]) / np.where(np.abs(np.sin(angles)) < 1e-9, 1e-9, np.sin(angles))

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections import Counter
 from itertools import combinations, pairwise
 
-import pytest
+from every_case import for_each
 
 from labgym.assets import Catalog, incompatible
 from labgym.protocols import protocols
 
 CATALOG = Catalog.load()
 LIBRARY = protocols()
-each = pytest.mark.parametrize("protocol", LIBRARY.values(), ids=LIBRARY)
+each = for_each("protocol", LIBRARY.values())
 
 
 def named(protocol, kind):

@@ -6,6 +6,7 @@ from collections import Counter
 from typing import Any, get_args
 
 import pytest
+from every_case import for_each
 
 from labgym.assets import Catalog
 from labgym.errors import UnknownNameError
@@ -49,18 +50,18 @@ def test_no_two_entries_tell_the_same() -> None:
     assert not set(LIBRARY) & set(protocols())
 
 
-@pytest.mark.parametrize("name", sorted(LIBRARY))
+@for_each("name", sorted(LIBRARY))
 def test_every_entry_is_complete_and_its_amounts_agree(name: str) -> None:
     assert check(LIBRARY[name], Catalog.published()) == []
 
 
-@pytest.mark.parametrize("name", sorted(LIBRARY))
+@for_each("name", sorted(LIBRARY))
 def test_every_equation_balances_in_atoms_and_charge(name: str) -> None:
     left, _, right = LIBRARY[name].reaction.split(">")
     assert formula(left) == formula(right)
 
 
-@pytest.mark.parametrize("name", sorted(LIBRARY))
+@for_each("name", sorted(LIBRARY))
 def test_structures_agree_with_the_catalogue_and_the_equation(name: str) -> None:
     experiment = LIBRARY[name]
     catalog = Catalog.published()

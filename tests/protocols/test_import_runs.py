@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import signal
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -9,8 +10,8 @@ from labgym.cli import main
 from labgym.errors import DocumentError, OptionError
 from labgym.protocols.experiments import read_experiments
 from labgym.protocols.importers import ImportSource, read
-from labgym.protocols.importers.run import import_experiments
-from labgym.runs import ExecutorOptions
+from labgym.protocols.importers.run import import_experiments, import_file
+from labgym.runs import ExecutorOptions, ShardOutput
 from runs import killing
 
 XDL = """<Synthesis><Metadata product="{product}"/><Hardware><Component id="reactor" type="reactor"/></Hardware>
@@ -54,6 +55,25 @@ def test_workers_do_not_change_an_import_and_a_finished_one_is_not_read_again(
     assert killing.tree(tmp_path) == killing.tree(whole)
     monkeypatch.setattr("labgym.protocols.importers.run.import_file", None)
     assert import_experiments(ImportSource(folder, "xdl"), tmp_path, progress=False) == tally
+
+
+def test_an_interrupted_import_resumes_to_the_same_files(
+    folder: Path, whole: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    numbers: list[int] = []
+
+    def interrupted(number: int, *others: Any) -> ShardOutput:
+        numbers.append(number)
+        if len(numbers) == 4:
+            raise KeyboardInterrupt
+        return import_file(number, *others)
+
+    monkeypatch.setattr("labgym.protocols.importers.run.import_file", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        import_experiments(ImportSource(folder, "xdl"), tmp_path, progress=False)
+    import_experiments(ImportSource(folder, "xdl"), tmp_path, progress=False)
+    assert numbers == [0, 1, 2, 3, *range(3, COUNT)]
+    assert killing.tree(tmp_path) == killing.tree(whole)
 
 
 def test_a_limit_counts_the_records_of_all_files(folder: Path, tmp_path: Path) -> None:

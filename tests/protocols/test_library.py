@@ -6,6 +6,7 @@ import math
 from pathlib import Path
 
 import pytest
+from every_case import for_each
 
 from labgym.assets import Catalog
 from labgym.errors import DocumentError, OptionError, UnknownNameError
@@ -13,7 +14,7 @@ from labgym.layouts.places import published_protocols
 from labgym.protocols import Protocol, check, derive, get, protocols, resolve, statistics, validate
 
 LIBRARY = protocols()
-each = pytest.mark.parametrize("protocol", LIBRARY.values(), ids=LIBRARY)
+each = for_each("protocol", LIBRARY.values())
 CATALOG = Catalog.load()
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-import pytest
+from every_case import for_each
 
 from labgym.assets import Catalog
 from labgym.protocols.synthesis import read
@@ -24,7 +24,7 @@ def test_nearly_all_names_are_recognized() -> None:
     assert len(missed) <= (1.0 - LEAST_SHARE) * len(SENTENCES["names"]), missed
 
 
-@pytest.mark.parametrize("text", SENTENCES["ordinary"])
+@for_each("text", SENTENCES["ordinary"])
 def test_no_ordinary_word_is_taken_for_a_substance(text: str) -> None:
     assert read(text, CATALOG).unlisted == ()
 

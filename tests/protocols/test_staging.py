@@ -11,13 +11,29 @@ from labgym.errors import LabgymError
 from labgym.layouts import generate
 from labgym.protocols import Protocol, examine
 from labgym.protocols.experiments import Action, Experiment, experiments
-from labgym.protocols.experiments.feasibility import FeasibilityFilter
 from labgym.protocols.experiments.model import Verb
 from labgym.protocols.synthesis import RefusalError
 from labgym.protocols.synthesis.staging import stage
 from labgym.protocols.validate import ProtocolError
 
-FEASIBLE = [name for name, item in experiments().items() if FeasibilityFilter(Catalog.published()).judge(item).feasible]
+INFEASIBLE = {
+    "alk_benzyltrimethylammonium_iodide",
+    "cyc_diels_alder_furan",
+    "cyc_phenylhydantoin",
+    "pro_acetal_removal_benzaldehyde",
+    "pro_acetanilide_removal",
+    "pro_acetate_removal_zemplen",
+    "pro_benzyl_ester_hydrogenolysis",
+    "pro_ketal_cyclohexanone_removal",
+    "pro_phenol_acetate_removal",
+    "pro_tert_butyl_ester_removal",
+    "pro_tfa_amide_removal",
+    "pro_tms_phenol_removal",
+    "sub_bmim_iodide",
+    "sub_bromopropane_from_tosylate",
+}
+"""Experiments with a substance that the catalog lacks."""
+FEASIBLE = [name for name in experiments() if name not in INFEASIBLE]
 
 
 @pytest.mark.cases(40)
@@ -43,7 +59,7 @@ def test_what_breaks_a_rule_is_not_written_and_the_rule_is_named() -> None:
     assert [finding.rule for finding in error.value.findings] == ["explosive-heated"]
 
 
-@pytest.mark.parametrize("name", [name for name in experiments() if name not in FEASIBLE])
+@pytest.mark.parametrize("name", sorted(INFEASIBLE))
 def test_what_is_infeasible_is_refused_with_the_reason(name: str) -> None:
     with pytest.raises(RefusalError, match="the catalog has no"):
         stage(experiments()[name])

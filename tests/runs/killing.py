@@ -30,9 +30,9 @@ MARK = "LABGYM_TEST_MARK"
 APART = ("provenance.jsonl", "times.jsonl", ".lock")
 """Files that may differ between runs: when and where they ran, and how long they took."""
 SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
-PATIENCE = 60.0
+PATIENCE = 300.0
 """Seconds after which no process of a killed command may remain; on a busy machine they take some to see its end."""
-LIMIT = 600.0
+LIMIT = 1200.0
 
 
 Moment = float | Callable[[], bool]

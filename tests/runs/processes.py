@@ -14,7 +14,7 @@ from pathlib import Path
 from runs.killing import hear_interrupts
 
 ROOT = Path(__file__).resolve().parents[2]
-PATIENCE = 60.0
+PATIENCE = 300.0
 """Longest wait for an event, seconds."""
 
 

@@ -62,7 +62,7 @@ class Cluster:
             )
 
     def _address(self, log: Path) -> str:
-        deadline = time.monotonic() + 60
+        deadline = time.monotonic() + 300
         while time.monotonic() < deadline:
             if match := re.search(r"tcp://127\.0\.0\.1:\d+", log.read_text()):
                 return match[0]

@@ -37,10 +37,10 @@ def refuse(coordinator):
 
 def test_an_argument_that_a_worker_cannot_read_is_an_error_of_its_call_and_the_worker_lives():
     pool = LocalPool(1)
-    worker = pool.submit(os.getpid).result(timeout=60)
+    worker = pool.submit(os.getpid).result(timeout=300)
     with pytest.raises(LabgymError, match=f"the catalog in mine changed since {os.getpid()} read it"):
-        pool.submit(len, Changed()).result(timeout=60)
-    assert pool.submit(os.getpid).result(timeout=60) == worker
+        pool.submit(len, Changed()).result(timeout=300)
+    assert pool.submit(os.getpid).result(timeout=300) == worker
     pool.shutdown()
 
 
@@ -48,7 +48,7 @@ def test_a_program_ends_although_it_left_a_run_with_workers_in_the_middle(tmp_pa
     script = tmp_path / "left_open.py"
     script.write_text(LEFT_OPEN)
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
-    done = subprocess.run([sys.executable, str(script)], env=environment, capture_output=True, timeout=60, check=False)
+    done = subprocess.run([sys.executable, str(script)], env=environment, capture_output=True, timeout=300, check=False)
     assert (done.returncode, done.stderr) == (0, b"")
 
 

@@ -178,6 +178,6 @@ def test_enter_gives_stop_on_the_page_which_shows_the_goal_of_the_drive(tmp_path
             assert tab.errors == []
     finally:
         process.send_signal(signal.SIGINT)
-        process.communicate(timeout=30)
+        process.communicate(timeout=300)
     assert process.returncode == 0
     assert not (tmp_path / "me").exists()

@@ -39,13 +39,13 @@ def test_a_person_drives_a_meter_on_the_page_and_ctrl_c_leaves_nothing(layout, s
             assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 1000
             tab.value(SPEED)
             tab.key("ArrowDown", down=True)
-            tab.wait("Number(document.body.dataset.driven) > 1", seconds=90)
+            tab.wait("Number(document.body.dataset.driven) > 1")
             tab.key("ArrowDown", down=False)
-            tab.wait("document.body.dataset.phase === 'finished'", seconds=90)
+            tab.wait("document.body.dataset.phase === 'finished'")
             assert tab.errors == []
     finally:
         process.send_signal(signal.SIGINT)
-        rest, _ = process.communicate(timeout=30)
+        rest, _ = process.communicate(timeout=300)
     assert process.returncode == 0
     (row,) = read_rows(tmp_path / "me" / "episodes.jsonl")
     assert row.policy == "person"

@@ -25,7 +25,7 @@ def server(serve: Callable[[Show], ViewerServer], episodes, suite) -> ViewerServ
 def ask(
     server: ViewerServer, path: str, method: str = "GET", body: bytes | None = None, **headers: str
 ) -> tuple[int, bytes, Any]:
-    connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=20)
+    connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=120)
     try:
         connection.request(method, path, body, {name.replace("_", "-"): value for name, value in headers.items()})
         answer = connection.getresponse()
@@ -114,7 +114,7 @@ def test_commands_are_taken_whole_or_not_at_all(server: ViewerServer) -> None:
 def test_the_number_of_watching_pages_is_limited(server: ViewerServer) -> None:
     open_streams = []
     for _ in range(MAX_STREAMS):
-        connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=20)
+        connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=120)
         connection.request("GET", "/events")
         assert connection.getresponse().status == 200
         open_streams.append(connection)

@@ -23,7 +23,7 @@ from labgym.eval.reports.results import ResultsFolder
 from labgym.layouts import Layout
 from labgym.policies import EpisodeStart, Policy
 from labgym.runs.manifest import RunManifest
-from labgym.suites import Suite
+from labgym.suites import Suite, suite_of
 
 OUTPUT = ("episodes.jsonl", "routes.jsonl", "summary.json", "manifest.json")
 
@@ -161,7 +161,8 @@ def cell(monkeypatch, turn: float, shown: bool = True) -> Policy:
 
 
 def test_an_edited_class_of_a_notebook_is_another_policy(layouts, tmp_path, monkeypatch):
-    suite = {"suite": layouts[:1], "progress": False}
+    short = suite_of(layouts[:1]).model_copy(update={"max_steps": 20})
+    suite = {"suite": short, "layouts": layouts[:1], "progress": False}
     first = evaluate(cell(monkeypatch, 0.1), out=tmp_path / "f", **suite)
     assert evaluate(cell(monkeypatch, 0.1), out=tmp_path / "f", **suite).rows == first.rows
     with pytest.raises(OptionError, match="differs in policy"):

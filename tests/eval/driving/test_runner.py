@@ -20,7 +20,7 @@ from labgym.layouts import Layout
 from labgym.navigation import goal_pairs, shortest_path
 from labgym.policies import EpisodeStart, Policy, make_policy
 from labgym.protocols import get
-from labgym.suites import Suite
+from labgym.suites import Suite, suite_of
 
 POLICIES = '''
 import numpy as np
@@ -57,6 +57,11 @@ class Leaky(Policy):
 @pytest.fixture(scope="module")
 def layouts() -> tuple[Layout, ...]:
     return small_laboratory("first"), small_laboratory("second", 0.2), small_laboratory("third", -0.15)
+
+
+def brief(layouts) -> dict[str, object]:
+    """Return the arguments of an evaluation of 6 s per drive, of policies that would drive on to the limit."""
+    return {"suite": suite_of(layouts).model_copy(update={"max_steps": 60}), "layouts": layouts, "progress": False}
 
 
 @pytest.fixture
@@ -150,7 +155,7 @@ def test_the_numbers_do_not_depend_on_the_number_of_workers(astar_report, layout
 
 
 def test_a_seed_decides_what_is_random(layouts):
-    first, again, other = (evaluate("random", layouts[:1], progress=False, seed=seed) for seed in (1, 1, 2))
+    first, again, other = (evaluate("random", **brief(layouts[:1]), seed=seed) for seed in (1, 1, 2))
     assert numbers(first) == numbers(again)
     assert [row.path_length for row in first.rows] != [row.path_length for row in other.rows]
 
@@ -165,7 +170,7 @@ def test_an_object_can_be_evaluated_here_and_in_workers(layouts):
 
 def test_a_policy_that_is_not_privileged_knows_its_odometry_and_the_goal_alone(layouts):
     policy = Listener()
-    report = evaluate(policy, [layouts[0]], progress=False, isolated=False)
+    report = evaluate(policy, **brief(layouts[:1]), isolated=False)
     assert all(start.truth is None for start in policy.starts)
     first = policy.heard[0]
     assert set(first) == {"goal", "velocity", "lidar", "odometry"}
@@ -189,13 +194,13 @@ def test_a_privileged_policy_is_given_the_layout_and_the_pair(layouts):
         privileged = True
 
     policy = Knowing()
-    evaluate(policy, [layouts[0]], progress=False, isolated=False)
+    evaluate(policy, **brief(layouts[:1]), isolated=False)
     assert [start.truth.pair for start in policy.starts] == list(goal_pairs(layouts[0]))
     assert policy.starts[0].truth.layout == layouts[0]
 
 
 def test_a_policy_that_raises_fails_its_episode_and_no_other(layouts, users_module):
-    report = evaluate(f"{users_module}:Shy", layouts, progress=False)
+    report = evaluate(f"{users_module}:Shy", **brief(layouts))
     failed = [row for row in report.rows if row.error]
     assert 0 < len(failed) < len(report.rows) == 9
     assert report.summary.errors == len(failed)
@@ -204,6 +209,7 @@ def test_a_policy_that_raises_fails_its_episode_and_no_other(layouts, users_modu
     assert {row.spl for row in failed} == {0.0}
 
 
+@pytest.mark.cases(3)
 @pytest.mark.parametrize("action", [[0.0], [math.nan, 0.0], "left", None, [[0.0, 0.0]]])
 def test_what_is_no_action_fails_the_episode_with_a_reason(layouts, action):
     class Odd(Listener):
@@ -256,7 +262,7 @@ class Still(Policy):
 
 
 def test_layouts_passed_by_hand_are_kept_with_their_results(layouts, tmp_path):
-    evaluate(Still(), layouts[:1], out=tmp_path, progress=False)
+    evaluate(Still(), **brief(layouts[:1]), out=tmp_path)
     assert Layout.load(tmp_path / "layouts" / "first.json").hash == layouts[0].hash
 
 
@@ -297,4 +303,4 @@ def test_an_object_of_a_local_class_drives_in_workers(layouts):
     class Local(Still):
         pass
 
-    assert [row.error for row in evaluate(Local(), layouts[:2], workers=2, progress=False).rows] == [None] * 6
+    assert [row.error for row in evaluate(Local(), **brief(layouts[:2]), workers=2).rows] == [None] * 6

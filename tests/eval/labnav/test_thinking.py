@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from labgym.cli import main
 from labgym.errors import DocumentError, OptionError
 from labgym.eval.driving.files import EpisodeTime
 from labgym.eval.evaluator import evaluate
-from labgym.eval.labnav import runner
+from labgym.eval.labnav import evaluation, runner
 from labgym.eval.labnav.evaluation import LabNavEvaluation, Thinking, percentile
 from labgym.eval.labnav.rules import delay_of
 from labgym.eval.labnav.suites import LabNavSuite
@@ -80,8 +81,14 @@ def test_the_latency_is_measured_once_and_kept_in_the_folder(suite, thoughtful, 
     assert again.summary == first.summary
 
 
-def test_a_quick_policy_and_a_built_in_one_have_the_latency_that_they_declare(suite, monkeypatch):
-    assert {row.delay for row in evaluate(Quick(), suite, progress=False).rows} == {0}
+@pytest.mark.parametrize(("milliseconds", "delay"), [(None, 0), (99.0, 0), (101.0, 2), (230.0, 3)])
+def test_the_latency_follows_from_the_time_of_the_probe(suite, monkeypatch, milliseconds, delay):
+    probe = SimpleNamespace(high_ms=milliseconds)
+    monkeypatch.setattr(evaluation, "drive_floor", lambda *_: (probe,))
+    assert {row.delay for row in evaluate(Quick(), suite, progress=False).rows} == {delay}
+
+
+def test_a_built_in_policy_has_the_latency_that_it_declares(suite, monkeypatch):
     monkeypatch.setattr(runner, "charged_latency", None)
     report = evaluate("stack", suite, progress=False)
     assert (report.summary.latency, report.summary.declared) == (0.1, None)
@@ -104,8 +111,7 @@ def test_the_mark_is_in_the_published_file_the_tables_and_the_comparison(suite, 
     assert f"its actions come {report.summary.latency:g} s late" in mark
     saved = LabNavResult.load(LabNavResult.of(folder).save(tmp_path / "thoughtful.json"))
     assert saved.mark == mark
-    evaluation = LabNavEvaluation.read(folder)
-    assert f"thoughtful {mark}." in score_notes([evaluation])
+    assert f"thoughtful {mark}." in score_notes([LabNavEvaluation.read(folder)])
     evaluate(Quick(), suite, out=tmp_path / "quick", progress=False)
     comparison = compare(*chosen_evaluations([folder, tmp_path / "quick"]))
     assert f"thoughtful {mark}." in comparison_tables(comparison)[0].notes

@@ -13,6 +13,7 @@ from labnav_folders import write_folder
 from labnav_suites import draw_suite
 
 from labgym.cli import main
+from labgym.envs.labnav.episodes import LabNavEpisodes
 from labgym.envs.labnav.tasks import FIGURE_TASKS
 from labgym.errors import DocumentError, OptionError
 from labgym.eval.driving.episode_row import LabNavRow
@@ -88,13 +89,19 @@ def test_only_whole_tasks_of_the_suite_labnav_are_published(name, tmp_path):
     assert not (tmp_path / "mine.json").exists()
 
 
+@functools.cache
+def whole_task(task: str) -> LabNavEpisodes:
+    """Return all published episodes of a task on the headline's level."""
+    return load_labnav(f"labnav-{task}").parts[0]
+
+
 @pytest.fixture(scope="module")
 def result_of(folder):
     """Return a function that returns a complete result of a published task with the same score in every episode."""
     (row,) = read_records(folder / EPISODES, LabNavRow).values()
 
     def result(task: str, score: float, per_floor: int = 5, **fields: Any) -> LabNavResult:
-        part = load_labnav(f"labnav-{task}").parts[0].first(None, per_floor)
+        part = whole_task(task).first(None, per_floor)
         suite = LabNavSuite(f"labnav-{task}", (part,))
         same = {"suite": part.label, "task": task, "level": 2, "score": score}
         rows = [row.model_copy(update={**same, "floor": one.floor, "number": one.number}) for one in part.episodes]

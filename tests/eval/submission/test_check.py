@@ -62,7 +62,7 @@ def test_an_honest_result_passes(submission, suite_file):
 
 
 def test_an_honest_result_of_a_policy_of_ones_own_passes_with_that_policy(tmp_path, monkeypatch):
-    suite_file = Suite(name="brief", split="test", layouts=("test-sub_01",), max_steps=40).save(tmp_path / "brief.json")
+    suite_file = Suite(name="brief", split="test", layouts=("test-sub_01",), max_steps=15).save(tmp_path / "brief.json")
     (tmp_path / "own_policies.py").write_text(
         "import numpy as np\nfrom labgym.policies import Policy\n\n"
         "class Arc(Policy):\n"

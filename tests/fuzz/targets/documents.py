@@ -23,12 +23,10 @@ from labgym.layouts.rules import PAPER
 from labgym.layouts.sites import FloorFile
 from labgym.layouts.trace import Recorder, Trace
 
-ROOT = Path(__file__).resolve().parents[3]
 PACKAGED = re.compile(
     r"labgym\.(assets\.(?!catalog|forge)|layouts\.(habits|splits)|protocols\.(synthesis|refusals|language)|eval\.reports)"
 )
 """Documents that labgym reads from its own package only."""
-FOLDERS = ("assets", "layouts", "policies", "eval")
 
 
 @cache
@@ -44,30 +42,23 @@ def kinds() -> dict[str, type[Document]]:
     }
 
 
-@cache
-def files() -> dict[str, list[Any]]:
-    """Return up to three of the smallest published documents of each schema."""
-    found: dict[str, list[tuple[int, str, Any]]] = {}
-    for path in (path for folder in FOLDERS for path in (ROOT / folder).rglob("*.json")):
-        data = json.loads(path.read_bytes())
-        if isinstance(data, dict) and "schema" in data:
-            found.setdefault(data["schema"], []).append((path.stat().st_size, str(path), data))
-    return {
-        schema: [data for _, _, data in sorted(each, key=lambda one: one[:2])[:3]] for schema, each in found.items()
-    }
-
-
 def targets() -> Iterator[Target]:
     """Yield a target for each kind of document."""
     for name, kind in kinds().items():
         share = 0.25 if PACKAGED.match(name) else 0.5
         yield Target(
-            f"document {name.removeprefix('labgym.')}", partial(_prepare, kind), partial(_read, kind), share=share
+            f"document {name.removeprefix('labgym.')}",
+            partial(_prepare, kind),
+            partial(_read, kind),
+            ("fuzz.seeds",),
+            share=share,
         )
 
 
 def _prepare(kind: type[Document]) -> Callable[[Random | None], Case]:
-    seeds = [data for data in files().get(kind.SCHEMA, []) if _fits(kind, data)]
+    from fuzz.seeds import SEEDS
+
+    seeds = [data for data in SEEDS.get(kind.SCHEMA, []) if _fits(kind, data)]
     if kind is Layout:
         old = load_published("val", published("val")[0])
         rooms = Layout(id="rooms", floor=two_rooms(), placements=old.placements[:2])

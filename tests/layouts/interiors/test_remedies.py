@@ -11,7 +11,7 @@ from labgym.layouts import Placement, generate
 from labgym.layouts.floor import Door, Floor, KeepOut, Room, Service
 from labgym.layouts.floor.changes import extended, stretched
 from labgym.layouts.generate import resolve_request
-from labgym.layouts.remedies import TRIALS, remedies, with_remedies
+from labgym.layouts.remedies import LONGER, TRIALS, _least, remedies, with_remedies
 
 HALL = Room(width=10.0, depth=8.0, doors=(Door(wall="front", offset=1.5), Door(wall="right", offset=6.5))).floor
 
@@ -66,6 +66,19 @@ def test_a_fixed_piece_that_cuts_a_door_off_is_named():
     assert (type(told), "\n" in str(told)) == (type(error), False)
     assert "this change makes it feasible: remove the fixed piece 'old_island'" in str(told)
     generate("sub_01", 1, floor=floor, fixed=pieces[1:])
+
+
+@pytest.mark.parametrize("lacking", [0.1, 0.3, 0.7, 1.9, 3.2, 3.3])
+def test_the_least_length_that_helps_is_found_in_few_trials(lacking):
+    tried = []
+
+    def attempt(by):
+        tried.append(by)
+        return f"longer by {by}" if by >= lacking - 1e-9 else None
+
+    found = _least(attempt)
+    assert found == ((pytest.approx(lacking), f"longer by {found[0]}") if lacking <= LONGER[-1] else None)
+    assert len(tried) <= len(LONGER) + 5
 
 
 @pytest.mark.slow

@@ -115,6 +115,7 @@ def test_an_interrupted_study_resumes_and_ends_with_the_same_bytes(folder, tmp_p
     assert content(tmp_path / "again") == content(folder)
 
 
+@pytest.mark.slow  # test_shards.py has workers
 def test_two_workers_write_the_same_bytes_as_one(folder, tmp_path):
     reproduce(SquareStudy(), tmp_path / "two", ExecutorOptions(workers=2), progress=False)
     assert content(tmp_path / "two") == content(folder)

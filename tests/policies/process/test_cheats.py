@@ -6,6 +6,7 @@ import itertools
 import os
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +21,7 @@ from labgym.layouts import load_published, published
 from labgym.navigation import goal_pairs
 from labgym.policies import make_policy
 from labgym.policies.process import PolicyProcess, PolicySource, linux
-from labgym.suites import Suite
+from labgym.suites import Suite, suite_of
 
 HERE = Path(__file__).parent
 MARK = "labgym-test-mark"
@@ -47,9 +48,15 @@ def measured(drive: TransitionDrive) -> dict[str, object]:
     return drive.row.model_dump(exclude={"planning_ms"})
 
 
+@cache
+def honest() -> list[dict[str, object]]:
+    return driven("Honest")
+
+
 @pytest.mark.parametrize("cheat", CHEATS)
 def test_a_cheat_gains_nothing(cheat):
-    assert driven(cheat) == driven("Honest")
+    expected = honest()
+    assert driven(cheat) == expected
 
 
 @pytest.mark.parametrize("cheat", ["Searching", "Climbing", "Remembering"])
@@ -78,7 +85,7 @@ def test_an_ordinary_user_cannot_read_the_evaluators_memory_while_it_drives(guar
         "    linux.unreadable_memory = contextlib.nullcontext\n"
         "print([row['error'] for row in driven('Reading')][0])\n"
     )
-    result = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=120)
+    result = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=600)
     if guarded:
         assert result.stdout == "None\n", result.stderr
     else:
@@ -113,9 +120,10 @@ def test_layouts_with_one_goal_have_one_generator():
 
 
 def test_the_evaluation_afterwards_is_untouched_by_a_policy_that_patches_labgym():
-    before = evaluate("straight", [LAYOUT], progress=False)
-    evaluate("cheats:Patching", [LAYOUT], progress=False)
-    after = evaluate("straight", [LAYOUT], progress=False)
+    short = {"suite": suite_of([LAYOUT]).model_copy(update={"max_steps": 40}), "layouts": [LAYOUT], "progress": False}
+    before = evaluate("straight", **short)
+    evaluate("cheats:Patching", **short)
+    after = evaluate("straight", **short)
     rows = [[row.model_dump(exclude={"planning_ms"}) for row in report.rows] for report in (before, after)]
     assert rows[0] == rows[1]
 

@@ -82,8 +82,8 @@ WAYS = {
     "segfaults": "the policy's process was killed by SIGSEGV",
     "kills_its_parent": "the policy's process ended",
     "kills_its_grandparent": "the policy's process ended",
-    "hangs": "act took longer than 1 s",
-    "sleeps_deaf": "act took longer than 1 s",
+    "hangs": "act took longer than 4 s",
+    "sleeps_deaf": "act took longer than 4 s",
     "three_numbers": "act returned shape (3,), expected two finite numbers in [-1, 1]",
     "nothing": "act returned shape (), expected two finite numbers in [-1, 1]",
     "text": "act returned a str, expected two numbers in [-1, 1]",
@@ -102,12 +102,12 @@ WAYS = {
 @pytest.mark.cases(12)
 @pytest.mark.parametrize("way", WAYS)
 def test_a_policy_that_misbehaves_fails_its_episode_and_no_other(way, honest, tmp_path):
-    limits = ProcessLimits(call_seconds=1.0 if WAYS[way].startswith("act took") else 20.0)
+    limits = ProcessLimits(call_seconds=4.0 if WAYS[way].startswith("act took") else 120.0)
     drives = driven("Misbehaving", limits, way=way, goal_x=goal_x(1), folder=str(tmp_path))
     assert drives[1].row.error == WAYS[way]
     assert (drives[1].row.success, drives[1].row.steps) == (False, 2)
     assert [measured(drives[0]), measured(drives[2])] == [honest[0], honest[2]]
-    assert within(5.0, lambda: not any(running(int(path.name)) for path in tmp_path.iterdir()))
+    assert within(60.0, lambda: not any(running(int(path.name)) for path in tmp_path.iterdir()))
     assert not Path(f"{tmp_path}-bomb").exists()
 
 
@@ -137,7 +137,7 @@ def test_what_a_policy_prints_is_no_output_of_the_evaluation(tmp_path):
         "from test_guards import driven\n"
         "print([drive.row.error for drive in driven('Printing')])\n"
     )
-    result = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=120, check=True)
+    result = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=600, check=True)
     assert result.stdout == "[None, None, None]\n"
     assert result.stderr.count("raw reset") == 3
     assert result.stderr.count("program") == 3 * BRIEF.max_steps
@@ -207,14 +207,14 @@ def test_nothing_remains_when_the_evaluator_dies(number, hang, tmp_path):
     )
     names = {"load": {"host", "loader"}, "act": {"host", "loader", "episode", "child"}}[hang]
     count = {"load": 2, "act": 5}[hang]
-    assert within(60.0, lambda: len(whole(pids)) >= count)
+    assert within(300.0, lambda: len(whole(pids)) >= count)
     assert names <= {path.name for path in whole(pids)}
     noted = [int(path.name) if path.name.isdigit() else int(path.read_text()) for path in whole(pids)]
     assert all(running(pid) for pid in noted)
     assert len(noted) == count
     os.kill(evaluator.pid, number)
-    evaluator.wait(20.0)
-    assert within(5.0, lambda: not any(running(pid) for pid in noted))
+    evaluator.wait(120.0)
+    assert within(60.0, lambda: not any(running(pid) for pid in noted))
 
 
 def test_a_missing_package_keeps_its_class(tmp_path, monkeypatch):

@@ -54,7 +54,7 @@ print({{row.error for row in evaluate(policy, [small_laboratory("script")], prog
 def test_a_script_without_a_main_guard_evaluates_its_own_class(tmp_path):
     """Class and variable travel by value; the script does not run again in the policy's process."""
     (tmp_path / "script.py").write_text(SCRIPT)
-    result = subprocess.run([sys.executable, "script.py"], cwd=tmp_path, capture_output=True, text=True, timeout=300)
+    result = subprocess.run([sys.executable, "script.py"], cwd=tmp_path, capture_output=True, text=True, timeout=600)
     assert result.stdout == "started\n{'RuntimeError: speed 0.25'} 0\n", result.stderr
 
 

@@ -123,7 +123,7 @@ def test_task_heading_and_beaker_reach_the_policy(processes):
     ],
 )
 def test_a_policy_that_stops_wrongly_fails_with_a_reason(processes, way, reason):
-    process = processes(Broken(way), limits=ProcessLimits(call_seconds=1.0 if way == "sleeps" else 20.0))
+    process = processes(Broken(way), limits=ProcessLimits(call_seconds=1.0 if way == "sleeps" else 120.0))
     process.reset(start())
     with pytest.raises(PolicyError, match=reason):
         process.decide({})
@@ -138,6 +138,7 @@ def test_the_next_goal_of_an_episode_that_has_ended_is_refused(processes):
         process.next_goal(start())
 
 
+@pytest.mark.cases(3)
 @pytest.mark.parametrize("latency", [-0.1, float("nan"), float("inf"), 11.0, "fast", True])
 def test_a_latency_that_is_none_is_refused(latency):
     policy = Plain()
