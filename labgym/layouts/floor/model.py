@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Any, ClassVar, Self
 
@@ -11,7 +13,7 @@ from numpy.typing import NDArray
 from pydantic import Field, ValidationError, model_validator
 
 from labgym.errors import LabgymError, UnknownNameError
-from labgym.geometry import BoxArray, OrientedBox, to_local
+from labgym.geometry import BoxArray, OrientedBox
 from labgym.layouts.floor.checks import check_access, check_counts, check_doorways, check_enclosed, check_overlaps
 from labgym.layouts.floor.doorways import Doorway, doorways_of
 from labgym.layouts.floor.fields import Growing
@@ -22,6 +24,28 @@ from labgym.layouts.floor.walls import Wall, extensions
 
 SERVED = 0.6
 """A service point serves the spaces that it is at most this far outside of: it may be in their walls, meters."""
+CHUNK = 4096
+"""Points that are compared with all rectangles at a time; bounds the memory."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Rectangles:
+    """Rectangles with frames of their own.
+
+    Attributes:
+        frames: x, y, cosine and sine of the yaw of each frame, (4, m). bounds: x0, y0, x1 and y1 in it, (4, m).
+    """
+
+    frames: NDArray[np.float64]
+    bounds: NDArray[np.float64]
+
+    def cover(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return whether points (n, 2) lie in some rectangle, shape (n,)."""
+        (x, y, cosine, sine), (x0, y0, x1, y1) = self.frames, self.bounds
+        dx, dy = points[:, :1] - x, points[:, 1:] - y
+        along, across = cosine * dx + sine * dy, cosine * dy - sine * dx
+        within = (along >= x0) & (along <= x1) & (across >= y0) & (across <= y1)
+        return np.asarray(within.any(axis=1))
 
 
 class Floor(Growing):
@@ -165,15 +189,19 @@ class Floor(Growing):
         Solids are not looked at: a point in a column or in the leaf of a door may be inside.
         """
         points = np.asarray(points, dtype=np.float64).reshape(-1, 2)
-        within = np.zeros(len(points), dtype=np.bool_)
-        for space in self.spaces:
-            within |= space.contains(points)
-        for doorway in self.doorways:
-            if not doorway.exit:
-                box = doorway.floor
-                local = np.abs(to_local(points, (box.x, box.y, box.yaw)))
-                within |= (local[:, 0] <= box.width / 2.0) & (local[:, 1] <= box.depth / 2.0)
-        return within
+        chunks = (points[start : start + CHUNK] for start in range(0, len(points), CHUNK))
+        return np.concatenate([np.zeros(0, dtype=np.bool_), *map(self._walkable.cover, chunks)])
+
+    @cached_property
+    def _walkable(self) -> _Rectangles:
+        """The rectangles of spaces and of interior doorways."""
+        rows = [(space.frame, (r.x0, r.y0, r.x1, r.y1)) for space in self.spaces for r in space.region]
+        for box in (doorway.floor for doorway in self.doorways if not doorway.exit):
+            half_width, half_depth = box.width / 2.0, box.depth / 2.0
+            rows.append(((box.x, box.y, box.yaw), (-half_width, -half_depth, half_width, half_depth)))
+        turns = [(math.cos(yaw), math.sin(yaw)) for (_, _, yaw), _ in rows]
+        frames = [(x, y, *turn) for ((x, y, _), _), turn in zip(rows, turns, strict=True)]
+        return _Rectangles(np.array(frames).T, np.array([bounds for _, bounds in rows]).T)
 
     def services_of(self, space_id: str) -> tuple[Service, ...]:
         """Return the service points in a space, in the walls around it, and on their other sides."""
