@@ -114,12 +114,15 @@ class FreeSpace:
         barriers: what the disc keeps its distance from.
         obstacles: the rectangles among the barriers.
         low, high: (2,) corners of a rectangle that contains the positions.
+
+    Args:
+        area: (2,) and (2,) corners of the part of the plane for which cells are made; by default that of the positions.
     """
 
-    def __init__(self, barriers: Barriers, radius: float) -> None:
+    def __init__(self, barriers: Barriers, radius: float, area: tuple[Array, Array] | None = None) -> None:
         self.obstacles, self.radius = barriers.obstacles, radius
         self.low, self.high = barriers.low + radius, barriers.high - radius
-        self.barriers = barriers
+        self.barriers, self._area = barriers, area
 
     def holds(self, points: Array) -> NDArray[np.bool_]:
         """Whether points (m, 2) are free."""
@@ -144,7 +147,8 @@ class FreeSpace:
     @cached_property
     def cells(self) -> Cells:
         """The cells of the floor."""
-        return Cells(self.obstacles, self.radius, self.low, self.high)
+        low, high = (self.low, self.high) if self._area is None else self._area
+        return Cells(self.obstacles, self.radius, np.maximum(low, self.low), np.minimum(high, self.high))
 
     def regions(self, point: Array) -> Index:
         """Return the regions of open cells to whose centers a straight way leads from a free point (2,), ascending.

@@ -161,6 +161,16 @@ class Arrangement:
         return [row for row, placement in enumerate(self.placements) if placement.support not in (FLOOR, WALL)]
 
     @cached_property
+    def roots(self) -> list[int]:
+        """Row of the floor or wall object that finally carries each object, n values."""
+        supports = [self.index.get(placement.support, row) for row, placement in enumerate(self.placements)]
+        carriers = np.array(supports, dtype=np.intp)
+        while (carriers[carriers] != carriers).any():
+            carriers = carriers[carriers]
+        roots: list[int] = carriers.tolist()
+        return roots
+
+    @cached_property
     def reagents(self) -> list[int]:
         """Rows of the reagents."""
         return [row for row, asset in enumerate(self.assets) if asset.kind == "reagent"]
