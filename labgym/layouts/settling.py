@@ -213,6 +213,5 @@ def _obstacles(
 
 def _whole(layout: Layout, placement_id: str) -> OrientedBox:
     """A placement's bounding box, as high as its fittings."""
-    box, asset = layout.box(placement_id), layout.asset(placement_id)
-    top = max((fitting.z1 for fitting in asset.fittings), default=0.0)
-    return replace(box, z1=max(box.z1, box.z0 + top))
+    box, fittings = layout.box(placement_id), layout.asset(placement_id).fittings
+    return replace(box, z1=max(box.z1, *(box.z0 + fitting.z1 for fitting in fittings))) if fittings else box

@@ -22,6 +22,10 @@ BUILDING = frozenset({"opening", "robot"})
 """Categories that are not objects of the layout: doors and windows belong to the room, the robot to the episode."""
 
 Fact = TypeVar("Fact")
+BY_ASSET = ("index", "by_role", "reagents", "hoods", "showers")
+"""Properties that depend on the assets of the objects alone."""
+BY_SUPPORT = ("_carriers", "roots", "supported", "standing", "standing_fast", "workplaces")
+"""Properties that depend on the assets of the objects and on what carries each."""
 
 
 @dataclass(frozen=True)
@@ -53,6 +57,8 @@ class Arrangement:
     others: tuple[Placement, ...] = ()
     _facts: dict[str, dict[int, Any]] = field(default_factory=dict, compare=False, repr=False)
     """Facts that this or an earlier state has found (`facts`), by name and row."""
+    _carried: dict[str, dict[int, Any]] = field(default_factory=dict, compare=False, repr=False)
+    """Those that depend on what carries the object, too."""
 
     @classmethod
     def of(cls, layout: Layout, earlier: Arrangement | None = None) -> Arrangement:
@@ -64,6 +70,9 @@ class Arrangement:
         Raises:
             UnknownNameError: a placement's asset does not exist.
         """
+        replaced = None if earlier is None else earlier._replaced(layout)
+        if replaced is not None:
+            return replaced
         pairs = [(placement, layout.asset(placement.id)) for placement in layout.placements]
         objects = [(placement, asset) for placement, asset in pairs if asset.category not in BUILDING]
         others = tuple(placement for placement, asset in pairs if asset.category in BUILDING)
@@ -86,6 +95,47 @@ class Arrangement:
                     for name, known in earlier._facts.items()
                 }
         return cls(layout, tuple(p for p, _ in objects), tuple(a for _, a in objects), boxes, others, facts)
+
+    def _replaced(self, layout: Layout) -> Arrangement | None:
+        """Return the arrangement of a layout with the same objects, some of which stand otherwise; None of another."""
+        old = self.layout
+        if old.catalog is not layout.catalog or len(old.placements) != len(layout.placements):
+            return None
+        pairs = [(one, other) for one, other in zip(old.placements, layout.placements, strict=True) if one is not other]
+        if any((one.id, one.asset, one.role) != (other.id, other.asset, other.role) for one, other in pairs):
+            return None
+        if any(one.id not in self.index for one, _ in pairs):
+            return None
+        placements, assets = list(self.placements), list(self.assets)
+        changed = [self.index[one.id] for one, _ in pairs]
+        for row, (_, other) in zip(changed, pairs, strict=True):
+            placements[row], assets[row] = other, layout.asset(other.id)
+        kept = np.delete(np.arange(len(self)), changed)
+        boxes = BoxArray.of([placed_box(placements[row], assets[row]) for row in changed])
+        boxes = self.boxes.merged(kept, kept, boxes, changed)
+        facts, carried = {}, {}
+        if old.floor is layout.floor:
+            facts = {name: _without(known, changed) for name, known in self._facts.items()}
+            moved = np.flatnonzero(self._on_any(changed)).tolist() if self._carried else []
+            carried = {name: _without(known, moved) for name, known in self._carried.items()}
+        new = Arrangement(layout, tuple(placements), tuple(assets), boxes, self.others, facts, carried)
+        shared = [*BY_ASSET, *(BY_SUPPORT if all(one.support == other.support for one, other in pairs) else ())]
+        new.__dict__.update((name, self.__dict__[name]) for name in shared if name in self.__dict__)
+        return new
+
+    def _on_any(self, rows: Sequence[int]) -> NDArray[np.bool_]:
+        """Return which objects are some objects, or stand on or in one of them at any depth, shape (n,)."""
+        found = np.zeros(len(self), dtype=np.bool_)
+        found[list(rows)] = True
+        while (found[self._carriers] & ~found).any():
+            found |= found[self._carriers]
+        return found
+
+    @cached_property
+    def _carriers(self) -> NDArray[np.intp]:
+        """Row of the object on or in which each object stands, its own on the floor and on walls, shape (n,)."""
+        supports = [self.index.get(placement.support, row) for row, placement in enumerate(self.placements)]
+        return np.array(supports, dtype=np.intp)
 
     def __len__(self) -> int:
         return len(self.placements)
@@ -163,8 +213,7 @@ class Arrangement:
     @cached_property
     def roots(self) -> list[int]:
         """Row of the floor or wall object that finally carries each object, n values."""
-        supports = [self.index.get(placement.support, row) for row, placement in enumerate(self.placements)]
-        carriers = np.array(supports, dtype=np.intp)
+        carriers = self._carriers
         while (carriers[carriers] != carriers).any():
             carriers = carriers[carriers]
         roots: list[int] = carriers.tolist()
@@ -212,13 +261,16 @@ class Arrangement:
             if placement.support == FLOOR and asset.clearance > 0.0 and asset.subtype not in MOVABLE
         ]
 
-    def facts(self, name: str, rows: Sequence[int], find: Callable[[list[int]], Sequence[Fact]]) -> list[Fact]:
+    def facts(
+        self, name: str, rows: Sequence[int], find: Callable[[list[int]], Sequence[Fact]], carried: bool = False
+    ) -> list[Fact]:
         """Return a fact of each of some objects; facts that an earlier arrangement has found are kept.
 
         Args:
             find: returns the facts of some rows; the fact of an object depends on no other object.
+            carried: whether it may depend on what carries the object, at any depth.
         """
-        facts: dict[int, Fact] = self._facts.setdefault(name, {})
+        facts: dict[int, Fact] = (self._carried if carried else self._facts).setdefault(name, {})
         new = [row for row in rows if row not in facts]
         if new:
             facts.update(zip(new, find(new), strict=True))
@@ -265,6 +317,14 @@ class Arrangement:
         if placement_id not in self.index:
             raise UnknownNameError("placement", placement_id, self.index)
         return self.index[placement_id]
+
+
+def _without(known: dict[int, Fact], rows: Sequence[int]) -> dict[int, Fact]:
+    """Return facts without those of some rows."""
+    facts = known.copy()
+    for row in rows:
+        facts.pop(row, None)
+    return facts
 
 
 @lru_cache(maxsize=1024)

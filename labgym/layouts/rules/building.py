@@ -347,11 +347,12 @@ class Building:
 
 def building_of(layout: Layout) -> Building:
     """Return the building of a layout; layouts with the same floor share it."""
-    return _building(layout.floor)
+    return building_on(layout.floor)
 
 
 @lru_cache(maxsize=16)
-def _building(floor: Floor) -> Building:
+def building_on(floor: Floor) -> Building:
+    """Return the building of a floor."""
     return Building(floor)
 
 

@@ -20,7 +20,7 @@ from labgym.layouts.floor import Floor
 from labgym.layouts.floor.solids import leaf
 from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.arrangement import Arrangement
-from labgym.layouts.rules.building import Building, Entrance
+from labgym.layouts.rules.building import Building, Entrance, building_on
 from labgym.layouts.rules.clearance import cells_to, lower_to_boxes
 from labgym.layouts.rules.thresholds import EGRESS_WIDTH, MOVABLE, PROTRUSION
 from labgym.layouts.rules.zones import HEADROOM
@@ -141,7 +141,7 @@ def _narrow_ways(
 
 
 def _exits(floor: Floor) -> tuple[Building, list[Entrance]]:
-    building = Building(floor)
+    building = building_on(floor)
     return building, [entrance for entrance in building.entrances if entrance.exit]
 
 
@@ -157,23 +157,27 @@ class _Place:
 
 
 def _places(arrangement: Arrangement, width: float) -> list[_Place]:
-    places = []
-    for row in arrangement.workplaces:
-        x, y, _ = goal_pose(arrangement.box(row))
-        reach = REACH if arrangement.assets[row].size.width < width else 0.0
-        places.append(_Place(arrangement.placements[row].id, arrangement.spaces[row], x, y, reach))
-    return places
+    def find(rows: list[int]) -> list[_Place]:
+        return [_place(arrangement, row, width) for row in rows]
+
+    return arrangement.facts(f"place of work {width}", arrangement.workplaces, find)
+
+
+def _place(arrangement: Arrangement, row: int, width: float) -> _Place:
+    x, y, _ = goal_pose(arrangement.box(row))
+    reach = REACH if arrangement.assets[row].size.width < width else 0.0
+    return _Place(arrangement.placements[row].id, arrangement.spaces[row], x, y, reach)
 
 
 def _obstacles(arrangement: Arrangement) -> list[OrientedBox]:
     """Floor objects that are not movable, and objects on walls that protrude."""
     obstacles = []
-    for placement, asset in zip(arrangement.placements, arrangement.assets, strict=True):
-        box = arrangement.layout.box(placement.id)
+    for row in arrangement.standing:
+        placement, asset = arrangement.placements[row], arrangement.assets[row]
         standing = placement.support == FLOOR and asset.subtype not in MOVABLE
         protruding = placement.support == WALL and asset.size.depth > PROTRUSION
-        if (standing or protruding) and box.z0 < HEADROOM:
-            obstacles.append(box)
+        if (standing or protruding) and placement.position[2] < HEADROOM:
+            obstacles.append(arrangement.box(row))
     return obstacles
 
 
@@ -205,7 +209,7 @@ class _Clearance:
 
     @classmethod
     def of(cls, floor: Floor, obstacles: tuple[OrientedBox, ...], leaves: tuple[OrientedBox, ...]) -> _Clearance:
-        x0, y0, x1, y1 = bounds = Building(floor).bounds
+        x0, y0, x1, y1 = bounds = building_on(floor).bounds
         values = _among(floor, obstacles)
         if leaves:
             values = values.copy()
@@ -283,7 +287,7 @@ def _among(floor: Floor, obstacles: tuple[OrientedBox, ...]) -> Array:
 
     The rule and its strict version ask for the same obstacles one after the other.
     """
-    x0, y0, x1, y1 = Building(floor).bounds
+    x0, y0, x1, y1 = building_on(floor).bounds
     values = _between_walls(floor).copy()
     lower_to_boxes(values, _nodes(x0, x1), _nodes(y0, y1), obstacles, WIDEST / 2.0)
     values.setflags(write=False)
@@ -293,7 +297,7 @@ def _among(floor: Floor, obstacles: tuple[OrientedBox, ...]) -> Array:
 @lru_cache(maxsize=2)
 def _between_walls(floor: Floor) -> Array:
     """Return the clearance of grid points from walls, (ny, nx) meters, read-only."""
-    building = Building(floor)
+    building = building_on(floor)
     x0, y0, x1, y1 = building.bounds
     values = building.clearance(_nodes(x0, x1), _nodes(y0, y1), WIDEST / 2.0)
     values.setflags(write=False)
