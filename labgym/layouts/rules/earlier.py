@@ -40,6 +40,12 @@ def kinds(site: Site, row: int) -> object:
     return placement.model_copy(update={"position": (0.0, 0.0, 0.0), "yaw": 0.0})
 
 
+def carriage(site: Site, row: int) -> object:
+    """Look at what objects are and what they stand on directly, not at where."""
+    placement = site.arrangement.placements[row]
+    return placement.id, placement.asset, placement.role, placement.size, placement.support
+
+
 @dataclass(frozen=True)
 class Changes:
     """The objects that differ between two states of a layout: the row of each in both, None where it is absent."""
