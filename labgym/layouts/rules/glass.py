@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from labgym.assets import Asset
 from labgym.geometry import BoxArray
@@ -12,6 +13,9 @@ from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.bounds import fallen
 from labgym.layouts.rules.rule import Instance, Term
 from labgym.layouts.rules.thresholds import Profile
+
+if TYPE_CHECKING:
+    from labgym.layouts.rules.site import Site
 
 
 def glass_instances(arrangement: Arrangement, profile: Profile) -> tuple[Instance, ...]:
@@ -64,6 +68,11 @@ def _fragile(asset: Asset) -> bool:
     return asset.kind == "instrument" and asset.hazards.glass_container
 
 
+def _fragile_and_carriers(site: Site, row: int) -> object:
+    asset = site.arrangement.assets[row]
+    return site.arrangement.placements[row] if asset.surfaces or _fragile(asset) else None
+
+
 def _margins(arrangement: Arrangement, rows: list[int]) -> list[float | None]:
     """Return the distance of glassware from the edge of the surface, meters; None of what is in a cabinet."""
     standing = [_standing(arrangement, row) for row in rows]
@@ -82,6 +91,7 @@ GLASS_ON_SURFACES = Term(
     requires="Glassware stands away from the edges of its surface",
     source="Prudent Practices; profile `glass`",
     instances=lambda site: glass_instances(site.arrangement, site.profile),
+    looks_at=_fragile_and_carriers,
 )
 GLASS = replace(
     GLASS_ON_SURFACES,

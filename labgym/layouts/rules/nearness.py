@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 
 from labgym.geometry import pairwise_distance
 from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.earlier import chemicals, kinds
 from labgym.layouts.rules.rule import Instance, Term
 from labgym.layouts.rules.whereabouts import Whereabouts
 from labgym.navigation import goal_pose
@@ -85,6 +86,7 @@ NEAR = Term(
     instances=lambda site: () if site.protocol is None else near_instances(site.arrangement, site.protocol),
     remedy=_together,
     chemical=False,
+    looks_at=chemicals,
 )
 
 
@@ -143,4 +145,5 @@ VENTILATED = Term(
     instances=lambda site: () if site.protocol is None else ventilation_instances(site.arrangement, site.protocol),
     remedy=_inside_hood,
     void="unusable",
+    looks_at=kinds,
 )

@@ -39,7 +39,12 @@ def resolved(names: tuple[str, ...], catalog: Catalog) -> tuple[str, ...]:
 
 
 @lru_cache(maxsize=1024)
-def _role(name: str, catalog: Catalog) -> str:
+def role_of(name: str, catalog: Catalog) -> str:
+    """Return the role of an asset named in any way that the catalog knows.
+
+    Raises:
+        UnknownNameError: the catalog has no such asset.
+    """
     return catalog.find(name).role
 
 
@@ -52,7 +57,7 @@ class Whereabouts:
 
     def role(self, name: str) -> str:
         """Return the role of an asset that the protocol names."""
-        return _role(name, self.arrangement.layout.catalog)
+        return role_of(name, self.arrangement.layout.catalog)
 
     def of_name(self, name: str) -> tuple[int, ...]:
         """Return the rows of an asset that the protocol names; empty if it is not placed."""
