@@ -41,6 +41,21 @@ class Solids:
 
 
 @dataclass(frozen=True)
+class Replacement:
+    """What an arrangement was before some of its objects moved.
+
+    Attributes:
+        local: the local facts of that state, by name and row.
+        rows: rows of the objects that have moved since.
+        bounds: least and greatest coordinates of all objects then, as `Arrangement.bounds`.
+    """
+
+    local: dict[str, dict[int, Any]]
+    rows: NDArray[np.intp]
+    bounds: tuple[NDArray[np.float64], NDArray[np.float64]]
+
+
+@dataclass(frozen=True)
 class Arrangement:
     """The objects of a layout: its placements without doors, windows and robots, in the layout's order.
 
@@ -59,6 +74,9 @@ class Arrangement:
     """Facts that this or an earlier state has found (`facts`), by name and row."""
     _carried: dict[str, dict[int, Any]] = field(default_factory=dict, compare=False, repr=False)
     """Those that depend on what carries the object, too."""
+    local: dict[str, dict[int, Any]] = field(default_factory=dict, compare=False, repr=False)
+    """Facts that depend on the objects around (`local_facts`), by name and row; collisions, in their order."""
+    replacement: Replacement | None = field(default=None, compare=False, repr=False)
 
     @classmethod
     def of(cls, layout: Layout, earlier: Arrangement | None = None) -> Arrangement:
@@ -110,7 +128,7 @@ class Arrangement:
         changed = [self.index[one.id] for one, _ in pairs]
         for row, (_, other) in zip(changed, pairs, strict=True):
             placements[row], assets[row] = other, layout.asset(other.id)
-        kept = np.delete(np.arange(len(self)), changed)
+        kept = np.delete(np.arange(len(self)), np.array(changed, dtype=np.intp))
         boxes = BoxArray.of([placed_box(placements[row], assets[row]) for row in changed])
         boxes = self.boxes.merged(kept, kept, boxes, changed)
         facts, carried = {}, {}
@@ -118,7 +136,11 @@ class Arrangement:
             facts = {name: _without(known, changed) for name, known in self._facts.items()}
             moved = np.flatnonzero(self._on_any(changed)).tolist() if self._carried else []
             carried = {name: _without(known, moved) for name, known in self._carried.items()}
-        new = Arrangement(layout, tuple(placements), tuple(assets), boxes, self.others, facts, carried)
+        rows = np.array(changed, dtype=np.intp)
+        before = Replacement(self.local, rows, self.bounds) if old.floor is layout.floor else None
+        new = Arrangement(
+            layout, tuple(placements), tuple(assets), boxes, self.others, facts, carried, replacement=before
+        )
         shared = [*BY_ASSET, *(BY_SUPPORT if all(one.support == other.support for one, other in pairs) else ())]
         new.__dict__.update((name, self.__dict__[name]) for name in shared if name in self.__dict__)
         return new
@@ -160,28 +182,30 @@ class Arrangement:
         """Corners of the footprints in the room frame, shape (n, 4, 2)."""
         return self.boxes.corners()
 
-    @cached_property
-    def solids(self) -> Solids:
-        """Solid boxes of all objects."""
-        rows = zip(self.placements, self.assets, strict=True)
-        several = [row for row, (p, asset) in enumerate(rows) if asset.cavity is not None or p.state]
-        starts, counts = np.arange(len(self)), np.ones(len(self), dtype=np.intp)
+    def solids(self, chosen: Sequence[int]) -> Solids:
+        """Return the solid boxes of some objects."""
+        rows = np.array(chosen, dtype=np.intp)
+        base = self.boxes.take(rows)
+        starts, counts = np.arange(len(rows)), np.ones(len(rows), dtype=np.intp)
+        several = [
+            k for k, row in enumerate(chosen) if self.assets[row].cavity is not None or self.placements[row].state
+        ]
         if not several:
-            return Solids(self.boxes, starts, counts)
-        shells = [_shell(self.assets[row], self.placements[row].state) for row in several]
+            return Solids(base, starts, counts)
+        shells = [_shell(self.assets[chosen[k]], self.placements[chosen[k]].state) for k in several]
         counts[several] = [len(shell) for shell in shells]
-        starts[several] = len(self) + np.cumsum(counts[several]) - counts[several]
+        starts[several] = len(rows) + np.cumsum(counts[several]) - counts[several]
         owner = np.repeat(np.array(several), counts[several])
-        yaw = self.boxes.yaw[owner]
+        yaw = base.yaw[owner]
         local = np.concatenate([shell.centre for shell in shells])
         x = np.cos(yaw) * local[:, 0] - np.sin(yaw) * local[:, 1]
         y = np.sin(yaw) * local[:, 0] + np.cos(yaw) * local[:, 1]
-        z = np.concatenate([shell.z for shell in shells]) + self.boxes.z[owner, :1]
+        z = np.concatenate([shell.z for shell in shells]) + base.z[owner, :1]
         boxes = BoxArray(
-            np.concatenate([self.boxes.centre, self.boxes.centre[owner] + np.column_stack([x, y])]),
-            np.concatenate([self.boxes.half, *(shell.half for shell in shells)]),
-            np.concatenate([self.boxes.yaw, yaw + np.concatenate([shell.yaw for shell in shells])]),
-            np.concatenate([self.boxes.z, z]),
+            np.concatenate([base.centre, base.centre[owner] + np.column_stack([x, y])]),
+            np.concatenate([base.half, *(shell.half for shell in shells)]),
+            np.concatenate([base.yaw, yaw + np.concatenate([shell.yaw for shell in shells])]),
+            np.concatenate([base.z, z]),
         )
         return Solids(boxes, starts, counts)
 
@@ -271,6 +295,36 @@ class Arrangement:
             carried: whether it may depend on what carries the object, at any depth.
         """
         facts: dict[int, Fact] = (self._carried if carried else self._facts).setdefault(name, {})
+        new = [row for row in rows if row not in facts]
+        if new:
+            facts.update(zip(new, find(new), strict=True))
+        return [facts[row] for row in rows]
+
+    def local_facts(
+        self,
+        name: str,
+        rows: Sequence[int],
+        areas: NDArray[np.float64],
+        find: Callable[[list[int]], Sequence[Fact]],
+    ) -> list[Fact]:
+        """Return a fact of each of some objects; those around which nothing has moved are kept.
+
+        Args:
+            areas: x0, y0, x1, y1 of the area of each, (rows, 4) meters: the fact depends only on the object, on objects
+                whose bounds meet the area, and on their ids, not on rows.
+            find: returns the facts of some rows.
+        """
+        facts: dict[int, Fact] = self.local.setdefault(name, {})
+        before = self.replacement
+        known = {} if before is None else before.local.get(name, {})
+        if before is not None and known:
+            still = ~np.isin(np.array(rows, dtype=np.intp), before.rows)
+            for bounds in (before.bounds, self.bounds):
+                low, high = (ends[before.rows, :2] for ends in bounds)
+                apart = (low > areas[:, None, 2:]).any(axis=2) | (high < areas[:, None, :2]).any(axis=2)
+                still &= apart.all(axis=1)
+            kept = (row for row, stays in zip(rows, still.tolist(), strict=True) if stays and row in known)
+            facts.update((row, known[row]) for row in kept if row not in facts)
         new = [row for row in rows if row not in facts]
         if new:
             facts.update(zip(new, find(new), strict=True))

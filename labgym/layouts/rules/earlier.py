@@ -35,7 +35,7 @@ def nothing(*_: object) -> object:
 
 
 def chemicals(site: Site, row: int) -> object:
-    """Look at reagents, cabinets, heat sources and what protocols name; of others only at what they are and stand on."""
+    """Look at reagents, cabinets, heat sources and what protocols name, and at the kinds of others."""
     placement, asset = site.arrangement.placements[row], site.arrangement.assets[row]
     holds = asset.kind == "reagent" or asset.heat_class is not None or asset.storage_class is not None
     named = not site.named.isdisjoint((placement.asset, asset.name, asset.role))
