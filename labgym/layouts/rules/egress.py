@@ -115,11 +115,17 @@ def _narrow_exits(
         return ()
     field = _Clearance.of(floor, obstacles, leaves)
     places = [place for place in destinations if field.at(place.x, place.y) > 0.0]
+    nodes = np.array([field.node(place.x, place.y) for place in places], dtype=np.intp).reshape(-1, 2)
     narrow = []
     for number, entrance in enumerate(exits):
         joined = building.joined(entrance.space)
         area = field.area(entrance, radius)
-        missed = tuple(place for place in places if place.space in joined and not area.serves(place))
+        served = area.covers(nodes)
+        missed = tuple(
+            place
+            for place, is_covered in zip(places, served.tolist(), strict=True)
+            if not is_covered and place.space in joined and not area.serves(place)
+        )
         if missed:
             narrow.append((number, missed))
     return tuple(narrow)
@@ -273,6 +279,10 @@ class _Area:
     labels: NDArray[np.int32]
     inside: frozenset[int]
     radius: float
+
+    def covers(self, nodes: NDArray[np.intp]) -> NDArray[np.bool_]:
+        """Whether the disc moves freely to grid points, given by row and column, (n, 2)."""
+        return np.isin(self.labels[nodes[:, 0], nodes[:, 1]], list(self.inside))
 
     def serves(self, place: _Place) -> bool:
         """Whether the disc covers a place or comes within its reach."""

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,12 +60,11 @@ class Roadmap:
         Places of work count in rooms whose doors have no free place inside; without those, everything is reached.
         """
         walks, (item,) = self._walks(self._room(row)), self._used([row])
-        begins, ends = walks.begins, walks.ends_at(item)
-        if not len(begins) or not ends:
-            return not len(begins)
-        if walks.reached(item):
-            return True
-        return any(self.premises.paths.connected(begin, end) for begin in begins.tolist() for end in ends)
+        is_reached = walks.reached(item)
+        if is_reached is not None:
+            return is_reached
+        pairs = product(walks.begins.tolist(), walks.ends_at(item))
+        return any(self.premises.paths.connected(begin, end) for begin, end in pairs)
 
     def length(self, start: int, goals: Sequence[int]) -> float:
         """Return the exact length of the shortest walk from an object to the nearest of some equipment, meters."""

@@ -59,7 +59,7 @@ class RoomWalks:
     workplaces: tuple[Used, ...]
     _stands: dict[OrientedBox, Stand] = field(default_factory=dict)
     _near: dict[tuple[object, ...], NDArray[np.bool_]] = field(default_factory=dict)
-    _reached: dict[Used, bool] = field(default_factory=dict)
+    _reached: dict[Used, bool | None] = field(default_factory=dict)
 
     def stands(self, objects: Sequence[Used]) -> list[Stand]:
         """Return where people stand before objects, and whether that place is free: the first free place in front."""
@@ -114,12 +114,21 @@ class RoomWalks:
         free = fine[self.space.holds(fine)]
         return [*self.ends([item], anywhere=False), *free[:: max(1, len(free) // FINE_PLACES)].tolist()]
 
-    def reached(self, item: Used) -> bool:
-        """Whether lines lead from one of `begins` to one of `ends_at`."""
+    def reached(self, item: Used) -> bool | None:
+        """Whether a walk leads from one of `begins` to one of `ends_at`; None if straight lines do not tell.
+
+        Without a place to begin at, everything is reached.
+        """
         if item not in self._reached:
-            beyond = self._lines(self._hubs[0], np.array(self.ends_at(item))).min(axis=1)
-            self._reached[item] = bool(np.isfinite(self._hubs[1][-len(self._entries) :] + beyond).any())
+            self._reached[item] = self._reaches(item)
         return self._reached[item]
+
+    def _reaches(self, item: Used) -> bool | None:
+        ends = self.ends_at(item) if len(self.begins) else []
+        if not ends:
+            return not len(self.begins)
+        beyond = self._lines(self._hubs[0], np.array(ends)).min(axis=1)
+        return True if np.isfinite(self._hubs[1][-len(self._entries) :] + beyond).any() else None
 
     @cached_property
     def _entries(self) -> Array:
