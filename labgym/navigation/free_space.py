@@ -17,7 +17,7 @@ from labgym.navigation.tangents import QUARTER, Contacts, Corners
 CELLS_PER_RADIUS = 5
 MAX_CELLS = 2_000_000
 NEAR_CELLS = 3
-"""Open cells are looked up in so many rows and columns around a point."""
+"""Number of rows and columns on each side of a point in which open cells are looked up."""
 SAMPLE_COUNTS = (1, 2, 4, 8, 16, 32)
 """Numbers of sample points of a segment, one after the other until one of them is blocked."""
 Array = NDArray[np.float64]

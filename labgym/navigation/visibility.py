@@ -89,8 +89,7 @@ class ShortestPaths:
     def connected(self, start: Sequence[float], goal: Sequence[float]) -> bool:
         """Whether the disc can get from one point to another, without searching for the path; as `path`.
 
-        Ways that are a little wider than the disc are found on the cells of the floor; only where there are none does
-        the graph decide.
+        The cells of the floor show ways that are a few centimeters wider than the disc; the graph decides the rest.
         """
         (ax, ay), (bx, by) = start[:2], goal[:2]
         if not (self.free(ax, ay) and self.free(bx, by)):
