@@ -31,7 +31,7 @@ CHUNK = 4096
 
 @dataclass(frozen=True, eq=False)
 class _Rectangles:
-    """Rectangles with frames of their own.
+    """Rectangles in separate frames.
 
     Attributes:
         frames: x, y, cosine and sine of the yaw of each frame, (4, m). bounds: x0, y0, x1 and y1 in it, (4, m).

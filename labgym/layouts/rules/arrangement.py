@@ -42,7 +42,7 @@ class Solids:
 
 @dataclass(frozen=True)
 class Replacement:
-    """What an arrangement was before some of its objects moved.
+    """The state of an arrangement before some of its objects moved.
 
     Attributes:
         local: the local facts of that state, by name and row.
