@@ -94,7 +94,9 @@ class BoxArray:
     def __len__(self) -> int:
         return len(self.yaw)
 
-    def merged(self, rows: Sequence[int], own: Sequence[int], others: BoxArray, other_rows: Sequence[int]) -> BoxArray:
+    def merged(
+        self, rows: Sequence[int] | Rows, own: Sequence[int] | Rows, others: BoxArray, other_rows: Sequence[int]
+    ) -> BoxArray:
         """Return boxes of which some rows are rows of this array, and all others those of another array.
 
         Args:

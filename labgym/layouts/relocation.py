@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration, wrap_angle
+from labgym.geometry import BoxArray, OrientedBox, interpenetrating, wrap_angle
 from labgym.layouts.model import Layout
 from labgym.layouts.moves import Place, descendants
 from labgym.layouts.placement import FLOOR, WALL
@@ -107,10 +107,9 @@ def usable(layout: Layout, placement_id: str, poses: Sequence[Pose], gap: float)
 
 def _hits(boxes: Sequence[OrientedBox], others: Sequence[OrientedBox], depth: float) -> NDArray[np.bool_]:
     """Which boxes overlap one of the others by more than a depth in meters, shape (n,)."""
-    if not others:
-        return np.zeros(len(boxes), dtype=np.bool_)
-    overlaps = pairwise_penetration(BoxArray.of(boxes), BoxArray.of(others))
-    return np.asarray((overlaps > depth).any(axis=1))
+    hits = np.zeros(len(boxes), dtype=np.bool_)
+    hits[interpenetrating(BoxArray.of(boxes), BoxArray.of(others), depth)[0]] = True
+    return hits
 
 
 def _spread(layout: Layout, placement_id: str, poses: Sequence[Pose], most: int) -> list[Place]:

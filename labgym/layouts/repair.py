@@ -32,8 +32,9 @@ def fast_repair(layout: Layout, profile: str | Profile = "default") -> Layout:
     """
     limits = thresholds.profile(profile)
     layout = _put_back(layout, limits)
+    arrangement: Arrangement | None = None
     for _ in range(ROUNDS):
-        arrangement = Arrangement.of(layout)
+        arrangement = Arrangement.of(layout, arrangement)
         faults, overlaps = bounds_faults(arrangement), collisions(arrangement)
         if not faults and not overlaps:
             break

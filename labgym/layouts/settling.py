@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from labgym.assets import Asset
 from labgym.assets.model import APPARATUS_STAND
-from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
+from labgym.geometry import BoxArray, OrientedBox, interpenetrating
 from labgym.layouts.model import Layout
 from labgym.layouts.moves import Settle, descendants
 from labgym.layouts.placement import FLOOR, WALL, Placement
@@ -172,20 +172,21 @@ def _free(
     surface, size = layout.surface(support, slot), layout.asset(item).size
     carried = {item, *descendants(layout, item)}
     height = max(layout.box(each).z1 for each in carried) - layout.box(item).z0
-    boxes = []
-    for x, y, yaw in poses:
-        wx, wy = surface.to_world(x, y)
-        top = surface.z0 + height
-        boxes.append(OrientedBox(wx, wy, size.width, size.depth, surface.yaw + yaw, surface.z0 + 1e-3, top))
     left_out = carried | set(ignored)
     if layout.apparatus(support) == support:
         left_out |= {support, *(p.id for p in layout.placements if p.support == support)}
-    obstacles = _obstacles(layout, left_out, surface, surface.z0 + 1e-3, surface.z0 + height)
-    for gap in GAPS:
-        grown = [replace(box, width=box.width + 2.0 * gap, depth=box.depth + 2.0 * gap) for box in boxes]
-        free = np.ones(len(boxes), dtype=np.bool_)
-        if obstacles and grown:
-            free = np.asarray((pairwise_penetration(BoxArray.of(grown), BoxArray.of(obstacles)) <= 0.0).all(axis=1))
+    bottom, top = surface.z0 + 1e-3, surface.z0 + height
+    obstacles = _obstacles(layout, left_out, surface, bottom, top)
+    x, y, yaw = np.array(poses, dtype=np.float64).reshape(-1, 3).T
+    cosine, sine = math.cos(surface.yaw), math.sin(surface.yaw)
+    middles = np.column_stack([surface.x + (cosine * x - sine * y), surface.y + (sine * x + cosine * y)])
+    heights = np.tile((bottom, top), (len(poses), 1))
+    for gap in GAPS if poses else ():
+        half = np.tile(((size.width + 2.0 * gap) / 2.0, (size.depth + 2.0 * gap) / 2.0), (len(poses), 1))
+        grown = BoxArray(middles, half, surface.yaw + yaw, heights)
+        free = np.ones(len(poses), dtype=np.bool_)
+        if obstacles:
+            free[interpenetrating(grown, BoxArray.of(obstacles))[0]] = False
         chosen: list[tuple[float, float, float]] = []
         for index in np.flatnonzero(free).tolist():
             pose = poses[index]
@@ -204,16 +205,13 @@ def _obstacles(
     """Return the solids near a surface between two heights, without some objects."""
     around = replace(surface, width=surface.width + REACH, depth=surface.depth + REACH, z0=bottom, z1=top)
     others = [placement.id for placement in layout.placements if placement.id not in carried]
-    if not others:
-        return []
     boxes = BoxArray.of([_whole(layout, other) for other in others])
-    close = (pairwise_penetration(boxes, BoxArray.of([around])) > 0.0)[:, 0]
-    solids = [solid for k in np.flatnonzero(close).tolist() for solid in layout.solids(others[k])]
+    close, _, _ = interpenetrating(boxes, BoxArray.of([around]))
+    solids = [solid for k in close.tolist() for solid in layout.solids(others[k])]
     return [solid for solid in solids if solid.z0 < top and solid.z1 > bottom]
 
 
 def _whole(layout: Layout, placement_id: str) -> OrientedBox:
     """A placement's bounding box, as high as its fittings."""
-    box, asset = layout.box(placement_id), layout.asset(placement_id)
-    top = max((fitting.z1 for fitting in asset.fittings), default=0.0)
-    return replace(box, z1=max(box.z1, box.z0 + top))
+    box, fittings = layout.box(placement_id), layout.asset(placement_id).fittings
+    return replace(box, z1=max(box.z1, *(box.z0 + fitting.z1 for fitting in fittings))) if fittings else box

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from labgym.geometry import BoxArray, OrientedBox, pairwise_penetration
+from labgym.geometry import BoxArray, OrientedBox, interpenetrating
 from labgym.layouts.fitting import Keepouts, along_walls, on_floor, on_wall
 from labgym.layouts.model import Layout
-from labgym.layouts.moves import Place, apply, may_move, without
+from labgym.layouts.moves import Place, apply, descendants, may_move, without
 from labgym.layouts.placement import FLOOR, WALL, Placement
 from labgym.layouts.rules.thresholds import LOOSE, MOVABLE, PENETRATION
 from labgym.layouts.rules.zones import INTRUSION
@@ -39,7 +39,8 @@ def _is_accessory(layout: Layout, placement: Placement) -> bool:
 
 def _out_of_the_way(layout: Layout, placement: Placement, keepouts: Keepouts) -> Layout:
     box = layout.box(placement.id)
-    others = [layout.box(item.id) for item in without(layout, [placement.id]).placements]
+    gone = {placement.id, *descendants(layout, placement.id)}
+    others = [layout.box(item.id) for item in layout.placements if item.id not in gone]
     barred = [*keepouts.areas, *keepouts.stands]
     if layout.asset(placement.id).subtype not in LOOSE:
         barred += keepouts.zones
@@ -51,9 +52,7 @@ def _out_of_the_way(layout: Layout, placement: Placement, keepouts: Keepouts) ->
 
 def _reaches(box: OrientedBox, others: Sequence[OrientedBox], depth: float) -> bool:
     """Whether a box overlaps one of the others by more than a depth in meters."""
-    if not others:
-        return False
-    return bool((pairwise_penetration(BoxArray.of([box]), BoxArray.of(others)) > depth).any())
+    return bool(len(interpenetrating(BoxArray.of([box]), BoxArray.of(others), depth)[0]))
 
 
 def _place(layout: Layout, placement_id: str, keepouts: Keepouts) -> Place | None:

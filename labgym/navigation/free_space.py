@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,6 +16,8 @@ from labgym.navigation.tangents import QUARTER, Contacts, Corners
 
 CELLS_PER_RADIUS = 5
 MAX_CELLS = 2_000_000
+NEAR_CELLS = 3
+"""Number of rows and columns on each side of a point in which open cells are looked up."""
 SAMPLE_COUNTS = (1, 2, 4, 8, 16, 32)
 """Numbers of sample points of a segment, one after the other until one of them is blocked."""
 Array = NDArray[np.float64]
@@ -27,11 +30,12 @@ SPACING = 4.0
 """Distance of the arcs on a line that has them one after the other: more than a quarter's pi / 2."""
 
 
-class BlockedCells:
-    """Cells in which no position of the disc's center is free.
+class Cells:
+    """Cells in which no position of the disc's center is free, and others around which every position is.
 
     A cell counts as blocked only if all of it is nearer than the radius to one rectangle, so a segment through a
-    blocked cell is never free. The converse does not hold: this is a filter in front of the exact test.
+    blocked cell is never free. The converse does not hold: this is a filter in front of the exact test. A cell is open
+    if the disc is free at its center and moves freely from there to the centers of the open cells next to it.
 
     Args:
         obstacles: the rectangles.
@@ -43,13 +47,27 @@ class BlockedCells:
     def __init__(self, obstacles: Obstacles, radius: float, low: Array, high: Array) -> None:
         extent = np.maximum(high - low, 0.0)
         self._size = max(radius / CELLS_PER_RADIUS, math.sqrt(float(extent.prod()) / MAX_CELLS))
-        # A ring of cells around the part stands for everything outside of it and is not blocked.
+        # A ring of cells around the part stands for everything outside of it and is neither blocked nor open.
         self._origin = low - self._size
         columns, rows = (int(count) + 3 for count in extent // self._size)
         self._blocked = np.zeros((rows, columns), dtype=bool)
-        reach = radius - 1e-6 - self._size * math.sqrt(0.5)
-        if reach > 0.0:
-            self._mark(obstacles, reach)
+        self._open = np.zeros((rows, columns), dtype=bool)
+        self._open[1:-2, 1:-2] = True
+        self._mark(obstacles, max(radius - 1e-6 - self._size * math.sqrt(0.5), 0.0), radius + 1e-6 + self._size / 2.0)
+
+    @cached_property
+    def _regions(self) -> NDArray[np.intp]:
+        """Number of the region of each open cell, 0 for other cells."""
+        _, labels = cv2.connectedComponents(self._open.astype(np.uint8), connectivity=4, ltype=cv2.CV_32S)
+        return np.asarray(labels, dtype=np.intp)
+
+    def regions_near(self, point: Array) -> tuple[Array, Index]:
+        """Return the centers of the open cells near a point (2,), (m, 2), and their regions, (m,)."""
+        column, row = ((point - self._origin) / self._size).astype(np.intp).tolist()
+        top, left = max(row - NEAR_CELLS, 0), max(column - NEAR_CELLS, 0)
+        rows, columns = np.nonzero(self._regions[top : row + NEAR_CELLS + 1, left : column + NEAR_CELLS + 1])
+        rows, columns = rows + top, columns + left
+        return self._origin + (np.column_stack([columns, rows]) + 0.5) * self._size, self._regions[rows, columns]
 
     def block(self, starts: Array, ends: Array) -> NDArray[np.bool_]:
         """Whether some sample point of each segment (m, 2)-(m, 2) is in a blocked cell, (m,)."""
@@ -67,13 +85,13 @@ class BlockedCells:
             rest = rest[~hit]
         return blocked
 
-    def _mark(self, obstacles: Obstacles, reach: float) -> None:
-        """Set the cells whose center is nearer than `reach` to a rectangle."""
+    def _mark(self, obstacles: Obstacles, covered: float, near: float) -> None:
+        """Set the cells whose center is nearer to a rectangle than one distance, and close those within another."""
         boxes = obstacles.boxes
         rows, columns = self._blocked.shape
         axes, corners = boxes.axes(), boxes.corners()
-        first = np.floor((corners.min(axis=1) - reach - self._origin) / self._size).astype(int)
-        last = np.ceil((corners.max(axis=1) + reach - self._origin) / self._size).astype(int)
+        first = np.floor((corners.min(axis=1) - near - self._origin) / self._size).astype(int)
+        last = np.ceil((corners.max(axis=1) + near - self._origin) / self._size).astype(int)
         for k in range(len(boxes)):
             c0, c1 = max(1, int(first[k, 0])), min(columns - 1, int(last[k, 0]))
             r0, r1 = max(1, int(first[k, 1])), min(rows - 1, int(last[k, 1]))
@@ -84,7 +102,9 @@ class BlockedCells:
             ax, ay = axes[k]
             along = np.maximum(np.abs(x * ax[0] + y * ax[1]) - boxes.half[k, 0], 0.0)
             across = np.maximum(np.abs(x * ay[0] + y * ay[1]) - boxes.half[k, 1], 0.0)
-            self._blocked[r0:r1, c0:c1] |= along**2 + across**2 < reach**2
+            away = along**2 + across**2
+            self._blocked[r0:r1, c0:c1] |= away < covered**2
+            self._open[r0:r1, c0:c1] &= away >= near**2
 
 
 class FreeSpace:
@@ -94,12 +114,15 @@ class FreeSpace:
         barriers: what the disc keeps its distance from.
         obstacles: the rectangles among the barriers.
         low, high: (2,) corners of a rectangle that contains the positions.
+
+    Args:
+        area: (2,) and (2,) corners of the part of the plane for which cells are made; by default that of the positions.
     """
 
-    def __init__(self, barriers: Barriers, radius: float) -> None:
+    def __init__(self, barriers: Barriers, radius: float, area: tuple[Array, Array] | None = None) -> None:
         self.obstacles, self.radius = barriers.obstacles, radius
         self.low, self.high = barriers.low + radius, barriers.high - radius
-        self.barriers = barriers
+        self.barriers, self._area = barriers, area
 
     def holds(self, points: Array) -> NDArray[np.bool_]:
         """Whether points (m, 2) are free."""
@@ -111,7 +134,7 @@ class FreeSpace:
         """Whether segments (m, 2)-(m, 2) from free points are free along their whole length."""
         good: NDArray[np.bool_] = self.in_bounds(starts) & self.in_bounds(ends)
         rest = np.flatnonzero(good)
-        blocked = self._blocked_cells.block(starts[rest], ends[rest])
+        blocked = self.cells.block(starts[rest], ends[rest])
         good[rest[blocked]] = False
         rest = rest[~blocked]
         good[rest] = self.obstacles.segments_clear(starts[rest], ends[rest], self.radius - TOLERANCE)
@@ -122,8 +145,18 @@ class FreeSpace:
         return np.asarray(((points >= self.low - TOLERANCE) & (points <= self.high + TOLERANCE)).all(axis=-1))
 
     @cached_property
-    def _blocked_cells(self) -> BlockedCells:
-        return BlockedCells(self.obstacles, self.radius, self.low, self.high)
+    def cells(self) -> Cells:
+        """The cells of the floor."""
+        low, high = (self.low, self.high) if self._area is None else self._area
+        return Cells(self.obstacles, self.radius, np.maximum(low, self.low), np.minimum(high, self.high))
+
+    def regions(self, point: Array) -> Index:
+        """Return the regions of open cells to whose centers a straight way leads from a free point (2,), ascending.
+
+        Points with a common region are joined by a way; others may be joined by one through a narrow passage.
+        """
+        centers, regions = self.cells.regions_near(point)
+        return np.unique(regions[self.joins(np.broadcast_to(point, centers.shape), centers)])
 
 
 @dataclass(frozen=True)

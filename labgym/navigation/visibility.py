@@ -3,20 +3,27 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from labgym.errors import OptionError
 from labgym.navigation.barriers import Barriers
+from labgym.navigation.clearance import Index
 from labgym.navigation.free_space import FreeSpace
 from labgym.navigation.plan import OBSTACLE_HEIGHT, PLANNING_RADIUS, FloorPlan
 from labgym.navigation.tangent_graph import Nodes, TangentGraph
 
 Array = NDArray[np.float64]
 ARC_STEP = math.radians(5.0)
+POINTS = 256
+"""Number of points of which it is kept whether they are free and what is seen from them."""
+Point = tuple[float, float]
+Value = TypeVar("Value")
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +40,7 @@ class ShortestPath:
 
 
 class ShortestPaths:
-    """Shortest paths in one floor plan; the visibility graph is computed once.
+    """Shortest paths in one floor plan; the visibility graph is computed once, when it is first used.
 
     Nodes are the points at which straight segments touch the rounded corners of the dilated obstacles; edges are those
     segments and the arcs between them. Nothing is sampled, so the lengths are exact up to rounding (1e-7 m of
@@ -53,7 +60,14 @@ class ShortestPaths:
             raise OptionError(f"radius {radius} of the disc must be a length above 0 m")
         self.radius = radius
         self.space = FreeSpace(Barriers.of(plan, below), radius)
-        self.graph = TangentGraph(self.space)
+        self._free: dict[Point, bool] = {}
+        self._groups: dict[Point, NDArray[np.int32]] = {}
+        self._regions: dict[Point, Index] = {}
+
+    @cached_property
+    def graph(self) -> TangentGraph:
+        """The visibility graph."""
+        return TangentGraph(self.space)
 
     def path(self, start: Sequence[float], goal: Sequence[float]) -> ShortestPath | None:
         """Return a shortest path between two points, or None if the disc cannot get from one to the other.
@@ -70,16 +84,24 @@ class ShortestPaths:
 
     def free(self, x: float, y: float) -> bool:
         """Whether the disc fits at a point, meters."""
-        return bool(self.space.holds(np.array([[x, y]]))[0])
+        return _kept(self._free, (x, y), lambda point: bool(self.space.holds(point[None])[0]))
 
     def connected(self, start: Sequence[float], goal: Sequence[float]) -> bool:
-        """Whether the disc can get from one point to another, without searching for the path; as `path`."""
-        ends = np.array([start[:2], goal[:2]], dtype=np.float64)
-        if not self.space.holds(ends).all():
+        """Whether the disc can get from one point to another, without searching for the path; as `path`.
+
+        The cells of the floor show ways that are a few centimeters wider than the disc; the graph decides the rest.
+        """
+        (ax, ay), (bx, by) = start[:2], goal[:2]
+        if not (self.free(ax, ay) and self.free(bx, by)):
             return False
+        near, there = (_kept(self._regions, end, self.space.regions) for end in ((ax, ay), (bx, by)))
+        if np.isin(near, there).any():
+            return True
+        ends = np.array([(ax, ay), (bx, by)], dtype=np.float64)
         if self.space.joins(ends[:1], ends[1:])[0]:
             return True
-        return bool(np.isin(self.graph.groups(ends[0]), self.graph.groups(ends[1])).any())
+        near, there = (_kept(self._groups, end, self.graph.groups) for end in ((ax, ay), (bx, by)))
+        return bool(np.isin(near, there).any())
 
     def _drawn(self, trail: Nodes, ends: Array) -> Array:
         """Return a trail of contacts as points between the ends, arcs subdivided."""
@@ -91,6 +113,15 @@ class ShortestPaths:
             along = np.linspace(begin, turn[k], steps + 1)[1:]
             pieces.append(corners.at_turn(np.full(steps, corner[k]), along))
         return np.concatenate([*pieces, ends[1:]])
+
+
+def _kept(values: dict[Point, Value], point: Point, find: Callable[[Array], Value]) -> Value:
+    """Return what is known of a point, or find it; some values are kept."""
+    if point not in values:
+        if len(values) >= POINTS:
+            values.clear()
+        values[point] = find(np.array(point, dtype=np.float64))
+    return values[point]
 
 
 def shortest_path(

@@ -191,4 +191,3 @@ def train(hyperparameters: Hyperparameters, settings: RunSettings) -> Path:
             algorithm: Any = ALGORITHMS[hyperparameters.algorithm]
             model = algorithm(hyperparameters.policy, environments, **arguments, seed=settings.seed, device="cpu")
         return train_model(model, hyperparameters, settings)
-

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -11,7 +12,7 @@ from hypothesis import strategies as st
 from labgym.geometry import OrientedBox
 from labgym.navigation.barriers import Barriers
 from labgym.navigation.clearance import Obstacles
-from labgym.navigation.free_space import BlockedCells, FreeSpace, free_arcs
+from labgym.navigation.free_space import Cells, FreeSpace, free_arcs
 from labgym.navigation.tangents import Corners
 
 R = 0.30
@@ -49,10 +50,27 @@ def test_blocked_cells_never_reject_a_clear_segment(seed, radius):
     rng = np.random.default_rng(seed)
     obstacles = Obstacles(random_boxes(rng, 12))
     starts, ends = segments(rng, 300)
-    cells = BlockedCells(obstacles, radius, np.array([0.0, 0.0]), np.array([8.0, 8.0]))
+    cells = Cells(obstacles, radius, np.array([0.0, 0.0]), np.array([8.0, 8.0]))
     blocked = cells.block(starts, ends)
     nearest = obstacles.segment_distances(starts, ends).min(axis=1)
     assert not (blocked & (nearest >= radius)).any()
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_points_with_a_common_region_lie_in_one_piece_of_the_buffered_polygons_complement(make_plan, seed):
+    rng = np.random.default_rng(seed)
+    boxes = random_boxes(rng, 14)
+    space = FreeSpace(Barriers.of(make_plan(*boxes)), R)
+    blocked = shapely.unary_union([shapely.Polygon(box.corners()).buffer(R - 1e-6, quad_segs=64) for box in boxes])
+    free = shapely.difference(shapely.box(R, R, 8.0 - R, 8.0 - R), blocked)
+    points = rng.uniform(0.0, 8.0, (60, 2))
+    points = points[space.holds(points)]
+    pieces = shapely.contains(np.array(shapely.get_parts(free))[:, None], shapely.points(points)).argmax(axis=0)
+    regions = [space.regions(point) for point in points]
+    assert any(len(own) for own in regions)
+    for first, second in itertools.combinations(range(len(points)), 2):
+        if np.isin(regions[first], regions[second]).any():
+            assert pieces[first] == pieces[second]
 
 
 @pytest.mark.parametrize("seed", range(6))

@@ -61,7 +61,7 @@ def widened(state: RepairState, first: Collection[str] = ()) -> RepairState:
 
 def _wider(best: RepairState, layout: Layout) -> RepairState | None:
     """Return the state of a layout if it has fewer faults than the best one or wider ways, else None."""
-    if not best.rank.cost and narrowness(Arrangement.of(layout)) >= best.rank.narrow:
+    if not best.rank.cost and narrowness(Arrangement.of(layout, best.assessment.arrangement)) >= best.rank.narrow:
         return None
     proposed = best.with_layout_at_most(layout, best.rank.cost)
     return proposed if proposed is not None and proposed.rank.clears(best.rank) else None
@@ -161,7 +161,7 @@ def advised(before: RepairState, state: RepairState) -> RepairState:
         supply = len(unsupplied(state.assessment.arrangement)) if lacks_supply else math.inf
         for command in chain(places, swaps(state.layout, item) if item in named else ()):
             candidate = apply(state.layout, command)
-            if lacks_supply and len(unsupplied(Arrangement.of(candidate))) >= supply:
+            if lacks_supply and len(unsupplied(Arrangement.of(candidate, state.assessment.arrangement))) >= supply:
                 continue
             proposed = state.with_layout_at_most(candidate, state.rank.cost)
             if proposed is not None and proposed.rank < state.rank and not rules_of(proposed) - rules_of(state):

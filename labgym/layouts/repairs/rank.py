@@ -132,6 +132,8 @@ class RepairState:
     navigation: bool = True
     work: RepairBudget = field(default_factory=RepairBudget, compare=False)
     seeded: bool = False
+    parts: dict[str, Assessment] = field(default_factory=dict, compare=False, repr=False)
+    """The assessment of the last part of the layout that was assessed for another protocol."""
 
     @classmethod
     def of(
@@ -155,7 +157,10 @@ class RepairState:
 
     def assessed(self, layout: Layout, protocol: Protocol | None) -> Assessment:
         """Return the assessment without ways of a version of the layout, or of a part of it."""
-        assessment = evaluate_layout(layout, protocol, self.assessment.rules, earlier=self.assessment)
+        earlier = self.assessment if protocol == self.protocol else self.parts.get("last", self.assessment)
+        assessment = evaluate_layout(layout, protocol, self.assessment.rules, earlier=earlier)
+        if protocol != self.protocol:
+            self.parts["last"] = assessment
         self.work.spend(assessment)
         return assessment
 

@@ -50,24 +50,21 @@ def bounds_faults(arrangement: Arrangement) -> tuple[BoundsFault, ...]:
     if not len(arrangement):
         return ()
     rows: dict[Cause, NDArray[np.float64]] = {
-        "room": arrangement.building.outside(arrangement.boxes),
+        "room": np.array(arrangement.facts("outside", range(len(arrangement)), lambda new: _outside(arrangement, new))),
         "surface": np.zeros(len(arrangement)),
         "height": np.zeros(len(arrangement)),
     }
     limits = {"room": ROOM_TOLERANCE, "surface": SURFACE_TOLERANCE, "height": HEIGHT_TOLERANCE}
-    supports = np.array([placement.support for placement in arrangement.placements])
-    floor, wall = supports == FLOOR, supports == WALL
+    floor = [row for row in arrangement.standing if arrangement.placements[row].support == FLOOR]
     rows["height"][floor] = np.abs(arrangement.boxes.z[floor, 0])
-    if wall.any():
-        hung = np.flatnonzero(wall)
-        over = arrangement.building.over_openings(arrangement.boxes.take(hung))
-        off = np.maximum(wall_gap(arrangement, hung), over)
+    hung = [row for row in arrangement.standing if arrangement.placements[row].support == WALL]
+    if hung:
+        off = np.array(arrangement.facts("off_wall", hung, lambda new: _off_walls(arrangement, new)))
         rows["surface"][hung] = np.where(off > WALL_TOLERANCE, off, 0.0)
     supported = arrangement.supported
     if supported:
-        surfaces = BoxArray.of([arrangement.surface(row) for row in supported])
-        rows["surface"][supported] = -paired_inset(arrangement.take(supported), surfaces)
-        rows["height"][supported] = np.abs(arrangement.boxes.z[supported, 0] - surfaces.z[:, 0])
+        over = arrangement.facts("off_surface", supported, lambda new: _off_surfaces(arrangement, new), carried=True)
+        rows["surface"][supported], rows["height"][supported] = np.array(over).T
     return tuple(
         BoundsFault(arrangement.placements[row].id, cause, float(amounts[row]))
         for cause, amounts in rows.items()
@@ -75,9 +72,32 @@ def bounds_faults(arrangement: Arrangement) -> tuple[BoundsFault, ...]:
     )
 
 
-def wall_gap(arrangement: Arrangement, rows: Sequence[int] | NDArray[np.intp]) -> NDArray[np.float64]:
+def _outside(arrangement: Arrangement, rows: list[int]) -> list[float]:
+    """Return how far objects reach out of the free space of their rooms, meters."""
+    depths: list[float] = arrangement.building.outside(arrangement.take(rows)).tolist()
+    return depths
+
+
+def _off_walls(arrangement: Arrangement, rows: list[int]) -> list[float]:
+    """Return how far the nearest side of each object is off a wall, or the object over an opening, meters.
+
+    The farther end of a side counts; negative beyond the face of the wall.
+    """
+    over = arrangement.building.over_openings(arrangement.take(rows))
+    off: list[float] = np.maximum(wall_gap(arrangement, rows), over).tolist()
+    return off
+
+
+def _off_surfaces(arrangement: Arrangement, rows: list[int]) -> list[tuple[float, float]]:
+    """Return how far each object reaches over the edge of its surface, and how far it is above or below it, meters."""
+    surfaces, boxes = BoxArray.of([arrangement.surface(row) for row in rows]), arrangement.take(rows)
+    over, off = -paired_inset(boxes, surfaces), np.abs(boxes.z[:, 0] - surfaces.z[:, 0])
+    return list(zip(over.tolist(), off.tolist(), strict=True))
+
+
+def wall_gap(arrangement: Arrangement, rows: Sequence[int]) -> NDArray[np.float64]:
     """Return the distance of each footprint's nearest side to a wall, negative beyond; the farther end counts."""
-    gaps = arrangement.building.gaps(arrangement.corners[np.asarray(rows)])
+    gaps = arrangement.building.gaps(arrangement.corners[list(rows)])
     return np.asarray(np.sort(gaps, axis=-1)[..., 1].min(axis=0))
 
 
@@ -92,10 +112,15 @@ def support_faults(arrangement: Arrangement) -> tuple[BoundsFault, ...]:
     Desktop assets stand on other objects, floor assets on the floor (portable ones also on furniture), and wall assets
     hang on a wall.
     """
+
+    def find(rows: list[int]) -> list[bool]:
+        return [_carried(arrangement, arrangement.placements[row].support, arrangement.assets[row]) for row in rows]
+
+    carried = arrangement.facts("carried", range(len(arrangement)), find, carried=True)
     return tuple(
         BoundsFault(placement.id, "support", 0.0)
-        for placement, asset in zip(arrangement.placements, arrangement.assets, strict=True)
-        if not _carried(arrangement, placement.support, asset)
+        for placement, is_carried in zip(arrangement.placements, carried, strict=True)
+        if not is_carried
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -346,8 +346,14 @@ class Building:
 
 
 def building_of(layout: Layout) -> Building:
-    """Return the building of a layout."""
-    return Building(layout.floor)
+    """Return the building of a layout; layouts with the same floor share it."""
+    return building_on(layout.floor)
+
+
+@lru_cache(maxsize=16)
+def building_on(floor: Floor) -> Building:
+    """Return the building of a floor."""
+    return Building(floor)
 
 
 def swing_area(way: Doorway, space: str) -> OrientedBox:

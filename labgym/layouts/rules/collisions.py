@@ -35,12 +35,37 @@ def collisions(arrangement: Arrangement, depth: float = PENETRATION) -> tuple[Co
     and not with the hollow; open drawers and doors are solids of their object. Parts of one object never collide, nor
     do the pieces of one assembled apparatus; touching objects do not collide.
     """
-    first, second = _close_pairs(arrangement, depth)
+    name = f"collisions {depth}"
+    if name not in arrangement.local:
+        arrangement.local[name] = dict(enumerate(_collisions(arrangement, depth, name)))
+    return tuple(arrangement.local[name].values())
+
+
+def _collisions(arrangement: Arrangement, depth: float, name: str) -> list[Collision]:
+    """Return the collisions; those between objects that have not moved are taken over."""
+    before, bounds = arrangement.replacement, arrangement.bounds
+    if before is None or name not in before.local:
+        first, second = overlapping_bounds(bounds, bounds, depth)
+        return _among(arrangement, depth, first[first < second], second[first < second])
+    moved, rows = before.rows, arrangement.index
+    hit, others = overlapping_bounds((bounds[0][moved], bounds[1][moved]), bounds, depth)
+    pairs = {(min(pair), max(pair)) for pair in zip(moved[hit].tolist(), others.tolist(), strict=True)}
+    first, second = np.array(sorted((a, b) for a, b in pairs if a != b), dtype=np.intp).reshape(-1, 2).T
+    gone = {arrangement.placements[row].id for row in moved.tolist()}
+    kept = [one for one in before.local[name].values() if gone.isdisjoint(one.ids)]
+    return sorted([*kept, *_among(arrangement, depth, first, second)], key=lambda one: tuple(rows[i] for i in one.ids))
+
+
+def _among(
+    arrangement: Arrangement, depth: float, first: NDArray[np.intp], second: NDArray[np.intp]
+) -> list[Collision]:
+    """Return the collisions among pairs of rows."""
     if not len(first):
-        return ()
-    solids = arrangement.solids.boxes
-    pair, a, b = _solid_pairs(first, second, arrangement.solids)
-    depths = paired_penetration(solids.take(a), solids.take(b))
+        return []
+    chosen = np.unique(np.concatenate([first, second]))
+    own = arrangement.solids(chosen.tolist())
+    pair, a, b = _solid_pairs(np.searchsorted(chosen, first), np.searchsorted(chosen, second), own)
+    depths = paired_penetration(own.boxes.take(a), own.boxes.take(b))
     deepest = np.full(len(first), -np.inf)
     np.maximum.at(deepest, pair, depths)
     bounds = np.searchsorted(pair, np.arange(len(first) + 1))
@@ -49,16 +74,10 @@ def collisions(arrangement: Arrangement, depth: float = PENETRATION) -> tuple[Co
         if arrangement.assembled(int(first[k]), int(second[k])):
             continue
         parts = bounds[k] + np.flatnonzero(depths[bounds[k] : bounds[k + 1]] > 0.0)
-        volume = sum(overlap_volume(_box(solids, int(a[p])), _box(solids, int(b[p]))) for p in parts)
+        volume = sum(overlap_volume(_box(own.boxes, int(a[p])), _box(own.boxes, int(b[p]))) for p in parts)
         ids = arrangement.placements[first[k]].id, arrangement.placements[second[k]].id
         overlaps.append(Collision(ids, float(deepest[k]), volume))
-    return tuple(overlaps)
-
-
-def _close_pairs(arrangement: Arrangement, depth: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Rows i < j whose axis-aligned bounds overlap by more than the permitted depth."""
-    first, second = overlapping_bounds(arrangement.bounds, arrangement.bounds, depth)
-    return first[first < second], second[first < second]
+    return overlaps
 
 
 def _solid_pairs(

@@ -34,10 +34,18 @@ def nothing(*_: object) -> object:
     return None
 
 
+def chemicals(site: Site, row: int) -> object:
+    """Look at reagents, cabinets, heat sources and what protocols name, and at the kinds of others."""
+    placement, asset = site.arrangement.placements[row], site.arrangement.assets[row]
+    holds = asset.kind == "reagent" or asset.heat_class is not None or asset.storage_class is not None
+    named = not site.named.isdisjoint((placement.asset, asset.name, asset.role))
+    return placement if holds or named else kinds(site, row)
+
+
 def kinds(site: Site, row: int) -> object:
     """Look at what objects are and what they stand on, not at where."""
     placement = site.arrangement.placements[row]
-    return placement.model_copy(update={"position": (0.0, 0.0, 0.0), "yaw": 0.0})
+    return placement.id, placement.asset, placement.role, placement.size, placement.support, placement.slot
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from labgym.layouts.floor import Floor
 from labgym.layouts.floor.solids import leaf
 from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.arrangement import Arrangement
-from labgym.layouts.rules.building import Building, Entrance
+from labgym.layouts.rules.building import Building, Entrance, building_on
 from labgym.layouts.rules.clearance import cells_to, lower_to_boxes
 from labgym.layouts.rules.thresholds import EGRESS_WIDTH, MOVABLE, PROTRUSION
 from labgym.layouts.rules.zones import HEADROOM
@@ -113,11 +113,17 @@ def _narrow_exits(
         return ()
     field = _Clearance.of(floor, obstacles, leaves)
     places = [place for place in destinations if field.at(place.x, place.y) > 0.0]
+    nodes = np.array([field.node(place.x, place.y) for place in places], dtype=np.intp).reshape(-1, 2)
     narrow = []
     for number, entrance in enumerate(exits):
         joined = building.joined(entrance.space)
         area = field.area(entrance, radius)
-        missed = tuple(place for place in places if place.space in joined and not area.serves(place))
+        served = area.covers(nodes)
+        missed = tuple(
+            place
+            for place, is_covered in zip(places, served.tolist(), strict=True)
+            if not is_covered and place.space in joined and not area.serves(place)
+        )
         if missed:
             narrow.append((number, missed))
     return tuple(narrow)
@@ -139,7 +145,7 @@ def _narrow_ways(
 
 
 def _exits(floor: Floor) -> tuple[Building, list[Entrance]]:
-    building = Building(floor)
+    building = building_on(floor)
     return building, [entrance for entrance in building.entrances if entrance.exit]
 
 
@@ -155,23 +161,27 @@ class _Place:
 
 
 def _places(arrangement: Arrangement, width: float) -> list[_Place]:
-    places = []
-    for row in arrangement.workplaces:
-        x, y, _ = goal_pose(arrangement.box(row))
-        reach = REACH if arrangement.assets[row].size.width < width else 0.0
-        places.append(_Place(arrangement.placements[row].id, arrangement.spaces[row], x, y, reach))
-    return places
+    def find(rows: list[int]) -> list[_Place]:
+        return [_place(arrangement, row, width) for row in rows]
+
+    return arrangement.facts(f"place of work {width}", arrangement.workplaces, find)
+
+
+def _place(arrangement: Arrangement, row: int, width: float) -> _Place:
+    x, y, _ = goal_pose(arrangement.box(row))
+    reach = REACH if arrangement.assets[row].size.width < width else 0.0
+    return _Place(arrangement.placements[row].id, arrangement.spaces[row], x, y, reach)
 
 
 def _obstacles(arrangement: Arrangement) -> list[OrientedBox]:
     """Floor objects that are not movable, and objects on walls that protrude."""
     obstacles = []
-    for placement, asset in zip(arrangement.placements, arrangement.assets, strict=True):
-        box = arrangement.layout.box(placement.id)
+    for row in arrangement.standing:
+        placement, asset = arrangement.placements[row], arrangement.assets[row]
         standing = placement.support == FLOOR and asset.subtype not in MOVABLE
         protruding = placement.support == WALL and asset.size.depth > PROTRUSION
-        if (standing or protruding) and box.z0 < HEADROOM:
-            obstacles.append(box)
+        if (standing or protruding) and placement.position[2] < HEADROOM:
+            obstacles.append(arrangement.box(row))
     return obstacles
 
 
@@ -203,7 +213,7 @@ class _Clearance:
 
     @classmethod
     def of(cls, floor: Floor, obstacles: tuple[OrientedBox, ...], leaves: tuple[OrientedBox, ...]) -> _Clearance:
-        x0, y0, x1, y1 = bounds = Building(floor).bounds
+        x0, y0, x1, y1 = bounds = building_on(floor).bounds
         values = _among(floor, obstacles)
         if leaves:
             values = values.copy()
@@ -268,6 +278,10 @@ class _Area:
     inside: frozenset[int]
     radius: float
 
+    def covers(self, nodes: NDArray[np.intp]) -> NDArray[np.bool_]:
+        """Whether the disc moves freely to grid points, given by row and column, (n, 2)."""
+        return np.isin(self.labels[nodes[:, 0], nodes[:, 1]], list(self.inside))
+
     def serves(self, place: _Place) -> bool:
         """Whether the disc covers a place or comes within its reach."""
         limit = place.reach + STEP
@@ -281,7 +295,7 @@ def _among(floor: Floor, obstacles: tuple[OrientedBox, ...]) -> Array:
 
     The rule and its strict version ask for the same obstacles one after the other.
     """
-    x0, y0, x1, y1 = Building(floor).bounds
+    x0, y0, x1, y1 = building_on(floor).bounds
     values = _between_walls(floor).copy()
     lower_to_boxes(values, _nodes(x0, x1), _nodes(y0, y1), obstacles, WIDEST / 2.0)
     values.setflags(write=False)
@@ -291,7 +305,7 @@ def _among(floor: Floor, obstacles: tuple[OrientedBox, ...]) -> Array:
 @lru_cache(maxsize=2)
 def _between_walls(floor: Floor) -> Array:
     """Return the clearance of grid points from walls, (ny, nx) meters, read-only."""
-    building = Building(floor)
+    building = building_on(floor)
     x0, y0, x1, y1 = building.bounds
     values = building.clearance(_nodes(x0, x1), _nodes(y0, y1), WIDEST / 2.0)
     values.setflags(write=False)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from labgym.geometry import pairwise_distance
 from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.earlier import chemicals, kinds
 from labgym.layouts.rules.rule import Instance, Term
 from labgym.layouts.rules.whereabouts import Whereabouts
 from labgym.navigation import goal_pose
@@ -44,7 +45,7 @@ def near_instances(arrangement: Arrangement, protocol: Protocol) -> tuple[Instan
         if not pairs:
             instances.append(Instance("near", (), None, limit, 0.0, False, note))
             continue
-        gaps = [_between_poses(arrangement, *pair) if places else _gap(arrangement, *pair) for pair in pairs]
+        gaps = [_between_poses(arrangement, *pair) for pair in pairs] if places else _gaps(arrangement, pairs)
         gap = min(gaps)
         first, second = pairs[gaps.index(gap)]
         ids = arrangement.placements[first].id, arrangement.placements[second].id
@@ -59,8 +60,10 @@ def _homes_differ(homes: Mapping[str, str], constraint: SpatialConstraint) -> bo
     return subject is not None and other is not None and subject != other
 
 
-def _gap(arrangement: Arrangement, first: int, second: int) -> float:
-    return float(pairwise_distance(arrangement.take([first]), arrangement.take([second]))[0, 0])
+def _gaps(arrangement: Arrangement, pairs: Sequence[tuple[int, int]]) -> list[float]:
+    firsts, seconds = (list(dict.fromkeys(pair[end] for pair in pairs)) for end in (0, 1))
+    gaps = pairwise_distance(arrangement.take(firsts), arrangement.take(seconds)).tolist()
+    return [gaps[firsts.index(first)][seconds.index(second)] for first, second in pairs]
 
 
 def _between_poses(arrangement: Arrangement, first: int, second: int) -> float:
@@ -83,6 +86,7 @@ NEAR = Term(
     instances=lambda site: () if site.protocol is None else near_instances(site.arrangement, site.protocol),
     remedy=_together,
     chemical=False,
+    looks_at=chemicals,
 )
 
 
@@ -141,4 +145,5 @@ VENTILATED = Term(
     instances=lambda site: () if site.protocol is None else ventilation_instances(site.arrangement, site.protocol),
     remedy=_inside_hood,
     void="unusable",
+    looks_at=kinds,
 )

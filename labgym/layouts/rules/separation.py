@@ -10,6 +10,7 @@ from itertools import combinations
 from labgym.assets import Asset, Hazard, incompatible
 from labgym.geometry import pairwise_distance
 from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.earlier import chemicals
 from labgym.layouts.rules.rule import Instance, Term, worst_mean
 from labgym.layouts.rules.storage import closed_cabinet
 from labgym.layouts.rules.thresholds import Band, Profile
@@ -105,6 +106,7 @@ STORED_FLAMMABLES = Term(
     instances=lambda site: flammable_instances(site.arrangement, site.profile),
     remedy=apart,
     score=worst_mean,
+    looks_at=chemicals,
 )
 STORED_INCOMPATIBLES = Term(
     name="incompatible",
@@ -114,4 +116,5 @@ STORED_INCOMPATIBLES = Term(
     instances=lambda site: incompatible_instances(site.arrangement, site.profile),
     remedy=apart,
     score=worst_mean,
+    looks_at=chemicals,
 )

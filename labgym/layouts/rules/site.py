@@ -18,6 +18,7 @@ from labgym.layouts.rules.safety.hazards import hazardous
 from labgym.layouts.rules.safety.roadmap import Roadmap
 from labgym.layouts.rules.supplies import WET
 from labgym.layouts.rules.thresholds import PROFILES, Profile
+from labgym.layouts.rules.whereabouts import role_of
 from labgym.protocols import Protocol
 
 PLAN_HEIGHTS_M = (0.0, 1.0)
@@ -41,6 +42,16 @@ class Site:
         """The protocol that the layout is assessed for, and those that the layout embeds."""
         named = () if self.protocol is None else (self.protocol,)
         return (*named, *(other for other in self.arrangement.layout.protocols if other != self.protocol))
+
+    @cached_property
+    def named(self) -> frozenset[str]:
+        """Assets that the protocols name as locations, as what a step uses, and in constraints; their roles, too."""
+        names = set[str]()
+        for protocol in self.protocols:
+            names.update(name for step in protocol.steps for name in (step.location, *step.uses))
+            names.update(name for rule in protocol.spatial_constraints for name in (rule.subject, rule.object))
+        catalog = self.arrangement.layout.catalog
+        return frozenset(names).union(role_of(name, catalog) for name in names)
 
     @cached_property
     def rooms(self) -> NDArray[np.intp]:

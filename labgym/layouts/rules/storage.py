@@ -34,19 +34,24 @@ def class_instances(arrangement: Arrangement) -> tuple[Instance, ...]:
     The classes are the catalog's (segregation of incompatible chemicals: Prudent Practices, 5.E.2; IFC 5003.9.8).
     A reagent without a class is at home in any reagent cabinet.
     """
-    instances = []
-    for row in arrangement.reagents:
-        cabinet, chemistry = storage_cabinet(arrangement, row), arrangement.assets[row].chemistry
-        own = None if chemistry is None else chemistry.storage_class
-        if cabinet is None:
-            note = "not in a storage cabinet"
-        elif own is not None and arrangement.assets[cabinet].storage_class != own:
-            note = f"of storage class {own}, in a cabinet of class {arrangement.assets[cabinet].storage_class}"
-        else:
-            note = ""
-        ids = (arrangement.placements[row].id,)
-        instances.append(Instance("storage", ids, None, 0.0, float(not note), bool(note), note))
-    return tuple(instances)
+
+    def find(rows: list[int]) -> list[Instance]:
+        return [_in_class(arrangement, row) for row in rows]
+
+    return tuple(arrangement.facts("storage", arrangement.reagents, find, carried=True))
+
+
+def _in_class(arrangement: Arrangement, row: int) -> Instance:
+    cabinet, chemistry = storage_cabinet(arrangement, row), arrangement.assets[row].chemistry
+    own = None if chemistry is None else chemistry.storage_class
+    if cabinet is None:
+        note = "not in a storage cabinet"
+    elif own is not None and arrangement.assets[cabinet].storage_class != own:
+        note = f"of storage class {own}, in a cabinet of class {arrangement.assets[cabinet].storage_class}"
+    else:
+        note = ""
+    ids = (arrangement.placements[row].id,)
+    return Instance("storage", ids, None, 0.0, float(not note), bool(note), note)
 
 
 def storage_cabinet(arrangement: Arrangement, row: int) -> int | None:

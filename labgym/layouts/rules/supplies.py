@@ -121,9 +121,10 @@ def unsupplied(arrangement: Arrangement) -> list[Unsupplied]:
         placement.support: layout.asset(placement.id) for placement in layout.placements if placement.asset in BURNERS
     }
     found = []
-    for row, (placement, asset) in enumerate(zip(arrangement.placements, arrangement.assets, strict=True)):
+    for row in arrangement.standing:
+        placement = arrangement.placements[row]
         burner = burning.get(placement.id)
-        kinds = supplies_of(asset, () if burner is None else (burner,))
+        kinds = supplies_of(arrangement.assets[row], () if burner is None else (burner,))
         if placement.support != FLOOR or not kinds:
             continue
         index = arrangement.spaces[row]

@@ -38,6 +38,16 @@ def resolved(names: tuple[str, ...], catalog: Catalog) -> tuple[str, ...]:
     return tuple(catalog.find(name).name for name in names)
 
 
+@lru_cache(maxsize=1024)
+def role_of(name: str, catalog: Catalog) -> str:
+    """Return the role of an asset named in any way that the catalog knows.
+
+    Raises:
+        UnknownNameError: the catalog has no such asset.
+    """
+    return catalog.find(name).role
+
+
 @dataclass(frozen=True)
 class Whereabouts:
     """The rows of a protocol's assets, by any name that the catalog knows them under."""
@@ -47,8 +57,7 @@ class Whereabouts:
 
     def role(self, name: str) -> str:
         """Return the role of an asset that the protocol names."""
-        catalog = self.arrangement.layout.catalog
-        return catalog.get(resolved((name,), catalog)[0]).role
+        return role_of(name, self.arrangement.layout.catalog)
 
     def of_name(self, name: str) -> tuple[int, ...]:
         """Return the rows of an asset that the protocol names; empty if it is not placed."""

@@ -64,6 +64,27 @@ def test_an_assessment_from_an_earlier_one_equals_a_full_one_to_the_bit(family: 
             earlier = again
 
 
+@pytest.mark.parametrize("rules", ["touchstone", "paper"])
+def test_each_rule_that_keeps_its_results_after_a_single_move_would_find_them_again(rules: str) -> None:
+    start, draw = laboratory("suite"), random.Random(f"single {rules}")
+    earlier = evaluate_layout(start, start.protocol, rules)
+    judged = [rule for rule in earlier.rules.facility if not rule.ways]
+    for rule in judged:
+        earlier.issues_of(rule)
+    for _ in range(40):
+        layout = start
+        while layout is start:
+            piece = draw.choice(start.placements)
+            if piece.support == FLOOR and draw.random() < 0.7:
+                continue
+            layout = apply(start, Move(piece.id, round(draw.gauss(0.0, 0.5), 3), round(draw.gauss(0.0, 0.5), 3)))
+        again = evaluate_layout(layout, start.protocol, rules, earlier=earlier)
+        full = evaluate_layout(layout, start.protocol, rules)
+        assert (again.bounds, again.collisions, again.measured) == (full.bounds, full.collisions, full.measured)
+        for rule in judged:
+            assert again.issues_of(rule) == full.issues_of(rule), rule.name
+
+
 def test_another_protocol_or_floor_takes_nothing_over_that_depends_on_it() -> None:
     layout = laboratory("bay")
     earlier = evaluate_layout(layout, layout.protocol, navigation=True)

@@ -6,7 +6,10 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from labgym.geometry import distance
+from labgym.geometry.boxes import ROUNDING
 from labgym.layouts.placement import FLOOR
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.earlier import standing
@@ -42,6 +45,18 @@ def blocked_fronts(
     return blocked
 
 
+def _cleared(arrangement: Arrangement, rows: list[int]) -> list[tuple[float, tuple[str, ...]] | None]:
+    """Return `blocked_front` for several objects and the catalog's clearances."""
+    depths = np.array([arrangement.assets[row].clearance for row in rows])
+    reach = (np.linalg.norm(arrangement.boxes.half[rows], axis=1) + depths + ROUNDING)[:, None]
+    middles = arrangement.boxes.centre[rows]
+
+    def find(new: list[int]) -> list[tuple[float, tuple[str, ...]] | None]:
+        return blocked_fronts(arrangement, new, [arrangement.assets[row].clearance for row in new])
+
+    return arrangement.local_facts("front", rows, np.column_stack([middles - reach, middles + reach]), find)
+
+
 def front_instances(arrangement: Arrangement) -> tuple[Instance, ...]:
     """Return one instance for each piece of floor furniture with a clearance in the catalog, movable ones left out.
 
@@ -53,7 +68,7 @@ def front_instances(arrangement: Arrangement) -> tuple[Instance, ...]:
         return ()
     depths = [arrangement.assets[row].clearance for row in rows]
     instances = []
-    for row, depth, blocked in zip(rows, depths, blocked_fronts(arrangement, rows, depths), strict=True):
+    for row, depth, blocked in zip(rows, depths, _cleared(arrangement, rows), strict=True):
         own = arrangement.placements[row].id
         if blocked is None:
             instances.append(Instance("front", (own,), depth, depth, 1.0, False))
@@ -74,7 +89,7 @@ def _blocked(site: Site) -> Iterator[Breach]:
         for row, placement in enumerate(arrangement.placements)
         if placement.support == FLOOR and assets[row].clearance > 0.0 and assets[row].subtype != "seat"
     ]
-    blocked = blocked_fronts(arrangement, rows, [assets[row].clearance for row in rows])
+    blocked = _cleared(arrangement, rows)
     for row, front in zip(rows, blocked, strict=True):
         if front is None:
             continue

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from labgym.geometry import BoxArray, OrientedBox, distance, pairwise_distance
-from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.earlier import standing
 from labgym.layouts.rules.open_doors import with_open_doors
@@ -49,18 +48,13 @@ def _standing_and_showers(site: Site, row: int) -> object:
 
 
 def _crowded(site: Site) -> Iterator[Breach]:
-    arrangement = site.arrangement
+    arrangement, spaces = site.arrangement, site.arrangement.spaces
     for row in arrangement.showers:
         shower = arrangement.placements[row].id
         box = arrangement.box(row)
         center = OrientedBox(box.x, box.y, 0.0, 0.0, 0.0, 0.0, HEADROOM)
-        others = [
-            other
-            for other, placement in enumerate(arrangement.placements)
-            if other != row
-            and placement.support in (FLOOR, WALL)
-            and arrangement.spaces[other] == arrangement.spaces[row]
-        ]
+        here = spaces[row]
+        others = [other for other in arrangement.standing if spaces[other] == here and other != row]
         if not others:
             continue
         gaps = pairwise_distance(BoxArray.of([center]), arrangement.take(others))[0].tolist()

@@ -8,6 +8,7 @@ import numpy as np
 
 from labgym.geometry import pairwise_distance
 from labgym.layouts.rules.building import Entrance
+from labgym.layouts.rules.earlier import chemicals
 from labgym.layouts.rules.rule import Breach, FacilityRule
 from labgym.layouts.rules.safety.hazards import burning
 from labgym.layouts.rules.site import Site
@@ -102,6 +103,7 @@ RULES = (
         severity="error",
         count=lambda site: len(_places(site)),
         check=_near_doors(DOOR_DISTANCE_M, exits_only=False),
+        looks_at=chemicals,
     ),
     FacilityRule(
         name="flammable_exit",
@@ -111,6 +113,7 @@ RULES = (
         severity="warning",
         count=lambda site: len(_places(site)),
         check=_near_doors(EXIT_DISTANCE_M, exits_only=True),
+        looks_at=chemicals,
     ),
     FacilityRule(
         name="oxidizer_heat",
@@ -120,6 +123,7 @@ RULES = (
         severity="error",
         count=lambda site: len(_oxidizers(site)),
         check=_near_ovens(OVEN_DISTANCE_M),
+        looks_at=chemicals,
     ),
     FacilityRule(
         name="oxidizer_heat_preferred",
@@ -129,5 +133,6 @@ RULES = (
         severity="warning",
         count=lambda site: len(_oxidizers(site)),
         check=_near_ovens(OVEN_PREFERRED_M),
+        looks_at=chemicals,
     ),
 )

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 from labgym.assets import Asset
 from labgym.layouts.placement import FLOOR, WALL
-from labgym.layouts.rules.earlier import reagents
+from labgym.layouts.rules.earlier import reagents, standing
 from labgym.layouts.rules.rule import Breach, FacilityRule
 from labgym.layouts.rules.safety.hazards import GasDensity, detected_gas
+from labgym.layouts.rules.safety.rooms import held_in_rooms
 from labgym.layouts.rules.site import Site
 
 REAGENT_HEIGHT_M = 1.40
@@ -74,6 +75,10 @@ def _hanging(site: Site) -> list[tuple[int, Mounting]]:
         if limits is not None and not (asset.role == "GasDetector" and site.room(row) in high):
             pairs.append((row, limits))
     return pairs
+
+
+def _hanging_and_held(site: Site, row: int) -> object:
+    return standing(site, row) or held_in_rooms(site, row)
 
 
 def _wall_heights(site: Site) -> Iterator[Breach]:
@@ -154,6 +159,7 @@ RULES = (
         severity="error",
         count=lambda site: len(_hanging(site)),
         check=_wall_heights,
+        looks_at=_hanging_and_held,
     ),
     FacilityRule(
         name="reagent_height",
@@ -183,5 +189,6 @@ RULES = (
         severity="error",
         count=lambda site: sum(map(len, gases(site).values())),
         check=_detector_heights,
+        looks_at=held_in_rooms,
     ),
 )

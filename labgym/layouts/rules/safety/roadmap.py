@@ -1,4 +1,4 @@
-"""Walks of people in a room: where they stand, quick walks along straight lines, and exact lengths."""
+"""Walks of people that pass no door: quick walks of straight lines room by room, and exact lengths."""
 
 from __future__ import annotations
 
@@ -6,28 +6,21 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse.csgraph import shortest_path
 
-from labgym.layouts.placement import FLOOR, WALL
+from labgym.geometry import BoxArray, OrientedBox
+from labgym.layouts.placement import FLOOR, WALL, Placement
 from labgym.layouts.rules.arrangement import Arrangement
-from labgym.layouts.rules.regulations.premises import OUTWARD, PERSON, Premises
-from labgym.navigation import goal_pose
-from labgym.navigation.barriers import Barriers
-from labgym.navigation.free_space import FreeSpace
+from labgym.layouts.rules.regulations.premises import Premises
+from labgym.layouts.rules.safety.room_walks import Area, RoomWalks, Used, room_walks
+from labgym.layouts.rules.thresholds import MOVABLE
 from labgym.navigation.plan import OBSTACLE_HEIGHT
 
-ARM_REACH_M = 0.8
-"""A person reaches equipment from this far in front of it, meters (ISO 7250-3: forward grip reach 0.65 to 0.8 m)."""
-STEP_M = 0.2
-"""Spacing of the places that are tried before equipment, meters."""
-FINE_STEP_M, FINE_PLACES = 0.05, 16
-"""Spacing of the places before an extinguisher, which may hang in a corner, meters; number of free ones used."""
-INSIDE_M = 0.6
-"""Distance from a door of the places next to it, meters."""
-LENGTH_TOLERANCE_M = 1e-9
+MARGIN_M = 2.0
+"""People who use an object stand nearer to it than this, and touch nothing that is farther away, meters."""
 Array = NDArray[np.float64]
 
 
@@ -47,73 +40,6 @@ class Roadmap:
         """Exact walks."""
         return Premises(self.arrangement, through_doors=False)
 
-    @cached_property
-    def _space(self) -> FreeSpace:
-        return FreeSpace(Barriers.of(self.premises.walked, OBSTACLE_HEIGHT), PERSON)
-
-    def stands(self, rows: Sequence[int]) -> list[tuple[float, float, bool]]:
-        """Return where people stand before objects, and whether that place is free: the first free place in front."""
-        new = [row for row in dict.fromkeys(rows) if row not in self._stands]
-        if new:
-            places = [self._front(row) for row in new]
-            free = self._space.holds(np.concatenate(places)).reshape(len(new), len(OUTWARD))
-            for row, own, fits in zip(new, places, free, strict=True):
-                x, y = own[int(fits.argmax())].tolist()
-                self._stands[row] = x, y, bool(fits.any())
-        return [self._stands[row] for row in rows]
-
-    @cached_property
-    def _stands(self) -> dict[int, tuple[float, float, bool]]:
-        """Places that have been found, by row."""
-        return {}
-
-    def _ends(self, goals: Sequence[int], anywhere: bool) -> list[tuple[float, float]]:
-        """Return free places from which people use equipment: in front of each piece, or anywhere in an arm's reach."""
-        ends = [(x, y) for x, y, free in self.stands(goals) if free]
-        for goal in goals if anywhere else ():
-            within = self._within_reach(goal)
-            ends += [(x, y) for x, y in within[self._space.holds(within)].tolist()]
-        return ends
-
-    def _front(self, row: int) -> Array:
-        """Return the places in front of an object, or of what carries it, shape (k, 2)."""
-        layout, placement = self.arrangement.layout, self.arrangement.placements[row]
-        root = placement if placement.support in (FLOOR, WALL) else layout.root(placement.id)
-        box = layout.box(root.id)
-        x, y, _ = goal_pose(box)
-        return np.array([(x + out * box.front[0], y + out * box.front[1]) for out in OUTWARD])
-
-    def _within_reach(self, row: int, step: float = STEP_M) -> Array:
-        """Return places from which an arm reaches an object, the nearest first, shape (k, 2)."""
-        box = self.arrangement.box(row)
-        (fx, fy), half = box.front, box.depth / 2.0
-        sides = np.arange(-ARM_REACH_M, ARM_REACH_M + 1e-9, step)
-        outs = np.arange(PERSON, ARM_REACH_M + 1e-9, step)
-        out, side = (grid.ravel() for grid in np.meshgrid(outs, sides, indexing="ij"))
-        order = np.argsort(np.hypot(out, side), kind="stable")
-        order = order[np.hypot(out, side)[order] <= ARM_REACH_M + 1e-9]
-        out, side = half + out[order], side[order]
-        return np.column_stack([box.x + out * fx + side * fy, box.y + out * fy - side * fx])
-
-    @cached_property
-    def _entries(self) -> dict[int, Array]:
-        """Free places inside the doors of each room, shape (k, 2)."""
-        entrances = self.arrangement.building.entrances
-        if not entrances:
-            return {}
-        poses = np.array([entrance.pose for entrance in entrances])
-        points = poses[:, :2] + INSIDE_M * np.column_stack([-np.sin(poses[:, 2]), np.cos(poses[:, 2])])
-        free, rooms = self._space.holds(points), self.rooms[[entrance.space for entrance in entrances]]
-        return {int(room): points[free & (rooms == room)] for room in set(rooms.tolist())}
-
-    @cached_property
-    def _workplaces(self) -> dict[int, list[int]]:
-        """Rows of the places of work by room: corners of the walks whose lengths are bounded."""
-        own: dict[int, list[int]] = {}
-        for row in self.arrangement.workplaces:
-            own.setdefault(int(self.rooms[self.arrangement.spaces[row]]), []).append(row)
-        return own
-
     def within(
         self, starts: Sequence[int], goals: Sequence[int], room: int, limit: float, anywhere: bool = False
     ) -> NDArray[np.bool_]:
@@ -122,77 +48,94 @@ class Roadmap:
         The walks pass places where people stand. There may be a shorter walk where none is found: `length` decides.
 
         Args:
+            starts, goals: rows of objects in the room.
             limit: greatest length, meters.
             anywhere: whether walks end anywhere within an arm's reach of the equipment, or in front of it.
         """
-        near = np.zeros(len(starts), dtype=np.bool_)
-        begins, ends = self.stands(starts), self._ends(goals, anywhere)
-        free = np.flatnonzero([free for _, _, free in begins])
-        if not ends or not len(free):
-            return near
-        own, last = np.array([begins[k][:2] for k in free]), np.array(ends)
-        near[free] = self._lines(own, last).min(axis=1) <= limit + LENGTH_TOLERANCE_M
-        rest = np.flatnonzero(~near[free])
-        hubs, between = self._hubs(room)
-        if len(rest) and len(hubs):
-            beyond = (between + self._lines(hubs, last).min(axis=1)).min(axis=1)
-            lengths = (self._lines(own[rest], hubs) + beyond).min(axis=1)
-            near[free[rest]] = lengths <= limit + LENGTH_TOLERANCE_M
-        return near
+        return self._walks(room).within(self._used(starts), self._used(goals), limit, anywhere)
 
     def reached(self, row: int) -> bool:
         """Whether a person comes within an arm's reach of an object from a door of its room, or a place of work in it.
 
         Places of work count in rooms whose doors have no free place inside; without those, everything is reached.
         """
-        room = int(self.rooms[self.arrangement.spaces[row]])
-        (hubs, between), entries = self._hubs(room), len(self._entries.get(room, ()))
-        # Doors come last; without a free place inside them, `-0:` takes all places of work.
-        begins, fine = hubs[-entries:], self._within_reach(row, FINE_STEP_M)
-        free = fine[self._space.holds(fine)]
-        ends = [*self._ends([row], anywhere=False), *free[:: max(1, len(free) // FINE_PLACES)].tolist()]
-        if not len(begins) or not ends:
-            return not len(begins)
-        beyond = self._lines(hubs, np.array(ends)).min(axis=1)
-        if np.isfinite(between[-entries:] + beyond).any():
-            return True
-        return any(self.premises.paths.connected(begin, end) for begin in begins.tolist() for end in ends)
-
-    def _hubs(self, room: int) -> tuple[Array, Array]:
-        """Return places through which walks of a room lead, (k, 2), and the lengths of the walks between them, (k, k).
-
-        They are the free places before its places of work and inside its doors.
-        """
-        if room not in self._nets:
-            corners = [(x, y) for x, y, free in self.stands(self._workplaces.get(room, [])) if free]
-            entries = self._entries.get(room, np.zeros((0, 2)))
-            hubs = np.concatenate([np.reshape(corners, (-1, 2)), entries])
-            self._nets[room] = hubs, shortest_path(self._network(hubs), directed=False)
-        return self._nets[room]
-
-    def _network(self, hubs: Array) -> Array:
-        """Return the free straight lines between places as scipy reads a dense graph: lengths, 0 for none, (k, k)."""
-        first, second = np.triu_indices(len(hubs), 1)
-        free = self._space.joins(hubs[first], hubs[second])
-        lengths = np.zeros((len(hubs), len(hubs)))
-        spans = np.linalg.norm(hubs[first] - hubs[second], axis=1)
-        lengths[first[free], second[free]] = np.maximum(spans[free], LENGTH_TOLERANCE_M)
-        return lengths
-
-    @cached_property
-    def _nets(self) -> dict[int, tuple[Array, Array]]:
-        """Places and walks that have been computed, by room."""
-        return {}
-
-    def _lines(self, starts: Array, ends: Array) -> Array:
-        """Return the lengths of the straight lines between places (m, 2) and (n, 2), inf if not free, (m, n)."""
-        first, second = (grid.ravel() for grid in np.indices((len(starts), len(ends))))
-        spans = np.linalg.norm(starts[first] - ends[second], axis=1)
-        free = self._space.joins(starts[first], ends[second])
-        return np.where(free, spans, np.inf).reshape(len(starts), len(ends))
+        walks, (item,) = self._walks(self._room(row)), self._used([row])
+        is_reached = walks.reached(item)
+        if is_reached is not None:
+            return is_reached
+        pairs = product(walks.begins.tolist(), walks.ends_at(item))
+        return any(self.premises.paths.connected(begin, end) for begin, end in pairs)
 
     def length(self, start: int, goals: Sequence[int]) -> float:
         """Return the exact length of the shortest walk from an object to the nearest of some equipment, meters."""
-        ((x, y, free),) = self.stands([start])
-        ends = [(gx, gy, 0.0) for gx, gy in self._ends(goals, anywhere=True)]
+        walks = self._walks(self._room(start))
+        ((x, y, free),) = walks.stands(self._used([start]))
+        ends = [(gx, gy, 0.0) for gx, gy in walks.ends(self._used(goals), anywhere=True)]
         return self.premises.walk((x, y, 0.0), ends) if free else math.inf
+
+    def _room(self, row: int) -> int:
+        return int(self.rooms[self.arrangement.spaces[row]])
+
+    def _used(self, rows: Sequence[int]) -> tuple[Used, ...]:
+        arrangement = self.arrangement
+        return tuple(Used(arrangement.box(row), arrangement.box(arrangement.roots[row])) for row in rows)
+
+    def _walks(self, room: int) -> RoomWalks:
+        if room not in self._known:
+            arrangement = self.arrangement
+            area = self._areas[room]
+            doors = [one.pose for one in arrangement.building.entrances if self.rooms[one.space] == room]
+            workplaces = self._used([row for row in arrangement.workplaces if self._room(row) == room])
+            floor, obstacles = arrangement.layout.floor, self._obstacles(area)
+            self._known[room] = room_walks(floor, area, obstacles, tuple(doors), workplaces)
+        return self._known[room]
+
+    @cached_property
+    def _known(self) -> dict[int, RoomWalks]:
+        """Walks of the rooms that have been asked for."""
+        return {}
+
+    @cached_property
+    def _areas(self) -> dict[int, Area]:
+        """Bounds of each room and of the objects in it with what carries them, and `MARGIN_M` around."""
+        arrangement = self.arrangement
+        spaces = [space.boxes for space in arrangement.layout.floor.spaces]
+        regions = BoxArray.of([box for own in spaces for box in own]).bounds()
+        owner = self.rooms[np.repeat(np.arange(len(spaces)), [len(own) for own in spaces])]
+        rows = np.arange(len(arrangement))
+        rooms = self.rooms[np.array(arrangement.spaces, dtype=np.intp)]
+        low, high = (
+            np.concatenate([region, bounds[rows], bounds[arrangement.roots]])
+            for region, bounds in zip(regions, arrangement.bounds, strict=True)
+        )
+        rooms = np.concatenate([owner, rooms, rooms])
+        areas: dict[int, Area] = {}
+        for room in sorted(set(owner.tolist())):
+            (x0, y0), (x1, y1) = low[rooms == room, :2].min(axis=0), high[rooms == room, :2].max(axis=0)
+            areas[room] = float(x0) - MARGIN_M, float(y0) - MARGIN_M, float(x1) + MARGIN_M, float(y1) + MARGIN_M
+        return areas
+
+    def _obstacles(self, area: Area) -> tuple[OrientedBox, ...]:
+        """Return the boxes in an area that a person may touch."""
+        low, high, placements = self._standing
+        near = (low <= area[2:]).all(axis=1) & (high >= area[:2]).all(axis=1)
+        layout, boxes = self.arrangement.layout, []
+        for k in np.flatnonzero(near).tolist():
+            boxes += [layout.box(placements[k].id), *layout.open_parts(placements[k].id)]
+        return tuple(box for box in boxes if box.z0 < OBSTACLE_HEIGHT)
+
+    @cached_property
+    def _standing(self) -> tuple[Array, Array, list[Placement]]:
+        """Bounds in plan, (n, 2) each, of what stands on the floor or hangs on walls, without movable objects."""
+        arrangement = self.arrangement
+        rows = [
+            row
+            for row in arrangement.standing
+            if arrangement.placements[row].support == WALL or arrangement.assets[row].subtype not in MOVABLE
+        ]
+        others = [other for other in arrangement.others if other.support in (FLOOR, WALL)]
+        low, high = (bounds[rows, :2] for bounds in arrangement.bounds)
+        if others:
+            more = BoxArray.of([arrangement.layout.box(other.id) for other in others]).bounds()
+            low, high = (np.concatenate([own, new[:, :2]]) for own, new in zip((low, high), more, strict=True))
+        return low, high, [*(arrangement.placements[row] for row in rows), *others]

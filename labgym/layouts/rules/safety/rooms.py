@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
+from labgym.layouts.rules.earlier import chemicals
 from labgym.layouts.rules.rule import Breach, FacilityRule
 from labgym.layouts.rules.safety.hazards import CLASS_B, CLASS_D, calls_for_detector, fire_classes
 from labgym.layouts.rules.site import Site
@@ -105,6 +106,15 @@ REQUIREMENTS = (
 """What rooms need, and what calls for it."""
 
 
+def held_in_rooms(site: Site, row: int) -> object:
+    """Look at what calls for equipment, and at equipment; of others only at what they are and stand on."""
+    asset = site.arrangement.assets[row]
+    equipment = any(asset.role in one.accepted for one in REQUIREMENTS)
+    if equipment or asset.fume_hood or asset.subtype == "gas_cylinder":
+        return site.arrangement.placements[row]
+    return chemicals(site, row)
+
+
 @dataclass(frozen=True)
 class Lacking:
     """Equipment that a room lacks: the asset to add, the indices of the room's spaces, and what calls for it."""
@@ -150,6 +160,7 @@ def _rule(one: RoomRequirement) -> FacilityRule:
         severity="error",
         count=lambda site: len(_needing(site, one)),
         check=check,
+        looks_at=held_in_rooms,
     )
 
 

@@ -175,16 +175,22 @@ def forbidden(asset: Asset, support: Asset) -> Misplacement | None:
 def _judged(site: Site) -> list[int]:
     """Rows of the objects on or in furniture of which some kind is listed."""
     assets = site.arrangement.assets
-    return [row for row in site.arrangement.supported if any(one.is_kind(assets[row]) for one in MISPLACEMENTS)]
+    distinct = {id(asset): asset for asset in assets}
+    listed = {key for key, asset in distinct.items() if any(one.is_kind(asset) for one in MISPLACEMENTS)}
+    return [row for row in site.arrangement.supported if id(assets[row]) in listed]
 
 
 def _check(site: Site) -> Iterator[Breach]:
-    arrangement = site.arrangement
+    arrangement, reasons = site.arrangement, dict[tuple[int, int], Misplacement | None]()
     for row in _judged(site):
         support = arrangement.placements[row].support
         while support not in (FLOOR, WALL):
             carrier = arrangement.row(support)
-            misplaced = forbidden(arrangement.assets[row], arrangement.assets[carrier])
+            pair = arrangement.assets[row], arrangement.assets[carrier]
+            key = id(pair[0]), id(pair[1])
+            if key not in reasons:
+                reasons[key] = forbidden(*pair)
+            misplaced = reasons[key]
             if misplaced is not None:
                 ids = arrangement.placements[row].id, support
                 message = f"{ids[0]} is on or in {support}; {misplaced.what} do not belong on {misplaced.where}"

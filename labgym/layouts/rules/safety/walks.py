@@ -14,7 +14,7 @@ from labgym.layouts.rules.facility.showers import SHOWER_WALK
 from labgym.layouts.rules.regulations.premises import PERSON
 from labgym.layouts.rules.rule import Breach, FacilityRule
 from labgym.layouts.rules.safety.hazards import CLASS_B, CLASS_D, FireClass, fire_classes
-from labgym.layouts.rules.safety.roadmap import ARM_REACH_M
+from labgym.layouts.rules.safety.room_walks import ARM_REACH_M
 from labgym.layouts.rules.site import Site
 from labgym.layouts.rules.thresholds import Severity
 

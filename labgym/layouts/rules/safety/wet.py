@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from labgym.geometry import BoxArray, OrientedBox
+from labgym.layouts.rules.earlier import chemicals, standing
 from labgym.layouts.rules.rule import Breach, FacilityRule
 from labgym.layouts.rules.safety.hazards import water_reactive
 from labgym.layouts.rules.site import Site
@@ -68,6 +69,10 @@ def _near(
                 yield Breach(ids, gap, WET_DISTANCE_M, message, f"move {moved} {WET_DISTANCE_M - gap:.2f} m away")
 
 
+def _standing_and_chemicals(site: Site, row: int) -> object:
+    return standing(site, row) or chemicals(site, row)
+
+
 def _check(site: Site) -> Iterator[Breach]:
     placements = site.arrangement.placements
     stored = [(row, "reacts with water or air", placements[row].support) for row in _stored(site)]
@@ -90,5 +95,6 @@ RULES = (
         severity="error",
         count=lambda site: len(_stored(site)) + len(_used(site)),
         check=_check,
+        looks_at=_standing_and_chemicals,
     ),
 )
