@@ -11,17 +11,20 @@ from numpy.typing import NDArray
 from pydantic import Field, ValidationError, model_validator
 
 from labgym.errors import LabgymError, UnknownNameError
-from labgym.geometry import BoxArray, OrientedBox, to_local
+from labgym.geometry import BoxArray, OrientedBox
 from labgym.layouts.floor.checks import check_access, check_counts, check_doorways, check_enclosed, check_overlaps
 from labgym.layouts.floor.doorways import Doorway, doorways_of
 from labgym.layouts.floor.fields import Growing
 from labgym.layouts.floor.rooms import READS, Door, Room, rectangle_parts, room_of
 from labgym.layouts.floor.solids import FloorPart, solid_parts
-from labgym.layouts.floor.spaces import Column, KeepOut, Service, Space
+from labgym.layouts.floor.spaces import Column, FreeRectangles, KeepOut, Service, Space
 from labgym.layouts.floor.walls import Wall, extensions
 
 SERVED = 0.6
 """A service point serves the spaces that it is at most this far outside of: it may be in their walls, meters."""
+
+PIECE = 4096
+"""Number of points of a grid that are looked up together: those in a few rows, near which few rectangles are."""
 
 
 class Floor(Growing):
@@ -166,14 +169,18 @@ class Floor(Growing):
         """
         points = np.asarray(points, dtype=np.float64).reshape(-1, 2)
         within = np.zeros(len(points), dtype=np.bool_)
-        for space in self.spaces:
-            within |= space.contains(points)
-        for doorway in self.doorways:
-            if not doorway.exit:
-                box = doorway.floor
-                local = np.abs(to_local(points, (box.x, box.y, box.yaw)))
-                within |= (local[:, 0] <= box.width / 2.0) & (local[:, 1] <= box.depth / 2.0)
+        for first in range(0, len(points), PIECE):
+            within[first : first + PIECE] = self._rectangles.hold(points[first : first + PIECE])
         return within
+
+    @cached_property
+    def _rectangles(self) -> FreeRectangles:
+        """The rectangles of the spaces, and the openings of interior doors and passages."""
+        rows = [(*space.frame, r.x0, r.y0, r.x1, r.y1) for space in self.spaces for r in space.region]
+        for box in (doorway.floor for doorway in self.doorways if not doorway.exit):
+            width, depth = box.width / 2.0, box.depth / 2.0
+            rows.append((box.x, box.y, box.yaw, -width, -depth, width, depth))
+        return FreeRectangles.of(rows)
 
     def services_of(self, space_id: str) -> tuple[Service, ...]:
         """Return the service points in a space, in the walls around it, and on their other sides."""
@@ -192,8 +199,7 @@ class Floor(Growing):
 
     def space_at(self, x: float, y: float) -> Space | None:
         """Return the space that contains a point, None in walls, in doorways and outside."""
-        point = np.array([[x, y]])
-        return next((space for space in self.spaces if space.contains(point)[0]), None)
+        return next((space for space in self.spaces if space.holds(x, y)), None)
 
     def __getstate__(self) -> dict[Any, Any]:
         # Only the fields travel to another process, not what is cached.
