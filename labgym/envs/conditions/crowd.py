@@ -6,6 +6,7 @@ import copy
 import math
 from functools import lru_cache
 from itertools import pairwise
+from threading import Lock
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,6 +57,29 @@ ROOM = 32
 """Number of points of a way for which there is room at first."""
 
 
+class KnownWays:
+    """The ways of people in a world, of which those planned first are forgotten.
+
+    Futures, and drives of other robots in the same episode, plan the same ways again and again.
+    """
+
+    def __init__(self) -> None:
+        self._points: dict[tuple[Vector, Vector], tuple[Vector, ...]] = {}
+        self._lock = Lock()
+
+    def between(self, world: World, start: Vector, goal: Vector) -> tuple[Vector, ...]:
+        """Return the points of the way from a place to another, meters; none if there is no way."""
+        points = self._points.get((start, goal))
+        if points is None:
+            path = world.paths.path(start, goal)
+            points = () if path is None else tuple(map(tuple, path.points.tolist()))
+            with self._lock:
+                self._points[start, goal] = points
+                if len(self._points) > WAYS:
+                    del self._points[next(iter(self._points))]
+        return points
+
+
 class Crowd:
     """The people of an episode, who know the paths of its world.
 
@@ -73,8 +97,6 @@ class Crowd:
         self.model: Model = cast.model
         self.yields = tuple(role.yields for role in cast.people)
         self.stops = tuple(role.stops for role in cast.people)
-        # Shared by the copies that futures are made with, which plan the same ways again and again.
-        self._ways: dict[tuple[Vector, Vector], tuple[Vector, ...]] = {}
         count = len(cast.people)
         walkers, marks = np.zeros((count, 9)), np.zeros((count, 4), dtype=np.int64)
         walkers[:, TO_GO] = math.inf
@@ -160,7 +182,8 @@ class Crowd:
         """Plan the way of a person to the next stop."""
         people = self._people
         x, y = people.walkers[number, :2].tolist()
-        path = self._way((x, y), self.stops[number][people.marks[number, STOP]][:2])
+        known = self.world.derived("ways of people", lambda _: KnownWays())
+        path = known.between(self.world, (x, y), self.stops[number][people.marks[number, STOP]][:2])
         if len(path) > people.ways.shape[1]:
             ways = np.zeros((len(people.ways), 2 * len(path), 3))
             ways[:, : people.ways.shape[1]] = people.ways
@@ -169,16 +192,6 @@ class Crowd:
             people.ways[number, : len(path)] = _measured(path)
         people.marks[number, PASSED], people.marks[number, POINTS] = 1, len(path)
         people.walkers[number, BEYOND] = people.ways[number, 1, 2] if path else 0.0
-
-    def _way(self, start: Vector, goal: Vector) -> tuple[Vector, ...]:
-        """Return the points of the way from a place to another, meters; none if there is no way."""
-        ends = start, goal
-        if ends not in self._ways:
-            path = self.world.paths.path(*ends)
-            self._ways[ends] = () if path is None else tuple(map(tuple, path.points.tolist()))
-            if len(self._ways) > WAYS:
-                del self._ways[next(iter(self._ways))]
-        return self._ways[ends]
 
 
 @lru_cache(maxsize=2 * WAYS)
