@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -116,6 +117,20 @@ class BoxArray:
             joined(self.z, others.z),
         )
 
+    def joined(self, others: BoxArray) -> BoxArray:
+        """Return these boxes and then others."""
+        return BoxArray(*(np.concatenate(pair) for pair in zip(self._arrays, others._arrays, strict=True)))
+
+    def without(self, others: BoxArray) -> BoxArray:
+        """Return the boxes that are equal to none of others."""
+        rows, unwanted = (np.column_stack(boxes._arrays) for boxes in (self, others))
+        equal = (rows[:, None] == unwanted[None]).all(axis=-1).any(axis=1)
+        return self.take(np.flatnonzero(~equal))
+
+    @property
+    def _arrays(self) -> tuple[Array, Array, Array, Array]:
+        return self.centre, self.half, self.yaw, self.z
+
     def axes(self) -> Array:
         """Return the side normals, shape (n, 2, 2): [i, k] is box i's axis k."""
         cosine, sine = np.cos(self.yaw), np.sin(self.yaw)
@@ -127,6 +142,10 @@ class BoxArray:
 
     def bounds(self) -> tuple[Array, Array]:
         """Return the least and greatest coordinates of each box, (n, 3) each."""
+        return self._bounds
+
+    @cached_property
+    def _bounds(self) -> tuple[Array, Array]:
         cosine, sine = np.abs(np.cos(self.yaw)), np.abs(np.sin(self.yaw))
         width, depth = self.half[:, 0], self.half[:, 1]
         extent = np.stack([width * cosine + depth * sine, width * sine + depth * cosine], axis=1)

@@ -98,11 +98,7 @@ def palette(finishes: Finishes) -> dict[str, str]:
 
 def finishes_at(floor: Floor, x: float, y: float) -> Finishes:
     """Return the finishes of the space at a point, or of the first space if the point is in no space."""
-    first = floor.spaces[0].finishes
-    if all(space.finishes == first for space in floor.spaces):
-        return first
-    space = floor.space_at(x, y)
-    return first if space is None else space.finishes
+    return (floor.space_at(x, y) or floor.spaces[0]).finishes
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ import shapely
 from labgym.envs import world
 from labgym.envs.world import world_of
 from labgym.layouts import Layout
+from labgym.layouts.moves import Move, apply
 from labgym.navigation import OBSTACLE_HEIGHT
 
 
@@ -27,6 +28,19 @@ def test_a_world_that_is_not_in_use_is_freed(layout):
     world._recent.clear()
     gc.collect()
     assert reference() is None
+
+
+def test_worlds_of_new_floors_take_the_place_of_earlier_ones(layout):
+    name, worlds = layout.placements[-1].id, []
+    for step in range(2 * world.KEPT):
+        one = world_of(apply(layout, Move(name, 0.0003 * (step + 1), 0.0)))
+        one.clear_at((1.0, 1.0, 0.0))
+        worlds.append((weakref.ref(one), weakref.ref(one.model)))
+    del one
+    gc.collect()
+    assert [reference() is None for pair in worlds for reference in pair] == [True] * 2 * world.KEPT + [
+        False
+    ] * 2 * world.KEPT
 
 
 @pytest.mark.parametrize("name", sorted(furnished_floors.FLOORS))

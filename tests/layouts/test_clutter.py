@@ -260,3 +260,24 @@ def test_places_are_joined_if_their_points_share_a_component():
             assert ways.joined(radius)[2:, 2:].tolist() == expected
             divided += not all(map(any, expected))
     assert divided > 5
+
+
+def test_an_object_is_added_if_the_whole_floor_keeps_the_ways_that_existed_at_first():
+    room = Room(width=6.0, depth=5.0, doors=(Door(wall="left", offset=2.0), Door(wall="right", offset=2.0)))
+    entrances = building_of(Layout(id="room", floor=room.floor, placements=())).entrances
+    generator = np.random.default_rng(8)
+    goals = [tuple(goal) for goal in generator.uniform((0.5, 0.5), (5.5, 4.5), (6, 2))]
+    boxes: list[OrientedBox] = []
+    ways, refused = Ways(room.floor, entrances, boxes, goals), 0
+    first = {radius: ways.joined(radius) for radius in RADII}
+    for _ in range(60):
+        x, y, width, depth, yaw = generator.uniform((0.5, 0.5, 0.2, 0.2, 0.0), (5.5, 4.5, 1.2, 0.8, 3.0))
+        box = OrientedBox(x, y, width, depth, yaw, 0.0, 1.0)
+        other = Ways(room.floor, entrances, [*boxes, box], goals)
+        keeps = all((other.joined(radius) >= joined).all() for radius, joined in first.items())
+        assert ways.add([box]) == keeps
+        boxes += [box] if keeps else []
+        refused += not keeps
+    assert ways.values.tobytes() == Ways(room.floor, entrances, boxes, goals).values.tobytes()
+    assert len(boxes) > 5
+    assert refused > 5

@@ -17,6 +17,7 @@ from shapely.ops import unary_union
 from labgym.errors import DocumentError, LabgymError, UnknownNameError
 from labgym.layouts import Layout, Room
 from labgym.layouts.floor import Column, Door, Floor, KeepOut, Opening, Rectangle, Service, Space, Wall
+from labgym.layouts.floors import draw_floor
 
 
 def replaced(record, **changes):
@@ -128,6 +129,18 @@ def test_inside_is_the_union_of_the_spaces_and_the_inner_doorways():
     points[:500] = np.random.default_rng(2).uniform((5.9, 1.3), (6.2, 2.7), (500, 2))
     assert floor.inside(points).tolist() == [union.covers(Point(point)) for point in points]
     assert floor.inside(np.zeros((0, 2))).shape == (0,)
+
+
+def test_a_grid_is_looked_up_as_its_points_are_and_a_point_as_in_an_array():
+    floor = draw_floor("suite", 3).floor
+    x0, y0, x1, y1 = floor.bounds
+    points = np.stack(np.meshgrid(np.arange(x0, x1, 0.05), np.arange(y0, y1, 0.05)), axis=-1).reshape(-1, 2)
+    chosen = np.random.default_rng(0).choice(len(points), 300, replace=False)
+    assert floor.inside(points)[chosen].tolist() == [floor.inside(points[k])[0] for k in chosen]
+    for space in floor.spaces:
+        edges = np.concatenate([box.corners() for box in space.boxes])
+        near = np.concatenate([points[chosen], edges])
+        assert [space.holds(x, y) for x, y in near.tolist()] == space.contains(near).tolist()
 
 
 def test_inside_follows_turned_frames():

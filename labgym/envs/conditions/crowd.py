@@ -6,13 +6,14 @@ import copy
 import math
 from functools import lru_cache
 from itertools import pairwise
+from threading import Lock
 
 import numpy as np
 
 from labgym.envs.conditions.cast import RADIUS, Model, PeopleCast
 from labgym.envs.conditions.intentions import BEYOND, DT, PASSED, POINTS, STANDING, STOP, TO_GO, PeopleMotion, intend
-from labgym.envs.conditions.orca import Avoidance, Disc, OrcaRobot, Vector, away_from, permitted_velocity, velocities
-from labgym.envs.conditions.social_force import SocialForce
+from labgym.envs.conditions.orca import Avoidance, Disc, OrcaRobot, Vector, nearest_walls, off_walls, velocities
+from labgym.envs.conditions.social_force import SocialForce, pushed
 from labgym.envs.world import World
 from labgym.geometry import Array, BoxArray
 from labgym.layouts import Layout
@@ -40,35 +41,40 @@ class Walls:
         """Return the furniture below 1.40 m and the walls of a layout."""
         return cls(Barriers.of(layout).obstacles.boxes)
 
-    def near(self, points: Array, reach: float) -> list[list[tuple[float, float]]]:
-        """Return, for each point (n, 2), the vectors to the nearest points of the rectangles within reach, meters."""
-        dx = points[:, 0:1] - self._center[:, 0]
-        dy = points[:, 1:2] - self._center[:, 1]
-        # From the nearest point of a rectangle to the point, in the frame of the rectangle.
-        along, across = dx * self._cosine + dy * self._sine, dy * self._cosine - dx * self._sine
-        along = along - np.clip(along, -self._half[:, 0], self._half[:, 0])
-        across = across - np.clip(across, -self._half[:, 1], self._half[:, 1])
-        rows, boxes = np.nonzero(along * along + across * across < reach * reach)
-        x, y = along[rows, boxes], across[rows, boxes]
-        cosine, sine = self._cosine[boxes], self._sine[boxes]
-        vectors: list[list[tuple[float, float]]] = [[] for _ in range(len(points))]
-        for row, wx, wy in zip(
-            rows.tolist(), (y * sine - x * cosine).tolist(), (-x * sine - y * cosine).tolist(), strict=True
-        ):
-            vectors[row].append((wx, wy))
-        return vectors
-
 
 REST = 0.5
 """Time after which everybody avoids a robot at rest, seconds."""
 GAP = 0.01
 """Least distance that people keep from a robot at rest, meters."""
-AVOIDANCE, FORCES = Avoidance(RADIUS, GAP, dt=DT), SocialForce(dt=DT)
+AVOIDANCE, FORCES = Avoidance(RADIUS, GAP, dt=DT), SocialForce(RADIUS, dt=DT)
 
 WAYS = 512
 """Number of ways that are remembered."""
 ROOM = 32
 """Number of points of a way for which there is room at first."""
+
+
+class KnownWays:
+    """The ways of people in a world, of which those planned first are forgotten.
+
+    Futures, and drives of other robots in the same episode, plan the same ways again and again.
+    """
+
+    def __init__(self) -> None:
+        self._points: dict[tuple[Vector, Vector], tuple[Vector, ...]] = {}
+        self._lock = Lock()
+
+    def between(self, world: World, start: Vector, goal: Vector) -> tuple[Vector, ...]:
+        """Return the points of the way from a place to another, meters; none if there is no way."""
+        points = self._points.get((start, goal))
+        if points is None:
+            path = world.paths.path(start, goal)
+            points = () if path is None else tuple(map(tuple, path.points.tolist()))
+            with self._lock:
+                self._points[start, goal] = points
+                if len(self._points) > WAYS:
+                    del self._points[next(iter(self._points))]
+        return points
 
 
 class Crowd:
@@ -88,8 +94,6 @@ class Crowd:
         self.model: Model = cast.model
         self.yields = tuple(role.yields for role in cast.people)
         self.stops = tuple(role.stops for role in cast.people)
-        # Shared by the copies that futures are made with, which plan the same ways again and again.
-        self._ways: dict[tuple[Vector, Vector], tuple[Vector, ...]] = {}
         count = len(cast.people)
         walkers, marks = np.zeros((count, 9)), np.zeros((count, 4), dtype=np.int64)
         walkers[:, TO_GO] = math.inf
@@ -139,11 +143,7 @@ class Crowd:
         walkers, marks = self._people.walkers, self._people.marks
         for number in np.flatnonzero(marks[:, STANDING] & (self._people.counts > 0)):
             self.yaws[number] = self.stops[number][marks[number, STOP]][2]
-        preferred = self._preferred()
-        if self.model == "orca":
-            reached = self._by_avoidance(preferred, robot, rest)
-        else:
-            reached = self._by_forces(preferred, robot, rest)
+        reached = self._reached(self._preferred(), robot, rest)
         walkers[:, 2:4] = reached
         walkers[:, :2] += reached * DT
         speeds = np.sqrt((reached * reached).sum(axis=1))
@@ -161,39 +161,26 @@ class Crowd:
             first = intend(self._people, preferred, first, True, self.speed, 2.0)
         return preferred
 
-    def _by_avoidance(self, preferred: Array, robot: Disc | None, rest: float) -> Array:
-        """Return the next velocities of the people by ORCA, (n, 2) m/s."""
+    def _reached(self, preferred: Array, robot: Disc | None, rest: float) -> Array:
+        """Return the next velocities of the people by their model, (n, 2) m/s; walls stop them in any case."""
         avoids = np.array(self.yields, dtype=np.bool_) | (rest >= REST)
         if robot is None:
             avoids[:], robot, rest = False, Disc(0.0, 0.0, 0.0, 0.0, 0.0), 0.0
         x, y, vx, vy, radius = map(float, robot)
         seen = OrcaRobot(x, y, vx, vy, radius, 1.0 if rest >= REST else 0.5, rest > 0.0)
-        walkers = self._people.walkers
-        return velocities(walkers, preferred, avoids, seen, self._walls.boxes, self.speed, AVOIDANCE)
-
-    def _by_forces(self, preferred: Array, robot: Disc | None, rest: float) -> Array:
-        """Return the next velocities of the people by social forces, (n, 2) m/s; walls stop them as in ORCA."""
-        discs = [Disc(x, y, vx, vy, RADIUS) for x, y, vx, vy in self._people.walkers[:, :4].tolist()]
-        near = self._walls.near(self.centers, RADIUS + self.speed * AVOIDANCE.horizon_walls)
-        result = np.empty((len(discs), 2))
-        for number, disc in enumerate(discs):
-            others = [other for k, other in enumerate(discs) if k != number]
-            planes = [away_from(*wall, RADIUS, AVOIDANCE.horizon_walls) for wall in near[number]]
-            if robot is not None and (rest >= REST or self.yields[number]):
-                others.append(robot)
-            if robot is not None and rest > 0.0:
-                apart = RADIUS + robot.radius + GAP
-                planes.append(away_from(robot.x - disc.x, robot.y - disc.y, apart, DT))
-            vx, vy = FORCES.velocity(disc, tuple(preferred[number].tolist()), self.speed, others, near[number])
-            blocks = np.array(planes, dtype=np.float64).reshape(-1, 3)
-            result[number] = permitted_velocity(vx, vy, self.speed, blocks, len(blocks), len(blocks))
-        return result
+        walkers, boxes, fastest = self._people.walkers, self._walls.boxes, self.speed
+        if self.model == "orca":
+            return velocities(walkers, preferred, avoids, seen, boxes, fastest, AVOIDANCE)
+        walls = nearest_walls(walkers, boxes, fastest, AVOIDANCE)
+        wanted = pushed(walkers, preferred, avoids, np.array([x, y, vx, vy]), walls, fastest, FORCES)
+        return off_walls(walkers, wanted, seen, boxes, fastest, AVOIDANCE)
 
     def _plan(self, number: int) -> None:
         """Plan the way of a person to the next stop."""
         people = self._people
         x, y = people.walkers[number, :2].tolist()
-        path = self._way((x, y), self.stops[number][people.marks[number, STOP]][:2])
+        known = self.world.derived("ways of people", lambda _: KnownWays())
+        path = known.between(self.world, (x, y), self.stops[number][people.marks[number, STOP]][:2])
         if len(path) > people.ways.shape[1]:
             ways = np.zeros((len(people.ways), 2 * len(path), 3))
             ways[:, : people.ways.shape[1]] = people.ways
@@ -202,16 +189,6 @@ class Crowd:
             people.ways[number, : len(path)] = _measured(path)
         people.marks[number, PASSED], people.marks[number, POINTS] = 1, len(path)
         people.walkers[number, BEYOND] = people.ways[number, 1, 2] if path else 0.0
-
-    def _way(self, start: Vector, goal: Vector) -> tuple[Vector, ...]:
-        """Return the points of the way from a place to another, meters; none if there is no way."""
-        ends = start, goal
-        if ends not in self._ways:
-            path = self.world.paths.path(*ends)
-            self._ways[ends] = () if path is None else tuple(map(tuple, path.points.tolist()))
-            if len(self._ways) > WAYS:
-                del self._ways[next(iter(self._ways))]
-        return self._ways[ends]
 
 
 @lru_cache(maxsize=2 * WAYS)

@@ -254,7 +254,7 @@ def least_forbidden(
     return x, y
 
 
-@entry
+@inner
 def permitted_velocity(
     px: float, py: float, fastest: float, planes: Array, hard: int, count: int
 ) -> tuple[float, float]:
@@ -276,23 +276,82 @@ def permitted_velocity(
 
 
 @inner
-def _walls(
-    x: float, y: float, fastest: float, boxes: tuple[Array, Array, Array, Array], rules: Avoidance, planes: Array
-) -> int:
-    """Write the half-planes of the rectangles within reach of a point and return their number; see `Walls.near`."""
+def _toward(
+    x: float, y: float, boxes: tuple[Array, Array, Array, Array], k: int, reach: float
+) -> tuple[bool, float, float]:
+    """Return whether rectangle k is within reach of a point, and the vector to its nearest point, meters."""
     center, half, cosine, sine = boxes
+    dx, dy = x - center[k, 0], y - center[k, 1]
+    along, across = dx * cosine[k] + dy * sine[k], dy * cosine[k] - dx * sine[k]
+    width, depth = half[k, 0], half[k, 1]
+    along = along - (-width if along < -width else width if along > width else along)
+    across = across - (-depth if across < -depth else depth if across > depth else across)
+    near = along * along + across * across < reach * reach
+    return near, across * sine[k] - along * cosine[k], -along * sine[k] - across * cosine[k]
+
+
+@entry
+def nearest_walls(discs: Array, boxes: tuple[Array, Array, Array, Array], fastest: float, rules: Avoidance) -> Array:
+    """Return the vectors from people to the nearest point of a rectangle (n, 2), meters; inf without one in reach.
+
+    Args:
+        discs, boxes, fastest, rules: as of `velocities`.
+    """
+    result = np.full((len(discs), 2), np.inf)
+    reach = rules.radius + fastest * rules.horizon_walls
+    for one in range(len(discs)):
+        least = np.inf
+        for k in range(len(boxes[2])):
+            near, wx, wy = _toward(discs[one, 0], discs[one, 1], boxes, k, reach)
+            if near and wx * wx + wy * wy < least:
+                least = wx * wx + wy * wy
+                result[one, 0], result[one, 1] = wx, wy
+    return result
+
+
+@inner
+def _walls(
+    disc: Array,
+    robot: OrcaRobot,
+    fastest: float,
+    boxes: tuple[Array, Array, Array, Array],
+    rules: Avoidance,
+    planes: Array,
+) -> int:
+    """Write the half-planes of the rectangles within reach of a disc and of a robot at rest; return their number."""
     reach, count = rules.radius + fastest * rules.horizon_walls, 0
-    for k in range(len(cosine)):
-        dx, dy = x - center[k, 0], y - center[k, 1]
-        along, across = dx * cosine[k] + dy * sine[k], dy * cosine[k] - dx * sine[k]
-        width, depth = half[k, 0], half[k, 1]
-        along = along - (-width if along < -width else width if along > width else along)
-        across = across - (-depth if across < -depth else depth if across > depth else across)
-        if along * along + across * across < reach * reach:
-            wx, wy = across * sine[k] - along * cosine[k], -along * sine[k] - across * cosine[k]
+    for k in range(len(boxes[2])):
+        near, wx, wy = _toward(disc[0], disc[1], boxes, k, reach)
+        if near:
             planes[count] = away_from(wx, wy, rules.radius, rules.horizon_walls)
             count += 1
+    if robot.still:
+        apart = rules.radius + robot.radius + rules.gap
+        planes[count] = away_from(robot.x - disc[0], robot.y - disc[1], apart, rules.dt)
+        count += 1
     return count
+
+
+@entry
+def off_walls(
+    discs: Array,
+    wanted: Array,
+    robot: OrcaRobot,
+    boxes: tuple[Array, Array, Array, Array],
+    fastest: float,
+    rules: Avoidance,
+) -> Array:
+    """Return the velocities (n, 2) nearest to wanted ones by which people enter no rectangle and no robot at rest, m/s.
+
+    Args:
+        discs, robot, boxes, fastest, rules: as of `velocities`. wanted: (n, 2) m/s.
+    """
+    result = np.empty((len(discs), 2))
+    planes = np.empty((len(boxes[2]) + 1, 3))
+    for one in range(len(discs)):
+        count = _walls(discs[one], robot, fastest, boxes, rules, planes)
+        result[one] = permitted_velocity(wanted[one, 0], wanted[one, 1], fastest, planes, count, count)
+    return result
 
 
 @entry
@@ -320,11 +379,7 @@ def velocities(
     machine = np.array([robot.x, robot.y, robot.vx, robot.vy])
     for one in range(people):
         disc = discs[one]
-        hard = _walls(disc[0], disc[1], fastest, boxes, rules, planes)
-        if robot.still:
-            apart = rules.radius + robot.radius + rules.gap
-            planes[hard] = away_from(robot.x - disc[0], robot.y - disc[1], apart, rules.dt)
-            hard += 1
+        hard = _walls(disc, robot, fastest, boxes, rules, planes)
         near = 0
         for k in range(people + 1):
             if k == one or (k == people and not avoids[one]):

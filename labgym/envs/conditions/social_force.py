@@ -8,29 +8,34 @@ human crowds", Proceedings of the Royal Society B 276, 2009: interaction of two 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass
+from typing import NamedTuple
 
-from labgym.envs.checks import positive
-from labgym.envs.conditions.orca import Disc, Vector
+import numpy as np
+from numpy.typing import NDArray
+
+from labgym.machine_code import entry, inner
+
+Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class SocialForce:
+class SocialForce(NamedTuple):
     """The parameters of the social-force model.
 
     Attributes:
+        radius: of a person, meters.
         relaxation: time in which the preferred velocity is taken up, seconds.
         social: greatest acceleration by a person, m/s2.
-        lambda_, gamma, n, n_side: weight of the relative velocity, range of the interaction as a multiple of the
-            interaction vector, and angular falloffs of slowing down and of stepping aside (n' and n of the paper).
+        weight, gamma, n, n_side: weight of the relative velocity (lambda), range of the interaction as a multiple of
+            the interaction vector, and angular falloffs of slowing down and of stepping aside (n' and n of the paper).
         wall: acceleration at the surface of a wall, m/s2. wall_range: distance in which it falls to 1/e, meters.
         reach: people farther than this are ignored, meters. dt: duration of a step, seconds.
+        two: the number 2: a power whose exponent the compiler knows is a product, which rounds otherwise.
     """
 
+    radius: float
     relaxation: float = 0.5
     social: float = 5.1
-    lambda_: float = 2.0
+    weight: float = 2.0
     gamma: float = 0.35
     n: float = 3.0
     n_side: float = 2.0
@@ -38,48 +43,69 @@ class SocialForce:
     wall_range: float = 0.2
     reach: float = 5.0
     dt: float = 0.1
+    two: float = 2.0
 
-    def __post_init__(self) -> None:
-        positive(self, "relaxation", "social", "lambda_", "gamma", "n", "n_side", "wall", "wall_range", "reach", "dt")
 
-    def velocity(
-        self, disc: Disc, preferred: Vector, fastest: float, others: Iterable[Disc], walls: Iterable[Vector] = ()
-    ) -> Vector:
-        """Return the next velocity of a disc, m/s.
+@inner
+def interaction(disc: Array, other: Array, force: SocialForce) -> tuple[float, float]:
+    """Return the acceleration of a disc by another one, m/s2 (Moussaid et al., section 3).
 
-        Args:
-            disc: the disc. preferred: the velocity that it would have alone, m/s. fastest: greatest speed, m/s.
-            others: the discs that push it away.
-            walls: from its center to the nearest point of each obstacle, meters; the nearest one counts.
-        """
-        ax, ay = (preferred[0] - disc.vx) / self.relaxation, (preferred[1] - disc.vy) / self.relaxation
-        for other in others:
-            fx, fy = self.interaction(disc, other)
+    Args:
+        disc, other: (4,) x, y, vx, vy, m and m/s. force: the parameters.
+    """
+    dx, dy = other[0] - disc[0], other[1] - disc[1]
+    distance = math.sqrt(dx * dx + dy * dy)
+    if not 0.0 < distance < force.reach:
+        return 0.0, 0.0
+    ex, ey = dx / distance, dy / distance
+    ix, iy = force.weight * (disc[2] - other[2]) + ex, force.weight * (disc[3] - other[3]) + ey
+    size = math.sqrt(ix * ix + iy * iy)
+    if size == 0.0:
+        return 0.0, 0.0
+    tx, ty = ix / size, iy / size
+    spread = force.gamma * size
+    angle = math.atan2(tx * ey - ty * ex, tx * ex + ty * ey)
+    slow = force.social * math.exp(-distance / spread - math.pow(force.n * spread * angle, force.two))
+    aside = force.social * math.exp(-distance / spread - math.pow(force.n_side * spread * angle, force.two))
+    side = math.copysign(aside, angle) if angle != 0.0 else 0.0
+    return -slow * tx + side * ty, -slow * ty - side * tx
+
+
+@entry
+def pushed(
+    discs: Array,
+    preferred: Array,
+    avoids: NDArray[np.bool_],
+    robot: Array,
+    walls: Array,
+    fastest: float,
+    force: SocialForce,
+) -> Array:
+    """Return the next velocities of people (n, 2), m/s.
+
+    Args:
+        discs: (n, 4) x, y, vx, vy, m and m/s. preferred: (n, 2) velocities alone, m/s.
+        avoids: (n,) whom the robot pushes away. robot: (4,) x, y, vx, vy.
+        walls: (n, 2) from each center to the nearest point of the nearest obstacle, meters; inf without one.
+        fastest: greatest speed, m/s. force: the parameters.
+    """
+    people = len(discs)
+    result = np.empty((people, 2))
+    for one in range(people):
+        disc, wx, wy = discs[one], walls[one, 0], walls[one, 1]
+        ax, ay = (preferred[one, 0] - disc[2]) / force.relaxation, (preferred[one, 1] - disc[3]) / force.relaxation
+        for k in range(people + 1):
+            if k == one or (k == people and not avoids[one]):
+                continue
+            fx, fy = interaction(disc, robot if k == people else discs[k], force)
             ax, ay = ax + fx, ay + fy
-        for wx, wy in sorted(walls, key=lambda wall: wall[0] * wall[0] + wall[1] * wall[1])[:1]:
-            distance = math.sqrt(wx * wx + wy * wy)
-            if distance > 0.0:
-                push = self.wall * math.exp(-max(distance - disc.radius, 0.0) / self.wall_range) / distance
-                ax, ay = ax - push * wx, ay - push * wy
-        vx, vy = disc.vx + ax * self.dt, disc.vy + ay * self.dt
+        distance = math.sqrt(wx * wx + wy * wy)
+        if 0.0 < distance < math.inf:
+            push = force.wall * math.exp(-max(distance - force.radius, 0.0) / force.wall_range) / distance
+            ax, ay = ax - push * wx, ay - push * wy
+        vx, vy = disc[2] + ax * force.dt, disc[3] + ay * force.dt
         speed = math.sqrt(vx * vx + vy * vy)
-        return (vx, vy) if speed <= fastest else (vx * fastest / speed, vy * fastest / speed)
-
-    def interaction(self, disc: Disc, other: Disc) -> Vector:
-        """Return the acceleration of a disc by another one, m/s2 (Moussaid et al., section 3)."""
-        dx, dy = other.x - disc.x, other.y - disc.y
-        distance = math.sqrt(dx * dx + dy * dy)
-        if not 0.0 < distance < self.reach:
-            return 0.0, 0.0
-        ex, ey = dx / distance, dy / distance
-        ix, iy = self.lambda_ * (disc.vx - other.vx) + ex, self.lambda_ * (disc.vy - other.vy) + ey
-        size = math.sqrt(ix * ix + iy * iy)
-        if size == 0.0:
-            return 0.0, 0.0
-        tx, ty = ix / size, iy / size
-        spread = self.gamma * size
-        angle = math.atan2(tx * ey - ty * ex, tx * ex + ty * ey)
-        slow = self.social * math.exp(-distance / spread - (self.n * spread * angle) ** 2)
-        aside = self.social * math.exp(-distance / spread - (self.n_side * spread * angle) ** 2)
-        side = math.copysign(aside, angle) if angle else 0.0
-        return -slow * tx + side * ty, -slow * ty - side * tx
+        if speed > fastest:
+            vx, vy = vx * fastest / speed, vy * fastest / speed
+        result[one, 0], result[one, 1] = vx, vy
+    return result

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +14,7 @@ from labgym.assets import Asset
 from labgym.assets.articulation import protruding
 from labgym.counts import is_whole
 from labgym.errors import OptionError
-from labgym.geometry import BoxArray, OrientedBox, interpenetrating, overlapping_bounds, pairwise_distance
-from labgym.geometry.boxes import ROUNDING
+from labgym.geometry import BoxArray, OrientedBox, interpenetrating
 from labgym.layouts.clutter.kinds import DENSITY, KINDS, LEVELS, OPENED, ClutterKind, draw_openings, openable
 from labgym.layouts.clutter.ways import Point, Ways
 from labgym.layouts.model import Layout
@@ -111,11 +110,14 @@ class _Scatter:
             and layout.asset(placement.id).subtype not in MOVABLE
         ]
         goals = [goal_pose(box)[:2] for box, _ in self.furniture]
-        self.goals = BoxArray.of([OrientedBox(x, y, 0.0, 0.0, 0.0, 0.0, 0.0) for x, y in goals])
-        self.standing = [*layout.floor.solids, *(box for p in layout.placements for box in _boxes(layout, p))]
-        self.solids = BoxArray.of(self.standing)
+        self.goals = np.array(goals, dtype=np.float64).reshape(-1, 2)
+        own = [_boxes(layout, placement) for placement in layout.placements]
+        self.solids = BoxArray.of([*layout.floor.solids, *itertools.chain.from_iterable(own)])
+        """What stands there."""
         entrances = building_of(layout).entrances
         self.barred = BoxArray.of(self._barred(entrances))
+        self.closed = self.solids.joined(self.barred)
+        """What stands there, and areas that stay clear."""
         self.fronts = BoxArray.of([front_zone(box, asset.clearance) for box, asset in self.furniture])
         low = [box for box in layout.floor.solids if box.z0 < OBSTACLE_HEIGHT]
         self.ways = Ways(layout.floor, entrances, [*low, *layout.obstacles(OBSTACLE_HEIGHT)], goals)
@@ -129,8 +131,8 @@ class _Scatter:
         asset = self.choices.get(kind.asset)
         for _ in range(TRIES // BATCH):
             boxes = self._boxes(kind, asset)
-            for box, is_free in zip(boxes, self._free(boxes, asset), strict=True):
-                if is_free and self._leaves_ways(box):
+            for box in itertools.compress(boxes, self._free(boxes, asset)):
+                if self._leaves_ways(box):
                     self._put(asset, box)
                     self.drawn[kind.asset] += 1
                     return
@@ -139,7 +141,7 @@ class _Scatter:
         """Open one or two drawers or doors of a piece of furniture, those that have the space."""
         asset, state = self.layout.asset(placement.id), dict(placement.state)
         own = _boxes(self.layout, placement)
-        others = BoxArray.of([box for box in self.standing if box not in own])
+        others = self.solids.without(BoxArray.of(own))
         count, opened = int(self.generator.integers(1, 3)), list[OrientedBox]()
         for name, share in draw_openings(asset, self.generator):
             wider = placement.model_copy(update={"state": tuple(sorted({**state, name: share}.items()))})
@@ -149,17 +151,14 @@ class _Scatter:
                 count -= 1
             if count == 0:
                 break
-        self.standing += opened
-        self.solids = BoxArray.of(self.standing)
+        self._stand(opened)
 
     def _has_space(self, boxes: Sequence[OrientedBox], others: BoxArray) -> bool:
         """Whether open parts overlap nothing and reach into no area that stays clear."""
-        flat = BoxArray.of([replace(box, z0=0.0, z1=0.0) for box in boxes])
-        if not self.layout.floor.inside(flat.corners().reshape(-1, 2)).all():
+        parts = BoxArray.of(boxes)
+        if not self._inside(parts).all() or _meets(parts, others).any() or _meets(parts, self.barred).any():
             return False
-        if _meets(boxes, others).any() or _meets(boxes, self.barred).any():
-            return False
-        return not _nearer(flat, self.goals, PART_GAP).any()
+        return not _nearer(parts, self.goals, PART_GAP).any()
 
     def _put(self, asset: Asset, box: OrientedBox) -> None:
         name = asset.name
@@ -167,9 +166,12 @@ class _Scatter:
             self.count[asset.name] += 1
             name = f"{asset.name}_{self.count[asset.name]}"
         self.names.add(name)
-        self.standing.append(box)
-        self.solids = BoxArray.of(self.standing)
+        self._stand([box])
         self.added.append(Placement(id=name, asset=asset.name, position=(box.x, box.y, 0.0), yaw=box.yaw))
+
+    def _stand(self, boxes: Sequence[OrientedBox]) -> None:
+        added = BoxArray.of(boxes)
+        self.solids, self.closed = self.solids.joined(added), self.closed.joined(added)
 
     def _boxes(self, kind: ClutterKind, asset: Asset) -> list[OrientedBox]:
         """Return boxes of an object of a kind at up to `BATCH` random poses."""
@@ -202,12 +204,12 @@ class _Scatter:
 
     def _spots(self, kind: ClutterKind, asset: Asset) -> list[Point]:
         """Return grid points along the edges of the free floor, or in aisles, at most as many as poses are tried."""
-        short, values = asset.size.short / 2.0 + GAP, self.ways.values
-        rows, columns = np.nonzero((values > short) & (values < (short + PARKED if kind.stance == "edge" else AISLE)))
-        if not len(rows):
+        short, values = asset.size.short / 2.0 + GAP, self.ways.values.ravel()
+        fitting = np.flatnonzero((values > short) & (values < (short + PARKED if kind.stance == "edge" else AISLE)))
+        if not len(fitting):
             return []
-        picks = self.generator.integers(len(rows), size=BATCH)
-        return [(float(x), float(y)) for x, y in self.ways.points[rows[picks], columns[picks]]]
+        picks = self.generator.integers(len(fitting), size=BATCH)
+        return [(x, y) for x, y in self.ways.points.reshape(-1, 2)[fitting[picks]].tolist()]
 
     def _somewhere(self, kind: ClutterKind, spots: list[Point]) -> tuple[float, float, float] | None:
         """A pose at the last of some points, which is removed."""
@@ -227,15 +229,18 @@ class _Scatter:
         """Whether each box overlaps nothing and stands in no area that stays clear."""
         if not boxes:
             return []
-        flat = BoxArray.of([replace(box, z0=0.0, z1=0.0) for box in boxes])
-        free = self.layout.floor.inside(flat.corners().reshape(-1, 2)).reshape(-1, 4).all(axis=1)
-        grown = [replace(b, width=b.width + 2 * GAP, depth=b.depth + 2 * GAP, z1=b.z1 + GAP) for b in boxes]
-        free &= ~_meets(grown, self.solids) & ~_meets(grown, self.barred)
-        if asset.subtype not in LOOSE:
+        stood = BoxArray.of(boxes)
+        grown = BoxArray(stood.centre, stood.half + GAP, stood.yaw, stood.z + np.array([0.0, GAP]))
+        free = ~_nearer(stood, self.goals, GOAL_GAP)
+        free &= ~_meets(grown, self.closed)
+        if free.any() and asset.subtype not in LOOSE:
             free &= ~_meets(grown, self.fronts)
-            free &= ~_meets([front_zone(box, asset.clearance) for box in boxes], self.solids)
-        free &= ~_nearer(flat, self.goals, GOAL_GAP)
-        return [bool(is_free) for is_free in free]
+            free &= ~_meets(BoxArray.of([front_zone(box, asset.clearance) for box in boxes]), self.solids)
+        return (free & self._inside(stood)).tolist() if free.any() else []
+
+    def _inside(self, boxes: BoxArray) -> NDArray[np.bool_]:
+        """Whether each footprint is on the floor, shape (n,)."""
+        return np.asarray(self.layout.floor.inside(boxes.corners().reshape(-1, 2)).reshape(-1, 4).all(axis=1))
 
     def _leaves_ways(self, *boxes: OrientedBox) -> bool:
         """Whether ways still join what they joined before, with more obstacles; the ways then include them."""
@@ -262,17 +267,17 @@ def _boxes(layout: Layout, placement: Placement) -> list[OrientedBox]:
     return [layout.box(placement.id), *layout.open_parts(placement.id)]
 
 
-def _nearer(boxes: BoxArray, others: BoxArray, gap: float) -> NDArray[np.bool_]:
-    """Whether each box is nearer than a gap to one of the others, shape (n,)."""
-    rows, columns = map(np.unique, overlapping_bounds(boxes.bounds(), others.bounds(), -gap - ROUNDING))
-    nearer = np.zeros(len(boxes), dtype=np.bool_)
-    if len(rows):
-        nearer[rows] = (pairwise_distance(boxes.take(rows), others.take(columns)) < gap).any(axis=1)
-    return nearer
+def _nearer(boxes: BoxArray, points: NDArray[np.float64], gap: float) -> NDArray[np.bool_]:
+    """Whether the footprint of each box is nearer than a gap to one of the points (m, 2), shape (n,)."""
+    dx, dy = (points[None] - boxes.centre[:, None]).transpose(2, 0, 1)
+    cosine, sine = np.cos(boxes.yaw)[:, None], np.sin(boxes.yaw)[:, None]
+    along = np.maximum(np.abs(dx * cosine + dy * sine) - boxes.half[:, :1], 0.0)
+    across = np.maximum(np.abs(dy * cosine - dx * sine) - boxes.half[:, 1:], 0.0)
+    return np.asarray((np.hypot(along, across) < gap).any(axis=1))
 
 
-def _meets(boxes: Sequence[OrientedBox], others: BoxArray) -> NDArray[np.bool_]:
+def _meets(boxes: BoxArray, others: BoxArray) -> NDArray[np.bool_]:
     """Whether each box overlaps one of the others, shape (n,)."""
     meets = np.zeros(len(boxes), dtype=np.bool_)
-    meets[interpenetrating(BoxArray.of(boxes), others)[0]] = True
+    meets[interpenetrating(boxes, others)[0]] = True
     return meets

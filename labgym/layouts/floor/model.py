@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Any, ClassVar, Self
 
@@ -14,45 +12,18 @@ from pydantic import Field, ValidationError, model_validator
 
 from labgym.errors import LabgymError, UnknownNameError
 from labgym.geometry import BoxArray, OrientedBox
-from labgym.geometry.frames import PlanarPose
 from labgym.layouts.floor.checks import check_access, check_counts, check_doorways, check_enclosed, check_overlaps
 from labgym.layouts.floor.doorways import Doorway, doorways_of
 from labgym.layouts.floor.fields import Growing
 from labgym.layouts.floor.rooms import READS, Door, Room, rectangle_parts, room_of
 from labgym.layouts.floor.solids import FloorPart, solid_parts
-from labgym.layouts.floor.spaces import Column, KeepOut, Service, Space
+from labgym.layouts.floor.spaces import Column, FreeRectangles, KeepOut, Service, Space
 from labgym.layouts.floor.walls import Wall, extensions
 
 SERVED = 0.6
 """A service point serves the spaces that it is at most this far outside of: it may be in their walls, meters."""
-CHUNK = 4096
-"""Points that are compared with all rectangles at a time; bounds the memory."""
-
-
-@dataclass(frozen=True, eq=False)
-class _Rectangles:
-    """Rectangles in separate frames.
-
-    Attributes:
-        frames: x, y, cosine and sine of the yaw of each frame, (4, m). bounds: x0, y0, x1 and y1 in it, (4, m).
-    """
-
-    frames: NDArray[np.float64]
-    bounds: NDArray[np.float64]
-
-    @classmethod
-    def of(cls, rectangles: Sequence[tuple[PlanarPose, tuple[float, float, float, float]]]) -> _Rectangles:
-        """Stack rectangles: the pose of the frame of each, and x0, y0, x1 and y1 in it."""
-        frames = [(x, y, math.cos(yaw), math.sin(yaw)) for (x, y, yaw), _ in rectangles]
-        bounds = [bounds for _, bounds in rectangles]
-        return cls(np.array(frames).reshape(-1, 4).T, np.array(bounds).reshape(-1, 4).T)
-
-    def holding(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return which rectangles each of n points (n, 2) lies in, shape (n, m)."""
-        (x, y, cosine, sine), (x0, y0, x1, y1) = self.frames, self.bounds
-        dx, dy = points[:, :1] - x, points[:, 1:] - y
-        along, across = cosine * dx + sine * dy, cosine * dy - sine * dx
-        return np.asarray((along >= x0) & (along <= x1) & (across >= y0) & (across <= y1))
+PIECE = 4096
+"""Number of points of a grid that are looked up together: those in a few rows, near which few rectangles are."""
 
 
 class Floor(Growing):
@@ -196,28 +167,24 @@ class Floor(Growing):
         Solids are not looked at: a point in a column or in the leaf of a door may be inside.
         """
         points = np.asarray(points, dtype=np.float64).reshape(-1, 2)
-        chunks = (points[start : start + CHUNK] for start in range(0, len(points), CHUNK))
-        parts = (self._regions, self._ways)
-        found = [np.any([part.holding(chunk).any(axis=1) for part in parts], axis=0) for chunk in chunks]
-        return np.concatenate([np.zeros(0, dtype=np.bool_), *found])
+        within = np.zeros(len(points), dtype=np.bool_)
+        for first in range(0, len(points), PIECE):
+            within[first : first + PIECE] = self._rectangles.holding(points[first : first + PIECE]).any(axis=0)
+        return within
 
     @cached_property
-    def _regions(self) -> _Rectangles:
-        """The rectangles of the spaces, in their order."""
-        return _Rectangles.of([(space.frame, (r.x0, r.y0, r.x1, r.y1)) for space in self.spaces for r in space.region])
+    def _rectangles(self) -> FreeRectangles:
+        """The rectangles of the spaces, and the openings of interior doors and passages."""
+        rows = [(*space.frame, r.x0, r.y0, r.x1, r.y1) for space in self.spaces for r in space.region]
+        for box in (doorway.floor for doorway in self.doorways if not doorway.exit):
+            width, depth = box.width / 2.0, box.depth / 2.0
+            rows.append((box.x, box.y, box.yaw, -width, -depth, width, depth))
+        return FreeRectangles.of(rows)
 
     @cached_property
     def _owners(self) -> list[int]:
-        """Index of the space of each of these rectangles."""
+        """Index of the space of each rectangle of a space, in their order."""
         return [index for index, space in enumerate(self.spaces) for _ in space.region]
-
-    @cached_property
-    def _ways(self) -> _Rectangles:
-        """The floors of the interior doorways."""
-        boxes = [doorway.floor for doorway in self.doorways if not doorway.exit]
-        halves = [(box.width / 2.0, box.depth / 2.0) for box in boxes]
-        bounds = [(-half_width, -half_depth, half_width, half_depth) for half_width, half_depth in halves]
-        return _Rectangles.of([((b.x, b.y, b.yaw), own) for b, own in zip(boxes, bounds, strict=True)])
 
     def services_of(self, space_id: str) -> tuple[Service, ...]:
         """Return the service points in a space, in the walls around it, and on their other sides."""
@@ -236,7 +203,7 @@ class Floor(Growing):
 
     def space_at(self, x: float, y: float) -> Space | None:
         """Return the space that contains a point, None in walls, in doorways and outside."""
-        within = self._regions.holding(np.array([[x, y]]))[0]
+        within = self._rectangles.holding(np.array([[x, y]]))[: len(self._owners), 0]
         return self.spaces[self._owners[int(within.argmax())]] if within.any() else None
 
     def __getstate__(self) -> dict[Any, Any]:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
@@ -19,6 +22,8 @@ NARROWEST = 0.05
 """Least side of a rectangle of a region, meters."""
 CONTACT = 1e-3
 """Rectangles of a region that are nearer than this are joined, meters."""
+ROUNDING = 1e-6
+"""Margin of bounds within which points are looked up, meters."""
 Extent = Annotated[float, Field(ge=0.05, le=100.0)]
 
 
@@ -134,6 +139,53 @@ class Space(Growing):
         for r in self.region:
             within = (x >= r.x0 - tolerance) & (x <= r.x1 + tolerance)
             inside |= within & (y >= r.y0 - tolerance) & (y <= r.y1 + tolerance)
+        return inside
+
+    def holds(self, x: float, y: float) -> bool:
+        """Return whether one point of the floor's frame lies in the region, as `contains`, to the bit."""
+        cosine, sine, dx, dy = math.cos(self.yaw), math.sin(self.yaw), x - self.x, y - self.y
+        along, across = cosine * dx + sine * dy, cosine * dy - sine * dx
+        return any(r.x0 <= along <= r.x1 and r.y0 <= across <= r.y1 for r in self.region)
+
+
+@dataclass(frozen=True, eq=False)
+class FreeRectangles:
+    """Rectangles, each in a frame of its own, as arrays.
+
+    Attributes:
+        frames: (k, 4) x and y of the frames, meters, and cosine and sine of their yaws.
+        least, greatest: (k, 2) corners in the frames, meters.
+        low, high: (k, 2) bounds in the floor's frame, meters.
+    """
+
+    frames: Array
+    least: Array
+    greatest: Array
+    low: Array
+    high: Array
+
+    @classmethod
+    def of(cls, rows: Sequence[tuple[float, float, float, float, float, float, float]]) -> Self:
+        """Return rectangles from x, y and yaw of their frames and x0, y0, x1 and y1 in them."""
+        corners = np.array([to_world([(a, b), (c, b), (c, d), (a, d)], frame) for *frame, a, b, c, d in rows])
+        return cls(
+            np.array([(x, y, math.cos(yaw), math.sin(yaw)) for x, y, yaw, *_ in rows]),
+            np.array([row[3:5] for row in rows]),
+            np.array([row[5:7] for row in rows]),
+            corners.min(axis=1) - ROUNDING,
+            corners.max(axis=1) + ROUNDING,
+        )
+
+    def holding(self, points: Array) -> NDArray[np.bool_]:
+        """Return whether each of k rectangles holds each of points (n, 2), shape (k, n); edges belong to them."""
+        low, high = np.fmin.reduce(points), np.fmax.reduce(points)
+        near = ((self.low <= high) & (self.high >= low)).all(axis=1)
+        x, y, cosine, sine = self.frames[near].T[:, :, None]
+        dx, dy = points[:, 0] - x, points[:, 1] - y
+        along, across = cosine * dx + sine * dy, cosine * dy - sine * dx
+        (x0, y0), (x1, y1) = self.least[near].T[:, :, None], self.greatest[near].T[:, :, None]
+        inside = np.zeros((len(self.frames), len(points)), dtype=np.bool_)
+        inside[near] = (along >= x0) & (along <= x1) & (across >= y0) & (across <= y1)
         return inside
 
 

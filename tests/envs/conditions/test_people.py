@@ -27,7 +27,7 @@ from labgym.envs.conditions.figures import LEG_APART, figure
 from labgym.envs.conditions.intentions import STOP
 from labgym.envs.conditions.orca import Disc
 from labgym.envs.conditions.people import People
-from labgym.envs.conditions.social_force import SocialForce
+from labgym.envs.conditions.social_force import SocialForce, interaction, pushed
 from labgym.envs.view import add_shapes, place_bodies
 from labgym.envs.world import world_of
 from labgym.errors import LabgymError, OptionError
@@ -403,19 +403,23 @@ def test_wrong_options_are_refused(options):
 
 
 def test_a_lone_person_takes_up_the_preferred_velocity_with_the_relaxation_time():
-    force, disc = SocialForce(dt=0.001), Disc(0.0, 0.0, 0.0, 0.0, 0.3)
+    force, disc, preferred, no_wall = (
+        SocialForce(0.3, dt=0.001),
+        np.zeros((1, 4)),
+        np.array([[1.0, 0.0]]),
+        [[np.inf] * 2],
+    )
     for _ in range(500):
-        vx, vy = force.velocity(disc, (1.0, 0.0), 2.0, [])
-        disc = disc._replace(vx=vx, vy=vy)
-    assert disc.vx == pytest.approx(1.0 - math.exp(-1.0), abs=1e-3)
+        disc[:, 2:] = pushed(disc, preferred, np.array([False]), np.zeros(4), np.array(no_wall), 2.0, force)
+    assert disc[0, 2] == pytest.approx(1.0 - math.exp(-1.0), abs=1e-3)
 
 
 def test_the_interaction_of_two_people_is_the_published_formula():
     """Head on at rest relative to each other: D = e, so B = gamma and the angle is 0."""
-    force = SocialForce()
-    fx, fy = force.interaction(Disc(0.0, 0.0, 0.5, 0.0, 0.3), Disc(1.0, 0.0, 0.5, 0.0, 0.3))
+    force = SocialForce(0.3)
+    fx, fy = interaction(np.array([0.0, 0.0, 0.5, 0.0]), np.array([1.0, 0.0, 0.5, 0.0]), force)
     assert (fx, fy) == pytest.approx((-5.1 * math.exp(-1.0 / 0.35), 0.0))
-    fx, fy = force.interaction(Disc(0.0, 0.0, 1.0, 0.0, 0.3), Disc(1.0, 0.3, 0.0, 0.0, 0.3))
+    fx, fy = interaction(np.array([0.0, 0.0, 1.0, 0.0]), np.array([1.0, 0.3, 0.0, 0.0]), force)
     assert fx < 0.0
     assert fy < 0.0  # the other one is on the left: step to the right
 

@@ -20,6 +20,7 @@ from labgym.eval.labnav.shown_drive import ShownDrive
 from labgym.eval.labnav.suites import load_labnav, suite_names
 from labgym.eval.reports.site.entries import Entry
 from labgym.eval.reports.site.plans import plan_of_map, thing_name, world_of_episode
+from labgym.layouts import Layout
 
 MOST_EPISODES = 60
 """Greatest number of episodes in the viewer."""
@@ -72,9 +73,11 @@ def episodes_shown(entries: Sequence[Entry], suite: str, home: Path, most: int =
         else:
             current.add(part.name)
     places = {key: place for key, place in published.by_key.items() if place[0].name in current}
+    layouts: dict[tuple[str, str, str], Layout] = {}
     for key in chosen(entries, list(places), most):
         part, episode = places[key]
-        layout = part.layout(episode.floor)
+        place = part.split, episode.floor, episode.floor_hash
+        layout = layouts[place] = layouts.get(place) or part.layout(episode.floor)
         task = prepared(part.task, part.level, episode, layout)
         name = f"{part.split}/{episode.floor}"
         if task.old_map is not None and task.old_map.hash != layout.hash:

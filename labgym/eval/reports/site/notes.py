@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Sequence
+from functools import lru_cache
 from html import escape
 
 from labgym.envs.labnav.task import DOCK_HEADING, DOCK_POSITION
@@ -108,6 +109,7 @@ _ITEM = re.compile(r"(?:[-*]|\d+\.) +(.*)")
 _RULE = re.compile(r"\|?[ :|-]+\|?$")
 
 
+@lru_cache(maxsize=64)
 def card_html(text: str) -> str:
     """Return a Markdown text without comments as HTML; text is escaped, links and pictures keep their words only."""
     lines = [line for line in text.splitlines() if not line.startswith("<!--")]

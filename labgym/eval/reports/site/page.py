@@ -8,6 +8,7 @@ import json
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -194,9 +195,13 @@ class SiteContent:
 
     def along(self, value: float) -> float:
         """Return where a difference of scores, in hundredths, lies on the scale of all pairs, in percent."""
-        ends = [end for pair in self.pairs for end in (pair.value, pair.low, pair.high) if end is not None]
-        low, high = min([0.0, *ends]), max([1.0, *ends])
+        low, high = self._scale
         return 100.0 * (value - low) / (high - low)
+
+    @cached_property
+    def _scale(self) -> tuple[float, float]:
+        ends = [end for pair in self.pairs for end in (pair.value, pair.low, pair.high) if end is not None]
+        return min([0.0, *ends]), max([1.0, *ends])
 
     @property
     def data(self) -> dict[str, Any]:
