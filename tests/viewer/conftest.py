@@ -34,8 +34,9 @@ def episodes(layout: Layout, suite: Suite) -> tuple[ViewerEpisode, ...]:
 
 
 @pytest.fixture
-def console() -> Console:
-    """The console of a page that shows every scene at once."""
+def console(monkeypatch: pytest.MonkeyPatch) -> Console:
+    """The console of a page that shows every scene at once, and whose keys stay down on a busy machine, too."""
+    monkeypatch.setattr("labgym.viewer.console.KEY_LIFE_S", 1e6)
     console = Console()
     console.enter()
     console.wait_for_scene = lambda number: None  # type: ignore[method-assign]
