@@ -459,11 +459,15 @@ def main() -> int:
     options = parser.parse_args()
     results = options.results.resolve()
     traces = results.with_suffix(".traces.json")
-    if options.again:
-        rows = [row for row in verdicts(results).values() if row["verdict"].startswith("killed") or is_equivalent(row)]
-        results.write_text("".join(json.dumps(row) + "\n" for row in rows), encoding="utf-8")
     table = {line.split()[0]: line.split()[1:] for line in TABLE.read_text(encoding="utf-8").splitlines() if line}
     chosen = {module: table[module] for module in options.modules or table}
+    if options.again:
+        rows = [
+            row
+            for row in verdicts(results).values()
+            if row["verdict"].startswith("killed") or is_equivalent(row) or row["module"] not in chosen
+        ]
+        results.write_text("".join(json.dumps(row) + "\n" for row in rows), encoding="utf-8")
     sources = {module: interpreted((ROOT / module).read_text(encoding="utf-8")) for module in table}
     draws = {module: drawn(module, sources[module], options.each, options.seed) for module in chosen}
     with tempfile.TemporaryDirectory() as folder:
