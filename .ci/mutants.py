@@ -42,6 +42,8 @@ EQUIVALENT = Path(__file__).with_name("mutants_equivalent.txt")
 """A line for each mutant that changes nothing a user can see: module, scope, change and reason, separated by " | "."""
 BUDGET_S = 10.0
 """CPU seconds, without a change, of the tests that a mutant runs."""
+UNPATCHED, RAISED = 77, 99
+"""Exit codes of trials that cannot be made by a new code, and of those that end by an exception of their own."""
 LIMIT_S, LIMIT_FACTOR = 40.0, 10.0
 """Seconds for the tests of one mutant: these, and this many times their CPU time without a change."""
 COMPARED = {ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq}
@@ -244,7 +246,7 @@ def forked(action: Callable[[], int], limit: float) -> int:
         null = os.open(os.devnull, os.O_RDWR)
         for stream in (0, 1, 2):
             os.dup2(null, stream)
-        code = 99
+        code = RAISED
         try:
             code = int(action())
         finally:
@@ -365,7 +367,7 @@ class Trial(Quick):
     def _patched(
         self, functions: dict[str, list[FunctionType]], module: str, mutant: Mutant, items: Sequence[pytest.Item]
     ) -> int:
-        """Give a mutant's function its new code and run tests; return 77 if that is not possible."""
+        """Give a mutant's function its new code and run tests; return `UNPATCHED` if that is not possible."""
         codes = [compile(mutant.source, str(self._tree / module), "exec")]
         found = []
         while codes:
@@ -374,10 +376,10 @@ class Trial(Quick):
             codes += inner
         inside = [name for name in functions if name.startswith(f"{mutant.owner}.<locals>")]
         if len(found) != 1 or len(functions.get(mutant.owner, ())) != 1 or inside:
-            return 77
+            return UNPATCHED
         function = functions[mutant.owner][0]
         if function.__code__.co_freevars != found[0].co_freevars:
-            return 77
+            return UNPATCHED
         function.__code__ = found[0]
         for item, following in itertools.zip_longest(items, items[1:]):
             item.ihook.pytest_runtest_protocol(item=item, nextitem=following)
@@ -403,8 +405,10 @@ class Trial(Quick):
             path.write_text(mutant.source, encoding="utf-8")
             code = forked(action, LIMIT_S + LIMIT_FACTOR * seconds)
             path.write_text(source, encoding="utf-8")
-            if code == 77:
+            if code == UNPATCHED:
                 return
+            if code == RAISED:
+                sys.exit(f"{module}:{mutant.line} {mutant.change}: its trial raised an exception")
             verdict = {0: "survived", 124: "killed (time)"}.get(code, "killed")
         row = {"module": module, "digest": mutant.digest, "kind": mutant.kind, "line": mutant.line}
         row |= {"scope": mutant.scope, "change": mutant.change, "verdict": verdict, "tests": len(tests)}
@@ -459,11 +463,15 @@ def main() -> int:
     options = parser.parse_args()
     results = options.results.resolve()
     traces = results.with_suffix(".traces.json")
-    if options.again:
-        rows = [row for row in verdicts(results).values() if row["verdict"].startswith("killed") or is_equivalent(row)]
-        results.write_text("".join(json.dumps(row) + "\n" for row in rows), encoding="utf-8")
     table = {line.split()[0]: line.split()[1:] for line in TABLE.read_text(encoding="utf-8").splitlines() if line}
     chosen = {module: table[module] for module in options.modules or table}
+    if options.again:
+        rows = [
+            row
+            for row in verdicts(results).values()
+            if row["verdict"].startswith("killed") or is_equivalent(row) or row["module"] not in chosen
+        ]
+        results.write_text("".join(json.dumps(row) + "\n" for row in rows), encoding="utf-8")
     sources = {module: interpreted((ROOT / module).read_text(encoding="utf-8")) for module in table}
     draws = {module: drawn(module, sources[module], options.each, options.seed) for module in chosen}
     with tempfile.TemporaryDirectory() as folder:

@@ -241,3 +241,20 @@ def test_the_clock_of_a_stuck_robot_begins_anew_where_it_went_and_stands_while_p
         ending.holds(still(time=t, presences=near(a))) for t, a in ((1.0, 0.999), (2.0, 1.0), (2.9, 0.5), (4.0, 2.0))
     ]
     assert held == [False, False, False, True]
+
+
+@pytest.mark.parametrize(
+    ("kind", "field", "value"),
+    [
+        *((TouchEnding, "radius", value) for value in (0.0, -1.0)),
+        *((RestEnding, name, 0.0) for name in ("radius", "speed", "turn_rate")),
+        (RestEnding, "duration", -0.1),
+        (StopEnding, "radius", 0.0),
+        (LimitEnding, "duration", 0.0),
+        *((StuckEnding, name, 0.0) for name in ("radius", "duration")),
+        *((StuckEnding, name, -0.1) for name in ("people", "goal")),
+    ],
+)
+def test_limits_of_endings_that_make_no_sense_are_refused(kind, field, value):
+    with pytest.raises(OptionError, match=field):
+        kind(**{field: value})

@@ -11,7 +11,7 @@ import pytest
 
 from labgym.envs import LabPointNavEnv, RewardWeights
 from labgym.envs.parts.registry import kinds_of
-from labgym.envs.parts.rewards import ClearanceTerm, FailureTerm, FunctionTerm, ProgressTerm, SuccessTerm
+from labgym.envs.parts.rewards import ClearanceTerm, FailureTerm, FunctionTerm, ProgressTerm, SuccessTerm, checked_terms
 from labgym.envs.state import State
 from labgym.errors import OptionError
 from labgym.layouts import Layout
@@ -120,3 +120,8 @@ def test_progress_adds_up_to_the_meters_by_which_the_way_to_the_goal_became_shor
     shorter = before - to_go.at(*env.state.pose[:2])
     assert shorter > 0.1
     assert earned == pytest.approx(2.0 * shorter)
+
+
+def test_terms_with_finite_weights_are_taken_as_they_are() -> None:
+    terms = RewardWeights().terms()
+    assert checked_terms(terms) is terms

@@ -608,3 +608,23 @@ def test_from_a_place_too_near_to_a_wall_the_path_away_from_it_is_visible(x):
     assert len(points) == len(plan.ahead(3.0)[0]) > 8
     low = PlannedPath(np.array([[x, 0.5], [x + 0.5, 0.2], [x + 2.5, 0.2]]))
     assert len(visible(low, (x, 0.5, 0.0), layers)[0]) < len(low.ahead(3.0)[0])
+
+
+def test_a_cluster_corrects_a_track_as_a_kalman_filter_does():
+    track = Track(np.array([1.0, 2.0]))
+    track.state, track.covariance = np.array([[1.0, 2.0], [0.5, -1.0]]), np.array([[0.04, 0.02], [0.02, 0.3]])
+    measured, select = np.array([1.1, 1.9]), np.array([[1.0, 0.0]])
+    gain = track.covariance @ select.T / (select @ track.covariance @ select.T + 0.08**2)
+    state = track.state + gain @ (measured[None] - select @ track.state)
+    covariance = (np.eye(2) - gain @ select) @ track.covariance
+    track.correct(measured)
+    assert track.state == pytest.approx(state)
+    assert track.covariance == pytest.approx(covariance)
+
+
+def test_a_person_who_stands_too_near_already_may_be_left_but_not_approached():
+    person = TrackedPerson((0.5, 0.0), (0.0, 0.0), False)
+    steps = np.array([[[0.0, 0.0]], [[-0.05, 0.0]], [[0.05, 0.0]]])
+    costs = approach_cost((person,), (0.0, 0.0), steps, np.ones((3, 1), dtype=bool), 0.1)
+    assert max(costs[:2]) < 1.0
+    assert costs[2] > 60.0

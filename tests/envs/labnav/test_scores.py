@@ -18,6 +18,7 @@ from labgym.envs.labnav.tasks.moved import effort, moved
 from labgym.envs.labnav.tasks.people import people
 from labgym.envs.presets import labnav_id
 from labgym.envs.robot import ROBOT
+from labgym.errors import UnknownNameError
 
 LENGTH = st.floats(0.1, 100.0)
 TIME = st.floats(0.1, 1000.0)
@@ -150,3 +151,15 @@ def test_registering_a_task_returns_it_and_results_do_not_change():
     assert register(TASKS["aisle"]) is TASKS["aisle"]
     with pytest.raises(FrozenInstanceError):
         LegResult(True, True, 1.0, 1.0).success = False
+
+
+def test_the_sensors_of_a_level_have_its_errors():
+    quiet, noisy = Level(), Level(lidar=0.03, color=25.5, redwood=True, odometry={"along": 0.01})
+    for observation, kinds in (("lidar", ["gaussian"]), ("depth", ["redwood"]), ("rgbd", ["gaussian", "redwood"])):
+        assert [noise for sensor in quiet.sensors(observation) for noise in sensor.noise] == []
+        sensors = noisy.sensors(observation)
+        assert [noise.kind for sensor in sensors for noise in sensor.noise] == kinds
+        assert (sensors[0].along, sensors[2].kind) == (0.01, "odometry_velocity")
+        assert quiet.sensors(observation)[2].kind == "velocity"
+    with pytest.raises(UnknownNameError, match="observation"):
+        quiet.sensors("sound")

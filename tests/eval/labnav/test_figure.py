@@ -12,7 +12,7 @@ from labgym.errors import OptionError
 from labgym.eval.driving.episode_row import LabNavLegRow, LabNavRow
 from labgym.eval.driving.intervals import Estimate
 from labgym.eval.labnav import figure
-from labgym.eval.labnav.summary import LabNavSummary, TaskSummary, summary_table
+from labgym.eval.labnav.summary import LabNavSummary, TaskSummary, class_order, summary_table
 
 
 def test_all_perfect_is_100_and_all_failed_is_0():
@@ -171,3 +171,19 @@ def test_drives_of_a_shift_that_were_not_begun_are_counted():
                                        "arithmetic": 50.04})  # fmt: skip
     assert summary_table(whole).notes[-1] == "LabNav 41.3, arithmetic mean 50.0"
     assert not any("perfect shifts" in note for note in summary_table(summed([driven()])).notes)
+
+
+def test_a_summary_differs_from_its_rows_only_beyond_rounding():
+    rows = [driven(k, score=0.1 * k) for k in range(4)]
+    summary = summed(rows)
+    assert summary.differences(summed(rows), exactly=True) == []
+    close, other = ([*rows[:3], driven(3, score=0.3 + change)] for change in (1e-11, 1e-6))
+    assert summary.differences(summed(close), exactly=True) == []
+    assert summary.differences(summed(other), exactly=True) == ["score of aisle-2"]
+    touched = [*rows[:3], driven(3, score=0.3, contacts=1)]
+    assert summary.differences(summed(touched), exactly=True) == ["contacts of aisle-2"]
+
+
+def test_classes_with_one_edge_are_below_at_and_above_it():
+    names = [">= 10 m", "10 to 15 m", "< 10 m", "0", "3 and more"]
+    assert sorted(names, key=class_order) == ["0", "3 and more", "< 10 m", "10 to 15 m", ">= 10 m"]

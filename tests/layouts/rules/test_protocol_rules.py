@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import pytest
 from laboratories import BY_HAND as PROTOCOL
@@ -263,3 +263,10 @@ def test_a_violation_says_what_is_wrong_by_how_much_and_what_to_do(kind: str) ->
     assert found.amount == 1.0 or kind in ("near", "flammable")
     assert message(found.amount) in found.message
     assert found.suggestion == suggestion(found.amount)
+
+
+def test_what_an_assessment_keeps_for_later_is_no_part_of_its_text_or_of_comparisons() -> None:
+    kept = [field for field in fields(Assessment) if field.name.startswith("_")]
+    assert kept
+    assert not any(field.repr or field.compare for field in kept)
+    assert Assessment.__dataclass_fields__["navigation"].default is False
