@@ -100,8 +100,8 @@ class ShortestPaths:
         ends = np.array([(ax, ay), (bx, by)], dtype=np.float64)
         if self.space.joins(ends[:1], ends[1:])[0]:
             return True
-        near, there = (_kept(self._groups, end, self.graph.groups) for end in ((ax, ay), (bx, by)))
-        return bool(np.isin(near, there).any())
+        from_here, from_there = (_kept(self._groups, end, self.graph.groups) for end in ((ax, ay), (bx, by)))
+        return bool(np.isin(from_here, from_there).any())
 
     def _drawn(self, trail: Nodes, ends: Array) -> Array:
         """Return a trail of contacts as points between the ends, arcs subdivided."""

@@ -322,7 +322,7 @@ class Arrangement:
             for bounds in (before.bounds, self.bounds):
                 low, high = (ends[before.rows, :2] for ends in bounds)
                 apart = (low > areas[:, None, 2:]).any(axis=2) | (high < areas[:, None, :2]).any(axis=2)
-                still &= apart.all(axis=1)
+                still &= np.asarray(apart).all(axis=1)
             kept = (row for row, stays in zip(rows, still.tolist(), strict=True) if stays and row in known)
             facts.update((row, known[row]) for row in kept if row not in facts)
         new = [row for row in rows if row not in facts]

@@ -65,14 +65,13 @@ class SeenFloor:
 
     def moving(self, pose: Pose, points: Array) -> NDArray[np.bool_]:
         """Return which returns, (n, 2) meters in the map's frame, are where the floor was free, (n,)."""
-        (row,), (column,) = np.divmod(self._cells(np.array([pose[:2]])), self._passed.shape[1])
+        row, column = divmod(int(self._cells(np.array([pose[:2]]))[0]), self._passed.shape[1])
         half = round((SEEN_RANGE_M + 1.0) / self._step)
-        top, left = max(0, int(row) - half), max(0, int(column) - half)
-        window = self._passed[top : int(row) + half, left : int(column) + half]
+        top, left = max(0, row - half), max(0, column - half)
+        window = self._passed[top : row + half, left : column + half]
         inside = cv2.distanceTransform(window, cv2.DIST_L2, cv2.DIST_MASK_PRECISE) * self._step
         cells = self._cells(points)
-        rows, columns = np.divmod(cells, self._passed.shape[1])
-        rows, columns = rows - top, columns - left
+        rows, columns = cells // self._passed.shape[1] - top, cells % self._passed.shape[1] - left
         within = (rows >= 0) & (columns >= 0) & (rows < window.shape[0]) & (columns < window.shape[1])
         deep = np.zeros(len(points), dtype=bool)
         deep[within] = inside[rows[within], columns[within]] > INSIDE_FREE_M
@@ -86,8 +85,8 @@ class SeenFloor:
     def _cells(self, points: Array) -> Index:
         """Return the numbers of the cells that contain points (n, 2), row by row."""
         ny, nx = self._passed.shape
-        columns, rows = np.rint((points - self._origin) / self._step).astype(np.intp).T
-        return np.asarray(np.clip(rows, 0, ny - 1) * nx + np.clip(columns, 0, nx - 1))
+        places = np.rint((points - self._origin) / self._step).astype(np.intp)
+        return np.asarray(np.clip(places[:, 1], 0, ny - 1) * nx + np.clip(places[:, 0], 0, nx - 1))
 
 
 class PaneReturns:
