@@ -150,7 +150,7 @@ class Space(Growing):
 
 @dataclass(frozen=True, eq=False)
 class FreeRectangles:
-    """Rectangles, each in a frame of its own, as arrays.
+    """Rectangles in separate frames, as arrays.
 
     Attributes:
         frames: (k, 4) x and y of the frames, meters, and cosine and sine of their yaws.

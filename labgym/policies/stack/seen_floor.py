@@ -1,4 +1,4 @@
-"""What a lidar has seen of a floor without a map: where its rays passed, where they end, and what that tells."""
+"""A floor as a lidar has seen it: where rays passed and ended, what moves there, and where there is glass."""
 
 from __future__ import annotations
 
@@ -40,8 +40,8 @@ class SeenFloor:
 
     def __init__(self, field: DistanceField) -> None:
         self._origin, self._step = np.array(field.origin), field.resolution
-        self._passed = np.zeros(field.values.shape, np.uint8)
-        self._returns = np.zeros(field.values.shape, np.uint16)
+        self._passed: NDArray[np.uint8] = np.zeros(field.values.shape, np.uint8)
+        self._returns: NDArray[np.uint16] = np.zeros(field.values.shape, np.uint16)
         self._angles = -math.pi + 2.0 * math.pi / LIDAR_RAYS * np.arange(LIDAR_RAYS)
 
     def observe(self, pose: Pose, ranges: Array, points: Array) -> None:
