@@ -30,7 +30,7 @@ SPACING = 4.0
 """Distance of the arcs on a line that has them one after the other: more than a quarter's pi / 2."""
 
 
-class Cells:
+class CertainCells:
     """Cells in which no position of the disc's center is free, and others around which every position is.
 
     A cell counts as blocked only if all of it is nearer than the radius to one rectangle, so a segment through a
@@ -145,10 +145,10 @@ class FreeSpace:
         return np.asarray(((points >= self.low - TOLERANCE) & (points <= self.high + TOLERANCE)).all(axis=-1))
 
     @cached_property
-    def cells(self) -> Cells:
+    def cells(self) -> CertainCells:
         """The cells of the floor."""
         low, high = (self.low, self.high) if self._area is None else self._area
-        return Cells(self.obstacles, self.radius, np.maximum(low, self.low), np.minimum(high, self.high))
+        return CertainCells(self.obstacles, self.radius, np.maximum(low, self.low), np.minimum(high, self.high))
 
     def regions(self, point: Array) -> Index:
         """Return the regions of open cells to whose centers a straight way leads from a free point (2,), ascending.

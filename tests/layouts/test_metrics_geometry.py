@@ -163,12 +163,12 @@ def test_doors_windows_and_the_robot_are_no_objects() -> None:
 
 def test_unrolled_solids_are_the_layouts_own() -> None:
     layout = Layout(id="test", floor=ROOM.floor, placements=scattered(0))
-    scene = Arrangement.of(layout)
+    solids = Arrangement.of(layout).solids(range(len(layout.placements)))
     for row, placement in enumerate(layout.placements):
-        first, count = scene.solids.starts[row], scene.solids.counts[row]
+        first, count = solids.starts[row], solids.counts[row]
         own = layout.solids(placement.id)
         assert count == len(own)
-        boxes = scene.solids.boxes
+        boxes = solids.boxes
         expected = [
             (solid.x, solid.y, solid.width / 2, solid.depth / 2, solid.yaw, solid.z0, solid.z1) for solid in own
         ]

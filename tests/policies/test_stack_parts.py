@@ -560,7 +560,7 @@ def test_a_mark_is_cleared_if_the_three_rays_around_it_end_15_centimeters_behind
 def test_what_lies_outside_of_the_map_is_at_its_edge():
     layers = open_floor()
     layers.guess(np.array([[99.0, 99.0], [-99.0, -99.0]]))
-    grid, _ = layers.everywhere(marks=False)
+    grid, _ = layers.everywhere(np.empty((0, 2)), marks=False)
     assert grid.occupied[-1, -1]
     assert grid.occupied[0, 0]
     assert layers.clearance(np.array([[99.0, 99.0], [-99.0, 99.0]])).shape == (2,)
