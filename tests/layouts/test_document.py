@@ -312,7 +312,10 @@ def test_caches_of_the_rules_and_stages_do_not_mix_catalogues():
         return sum(box.width * box.depth * (box.z1 - box.z0) for box in layout.solids("hood"))
 
     assert volume(solid) > volume(plain) + 0.01
-    areas = [Arrangement.of(layout).solids(range(len(layout.placements))).boxes.half.prod(axis=1).sum() for layout in (plain, solid, plain)]
+    areas = [
+        Arrangement.of(layout).solids(range(len(layout.placements))).boxes.half.prod(axis=1).sum()
+        for layout in (plain, solid, plain)
+    ]
     assert areas[1] > areas[0] == areas[2]
     assert world_of(plain) is not world_of(solid)
     assert world_of(plain) is world_of(plain.replace(id="b"))

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from labgym.geometry import OrientedBox
 from labgym.navigation.barriers import Barriers
 from labgym.navigation.clearance import Obstacles
-from labgym.navigation.free_space import Cells, FreeSpace, free_arcs
+from labgym.navigation.free_space import CertainCells, FreeSpace, free_arcs
 from labgym.navigation.tangents import Corners
 
 R = 0.30
@@ -50,7 +50,7 @@ def test_blocked_cells_never_reject_a_clear_segment(seed, radius):
     rng = np.random.default_rng(seed)
     obstacles = Obstacles(random_boxes(rng, 12))
     starts, ends = segments(rng, 300)
-    cells = Cells(obstacles, radius, np.array([0.0, 0.0]), np.array([8.0, 8.0]))
+    cells = CertainCells(obstacles, radius, np.array([0.0, 0.0]), np.array([8.0, 8.0]))
     blocked = cells.block(starts, ends)
     nearest = obstacles.segment_distances(starts, ends).min(axis=1)
     assert not (blocked & (nearest >= radius)).any()
