@@ -1,0 +1,198 @@
+"""The box of a foreign policy: the kernel denies files, network, other processes and whatever outlives an episode.
+
+Landlock and seccomp need neither root nor another program. A process enters before it runs code of the policy, and
+nothing leads out. docs/policies.md says what a box is and is not.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+import resource
+import site
+import sys
+import sysconfig
+from collections.abc import Iterable, Iterator
+from dataclasses import asdict, dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import labgym
+from labgym.artefacts import artefacts
+from labgym.errors import LabgymError
+from labgym.policies.process import landlock, linux, seccomp
+from labgym.policies.process.landlock import PathRule
+
+NOT_BOXED = "not boxed"
+BUILT_IN_CODE = "built-in policy"
+"""What takes the place of a level where labgym's own code drives."""
+HIDDEN = ("layouts", "eval")
+"""Artefact folders that no policy may read: published floors, suites, rows and routes."""
+SYSTEM = (
+    *("/lib", "/lib32", "/lib64", "/bin", "/sbin"),
+    *(f"/usr/{name}" for name in ("bin", "sbin", "lib", "lib32", "lib64", "libexec", "share/zoneinfo")),
+    *(f"/usr/local/{name}" for name in ("bin", "lib", "lib64")),
+    *("/nix/store", "/etc/ld.so.cache", "/etc/localtime", "/etc/alternatives"),
+    *("/proc/cpuinfo", "/proc/meminfo", "/proc/version", "/proc/sys/vm/overcommit_memory", "/proc/driver/nvidia"),
+    *("/sys/devices/system", "/dev/zero", "/dev/full", "/dev/random", "/dev/urandom"),
+)
+"""Programs, libraries and facts about the machine that a policy may read; /etc/passwd is not among them."""
+DEVICES = "/dev"
+GRAPHICS = "nvidia"
+"""Beginning of the names of devices that a policy may use."""
+OF_INTERPRETER = ("bin", "lib", "lib64", "pyvenv.cfg")
+LARGEST_FILE = 2**31
+"""Largest file that a boxed process may write, bytes."""
+
+
+class BoxError(LabgymError):
+    """The kernel does not let a process enter the box."""
+
+
+@dataclass(frozen=True)
+class Level:
+    """The protection that a kernel has for foreign policies.
+
+    Attributes:
+        landlock: version of Landlock, 0 without it. seccomp: whether system calls can be filtered.
+    """
+
+    landlock: int
+    seccomp: bool
+
+    @property
+    def boxed(self) -> bool:
+        """Whether a process can enter a box."""
+        return self.landlock > 0 and self.seccomp
+
+    def __str__(self) -> str:
+        return f"landlock-{self.landlock}+seccomp" if self.boxed else NOT_BOXED
+
+
+@dataclass(frozen=True)
+class Grants:
+    """The files that a boxed process may use besides those of `system_rules`.
+
+    Attributes:
+        read: files, and folders with all that they contain. listed: folders whose names may be read, also in folders
+            below, so that modules are found in them.
+        private: folder in which the process may do everything; "" for none.
+    """
+
+    read: tuple[str, ...] = ()
+    listed: tuple[str, ...] = ()
+    private: str = ""
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the grants as JSON data."""
+        return asdict(self)
+
+    @classmethod
+    def from_json(cls, data: dict[str, Any]) -> Grants:
+        """Return the grants of `to_json`."""
+        return cls(tuple(data["read"]), tuple(data["listed"]), data["private"])
+
+    def covers(self, path: Path) -> bool:
+        """Return whether a file may be read by these grants."""
+        return any(path.is_relative_to(place) for place in self.read)
+
+
+@cache
+def probe() -> Level:
+    """Return the protection that this kernel has."""
+    return Level(landlock.version() if platform.machine() in seccomp.MACHINES else 0, seccomp.available())
+
+
+def enter(grants: Grants) -> None:
+    """Enter the box for good, with all future children; only the calling thread does.
+
+    Denied from then on: files that are not granted; sockets, except pairs; objects of System V, POSIX queues and
+    keyrings; other processes; modes, owners, times and attributes of files; capabilities, also of root.
+
+    Raises:
+        BoxError: this kernel has no box.
+    """
+    level = probe()
+    if not level.boxed:
+        raise BoxError("this kernel has no Landlock (Linux 5.13 or later, enabled at boot) or no seccomp")
+    # Before anything is denied: rules on /proc hold for the process as long as it is open.
+    os.open("/proc/self", os.O_PATH)
+    rules = [*system_rules(), *_rules(grants)]
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (LARGEST_FILE, LARGEST_FILE))
+    try:
+        linux.give_up_capabilities()
+        landlock.restrict(rules)
+        signals_stay = level.landlock >= landlock.SCOPES_VERSION
+        seccomp.install(() if signals_stay else seccomp.signal_denials(os.getpid()))
+    except OSError as error:
+        raise BoxError(f"the box cannot be entered: {error.strerror}") from error
+
+
+def _rules(grants: Grants) -> Iterator[PathRule]:
+    yield from (PathRule(place, landlock.READING) for place in grants.read)
+    yield from (PathRule(place, landlock.READ_DIR) for place in grants.listed)
+    if grants.private:
+        yield PathRule(grants.private, landlock.WRITING)
+    yield PathRule("/proc/self", landlock.READ_FILE | landlock.READ_DIR)
+
+
+@cache
+def system_rules() -> tuple[PathRule, ...]:
+    """Return the rules for the interpreter with its packages, labgym with assets and weights, and the system."""
+    paths = sysconfig.get_paths()
+    places = [*SYSTEM, *(paths[key] for key in ("stdlib", "platstdlib", "purelib", "platlib"))]
+    places += [*site.getsitepackages(), site.getusersitepackages()]
+    places += [f"{prefix}/{name}" for prefix in (sys.prefix, sys.base_prefix) for name in OF_INTERPRETER]
+    places += [*map(str, (Path(labgym.__file__).parent, artefacts("assets"), artefacts("policies")))]
+    devices = [entry for entry in os.listdir(DEVICES) if entry.startswith(GRAPHICS)]
+    return (
+        *(PathRule(place, landlock.READING) for place in spared(places)),
+        *(PathRule(place, landlock.READ_DIR) for place in split(places)),
+        PathRule("/dev/null", landlock.READ_FILE | landlock.WRITE_FILE),
+        *(PathRule(f"{DEVICES}/{name}", landlock.DEVICE) for name in devices),
+    )
+
+
+@cache
+def hidden() -> tuple[Path, ...]:
+    """Return the folders that no policy may read, of this labgym and of others on the Python path."""
+    roots = {Path(entry or ".").resolve() for entry in sys.path}
+    places = {root / name for root in roots if (root / "labgym" / "__init__.py").is_file() for name in HIDDEN}
+    places |= {root / "labgym" / "_artefacts" / name for root in roots for name in HIDDEN}
+    return tuple(sorted({path.resolve() for path in (*places, *map(artefacts, HIDDEN)) if path.is_dir()}))
+
+
+def spared(places: Iterable[str | Path]) -> tuple[str, ...]:
+    """Return places without the hidden folders: Landlock cannot subtract, so a folder with one is named by its entries.
+
+    Places that do not exist are left out.
+    """
+    kept = {path for place in places for path in _spared(os.path.realpath(place))}
+    # A folder contains what it contains: fewer rules are entered sooner.
+    return tuple(sorted(path for path in kept if not any(str(parent) in kept for parent in Path(path).parents)))
+
+
+def split(places: Iterable[str | Path]) -> tuple[str, ...]:
+    """Return those of some folders, and of their subfolders, that `spared` names by their entries."""
+    folders = {Path(os.path.realpath(place)) for place in places}
+    return tuple(
+        sorted(
+            {str(parent) for each in hidden() for parent in each.parents if folders & {parent, *parent.parents}}
+        )
+    )
+
+
+def _spared(place: str) -> Iterator[str]:
+    secret = [str(folder) for folder in hidden()]
+    if any(place == folder or place.startswith(f"{folder}/") for folder in secret) or not os.path.exists(place):  # noqa: PTH110 - called for every entry
+        return
+    if not any(folder.startswith(f"{place.rstrip('/')}/") for folder in secret):
+        yield place
+        return
+    for entry in os.scandir(place):
+        target = os.path.realpath(entry.path) if entry.is_symlink() else entry.path
+        # A link may lead back to a folder above.
+        if not entry.is_symlink() or not any(folder.startswith(f"{target}/") for folder in secret):
+            yield from _spared(target)
