@@ -46,6 +46,13 @@ LARGEST_FILE = 2**31
 """Largest file that a boxed process may write, bytes."""
 
 
+REMEDY = "a foreign policy drives in a box without it: open files of its folder in __init__, or name them in options"
+DENIED = "floors, suites and results of labgym are hidden from policies that drive"
+NO_NETWORK = "a foreign policy drives in a box without network and other processes"
+
+_inside = False
+
+
 class BoxError(LabgymError):
     """The kernel does not let a process enter the box."""
 
@@ -113,6 +120,7 @@ def enter(grants: Grants) -> None:
     Raises:
         BoxError: this kernel has no box.
     """
+    global _inside
     level = probe()
     if not level.boxed:
         raise BoxError("this kernel has no Landlock (Linux 5.13 or later, enabled at boot) or no seccomp")
@@ -128,6 +136,20 @@ def enter(grants: Grants) -> None:
         seccomp.install(() if signals_stay else seccomp.signal_denials(os.getpid()))
     except OSError as error:
         raise BoxError(f"the box cannot be entered: {error.strerror}") from error
+    _inside = True
+
+
+def denial(error: BaseException) -> str:
+    """Return why the box denied what an error is about, and the remedy; "" if it did not."""
+    cause: BaseException | None = error
+    while cause is not None and not isinstance(cause, PermissionError):
+        cause = cause.__cause__ or cause.__context__
+    if not _inside or cause is None:
+        return ""
+    if not isinstance(cause.filename, str):
+        return NO_NETWORK
+    place = Path(os.path.realpath(cause.filename))
+    return DENIED if any(place.is_relative_to(folder) for folder in hidden()) else REMEDY
 
 
 def _rules(grants: Grants) -> Iterator[PathRule]:

@@ -39,7 +39,7 @@ FRAMES, MAX_TRACEBACK = 10, 4_000
 """Longest traceback that is printed: frames, the innermost ones, and characters."""
 
 
-def serve_episode(policy: Policy, reads: Reads, link: socket.socket, printed: mmap.mmap) -> None:
+def serve_episode(policy: Policy, reads: Reads, link: socket.socket, printed: mmap.mmap | bytearray) -> None:
     """Answer the evaluator's requests until it closes the link.
 
     Args:
@@ -65,7 +65,7 @@ def _unknown(file: Path) -> str:
     )
 
 
-def _answer(policy: Policy, kind: bytes, content: bytes, printed: mmap.mmap) -> Answer:
+def _answer(policy: Policy, kind: bytes, content: bytes, printed: mmap.mmap | bytearray) -> Answer:
     # A policy may import torch in any call.
     pin_torch()
     try:
@@ -91,7 +91,7 @@ def _answer(policy: Policy, kind: bytes, content: bytes, printed: mmap.mmap) -> 
     return Answer(OK)
 
 
-def _print_traceback(error: BaseException, printed: mmap.mmap) -> None:
+def _print_traceback(error: BaseException, printed: mmap.mmap | bytearray) -> None:
     """Print the traceback of the first error of a policy on the standard error, because it often recurs."""
     with contextlib.suppress(Exception):
         if not printed[0]:

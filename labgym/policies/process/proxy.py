@@ -19,12 +19,14 @@ from labgym.errors import LabgymError
 from labgym.policies.kernels import kernel_mode
 from labgym.policies.policy import EpisodeStart, Observation, PolicyError
 from labgym.policies.process import linux
+from labgym.policies.process.box import BUILT_IN_CODE, NOT_BOXED, Grants
 from labgym.policies.process.episode import ACT, CLOSE, DECIDE, NEXT, RESET
-from labgym.policies.process.facts import PolicyFacts, read_error, read_facts, read_text
-from labgym.policies.process.hosts import HostError, PolicyHost, host_with
+from labgym.policies.process.facts import DECLARED, PolicyFacts, read_error, read_facts, read_text
+from labgym.policies.process.hosts import HostError, LoaderTerms, PolicyHost, host_with
 from labgym.policies.process.limits import ProcessLimits
 from labgym.policies.process.loader import EPISODE, LOAD, STATUS, LoadRequest
-from labgym.policies.process.source import PolicySource
+from labgym.policies.process.places import OwnPlaces, driving_grants
+from labgym.policies.process.source import MAPS, PolicySource
 from labgym.policies.process.wire import (
     ACTING,
     DECIDED,
@@ -49,10 +51,11 @@ STATUS_SECONDS = 3.0
 class PolicyProcess:
     """A policy in a separate process, with the methods of `Policy`.
 
-    Each episode begins in a fork of the process that loaded the policy, or in a newly loaded process if the policy has
-    threads or child processes. Nothing that a policy keeps in memory reaches another episode. The process receives the
-    observations, the goal, the robot, a random generator, and for privileged policies the map; it answers with bytes
-    that are validated. It ends with the evaluator.
+    Each episode of a policy of labgym begins in a fork of the process that loaded the policy, or in a newly loaded
+    process if the policy has threads or child processes. A foreign policy is loaded anew for each episode, in a box
+    (`labgym.policies.process.box`) that the process enters before. Nothing that a policy keeps reaches another episode.
+    The process receives the observations, the goal, the robot, a random generator, and for privileged policies the map;
+    it answers with bytes that are validated. It ends with the evaluator.
 
     Args:
         source: the policy.
@@ -63,6 +66,8 @@ class PolicyProcess:
     Attributes:
         name, observation, privileged, foresees, exclusive, stops, latency: as `Policy` declares them.
         kernels: the kernels in force in the process once the policy is loaded, as `kernel_facts` returns them.
+        box: level of the box, such as "landlock-7+seccomp"; `NOT_BOXED` for a server's policy and on a kernel without;
+            `BUILT_IN_CODE` for a policy of labgym.
 
     Raises:
         LabgymError: the policy cannot be loaded; the class of the error is that of `make_policy`.
@@ -74,22 +79,34 @@ class PolicyProcess:
         limits: ProcessLimits | None = None,
         environment: Mapping[str, str] | None = None,
     ) -> None:
-        self._source = source
+        self._source = source = source.installed()
         self._limits = limits or ProcessLimits()
         self._environment = dict(kernel_mode().environment if environment is None else environment)
         self._process: _LoadedProcess | None = None
         self._guard = contextlib.ExitStack()
         self._guard.enter_context(linux.unreadable_memory())
+        self._grants: Grants | None = None
+        self._modules, self._failed = source.shared_modules, False
         try:
-            self._process = _LoadedProcess(source, self._limits, self._environment)
+            places = OwnPlaces(source) if source.foreign else None
+            if places is not None:
+                self._grants, self._modules = places.grants, tuple(sorted(places.shared))
+            self._process = self._loaded()
         except BaseException:
             self._guard.close()
             raise
-        facts = self._process.facts
+        facts = self._facts = self._process.facts
         self.name, self.observation, self.privileged = facts.name, facts.observation, facts.privileged
         self.foresees, self.exclusive, self.stops = facts.foresees, facts.exclusive, facts.stops
         self.latency, self.kernels = facts.latency, facts.kernels
         self._files = tuple(Path(path) for path in facts.files)
+        self.box = (self._process.level if self._grants else "") or (BUILT_IN_CODE if source.built_in else NOT_BOXED)
+        if self._grants is not None:
+            # It loaded with all files of its folder; it drives with those of its identity.
+            self._grants = driving_grants(self._grants, (*facts.files, *facts.sources))
+            self._modules += (MAPS,) if facts.privileged else ()
+            self._process.stop()
+            self._process = None
 
     def files(self) -> tuple[Path, ...]:
         """Return the files that the actions depend on."""
@@ -150,6 +167,21 @@ class PolicyProcess:
             raise PolicyError("the policy's process has ended; reset begins an episode in another")
         return self._process
 
+    def _loaded(self) -> _LoadedProcess:
+        terms = LoaderTerms(self._limits.memory_bytes, self._modules, self._grants, self._failed)
+        return _LoadedProcess(self._source, self._limits, host_with(self._environment), terms)
+
+    def _loaded_again(self) -> _LoadedProcess:
+        try:
+            process = self._loaded()
+        except LabgymError as error:
+            raise PolicyError(f"the policy could not be loaded again: {error}"[:500]) from error
+        changed = [name for name in DECLARED if getattr(process.facts, name) != getattr(self._facts, name)]
+        if changed:
+            process.stop()
+            raise PolicyError(f"the policy declares another {changed[0]} than when it was loaded first")
+        return process
+
     def _fresh_process(self) -> _LoadedProcess:
         """Return a process that has the policy loaded and has begun an episode."""
         if self._process is not None:
@@ -159,10 +191,7 @@ class PolicyProcess:
                 self._process = None
         for attempt in range(2):
             if self._process is None:
-                try:
-                    self._process = _LoadedProcess(self._source, self._limits, self._environment)
-                except LabgymError as error:
-                    raise PolicyError(f"the policy could not be loaded again: {error}"[:500]) from error
+                self._process = self._loaded_again()
             try:
                 self._process.begin_episode()
                 break
@@ -190,10 +219,9 @@ CALLS = {RESET: "reset", NEXT: "next_goal", DECIDE: "stop and act"}
 class _LoadedProcess:
     """A loader and the episode that it has begun."""
 
-    def __init__(self, source: PolicySource, limits: ProcessLimits, environment: Mapping[str, str]) -> None:
-        self._limits = limits
-        self._host: PolicyHost = host_with(environment)
-        self._loader, self._link = self._host.start_loader(limits.memory_bytes, source.shared_modules)
+    def __init__(self, source: PolicySource, limits: ProcessLimits, host: PolicyHost, terms: LoaderTerms) -> None:
+        self._limits, self._host = limits, host
+        self._loader, self.level, self._link = host.start_loader(terms)
         self._episode: socket.socket | None = None
         self.usable = True
         try:
@@ -267,12 +295,12 @@ class _LoadedProcess:
     def _status(self) -> str:
         """Return how the episode's process ended, as the loader reports it."""
         unknown = "the policy's process ended"
-        if self.facts.single_use:
-            return unknown
         try:
+            if self.facts.single_use:
+                return f"the policy's process {self._host.end_of(self._loader)}"
             answer = self._exchange(self._link, STATUS, b"", STATUS_SECONDS)
             return f"the policy's process {read_text(answer.content)}" if answer.status == FAILED else unknown
-        except (ClosedError, GarbageError, OSError):
+        except (ClosedError, GarbageError, HostError, OSError):
             self.usable = False
             return unknown
 
