@@ -18,7 +18,6 @@ from labgym.layouts import Layout
 from labgym.policies import Policy
 from labgym.policies.policy import Foreknowledge, PeopleForecast, RobotPath
 from labgym.policies.process import PolicyProcess, PolicySource
-from labgym.policies.registry import BUILT_IN
 from labgym.runs import ExecutorOptions
 
 
@@ -125,7 +124,7 @@ def check_foresight(source: PolicySource) -> None:
     Raises:
         OptionError: the policy is an object, or a class or file of somebody else.
     """
-    if source.pickled is not None or source.name not in BUILT_IN:
+    if not source.built_in:
         raise OptionError(
             f"policy {source.name!r} declares `foresees`: the privileged track runs in the evaluator's process and is "
             "open to built-in policies by name only, such as 'clairvoyant'; remove the declaration"

@@ -23,10 +23,11 @@ from labgym.eval.labnav.figure import arithmetic, figure
 from labgym.eval.labnav.suites import FIRST, PREFIX, LabNavSuite, load_labnav
 from labgym.eval.labnav.summary import LabNavSummary, TaskSummary
 from labgym.layouts.floor.fields import Growing
+from labgym.policies.process.box import is_rankable
 from labgym.runs.provenance import RunProvenance
 
 FOLDER = "leaderboard/labnav"
-SAME = ("policy", "options", "track", "sensors", "seed", "latency", "declared")
+SAME = ("policy", "options", "track", "sensors", "seed", "latency", "declared", "box")
 """Fields in which results of one policy agree."""
 DIRTY = "-dirty"
 """End of a commit whose checkout had changes."""
@@ -201,13 +202,13 @@ def read_rows(path: Path) -> tuple[LabNavRow, ...]:
 
 
 def published_results() -> tuple[LabNavResult, ...]:
-    """Return the published results, the highest figure first.
+    """Return the published results, the highest figure first; those that are not ranked come last.
 
     Raises:
         DocumentError: a file is broken.
     """
     results = [LabNavResult.load(path) for path in sorted((artefacts("eval") / FOLDER).glob("*.json"))]
-    return tuple(sorted(results, key=lambda one: -_rank(one)))
+    return tuple(sorted(results, key=lambda one: (not is_rankable(one.summary.box), -_rank(one))))
 
 
 def publish(folder: str | Path, place: Path | None = None) -> Path:

@@ -15,6 +15,8 @@ from labgym.eval.driving.paired import MetricDifference
 from labgym.eval.labnav.evaluation import LabNavEvaluation
 from labgym.eval.labnav.figure import paired_difference, swaps
 from labgym.eval.labnav.summary import DIFFICULTIES, classes
+from labgym.eval.reports.tables import unranked_notes
+from labgym.policies.process.box import is_rankable
 from labgym.table import Table, number
 
 TRACKS: dict[Track, str] = {
@@ -45,8 +47,11 @@ def labnav_tables(evaluations: Sequence[LabNavEvaluation]) -> tuple[Table, ...]:
 
 
 def ranked(evaluations: Sequence[LabNavEvaluation]) -> tuple[LabNavEvaluation, ...]:
-    """Return evaluations by LabNav, or by the mean of the task means where there is no figure, the best first."""
-    return tuple(sorted(evaluations, key=lambda one: (-headline(one), one.name)))
+    """Return evaluations by LabNav, or by the mean of the task means where there is no figure, the best first.
+
+    Those that are not ranked come last.
+    """
+    return tuple(sorted(evaluations, key=lambda one: (not is_rankable(one.summary.box), -headline(one), one.name)))
 
 
 def headline(evaluation: LabNavEvaluation) -> float:
@@ -107,6 +112,7 @@ def score_notes(evaluations: Sequence[LabNavEvaluation]) -> tuple[str, ...]:
     if any(one.summary.labnav is not None for one in evaluations):
         notes.append("LabNav: 100 (exp(mean ln(s + 0.05)) - 0.05) over the eight task means s.")
     notes.append("touched: share of episodes in which the robot touched something.")
+    notes += unranked_notes(one.summary for one in evaluations)
     parked = [one.name for one in evaluations if any(task.parked for task in one.summary.tasks)]
     if parked:
         notes.append(f"The evaluator stops the robot for {', '.join(parked)}, which cannot stop.")

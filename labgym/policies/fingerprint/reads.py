@@ -77,6 +77,13 @@ class Reads:
         self._known = frozenset({*own, *(path.resolve() for path in files)})
         return files
 
+    def know(self, files: Iterable[str]) -> tuple[Path, ...]:
+        """Return the files of a policy that was loaded before, which it may read while it drives."""
+        self._opened.clear()
+        known = tuple(map(Path, files))
+        self._known = frozenset(path.resolve() for path in known)
+        return known
+
     def unknown(self) -> Path | None:
         """Return a file that was opened since the last call and is not in the identity, or None."""
         if not self._opened:
@@ -130,7 +137,7 @@ def _counts(path: Path) -> bool:
     """Return whether a file is the policy's own, and not of the system, of an installed package or of a cache."""
     # As texts: it is called for every module of a process.
     place = os.path.realpath(path)
-    return not place.startswith(_roots()) and not any(part.startswith(CACHES) for part in place.split(os.sep))
+    return not place.startswith(_roots()) and not any(part.startswith(CACHES) for part in place.split("/"))
 
 
 @cache

@@ -50,6 +50,10 @@ REMEDY = "a foreign policy drives in a box without it: open files of its folder 
 DENIED = "floors, suites and results of labgym are hidden from policies that drive"
 NO_NETWORK = "a foreign policy drives in a box without network and other processes"
 
+UNRANKED = "not boxed, and so not ranked: the policy could read published floors, use the network and leave notes"
+LONGEST_LEVEL = 40
+"""Longest text of a level, characters."""
+
 _inside = False
 
 
@@ -103,6 +107,11 @@ class Grants:
     def covers(self, path: Path) -> bool:
         """Return whether a file may be read by these grants."""
         return any(path.is_relative_to(place) for place in self.read)
+
+
+def is_rankable(level: str) -> bool:
+    """Return whether results of a level may be ranked: of labgym's own policies, and of boxed ones."""
+    return level == BUILT_IN_CODE or level.startswith("landlock-")
 
 
 @cache
@@ -168,12 +177,12 @@ def system_rules() -> tuple[PathRule, ...]:
     places += [*site.getsitepackages(), site.getusersitepackages()]
     places += [f"{prefix}/{name}" for prefix in (sys.prefix, sys.base_prefix) for name in OF_INTERPRETER]
     places += [*map(str, (Path(labgym.__file__).parent, artefacts("assets"), artefacts("policies")))]
-    devices = [entry for entry in os.listdir(DEVICES) if entry.startswith(GRAPHICS)]
+    devices = [str(entry) for entry in Path(DEVICES).glob(f"{GRAPHICS}*")]
     return (
         *(PathRule(place, landlock.READING) for place in spared(places)),
         *(PathRule(place, landlock.READ_DIR) for place in split(places)),
         PathRule("/dev/null", landlock.READ_FILE | landlock.WRITE_FILE),
-        *(PathRule(f"{DEVICES}/{name}", landlock.DEVICE) for name in devices),
+        *(PathRule(device, landlock.DEVICE) for device in devices),
     )
 
 
@@ -200,9 +209,7 @@ def split(places: Iterable[str | Path]) -> tuple[str, ...]:
     """Return those of some folders, and of their subfolders, that `spared` names by their entries."""
     folders = {Path(os.path.realpath(place)) for place in places}
     return tuple(
-        sorted(
-            {str(parent) for each in hidden() for parent in each.parents if folders & {parent, *parent.parents}}
-        )
+        sorted({str(parent) for each in hidden() for parent in each.parents if folders & {parent, *parent.parents}})
     )
 
 

@@ -70,9 +70,7 @@ def restrict(rules: Iterable[PathRule]) -> None:
     """
     known = version()
     handled = sum(rights for number, rights in RIGHTS.items() if number <= known)
-    attributes = _Ruleset(
-        handled, NETWORK if known >= NETWORK_VERSION else 0, SCOPES if known >= SCOPES_VERSION else 0
-    )
+    attributes = _Ruleset(handled, NETWORK if known >= NETWORK_VERSION else 0, SCOPES if known >= SCOPES_VERSION else 0)
     size = 24 if known >= SCOPES_VERSION else 16 if known >= NETWORK_VERSION else 8
     ruleset = _checked(_libc.syscall(CREATE_RULESET, ctypes.byref(attributes), ctypes.c_size_t(size), 0))
     try:

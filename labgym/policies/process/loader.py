@@ -15,9 +15,9 @@ from labgym.policies.fingerprint.reads import Reads
 from labgym.policies.kernels import pin_torch
 from labgym.policies.policy import Policy
 from labgym.policies.process import linux
+from labgym.policies.process.box import Grants, enter
 from labgym.policies.process.episode import serve_episode
 from labgym.policies.process.facts import encode_error, encode_text, facts_of
-from labgym.policies.process.box import Grants, enter
 from labgym.policies.process.family import descendants, end_of, processes
 from labgym.policies.process.room import Room
 from labgym.policies.process.source import PolicySource
@@ -48,11 +48,13 @@ class LoadRequest:
     Attributes:
         path: `sys.path` of the evaluator. folder: its working folder.
         source: the policy, pickled, because it may need `path`.
+        known: files of the policy's identity, if it was loaded before; None to find them.
     """
 
     path: tuple[str, ...]
     folder: str
     source: bytes
+    known: tuple[str, ...] | None = None
 
 
 def serve_loader(link: socket.socket, host: int, boxed: Boxed | None) -> None:
@@ -74,9 +76,10 @@ def serve_loader(link: socket.socket, host: int, boxed: Boxed | None) -> None:
                 if boxed.grants is not None:
                     enter(boxed.grants)
             reads = Reads(None if boxed is None else boxed.room.private)
-            policy, options = _loaded(pickle.loads(content), reads)  # noqa: S301 - from the evaluator
+            request: LoadRequest = pickle.loads(content)  # noqa: S301 - from the evaluator
+            policy, options = _loaded(request, reads, forks=boxed is None)
             single_use = boxed is not None or linux.thread_count() > 1 or bool(descendants(os.getpid(), processes()))
-            files = reads.files_of(policy, options)
+            files = reads.files_of(policy, options) if request.known is None else reads.know(request.known)
             answer = Answer(FACTS, facts_of(policy, files, reads.sources, single_use).model_dump_json().encode())
         except BaseException as error:  # noqa: BLE001 - whatever the policy raises is reported
             send_answer(link, Answer(FAILED, encode_error(error)))
@@ -86,8 +89,12 @@ def serve_loader(link: socket.socket, host: int, boxed: Boxed | None) -> None:
         _serve_episodes(link, policy, reads, single_use, printed)
 
 
-def _loaded(request: LoadRequest, reads: Reads) -> tuple[Policy, list[object]]:
-    """Return a policy, whose files are recorded while it loads, and its options."""
+def _loaded(request: LoadRequest, reads: Reads, forks: bool) -> tuple[Policy, list[object]]:
+    """Return a policy, whose files are recorded while it loads, and its options.
+
+    Args:
+        forks: whether the process will be forked for each episode.
+    """
     sys.path[:] = request.path
     os.environ["PYTHONPATH"] = os.pathsep.join(path for path in request.path if path)  # of programs that it starts
     with contextlib.suppress(OSError):
@@ -98,8 +105,9 @@ def _loaded(request: LoadRequest, reads: Reads) -> tuple[Policy, list[object]]:
     pin_torch()
     if policy.privileged:
         prepare_for_maps()
-    gc.collect()
-    gc.freeze()
+    if forks:
+        gc.collect()
+        gc.freeze()
     return policy, list(source.options.values())
 
 

@@ -1,4 +1,4 @@
-"""The files that a foreign policy may read in its box: its own when it is loaded first, its identity's when it drives."""
+"""The files that a foreign policy may read in its box: first those of its folder, then those of its identity."""
 
 from __future__ import annotations
 
@@ -133,4 +133,4 @@ def _texts(value: Any) -> Iterator[str]:
 
 def _common_folders() -> tuple[Path, ...]:
     """Return folders that hold files of everybody, or all files of a user: a module there is granted alone."""
-    return tuple(map(Path.resolve, (Path("/"), Path.home(), Path("/tmp"), Path(tempfile.gettempdir()))))  # noqa: S108
+    return tuple(map(Path.resolve, (Path("/"), Path.home(), Path("/tmp"), Path(tempfile.gettempdir()))))

@@ -87,6 +87,7 @@ class PolicyProcess:
         self._guard.enter_context(linux.unreadable_memory())
         self._grants: Grants | None = None
         self._modules, self._failed = source.shared_modules, False
+        self._known: tuple[str, ...] | None = None
         try:
             places = OwnPlaces(source) if source.foreign else None
             if places is not None:
@@ -103,7 +104,8 @@ class PolicyProcess:
         self.box = (self._process.level if self._grants else "") or (BUILT_IN_CODE if source.built_in else NOT_BOXED)
         if self._grants is not None:
             # It loaded with all files of its folder; it drives with those of its identity.
-            self._grants = driving_grants(self._grants, (*facts.files, *facts.sources))
+            self._known = (*facts.files, *facts.sources)
+            self._grants = driving_grants(self._grants, self._known)
             self._modules += (MAPS,) if facts.privileged else ()
             self._process.stop()
             self._process = None
@@ -119,7 +121,7 @@ class PolicyProcess:
             PolicyError: the policy raised an exception, died, or exceeded a limit.
         """
         self._check_knowledge(episode)
-        self._fresh_process().call(RESET, pickle.dumps(episode, protocol=5), OK)
+        self._call(self._fresh_process(), RESET, episode, OK)
 
     def next_goal(self, episode: EpisodeStart) -> None:
         """Begin the next drive of a chain of goals, in the process of the drives before.
@@ -128,7 +130,7 @@ class PolicyProcess:
             PolicyError: as `reset`.
         """
         self._check_knowledge(episode)
-        self._running().call(NEXT, pickle.dumps(episode, protocol=5), OK)
+        self._call(self._running(), NEXT, episode, OK)
 
     def act(self, observation: Observation) -> NDArray[np.float32]:
         """Return the action for the next control step, two finite numbers.
@@ -136,7 +138,7 @@ class PolicyProcess:
         Raises:
             PolicyError: the policy raised an exception, gave no valid action, died, or exceeded a limit.
         """
-        content = self._running().call(ACT, pickle.dumps(dict(observation), protocol=5), ACTING)
+        content = self._call(self._running(), ACT, dict(observation), ACTING)
         return _finite(np.frombuffer(content, dtype="<f4").astype(np.float32))
 
     def decide(self, observation: Observation) -> NDArray[np.float32] | None:
@@ -145,7 +147,7 @@ class PolicyProcess:
         Raises:
             PolicyError: as `act`.
         """
-        content = self._running().call(DECIDE, pickle.dumps(dict(observation), protocol=5), DECIDED)
+        content = self._call(self._running(), DECIDE, dict(observation), DECIDED)
         stops, *action = DECISION.unpack(content)
         return None if stops else _finite(np.array(action, dtype=np.float32))
 
@@ -155,6 +157,13 @@ class PolicyProcess:
             self._process.stop()
             self._process = None
         self._guard.close()
+
+    def _call(self, process: _LoadedProcess, kind: bytes, content: object, expected: bytes) -> bytes:
+        try:
+            return process.call(kind, pickle.dumps(content, protocol=5), expected)
+        except PolicyError:
+            self._failed = True
+            raise
 
     def _check_knowledge(self, episode: EpisodeStart) -> None:
         if episode.truth is not None and not self.privileged:
@@ -169,7 +178,7 @@ class PolicyProcess:
 
     def _loaded(self) -> _LoadedProcess:
         terms = LoaderTerms(self._limits.memory_bytes, self._modules, self._grants, self._failed)
-        return _LoadedProcess(self._source, self._limits, host_with(self._environment), terms)
+        return _LoadedProcess(self._source, self._limits, host_with(self._environment), terms, self._known)
 
     def _loaded_again(self) -> _LoadedProcess:
         try:
@@ -219,19 +228,26 @@ CALLS = {RESET: "reset", NEXT: "next_goal", DECIDE: "stop and act"}
 class _LoadedProcess:
     """A loader and the episode that it has begun."""
 
-    def __init__(self, source: PolicySource, limits: ProcessLimits, host: PolicyHost, terms: LoaderTerms) -> None:
+    def __init__(
+        self,
+        source: PolicySource,
+        limits: ProcessLimits,
+        host: PolicyHost,
+        terms: LoaderTerms,
+        known: tuple[str, ...] | None,
+    ) -> None:
         self._limits, self._host = limits, host
         self._loader, self.level, self._link = host.start_loader(terms)
         self._episode: socket.socket | None = None
         self.usable = True
         try:
-            self.facts = self._load(source)
+            self.facts = self._load(source, known)
         except BaseException:
             self.stop()
             raise
 
-    def _load(self, source: PolicySource) -> PolicyFacts:
-        request = LoadRequest(tuple(sys.path), os.getcwd(), pickle.dumps(source))  # noqa: PTH109 - as text
+    def _load(self, source: PolicySource, known: tuple[str, ...] | None) -> PolicyFacts:
+        request = LoadRequest(tuple(sys.path), os.getcwd(), pickle.dumps(source), known)  # noqa: PTH109 - as text
         try:
             self._link.settimeout(self._limits.load_seconds)
             send_request(self._link, LOAD, pickle.dumps(request))

@@ -43,10 +43,10 @@ class Room:
         output = os.open(self._output, os.O_WRONLY | os.O_APPEND)
         for target, source in ((0, nothing), (1, output), (2, output)):
             os.dup2(source, target)
-        for name in os.listdir("/proc/self/fd"):
-            if int(name) > 2 and int(name) != kept:
+        for number in [int(entry.name) for entry in Path("/proc/self/fd").iterdir()]:
+            if number > 2 and number != kept:
                 with contextlib.suppress(OSError):
-                    os.close(int(name))
+                    os.close(number)
         os.environ.update(dict.fromkeys(HOMES, str(self.private)))
         tempfile.tempdir = None
 

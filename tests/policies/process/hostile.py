@@ -1,0 +1,60 @@
+"""Policies that try their box, as a user's module: `hostile:Noting`."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import probes
+
+from labgym.policies import EpisodeStart, Policy
+
+
+class Noting(Policy):
+    """Reads the notes of earlier episodes and leaves its own."""
+
+    def __init__(self, folder: str) -> None:
+        self.notes = probes.Notes(folder)
+
+    def reset(self, episode: EpisodeStart) -> None:
+        notes = self.notes.read()
+        self.notes.leave()
+        if notes:
+            raise RuntimeError(f"notes {notes}")
+
+    def act(self, observation: object) -> list[float]:
+        return [0.5, 0.0]
+
+
+class Plain(Noting):
+    def __init__(self) -> None:
+        pass
+
+    def reset(self, episode: EpisodeStart) -> None:
+        pass
+
+
+class LookingUp(Noting):
+    def __init__(self) -> None:
+        pass
+
+    def reset(self, episode: EpisodeStart) -> None:
+        from labgym.layouts import load_published, published
+
+        load_published("test", published("test")[0])
+
+
+class TwoFaced(Noting):
+    """Declares another sensor at each load."""
+
+    def __init__(self) -> None:
+        self.observation = "lidar" if os.getpid() % 2 else "depth"
+
+    def reset(self, episode: EpisodeStart) -> None:
+        pass
+
+
+class Telling(Plain):
+    def reset(self, episode: EpisodeStart) -> None:
+        Path(os.environ["TMPDIR"], "note").write_text("x")
+        raise RuntimeError(os.environ["TMPDIR"])
