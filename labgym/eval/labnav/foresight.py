@@ -85,11 +85,16 @@ class TrueWorld(Foreknowledge):
         return walking.futures(times, path)
 
 
-def track_of(driver: PolicyProcess | Policy) -> Track:
-    """Return the track of a policy by what it receives: the world, the old map, or no map."""
-    if driver.foresees:
+def handed_track(truth: object | None, world: object | None) -> Track:
+    """Return the track of a drive by what the policy received: the map, the world, or None for neither."""
+    if world is not None:
         return "privileged"
-    return "deployed" if driver.privileged else "mapless"
+    return "mapless" if truth is None else "deployed"
+
+
+def track_of(driver: PolicyProcess | Policy) -> Track:
+    """Return the track of a policy by what is handed to it: the world, the old map, or no map."""
+    return handed_track(driver.privileged or None, driver.foresees or None)
 
 
 def in_place(driver: PolicyProcess | Policy, source: PolicySource) -> PolicyProcess | Policy:

@@ -15,7 +15,7 @@ from labgym.documents import Record
 from labgym.errors import LabgymError
 from labgym.policies.fingerprint.reads import MAX_FILES
 from labgym.policies.kernels import kernel_facts
-from labgym.policies.policy import Policy, Sensors
+from labgym.policies.policy import GoalKind, Policy, Sensors
 from labgym.policies.process.box import denial
 from labgym.policies.process.wire import GarbageError
 
@@ -37,7 +37,7 @@ class PolicyFacts(Record):
     """Declarations of a policy.
 
     Attributes:
-        name, observation, privileged, foresees, exclusive, stops, latency: the attributes of `Policy`.
+        name, observation, privileged, foresees, exclusive, goal_kinds, stops, latency: the attributes of `Policy`.
         files: absolute paths of the files that belong to its identity (`Reads.files_of`). sources: those of its class.
         single_use: whether its process cannot be forked, because it has several threads or children, so that each
             episode loads the policy anew.
@@ -49,6 +49,7 @@ class PolicyFacts(Record):
     privileged: bool
     foresees: bool = False
     exclusive: bool
+    goal_kinds: Annotated[tuple[GoalKind, ...], Field(min_length=1, max_length=3)] = ("point",)
     stops: bool = False
     latency: Annotated[float, Field(ge=0.0, le=MAX_LATENCY)] = 0.0
     files: Annotated[tuple[Annotated[str, Field(max_length=4096)], ...], Field(max_length=MAX_FILES)]
@@ -76,6 +77,7 @@ def facts_of(policy: Policy, files: Sequence[Path], sources: Sequence[Path], sin
         privileged=bool(policy.privileged),
         foresees=bool(policy.foresees),
         exclusive=bool(policy.exclusive),
+        goal_kinds=tuple(policy.goal_kinds),
         stops=bool(policy.stops),
         latency=declared_latency(policy),
         files=tuple(map(str, files)),

@@ -14,10 +14,12 @@ from labgym.policies.process.box import Grants, spared
 from labgym.policies.process.source import PolicySource
 from labgym.policies.registry import FILES, policy_place
 
-SHARED = ("cv2", "labgym", "numpy", "onnxruntime", "scipy", "stable_baselines3", "torch")
-"""Packages that the host imports once for the processes of foreign policies that import them."""
+SHARED = ("cv2", "labgym", "numpy", "scipy", "stable_baselines3", "torch")
+"""Packages that the host imports once for the processes of foreign policies that import them.
+
+onnxruntime starts a thread, with which a process cannot be forked.
+"""
 OF_FILES = {
-    ".onnx": ("onnxruntime",),
     ".safetensors": ("torch",),
     ".pt": ("torch",),
     ".torchscript": ("torch",),

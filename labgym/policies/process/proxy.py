@@ -20,7 +20,7 @@ from labgym.policies.kernels import kernel_mode
 from labgym.policies.policy import EpisodeStart, Observation, PolicyError
 from labgym.policies.process import linux
 from labgym.policies.process.box import BUILT_IN_CODE, NOT_BOXED, Grants
-from labgym.policies.process.episode import ACT, CLOSE, DECIDE, NEXT, RESET
+from labgym.policies.process.episode import ACT, CLOSE, DECIDE, NEXT, PLAN, RESET
 from labgym.policies.process.facts import DECLARED, PolicyFacts, read_error, read_facts, read_text
 from labgym.policies.process.hosts import HostError, LoaderTerms, PolicyHost, host_with
 from labgym.policies.process.limits import ProcessLimits
@@ -34,6 +34,8 @@ from labgym.policies.process.wire import (
     FACTS,
     FAILED,
     OK,
+    PATH,
+    POINT,
     SIZES,
     Answer,
     ClosedError,
@@ -64,7 +66,7 @@ class PolicyProcess:
             `KernelMode`; None takes the default mode's. Numerical libraries are limited to one thread.
 
     Attributes:
-        name, observation, privileged, foresees, exclusive, stops, latency: as `Policy` declares them.
+        name, observation, privileged, foresees, exclusive, goal_kinds, stops, latency: as `Policy` declares them.
         kernels: the kernels in force in the process once the policy is loaded, as `kernel_facts` returns them.
         box: level of the box, such as "landlock-7+seccomp"; `NOT_BOXED` for a server's policy and on a kernel without;
             `BUILT_IN_CODE` for a policy of labgym.
@@ -99,6 +101,7 @@ class PolicyProcess:
         facts = self._facts = self._process.facts
         self.name, self.observation, self.privileged = facts.name, facts.observation, facts.privileged
         self.foresees, self.exclusive, self.stops = facts.foresees, facts.exclusive, facts.stops
+        self.goal_kinds = facts.goal_kinds
         self.latency, self.kernels = facts.latency, facts.kernels
         self._files = tuple(Path(path) for path in facts.files)
         self.box = (self._process.level if self._grants else "") or (BUILT_IN_CODE if source.built_in else NOT_BOXED)
@@ -150,6 +153,30 @@ class PolicyProcess:
         content = self._call(self._running(), DECIDE, dict(observation), DECIDED)
         stops, *action = DECISION.unpack(content)
         return None if stops else _finite(np.array(action, dtype=np.float32))
+
+    def continue_with(self, episode: EpisodeStart) -> None:
+        """Begin an episode in the process of the one before, if it lives: for drives that are not compared.
+
+        Raises:
+            PolicyError: as `reset`.
+        """
+        if self._process is None or not self._process.in_episode:
+            self.reset(episode)
+            return
+        self._check_knowledge(episode)
+        self._call(self._process, RESET, episode, OK)
+
+    def planned_path(self) -> NDArray[np.float64] | None:
+        """Return the path that the last action follows, (n, 2) meters in the start frame; None without one.
+
+        Raises:
+            PolicyError: as `act`.
+        """
+        content = self._call(self._running(), PLAN, None, PATH)
+        points = np.frombuffer(content, dtype="<f8").reshape(-1, 2)
+        if not np.isfinite(points).all():
+            raise PolicyError("planned_path returned numbers that are not finite")
+        return points.copy() if len(points) else None
 
     def close(self) -> None:
         """End the process. A later `reset` starts another."""
@@ -221,8 +248,14 @@ def _finite(action: NDArray[np.float32]) -> NDArray[np.float32]:
     return action
 
 
-CALLS = {RESET: "reset", NEXT: "next_goal", DECIDE: "stop and act"}
+CALLS = {RESET: "reset", NEXT: "next_goal", DECIDE: "stop and act", PLAN: "planned_path"}
 """Names of requests in messages; the others are `act`."""
+
+
+def _has_size(answer: Answer) -> bool:
+    """Return whether an answer has the size of its status: points are of any number."""
+    size = len(answer.content)
+    return size % POINT.size == 0 if answer.status == PATH else size == SIZES[answer.status]
 
 
 class _LoadedProcess:
@@ -278,6 +311,11 @@ class _LoadedProcess:
             send_request(self._link, EPISODE, b"", theirs.fileno())
         self.usable = not self.facts.single_use
 
+    @property
+    def in_episode(self) -> bool:
+        """Whether an episode has begun and not ended."""
+        return self._episode is not None
+
     def call(self, kind: bytes, content: bytes, expected: bytes) -> bytes:
         """Return the content of the policy's answer.
 
@@ -290,7 +328,7 @@ class _LoadedProcess:
             answer = self._exchange(self._episode, kind, content, self._limits.call_seconds)
             if answer.status == FAILED:
                 reason = read_text(answer.content)
-            elif answer.status == expected and len(answer.content) == SIZES[expected]:
+            elif answer.status == expected and _has_size(answer):
                 return answer.content
             else:
                 reason = "the policy's process sent an answer of another kind"
