@@ -118,7 +118,7 @@ def _print_traceback(error: BaseException, printed: mmap.mmap | bytearray) -> No
 
 
 class InvalidActionError(Exception):
-    """An answer of `act` that is not an action, of `stop` that is not a truth value, of `planned_path` that is no path."""
+    """An answer of `act` that is not an action, of `stop` that is not a truth value, of `planned_path` that is none."""
 
 
 def decision(policy: Policy, observation: Observation) -> NDArray[np.float32] | None:
