@@ -115,7 +115,7 @@ def serve(
         host: Address to listen on; anybody who can reach it can use the policy.
         port: Port to listen on; 0 takes a free port.
         seed: Random seed of the policy.
-        options: Arguments of the policy, for example trust=true.
+        options: Arguments of the policy, for example deterministic=false.
     """
     from labgym.policies.http.server import NavigationServer
     from labgym.policies.process import IsolatedPolicy, PolicySource

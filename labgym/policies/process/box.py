@@ -148,6 +148,11 @@ def enter(grants: Grants) -> None:
     _inside = True
 
 
+def inside() -> bool:
+    """Return whether this process has entered the box."""
+    return _inside
+
+
 def denial(error: BaseException) -> str:
     """Return why the box denied what an error is about, and the remedy; "" if it did not."""
     cause: BaseException | None = error
