@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.artefacts import artefacts
+from labgym.confinement import confined
 from labgym.envs.sensors import IMAGE_SHAPE
 from labgym.errors import LabgymError, OptionError, UnknownNameError
 from labgym.policies.policy import Observation, Sensors
-from labgym.policies.process.box import inside
 
 SHAPES: dict[str, tuple[int, ...]] = {
     "goal": (1, 3),
@@ -96,7 +96,7 @@ def check_trust(path: Path, trust: bool, kind: str, danger: str) -> None:
     Raises:
         LabgymError: the file is foreign and not trusted, and this process has not entered the box.
     """
-    if inside() or path.resolve().is_relative_to(artefacts("policies").resolve()):
+    if confined() or path.resolve().is_relative_to(artefacts("policies").resolve()):
         return
     acts = f"a {kind} can run any code of its author with your rights, because {danger}"
     if not trust:

@@ -1,14 +1,12 @@
 """The box of a foreign policy: the kernel denies files, network, other processes and whatever outlives an episode.
 
-Landlock and seccomp need neither root nor another program. A process enters before it runs code of the policy, and
-nothing leads out. docs/policies.md says what a box is and is not.
+A process enters before it runs code of the policy, and nothing leads out. docs/policies.md says what a box is and is
+not.
 """
 
 from __future__ import annotations
 
 import os
-import platform
-import resource
 import site
 import sys
 import sysconfig
@@ -20,11 +18,14 @@ from typing import Any
 
 import labgym
 from labgym.artefacts import artefacts
-from labgym.errors import LabgymError
-from labgym.policies.process import landlock, linux, seccomp
-from labgym.policies.process.landlock import PathRule
+from labgym.confinement import NOT_BOXED, Level, confine, confined, landlock, probe
+from labgym.confinement.landlock import PathRule
 
-NOT_BOXED = "not boxed"
+__all__ = [
+    "BUILT_IN_CODE", "LONGEST_LEVEL", "NOT_BOXED", "NO_NETWORK", "UNRANKED", "Grants", "Level", "denial", "enter",
+    "hidden", "is_rankable", "probe", "spared", "split", "system_rules",
+]  # fmt: skip
+
 BUILT_IN_CODE = "built-in policy"
 """What takes the place of a level where labgym's own code drives."""
 HIDDEN = ("layouts", "eval")
@@ -42,9 +43,6 @@ DEVICES = "/dev"
 GRAPHICS = "nvidia"
 """Beginning of the names of devices that a policy may use."""
 OF_INTERPRETER = ("bin", "lib", "lib64", "pyvenv.cfg")
-LARGEST_FILE = 2**31
-"""Largest file that a boxed process may write, bytes."""
-
 
 REMEDY = "a foreign policy drives in a box without it: open files of its folder in __init__, or name them in options"
 DENIED = "floors, suites and results of labgym are hidden from policies that drive"
@@ -53,32 +51,6 @@ NO_NETWORK = "a foreign policy drives in a box without network and other process
 UNRANKED = "not boxed, and so not ranked: the policy could read published floors, use the network and leave notes"
 LONGEST_LEVEL = 40
 """Longest text of a level, characters."""
-
-_inside = False
-
-
-class BoxError(LabgymError):
-    """The kernel does not let a process enter the box."""
-
-
-@dataclass(frozen=True)
-class Level:
-    """The protection that a kernel has for foreign policies.
-
-    Attributes:
-        landlock: version of Landlock, 0 without it. seccomp: whether system calls can be filtered.
-    """
-
-    landlock: int
-    seccomp: bool
-
-    @property
-    def boxed(self) -> bool:
-        """Whether a process can enter a box."""
-        return self.landlock > 0 and self.seccomp
-
-    def __str__(self) -> str:
-        return f"landlock-{self.landlock}+seccomp" if self.boxed else NOT_BOXED
 
 
 @dataclass(frozen=True)
@@ -114,43 +86,15 @@ def is_rankable(level: str) -> bool:
     return level == BUILT_IN_CODE or level.startswith("landlock-")
 
 
-@cache
-def probe() -> Level:
-    """Return the protection that this kernel has."""
-    return Level(landlock.version() if platform.machine() in seccomp.MACHINES else 0, seccomp.available())
-
-
 def enter(grants: Grants) -> None:
-    """Enter the box for good, with all future children; only the calling thread does.
-
-    Denied from then on: files that are not granted; sockets, except pairs; objects of System V, POSIX queues and
-    keyrings; other processes; modes, owners, times and attributes of files; capabilities, also of root.
+    """Enter the box for good, with all future children; only the calling thread does (`labgym.confinement.confine`).
 
     Raises:
         BoxError: this kernel has no box.
     """
-    global _inside
-    level = probe()
-    if not level.boxed:
-        raise BoxError("this kernel has no Landlock (Linux 5.13 or later, enabled at boot) or no seccomp")
     # Before anything is denied: rules on /proc hold for the process as long as it is open.
     os.open("/proc/self", os.O_PATH)
-    rules = [*system_rules(), *_rules(grants)]
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    resource.setrlimit(resource.RLIMIT_FSIZE, (LARGEST_FILE, LARGEST_FILE))
-    try:
-        linux.give_up_capabilities()
-        landlock.restrict(rules)
-        signals_stay = level.landlock >= landlock.SCOPES_VERSION
-        seccomp.install(() if signals_stay else seccomp.signal_denials(os.getpid()))
-    except OSError as error:
-        raise BoxError(f"the box cannot be entered: {error.strerror}") from error
-    _inside = True
-
-
-def inside() -> bool:
-    """Return whether this process has entered the box."""
-    return _inside
+    confine((*system_rules(), *_rules(grants)))
 
 
 def denial(error: BaseException) -> str:
@@ -158,7 +102,7 @@ def denial(error: BaseException) -> str:
     cause: BaseException | None = error
     while cause is not None and not isinstance(cause, PermissionError):
         cause = cause.__cause__ or cause.__context__
-    if not _inside or cause is None:
+    if not confined() or cause is None:
         return ""
     if not isinstance(cause.filename, str):
         return NO_NETWORK

@@ -18,8 +18,8 @@ from importlib.machinery import PathFinder
 from pathlib import Path
 from typing import Any
 
+from labgym.confinement import linux
 from labgym.policies.fingerprint.sources import is_installed_file
-from labgym.policies.process import linux
 from labgym.policies.process.box import Grants, Level, probe, system_rules
 from labgym.policies.process.family import Process, descendants, end_of, kill_all, processes, resident_bytes
 from labgym.policies.process.loader import Boxed, prepare_for_maps, serve_loader

@@ -11,10 +11,10 @@ import socket
 import sys
 from dataclasses import dataclass
 
+from labgym.confinement import linux
 from labgym.policies.fingerprint.reads import Reads
 from labgym.policies.kernels import pin_torch
 from labgym.policies.policy import Policy
-from labgym.policies.process import linux
 from labgym.policies.process.box import Grants, enter
 from labgym.policies.process.episode import serve_episode
 from labgym.policies.process.facts import encode_error, encode_text, facts_of

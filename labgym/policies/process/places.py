@@ -56,7 +56,7 @@ class OwnPlaces:
 
     @property
     def grants(self) -> Grants:
-        """What the first load may read."""
+        """The files that the first load may read."""
         return Grants(spared(self._read), tuple(self._listed))
 
     def _add_named(self, text: str) -> None:
@@ -67,7 +67,7 @@ class OwnPlaces:
         except (OSError, ValueError):
             return
         path = path.resolve()
-        # An ONNX graph may have its weights beside it.
+        # An ONNX graph may have its weights in other files of its folder.
         self._read[str(path.parent if path.suffix.lower() == ".onnx" else path)] = None
         self.shared.update(OF_FILES.get(path.suffix.lower(), ()))
 

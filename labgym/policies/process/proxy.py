@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from labgym.confinement import linux
 from labgym.errors import LabgymError
 from labgym.policies.kernels import kernel_mode
 from labgym.policies.policy import EpisodeStart, Observation, PolicyError
-from labgym.policies.process import linux
 from labgym.policies.process.box import BUILT_IN_CODE, NOT_BOXED, Grants
 from labgym.policies.process.episode import ACT, CLOSE, DECIDE, NEXT, PLAN, RESET
 from labgym.policies.process.facts import DECLARED, PolicyFacts, read_error, read_facts, read_text

@@ -15,6 +15,7 @@ import pytest
 from laboratories import small_laboratory
 from policies.process import probes
 
+from labgym import confinement
 from labgym.artefacts import artefacts
 from labgym.errors import LabgymError
 from labgym.eval.driving.drive import drive_layout
@@ -160,7 +161,7 @@ def test_programs_that_a_boxed_process_starts_are_boxed(tmp_path: Path) -> None:
 def test_a_kernel_without_a_box_says_so_and_lets_nobody_in(monkeypatch: pytest.MonkeyPatch) -> None:
     assert str(Level(0, seccomp=True)) == str(Level(3, seccomp=False)) == "not boxed"
     assert str(Level(3, seccomp=True)) == "landlock-3+seccomp"
-    monkeypatch.setattr(box, "probe", lambda: Level(0, seccomp=True))
+    monkeypatch.setattr(confinement, "probe", lambda: Level(0, seccomp=True))
     with pytest.raises(LabgymError, match="no Landlock"):
         box.enter(Grants())
 
