@@ -12,7 +12,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from labgym.confinement import confine, linux, probe
+from labgym.confinement import confine, landlock, linux, probe
+from labgym.confinement.landlock import PathRule
 from labgym.errors import LabgymError
 
 MAX_ANSWER = 2**20
@@ -56,11 +57,14 @@ def answer_of(work: Callable[[], Any], memory: int, seconds: float) -> Any:
 
 def _work(work: Callable[[], Any], parent: int, writing: int, memory: int, seconds: float) -> None:
     linux.die_with_parent(parent)
+    nothing = os.open(os.devnull, os.O_RDWR)
+    for stream in range(3):
+        os.dup2(nothing, stream)
     most = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize() + memory
     resource.setrlimit(resource.RLIMIT_AS, (most, most))
     resource.setrlimit(resource.RLIMIT_CPU, (int(seconds) + 1, int(seconds) + 1))
     if probe().boxed:
-        confine(())
+        confine([PathRule(os.devnull, landlock.READ_FILE | landlock.WRITE_FILE)])
     os.write(writing, json.dumps(work()).encode()[:MAX_ANSWER])
 
 

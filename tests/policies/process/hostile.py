@@ -15,6 +15,7 @@ class Noting(Policy):
 
     def __init__(self, folder: str) -> None:
         self.notes = probes.Notes(folder)
+        (Path(folder) / "table.json").read_text()  # of its identity, so that it may be read while it drives
 
     def reset(self, episode: EpisodeStart) -> None:
         notes = self.notes.read()
