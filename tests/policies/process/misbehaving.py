@@ -210,6 +210,7 @@ class Forgetful(Honest):
 
     def __init__(self, hang: str) -> None:
         if hang == "load":
+            subprocess.Popen(["sleep", "1000"])
             time.sleep(1000)
 
     def reset(self, episode):
