@@ -68,7 +68,9 @@ def confine(rules: Iterable[PathRule]) -> None:
     if not level.boxed:
         raise BoxError("this kernel has no Landlock (Linux 5.13 or later, enabled at boot) or no seccomp")
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    resource.setrlimit(resource.RLIMIT_FSIZE, (LARGEST_FILE, LARGEST_FILE))
+    _, most = resource.getrlimit(resource.RLIMIT_FSIZE)
+    largest = LARGEST_FILE if most == resource.RLIM_INFINITY else min(most, LARGEST_FILE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (largest, largest))
     try:
         linux.give_up_capabilities()
         landlock.restrict(rules)

@@ -33,7 +33,7 @@ HIDDEN = ("layouts", "eval")
 SYSTEM = (
     *("/lib", "/lib32", "/lib64", "/bin", "/sbin"),
     *(f"/usr/{name}" for name in ("bin", "sbin", "lib", "lib32", "lib64", "libexec", "share/zoneinfo")),
-    *(f"/usr/local/{name}" for name in ("bin", "lib", "lib64")),
+    *(f"/usr/local/{name}" for name in ("bin", "lib", "lib64", "cuda")),
     *("/nix/store", "/etc/ld.so.cache", "/etc/localtime", "/etc/alternatives"),
     *("/proc/cpuinfo", "/proc/meminfo", "/proc/version", "/proc/sys/vm/overcommit_memory", "/proc/driver/nvidia"),
     *("/sys/devices/system", "/dev/zero", "/dev/full", "/dev/random", "/dev/urandom"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import tempfile
 from collections.abc import Iterable, Iterator
-from importlib.machinery import PathFinder
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +14,13 @@ from labgym.policies.process.box import Grants, spared
 from labgym.policies.process.source import PolicySource
 from labgym.policies.registry import FILES, policy_place
 
-SHARED = ("cv2", "labgym", "numpy", "scipy", "stable_baselines3", "torch")
+SHARED = ("cv2", "scipy", "stable_baselines3", "torch")
 """Packages that the host imports once for the processes of foreign policies that import them.
 
 onnxruntime starts a thread, with which a process cannot be forked.
 """
+OWN = "labgym.policies."
+"""Beginning of the names of labgym's modules that the host imports once if a policy builds on them."""
 OF_FILES = {
     ".safetensors": ("torch",),
     ".pt": ("torch",),
@@ -50,7 +52,8 @@ class OwnPlaces:
         if source.pickled is not None:
             for module in (*source.modules, "__main__"):
                 self._add_loaded(module)
-            self.shared |= {name for name in SHARED if name in sys.modules} - {"labgym"}
+            # A pickle names the modules that it needs.
+            self.shared = {name for name in SHARED if name.encode() in source.pickled}
         elif Path(source.name).suffix.lower() not in FILES:
             self._add_module(policy_place(source.name).partition(":")[0], whole=True)
 
@@ -87,11 +90,16 @@ class OwnPlaces:
         """
         top = name.partition(".")[0]
         if top in SHARED:
+            self.shared.add(top)
+        elif name.startswith(OWN):
             self.shared.add(name)
         if top in self._seen or top in sys.builtin_module_names or top == "labgym":
             return
         self._seen.add(top)
-        spec = PathFinder.find_spec(top)
+        try:
+            spec = find_spec(top)
+        except (ImportError, ValueError):  # a module without a specification, such as one of a notebook
+            return
         if spec is None:
             return
         folders = [Path(folder).resolve() for folder in spec.submodule_search_locations or ()]
