@@ -59,3 +59,22 @@ class Telling(Plain):
     def reset(self, episode: EpisodeStart) -> None:
         Path(os.environ["TMPDIR"], "note").write_text("x")
         raise RuntimeError(os.environ["TMPDIR"])
+
+
+class Planning(Plain):
+    """Has a path, other kinds of goals, and counts its episodes."""
+
+    goal_kinds = ("point", "none")
+    episodes = 0
+
+    def reset(self, episode: EpisodeStart) -> None:
+        self.episodes += 1
+
+    def stop(self, observation: object) -> bool:
+        return self.episodes == 3
+
+    def act(self, observation: object) -> list[float]:
+        return [0.1 * self.episodes, 0.0]
+
+    def planned_path(self) -> list[list[float]] | None:
+        return [[0.0, 0.0], [1.0, 0.5]] if self.episodes == 2 else None
