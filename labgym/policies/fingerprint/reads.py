@@ -147,7 +147,7 @@ def _roots() -> tuple[str, ...]:
     roots = [*SYSTEM, *(paths[key] for key in ("stdlib", "platstdlib", "purelib", "platlib"))]
     roots += [sys.prefix, sys.base_prefix, *site.getsitepackages(), site.getusersitepackages()]
     own = [Path(labgym.__file__).parent, *map(artefacts, FOLDERS)]
-    return tuple(os.path.join(os.path.realpath(root), "") for root in (*roots, *own))  # noqa: PTH118 - as texts
+    return tuple(os.path.join(os.path.realpath(root), "") for root in (*roots, *map(str, own)))  # noqa: PTH118 - texts
 
 
 def _absolute(path: str | bytes | os.PathLike[str]) -> str:

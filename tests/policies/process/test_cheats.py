@@ -75,6 +75,8 @@ def test_an_ordinary_user_cannot_read_the_evaluators_memory_while_it_drives(guar
         "header, nothing = (ctypes.c_uint32 * 2)(linux.CAPABILITY_VERSION, 0), (ctypes.c_uint32 * 6)()\n"
         "assert ctypes.CDLL(None).capset(header, nothing) == 0\n"
         "os.environ['LABGYM_TEST_EVALUATOR'] = str(os.getpid())\n"
+        "from labgym.policies.process import PolicySource\n"
+        "PolicySource.foreign = False  # without a box\n"
         f"if not {guarded}:\n"
         "    linux.unreadable_memory = contextlib.nullcontext\n"
         "print([row['error'] for row in driven('Reading')][0])\n"
