@@ -9,13 +9,14 @@ import pytest
 from laboratories import small_laboratory
 
 from labgym.confinement import NOT_BOXED, probe
+from labgym.errors import LabgymError
 from labgym.eval.evaluator import evaluate
 from labgym.eval.labnav.foresight import handed_track
 from labgym.eval.reports.tables import evaluation_table, unranked_notes
 from labgym.eval.submission.record_checks import box_problems
-from labgym.policies import EpisodeStart
+from labgym.policies import EpisodeStart, make_policy
 from labgym.policies.http.server import NavigationServer
-from labgym.policies.process import IsolatedPolicy, PolicySource
+from labgym.policies.process import IsolatedPolicy, PolicyProcess, PolicySource
 from labgym.policies.process.box import BUILT_IN_CODE, is_rankable
 from labgym.runs.identity import read_identity
 from labgym.suites import Suite
@@ -101,3 +102,25 @@ def test_the_track_is_what_was_handed_over() -> None:
         "deployed",
         "privileged",
     ]
+
+
+@pytest.mark.skipif(not probe().boxed, reason="this kernel has no Landlock or no seccomp")
+@pytest.mark.filterwarnings("ignore:.*torch.jit.*:DeprecationWarning")
+def test_a_program_in_a_file_needs_no_trust_in_the_box(tmp_path: Path) -> None:
+    torch = pytest.importorskip("torch")
+
+    class Steady(torch.nn.Module):
+        def forward(self, goal: torch.Tensor) -> torch.Tensor:
+            return goal[0, :2] * 0.0 + 0.25
+
+    path = tmp_path / "p.pt"
+    torch.jit.script(Steady()).save(str(path))
+    with pytest.raises(LabgymError, match="trust=true"):
+        make_policy(str(path))
+    process = PolicyProcess(PolicySource.named(str(path)))
+    try:
+        assert process.box == str(probe())
+        process.reset(start())
+        assert process.act({"goal": np.zeros(3, np.float32)}).tolist() == [0.25, 0.25]
+    finally:
+        process.close()
