@@ -115,18 +115,18 @@ def serve(
         host: Address to listen on; anybody who can reach it can use the policy.
         port: Port to listen on; 0 takes a free port.
         seed: Random seed of the policy.
-        options: Arguments of the policy, for example trust=true.
+        options: Arguments of the policy, for example deterministic=false.
     """
-    from labgym.policies import make_policy
     from labgym.policies.http.server import NavigationServer
+    from labgym.policies.process import IsolatedPolicy, PolicySource
 
     allow_local_modules()
-    arguments = parse_options(options)
+    source = PolicySource.named(policy, parse_options(options))
 
     def report(refusal: str) -> None:
         print(f"labgym: refused a request: {refusal}", file=sys.stderr, flush=True)
 
-    with NavigationServer(lambda: make_policy(policy, **arguments), host, port, seed, report) as server:
+    with NavigationServer(lambda: IsolatedPolicy(source), host, port, seed, report) as server:
         print(f"Serving {policy} at {server.url}; press Ctrl-C to stop", flush=True)
         with suppress(KeyboardInterrupt):
             server.serve_forever()

@@ -110,7 +110,7 @@ def view(
         policy: Policy: a name, module:Class, a file or a URL (see labgym eval --help).
         pair: Index of the first goal pair, in the first layout.
         seed: Random seed of the policy, and of an episode that is drawn.
-        options: Arguments of the policy, for example trust=true.
+        options: Arguments of the policy, for example deterministic=false.
         port: Port of the page; 0 takes a free port.
     """
     from labgym.envs.tasks import resolve_layout

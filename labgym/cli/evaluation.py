@@ -56,7 +56,7 @@ def eval_(
         protocol: Id or .json file of the protocol to drive for in the layouts; by default the one they embed.
         seed: Random seed of the policy.
         out: Folder for episodes, routes and summary; by default runs/POLICY-SUITE. An interrupted evaluation resumes.
-        options: Arguments of the policy, for example trust=true.
+        options: Arguments of the policy, for example deterministic=false.
         fresh: Rename an existing folder to NAME.old-1, NAME.old-2, ... and start anew.
         repeats: Number of episodes per drive; by default the suite's.
         jitter: Displace the start of every episode by up to 2 cm and 2 degrees, clear of obstacles; a suite's .json

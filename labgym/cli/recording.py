@@ -65,7 +65,7 @@ def record(
         height: Height in pixels; by default 360, of a LabNav episode 540.
         quality: fast, or fine with shadows and reflections (ten times slower without a GPU).
         protocol: Id or .json file of the protocol to drive for; by default the one that the layout embeds.
-        options: Arguments of the policy, for example trust=true.
+        options: Arguments of the policy, for example deterministic=false.
         start: Start x,y,yaw in meters and radians, for example 1.5,2,0; by default that of the goal pair.
         goal: Goal x,y in meters; by default that of the goal pair.
         episode: Episode of a folder or suite: people-2/floors-val-0003/1 or floors-val-0003/1 of LabNav, and

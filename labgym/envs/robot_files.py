@@ -13,10 +13,12 @@ from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 import mujoco
 
+from labgym.confinement.trial import TrialError, answer_of
 from labgym.envs.robot_limits import MAX_PIXELS, MAX_VERTICES, check_counts, pixels, plain_png, vertices
 from labgym.errors import DocumentError
 
@@ -24,6 +26,8 @@ MAX_BYTES = 2 * 2**20
 """Largest size of the MJCF file, bytes."""
 MAX_ASSET_BYTES, MAX_ASSETS_BYTES = 16 * 2**20, 64 * 2**20
 """Largest size of one mesh or texture, and of all, bytes."""
+COMPILER_BYTES, COMPILER_SECONDS = 2**30, 60.0
+"""Memory and time that MuJoCo may take to compile a robot."""
 MAX_DEPTH = 64
 """Deepest nesting of elements."""
 SUFFIXES = {"mesh": (".stl", ".obj", ".msh"), "texture": (".png",)}
@@ -91,7 +95,16 @@ class RobotFile:
                 raise DocumentError(self.path, "", f"MuJoCo refuses it ({_reason(error)})") from None
 
     def compile(self) -> mujoco.MjModel:
-        """Return the compiled robot without a scene.
+        """Return the compiled robot without a scene, once a confined process has compiled it within limits.
+
+        Raises:
+            DocumentError: MuJoCo refuses it, crashes, or exceeds a limit.
+        """
+        _try_out(self)
+        return self.compiled()
+
+    def compiled(self) -> mujoco.MjModel:
+        """Return the compiled robot without a scene, without limits.
 
         Raises:
             DocumentError: MuJoCo refuses it.
@@ -102,6 +115,29 @@ class RobotFile:
                 return spec.compile()
             except FAULTS as error:
                 raise DocumentError(self.path, "", f"MuJoCo cannot compile it ({_reason(error)})") from None
+
+
+@lru_cache(maxsize=8)
+def _try_out(file: RobotFile) -> None:
+    """Compile a robot in a confined process, which answers with plain data; an error is not kept.
+
+    Raises:
+        DocumentError: MuJoCo refuses it, crashes, or exceeds a limit.
+    """
+
+    def work() -> str:
+        try:
+            file.compiled()
+        except DocumentError as error:
+            return str(error).removeprefix(f"{file.path}: ")
+        return ""
+
+    try:
+        problem = str(answer_of(work, COMPILER_BYTES, COMPILER_SECONDS))
+    except TrialError as error:
+        problem = f"MuJoCo cannot compile it ({error})"
+    if problem:
+        raise DocumentError(file.path, "", problem)
 
 
 def read_robot(path: str | Path) -> RobotFile:

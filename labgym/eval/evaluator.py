@@ -241,6 +241,7 @@ class TransitionRun(EvaluationRun[TransitionEvaluation]):
             options=running.source.options,
             privileged=running.driver.privileged,
             sensors=running.driver.observation,
+            box=running.box,
             seed=self.seed,
             layouts={layout.id: layout.hash for layout in self.layouts},
             episodes=expected,

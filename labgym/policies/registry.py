@@ -176,7 +176,7 @@ def policy_table() -> str:
 def is_class_place(name: str) -> bool:
     """Return whether a policy's name is "module:Class" rather than a registered name, a file or a server."""
     is_file = PurePath(name).suffix.lower() in FILES
-    return ":" in name and "/" not in name and not is_file and name not in policy_names()
+    return ":" in name and "/" not in name and not is_file
 
 
 def policy_place(name: str) -> str:
@@ -193,18 +193,18 @@ def policy_place(name: str) -> str:
 
 def _place(name: str) -> tuple[str, bool]:
     """Return the class of a policy, and whether the name is the class's first argument: a file or a server."""
-    registered = {} if name in BUILT_IN else _registered()
     suffix = PurePath(name).suffix.lower()
     if name in BUILT_IN:
         return BUILT_IN[name].place, False
-    if name in registered:
-        return registered[name].value, False
     if name.startswith(SERVERS):
         return SERVER, True
     if suffix in FILES:
         return FILES[suffix], True
     if is_class_place(name):
         return name, False
+    registered = _registered()  # last: it reads all installed distributions
+    if name in registered:
+        return registered[name].value, False
     raise UnknownNameError('policy (or "module:Class", file or URL)', name, policy_names())
 
 

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
+
+from pydantic import Field
 
 from labgym.documents import Document
 from labgym.eval.driving.episode_row import TransitionRow
 from labgym.eval.driving.files import EPISODES, SUMMARY
 from labgym.eval.driving.intervals import Estimate
 from labgym.eval.driving.navigation_metrics import VERSION, summarise
+from labgym.layouts.floor.fields import Growing
 from labgym.policies.policy import Sensors
+from labgym.policies.process.box import BUILT_IN_CODE, LONGEST_LEVEL
 from labgym.suites import Suite
 
 COMPARED = ("episodes", "errors", "unreachable", "complete")
@@ -23,10 +27,12 @@ class EvaluationSummary(Document):
 
     Attributes:
         policy: label of the policy. options: its arguments. seed: random seed of the evaluation.
+        box: level of the box in which it drove.
     """
 
     if TYPE_CHECKING:
         policy: str
+        box: str
         options: dict[str, Any]
         seed: int
 
@@ -47,13 +53,13 @@ class EvaluationSummary(Document):
         """Return a sentence if rows are missing, and one if some do not belong to the suite."""
 
 
-class NavigationSummary(EvaluationSummary):
+class NavigationSummary(EvaluationSummary, Growing):
     """`summary.json`: one policy over one suite. It is computed from the rows alone.
 
     Attributes:
         suite: the whole suite with its version.
         policy: label of the policy. options: its arguments. privileged: whether it received the true map.
-        sensors: the policy's observation.
+        sensors: the policy's observation. box: level of the box in which it drove.
         seed: random seed of the evaluation.
         layouts: hashes by layout id, in the suite's order.
         episodes: number of rows. expected: number of episodes of the suite.
@@ -64,12 +70,14 @@ class NavigationSummary(EvaluationSummary):
     """
 
     SCHEMA: ClassVar[str] = "labgym.navigation-summary/2"
+    ADDED: ClassVar[frozenset[str]] = frozenset({"box"})
 
     suite: Suite
     policy: str
     options: dict[str, Any]
     privileged: bool
     sensors: Sensors | None = None
+    box: Annotated[str, Field(max_length=LONGEST_LEVEL)] = BUILT_IN_CODE
     seed: int
     layouts: dict[str, str]
     episodes: int

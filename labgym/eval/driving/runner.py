@@ -20,6 +20,7 @@ from labgym.policies import Policy
 from labgym.policies.fingerprint.policy import PolicyFingerprint, named_fingerprint, object_fingerprint
 from labgym.policies.kernels import NATIVE, KernelMode, kernel_facts, kernel_mode
 from labgym.policies.process import PolicyProcess, PolicySource, ProcessLimits, close_shared_process, shared_process
+from labgym.policies.process.box import BUILT_IN_CODE, NOT_BOXED
 from labgym.policies.registry import SERVER, is_class_place, policy_place
 from labgym.runs import ExecutorOptions, RunFolder, RunIdentity, Shard, run_shards
 from labgym.runs.folder import SHARDS
@@ -33,7 +34,7 @@ class ShardPolicy:
         policy: for a separate process, or one that drives in this process.
         files: digest of the policy's files, such as weights, where the evaluation began.
         limits: of the policy's process. kernels: name of its kernel mode.
-        label: name of the policy in the rows.
+        label: name of the policy in the rows. box: level of the box where the evaluation began.
     """
 
     policy: PolicySource | Policy
@@ -41,16 +42,24 @@ class ShardPolicy:
     limits: ProcessLimits | None
     kernels: str
     label: str
+    box: str
 
     def driver(self) -> PolicyProcess | Policy:
         """Return the policy in its process, or in this one.
 
         Raises:
-            LabgymError: the policy's files are others here, or were changed; or this processor cannot run the kernels.
+            LabgymError: the policy's files are others here, or were changed; this processor cannot run the kernels; or
+                this kernel has another box.
         """
         if not isinstance(self.policy, PolicySource):
             return self.policy
-        return policy_process(self.policy, self.files, self.limits, self.kernels)
+        process = policy_process(self.policy, self.files, self.limits, self.kernels)
+        if process.box != self.box:
+            raise LabgymError(
+                f"policy {self.label!r}: the box of this worker is {process.box!r}, that of the evaluation "
+                f"{self.box!r}; drive on machines with one kernel"
+            )
+        return process
 
 
 def policy_process(
@@ -105,10 +114,17 @@ class RunningPolicy:
         return isinstance(self.driver, PolicyProcess)
 
     @property
+    def box(self) -> str:
+        """Level of the box in which the policy drives (`labgym.policies.process.box`)."""
+        if isinstance(self.driver, PolicyProcess):
+            return self.driver.box
+        return BUILT_IN_CODE if self.source.built_in else NOT_BOXED
+
+    @property
     def shard_policy(self) -> ShardPolicy:
         """The policy as shards take it."""
         policy = self.driver if isinstance(self.driver, Policy) else self.source
-        return ShardPolicy(policy, files_digest(self.driver.files()), self.limits, self.mode.kind, self.label)
+        return ShardPolicy(policy, files_digest(self.driver.files()), self.limits, self.mode.kind, self.label, self.box)
 
 
 @contextlib.contextmanager
@@ -184,6 +200,7 @@ class EvaluationRun(ABC, Generic[E]):
             policy=policy.model_dump(),
             seed=self.seed,
             kernels=running.mode.name,
+            box=running.box,
             limits=None if running.limits is None else running.limits.model_dump(),
             catalog=catalog_digest(self.layouts),
         )

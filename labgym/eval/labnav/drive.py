@@ -71,7 +71,7 @@ def drive_shift(
     perfect = len(legs) == count and all(leg.ending == "success" for leg in legs)
     stopped = {leg.stopped for leg in legs} - {""}
     row = LabNavRow(
-        **fields_of(terms, episode, env, driver, recorder),
+        **fields_of(terms, episode, env, recorder),
         score=0.0,
         success=perfect,
         ending=_ending(legs),
@@ -192,7 +192,7 @@ def drive_once(
     leg.run(driver.reset, observation)
     finish = leg.finish(env.state)
     row = LabNavRow(
-        **fields_of(terms, episode, env, driver, recorder),
+        **fields_of(terms, episode, env, recorder),
         score=0.0,
         success=finish.parked and finish.inside and finish.error is None,
         ending=ending_of(finish),

@@ -18,7 +18,6 @@ from labgym.layouts import Layout
 from labgym.policies import Policy
 from labgym.policies.policy import Foreknowledge, PeopleForecast, RobotPath
 from labgym.policies.process import PolicyProcess, PolicySource
-from labgym.policies.registry import BUILT_IN
 from labgym.runs import ExecutorOptions
 
 
@@ -86,11 +85,16 @@ class TrueWorld(Foreknowledge):
         return walking.futures(times, path)
 
 
-def track_of(driver: PolicyProcess | Policy) -> Track:
-    """Return the track of a policy by what it receives: the world, the old map, or no map."""
-    if driver.foresees:
+def handed_track(truth: object | None, world: object | None) -> Track:
+    """Return the track of a drive by what the policy received: the map, the world, or None for neither."""
+    if world is not None:
         return "privileged"
-    return "deployed" if driver.privileged else "mapless"
+    return "mapless" if truth is None else "deployed"
+
+
+def track_of(driver: PolicyProcess | Policy) -> Track:
+    """Return the track of a policy by what is handed to it: the world, the old map, or no map."""
+    return handed_track(driver.privileged or None, driver.foresees or None)
 
 
 def in_place(driver: PolicyProcess | Policy, source: PolicySource) -> PolicyProcess | Policy:
@@ -125,7 +129,7 @@ def check_foresight(source: PolicySource) -> None:
     Raises:
         OptionError: the policy is an object, or a class or file of somebody else.
     """
-    if source.pickled is not None or source.name not in BUILT_IN:
+    if not source.built_in:
         raise OptionError(
             f"policy {source.name!r} declares `foresees`: the privileged track runs in the evaluator's process and is "
             "open to built-in policies by name only, such as 'clairvoyant'; remove the declaration"

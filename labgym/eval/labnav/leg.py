@@ -17,9 +17,9 @@ from labgym.envs.parts.odometry import announced_goal
 from labgym.envs.parts.protocols import Ending
 from labgym.envs.point_nav import LabPointNavEnv
 from labgym.envs.state import Pose, State
-from labgym.eval.driving.episode_row import Stopped
+from labgym.eval.driving.episode_row import Stopped, Track
 from labgym.eval.driving.loop import Info, Observation, PolicyLoop, episode_rng
-from labgym.eval.labnav.foresight import TrueWorld
+from labgym.eval.labnav.foresight import TrueWorld, handed_track
 from labgym.eval.labnav.rules import Finish, Parking, braking_distance, delay_of, stay_of
 from labgym.geometry import compose, relative, wrap_angle
 from labgym.policies import EpisodeStart, GroundTruth, Policy
@@ -44,10 +44,12 @@ class LegRecorder:
         touched: names of what the robot touched. waited: seconds at rest near people.
         times: wall-clock time of each of the policy's actions, seconds.
         latency: by which actions come late, seconds.
+        track: what the policy received: no map, the old map, or the world.
     """
 
     watch: Callable[[State], None] | None = None
     latency: float = 0.0
+    track: Track = "mapless"
     poses: list[Pose] = field(default_factory=list)
     reckoned: Pose = ORIGIN
     touched: dict[str, None] = field(default_factory=dict)
@@ -190,6 +192,8 @@ class LegDrive(PolicyLoop):
                 pose = self._recorder.believed
                 pair = replace(state.pair, start=pose)
             truth = GroundTruth(task.old_map or task.layout, pair, pose)
+        world = TrueWorld(state, self._env.actions, self._task.radius) if self._driver.foresees else None
+        self._recorder.track = handed_track(truth, world)
         return EpisodeStart(
             goal=goal,
             rng=episode_rng(self._seed, goal),
@@ -197,5 +201,5 @@ class LegDrive(PolicyLoop):
             task=self._task.properties,
             heading=self.goal[2] if self._task.docks else None,
             beaker=carried(state),
-            world=TrueWorld(state, self._env.actions, self._task.radius) if self._driver.foresees else None,
+            world=world,
         )

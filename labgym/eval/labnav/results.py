@@ -20,8 +20,7 @@ from labgym.envs.state import State
 from labgym.envs.tasks import Task
 from labgym.eval.driving.drive import LabNavDrive
 from labgym.eval.driving.episode_row import LabNavRow
-from labgym.eval.labnav.foresight import track_of
-from labgym.eval.labnav.leg import LabNavDriver, LegRecorder
+from labgym.eval.labnav.leg import LegRecorder
 from labgym.eval.labnav.rules import delay_of, is_slow
 from labgym.geometry import wrap_angle
 
@@ -74,9 +73,7 @@ def finished(row: LabNavRow, recorder: LegRecorder) -> LabNavDrive:
     return LabNavDrive(row, route, 1e3 * mean, 1e3 * high, is_slow(high, recorder.latency))
 
 
-def fields_of(
-    terms: DriveTerms, episode: LabNavEpisode, env: LabPointNavEnv, driver: LabNavDriver, recorder: LegRecorder
-) -> dict[str, Any]:
+def fields_of(terms: DriveTerms, episode: LabNavEpisode, env: LabPointNavEnv, recorder: LegRecorder) -> dict[str, Any]:
     """Return the fields of a row that the state at the end has, whatever the task."""
     state = env.state
     ended = next((each for each in env.config.endings if isinstance(each, TouchedEnding)), None)
@@ -90,7 +87,7 @@ def fields_of(
         "floor_hash": episode.floor_hash,
         "number": episode.number,
         "policy": terms.label,
-        "track": track_of(driver),
+        "track": recorder.track,
         "seed": terms.seed,
         "contact": "".join(contact)[:100],
         "touched": tuple(name[:100] for name in recorder.touched)[:MOST_TOUCHED],

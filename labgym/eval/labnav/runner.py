@@ -18,7 +18,6 @@ from labgym.eval.labnav.suites import LabNavSuite
 from labgym.eval.labnav.summary import LabNavSummary, summarise
 from labgym.layouts import Layout
 from labgym.policies.process import PolicyProcess, PolicySource
-from labgym.policies.registry import BUILT_IN
 from labgym.runs import RunIdentity, Shard, ShardOutput
 from labgym.runs.identity import IDENTITY_FILE
 
@@ -70,6 +69,7 @@ class LabNavRun(EvaluationRun[LabNavEvaluation]):
             seed=self.seed,
             latency=self._latency,
             declared=self._declared if self._latency != self._declared else None,
+            box=running.box,
         )
 
 
@@ -82,7 +82,7 @@ def latency_of(driver: PolicyProcess, source: PolicySource, suite: LabNavSuite, 
         driver: the policy in its process. source: of the policy. suite: the suite. seed: of the evaluation.
         out: folder of the evaluation that resumes; None for a new one.
     """
-    if source.pickled is None and source.name in BUILT_IN:
+    if source.built_in:
         return driver.latency
     kept = None if out is None else _kept_latency(out)
     return charged_latency(driver, suite, seed) if kept is None else kept

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from statistics import fmean
-from typing import Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
@@ -23,6 +23,7 @@ from labgym.eval.labnav.figure import arithmetic, figure, mean_score, nines
 from labgym.eval.labnav.suites import LabNavSuite, is_whole
 from labgym.layouts.floor.fields import Growing
 from labgym.policies.policy import Sensors
+from labgym.policies.process.box import BUILT_IN_CODE, LONGEST_LEVEL, UNRANKED, is_rankable
 from labgym.table import Table
 
 COMPARED = ("episodes", "errors", "score", "success", "contacts", "endings", "contact", "parked")
@@ -89,14 +90,14 @@ class LabNavSummary(EvaluationSummary, Growing):
 
     Attributes:
         suite: name. hash: of its episodes. policy: label. options: its arguments. track: what it knows.
-        sensors: its observation. seed: of the evaluation.
+        sensors: its observation. seed: of the evaluation. box: level of the box in which it drove.
         latency: by which its actions came late, seconds. declared: latency that it declares, if that is another.
         tasks: in the order of the suite.
         labnav: the figure, 0 to 100; None unless the suite has all eight tasks. arithmetic: 100 times the mean score.
     """
 
     SCHEMA: ClassVar[str] = "labgym.labnav-summary/1"
-    ADDED: ClassVar[frozenset[str]] = frozenset({"declared"})
+    ADDED: ClassVar[frozenset[str]] = frozenset({"declared", "box"})
 
     suite: str
     hash: str
@@ -107,6 +108,7 @@ class LabNavSummary(EvaluationSummary, Growing):
     seed: int
     latency: float
     declared: float | None = None
+    box: Annotated[str, Field(max_length=LONGEST_LEVEL)] = BUILT_IN_CODE
     tasks: tuple[TaskSummary, ...]
     labnav: Estimate | None
     arithmetic: float | None
@@ -183,7 +185,7 @@ class LabNavSummary(EvaluationSummary, Growing):
         parts = [_Part(each.suite, each.task, each.level, each.draft, each.expected) for each in self.tasks]
         fields = {
             name: getattr(self, name)
-            for name in ("policy", "options", "track", "sensors", "seed", "latency", "declared")
+            for name in ("policy", "options", "track", "sensors", "seed", "latency", "declared", "box")
         }
         whole = is_whole(self.suite, [part.task for part in parts])
         return _summary(self.suite, self.hash, parts, rows, whole, fields)
@@ -376,6 +378,8 @@ def summary_table(summary: LabNavSummary) -> Table:
             count, perfect = sum(task.legs.values()), estimate_text(task.success, 3)
             drives = ", ".join(f"{ENDED.get(name, name)} {number}" for name, number in task.legs.items())
             notes.append(f"{task.task} {task.level}: perfect shifts {perfect}; {count} drives: {drives}.")
+    if not is_rankable(summary.box):
+        notes.append(f"{summary.policy} is {UNRANKED}.")
     parked = sum(task.parked for task in summary.tasks)
     if parked:
         notes.append(f"The evaluator stopped the robot in {parked} episodes: the policy cannot stop.")

@@ -14,6 +14,7 @@ from labgym.eval.driving.intervals import estimate_text
 from labgym.eval.labnav.figure import differences, swaps
 from labgym.eval.labnav.suites import FIRST
 from labgym.eval.leaderboard.labnav import LabNavResult
+from labgym.policies.process.box import UNRANKED, is_rankable
 from labgym.table import Table, number
 
 KNOWLEDGE = {"privileged": "everything", "deployed": "old map", "mapless": "-"}
@@ -52,6 +53,7 @@ def published_table(results: Sequence[LabNavResult]) -> Table:
             "Touched: share of episodes with a contact.",
             *_costly(results),
             *(f"{one.summary.policy} {one.mark}." for one in results if one.mark),
+            *(f"{one.summary.policy} is {UNRANKED}." for one in results if not is_rankable(one.summary.box)),
             *(["A dash stands for a task that is not driven yet."] if _unfinished(results) else []),
             *_pairs([result for result in results if result.summary.labnav is not None]),
         ),

@@ -11,6 +11,8 @@ from labgym.eval.driving.intervals import Estimate, bounded_mean, estimate_text
 from labgym.eval.labnav.evaluation import LabNavEvaluation
 from labgym.eval.labnav.figure import differences, swaps
 from labgym.eval.labnav.summary import DIFFICULTIES, LabNavSummary
+from labgym.eval.reports.tables import unranked_notes
+from labgym.policies.process.box import is_rankable
 from labgym.table import Table, number
 
 
@@ -25,8 +27,15 @@ def labnav_tables(evaluations: Sequence[LabNavEvaluation]) -> tuple[Table, ...]:
 
 
 def ranked(evaluations: Sequence[LabNavEvaluation]) -> tuple[LabNavEvaluation, ...]:
-    """Return evaluations by LabNav, or by the mean of the task means where there is no figure, the best first."""
-    return tuple(sorted(evaluations, key=lambda one: (-(one.summary.headline.value or 0.0), one.name)))
+    """Return evaluations by LabNav, or by the mean of the task means where there is no figure, the best first.
+
+    Those that are not ranked come last.
+    """
+
+    def rank(one: LabNavEvaluation) -> tuple[bool, float, str]:
+        return not is_rankable(one.summary.box), -(one.summary.headline.value or 0.0), one.name
+
+    return tuple(sorted(evaluations, key=rank))
 
 
 def touched(evaluation: LabNavEvaluation) -> Estimate:
@@ -76,6 +85,7 @@ def score_notes(evaluations: Sequence[LabNavEvaluation]) -> tuple[str, ...]:
     if any(one.summary.labnav is not None for one in evaluations):
         notes.append("LabNav: 100 (exp(mean ln(s + 0.05)) - 0.05) over the eight task means s.")
     notes.append("touched: share of episodes in which the robot touched something.")
+    notes += unranked_notes(one.summary for one in evaluations)
     parked = [one.name for one in evaluations if any(task.parked for task in one.summary.tasks)]
     if parked:
         notes.append(f"The evaluator stops the robot for {', '.join(parked)}, which cannot stop.")

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, Protocol
 
 from labgym.eval.driving.evaluation import Evaluation
 from labgym.eval.driving.intervals import Estimate, estimate_text
 from labgym.eval.driving.navigation_metrics import METRICS
-from labgym.eval.driving.record import NavigationSummary
+from labgym.eval.driving.record import EvaluationSummary, NavigationSummary
 from labgym.eval.labnav.evaluation import LabNavEvaluation
 from labgym.eval.labnav.summary import summary_table
 from labgym.eval.reports.paper import paper
 from labgym.eval.scoring.layout_report import COLUMNS, LayoutSummary
 from labgym.layouts.rules.rule_sets import PAPER
+from labgym.policies.process.box import UNRANKED, is_rankable
 from labgym.table import Table, number
 
 LAYOUT_COLUMNS = tuple((name, column.heading, column.digits) for name, column in COLUMNS.items() if column.paper)
@@ -117,7 +119,13 @@ def evaluation_table(evaluation: Evaluation[Any, Any]) -> Table:
     if isinstance(evaluation, LabNavEvaluation):
         return summary_table(evaluation.summary)
     summary = evaluation.summary
-    return navigation_table({summary.policy: evaluation.metrics}, f"suite {summary.suite.title}")
+    table = navigation_table({summary.policy: evaluation.metrics}, f"suite {summary.suite.title}")
+    return replace(table, notes=(*table.notes, *unranked_notes([summary])))
+
+
+def unranked_notes(summaries: Iterable[EvaluationSummary]) -> tuple[str, ...]:
+    """Return a sentence for each policy whose results are not ranked."""
+    return tuple(f"{one.policy} is {UNRANKED}." for one in summaries if not is_rankable(one.box))
 
 
 class TableRow(Protocol):
@@ -181,6 +189,7 @@ def leaderboard(evaluations: Sequence[TableRow]) -> Table:
             "on the machine.",
             "The paper's rows are from other scenes and models, without and with its navigation optimization; they are "
             "not comparable, and the paper gives no intervals.",
+            *unranked_notes(one.summary for one in evaluations),
         ),
     )
 

@@ -26,6 +26,7 @@ from labgym.eval.submission.transition_claim import TransitionClaim
 from labgym.policies import Policy
 from labgym.policies.kernels import kernel_mode
 from labgym.policies.process import PolicyProcess, PolicySource
+from labgym.policies.process.box import BUILT_IN_CODE, NOT_BOXED, UNRANKED, is_rankable
 from labgym.policies.registry import BUILT_IN
 
 
@@ -171,6 +172,7 @@ def check_submission(
     ]
     count = len(claim.keys)
     facts = [f"{len(claim.rows)} of {count} episodes of suite {claim.suite_name} checked", *claim.facts()]
+    facts.append(_box_fact(claim.summary))
     if choice is None:
         facts.append("no episode was driven again (--no-drive): the policy itself is not verified")
         return Verdict(tuple(problems), tuple(facts))
@@ -178,12 +180,23 @@ def check_submission(
     keys = drawn_again(claim.keys, seed)
     driver = PolicyProcess(choice.source, environment=kernel_mode("pinned").environment)
     try:
-        problems += choice.problems(driver, claim.stated(driver), claim.summary.policy, record)
+        own = driver.box == BUILT_IN_CODE, claim.summary.box == BUILT_IN_CODE
+        stated = {**claim.stated(driver), "being labgym's own": own}
+        problems += choice.problems(driver, stated, claim.summary.policy, record)
         problems += listed(_drive_problems(claim, in_place(driver, choice.source), keys, progress), "episodes")
     finally:
         driver.close()
     facts.append(driven_again(len(keys), count, choice.name, seed))
+    if driver.box == NOT_BOXED:
+        facts.append("driven again without a box: this is a server's policy, or this kernel has no Landlock")
     return Verdict(tuple(problems), tuple(facts))
+
+
+def _box_fact(summary: EvaluationSummary) -> str:
+    """Return the sentence of a verdict on the box in which the submission drove."""
+    if not is_rankable(summary.box):
+        return f"{summary.policy[:80]} is {UNRANKED}"
+    return f"box: {summary.box}"
 
 
 def _drive_problems(

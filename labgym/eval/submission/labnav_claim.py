@@ -18,7 +18,7 @@ from labgym.eval.labnav.suites import LabNavSuite, load_labnav
 from labgym.eval.labnav.summary import LabNavSummary
 from labgym.eval.submission.claim import Claim, listed
 from labgym.eval.submission.labnav_rows import LabNavTerms, labnav_route_problems, labnav_row_problems
-from labgym.eval.submission.record_checks import RunRecord, catalog_problems, stated_problems
+from labgym.eval.submission.record_checks import RunRecord, box_problems, catalog_problems, stated_problems
 from labgym.layouts import Layout
 from labgym.policies import Policy
 from labgym.policies.process import PolicyProcess
@@ -55,6 +55,7 @@ class LabNavClaim(Claim[LabNavSummary, LabNavRow]):
             "latency": summary.latency,
         }
         yield from stated_problems(record.identity, LabNavEvaluation.KIND, expected)
+        yield from box_problems(record.identity, summary.box)
         yield from catalog_problems(record.identity, catalog_digest(self._layouts.values()))
 
     def suite_problems(self) -> Iterator[str]:

@@ -12,6 +12,8 @@ from labgym.documents import document_error, parse_json, read_json
 from labgym.errors import DocumentError
 from labgym.eval.driving.files import EPISODES, ROUTES, SUMMARY
 from labgym.policies.kernels import PINNED
+from labgym.policies.process.box import BUILT_IN_CODE
+from labgym.policies.registry import BUILT_IN
 from labgym.runs import RunProvenance, code_digest
 from labgym.runs.identity import IDENTITY_FILE, RunIdentity
 from labgym.runs.manifest import MANIFEST_FILE, RunManifest, file_digest
@@ -103,6 +105,20 @@ def stated_problems(identity: RunIdentity, kind: str, expected: Mapping[str, obj
             yield f"{IDENTITY_FILE} and {SUMMARY} differ in {name}"
     if identity.inputs.get("kernels") != PINNED.name:
         yield f"{IDENTITY_FILE}: not driven in kernels {PINNED.name}; the results of others depend on the machine"
+
+
+def box_problems(identity: RunIdentity, level: str) -> Iterator[str]:
+    """Yield a sentence if a run and its summary state other boxes, or a foreign policy poses as labgym's own.
+
+    Args:
+        identity: `run.json`. level: of the box, by the summary.
+    """
+    if identity.inputs.get("box", BUILT_IN_CODE) != level:
+        yield f"{IDENTITY_FILE} and {SUMMARY} differ in box"
+    policy = identity.inputs.get("policy")
+    place = policy.get("place") if isinstance(policy, dict) else None
+    if level == BUILT_IN_CODE and place not in {entry.place for entry in BUILT_IN.values()}:
+        yield f"{SUMMARY} says {level!r}, but {str(place)[:80]!r} in {IDENTITY_FILE} is none: it must say its box"
 
 
 def catalog_problems(identity: RunIdentity, catalog: str) -> Iterator[str]:

@@ -18,7 +18,7 @@ from labgym.eval.driving.navigation_metrics import soft_spl
 from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.driving.runner import catalog_digest
 from labgym.eval.submission.claim import Claim
-from labgym.eval.submission.record_checks import RunRecord, catalog_problems, stated_problems
+from labgym.eval.submission.record_checks import RunRecord, box_problems, catalog_problems, stated_problems
 from labgym.eval.submission.route_checks import lab30_route_problems
 from labgym.layouts import Layout
 from labgym.policies import Policy
@@ -67,6 +67,7 @@ class TransitionClaim(Claim[NavigationSummary, TransitionRow]):
             return
         if identity.inputs.get("isolated") is not True:
             yield f"{IDENTITY_FILE}: the policy was not driven in a separate process"
+        yield from box_problems(identity, summary.box)
         yield from catalog_problems(identity, catalog_digest(self._layouts.values()))
 
     def suite_problems(self) -> Iterator[str]:

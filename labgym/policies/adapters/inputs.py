@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.artefacts import artefacts
+from labgym.confinement import confined
 from labgym.envs.sensors import IMAGE_SHAPE
 from labgym.errors import LabgymError, OptionError, check_name
 from labgym.policies.policy import Observation, Sensors
@@ -86,21 +87,21 @@ def checked_file(path: str | Path) -> Path:
 
 
 def check_trust(path: Path, trust: bool, kind: str, danger: str) -> None:
-    """Refuse a file that can act, unless it is labgym's own or the user trusts its author; then warn.
+    """Refuse a file that can act outside of a box, unless it is labgym's own or the user trusts its author; then warn.
 
     Args:
         path: the file. trust: the user's option. kind: of the file. danger: why it can act.
 
     Raises:
-        LabgymError: the file is foreign and not trusted.
+        LabgymError: the file is foreign and not trusted, and this process has not entered the box.
     """
-    if path.resolve().is_relative_to(artefacts("policies").resolve()):
+    if confined() or path.resolve().is_relative_to(artefacts("policies").resolve()):
         return
     acts = f"a {kind} can run any code of its author with your rights, because {danger}"
     if not trust:
         raise LabgymError(
-            f"policy {str(path)!r}: {acts}; if you trust its author, pass the option trust=true; otherwise export the "
-            "network to ONNX or safetensors, which hold data"
+            f"policy {str(path)!r}: {acts}; if you trust its author, pass the option trust=true; otherwise drive it in "
+            "a box (labgym eval, on a kernel with Landlock), or export it to ONNX or safetensors, which hold data"
         )
     warnings.warn(f"{path}: {acts}; it is loaded, because trust is set", stacklevel=3)
 

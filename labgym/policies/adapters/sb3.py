@@ -43,16 +43,16 @@ class StableBaselines3Policy(Policy):
     of `FlattenObservation`, without normalization outside of the model.
 
     stable-baselines3 unpickles parts of the file, and a pickle can run any code. A file from outside labgym is
-    therefore refused unless `trust` is set.
+    therefore loaded in a box only (`labgym.policies.process.box`), unless `trust` is set.
 
     Args:
         path: path of the .zip file.
         algorithm: "A2C", "DDPG", "PPO", "SAC" or "TD3".
-        trust: load the file although loading may run code that is in it.
+        trust: load the file outside of a box, although loading may run code that is in it.
         deterministic: act with the mean of the model's distribution; False samples from it.
 
     Raises:
-        LabgymError: the file is foreign and not trusted, or cannot be loaded.
+        LabgymError: the file is foreign and neither boxed nor trusted, or cannot be loaded.
         OptionError: the model was trained on other observations or actions.
         MissingDependencyError: stable-baselines3 is not installed.
     """

@@ -27,16 +27,17 @@ class TorchScriptPolicy(Policy):
     (`torch.save`) are refused, because loading one can run any code in it.
 
     TorchScript is a program: its operators can write any file, at load and in `forward`. A file from outside labgym is
-    therefore refused unless `trust` is set. Programs that name operators on files (`torch.from_file`, `torch.save`) are
-    refused even then, because results could not record what they read.
+    therefore loaded in a box only (`labgym.policies.process.box`), unless `trust` is set. Programs that name operators
+    on files (`torch.from_file`, `torch.save`) are refused in both cases, because results could not record what they
+    read.
 
     Args:
         path: path of the file.
         inputs: observation by argument, for arguments with other names.
-        trust: load the file although its program may do anything.
+        trust: load the file outside of a box, although its program may do anything.
 
     Raises:
-        LabgymError: the file is foreign and not trusted, is not TorchScript, or names operators on files.
+        LabgymError: the file is foreign and neither boxed nor trusted, is not TorchScript, or names operators on files.
         UnknownNameError: an argument is not an observation.
         MissingDependencyError: torch is not installed.
     """

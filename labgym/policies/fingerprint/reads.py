@@ -32,9 +32,18 @@ SOURCES = (".py", ".pyc", ".pyi", ".so")
 
 
 class Reads:
-    """The files that this process has opened since `begin`."""
+    """The files that this process has opened since `begin`.
 
-    def __init__(self) -> None:
+    Args:
+        private: folder of this process, whose files do not count.
+
+    Attributes:
+        sources: files that count as the source of the policy's class, once `files_of` was called.
+    """
+
+    def __init__(self, private: Path | None = None) -> None:
+        self._private = private
+        self.sources: tuple[Path, ...] = ()
         self._opened: dict[str, None] = {}
         self._written: set[str] = set()
         self._known: frozenset[Path] = frozenset()
@@ -56,7 +65,8 @@ class Reads:
         stated = [Path(path).absolute() for path in policy.files()]
         named = [Path(text).absolute() for text in options if isinstance(text, str) and _is_file(text)]
         others = {*self._taken(), *_modules(), *(path for path in named if _counts(path))}
-        own = {path.resolve() for path in (*stated, *_sources(type(policy)))}
+        self.sources = tuple(_sources(type(policy)))
+        own = {path.resolve() for path in (*stated, *self.sources)}
         others = {path for path in others if path.resolve() not in own}
         if len(stated) + len(others) > MAX_FILES:
             raise OptionError(
@@ -67,6 +77,13 @@ class Reads:
         self._known = frozenset({*own, *(path.resolve() for path in files)})
         return files
 
+    def know(self, files: Iterable[str]) -> tuple[Path, ...]:
+        """Return the files of a policy that was loaded before, which it may read while it drives."""
+        self._opened.clear()
+        known = tuple(map(Path, files))
+        self._known = frozenset(path.resolve() for path in known)
+        return known
+
     def unknown(self) -> Path | None:
         """Return a file that was opened since the last call and is not in the identity, or None."""
         if not self._opened:
@@ -76,6 +93,8 @@ class Reads:
     def _taken(self) -> set[Path]:
         """Return the files that were opened for reading, exist and count, and forget them."""
         paths = [Path(text) for text in self._opened]
+        if self._private is not None:
+            paths = [path for path in paths if not path.is_relative_to(self._private)]
         self._opened.clear()
         return {path for path in paths if path.suffix not in SOURCES and _is_file(str(path)) and _counts(path)}
 
@@ -116,20 +135,19 @@ def _modules() -> set[Path]:
 
 def _counts(path: Path) -> bool:
     """Return whether a file is the policy's own, and not of the system, of an installed package or of a cache."""
-    path = path.resolve()
-    if any(part.startswith(CACHES) for part in path.parts):
-        return False
-    return not any(path.is_relative_to(root) for root in _roots())
+    # As texts: it is called for every module of a process.
+    place = os.path.realpath(path)
+    return not place.startswith(_roots()) and not any(part.startswith(CACHES) for part in place.split("/"))
 
 
 @cache
-def _roots() -> tuple[Path, ...]:
-    """Return the folders of the system, the interpreter, its packages and labgym."""
+def _roots() -> tuple[str, ...]:
+    """Return the folders of the system, the interpreter, its packages and labgym, each with a separator at its end."""
     paths = sysconfig.get_paths()
     roots = [*SYSTEM, *(paths[key] for key in ("stdlib", "platstdlib", "purelib", "platlib"))]
     roots += [sys.prefix, sys.base_prefix, *site.getsitepackages(), site.getusersitepackages()]
     own = [Path(labgym.__file__).parent, *map(artefacts, FOLDERS)]
-    return tuple(root.resolve() for root in (*map(Path, roots), *own))
+    return tuple(os.path.join(os.path.realpath(root), "") for root in (*roots, *map(str, own)))  # noqa: PTH118 - texts
 
 
 def _absolute(path: str | bytes | os.PathLike[str]) -> str:

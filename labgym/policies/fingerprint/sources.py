@@ -74,6 +74,11 @@ def source_files(file: Path, module: str) -> dict[str, Path]:
     return sources
 
 
+def imported_modules(file: Path, package: str) -> frozenset[str]:
+    """Return the absolute names of the modules, and of their members, that a source file may import, wherever in it."""
+    return frozenset(_imports(_parsed(file), package))
+
+
 def is_installed_file(file: Path) -> bool:
     """Return whether a file belongs to labgym, to the interpreter or to an installed package."""
     paths = sysconfig.get_paths()

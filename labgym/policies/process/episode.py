@@ -26,20 +26,22 @@ from labgym.policies.process.wire import (
     DECIDED,
     DECISION,
     FAILED,
+    MAX_POINTS,
     OK,
+    PATH,
     Answer,
     ClosedError,
     receive_request,
     send_answer,
 )
 
-RESET, NEXT, ACT, DECIDE, CLOSE = b"r", b"n", b"a", b"d", b"c"
-"""Requests of an episode: `reset`, `next_goal`, `act`, `stop` and then `act`, `close`."""
+RESET, NEXT, ACT, DECIDE, PLAN, CLOSE = b"r", b"n", b"a", b"d", b"p", b"c"
+"""Requests of an episode: `reset`, `next_goal`, `act`, `stop` and then `act`, `planned_path`, `close`."""
 FRAMES, MAX_TRACEBACK = 10, 4_000
 """Longest traceback that is printed: frames, the innermost ones, and characters."""
 
 
-def serve_episode(policy: Policy, reads: Reads, link: socket.socket, printed: mmap.mmap) -> None:
+def serve_episode(policy: Policy, reads: Reads, link: socket.socket, printed: mmap.mmap | bytearray) -> None:
     """Answer the evaluator's requests until it closes the link.
 
     Args:
@@ -65,7 +67,7 @@ def _unknown(file: Path) -> str:
     )
 
 
-def _answer(policy: Policy, kind: bytes, content: bytes, printed: mmap.mmap) -> Answer:
+def _answer(policy: Policy, kind: bytes, content: bytes, printed: mmap.mmap | bytearray) -> Answer:
     # A policy may import torch in any call.
     pin_torch()
     try:
@@ -78,6 +80,8 @@ def _answer(policy: Policy, kind: bytes, content: bytes, printed: mmap.mmap) -> 
             start = pickle.loads(content)  # noqa: S301 - from the evaluator
             _seed_global_generators(start)
             policy.reset(start)
+        elif kind == PLAN:
+            return Answer(PATH, _path_bytes(policy.planned_path()))
         elif kind == NEXT:
             policy.next_goal(pickle.loads(content))  # noqa: S301 - from the evaluator
         else:
@@ -91,7 +95,19 @@ def _answer(policy: Policy, kind: bytes, content: bytes, printed: mmap.mmap) -> 
     return Answer(OK)
 
 
-def _print_traceback(error: BaseException, printed: mmap.mmap) -> None:
+def _path_bytes(path: NDArray[np.float64] | None) -> bytes:
+    """Return a path as pairs of float64, nothing for none.
+
+    Raises:
+        InvalidActionError: it is not (n, 2), or has too many points.
+    """
+    points = np.zeros((0, 2)) if path is None else np.asarray(path, dtype="<f8")
+    if points.ndim != 2 or points.shape[1] != 2 or len(points) > MAX_POINTS:
+        raise InvalidActionError(f"planned_path returned shape {points.shape}, expected (n, 2) with n <= {MAX_POINTS}")
+    return points.tobytes()
+
+
+def _print_traceback(error: BaseException, printed: mmap.mmap | bytearray) -> None:
     """Print the traceback of the first error of a policy on the standard error, because it often recurs."""
     with contextlib.suppress(Exception):
         if not printed[0]:
@@ -102,7 +118,7 @@ def _print_traceback(error: BaseException, printed: mmap.mmap) -> None:
 
 
 class InvalidActionError(Exception):
-    """An answer of `Policy.act` that is not an action, or of `Policy.stop` that is not a truth value."""
+    """An answer of `act` that is not an action, of `stop` that is not a truth value, of `planned_path` that is none."""
 
 
 def decision(policy: Policy, observation: Observation) -> NDArray[np.float32] | None:

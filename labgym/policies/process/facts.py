@@ -15,7 +15,8 @@ from labgym.documents import Record
 from labgym.errors import LabgymError
 from labgym.policies.fingerprint.reads import MAX_FILES
 from labgym.policies.kernels import kernel_facts
-from labgym.policies.policy import Policy, Sensors
+from labgym.policies.policy import GoalKind, Policy, Sensors
+from labgym.policies.process.box import denial
 from labgym.policies.process.wire import GarbageError
 
 MAX_TEXT = 500
@@ -36,8 +37,8 @@ class PolicyFacts(Record):
     """Declarations of a policy.
 
     Attributes:
-        name, observation, privileged, foresees, exclusive, stops, latency: the attributes of `Policy`.
-        files: absolute paths of the files that belong to its identity (`Reads.files_of`).
+        name, observation, privileged, foresees, exclusive, goal_kinds, stops, latency: the attributes of `Policy`.
+        files: absolute paths of the files that belong to its identity (`Reads.files_of`). sources: those of its class.
         single_use: whether its process cannot be forked, because it has several threads or children, so that each
             episode loads the policy anew.
         kernels: `kernel_facts()` of its process.
@@ -48,14 +49,20 @@ class PolicyFacts(Record):
     privileged: bool
     foresees: bool = False
     exclusive: bool
+    goal_kinds: Annotated[tuple[GoalKind, ...], Field(min_length=1, max_length=3)] = ("point",)
     stops: bool = False
     latency: Annotated[float, Field(ge=0.0, le=MAX_LATENCY)] = 0.0
     files: Annotated[tuple[Annotated[str, Field(max_length=4096)], ...], Field(max_length=MAX_FILES)]
+    sources: Annotated[tuple[Annotated[str, Field(max_length=4096)], ...], Field(max_length=MAX_FILES)] = ()
     single_use: bool
     kernels: Annotated[dict[ShortText, ShortText | int], Field(max_length=16)]
 
 
-def facts_of(policy: Policy, files: Sequence[Path], single_use: bool) -> PolicyFacts:
+DECLARED = ("name", "observation", "privileged", "foresees", "exclusive", "stops", "latency")
+"""Facts that every load of a policy must declare alike: they decide what it receives."""
+
+
+def facts_of(policy: Policy, files: Sequence[Path], sources: Sequence[Path], single_use: bool) -> PolicyFacts:
     """Return the facts of a policy.
 
     Raises:
@@ -70,9 +77,11 @@ def facts_of(policy: Policy, files: Sequence[Path], single_use: bool) -> PolicyF
         privileged=bool(policy.privileged),
         foresees=bool(policy.foresees),
         exclusive=bool(policy.exclusive),
+        goal_kinds=tuple(policy.goal_kinds),
         stops=bool(policy.stops),
         latency=declared_latency(policy),
         files=tuple(map(str, files)),
+        sources=tuple(map(str, sources))[:MAX_FILES],
         single_use=single_use,
         kernels=kernel_facts(),
     )
@@ -109,13 +118,19 @@ def error_text(error: BaseException) -> str:
         message = str(error)
     except Exception:  # noqa: BLE001 - the policy's own error class may fail to print
         message = "(no message)"
-    return _one_line(f"{type(error).__name__}: {message}", MAX_TEXT)
+    return _one_line(f"{type(error).__name__}: {message}{_reason(error)}", MAX_TEXT)
+
+
+def _reason(error: BaseException) -> str:
+    """Return the reason of an error in the box, to be appended to its message."""
+    reason = denial(error)
+    return f" ({reason})" if reason else ""
 
 
 def encode_error(error: BaseException) -> bytes:
     """Return the content of an answer that reports an error while loading the policy."""
     if isinstance(error, LabgymError):
-        return _encoded(_kind_of(error), _one_line(str(error), MAX_LOADING_TEXT))
+        return _encoded(_kind_of(error), _one_line(f"{error}{_reason(error)}", MAX_LOADING_TEXT))
     return _encoded("", error_text(error))
 
 

@@ -13,6 +13,8 @@ from pathlib import Path
 PAGE_BYTES = os.sysconf("SC_PAGE_SIZE")
 KILL_PATIENCE_S = 5.0
 """Longest time that killed processes are waited for, seconds."""
+END_SECONDS = 1.0
+"""Longest time that the end of a child is waited for, seconds."""
 
 
 @dataclass(frozen=True)
@@ -81,3 +83,26 @@ def kill_all(selected: Callable[[dict[int, Process]], Set[int]]) -> None:
             with contextlib.suppress(ProcessLookupError, PermissionError):
                 os.kill(pid, signal.SIGKILL)
         time.sleep(0.001)
+
+
+def end_of(child: int) -> str:
+    """Return how a child ended, in words; it stays a zombie. A child that lives on closed its connection."""
+    deadline = time.monotonic() + END_SECONDS
+    while child and time.monotonic() < deadline:
+        try:
+            ended = os.waitid(os.P_PID, child, os.WEXITED | os.WNOHANG | os.WNOWAIT)
+        except ChildProcessError:
+            break
+        if ended is not None:
+            if ended.si_code == os.CLD_EXITED:
+                return f"exited with status {ended.si_status}"
+            return f"was killed by {_signal_name(ended.si_status)}"
+        time.sleep(0.005)
+    return "closed its connection"
+
+
+def _signal_name(number: int) -> str:
+    try:
+        return signal.Signals(number).name
+    except ValueError:
+        return f"signal {number}"

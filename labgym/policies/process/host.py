@@ -13,14 +13,23 @@ import select
 import signal
 import socket
 import time
+from collections.abc import Iterable
+from importlib.machinery import PathFinder
+from pathlib import Path
+from typing import Any
 
-from labgym.policies.process import linux
-from labgym.policies.process.family import Process, descendants, kill_all, processes, resident_bytes
-from labgym.policies.process.loader import serve_loader
+from labgym.confinement import linux
+from labgym.policies.fingerprint.sources import is_installed_file
+from labgym.policies.process.box import Grants, Level, probe, system_rules
+from labgym.policies.process.family import Process, descendants, end_of, kill_all, processes, resident_bytes
+from labgym.policies.process.loader import Boxed, prepare_for_maps, serve_loader
+from labgym.policies.process.room import Room
+from labgym.policies.process.source import MAPS
 from labgym.policies.process.wire import FACTS, Answer, ClosedError, receive_request, send_answer
 
-START, END, STOP = b"t", b"n", b"p"
-"""Requests to the host: start a loader on the descriptor sent along; end the episode of a loader; end a loader."""
+START, END, STOP, STATUS = b"t", b"n", b"p", b"s"
+"""Requests to the host: start a loader on the descriptor sent along; end the episode of a loader; end a loader; how did
+a loader end."""
 WATCH_SECONDS = 0.25
 """Time between two looks at the memory of loaders and episodes, seconds."""
 WATCH_SHARE = 50
@@ -57,6 +66,8 @@ class _Host:
         """Largest memory in bytes by the process id of the loader."""
         self._exceeded: dict[int, int] = {}
         """Memory of the families that were ended for it."""
+        self._rooms: dict[int, Room] = {}
+        """Rooms of the boxed loaders."""
 
     def serve(self) -> None:
         """Answer requests until the evaluator dies."""
@@ -73,31 +84,44 @@ class _Host:
     def end_everything(self) -> None:
         """Kill all descendants."""
         kill_all(lambda table: descendants(os.getpid(), table))
+        for room in self._rooms.values():
+            room.remove()
 
     def _answer(self, kind: bytes, content: bytes, descriptor: int | None) -> None:
+        request = json.loads(content)
         if kind == START and descriptor is not None:
-            limit, *modules = json.loads(content)
-            for module in modules:
-                with contextlib.suppress(Exception):  # the loader reports it
-                    importlib.import_module(module)
-            send_answer(self._link, Answer(FACTS, json.dumps(self._start(descriptor, limit)).encode()))
-            return
-        number = int(content)
-        exceeded = self._exceeded.pop(number, 0)
-        if number in self._limits:
-            self._end(number, with_loader=kind == STOP)
-        send_answer(self._link, Answer(FACTS, json.dumps(exceeded).encode()))
+            value: Any = self._start(descriptor, **request)
+        elif kind == STATUS:
+            value = end_of(request)
+        else:
+            value = self._exceeded.pop(request, 0)
+            if request in self._limits:
+                self._end(request, with_loader=kind == STOP)
+        send_answer(self._link, Answer(FACTS, json.dumps(value).encode()))
 
-    def _start(self, descriptor: int, limit: int) -> int:
-        host = os.getpid()
+    def _start(
+        self, descriptor: int, memory: int, modules: list[str], grants: dict[str, Any] | None, quiet: bool
+    ) -> list[Any]:
+        """Return the id of a new loader, and the level of its box, "" for a loader of labgym's own policies."""
+        _import_shared(modules, installed=grants is not None)
+        host, level, room = os.getpid(), Level(0, seccomp=False), None
+        if grants is not None:
+            level, room = probe(), Room()
+            system_rules()  # once for all loaders
         child = os.fork()
         if child:
             os.close(descriptor)
-            self._limits[child] = limit
-            return child
+            self._limits[child] = memory
+            if room is not None:
+                self._rooms[child] = room
+            return [child, "" if room is None else str(level)]
         try:
             self._link.close()
-            serve_loader(socket.socket(fileno=descriptor), host)
+            boxed = None
+            if grants is not None and room is not None:
+                inside = Grants.from_json({**grants, "private": str(room.private)})
+                boxed = Boxed(room, inside if level.boxed else None, quiet)
+            serve_loader(socket.socket(fileno=descriptor), host, boxed)
         finally:
             os._exit(0)
 
@@ -112,6 +136,9 @@ class _Host:
         kill_all(selected)
         if with_loader:
             del self._limits[loader]
+            room = self._rooms.pop(loader, None)
+            if room is not None:
+                room.remove()
         self._reap()
 
     def _reap(self) -> None:
@@ -132,3 +159,23 @@ class _Host:
                 self._exceeded[loader] = max(own, others)
                 kill_all(lambda table, loader=loader: {*descendants(loader, table), loader})  # type: ignore[misc]
         return max(WATCH_SECONDS, WATCH_SHARE * (time.perf_counter() - begin))
+
+
+def _import_shared(modules: Iterable[str], installed: bool) -> None:
+    """Import modules that processes of policies need, once for all of them; they report what is missing.
+
+    Args:
+        modules: names. installed: whether to leave out those that are not installed, which a policy may have brought.
+    """
+    for module in modules:
+        if installed and not _is_installed(module):
+            continue
+        with contextlib.suppress(Exception):
+            importlib.import_module(module)
+            if module == MAPS:
+                prepare_for_maps()
+
+
+def _is_installed(module: str) -> bool:
+    spec = PathFinder.find_spec(module.partition(".")[0])
+    return spec is not None and spec.origin is not None and is_installed_file(Path(spec.origin))

@@ -10,11 +10,14 @@ import socket
 import subprocess
 import sys
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from labgym.errors import LabgymError
-from labgym.policies.process.host import END, START, STOP
+from labgym.policies.process.box import Grants
+from labgym.policies.process.host import END, START, STATUS, STOP
 from labgym.policies.process.wire import FACTS, ClosedError, GarbageError, receive_answer, send_request
 from labgym.runs.local_pool import THREAD_VARIABLES
 
@@ -22,12 +25,30 @@ INSIDE = "LABGYM_POLICY_PROCESS"
 """Environment variable that is set in the processes of policies."""
 LAUNCHER = "LABGYM_POLICY_LAUNCHER"
 """Environment variable with a command that starts the processes of policies, such as "qemu-x86_64 -cpu Haswell"."""
+PACKAGES = ("labgym", "numpy", "pydantic", "torch")
 START_SECONDS = 300.0
 ANSWER_SECONDS = 30.0
 
 
 class HostError(LabgymError):
     """The host of policies does not answer."""
+
+
+@dataclass(frozen=True)
+class LoaderTerms:
+    """The terms on which the host starts a loader.
+
+    Attributes:
+        memory: largest memory of the loader and of each of its episodes, bytes.
+        modules: names of modules that the host imports first.
+        grants: files of a foreign policy, which is boxed; None for labgym's own.
+        quiet: whether a traceback of the policy has been printed before.
+    """
+
+    memory: int
+    modules: tuple[str, ...] = ()
+    grants: Grants | None = None
+    quiet: bool = False
 
 
 class PolicyHost:
@@ -53,7 +74,7 @@ class PolicyHost:
             **dict.fromkeys(THREAD_VARIABLES, "1"),
             "PYTHONHASHSEED": "0",
             **environment,
-            "PYTHONPATH": os.pathsep.join(path for path in sys.path if path),
+            "PYTHONPATH": os.pathsep.join(filter(_holds_packages, sys.path)),
             INSIDE: "1",
         }
         with theirs:
@@ -78,20 +99,23 @@ class PolicyHost:
         """Whether the process runs."""
         return self._process.poll() is None
 
-    def start_loader(self, memory: int, modules: Sequence[str] = ()) -> tuple[int, socket.socket]:
-        """Return the process id of a new loader and a link to it.
-
-        Args:
-            memory: largest memory of the loader and of each of its episodes, bytes.
-            modules: names of modules of labgym that the host imports first.
+    def start_loader(self, terms: LoaderTerms) -> tuple[int, str, socket.socket]:
+        """Return the process id of a new loader, the level of its box ("" for labgym's own policies) and a link to it.
 
         Raises:
             HostError: the host does not answer.
         """
         ours, theirs = socket.socketpair()
+        request = {
+            "memory": terms.memory,
+            "modules": terms.modules,
+            "grants": None if terms.grants is None else terms.grants.to_json(),
+            "quiet": terms.quiet,
+        }
         try:
             with theirs:
-                return self._ask(START, [memory, *modules], theirs.fileno()), ours
+                loader, level = self._ask(START, request, theirs.fileno())
+                return int(loader), str(level), ours
         except HostError:
             ours.close()
             raise
@@ -102,7 +126,15 @@ class PolicyHost:
         Raises:
             HostError: the host does not answer.
         """
-        return self._ask(END, loader)
+        return int(self._ask(END, loader))
+
+    def end_of(self, loader: int) -> str:
+        """Return how a loader ended, in words.
+
+        Raises:
+            HostError: the host does not answer.
+        """
+        return str(self._ask(STATUS, loader))
 
     def stop_loader(self, loader: int) -> int:
         """End a loader and its episode; return the memory that exceeded its limit, bytes, or 0.
@@ -110,7 +142,7 @@ class PolicyHost:
         Raises:
             HostError: the host does not answer.
         """
-        return self._ask(STOP, loader)
+        return int(self._ask(STOP, loader))
 
     def close(self) -> None:
         """End the host, which ends its loaders."""
@@ -121,7 +153,7 @@ class PolicyHost:
             self._process.kill()
             self._process.wait()
 
-    def _ask(self, kind: bytes, content: int | list[Any], descriptor: int | None = None) -> int:
+    def _ask(self, kind: bytes, content: Any, descriptor: int | None = None) -> Any:
         with self._lock:
             try:
                 # The host may import modules before it starts a loader.
@@ -129,15 +161,22 @@ class PolicyHost:
                 self._link.settimeout(seconds)
                 send_request(self._link, kind, json.dumps(content).encode(), descriptor)
                 answer = receive_answer(self._link, seconds)
-                value = json.loads(answer.content) if answer.status == FACTS else None
+                if answer.status != FACTS:
+                    raise GarbageError("an answer of another kind")
+                return json.loads(answer.content)
             except (OSError, ValueError, ClosedError, GarbageError) as error:
                 self._process.kill()
                 raise HostError(
                     f"the host of policies does not answer and was ended ({type(error).__name__})"
                 ) from None
-            if not isinstance(value, int):
-                raise HostError("the host of policies gave an invalid answer")
-            return value
+
+
+def _holds_packages(entry: str) -> bool:
+    """Return whether an entry of the Python path holds labgym or a package that it imports.
+
+    The host runs no code of a policy, also not a module in the policy's folder with the name of a package.
+    """
+    return bool(entry) and any((Path(entry) / name / "__init__.py").is_file() for name in PACKAGES)
 
 
 _hosts: dict[tuple[int, frozenset[tuple[str, str]]], PolicyHost] = {}

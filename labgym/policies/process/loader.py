@@ -7,26 +7,38 @@ import gc
 import mmap
 import os
 import pickle
-import signal
 import socket
 import sys
-import time
 from dataclasses import dataclass
 
+from labgym.confinement import linux
 from labgym.policies.fingerprint.reads import Reads
 from labgym.policies.kernels import pin_torch
 from labgym.policies.policy import Policy
-from labgym.policies.process import linux
+from labgym.policies.process.box import Grants, enter
 from labgym.policies.process.episode import serve_episode
 from labgym.policies.process.facts import encode_error, encode_text, facts_of
-from labgym.policies.process.family import descendants, processes
+from labgym.policies.process.family import descendants, end_of, processes
+from labgym.policies.process.room import Room
 from labgym.policies.process.source import PolicySource
 from labgym.policies.process.wire import FACTS, FAILED, Answer, ClosedError, receive_request, send_answer
 
 LOAD, EPISODE, STATUS = b"l", b"e", b"s"
 """Requests to a loader: load a policy; begin an episode on the descriptor sent along; how did the last episode end."""
-STATUS_SECONDS = 1.0
-"""Longest time that the end of an episode's process is waited for, seconds."""
+
+
+@dataclass(frozen=True)
+class Boxed:
+    """The box that a loader enters before it runs code of its policy. It then serves one episode itself.
+
+    Attributes:
+        room: private folder and output. grants: files besides the private folder; None if this kernel has no box.
+        quiet: whether the traceback of an error has been printed before.
+    """
+
+    room: Room
+    grants: Grants | None
+    quiet: bool
 
 
 @dataclass(frozen=True)
@@ -36,19 +48,21 @@ class LoadRequest:
     Attributes:
         path: `sys.path` of the evaluator. folder: its working folder.
         source: the policy, pickled, because it may need `path`.
+        known: files of the policy's identity, if it was loaded before; None to find them.
     """
 
     path: tuple[str, ...]
     folder: str
     source: bytes
+    known: tuple[str, ...] | None = None
 
 
-def serve_loader(link: socket.socket, host: int) -> None:
+def serve_loader(link: socket.socket, host: int, boxed: Boxed | None) -> None:
     """Load a policy and begin episodes until the evaluator closes the link.
 
     Args:
-        link: to the evaluator.
-        host: process id of the parent.
+        link: to the evaluator. host: process id of the parent.
+        boxed: the box of a foreign policy; None for labgym's own.
     """
     linux.die_with_parent(host)
     linux.adopt_orphans()
@@ -57,21 +71,32 @@ def serve_loader(link: socket.socket, host: int) -> None:
     with contextlib.suppress(ClosedError, OSError):
         _, content, _ = receive_request(link)
         try:
-            reads = Reads()
-            policy, options = _loaded(pickle.loads(content), reads)  # noqa: S301 - from the evaluator
-            single_use = linux.thread_count() > 1 or bool(descendants(os.getpid(), processes()))
-            files = reads.files_of(policy, options)
-            answer = Answer(FACTS, facts_of(policy, files, single_use).model_dump_json().encode())
+            if boxed is not None:
+                boxed.room.settle(link.fileno())
+                if boxed.grants is not None:
+                    enter(boxed.grants)
+            reads = Reads(None if boxed is None else boxed.room.private)
+            request: LoadRequest = pickle.loads(content)  # noqa: S301 - from the evaluator
+            policy, options = _loaded(request, reads, forks=boxed is None)
+            single_use = boxed is not None or linux.thread_count() > 1 or bool(descendants(os.getpid(), processes()))
+            files = reads.files_of(policy, options) if request.known is None else reads.know(request.known)
+            answer = Answer(FACTS, facts_of(policy, files, reads.sources, single_use).model_dump_json().encode())
         except BaseException as error:  # noqa: BLE001 - whatever the policy raises is reported
             send_answer(link, Answer(FAILED, encode_error(error)))
             return
         send_answer(link, answer)
-        _serve_episodes(link, policy, reads, single_use)
+        printed = mmap.mmap(-1, 1) if boxed is None else bytearray([boxed.quiet])
+        _serve_episodes(link, policy, reads, single_use, printed)
 
 
-def _loaded(request: LoadRequest, reads: Reads) -> tuple[Policy, list[object]]:
-    """Return a policy, whose files are recorded while it loads, and its options."""
+def _loaded(request: LoadRequest, reads: Reads, forks: bool) -> tuple[Policy, list[object]]:
+    """Return a policy, whose files are recorded while it loads, and its options.
+
+    Args:
+        forks: whether the process will be forked for each episode.
+    """
     sys.path[:] = request.path
+    os.environ["PYTHONPATH"] = os.pathsep.join(path for path in request.path if path)  # of programs that it starts
     with contextlib.suppress(OSError):
         os.chdir(request.folder)
     source: PolicySource = pickle.loads(request.source)  # noqa: S301 - from the evaluator
@@ -79,13 +104,14 @@ def _loaded(request: LoadRequest, reads: Reads) -> tuple[Policy, list[object]]:
     policy = source.make()
     pin_torch()
     if policy.privileged:
-        _prepare_for_maps()
-    gc.collect()
-    gc.freeze()
+        prepare_for_maps()
+    if forks:
+        gc.collect()
+        gc.freeze()
     return policy, list(source.options.values())
 
 
-def _prepare_for_maps() -> None:
+def prepare_for_maps() -> None:
     """Import the modules that the map of an episode refers to, once for all episodes."""
     import labgym.layouts  # noqa: F401 - layouts are unpickled in the episodes
     from labgym.assets import Catalog
@@ -93,12 +119,14 @@ def _prepare_for_maps() -> None:
     Catalog.load()
 
 
-def _serve_episodes(link: socket.socket, policy: Policy, reads: Reads, single_use: bool) -> None:
-    episode, printed = 0, mmap.mmap(-1, 1)
+def _serve_episodes(
+    link: socket.socket, policy: Policy, reads: Reads, single_use: bool, printed: mmap.mmap | bytearray
+) -> None:
+    episode = 0
     while True:
         kind, _, descriptor = receive_request(link)
         if kind == STATUS:
-            send_answer(link, Answer(FAILED, encode_text(_end_of(episode))))
+            send_answer(link, Answer(FAILED, encode_text(end_of(episode))))
         elif descriptor is not None:
             _reap()
             with socket.socket(fileno=descriptor) as conversation:
@@ -109,7 +137,9 @@ def _serve_episodes(link: socket.socket, policy: Policy, reads: Reads, single_us
                 episode = _forked(link, policy, reads, conversation, printed)
 
 
-def _forked(link: socket.socket, policy: Policy, reads: Reads, conversation: socket.socket, printed: mmap.mmap) -> int:
+def _forked(
+    link: socket.socket, policy: Policy, reads: Reads, conversation: socket.socket, printed: mmap.mmap | bytearray
+) -> int:
     """Return the id of a new process that drives one episode."""
     loader = os.getpid()
     child = os.fork()
@@ -123,28 +153,6 @@ def _forked(link: socket.socket, policy: Policy, reads: Reads, conversation: soc
         sys.stderr.flush()
     finally:
         os._exit(0)
-
-
-def _end_of(child: int) -> str:
-    """Return how a child ended."""
-    deadline = time.monotonic() + STATUS_SECONDS
-    while child and time.monotonic() < deadline:
-        try:
-            ended, status = os.waitpid(child, os.WNOHANG)
-        except ChildProcessError:
-            break
-        if ended:
-            code = os.waitstatus_to_exitcode(status)
-            return f"exited with status {code}" if code >= 0 else f"was killed by {_signal_name(-code)}"
-        time.sleep(0.005)
-    return "closed its connection"
-
-
-def _signal_name(number: int) -> str:
-    try:
-        return signal.Signals(number).name
-    except ValueError:
-        return f"signal {number}"
 
 
 def _reap() -> None:

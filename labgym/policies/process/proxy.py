@@ -15,16 +15,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from labgym.confinement import linux
 from labgym.errors import LabgymError
 from labgym.policies.kernels import kernel_mode
 from labgym.policies.policy import EpisodeStart, Observation, PolicyError
-from labgym.policies.process import linux
-from labgym.policies.process.episode import ACT, CLOSE, DECIDE, NEXT, RESET
-from labgym.policies.process.facts import PolicyFacts, read_error, read_facts, read_text
-from labgym.policies.process.hosts import HostError, PolicyHost, host_with
+from labgym.policies.process.box import BUILT_IN_CODE, NOT_BOXED, Grants
+from labgym.policies.process.episode import ACT, CLOSE, DECIDE, NEXT, PLAN, RESET
+from labgym.policies.process.facts import DECLARED, PolicyFacts, read_error, read_facts, read_text
+from labgym.policies.process.hosts import HostError, LoaderTerms, PolicyHost, host_with
 from labgym.policies.process.limits import ProcessLimits
 from labgym.policies.process.loader import EPISODE, LOAD, STATUS, LoadRequest
-from labgym.policies.process.source import PolicySource
+from labgym.policies.process.places import OwnPlaces, driving_grants
+from labgym.policies.process.source import MAPS, PolicySource
 from labgym.policies.process.wire import (
     ACTING,
     DECIDED,
@@ -32,6 +34,8 @@ from labgym.policies.process.wire import (
     FACTS,
     FAILED,
     OK,
+    PATH,
+    POINT,
     SIZES,
     Answer,
     ClosedError,
@@ -49,10 +53,11 @@ STATUS_SECONDS = 3.0
 class PolicyProcess:
     """A policy in a separate process, with the methods of `Policy`.
 
-    Each episode begins in a fork of the process that loaded the policy, or in a newly loaded process if the policy has
-    threads or child processes. Nothing that a policy keeps in memory reaches another episode. The process receives the
-    observations, the goal, the robot, a random generator, and for privileged policies the map; it answers with bytes
-    that are validated. It ends with the evaluator.
+    Each episode of a policy of labgym begins in a fork of the process that loaded the policy, or in a newly loaded
+    process if the policy has threads or child processes. A foreign policy is loaded anew for each episode, in a box
+    (`labgym.policies.process.box`) that the process enters before. Nothing that a policy keeps reaches another episode.
+    The process receives the observations, the goal, the robot, a random generator, and for privileged policies the map;
+    it answers with bytes that are validated. It ends with the evaluator.
 
     Args:
         source: the policy.
@@ -61,8 +66,10 @@ class PolicyProcess:
             `KernelMode`; None takes the default mode's. Numerical libraries are limited to one thread.
 
     Attributes:
-        name, observation, privileged, foresees, exclusive, stops, latency: as `Policy` declares them.
+        name, observation, privileged, foresees, exclusive, goal_kinds, stops, latency: as `Policy` declares them.
         kernels: the kernels in force in the process once the policy is loaded, as `kernel_facts` returns them.
+        box: level of the box, such as "landlock-7+seccomp"; `NOT_BOXED` for a server's policy and on a kernel without;
+            `BUILT_IN_CODE` for a policy of labgym.
 
     Raises:
         LabgymError: the policy cannot be loaded; the class of the error is that of `make_policy`.
@@ -74,22 +81,37 @@ class PolicyProcess:
         limits: ProcessLimits | None = None,
         environment: Mapping[str, str] | None = None,
     ) -> None:
-        self._source = source
+        self._source = source = source.installed()
         self._limits = limits or ProcessLimits()
         self._environment = dict(kernel_mode().environment if environment is None else environment)
         self._process: _LoadedProcess | None = None
         self._guard = contextlib.ExitStack()
         self._guard.enter_context(linux.unreadable_memory())
+        self._grants: Grants | None = None
+        self._modules, self._failed = source.shared_modules, False
+        self._known: tuple[str, ...] | None = None
         try:
-            self._process = _LoadedProcess(source, self._limits, self._environment)
+            places = OwnPlaces(source) if source.foreign else None
+            if places is not None:
+                self._grants, self._modules = places.grants, tuple(sorted(places.shared))
+            self._process = self._loaded()
         except BaseException:
             self._guard.close()
             raise
-        facts = self._process.facts
+        facts = self._facts = self._process.facts
         self.name, self.observation, self.privileged = facts.name, facts.observation, facts.privileged
         self.foresees, self.exclusive, self.stops = facts.foresees, facts.exclusive, facts.stops
+        self.goal_kinds = facts.goal_kinds
         self.latency, self.kernels = facts.latency, facts.kernels
         self._files = tuple(Path(path) for path in facts.files)
+        self.box = (self._process.level if self._grants else "") or (BUILT_IN_CODE if source.built_in else NOT_BOXED)
+        if self._grants is not None:
+            # It loaded with all files of its folder; it drives with those of its identity.
+            self._known = (*facts.files, *facts.sources)
+            self._grants = driving_grants(self._grants, self._known)
+            self._modules += (MAPS,) if facts.privileged else ()
+            self._process.stop()
+            self._process = None
 
     def files(self) -> tuple[Path, ...]:
         """Return the files that the actions depend on."""
@@ -102,7 +124,7 @@ class PolicyProcess:
             PolicyError: the policy raised an exception, died, or exceeded a limit.
         """
         self._check_knowledge(episode)
-        self._fresh_process().call(RESET, pickle.dumps(episode, protocol=5), OK)
+        self._call(self._fresh_process(), RESET, episode, OK)
 
     def next_goal(self, episode: EpisodeStart) -> None:
         """Begin the next drive of a chain of goals, in the process of the drives before.
@@ -111,7 +133,7 @@ class PolicyProcess:
             PolicyError: as `reset`.
         """
         self._check_knowledge(episode)
-        self._running().call(NEXT, pickle.dumps(episode, protocol=5), OK)
+        self._call(self._running(), NEXT, episode, OK)
 
     def act(self, observation: Observation) -> NDArray[np.float32]:
         """Return the action for the next control step, two finite numbers.
@@ -119,7 +141,7 @@ class PolicyProcess:
         Raises:
             PolicyError: the policy raised an exception, gave no valid action, died, or exceeded a limit.
         """
-        content = self._running().call(ACT, pickle.dumps(dict(observation), protocol=5), ACTING)
+        content = self._call(self._running(), ACT, dict(observation), ACTING)
         return _finite(np.frombuffer(content, dtype="<f4").astype(np.float32))
 
     def decide(self, observation: Observation) -> NDArray[np.float32] | None:
@@ -128,9 +150,33 @@ class PolicyProcess:
         Raises:
             PolicyError: as `act`.
         """
-        content = self._running().call(DECIDE, pickle.dumps(dict(observation), protocol=5), DECIDED)
+        content = self._call(self._running(), DECIDE, dict(observation), DECIDED)
         stops, *action = DECISION.unpack(content)
         return None if stops else _finite(np.array(action, dtype=np.float32))
+
+    def continue_with(self, episode: EpisodeStart) -> None:
+        """Begin an episode in the process of the one before, if it lives: for drives that are not compared.
+
+        Raises:
+            PolicyError: as `reset`.
+        """
+        if self._process is None or not self._process.in_episode:
+            self.reset(episode)
+            return
+        self._check_knowledge(episode)
+        self._call(self._process, RESET, episode, OK)
+
+    def planned_path(self) -> NDArray[np.float64] | None:
+        """Return the path that the last action follows, (n, 2) meters in the start frame; None without one.
+
+        Raises:
+            PolicyError: as `act`.
+        """
+        content = self._call(self._running(), PLAN, None, PATH)
+        points = np.frombuffer(content, dtype="<f8").reshape(-1, 2)
+        if not np.isfinite(points).all():
+            raise PolicyError("planned_path returned numbers that are not finite")
+        return points.copy() if len(points) else None
 
     def close(self) -> None:
         """End the process. A later `reset` starts another."""
@@ -138,6 +184,13 @@ class PolicyProcess:
             self._process.stop()
             self._process = None
         self._guard.close()
+
+    def _call(self, process: _LoadedProcess, kind: bytes, content: object, expected: bytes) -> bytes:
+        try:
+            return process.call(kind, pickle.dumps(content, protocol=5), expected)
+        except PolicyError:
+            self._failed = True
+            raise
 
     def _check_knowledge(self, episode: EpisodeStart) -> None:
         if episode.truth is not None and not self.privileged:
@@ -150,6 +203,21 @@ class PolicyProcess:
             raise PolicyError("the policy's process has ended; reset begins an episode in another")
         return self._process
 
+    def _loaded(self) -> _LoadedProcess:
+        terms = LoaderTerms(self._limits.memory_bytes, self._modules, self._grants, self._failed)
+        return _LoadedProcess(self._source, self._limits, host_with(self._environment), terms, self._known)
+
+    def _loaded_again(self) -> _LoadedProcess:
+        try:
+            process = self._loaded()
+        except LabgymError as error:
+            raise PolicyError(f"the policy could not be loaded again: {error}"[:500]) from error
+        changed = [name for name in DECLARED if getattr(process.facts, name) != getattr(self._facts, name)]
+        if changed:
+            process.stop()
+            raise PolicyError(f"the policy declares another {changed[0]} than when it was loaded first")
+        return process
+
     def _fresh_process(self) -> _LoadedProcess:
         """Return a process that has the policy loaded and has begun an episode."""
         if self._process is not None:
@@ -159,10 +227,7 @@ class PolicyProcess:
                 self._process = None
         for attempt in range(2):
             if self._process is None:
-                try:
-                    self._process = _LoadedProcess(self._source, self._limits, self._environment)
-                except LabgymError as error:
-                    raise PolicyError(f"the policy could not be loaded again: {error}"[:500]) from error
+                self._process = self._loaded_again()
             try:
                 self._process.begin_episode()
                 break
@@ -183,27 +248,39 @@ def _finite(action: NDArray[np.float32]) -> NDArray[np.float32]:
     return action
 
 
-CALLS = {RESET: "reset", NEXT: "next_goal", DECIDE: "stop and act"}
+CALLS = {RESET: "reset", NEXT: "next_goal", DECIDE: "stop and act", PLAN: "planned_path"}
 """Names of requests in messages; the others are `act`."""
+
+
+def _has_size(answer: Answer) -> bool:
+    """Return whether an answer has the size of its status: points are of any number."""
+    size = len(answer.content)
+    return size % POINT.size == 0 if answer.status == PATH else size == SIZES[answer.status]
 
 
 class _LoadedProcess:
     """A loader and the episode that it has begun."""
 
-    def __init__(self, source: PolicySource, limits: ProcessLimits, environment: Mapping[str, str]) -> None:
-        self._limits = limits
-        self._host: PolicyHost = host_with(environment)
-        self._loader, self._link = self._host.start_loader(limits.memory_bytes, source.shared_modules)
+    def __init__(
+        self,
+        source: PolicySource,
+        limits: ProcessLimits,
+        host: PolicyHost,
+        terms: LoaderTerms,
+        known: tuple[str, ...] | None,
+    ) -> None:
+        self._limits, self._host = limits, host
+        self._loader, self.level, self._link = host.start_loader(terms)
         self._episode: socket.socket | None = None
         self.usable = True
         try:
-            self.facts = self._load(source)
+            self.facts = self._load(source, known)
         except BaseException:
             self.stop()
             raise
 
-    def _load(self, source: PolicySource) -> PolicyFacts:
-        request = LoadRequest(tuple(sys.path), os.getcwd(), pickle.dumps(source))  # noqa: PTH109 - as text
+    def _load(self, source: PolicySource, known: tuple[str, ...] | None) -> PolicyFacts:
+        request = LoadRequest(tuple(sys.path), os.getcwd(), pickle.dumps(source), known)  # noqa: PTH109 - as text
         try:
             self._link.settimeout(self._limits.load_seconds)
             send_request(self._link, LOAD, pickle.dumps(request))
@@ -234,6 +311,11 @@ class _LoadedProcess:
             send_request(self._link, EPISODE, b"", theirs.fileno())
         self.usable = not self.facts.single_use
 
+    @property
+    def in_episode(self) -> bool:
+        """Whether an episode has begun and not ended."""
+        return self._episode is not None
+
     def call(self, kind: bytes, content: bytes, expected: bytes) -> bytes:
         """Return the content of the policy's answer.
 
@@ -246,7 +328,7 @@ class _LoadedProcess:
             answer = self._exchange(self._episode, kind, content, self._limits.call_seconds)
             if answer.status == FAILED:
                 reason = read_text(answer.content)
-            elif answer.status == expected and len(answer.content) == SIZES[expected]:
+            elif answer.status == expected and _has_size(answer):
                 return answer.content
             else:
                 reason = "the policy's process sent an answer of another kind"
@@ -267,12 +349,12 @@ class _LoadedProcess:
     def _status(self) -> str:
         """Return how the episode's process ended, as the loader reports it."""
         unknown = "the policy's process ended"
-        if self.facts.single_use:
-            return unknown
         try:
+            if self.facts.single_use:
+                return f"the policy's process {self._host.end_of(self._loader)}"
             answer = self._exchange(self._link, STATUS, b"", STATUS_SECONDS)
             return f"the policy's process {read_text(answer.content)}" if answer.status == FAILED else unknown
-        except (ClosedError, GarbageError, OSError):
+        except (ClosedError, GarbageError, HostError, OSError):
             self.usable = False
             return unknown
 

@@ -20,9 +20,11 @@ from labgym.documents import canonical_hash, write_bytes
 from labgym.errors import LabgymError, OptionError
 from labgym.policies.fingerprint.sources import is_installed_file, module_file, source_files
 from labgym.policies.policy import Policy
-from labgym.policies.registry import BUILT_IN, checked_policy, make_policy, policy_place
+from labgym.policies.registry import BUILT_IN, SERVERS, checked_policy, make_policy, policy_place
 from labgym.runs import Blob
 
+MAPS = "labgym.layouts"
+"""Module that unpickles the maps of episodes."""
 MAX_BYTES = 512 * 2**20
 """Largest size of all attachments of a policy."""
 
@@ -108,6 +110,7 @@ class PolicySource:
         pickled: the policy, if it was passed as an object; its class is contained in it unless the other process can
             import it.
         modules: names of the modules of the object's classes.
+        stated: paths of the files that the object states (`Policy.files`).
         attachments: files for a process on another machine.
     """
 
@@ -115,6 +118,7 @@ class PolicySource:
     options: dict[str, Any] = field(default_factory=dict)
     pickled: bytes | None = field(default=None, repr=False)
     modules: tuple[str, ...] = ()
+    stated: tuple[str, ...] = ()
     attachments: tuple[Attachment, ...] = field(default=(), repr=False)
 
     @classmethod
@@ -139,7 +143,8 @@ class PolicySource:
         try:
             with _by_value(type(policy)):
                 modules = {base.__module__ for base in type(policy).__mro__} - {"__main__", "builtins"}
-                return cls(policy.name, {}, cloudpickle.dumps(policy), tuple(sorted(modules)))
+                stated = tuple(str(Path(path).absolute()) for path in policy.files())
+                return cls(policy.name, {}, cloudpickle.dumps(policy), tuple(sorted(modules)), stated)
         except Exception as error:
             reason = " ".join(f"{type(error).__name__}: {error}".split())[:300]
             raise OptionError(
@@ -162,6 +167,19 @@ class PolicySource:
         return replace(self, attachments=(*module_attachments(modules), *file_attachments(named, files)))
 
     @property
+    def built_in(self) -> bool:
+        """Whether the policy is labgym's own, by name."""
+        return self.pickled is None and self.name in BUILT_IN
+
+    @property
+    def foreign(self) -> bool:
+        """Whether code of somebody else drives, which belongs into a box.
+
+        A server's policy runs elsewhere: the process here has labgym's client, which needs the network.
+        """
+        return not self.built_in and (self.pickled is not None or not self.name.startswith(SERVERS))
+
+    @property
     def shared_modules(self) -> tuple[str, ...]:
         """Names of the modules of a built-in policy, which the host may import once for all its processes.
 
@@ -170,7 +188,22 @@ class PolicySource:
         entry = BUILT_IN.get(self.name) if self.pickled is None else None
         if entry is None or entry.extra:
             return ()
-        return (entry.place.partition(":")[0], *(("labgym.layouts",) if entry.sees == "map" else ()))
+        return (entry.place.partition(":")[0], *((MAPS,) if entry.sees == "map" else ()))
+
+    def installed(self) -> PolicySource:
+        """Return the source with its attachments written to this machine, where the policy and its options name them.
+
+        The folder of the attachments comes first on the Python path of this process.
+        """
+        if not self.attachments:
+            return self
+        folder = write_attachments(self.attachments)
+        sys.path[:] = [str(folder), *(path for path in sys.path if path != str(folder))]
+        places = {each.names[0]: str(folder / each.names[1]) for each in self.attachments if each.names is not None}
+        options = {
+            key: places.get(value, value) if isinstance(value, str) else value for key, value in self.options.items()
+        }
+        return replace(self, name=places.get(self.name, self.name), options=options, attachments=())
 
     def make(self) -> Policy:
         """Return a new policy, or a copy of the object.
@@ -178,17 +211,8 @@ class PolicySource:
         Raises:
             LabgymError: as `make_policy`; or the copy cannot be made in this process.
         """
-        places: dict[str, str] = {}
-        if self.attachments:
-            folder = write_attachments(self.attachments)
-            places = {each.names[0]: str(folder / each.names[1]) for each in self.attachments if each.names is not None}
-            sys.path.insert(0, str(folder))
         if self.pickled is None:
-            options = {
-                key: places.get(value, value) if isinstance(value, str) else value
-                for key, value in self.options.items()
-            }
-            return make_policy(places.get(self.name, self.name), **options)
+            return make_policy(self.name, **self.options)
         try:
             policy = pickle.loads(self.pickled)  # noqa: S301 - from the evaluator, which holds the object
         except Exception as error:

@@ -21,10 +21,13 @@ ACTION = struct.Struct("<2f")
 DECISION = struct.Struct("<?2f")
 """A decision: whether the policy stops, and an action, which counts if it does not."""
 
-OK, FACTS, ACTING, DECIDED, FAILED = b"K", b"F", b"A", b"D", b"E"
+OK, FACTS, ACTING, DECIDED, PATH, FAILED = b"K", b"F", b"A", b"D", b"P", b"E"
 SIZES = {OK: 0, ACTING: ACTION.size, DECIDED: DECISION.size}
 """Sizes of the answers of an episode by status, bytes."""
-MAX_BYTES = {**SIZES, FACTS: 2**20, FAILED: 16_384}
+POINT = struct.Struct("<2d")
+"""A point of a planned path: x and y, meters."""
+MAX_POINTS = 10_000
+MAX_BYTES = {**SIZES, FACTS: 2**20, PATH: MAX_POINTS * POINT.size, FAILED: 16_384}
 """Largest answer by status, bytes."""
 
 
@@ -41,7 +44,7 @@ class Answer:
     """An answer of unknown truth.
 
     Attributes:
-        status: `OK`, `FACTS`, `ACTING`, `DECIDED` or `FAILED`.
+        status: `OK`, `FACTS`, `ACTING`, `DECIDED`, `PATH` or `FAILED`.
         content: as many bytes as the status allows.
     """
 

@@ -5,6 +5,7 @@ Each reports its loot by raising `LootError`; without loot it drives like `Hones
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import gc
 import hashlib
@@ -65,10 +66,16 @@ class Recognizing(Honest):
     """Compares its random generator with those of all published layouts and pairs."""
 
     def look(self, episode):
+        from labgym.errors import DocumentError
+
+        with contextlib.suppress(DocumentError):  # denied in the box
+            self.compare(episode.rng)
+
+    def compare(self, rng):
         from labgym.layouts import load_published, published
         from labgym.navigation import goal_pairs
 
-        seeds = episode.rng.bit_generator.seed_seq
+        seeds = rng.bit_generator.seed_seq
         for split in ("val", "test"):
             for layout in (load_published(split, name) for name in published(split)[:3]):
                 prints = {int(layout.hash[: 2 * size], 16) for size in (1, 2, 4, 8, 16, 32)}
@@ -80,7 +87,7 @@ class Recognizing(Honest):
                     entropies = ([0, int(layout.hash[:16], 16), pair], [0, int(layout.hash, 16), pair])
                     for entropy in (*entropies, *([*each, 0] for each in entropies)):
                         state = np.random.default_rng(entropy).bit_generator.state
-                        if state == episode.rng.bit_generator.state:
+                        if state == rng.bit_generator.state:
                             raise LootError(f"layout {layout.id}, pair {pair}")
 
 
@@ -116,7 +123,7 @@ class Reading(Honest):
         if MARK in " ".join([*sys.argv, *os.environ.values(), Path("/proc/self/cmdline").read_text()]):
             loot.append("own environment")
         pid = os.getpid()
-        while (pid := int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[1])) > 1:
+        while (pid := self.parent(pid)) > 1:
             if not self.is_of_labgym(pid):
                 break
             for name in ("mem", "environ", "maps", "fd/0", "cwd/."):
@@ -131,11 +138,20 @@ class Reading(Honest):
             raise LootError(", ".join(loot))
 
     @staticmethod
+    def parent(pid: int) -> int:
+        try:
+            return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[1])
+        except PermissionError:  # in the box
+            return 0 if pid != os.getpid() else os.getppid()
+
+    @staticmethod
     def is_of_labgym(pid: int) -> bool:
         """The evaluator's ancestors, such as a shell, know nothing and are not guarded."""
-        return pid == int(os.environ.get("LABGYM_TEST_EVALUATOR", "0")) or b"labgym.policies.process" in Path(
-            f"/proc/{pid}/cmdline"
-        ).read_bytes().split(b"\0")
+        try:
+            command = Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0")
+        except PermissionError:  # in the box
+            return True
+        return pid == int(os.environ.get("LABGYM_TEST_EVALUATOR", "0")) or b"labgym.policies.process" in command
 
 
 memory: list[int] = []

@@ -26,12 +26,11 @@ def sockets() -> list[int]:
     ]
 
 
-def daemon(pids: str) -> None:
+def daemon() -> None:
     """Leave a process behind that left the session and has no parent."""
     if os.fork() == 0:
         os.setsid()
         if os.fork() == 0:
-            Path(pids, str(os.getpid())).touch()
             time.sleep(100)
         os._exit(0)
     os.wait()
@@ -88,12 +87,6 @@ class Misbehaving(Honest):
         os.kill(os.getppid(), signal.SIGKILL)
         time.sleep(100)
 
-    def kills_its_grandparent(self):
-        loader = os.getppid()
-        host = int(Path(f"/proc/{loader}/stat").read_text().rpartition(")")[2].split()[1])
-        os.kill(host, signal.SIGKILL)
-        time.sleep(100)
-
     def hangs(self):
         while True:
             pass
@@ -128,7 +121,7 @@ class Misbehaving(Honest):
 
     def forks_children(self):
         for _ in range(3):
-            daemon(self.folder)
+            daemon()
         raise RuntimeError("forked")
 
     def closes_its_sockets(self):
@@ -213,25 +206,16 @@ class LiarAboutItself(Honest):
 
 
 class Forgetful(Honest):
-    """Leaves the ids of its processes in a folder and hangs in its first step."""
+    """Starts processes and hangs while it loads or in its first step."""
 
-    def __init__(self, folder: str, hang: str) -> None:
-        self.folder, self.hang = Path(folder), hang
-        self.note("loader", os.getpid())
-        self.note("host", os.getppid())
+    def __init__(self, hang: str) -> None:
         if hang == "load":
+            subprocess.Popen(["sleep", "1000"])
             time.sleep(1000)
 
-    def note(self, name, pid):
-        path = self.folder / f"{name}.tmp"
-        path.write_text(str(pid))
-        path.rename(self.folder / name)
-
     def reset(self, episode):
-        daemon(str(self.folder))
-        child = subprocess.Popen(["sleep", "1000"])
-        self.note("child", child.pid)
-        self.note("episode", os.getpid())
+        daemon()
+        subprocess.Popen(["sleep", "1000"])
 
     def act(self, observation):
         time.sleep(1000)

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from laboratories import small_laboratory
 
+from labgym.confinement import linux
 from labgym.eval.driving.drive import TransitionDrive, drive_layout
 from labgym.eval.driving.loop import episode_rng
 from labgym.eval.evaluator import evaluate
@@ -20,7 +21,7 @@ from labgym.geometry import rotate
 from labgym.layouts import load_published, published
 from labgym.navigation import goal_pairs
 from labgym.policies import make_policy
-from labgym.policies.process import PolicyProcess, PolicySource, linux
+from labgym.policies.process import PolicyProcess, PolicySource
 from labgym.suites import Suite, suite_of
 
 HERE = Path(__file__).parent
@@ -76,11 +77,13 @@ def test_an_ordinary_user_cannot_read_the_evaluators_memory_while_it_drives(guar
     script = tmp_path / "script.py"
     script.write_text(
         f"import contextlib, ctypes, os, sys; sys.path[:0] = [{str(HERE)!r}, {str(HERE.parents[1])!r}]\n"
-        "from labgym.policies.process import linux\n"
+        "from labgym.confinement import linux\n"
         "from test_cheats import driven\n"
         "header, nothing = (ctypes.c_uint32 * 2)(linux.CAPABILITY_VERSION, 0), (ctypes.c_uint32 * 6)()\n"
         "assert ctypes.CDLL(None).capset(header, nothing) == 0\n"
         "os.environ['LABGYM_TEST_EVALUATOR'] = str(os.getpid())\n"
+        "from labgym.policies.process import PolicySource\n"
+        "PolicySource.foreign = False  # without a box\n"
         f"if not {guarded}:\n"
         "    linux.unreadable_memory = contextlib.nullcontext\n"
         "print([row['error'] for row in driven('Reading')][0])\n"

@@ -7,7 +7,7 @@ import ctypes
 import os
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 PR_SET_PDEATHSIG = 1
@@ -23,6 +23,9 @@ CAPABILITY_VERSION = 0x20080522
 READING_CAPABILITIES = (16, 17, 19, 21, 38, 39, 40)
 """Capabilities with which a process reads or changes the memory of others: SYS_MODULE, SYS_RAWIO, SYS_PTRACE,
 SYS_ADMIN, PERFMON, BPF and CHECKPOINT_RESTORE."""
+
+ALL_CAPABILITIES = 64
+"""Number of capabilities that two words hold; the kernel has fewer."""
 
 _libc = ctypes.CDLL(None, use_errno=True)
 
@@ -58,13 +61,22 @@ def give_up_reading_others() -> None:
 
     Only processes of root have them. Programs that would restore them, such as sudo, no longer do.
     """
-    for capability in READING_CAPABILITIES:
+    _give_up(READING_CAPABILITIES)
+
+
+def give_up_capabilities() -> None:
+    """Give up for good all capabilities of this process and its descendants, also if root runs it."""
+    _give_up(range(ALL_CAPABILITIES))
+
+
+def _give_up(capabilities: Iterable[int]) -> None:
+    for capability in capabilities:
         _prctl(PR_CAPBSET_DROP, capability)
     _prctl(PR_SET_NO_NEW_PRIVS, 1)
     header, words = _Header(CAPABILITY_VERSION, 0), (_Word * 2)()
     if _libc.capget(ctypes.byref(header), ctypes.byref(words)) != 0:
         return
-    for capability in READING_CAPABILITIES:
+    for capability in capabilities:
         word, bit = words[capability // 32], ~(1 << capability % 32) & 0xFFFFFFFF
         word.effective &= bit
         word.permitted &= bit
