@@ -76,7 +76,9 @@ class OwnPlaces:
 
     def _add_loaded(self, module: str) -> None:
         file = loaded_file(module)
-        if file is not None and not is_installed_file(file):
+        if file is None and module != "__main__":  # an object from another machine, whose modules came with it
+            self._add_module(module, whole=True)
+        elif file is not None and not is_installed_file(file):
             if module != "__main__":
                 self._add_module(module, whole=True)
                 self._read[str(file.resolve())] = None
