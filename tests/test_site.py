@@ -105,7 +105,7 @@ def test_public_names_are_in_the_reference(name, pages):
 
 
 def test_a_link_named_by_its_file_shows_the_title_of_the_page(site):
-    text = (site / "docs/wrappers.html").read_text(encoding="utf-8")
+    text = (site / "docs/training.html").read_text(encoding="utf-8")
     assert ">environment.md<" not in text
     assert ">LabPointNav<" in text
 
