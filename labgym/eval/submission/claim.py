@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from labgym.counts import MAX_SEED
 from labgym.documents import parse_json
 from labgym.errors import DocumentError
-from labgym.eval.driving.actions import StoredPolicy
+from labgym.eval.driving.actions import Actions, StoredPolicy
 from labgym.eval.driving.drive import DrivenEpisode
 from labgym.eval.driving.episode_row import EpisodeRow
 from labgym.eval.driving.evaluation import in_one_line
@@ -138,6 +138,10 @@ class Claim(ABC, Generic[S, R]):
         poses = self._line(ROUTES, self.routes[key])["poses"]
         return np.array(poses, dtype=np.float64).reshape(-1, 3)
 
+    def stored_actions(self, key: str) -> Actions:
+        """Return the actions of an episode."""
+        return EpisodeActions.model_validate(self._line(ACTIONS, self.actions[key])).actions
+
     def _line(self, name: str, place: int) -> Any:
         """Return the data of the line of a file that begins at a place."""
         with (self.folder / name).open("rb") as stream:
@@ -173,8 +177,7 @@ class Claim(ABC, Generic[S, R]):
         if any(key not in given for given in self.given.values()):
             return ""  # reported as missing
         try:
-            line = EpisodeActions.model_validate(self._line(ACTIONS, self.actions[key]))
-            policy = StoredPolicy(line.actions, self.rows[key].error)
+            policy = StoredPolicy(self.stored_actions(key), self.rows[key].error)
         except ValueError as error:
             return f"episode {key[:120]}: its actions in {ACTIONS} are broken: {error}"
         differing = self.difference(self.drive(policy, key, blind=True), "simulated")
