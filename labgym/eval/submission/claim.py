@@ -205,7 +205,9 @@ class Claim(ABC, Generic[S, R]):
         return iter(())
 
     def difference(self, drive: DrivenEpisode[R], made: str) -> str:
-        """Return in what an episode that was made again differs, "" for nothing or if the submission lacks it.
+        """Return in what an episode that was driven or simulated again differs.
+
+        It is "" for nothing, or if the submission lacks the episode.
 
         Args:
             drive: the episode. made: "driven" or "simulated".
