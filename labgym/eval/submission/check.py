@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 import secrets
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +23,7 @@ from labgym.eval.submission.claim import Claim, Verdict, completeness_problems, 
 from labgym.eval.submission.labnav_claim import LabNavClaim
 from labgym.eval.submission.record_checks import RunRecord, run_problems
 from labgym.eval.submission.transition_claim import TransitionClaim
+from labgym.policies import Policy
 from labgym.policies.kernels import kernel_mode
 from labgym.policies.process import PolicyProcess, PolicySource
 from labgym.policies.registry import BUILT_IN
@@ -168,12 +168,11 @@ def check_submission(
         *listed(claim.file_problems, "problems of files"),
         *claim.suite_problems(),
         *listed(completeness_problems(claim.keys, claim.given, claim.suite_name), "episodes"),
-        *listed(_problems(claim.simulated, claim.keys, "simulate", progress), "simulated episodes"),
+        *listed(_drive_problems(claim, None, claim.keys, progress), "simulated episodes"),
         *claim.summary_problems(record),
     ]
     count = len(claim.keys)
-    stored = f"{len(claim.complete)} of {count} episodes of suite {claim.suite_name}"
-    facts = [f"{stored} simulated again with their actions", *claim.facts()]
+    facts = [f"{len(claim.rows)} of {count} episodes of suite {claim.suite_name} checked", *claim.facts()]
     if choice is None:
         facts.append("no episode was driven again (--no-drive): the policy itself is not verified")
         return Verdict(tuple(problems), tuple(facts))
@@ -182,19 +181,22 @@ def check_submission(
     driver = PolicyProcess(choice.source, environment=kernel_mode("pinned").environment)
     try:
         problems += choice.problems(driver, claim.stated(driver), claim.summary.policy, record)
-        again = partial(claim.driven_again, in_place(driver, choice.source))
-        problems += listed(_problems(again, keys, "drive again", progress), "driven episodes")
+        problems += listed(_drive_problems(claim, in_place(driver, choice.source), keys, progress), "episodes")
     finally:
         driver.close()
     facts.append(driven_again(len(keys), count, choice.name, seed))
     return Verdict(tuple(problems), tuple(facts))
 
 
-def _problems(problem_of: Callable[[str], str], keys: Sequence[str], name: str, progress: bool) -> Iterator[str]:
-    """Yield the problem of each episode that has one, with a progress bar of that name."""
+def _drive_problems(
+    claim: Claim[Any, Any], policy: PolicyProcess | Policy | None, keys: Sequence[str], progress: bool
+) -> Iterator[str]:
+    """Drive episodes again, or simulate them without a policy, and yield a sentence for each that differs."""
+    name = "simulate   " if policy is None else "drive again"
     for key in tqdm(keys, desc=name, unit="ep", disable=not progress):
-        if problem := problem_of(key):
-            yield problem
+        difference = claim.simulated(key) if policy is None else claim.driven_again(policy, key)
+        if difference:
+            yield difference
 
 
 def drawn_again(keys: Sequence[str], seed: int) -> tuple[str, ...]:

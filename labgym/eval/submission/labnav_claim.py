@@ -79,7 +79,8 @@ class LabNavClaim(Claim[LabNavSummary, LabNavRow]):
         yield from super().summary_problems(record)
 
     def facts(self) -> Iterator[str]:
-        """Yield that the policy thinks longer than it declares, if so."""
+        """Yield further facts, and that the policy thinks longer than it declares, if so."""
+        yield from super().facts()
         thinking = Thinking.of(self._times.values(), self.summary.stated_latency, self.summary.latency)
         if thinking is not None and thinking.mark:
             yield f"{self.summary.policy[:80]} {thinking.mark}"
