@@ -76,8 +76,8 @@ def evaluate(
         latency: in LabNav, by which actions come late, seconds; at least what the policy declares. By default that is
             what a built-in policy declares; another one is measured first (`charged_latency`), and the folder keeps
             the result.
-        out: folder for `run.json` (the identity of the evaluation), `episodes.jsonl`, `routes.jsonl`, `actions.jsonl`,
-            `times.jsonl`, `summary.json`, `provenance.jsonl`, and for layouts passed by hand, `layouts/`. Finished
+        out: folder for `run.json` (the identity of the evaluation), `episodes.jsonl`, `routes.jsonl`, `times.jsonl`,
+            `actions.jsonl`, `summary.json`, `provenance.jsonl`, and for layouts passed by hand, `layouts/`. Finished
             layouts are kept, and an interrupted evaluation resumes. None writes nothing.
         fresh: rename an existing folder to NAME.old-1, NAME.old-2, ... and start anew.
         progress: whether to show a progress bar.
