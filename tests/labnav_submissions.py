@@ -13,7 +13,14 @@ from labgym.eval.labnav.summary import LabNavSummary
 class LabNavFolder(SignedFolder):
     """A copy of an evaluation's folder."""
 
-    def change(self, change: Callable[[Lines, Lines], None]) -> None:
+    def change_actions(self, change: Callable[[Lines], object]) -> None:
+        """Change the lines of the actions and sign everything."""
+        actions = self.lines("actions.jsonl")
+        change(actions)
+        self.write("actions.jsonl", actions)
+        self.sign()
+
+    def change(self, change: Callable[[Lines, Lines], object]) -> None:
         """Change rows and routes, recompute the summary from them and sign everything."""
         rows, routes = self.lines("episodes.jsonl"), self.lines("routes.jsonl")
         change(rows, routes)

@@ -30,7 +30,7 @@ class SignedFolder:
 
     def sign(self) -> None:
         """Write the manifest that belongs to the files."""
-        names = ("episodes.jsonl", "routes.jsonl", "summary.json")
+        names = ("episodes.jsonl", "routes.jsonl", "actions.jsonl", "summary.json")
         identity = RunIdentity.load(self.folder / "run.json")
         files = {name: file_digest(self.folder / name) or "" for name in names}
         RunManifest(run=identity.digest, files=files).save(self.folder / "manifest.json")

@@ -22,9 +22,10 @@ def check(
     no_drive: bool = False,
     other_code: bool = False,
 ) -> int:
-    """Check an evaluation that somebody else made: files, episodes and routes, and drive episodes again.
+    """Check an evaluation that somebody else made: simulate its actions again, and drive episodes with the policy.
 
-    Of at most 60 episodes all are driven again, of more a random tenth, but at least 60.
+    All episodes are simulated. Of at most 60 episodes all are driven again with the policy, of more as many, drawn at
+    random, as find one of 2% rows that are not the policy's with a probability of 99%.
 
     Exit 0 if it passes, 1 with a line for each problem, 2 if the folder or the policy is not available.
 
@@ -35,7 +36,7 @@ def check(
         policy: The policy, if it is not built in: module:Class, a file or a URL (see labgym eval --help). It runs on
             this machine.
         options: Arguments of the policy, for example radius=0.28.
-        no_drive: Drive nothing again; the policy itself is then not verified.
+        no_drive: Drive nothing again with the policy; simulate only. The policy itself is then not verified.
         other_code: Accept results of another version of labgym.
     """
     from labgym.eval.submission.check import check_submission

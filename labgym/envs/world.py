@@ -147,20 +147,6 @@ class World:
         """Return `clearance` at points (n, 2), shape (n,)."""
         return np.asarray(np.maximum(self._barriers.clearance(points) - radius, 0.0))
 
-    def depths(self, poses: NDArray[np.float64], clearances: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return how deep the robot is inside the solids of the simulation at poses (n, 3), shape (n,), meters.
-
-        Args:
-            poses: x, y and yaw.
-            clearances: `clearances` of the poses; where they are positive nothing can touch.
-        """
-        simulation = Simulation(self.model)
-        depths = np.zeros(len(poses))
-        for index in np.flatnonzero(clearances <= 0.0):
-            simulation.place(tuple(poses[index].tolist()))
-            depths[index] = -min(simulation.data.contact.dist, default=0.0)
-        return depths
-
     def to_go(self, goal: tuple[float, float, float], method: Method = "grid") -> DistanceToGo:
         """Return the driving distances to a goal, by the grid (version 1) or exact (version 2); see `Method`."""
 

@@ -77,8 +77,8 @@ def evaluate(
             what a built-in policy declares; another one is measured first (`charged_latency`), and the folder keeps
             the result.
         out: folder for `run.json` (the identity of the evaluation), `episodes.jsonl`, `routes.jsonl`, `times.jsonl`,
-            `summary.json`, `provenance.jsonl`, and for layouts passed by hand, `layouts/`. Finished layouts are kept,
-            and an interrupted evaluation resumes. None writes nothing.
+            `actions.jsonl`, `summary.json`, `provenance.jsonl`, and for layouts passed by hand, `layouts/`. Finished
+            layouts are kept, and an interrupted evaluation resumes. None writes nothing.
         fresh: rename an existing folder to NAME.old-1, NAME.old-2, ... and start anew.
         progress: whether to show a progress bar.
         options: arguments for `make_policy`.

@@ -51,7 +51,10 @@ def project(tmp_path, monkeypatch):
 
 
 def rows(folder: Path) -> dict[str, bytes]:
-    return {name: (folder / name).read_bytes() for name in ("episodes.jsonl", "routes.jsonl", "summary.json")}
+    return {
+        name: (folder / name).read_bytes()
+        for name in ("episodes.jsonl", "routes.jsonl", "actions.jsonl", "summary.json")
+    }
 
 
 @pytest.mark.slow

@@ -12,8 +12,10 @@ from numpy.typing import NDArray
 
 from labgym.envs import LabPointNavEnv
 from labgym.envs.labnav.task import spl
+from labgym.envs.parts.vectors import VelocitySensor
 from labgym.envs.robot import ROBOT
 from labgym.envs.state import State
+from labgym.eval.driving.actions import Actions, ActionTape
 from labgym.eval.driving.assignments import Assignment, assignment_between, assignments
 from labgym.eval.driving.episode_row import EpisodeRow, LabNavRow, Pose, TransitionRow
 from labgym.eval.driving.kinematics import first_jump, possible_contacts
@@ -42,11 +44,13 @@ class DrivenEpisode(Generic[R]):
         row: the results.
         route: poses (x, y, yaw) of the robot in the room frame, at the start and after each control step; meters and
             radians, rounded to 0.001.
+        actions: the policy's decisions.
         planning_ms, high_ms, slow: measured, as in `EpisodeTime`.
     """
 
     row: R
     route: Route
+    actions: Actions
     planning_ms: float | None = None
     high_ms: float | None = None
     slow: bool = False
@@ -78,14 +82,17 @@ def drive_episodes(
     label: str,
     seed: int,
     watch: Watch | None = None,
+    blind: bool = False,
 ) -> tuple[TransitionDrive, ...]:
     """Drive the selected episodes of a layout, each as in `drive_layout`.
 
     Args:
         watch: receives the environment's info at the start and after each control step. An exception that it raises
             ends the episode without a result.
+        blind: read no sensor, for a policy that looks at nothing.
     """
-    env = LabPointNavEnv(layout=layout, observation=policy.observation, control_dt=suite.control_dt, exact=True)
+    seen: dict[str, Any] = {"sensors": (VelocitySensor(),)} if blind else {"observation": policy.observation}
+    env = LabPointNavEnv(layout=layout, **seen, control_dt=suite.control_dt, exact=True)
     try:
         return tuple(TransitionTask(env, policy, episode, suite, seed, watch).drive(label) for episode in episodes)
     finally:
@@ -135,7 +142,7 @@ class TransitionTask(PolicyLoop):
     def __init__(
         self, env: LabPointNavEnv, driver: Driver, episode: Assignment, suite: Suite, seed: int, watch: Watch | None
     ) -> None:
-        super().__init__(env, [])
+        super().__init__(env, [], ActionTape())
         self._driver = driver
         self._watch, self._assignment, self._suite, self._seed = watch, episode, suite, seed
         self._poses: list[Pose] = []
@@ -151,7 +158,8 @@ class TransitionTask(PolicyLoop):
         error = self.error or self._jump()
         route = tuple((round(x, 3), round(y, 3), round(yaw, 3)) for x, y, yaw in self._poses)
         planning_ms = 1e3 * self.seconds / state.steps if state.steps else None
-        return TransitionDrive(self._row(label, initial, state, error), route, planning_ms)
+        actions = Actions.of(self._tape, stops=False)
+        return TransitionDrive(self._row(label, initial, state, error), route, actions, planning_ms)
 
     def over(self, observation: Observation, state: State) -> bool:
         """Return whether the suite's rules or the time end the episode now."""

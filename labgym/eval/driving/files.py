@@ -1,6 +1,6 @@
-"""The files of an evaluation, a line of JSON for each episode: rows, routes and planning times.
+"""The files of an evaluation, a line of JSON for each episode: rows, routes, actions and planning times.
 
-Rows and routes are the same in every run; planning times are measured and kept in a separate file.
+Rows, routes and actions are the same in every run; planning times are measured and kept in a separate file.
 """
 
 from __future__ import annotations
@@ -17,11 +17,13 @@ from pydantic import Field, ValidationError, model_validator
 
 from labgym.documents import Record, parse_json
 from labgym.errors import DocumentError
+from labgym.eval.driving.actions import Actions
 from labgym.eval.driving.drive import DrivenEpisode
 from labgym.eval.driving.episode_row import Count, Length, Pose, TransitionRow
 from labgym.policies.registry import FILES, is_class_place
 
-EPISODES, ROUTES, TIMES, SUMMARY = "episodes.jsonl", "routes.jsonl", "times.jsonl", "summary.json"
+EPISODES, ROUTES, ACTIONS, TIMES = "episodes.jsonl", "routes.jsonl", "actions.jsonl", "times.jsonl"
+SUMMARY = "summary.json"
 MAX_LINE = 4 * 1024 * 1024
 """Longest line that is read, bytes: a route of 100,000 steps."""
 
@@ -53,6 +55,12 @@ class EpisodeRoute(EpisodeRecord):
     """A line of `routes.jsonl`: poses (x, y, yaw), meters and radians, rounded to 0.001."""
 
     poses: tuple[Pose, ...]
+
+
+class EpisodeActions(EpisodeRecord):
+    """A line of `actions.jsonl`: the policy's decisions, with which the episode can be simulated again."""
+
+    actions: Actions
 
 
 class EpisodeTime(EpisodeRecord):
@@ -115,9 +123,10 @@ class Lines(Generic[T]):
 
 
 def drive_files(drives: Iterable[DrivenEpisode[Any]]) -> dict[str, bytes]:
-    """Return the content of rows, routes and times of episodes, by the file's name."""
+    """Return the content of rows, routes, actions and times of episodes, by the file's name."""
     drives = tuple(drives)
     routes = ({**drive.row.place, "poses": drive.route} for drive in drives)
+    actions = ({**drive.row.place, "actions": drive.actions.model_dump(mode="json")} for drive in drives)
     times = (
         {**drive.row.place, "planning_ms": drive.planning_ms, "high_ms": drive.high_ms, "slow": drive.slow}
         for drive in drives
@@ -125,6 +134,7 @@ def drive_files(drives: Iterable[DrivenEpisode[Any]]) -> dict[str, bytes]:
     return {
         EPISODES: b"".join(record_line(drive.row) for drive in drives),
         ROUTES: b"".join(map(_line, routes)),
+        ACTIONS: b"".join(map(_line, actions)),
         TIMES: b"".join(map(_line, times)),
     }
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from labgym.envs.point_nav import LabPointNavEnv
 from labgym.envs.state import State
+from labgym.eval.driving.actions import ActionTape
 from labgym.policies import EpisodeStart
 from labgym.policies.policy import PolicyError
 from labgym.policies.process.episode import InvalidActionError
@@ -26,15 +27,15 @@ class PolicyLoop(ABC):
 
     Args:
         env: in an episode whose state has been noted.
-        times: receives the wall-clock time of each action, seconds.
+        times: receives the wall-clock time of each action, seconds. tape: receives the policy's decisions.
 
     Attributes:
         parked: whether the robot came to rest by STOP or by the evaluator. error: of the policy.
         seconds: wall-clock time of the policy, its reset included.
     """
 
-    def __init__(self, env: LabPointNavEnv, times: list[float]) -> None:
-        self._env, self._times = env, times
+    def __init__(self, env: LabPointNavEnv, times: list[float], tape: ActionTape) -> None:
+        self._env, self._times, self._tape = env, times, tape
         self.parked = False
         self.error: str | None = None
         self.seconds = 0.0
@@ -62,6 +63,7 @@ class PolicyLoop(ABC):
             begin: tells the policy its goal. observation: at the start.
         """
         state = self._env.state
+        self._tape.begin()
         try:
             self.timed(begin, self.start(state))
             while not self.over(observation, state):
@@ -72,6 +74,7 @@ class PolicyLoop(ABC):
                 observation = self.step(action)
         except PolicyError as failure:
             self.error = str(failure)
+            self._tape.fail()
         return observation
 
     def step(self, action: NDArray[np.floating]) -> Observation:
@@ -81,9 +84,11 @@ class PolicyLoop(ABC):
         return observation
 
     def decided(self, decide: Callable[[Any], Any], observation: Observation) -> Any:
-        """Return the policy's answer to an observation, and record its time."""
+        """Return the policy's decision on an observation, None for STOP, and record it and its time."""
         self._times.append(0.0)
-        return self.timed(decide, observation)
+        decision = self.timed(decide, observation)
+        self._tape.add(decision)
+        return decision
 
     def timed(self, call: Callable[[Any], Any], argument: object) -> Any:
         """Call the policy and add the elapsed time to that of its last action."""

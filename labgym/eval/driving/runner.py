@@ -13,7 +13,7 @@ from labgym.assets import Catalog
 from labgym.documents import canonical_hash, files_digest, json_bytes
 from labgym.errors import LabgymError, OptionError
 from labgym.eval.driving.evaluation import Evaluation
-from labgym.eval.driving.files import EPISODES, ROUTES, SUMMARY, TIMES, short_name
+from labgym.eval.driving.files import ACTIONS, EPISODES, ROUTES, SUMMARY, TIMES, short_name
 from labgym.eval.driving.record import EvaluationSummary
 from labgym.layouts import Layout
 from labgym.policies import Policy
@@ -87,7 +87,7 @@ def shard_file(shard: str, name: str) -> str:
 
 Content = dict[str, bytes]
 """Content of the files of an evaluation by name."""
-FILES = (EPISODES, ROUTES, TIMES)
+FILES = (EPISODES, ROUTES, ACTIONS, TIMES)
 E = TypeVar("E", bound=Evaluation[Any, Any])
 
 
@@ -211,7 +211,7 @@ class EvaluationRun(ABC, Generic[E]):
                 return self._evaluation(content, folder.path)
             content = self._drive(folder, progress)
             evaluation = self._evaluation(content, folder.path)
-            files = {name: content[name] for name in (EPISODES, ROUTES)}
+            files = {name: content[name] for name in (EPISODES, ROUTES, ACTIONS)}
             files[SUMMARY] = json_bytes(evaluation.summary.to_json())
             folder.finish(files | self.documents(), measured={TIMES: content[TIMES]})
             return evaluation
@@ -221,7 +221,7 @@ class EvaluationRun(ABC, Generic[E]):
         return evaluation
 
     def _drive(self, folder: RunFolder | None, progress: bool) -> Content:
-        """Drive the shards that the folder does not hold; return rows, routes and times in the suite's order."""
+        """Drive the shards that the folder does not hold; return the content of its files in the suite's order."""
         guard, executor = {"catalog": installed_catalog}, self.running.executor
         finished = {
             shard.name: output.files

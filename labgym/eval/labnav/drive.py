@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Any
 
 from labgym.envs.conditions.payload import carried
 from labgym.envs.labnav.episodes import EpisodeTasks, LabNavEpisode
 from labgym.envs.labnav.task import LabNavTask
 from labgym.envs.labnav.tasks import config_of, task_of
 from labgym.envs.parts.endings import LimitEnding, TouchedEnding
+from labgym.envs.parts.odometry import OdometrySensor
 from labgym.envs.parts.protocols import Ending
 from labgym.envs.point_nav import LabPointNavEnv
 from labgym.envs.state import State
@@ -80,7 +82,7 @@ def drive_shift(
         legs=tuple(legs),
         goals=count,
     )
-    return finished(scored(row, state), recorder)
+    return finished(scored(row, state), driver, recorder)
 
 
 def shortest_from(state: State, otherwise: float) -> float:
@@ -150,6 +152,7 @@ def drive_floor(
     episodes: Sequence[LabNavEpisode],
     terms: DriveTerms,
     watch: Callable[[State], None] | None = None,
+    blind: bool = False,
 ) -> tuple[LabNavDrive, ...]:
     """Drive episodes of a task on one floor.
 
@@ -157,10 +160,14 @@ def drive_floor(
         driver: the policy, in a separate process or in this one.
         layout: the floor, as published. episodes: on it. terms: of the drives.
         watch: receives the state at the start and after each control step.
+        blind: read no sensor but the odometry, for a policy that looks at nothing.
     """
     latency = driver.latency if terms.latency is None else terms.latency
     task = task_of(terms.task)
-    chained = {"endings": shift_endings(task)} if task.chain else {}
+    chained: dict[str, Any] = {"endings": shift_endings(task)} if task.chain else {}
+    if blind:
+        level = task.level(terms.level) if terms.properties is None else terms.properties
+        chained |= {"sensors": (OdometrySensor(**level.odometry),), "randomizations": ()}
     config = config_of(
         terms.task,
         terms.level,
@@ -199,4 +206,4 @@ def drive_once(
         stopped=leg.stopped,
         error=finish.error,
     )
-    return finished(scored(row, env.state), recorder)
+    return finished(scored(row, env.state), driver, recorder)

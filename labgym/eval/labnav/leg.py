@@ -17,6 +17,7 @@ from labgym.envs.parts.odometry import announced_goal
 from labgym.envs.parts.protocols import Ending
 from labgym.envs.point_nav import LabPointNavEnv
 from labgym.envs.state import Pose, State
+from labgym.eval.driving.actions import ActionTape
 from labgym.eval.driving.episode_row import Stopped, Track
 from labgym.eval.driving.loop import Info, Observation, PolicyLoop, episode_rng
 from labgym.eval.labnav.foresight import TrueWorld, handed_track
@@ -43,7 +44,7 @@ class LegRecorder:
         poses: true poses at the start and after each control step. reckoned: pose by odometry in the start frame.
         touched: names of what the robot touched. waited: seconds at rest near people.
         times: wall-clock time of each of the policy's actions, seconds.
-        latency: by which actions come late, seconds.
+        latency: by which actions come late, seconds. tape: the policy's decisions.
         track: what the policy received: no map, the old map, or the world.
     """
 
@@ -55,6 +56,7 @@ class LegRecorder:
     touched: dict[str, None] = field(default_factory=dict)
     waited: float = 0.0
     times: list[float] = field(default_factory=list)
+    tape: ActionTape = field(default_factory=ActionTape)
 
     def note(self, observation: Observation, state: State) -> None:
         """Record a state, and the pose by odometry."""
@@ -101,7 +103,7 @@ class LegDrive(PolicyLoop):
         limit: int,
         rules: Sequence[Ending] = (),
     ) -> None:
-        super().__init__(env, recorder.times)
+        super().__init__(env, recorder.times, recorder.tape)
         self._driver, self._task, self._recorder = driver, task, recorder
         self._seed, self._rules, state = seed, tuple(rules), env.state
         self._origin, self._until, self._waited = recorder.reckoned, state.steps + limit, recorder.waited

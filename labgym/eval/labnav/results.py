@@ -18,9 +18,10 @@ from labgym.envs.point_nav import LabPointNavEnv
 from labgym.envs.robot import ROBOT
 from labgym.envs.state import State
 from labgym.envs.tasks import Task
+from labgym.eval.driving.actions import Actions
 from labgym.eval.driving.drive import LabNavDrive
 from labgym.eval.driving.episode_row import LabNavRow
-from labgym.eval.labnav.leg import LegRecorder
+from labgym.eval.labnav.leg import LabNavDriver, LegRecorder
 from labgym.eval.labnav.rules import delay_of, is_slow
 from labgym.geometry import wrap_angle
 
@@ -63,14 +64,15 @@ class DriveTerms:
         return round(self.seconds / ROBOT.control_dt)
 
 
-def finished(row: LabNavRow, recorder: LegRecorder) -> LabNavDrive:
+def finished(row: LabNavRow, driver: LabNavDriver, recorder: LegRecorder) -> LabNavDrive:
     """Return the results with what was recorded."""
+    actions = Actions.of(recorder.tape, driver.stops)
     route = tuple((round(x, 3), round(y, 3), round(yaw, 3)) for x, y, yaw in recorder.poses)
     if not recorder.times:
-        return LabNavDrive(row, route)
+        return LabNavDrive(row, route, actions)
     high = float(np.percentile(recorder.times, 90.0, method="inverted_cdf"))
     mean = math.fsum(recorder.times) / len(recorder.times)
-    return LabNavDrive(row, route, 1e3 * mean, 1e3 * high, is_slow(high, recorder.latency))
+    return LabNavDrive(row, route, actions, 1e3 * mean, 1e3 * high, is_slow(high, recorder.latency))
 
 
 def fields_of(terms: DriveTerms, episode: LabNavEpisode, env: LabPointNavEnv, recorder: LegRecorder) -> dict[str, Any]:

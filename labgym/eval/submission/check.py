@@ -109,12 +109,12 @@ def _shown(options: Mapping[str, Any]) -> str:
     return ", ".join(f"{key}={value}" for key, value in options.items())[:200]
 
 
-SHARE = 0.1
-"""Share of the episodes of a large result that is driven again."""
 FEWEST = 60
-"""At least this many episodes are driven again: all of a smaller result."""
-FORGED = 3
-"""Number of forged rows whose probability to go unseen is stated."""
+"""All episodes of a result with at most this many are driven again."""
+FOREIGN = 0.02
+"""Share of the rows: if their actions are not the policy's, one is found by driving again, with the probability
+`CAUGHT` at least."""
+CAUGHT = 0.99
 
 
 def check_submission(
@@ -140,7 +140,9 @@ def check_submission(
             name.
         policy: the policy, as for `make_policy`, if it is not built in. It runs on this machine.
         options: arguments of the policy.
-        drive: whether to drive episodes again: all of at most 60, and a random tenth, but at least 60, of more.
+        drive: whether to drive episodes again with the policy: all of at most 60, and of more as many, drawn at
+            random, as find one of 2% rows that are not the policy's with a probability of 99%. All are simulated again
+            with their actions in any case.
         other_code: accept results of another version of labgym.
         progress: whether to show progress bars.
 
@@ -166,8 +168,8 @@ def check_submission(
         *run_problems(record, claim.identity_problems(record), other_code),
         *listed(claim.file_problems, "problems of files"),
         *claim.suite_problems(),
-        *listed(completeness_problems(claim.keys, claim.rows, claim.routes, claim.suite_name), "episodes"),
-        *listed((f"episode {key}: {problem}" for key, problem in claim.problems_by_episode()), "problems of episodes"),
+        *listed(completeness_problems(claim.keys, claim.given, claim.suite_name), "episodes"),
+        *listed(_drive_problems(claim, None, claim.keys, progress), "simulated episodes"),
         *claim.summary_problems(record),
     ]
     count = len(claim.keys)
@@ -200,39 +202,52 @@ def _box_fact(summary: EvaluationSummary) -> str:
 
 
 def _drive_problems(
-    claim: Claim[Any, Any], policy: PolicyProcess | Policy, keys: Sequence[str], progress: bool
+    claim: Claim[Any, Any], policy: PolicyProcess | Policy | None, keys: Sequence[str], progress: bool
 ) -> Iterator[str]:
-    """Drive episodes again and yield a sentence for each whose row or route differs."""
-    with tqdm(total=len(keys), desc="drive again", unit="ep", disable=not progress) as bar:
-        for drive in claim.driven(policy, keys):
-            bar.update()
-            if difference := claim.difference(drive):
-                yield difference
+    """Drive episodes again, or simulate them without a policy, and yield a sentence for each that differs."""
+    name = "simulate   " if policy is None else "drive again"
+    for key in tqdm(keys, desc=name, unit="ep", disable=not progress):
+        difference = claim.simulated(key) if policy is None else claim.driven_again(policy, key)
+        if difference:
+            yield difference
 
 
 def drawn_again(keys: Sequence[str], seed: int) -> tuple[str, ...]:
-    """Return the keys of the episodes that are driven again, in their order: a random tenth, but at least 60."""
-    count = min(len(keys), max(FEWEST, math.ceil(SHARE * len(keys) - 1e-9)))
+    """Return the keys of the episodes that are driven again, in their order, drawn at random."""
+    count = sample_size(len(keys))
     chosen = np.random.default_rng(seed).choice(len(keys), size=count, replace=False)
     return tuple(keys[index] for index in sorted(chosen.tolist()))
 
 
-def unseen(episodes: int, again: int, forged: int = FORGED) -> float:
-    """Return the probability that none of some forged rows is among the episodes that are driven again.
+def sample_size(episodes: int) -> int:
+    """Return how many of some episodes are driven again: all of at most 60, of more as many as `CAUGHT` needs."""
+    if episodes <= FEWEST:
+        return episodes
+    return next(again for again in range(episodes + 1) if unseen(episodes, again) <= 1.0 - CAUGHT + 1e-12)
+
+
+def foreign_rows(episodes: int) -> int:
+    """Return the number of rows that are `FOREIGN` of some episodes, rounded down, at least 1."""
+    return max(1, int(FOREIGN * episodes + 1e-9))
+
+
+def unseen(episodes: int, again: int) -> float:
+    """Return the probability that none of `foreign_rows` is among the episodes that are driven again.
+
+    It is that of the hypergeometric distribution: of drawing without replacement.
 
     Args:
-        episodes: number of all. again: number of those that are driven again. forged: number of forged rows.
+        episodes: number of all. again: number of those that are driven again.
     """
-    forged = min(forged, episodes)
-    return math.comb(episodes - forged, again) / math.comb(episodes, again)
+    return math.comb(episodes - foreign_rows(episodes), again) / math.comb(episodes, again)
 
 
 def driven_again(again: int, episodes: int, policy: str, seed: int) -> str:
     """Return the sentence of a verdict on the episodes that were driven again."""
     if again == episodes:
         return f"all {again} episodes driven again with {policy!r}"
-    chance = unseen(episodes, again)
+    caught = math.floor(1000.0 * (1.0 - unseen(episodes, again))) / 10.0
     return (
-        f"{again} of {episodes} episodes driven again with {policy!r}, chosen with --seed {seed}: {FORGED} forged rows "
-        f"that pass the other checks go unseen with a probability of {100.0 * chance:.0f}%"
+        f"{again} of {episodes} episodes driven again with {policy!r}, chosen with --seed {seed}: if the actions of "
+        f"{foreign_rows(episodes)} rows (2%) are not the policy's, one is found with a probability of {caught:g}%"
     )

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
+from labgym.errors import DocumentError
 from labgym.eval.driving.drive import LabNavDrive
 from labgym.eval.driving.episode_row import LabNavRow
 from labgym.eval.driving.evaluation import in_one_line
@@ -17,11 +19,10 @@ from labgym.eval.labnav.results import DriveTerms
 from labgym.eval.labnav.suites import LabNavSuite, load_labnav
 from labgym.eval.labnav.summary import LabNavSummary
 from labgym.eval.submission.claim import Claim, listed
-from labgym.eval.submission.labnav_rows import LabNavTerms, labnav_route_problems, labnav_row_problems
 from labgym.eval.submission.record_checks import RunRecord, box_problems, catalog_problems, stated_problems
-from labgym.layouts import Layout
 from labgym.policies import Policy
 from labgym.policies.process import PolicyProcess
+from labgym.policies.process.facts import MAX_LATENCY
 
 
 class LabNavClaim(Claim[LabNavSummary, LabNavRow]):
@@ -36,6 +37,8 @@ class LabNavClaim(Claim[LabNavSummary, LabNavRow]):
 
     def __init__(self, folder: Path, suite: str | LabNavSuite | None) -> None:
         summary = LabNavSummary.load(folder / SUMMARY)
+        if not 0.0 <= summary.latency <= MAX_LATENCY:
+            raise DocumentError(folder / SUMMARY, "latency", f"is {summary.latency:g} s, expected 0 to {MAX_LATENCY:g}")
         self._suite = suite if isinstance(suite, LabNavSuite) else load_labnav(suite or summary.suite)
         self._episodes = self._suite.by_key
         self._layouts = {(part.split, floor): part.layout(floor) for part in self._suite.parts for floor in part.floors}
@@ -70,19 +73,6 @@ class LabNavClaim(Claim[LabNavSummary, LabNavRow]):
             words = in_one_line(sorted(f"{name[:80]}: {claimed.get(name)}" for name in {**claimed, **expected})[:5])
             yield f"{SUMMARY} does not have the tasks and numbers of episodes of suite {suite.name} ({words})"
 
-    def problems_by_episode(self) -> Iterator[tuple[str, str]]:
-        """Yield the key and a sentence for each contradiction in a row, and between a row and its route."""
-        summary = self.summary
-        terms = LabNavTerms(summary.policy, summary.seed, summary.track, self._suite.seconds, summary.latency)
-        for key, (part, episode) in self._episodes.items():
-            row = self.rows.get(key)
-            if row is None:
-                continue
-            problems = list(labnav_row_problems(row, part, episode, terms))
-            if key in self.routes:
-                problems += labnav_route_problems(row, self.route(key), part, episode, self._layout(key))
-            yield from ((key, problem) for problem in problems)
-
     def summary_problems(self, record: RunRecord) -> Iterator[str]:
         """Yield a sentence for each measured time and each figure of the summary that the rows contradict."""
         problems = time_problems(self.rows.values(), self._times, self.summary.latency)
@@ -90,7 +80,8 @@ class LabNavClaim(Claim[LabNavSummary, LabNavRow]):
         yield from super().summary_problems(record)
 
     def facts(self) -> Iterator[str]:
-        """Yield that the policy thinks longer than it declares, if so."""
+        """Yield further facts, and that the policy thinks longer than it declares, if so."""
+        yield from super().facts()
         thinking = Thinking.of(self._times.values(), self.summary.stated_latency, self.summary.latency)
         if thinking is not None and thinking.mark:
             yield f"{self.summary.policy[:80]} {thinking.mark}"
@@ -103,19 +94,11 @@ class LabNavClaim(Claim[LabNavSummary, LabNavRow]):
             "latency": (driver.latency, self.summary.stated_latency),
         }
 
-    def driven(self, driver: PolicyProcess | Policy, keys: Sequence[str]) -> Iterator[LabNavDrive]:
-        """Drive episodes again and yield their results."""
-        summary = self.summary
-        groups: dict[tuple[str, str], list[str]] = {}
-        for key in keys:
-            groups.setdefault((key.split("/")[0], key.split("/")[-2]), []).append(key)
-        for group in groups.values():
-            part = self._episodes[group[0]][0]
-            terms = DriveTerms.of(part, summary.policy, summary.seed, self._suite.seconds, summary.latency)
-            episodes = [self._episodes[key][1] for key in group]
-            yield from drive_floor(driver, self._layout(group[0]), episodes, terms)
-
-    def _layout(self, key: str) -> Layout:
-        """Return the floor of an episode."""
-        part, episode = self._episodes[key]
-        return self._layouts[part.split, episode.floor]
+    def drive(self, driver: PolicyProcess | Policy, key: str, blind: bool = False) -> LabNavDrive:
+        """Drive an episode again and return the results; see `Claim.drive`."""
+        summary, (part, episode) = self.summary, self._episodes[key]
+        terms = DriveTerms.of(part, summary.policy, summary.seed, self._suite.seconds, summary.latency)
+        layout = self._layouts[part.split, episode.floor]
+        (drive,) = drive_floor(driver, layout, [episode], terms, blind=blind)
+        # What the policy knew is no part of a simulation.
+        return replace(drive, row=drive.row.model_copy(update={"track": summary.track})) if blind else drive

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from labgym.documents import document_error, parse_json, read_json
 from labgym.errors import DocumentError
-from labgym.eval.driving.files import EPISODES, ROUTES, SUMMARY
+from labgym.eval.driving.files import ACTIONS, EPISODES, ROUTES, SUMMARY
 from labgym.policies.kernels import PINNED
 from labgym.policies.process.box import BUILT_IN_CODE
 from labgym.policies.registry import BUILT_IN
@@ -128,7 +128,7 @@ def catalog_problems(identity: RunIdentity, catalog: str) -> Iterator[str]:
 
 
 def _manifest_problems(folder: Path, manifest: RunManifest) -> Iterator[str]:
-    for name in (EPISODES, ROUTES, SUMMARY):
+    for name in (EPISODES, ROUTES, ACTIONS, SUMMARY):
         if name not in manifest.files:
             yield f"{MANIFEST_FILE} does not list {name}"
         elif (folder / name).is_file() and (folder / name).stat().st_size > MAX_FILE:

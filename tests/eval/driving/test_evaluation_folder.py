@@ -25,7 +25,7 @@ from labgym.policies import EpisodeStart, Policy
 from labgym.runs.manifest import RunManifest
 from labgym.suites import Suite, suite_of
 
-OUTPUT = ("episodes.jsonl", "routes.jsonl", "summary.json", "manifest.json")
+OUTPUT = ("episodes.jsonl", "routes.jsonl", "actions.jsonl", "summary.json", "manifest.json")
 
 
 class Arc(Policy):
@@ -77,6 +77,7 @@ def edit(path: Path, change) -> None:
 def test_a_folder_holds_what_decides_the_run_and_what_came_out(finished, layouts):
     assert {path.name for path in finished.iterdir()} == {
         ".lock",
+        "actions.jsonl",
         "episodes.jsonl",
         "layouts",
         "manifest.json",
