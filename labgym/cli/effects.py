@@ -136,7 +136,11 @@ IDLE: Mapping[str, tuple[Idle, ...]] = {
     ),
     "run": (Idle(("name",), lambda v: v.out is not None, "with --out, which names the folder"),),
     "labnav": (
-        Idle(("seed",), lambda v: v.split == "floors-sealed", "with floors-sealed, whose secret decides: leave it out"),
+        Idle(
+            ("seed",),
+            lambda v: v.split in ("floors-sealed", "floors-fresh"),
+            "with floors-sealed or floors-fresh, whose secret decides: leave it out",
+        ),
         Idle(("unfiltered",), lambda v: 2 not in v.level, "without level 2: leave it out"),
     ),
     "describe splits": (
