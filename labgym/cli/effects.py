@@ -149,7 +149,17 @@ IDLE: Mapping[str, tuple[Idle, ...]] = {
         Idle(("fresh",), lambda v: v.out is None, NO_OUT),
     ),
     "submit check": (
-        Idle(("seed", "policy", "options"), lambda v: v.no_drive, "with --no-drive, which drives nothing again"),
+        Idle(("seed",), lambda v: v.no_drive, "with --no-drive, which drives nothing again"),
+        Idle(
+            ("policy", "options"),
+            lambda v: v.no_drive and v.fresh is None,
+            "with --no-drive, which drives nothing again",
+        ),
+        Idle(
+            ("secret_file", "out", *EXECUTION),
+            lambda v: v.fresh is None,
+            "without --fresh, which drives on fresh floors",
+        ),
         Idle(("options",), lambda v: v.policy is None, "without --policy: a built-in one has those of the submission"),
     ),
     "leaderboard": (Idle(EXECUTION, lambda v: not v.routes, "without --routes, which drives again"),),

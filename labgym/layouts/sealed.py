@@ -2,7 +2,7 @@
 
 The seeds of the floors are SHA-256 digests of a random secret of 256 bits and the number of the floor, so that nobody
 can make the floors before the secret is public, and everybody can check afterwards that they were not exchanged. Of the
-sealed split, hashes are published now and the secret at a later release. Every verifier draws a secret for fresh floors.
+sealed split, hashes are published now and the secret at a later release. A verifier draws a secret for fresh floors.
 """
 
 from __future__ import annotations
@@ -133,7 +133,7 @@ def secret_hash(secret: bytes) -> str:
 
 
 def sealed_seeds(secret: bytes, index: int) -> Iterator[int]:
-    """Yield the seeds of a sealed or fresh floor, at least 10^10: the next is taken if a floor does not hold its protocols.
+    """Yield the seeds of a floor, at least 10^10: the next is taken if a floor does not hold its protocols.
 
     A seed follows from the SHA-256 of the secret, the floor's number and the attempt's, in decimals.
     """

@@ -81,8 +81,8 @@ def floor_suite(
         raise UnknownNameError("split of floors", split, (*FIRST_SEEDS, *SECRET_SPLITS))
     if (split in SECRET_SPLITS) != (secret is not None) or (secret is not None and seed is not None):
         raise OptionError(
-            f"split {split!r}: the seeds of {' and '.join(SECRET_SPLITS)} follow from a secret (--secret-file), those of "
-            "the other splits from --development or from the split"
+            f"split {split!r}: the seeds of {' and '.join(SECRET_SPLITS)} follow from a secret (--secret-file), those "
+            "of the other splits from --development or from the split"
         )
     inputs = {"split": split, "count": count, "first": first, "episodes": episodes, "seed": seed}
     inputs |= {} if secret is None else {"secret": secret_hash(secret)}

@@ -44,6 +44,11 @@ class Gain(Record):
     error: float
     z: float
 
+    def is_near(self, other: Gain) -> bool:
+        """Whether all figures are equal but for rounding."""
+        pairs = zip(self.model_dump().values(), other.model_dump().values(), strict=True)
+        return all(math.isclose(one, another, rel_tol=1e-5, abs_tol=1e-6) for one, another in pairs)
+
     @property
     def alarm(self) -> bool:
         """Whether the gain is larger than chance and than any honest difference."""

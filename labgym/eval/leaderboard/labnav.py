@@ -22,12 +22,11 @@ from labgym.eval.labnav.evaluation import Thinking, time_problems
 from labgym.eval.labnav.figure import arithmetic, figure
 from labgym.eval.labnav.suites import FIRST, PREFIX, LabNavSuite, load_labnav
 from labgym.eval.labnav.summary import LabNavSummary, TaskSummary
+from labgym.eval.leaderboard.receipts import SAME, has_alarm, published_rounds
 from labgym.layouts.floor.fields import Growing
 from labgym.runs.provenance import RunProvenance
 
 FOLDER = "leaderboard/labnav"
-SAME = ("policy", "options", "track", "sensors", "seed", "latency", "declared")
-"""Fields in which results of one policy agree."""
 DIRTY = "-dirty"
 """End of a commit whose checkout had changes."""
 DIGITS = 9
@@ -191,13 +190,18 @@ class LabNavResult(Document, Growing):
 
 
 def published_results() -> tuple[LabNavResult, ...]:
-    """Return the published results, the highest figure first.
+    """Return the published results, the highest figure first; those with an alarm on fresh floors come last.
 
     Raises:
         DocumentError: a file is broken.
     """
     results = [LabNavResult.load(path) for path in sorted((artefacts("eval") / FOLDER).glob("*.json"))]
-    return tuple(sorted(results, key=lambda one: (one.summary.labnav is None, -(one.summary.headline.value or 0.0))))
+    rounds = published_rounds()
+
+    def rank(one: LabNavResult) -> tuple[bool, bool, float]:
+        return has_alarm(one.summary, rounds), one.summary.labnav is None, -(one.summary.headline.value or 0.0)
+
+    return tuple(sorted(results, key=rank))
 
 
 def publish(folder: str | Path, place: Path | None = None) -> Path:
