@@ -34,7 +34,8 @@ from labgym.eval.submission.check import PolicyChoice
 from labgym.layouts import Layout
 from labgym.layouts.sealed import FRESH, SECRET_BYTES, SealedFloor, read_secret, secret_hash, write_secret
 from labgym.policies.fingerprint.policy import PolicyFingerprint
-from labgym.runs import ExecutorOptions, code_digest
+from labgym.runs import ExecutorOptions, RunIdentity
+from labgym.runs.identity import IDENTITY_FILE
 
 PER_FLOOR = 2
 """Episodes of each task on a fresh floor."""
@@ -82,30 +83,31 @@ def check_fresh(
     if _LABEL.fullmatch(summary.policy) is None:
         raise OptionError(f"policy {summary.policy[:80]!r}: its label is no name of a file")
     choice = PolicyChoice.of(summary, policy, options)
-    secret = secret_of(out, secret_file)
     chosen = benchmark_suite(suite or summary.suite)
+    secret = secret_of(out, secret_file)
     layouts = fresh_floors(secret, floors, out, executor, progress)
     drawn = draw_fresh(chosen, secret, layouts, out, executor, progress)
-    fresh = evaluate(
+    drives = out / "drives" / summary.policy
+    evaluate(
         choice.name,
         drawn,
         seed=summary.seed,
         latency=summary.latency,
-        out=out / "drives" / summary.policy,
+        out=drives,
         options=choice.options,
         executor=executor,
         progress=progress,
     )
-    assert isinstance(fresh, LabNavEvaluation) and fresh.identity is not None  # noqa: PT018
+    fresh, identity = LabNavEvaluation.read(drives), RunIdentity.load(drives / IDENTITY_FILE)
     ours, theirs = ({key: round(score, DIGITS) for key, score in one.scores.items()} for one in (published, fresh))
     difference = gain(ours, theirs)
     receipt = FreshReceipt(
         secret=secret_hash(secret),
         floors=tuple(SealedFloor(id=layout.id, hash=layout.hash) for layout in layouts),
         per_floor=PER_FLOOR,
-        fingerprint=PolicyFingerprint.model_validate(fresh.identity.inputs["policy"]),
+        fingerprint=PolicyFingerprint.model_validate(identity.inputs["policy"]),
         labgym=labgym.__version__,
-        code=code_digest(),
+        code=identity.code,
         suite=summary.suite,
         episodes=summary.hash,
         figure=summary.labnav,
