@@ -21,6 +21,8 @@ from labgym.eval.leaderboard.labnav import LabNavResult, published_results
 from labgym.eval.leaderboard.receipts import FreshReceipt, published_rounds, receipt_of
 from labgym.eval.leaderboard.rounds import publish_round
 from labgym.eval.leaderboard.tables import published_table
+from labgym.eval.reports.labnav_report import write_leaderboard
+from labgym.eval.reports.site.entries import Entry, ranked_entries
 from labgym.eval.submission.fresh import benchmark_suite, check_fresh, draw_fresh, fresh_floors, secret_of
 from labgym.layouts.floors import SPLITS
 from labgym.layouts.sealed import read_secret, secret_hash
@@ -178,7 +180,7 @@ def results(submission, receipt, tmp_path, monkeypatch):
     return place
 
 
-def test_a_published_round_shows_fresh_scores_and_an_alarm_unranks_its_row(out, results, receipt):
+def test_a_published_round_shows_fresh_scores_and_an_alarm_unranks_its_row(out, results, receipt, tmp_path):
     before = published_results()
     assert "Fresh ↑" not in published_table(before, published_rounds()).columns
     paths = publish_round(out)
@@ -195,6 +197,9 @@ def test_a_published_round_shows_fresh_scores_and_an_alarm_unranks_its_row(out, 
     column = table.columns.index("Fresh ↑")
     assert [row[column] for row in table.rows] == ["-", "-", "-, alarm"]
     assert any(note.startswith("still is not ranked: mean score 0.200 on published floors") for note in table.notes)
+    entries = ranked_entries([Entry.of_result(one, rounds=[own]) for one in before])
+    assert (entries[-1].name, entries[-1].fresh) == ("still", receipt)
+    assert receipt.sentence in write_leaderboard(tmp_path / "site", after).read_text()
     with pytest.raises(OptionError, match="round 2026-11 is published"):
         publish_round(out)
 
