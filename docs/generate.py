@@ -48,6 +48,7 @@ from labgym.eval.drawing.episode_picture import EpisodeWorld, episode_picture, s
 from labgym.eval.driving.record import NavigationSummary
 from labgym.eval.leaderboard.lab30 import Lab30Result, published_lab30
 from labgym.eval.leaderboard.labnav import LabNavResult, published_results
+from labgym.eval.leaderboard.receipts import FreshReceipt, published_rounds
 from labgym.eval.leaderboard.tables import correlation_tables, published_table
 from labgym.eval.reports.comparison import Comparison
 from labgym.eval.reports.tables import layout_table, leaderboard
@@ -145,6 +146,7 @@ DOCUMENTS: tuple[type[Document], ...] = (
     FloorFile,
     Inventory,
     Commitment,
+    FreshReceipt,
     Manifest,
     Trace,
     Suite,
@@ -305,7 +307,7 @@ def front_table() -> str:
     results = published_results()
     if not results:
         return "No results are published yet."
-    table = published_table(results)
+    table = published_table(results, published_rounds())
     chosen = [table.columns.index(name) for name in FRONT_COLUMNS]
     rows = tuple(tuple(row[index] for index in chosen) for row in table.rows[:FRONT_ROWS])
     return Table("", FRONT_COLUMNS, rows).markdown()
@@ -401,7 +403,7 @@ def draw_plan(axes: Axes, draw: FloorDraw) -> None:
 def results_tables() -> str:
     """Return the table of the published results of LabNav."""
     results = published_results()
-    return published_table(results).markdown() if results else "No results are published yet."
+    return published_table(results, published_rounds()).markdown() if results else "No results are published yet."
 
 
 def classical_table() -> str:

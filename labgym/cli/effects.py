@@ -136,7 +136,11 @@ IDLE: Mapping[str, tuple[Idle, ...]] = {
     ),
     "run": (Idle(("name",), lambda v: v.out is not None, "with --out, which names the folder"),),
     "labnav": (
-        Idle(("seed",), lambda v: v.split == "floors-sealed", "with floors-sealed, whose secret decides: leave it out"),
+        Idle(
+            ("seed",),
+            lambda v: v.split in ("floors-sealed", "floors-fresh"),
+            "with floors-sealed or floors-fresh, whose secret decides: leave it out",
+        ),
         Idle(("unfiltered",), lambda v: 2 not in v.level, "without level 2: leave it out"),
     ),
     "describe splits": (
@@ -145,7 +149,17 @@ IDLE: Mapping[str, tuple[Idle, ...]] = {
         Idle(("fresh",), lambda v: v.out is None, NO_OUT),
     ),
     "submit check": (
-        Idle(("seed", "policy", "options"), lambda v: v.no_drive, "with --no-drive, which drives nothing again"),
+        Idle(("seed",), lambda v: v.no_drive, "with --no-drive, which drives nothing again"),
+        Idle(
+            ("policy", "options"),
+            lambda v: v.no_drive and v.fresh is None,
+            "with --no-drive, which drives nothing again",
+        ),
+        Idle(
+            ("secret_file", "out", *EXECUTION),
+            lambda v: v.fresh is None,
+            "without --fresh, which drives on fresh floors",
+        ),
         Idle(("options",), lambda v: v.policy is None, "without --policy: a built-in one has those of the submission"),
     ),
     "leaderboard": (Idle(EXECUTION, lambda v: not v.routes, "without --routes, which drives again"),),

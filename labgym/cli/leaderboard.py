@@ -27,6 +27,7 @@ def leaderboard(
     out: OptionalPath = None,
     correlation: bool = False,
     routes: Texts = (),
+    fresh_round: OptionalPath = None,
     execution: Execution = THIS_PROCESS,
 ) -> int:
     """Show the published results of LabNav and of lab30.
@@ -39,12 +40,16 @@ def leaderboard(
         correlation: Also show the rank correlations between the tasks of LabNav, over policies and over floors.
         routes: Built-in policies with published results, or all: drive the episodes that the site shows again, in
             runs/leaderboard, and publish the routes of those that end as published. Exit 1 if some do not.
+        fresh_round: Folder of labgym submit check --fresh --out: publish its secret and receipts as the round of its
+            name. The floors are then public, and the next check needs another secret.
     """
     from labgym.documents import read_json
     from labgym.eval.driving.files import SUMMARY
     from labgym.eval.labnav.summary import LabNavSummary
     from labgym.eval.leaderboard.lab30 import publish_lab30, published_lab30
     from labgym.eval.leaderboard.labnav import publish, published_results
+    from labgym.eval.leaderboard.receipts import published_rounds
+    from labgym.eval.leaderboard.rounds import publish_round
     from labgym.eval.leaderboard.tables import correlation_tables, published_table
     from labgym.eval.reports.tables import leaderboard as lab30_table
 
@@ -52,8 +57,14 @@ def leaderboard(
         data = read_json(folder / SUMMARY)
         of_labnav = isinstance(data, dict) and data.get("schema") == LabNavSummary.SCHEMA
         written(publish(folder) if of_labnav else publish_lab30(folder))
+    if fresh_round is not None:
+        for path in publish_round(fresh_round):
+            written(path)
     results, lab30 = published_results(), published_lab30()
-    tables = [*([published_table(results)] if results else []), *([lab30_table(lab30)] if lab30 else [])]
+    tables = [
+        *([published_table(results, published_rounds())] if results else []),
+        *([lab30_table(lab30)] if lab30 else []),
+    ]
     for table in (*tables, *(correlation_tables(results) if correlation and results else ())):
         print(f"\n{table.text()}\n")
     code = publish_routes(results, routes, execution) if routes else DONE

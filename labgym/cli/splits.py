@@ -16,7 +16,7 @@ SplitNames = Annotated[tuple[SplitName, ...], arg(metavar="SPLIT [SPLIT ...]")]
 
 
 def floors(
-    split: SplitName | Literal["floors-sealed"],
+    split: SplitName | Literal["floors-sealed", "floors-fresh"],
     *,
     out: Path,
     count: OptionalWholeNumber = None,
@@ -35,28 +35,35 @@ def floors(
 
     Args:
         split: floors-train, floors-val and floors-seen have the families of training, floors-test has others
-            (docs/splits.md); floors-sealed needs its secret.
+            (docs/splits.md); floors-sealed needs its secret, floors-fresh that of a round.
         out: Folder.
-        count: Number of floors; by default 10, and all of floors-sealed.
+        count: Number of floors; by default 10, and 60 of floors-sealed and floors-fresh.
         first: Place of the first floor in the split.
         episodes: Greatest number of drives of each floor.
         development: First development seed, below 10^9, in place of the split's own. Tune on these alone.
-        secret_file: File of the secret of floors-sealed: 64 hexadecimal digits.
+        secret_file: File of the secret of floors-sealed or floors-fresh: 64 hexadecimal digits.
         fresh: Move the files of the folder aside and start anew.
     """
     from labgym.eval.driving.floor_suites import commitment_to, floor_suite, suite_floors
-    from labgym.layouts.sealed import COMMITMENT, SEALED, SEALED_FLOORS, commitment, read_secret
+    from labgym.layouts.sealed import (
+        COMMITMENT,
+        SEALED,
+        SEALED_FLOORS,
+        SECRET_SPLITS,
+        commitment,
+        read_secret,
+    )
 
     secret = None if secret_file is None else read_secret(secret_file)
     if count is None:
-        count = SEALED_FLOORS if split == SEALED else 10
+        count = SEALED_FLOORS if split in SECRET_SPLITS else 10
     suite = floor_suite(
         split, count, out, first, episodes, development, secret=secret, executor=execution.options(), fresh=fresh
     )
     drives = sum(map(len, (suite.drives or {}).values()))
     print(f"{count} floors, {drives} drives")
     written(out)
-    if secret is None:
+    if secret is None or split != SEALED:
         return DONE
     own, committed = commitment_to(secret, suite, suite_floors(suite, out)), commitment()
     written(own.save(out / COMMITMENT))
@@ -71,7 +78,7 @@ def floors(
 
 @refuses_idle_flags("labnav")
 def labnav(
-    split: Literal["floors-val", "floors-seen", "floors-test", "floors-sealed"],
+    split: Literal["floors-val", "floors-seen", "floors-test", "floors-sealed", "floors-fresh"],
     *,
     out: Path,
     floors: int = 60,
@@ -105,8 +112,8 @@ def labnav(
         draft: Mark the suites as drafts.
         unfiltered: Draw the unfiltered suites of level 2, too: one episode a floor.
         seed: Random seed of the draw.
-        secret_file: File of the secret of floors-sealed: 64 hexadecimal digits.
-        layouts: Folder of the floors of floors-sealed: OUT/layouts of labgym floors.
+        secret_file: File of the secret of floors-sealed or floors-fresh: 64 hexadecimal digits.
+        layouts: Folder of the floors of either: OUT/layouts of labgym floors.
         publish: Copy the suites to eval/labnav, those on floors-val to its folder val; of the sealed ones the hashes
             alone, as sealed.json.
         fresh: Move the files of the folder aside and start anew.

@@ -35,7 +35,7 @@ FIRST_SEEDS = {
     "floors-val": 6 * 10**9,
 }
 """First seed of each split; a split has the next `SPLIT_SEEDS`. Seeds below 10^9 are for development; those of
-`floors-sealed` follow from a secret (`labgym.layouts.sealed`)."""
+`floors-sealed` and `floors-fresh` follow from a secret (`labgym.layouts.sealed`)."""
 SPLIT_SEEDS = 10**9
 """Number of seeds of a split."""
 FIRST_SEALED_SEED = 10**10

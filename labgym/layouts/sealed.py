@@ -1,12 +1,14 @@
-"""The sealed split of floors: published as hashes now, and as a secret at a later release.
+"""Splits of floors that follow from a secret: the sealed one, and the fresh ones of a verifier.
 
-The seeds of its floors are SHA-256 digests of a random secret of 256 bits and the number of the floor, so that nobody
-can make the floors before the secret is public, and everybody can check afterwards that they were not exchanged.
+The seeds of the floors are SHA-256 digests of a random secret of 256 bits and the number of the floor, so that nobody
+can make the floors before the secret is public, and everybody can check afterwards that they were not exchanged. Of the
+sealed split, hashes are published now and the secret at a later release. A verifier draws a secret for fresh floors.
 """
 
 from __future__ import annotations
 
 import hashlib
+import os
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -22,6 +24,10 @@ from labgym.layouts.places import ATTEMPTS, FIRST_SEALED_SEED
 
 SEALED: Literal["floors-sealed"] = "floors-sealed"
 """Name of the sealed split."""
+FRESH: Literal["floors-fresh"] = "floors-fresh"
+"""Name of the split of fresh floors: those of any other secret."""
+SECRET_SPLITS = (SEALED, FRESH)
+"""Splits whose seeds follow from a secret, and whose floors no file of the package has."""
 SEALED_FLOORS = 60
 """Number of its floors."""
 COMMITMENT = "commitment.json"
@@ -97,6 +103,24 @@ def read_secret(path: str | Path) -> bytes:
     return bytes.fromhex(text.decode())
 
 
+def write_secret(path: str | Path, secret: bytes) -> Path:
+    """Write a secret to a file that only its owner may read, and return the path.
+
+    Raises:
+        OptionError: the secret does not have 32 bytes, or the file exists.
+    """
+    secret_hash(secret)
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+    except FileExistsError:
+        raise OptionError(f"{path} exists: a secret is not overwritten") from None
+    with os.fdopen(handle, "w") as stream:
+        stream.write(f"{secret.hex()}\n")
+    return path
+
+
 def secret_hash(secret: bytes) -> str:
     """Return the SHA-256 of a secret.
 
@@ -109,7 +133,7 @@ def secret_hash(secret: bytes) -> str:
 
 
 def sealed_seeds(secret: bytes, index: int) -> Iterator[int]:
-    """Yield the seeds of a sealed floor, at least 10^10: the next is taken if a floor does not hold its protocols.
+    """Yield the seeds of a floor, at least 10^10: the next is taken if a floor does not hold its protocols.
 
     A seed follows from the SHA-256 of the secret, the floor's number and the attempt's, in decimals.
     """

@@ -18,6 +18,7 @@ from labgym.eval.labnav.suites import CHECK, MINI_GOALS, MINI_SECONDS, load_labn
 from labgym.eval.labnav.together import FOLDER, drive_together
 from labgym.eval.leaderboard.lab30 import published_lab30
 from labgym.eval.leaderboard.labnav import agreement, published_results
+from labgym.eval.leaderboard.receipts import published_rounds
 from labgym.eval.leaderboard.tables import published_table
 from labgym.eval.reports.report import write_report, write_tables
 from labgym.eval.reports.results import ResultsFolder
@@ -136,7 +137,7 @@ def published_tables(folder: Path) -> tuple[tuple[Table, ...], tuple[str, ...]]:
     if not paths:
         return (), ()
     published = published_results()
-    tables = [published_table(published)] if published else []
+    tables = [published_table(published, published_rounds())] if published else []
     lab30 = published_lab30(SHOWN)
     tables += [leaderboard(lab30)] if lab30 else []
     outcomes = {result.summary.policy: result.by_key for result in published}

@@ -21,7 +21,7 @@ from labgym.errors import DocumentError, OptionError, UnknownNameError
 from labgym.json_stream import stream_json
 from labgym.layouts import Layout, load_published
 from labgym.layouts.floor.fields import Growing
-from labgym.layouts.sealed import SEALED
+from labgym.layouts.sealed import SECRET_SPLITS
 from labgym.navigation import GoalPair
 from labgym.navigation.goals import ANYWHERE
 from labgym.suites import Coordinate
@@ -37,7 +37,7 @@ Hash = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
 Angle = Annotated[float, Field(ge=-7.0, le=7.0)]
 EpisodePose = tuple[Coordinate, Coordinate, Angle]
 MAX_EPISODES = 10_000
-Split = Literal["floors-val", "floors-seen", "floors-test", "floors-sealed"]
+Split = Literal["floors-val", "floors-seen", "floors-test", "floors-sealed", "floors-fresh"]
 
 
 class LabNavLeg(Record):
@@ -125,7 +125,7 @@ class LabNavEpisodes(Document):
         draft: whether the episodes may still change.
         filtered: whether the drives have the properties of the task and level, such as length and neck; otherwise they
             are all that have a path.
-        split: of the floors. seed: random seed of the draw; that of the sealed suites follows from their secret.
+        split: of the floors. seed: random seed of the draw; that of sealed and fresh suites follows from their secret.
         episodes: by floor and number. draws: acceptance by floor, of all floors that were tried.
     """
 
@@ -200,11 +200,11 @@ class LabNavEpisodes(Document):
         Raises:
             DocumentError: its hash is not that of the episodes.
             UnknownNameError: the split has no such floor, or the episodes do not bring it.
-            OptionError: the split is sealed, and the episodes bring no floors.
+            OptionError: the floors follow from a secret, and the episodes bring none.
         """
         brought = self._unpublished
-        if not brought and self.split == SEALED:
-            raise OptionError(f"the floors of {SEALED} are not published: pass their folder (--layouts)")
+        if not brought and self.split in SECRET_SPLITS:
+            raise OptionError(f"the floors of {self.split} are not published: pass their folder (--layouts)")
         if brought and floor not in brought:
             raise UnknownNameError(f"layout of {self.label}", floor, brought)
         layout = brought[floor] if brought else load_published(self.split, floor)

@@ -20,7 +20,7 @@ from labgym.layouts.places import (
     furnished,
     furnished_with,
 )
-from labgym.layouts.sealed import SEALED, Commitment, SealedFloor, sealed_seeds, secret_hash
+from labgym.layouts.sealed import SECRET_SPLITS, Commitment, SealedFloor, sealed_seeds, secret_hash
 from labgym.runs import ExecutorOptions, RunFolder, RunIdentity, Shard, ShardOutput, run_shards
 from labgym.runs.folder import SHARDS
 from labgym.suites import Suite, SuiteDrive
@@ -52,13 +52,13 @@ def floor_suite(
     executor.
 
     Args:
-        split: floors-train, floors-val, floors-seen, floors-test, or floors-sealed with its secret.
+        split: floors-train, floors-val, floors-seen, floors-test, or floors-sealed or floors-fresh with its secret.
         count: number of floors, 1 to 10,000.
         out: the folder.
         first: place of the first floor in the split.
         episodes: greatest number of drives of each floor, 1 to 1000.
         seed: first development seed, below 10^9; None for the split's own seeds.
-        secret: 32 bytes from which the seeds of floors-sealed follow; None for the other splits.
+        secret: 32 bytes from which the seeds of these two follow; None for the other splits.
         executor: where the floors are made.
         fresh: move the files of the folder aside and start anew.
         progress: whether to show a progress bar.
@@ -77,12 +77,12 @@ def floor_suite(
         "seed": (seed or 0, 0, LAST_DEVELOPMENT_SEED),
     }
     check_numbers(limits)
-    if split not in FIRST_SEEDS and split != SEALED:
-        raise UnknownNameError("split of floors", split, (*FIRST_SEEDS, SEALED))
-    if (split == SEALED) != (secret is not None) or (secret is not None and seed is not None):
+    if split not in FIRST_SEEDS and split not in SECRET_SPLITS:
+        raise UnknownNameError("split of floors", split, (*FIRST_SEEDS, *SECRET_SPLITS))
+    if (split in SECRET_SPLITS) != (secret is not None) or (secret is not None and seed is not None):
         raise OptionError(
-            f"split {split!r}: the seeds of {SEALED} follow from its secret (--secret-file), those of the other "
-            "splits from --development or from the split"
+            f"split {split!r}: the seeds of {' and '.join(SECRET_SPLITS)} follow from a secret (--secret-file), those "
+            "of the other splits from --development or from the split"
         )
     inputs = {"split": split, "count": count, "first": first, "episodes": episodes, "seed": seed}
     inputs |= {} if secret is None else {"secret": secret_hash(secret)}
@@ -139,7 +139,7 @@ def make_floor(split: str, index: int, first: int | None, episodes: int, secret:
     Args:
         split, index, first: the place, as for `furnished`.
         episodes: greatest number of drives.
-        secret: of the sealed split.
+        secret: of a split whose seeds follow from one.
 
     Raises:
         InfeasibleError: no seed of the place gives a layout.

@@ -20,7 +20,7 @@ from labgym.envs.labnav.episodes import DEVELOPMENT, FOLDER, UNFILTERED, Hash, L
 from labgym.envs.labnav.tasks import HEADLINE, TASKS, task_of
 from labgym.errors import DocumentError, LabgymError, OptionError
 from labgym.layouts import Layout, load_published, published
-from labgym.layouts.sealed import SEALED, commitment, secret_hash
+from labgym.layouts.sealed import FRESH, SEALED, SECRET_SPLITS, commitment, secret_hash
 from labgym.runs import ExecutorOptions, RunFolder, RunIdentity, Shard, ShardOutput, run_shards
 from labgym.runs.folder import SHARDS
 
@@ -81,7 +81,7 @@ class LabNavManifest(Document):
 
     Attributes:
         version: of episodes and rules. draft: whether they may still change. labgym: version that drew them.
-        split: of the floors. secret: SHA-256 of the secret of the sealed suites; None for public ones.
+        split: of the floors. secret: SHA-256 of the secret of sealed or fresh suites; None for public ones.
         suites: by name without "labnav-".
     """
 
@@ -118,9 +118,9 @@ class Publication:
         split: of the floors. floors: greatest number of them. per_floor: episodes of a task and level on each.
         tasks, levels: which ones. unfiltered: whether the headline's level has unfiltered suites, too.
         version: of the suites. draft: whether they may still change.
-        seed: random seed of the draw; of the sealed suites, the secret decides.
+        seed: random seed of the draw; of sealed and fresh suites, the secret decides.
         secret: 32 bytes; None for public splits.
-        layouts: folder of the floors of the sealed split.
+        layouts: folder of the floors of a split with a secret.
         attempts: greatest number of drives that are drawn on a floor.
     """
 
@@ -155,10 +155,11 @@ class Publication:
             ("attempts", self.attempts, 1, 1_000_000),
         ):
             whole_number(name, value, low, high)
-        if (self.split == SEALED) != (self.secret is not None) or (self.split == SEALED) != (self.layouts is not None):
+        secret = self.split in SECRET_SPLITS
+        if secret != (self.secret is not None) or secret != (self.layouts is not None):
             raise OptionError(
-                f"split {self.split!r}: the suites of {SEALED} need its secret (--secret-file) and the folder of its "
-                "floors (--layouts), which labgym floors writes; the others need neither"
+                f"split {self.split!r}: the suites of {' and '.join(SECRET_SPLITS)} need a secret (--secret-file) and "
+                "the folder of their floors (--layouts), which labgym floors writes; the others need neither"
             )
 
     @property
@@ -174,8 +175,13 @@ class Publication:
         """The ids of the split's floors.
 
         Raises:
-            LabgymError: the sealed split has no published commitment.
+            LabgymError: the sealed split has no published commitment, or the folder of fresh floors is empty.
         """
+        if self.split == FRESH and self.layouts is not None:
+            names = tuple(sorted(path.stem for path in self.layouts.glob(f"{FRESH}-*.json")))
+            if not names:
+                raise LabgymError(f"{self.layouts} holds no floors of {FRESH}: draw them with labgym floors first")
+            return names
         if self.split != SEALED:
             return published(self.split)
         committed = commitment()
@@ -184,7 +190,7 @@ class Publication:
         return tuple(floor.id for floor in committed.floors)
 
     def seed_of(self, name: SuiteName) -> int:
-        """Return the random seed of a suite's draw: of the sealed ones the SHA-256 of the secret and the name."""
+        """Return the random seed of a suite's draw: with a secret, the SHA-256 of the secret and the name."""
         if self.secret is None:
             return self.seed
         digest = hashlib.sha256(self.secret + f":{FOLDER}:{name}".encode()).digest()
@@ -254,7 +260,10 @@ def publish(manifest: LabNavManifest, out: str | Path, folder: str | Path | None
 
     Raises:
         DocumentError: a suite does not have its hash.
+        OptionError: the floors are fresh ones, which are published with their round (labgym leaderboard).
     """
+    if manifest.split == FRESH:
+        raise OptionError(f"suites of {FRESH} are not published: labgym leaderboard --fresh-round publishes the secret")
     own = artefacts("eval") / FOLDER
     target = Path(folder) if folder is not None else own / DEVELOPMENT if manifest.split == "floors-val" else own
     if manifest.split == SEALED:
@@ -316,10 +325,10 @@ def draw_shard(
     """Return the episodes of a suite on one floor, and how many drives were drawn for them.
 
     Args:
-        name: of the suite. split, floor: the floor; layouts: folder of a sealed one.
+        name: of the suite. split, floor: the floor; layouts: folder of one that follows from a secret.
         count, seed, attempts: as for `labgym.envs.labnav.drawing.draw_floor`.
     """
-    layout = load_published(split, floor) if layouts is None else sealed_floor(layouts, floor)
+    layout = load_published(split, floor) if layouts is None else secret_floor(layouts, floor, split)
     episodes, draws = draw_floor(layout, name.task, name.level, count, seed, attempts, name.filtered)
     data = {
         "floor": floor,
@@ -329,15 +338,15 @@ def draw_shard(
     return ShardOutput({f"{SHARDS}/{name}/{floor}.json": json.dumps(data).encode()})
 
 
-def sealed_floor(folder: Path, name: str) -> Layout:
-    """Return a floor of the sealed split from the folder that `labgym floors` wrote.
+def secret_floor(folder: Path, name: str, split: Split) -> Layout:
+    """Return a floor of a split with a secret from the folder that `labgym floors` wrote.
 
     Raises:
-        DocumentError: it is missing, or its hash is not that of the published commitment.
+        DocumentError: it is missing, or its hash is not that of the published commitment to the sealed split.
     """
     path = folder / f"{name}.json"
     layout = Layout.load(path)
-    committed = commitment()
+    committed = commitment() if split == SEALED else None
     if committed is not None and layout.hash not in {floor.hash for floor in committed.floors if floor.id == name}:
         raise DocumentError(path, "placements", f"hash {layout.hash[:12]} is not that of the commitment to {SEALED}")
     return layout

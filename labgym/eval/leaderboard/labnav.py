@@ -22,13 +22,12 @@ from labgym.eval.labnav.evaluation import Thinking, time_problems
 from labgym.eval.labnav.figure import arithmetic, figure
 from labgym.eval.labnav.suites import FIRST, PREFIX, LabNavSuite, load_labnav
 from labgym.eval.labnav.summary import LabNavSummary, TaskSummary
+from labgym.eval.leaderboard.receipts import SAME, has_alarm, published_rounds
 from labgym.layouts.floor.fields import Growing
 from labgym.policies.process.box import is_rankable
 from labgym.runs.provenance import RunProvenance
 
 FOLDER = "leaderboard/labnav"
-SAME = ("policy", "options", "track", "sensors", "seed", "latency", "declared", "box")
-"""Fields in which results of one policy agree."""
 DIRTY = "-dirty"
 """End of a commit whose checkout had changes."""
 DIGITS = 9
@@ -192,15 +191,19 @@ class LabNavResult(Document, Growing):
 
 
 def published_results() -> tuple[LabNavResult, ...]:
-    """Return the published results, the highest figure first; those that are not ranked come last.
+    """Return the published results, the highest figure first.
+
+    Those that are not ranked come last: not boxed, or with an alarm on fresh floors.
 
     Raises:
         DocumentError: a file is broken.
     """
     results = [LabNavResult.load(path) for path in sorted((artefacts("eval") / FOLDER).glob("*.json"))]
+    rounds = published_rounds()
 
     def rank(one: LabNavResult) -> tuple[bool, bool, float]:
-        return not is_rankable(one.summary.box), one.summary.labnav is None, -(one.summary.headline.value or 0.0)
+        unranked = not is_rankable(one.summary.box) or has_alarm(one.summary, rounds)
+        return unranked, one.summary.labnav is None, -(one.summary.headline.value or 0.0)
 
     return tuple(sorted(results, key=rank))
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
 
 import numpy as np
@@ -14,6 +14,7 @@ from labgym.eval.driving.intervals import estimate_text
 from labgym.eval.labnav.figure import differences, swaps
 from labgym.eval.labnav.suites import FIRST
 from labgym.eval.leaderboard.labnav import LabNavResult
+from labgym.eval.leaderboard.receipts import ALARM, FreshReceipt, FreshRound, receipt_of
 from labgym.policies.process.box import UNRANKED, is_rankable
 from labgym.table import Table, number
 
@@ -21,13 +22,16 @@ KNOWLEDGE = {"privileged": "everything", "deployed": "old map", "mapless": "-"}
 """What the policies of a track know besides their sensors."""
 
 
-def published_table(results: Sequence[LabNavResult]) -> Table:
+def published_table(results: Sequence[LabNavResult], rounds: Sequence[FreshRound] = ()) -> Table:
     """Return the published results of LabNav, a row for each policy.
 
     Args:
         results: at least one, in the order of the rows.
+        rounds: the published rounds; with a receipt of one of the results, the table has a column of fresh floors.
     """
     rows = []
+    receipts = {one.summary.policy: receipt_of(one.summary, rounds) for one in results}
+    fresh = any(receipts.values())
     for result in results:
         summary = result.summary
         scores = {task.task: task.score.value for task in summary.tasks}
@@ -36,6 +40,7 @@ def published_table(results: Sequence[LabNavResult]) -> Table:
                 summary.policy,
                 KNOWLEDGE[summary.track],
                 estimate_text(summary.labnav, 1),
+                *([fresh_text(receipts[summary.policy])] if fresh else []),
                 number(summary.arithmetic, 1),
                 *(number(scores.get(task), 2) for task in FIGURE_TASKS),
                 number(summary.share("contacts"), 2),
@@ -45,11 +50,20 @@ def published_table(results: Sequence[LabNavResult]) -> Table:
     most = max(task.episodes for one in results for task in one.summary.tasks)
     return Table(
         title=f"LabNav, version {first.tasks[0].suite.rpartition('/')[2]}, {most} episodes per task",
-        columns=("Policy", "Knows", "LabNav ↑", "Mean ↑", *(f"{task} ↑" for task in FIGURE_TASKS), "Touched ↓"),
+        columns=(
+            "Policy",
+            "Knows",
+            "LabNav ↑",
+            *(["Fresh ↑"] if fresh else []),
+            "Mean ↑",
+            *(f"{task} ↑" for task in FIGURE_TASKS),
+            "Touched ↓",
+        ),
         rows=tuple(rows),
         notes=(
             "LabNav is 100 (exp(mean ln(s + 0.05)) - 0.05) over the eight mean scores s, with its 95% interval over "
             "floors; Mean is 100 times their arithmetic mean.",
+            *(_fresh(results, rounds) if fresh else []),
             "Touched: share of episodes with a contact.",
             *_costly(results),
             *(f"{one.summary.policy} {one.mark}." for one in results if one.mark),
@@ -58,6 +72,26 @@ def published_table(results: Sequence[LabNavResult]) -> Table:
             *_pairs([result for result in results if result.summary.labnav is not None]),
         ),
     )
+
+
+def fresh_text(receipt: FreshReceipt | None) -> str:
+    """Return the figure on fresh floors with its interval, and whether it is an alarm; a dash without a receipt."""
+    if receipt is None:
+        return "-"
+    return estimate_text(receipt.summary.labnav, 1) + (f", {ALARM}" if receipt.verdict == ALARM else "")
+
+
+def _fresh(results: Sequence[LabNavResult], rounds: Sequence[FreshRound]) -> Iterator[str]:
+    """Yield sentences on the floors of the fresh figures, and on the results that an alarm unranks."""
+    names = ", ".join(one.name for one in rounds)
+    yield (
+        f"Fresh: LabNav on floors drawn from a verifier's secret after the result was handed in (rounds {names}); rows "
+        "are ranked by LabNav, and an alarm unranks a row."
+    )
+    for result in results:
+        receipt = receipt_of(result.summary, rounds)
+        if receipt is not None and receipt.verdict == ALARM:
+            yield f"{result.summary.policy} is not ranked: {receipt.sentence}."
 
 
 def _costly(results: Sequence[LabNavResult]) -> tuple[str, ...]:

@@ -13,6 +13,7 @@ from labgym.eval.labnav.suites import PREFIX
 from labgym.eval.leaderboard.drives import published_drives
 from labgym.eval.leaderboard.lab30 import published_lab30
 from labgym.eval.leaderboard.labnav import LabNavResult, published_results
+from labgym.eval.leaderboard.receipts import published_rounds
 from labgym.eval.reports.labnav_tables import labnav_tables
 from labgym.eval.reports.report import write_tables
 from labgym.eval.reports.results import distinguished
@@ -67,9 +68,9 @@ def write_leaderboard(folder: str | Path, results: Sequence[LabNavResult] | None
     results = published_results() if results is None else results
     if not results:
         raise OptionError("no results of LabNav are published here: add evaluations with labgym leaderboard --add")
-    lab30 = published_lab30()
+    lab30, rounds = published_lab30(), published_rounds()
     site = site_of(
-        ranked_entries([Entry.of_result(one, published_drives(one)) for one in results]),
+        ranked_entries([Entry.of_result(one, published_drives(one), rounds) for one in results]),
         PREFIX,
         Path(folder),
         title="LabNav leaderboard",

@@ -124,9 +124,11 @@ SPLITS: dict[str, tuple[Population, ...]] = {
     "floors-seen": TRAINED,
     "floors-test": TESTED,
     "floors-sealed": TESTED,
+    "floors-fresh": TESTED,
 }
 """Populations of the splits of floors. The test families and their finishes do not occur in training; `floors-val` and
-`floors-seen` have further floors of the families of training, `floors-sealed` further floors of the test families."""
+`floors-seen` have further floors of the families of training, `floors-sealed` and `floors-fresh` further floors of the
+test families."""
 
 
 def population_of(split: str, index: int) -> Population:

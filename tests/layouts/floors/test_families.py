@@ -270,7 +270,7 @@ def test_doubles_are_joined_by_doors_and_passages_with_and_without_glass():
 
 
 def test_train_and_test_share_neither_families_nor_finishes():
-    held_out = {"floors-test", "floors-sealed"}
+    held_out = {"floors-test", "floors-sealed", "floors-fresh"}
     assert set(SPLITS) == {"floors-train", "floors-val", "floors-seen"} | held_out
     rooms = {split: (4, 8) if split in held_out else (2, 3) for split in SPLITS}
     finishes = {split: HELD_OUT if split in held_out else TRAINED for split in SPLITS}

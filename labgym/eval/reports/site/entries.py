@@ -18,6 +18,7 @@ from labgym.eval.labnav.suites import CHECK, MINI
 from labgym.eval.labnav.summary import LabNavSummary
 from labgym.eval.leaderboard.drives import published_drives
 from labgym.eval.leaderboard.labnav import DIRTY, LabNavResult, Outcome, commits_of
+from labgym.eval.leaderboard.receipts import ALARM, FreshReceipt, FreshRound, published_rounds, receipt_of
 from labgym.policies.registry import BUILT_IN, FILES
 
 Kind = Literal["learned", "classical", "reference", "other"]
@@ -49,6 +50,7 @@ class Entry:
         planning: median over episodes of the milliseconds per action; None if it was not measured.
         mark: of a policy that thinks longer than it declares, else "".
         commits: that drove each task, by its suite; "-dirty" follows a commit with changes.
+        fresh: receipt of a published result on fresh floors; None without one.
         evaluation: the folder; None for a published result.
     """
 
@@ -63,6 +65,7 @@ class Entry:
     planning: float | None = None
     mark: str = ""
     commits: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    fresh: FreshReceipt | None = None
     evaluation: LabNavEvaluation | None = None
 
     @classmethod
@@ -85,8 +88,13 @@ class Entry:
         )
 
     @classmethod
-    def of_result(cls, result: LabNavResult, drives: Mapping[str, ShownDrive] | None = None) -> Entry:
-        """Return the entry of a published result, and of those of its drives that are published."""
+    def of_result(
+        cls,
+        result: LabNavResult,
+        drives: Mapping[str, ShownDrive] | None = None,
+        rounds: Sequence[FreshRound] = (),
+    ) -> Entry:
+        """Return the entry of a published result, of those of its drives that are published, and of its receipt."""
         return cls(
             name=result.summary.policy,
             kind=kind_of_policy(result.summary.policy),
@@ -96,6 +104,7 @@ class Entry:
             outcomes=result.by_key,
             drives={} if drives is None else drives,
             commits=result.commits,
+            fresh=receipt_of(result.summary, rounds),
         )
 
     @cached_property
@@ -152,13 +161,17 @@ def card_of(label: str) -> Path | None:
 
 
 def ranked_entries(entries: Sequence[Entry]) -> tuple[Entry, ...]:
-    """Return entries by their track, learned policies first, then those with all tasks, then the best figure first."""
+    """Return entries by their track, learned policies first, then those with all tasks, then the best figure first.
+
+    Those with an alarm on fresh floors come last.
+    """
     order = list(TRACKS)
     most = max((len(one.summary.tasks) for one in entries), default=0)
 
-    def rank(one: Entry) -> tuple[int, bool, bool, float, str]:
+    def rank(one: Entry) -> tuple[bool, int, bool, bool, float, str]:
         partial = len(one.summary.tasks) < most
         return (
+            one.fresh is not None and one.fresh.verdict == ALARM,
             order.index(one.summary.track),
             one.kind != "learned",
             partial,
@@ -178,9 +191,9 @@ def with_published(evaluations: Sequence[LabNavEvaluation], published: Sequence[
     entries = [Entry.driven(one) for one in evaluations]
     first = evaluations[0].summary
     labels = {task.suite for task in first.tasks}
-    driven = {one.name: one for one in entries}
+    driven, rounds = {one.name: one for one in entries}, published_rounds()
     for result in published if first.suite not in (MINI, CHECK) else ():
-        entry = restricted(Entry.of_result(result, published_drives(result)), labels)
+        entry = restricted(Entry.of_result(result, published_drives(result), rounds), labels)
         same = driven.get(entry.name)
         if not entry.summary.tasks or (same is not None and same.outcomes == entry.outcomes):
             continue

@@ -353,6 +353,8 @@ def _facts(one: Entry) -> tuple[tuple[str, str], ...]:
     ]
     if one.mark:
         facts.append(("Thinking time", one.mark))
+    if one.fresh is not None:
+        facts.append(("Fresh floors", one.fresh.sentence))
     parked = sum(task.parked for task in summary.tasks)
     if parked:
         facts.append(("Stopped by the evaluator", f"in {parked} episodes: the policy cannot stop"))
