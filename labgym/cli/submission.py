@@ -24,6 +24,7 @@ from labgym.cli.outcome import complaints, written
 @refuses_idle_flags("submit check")
 def check(
     folder: Annotated[Positional[Path], arg(metavar="FOLDER")],
+    *,
     seed: OptionalWholeNumber = None,
     suite: OptionalText = None,
     policy: OptionalText = None,

@@ -29,7 +29,7 @@ class BoxError(LabgymError):
 
 
 @dataclass(frozen=True)
-class Level:
+class Protection:
     """The protection that a kernel has.
 
     Attributes:
@@ -49,9 +49,9 @@ class Level:
 
 
 @cache
-def probe() -> Level:
+def probe() -> Protection:
     """Return the protection that this kernel has."""
-    return Level(landlock.version() if platform.machine() in seccomp.MACHINES else 0, seccomp.available())
+    return Protection(landlock.version() if platform.machine() in seccomp.MACHINES else 0, seccomp.available())
 
 
 def confine(rules: Iterable[PathRule]) -> None:

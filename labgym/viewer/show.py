@@ -177,7 +177,7 @@ class Show(PacedShow):
 
         try:
             (drive,) = drive_episodes(
-                self._driver, episode.layout, (episode.assignment,), self.suite, self.label, self._seed, watch
+                self._driver, episode.layout, (episode.assignment,), self.suite, self.label, self._seed, watch=watch
             )
         except AnotherEpisodeError:
             return False

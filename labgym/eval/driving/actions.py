@@ -21,7 +21,7 @@ End = Literal["", "stop", "error"]
 """What followed the last action of a drive: nothing, the policy's STOP, or its error."""
 
 
-class Actions(Record):
+class StoredActions(Record):
     """The decisions of a policy in an episode.
 
     Attributes:
@@ -36,7 +36,7 @@ class Actions(Record):
     data: str
 
     @classmethod
-    def of(cls, tape: ActionTape, stops: bool) -> Actions:
+    def of(cls, tape: ActionTape, stops: bool) -> StoredActions:
         """Return what a tape recorded."""
         actions = np.array([action for drive in tape.drives for action in drive], "<f4").reshape(-1, 2)
         data = base64.b64encode(actions.tobytes()).decode()
@@ -96,10 +96,10 @@ class StoredPolicy(Policy):
         actions: of the episode. error: of the policy that took them, if it failed.
 
     Raises:
-        ValueError: as `Actions.arrays`.
+        ValueError: as `StoredActions.arrays`.
     """
 
-    def __init__(self, actions: Actions, error: str | None) -> None:
+    def __init__(self, actions: StoredActions, error: str | None) -> None:
         self._actions, self._arrays, self._error = actions, actions.arrays(), error
         self._drive, self._next, self._missing = -1, 0, ""
 

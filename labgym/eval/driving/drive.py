@@ -15,7 +15,7 @@ from labgym.envs.labnav.task import spl
 from labgym.envs.parts.vectors import VelocitySensor
 from labgym.envs.robot import ROBOT
 from labgym.envs.state import State
-from labgym.eval.driving.actions import Actions, ActionTape
+from labgym.eval.driving.actions import ActionTape, StoredActions
 from labgym.eval.driving.assignments import Assignment, assignment_between, assignments
 from labgym.eval.driving.episode_row import EpisodeRow, LabNavRow, Pose, TransitionRow
 from labgym.eval.driving.kinematics import first_jump, possible_contacts
@@ -50,7 +50,7 @@ class DrivenEpisode(Generic[R]):
 
     row: R
     route: Route
-    actions: Actions
+    actions: StoredActions
     planning_ms: float | None = None
     high_ms: float | None = None
     slow: bool = False
@@ -81,6 +81,7 @@ def drive_episodes(
     suite: Suite,
     label: str,
     seed: int,
+    *,
     watch: Watch | None = None,
     blind: bool = False,
 ) -> tuple[TransitionDrive, ...]:
@@ -158,7 +159,7 @@ class TransitionTask(PolicyLoop):
         error = self.error or self._jump()
         route = tuple((round(x, 3), round(y, 3), round(yaw, 3)) for x, y, yaw in self._poses)
         planning_ms = 1e3 * self.seconds / state.steps if state.steps else None
-        actions = Actions.of(self._tape, stops=False)
+        actions = StoredActions.of(self._tape, stops=False)
         return TransitionDrive(self._row(label, initial, state, error), route, actions, planning_ms)
 
     def over(self, observation: Observation, state: State) -> bool:

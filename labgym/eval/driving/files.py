@@ -17,7 +17,7 @@ from pydantic import Field, ValidationError, model_validator
 
 from labgym.documents import Record, parse_json
 from labgym.errors import DocumentError
-from labgym.eval.driving.actions import Actions
+from labgym.eval.driving.actions import StoredActions
 from labgym.eval.driving.drive import DrivenEpisode
 from labgym.eval.driving.episode_row import Count, Length, Pose, TransitionRow
 from labgym.policies.registry import FILES, is_class_place
@@ -60,7 +60,7 @@ class EpisodeRoute(EpisodeRecord):
 class EpisodeActions(EpisodeRecord):
     """A line of `actions.jsonl`: the policy's decisions, with which the episode can be simulated again."""
 
-    actions: Actions
+    actions: StoredActions
 
 
 class EpisodeTime(EpisodeRecord):

@@ -18,7 +18,7 @@ from labgym.envs.point_nav import LabPointNavEnv
 from labgym.envs.robot import ROBOT
 from labgym.envs.state import State
 from labgym.envs.tasks import Task
-from labgym.eval.driving.actions import Actions
+from labgym.eval.driving.actions import StoredActions
 from labgym.eval.driving.drive import LabNavDrive
 from labgym.eval.driving.episode_row import LabNavRow
 from labgym.eval.labnav.leg import LabNavDriver, LegRecorder
@@ -66,7 +66,7 @@ class DriveTerms:
 
 def finished(row: LabNavRow, driver: LabNavDriver, recorder: LegRecorder) -> LabNavDrive:
     """Return the results with what was recorded."""
-    actions = Actions.of(recorder.tape, driver.stops)
+    actions = StoredActions.of(recorder.tape, driver.stops)
     route = tuple((round(x, 3), round(y, 3), round(yaw, 3)) for x, y, yaw in recorder.poses)
     if not recorder.times:
         return LabNavDrive(row, route, actions)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from labgym.counts import MAX_SEED
 from labgym.documents import parse_json
 from labgym.errors import DocumentError
-from labgym.eval.driving.actions import Actions, StoredPolicy
+from labgym.eval.driving.actions import StoredActions, StoredPolicy
 from labgym.eval.driving.drive import DrivenEpisode
 from labgym.eval.driving.episode_row import EpisodeRow
 from labgym.eval.driving.evaluation import in_one_line
@@ -138,7 +138,7 @@ class Claim(ABC, Generic[S, R]):
         poses = self._line(ROUTES, self.routes[key])["poses"]
         return np.array(poses, dtype=np.float64).reshape(-1, 3)
 
-    def stored_actions(self, key: str) -> Actions:
+    def stored_actions(self, key: str) -> StoredActions:
         """Return the actions of an episode."""
         return EpisodeActions.model_validate(self._line(ACTIONS, self.actions[key])).actions
 

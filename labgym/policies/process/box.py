@@ -18,11 +18,11 @@ from typing import Any
 
 import labgym
 from labgym.artefacts import artefacts
-from labgym.confinement import NOT_BOXED, Level, confine, confined, landlock, probe
+from labgym.confinement import NOT_BOXED, Protection, confine, confined, landlock, probe
 from labgym.confinement.landlock import PathRule
 
 __all__ = [
-    "BUILT_IN_CODE", "LONGEST_LEVEL", "NOT_BOXED", "NO_NETWORK", "UNRANKED", "Grants", "Level", "denial", "enter",
+    "BUILT_IN_CODE", "LONGEST_LEVEL", "NOT_BOXED", "NO_NETWORK", "UNRANKED", "Grants", "Protection", "denial", "enter",
     "hidden", "is_rankable", "probe", "spared", "split", "system_rules",
 ]  # fmt: skip
 

@@ -20,10 +20,10 @@ from typing import Any
 
 from labgym.confinement import linux
 from labgym.policies.fingerprint.sources import is_installed_file
-from labgym.policies.process.box import Grants, Level, probe, system_rules
+from labgym.policies.process.box import Grants, Protection, probe, system_rules
 from labgym.policies.process.family import Process, descendants, end_of, kill_all, processes, resident_bytes
 from labgym.policies.process.loader import Boxed, prepare_for_maps, serve_loader
-from labgym.policies.process.room import Room
+from labgym.policies.process.room import PrivateRoom
 from labgym.policies.process.source import MAPS
 from labgym.policies.process.wire import FACTS, Answer, ClosedError, receive_request, send_answer
 
@@ -66,7 +66,7 @@ class _Host:
         """Largest memory in bytes by the process id of the loader."""
         self._exceeded: dict[int, int] = {}
         """Memory of the families that were ended for it."""
-        self._rooms: dict[int, Room] = {}
+        self._rooms: dict[int, PrivateRoom] = {}
         """Rooms of the boxed loaders."""
 
     def serve(self) -> None:
@@ -104,9 +104,9 @@ class _Host:
     ) -> list[Any]:
         """Return the id of a new loader, and the level of its box, "" for a loader of labgym's own policies."""
         _import_shared(modules, installed=grants is not None)
-        host, level, room = os.getpid(), Level(0, seccomp=False), None
+        host, level, room = os.getpid(), Protection(0, seccomp=False), None
         if grants is not None:
-            level, room = probe(), Room()
+            level, room = probe(), PrivateRoom()
             system_rules()  # once for all loaders
         child = os.fork()
         if child:

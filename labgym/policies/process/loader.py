@@ -19,7 +19,7 @@ from labgym.policies.process.box import Grants, enter
 from labgym.policies.process.episode import serve_episode
 from labgym.policies.process.facts import encode_error, encode_text, facts_of
 from labgym.policies.process.family import descendants, end_of, processes
-from labgym.policies.process.room import Room
+from labgym.policies.process.room import PrivateRoom
 from labgym.policies.process.source import PolicySource
 from labgym.policies.process.wire import FACTS, FAILED, Answer, ClosedError, receive_request, send_answer
 
@@ -36,7 +36,7 @@ class Boxed:
         quiet: whether the traceback of an error has been printed before.
     """
 
-    room: Room
+    room: PrivateRoom
     grants: Grants | None
     quiet: bool
 

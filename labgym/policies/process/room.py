@@ -16,7 +16,7 @@ HOMES = ("HOME", "TMPDIR", "XDG_CACHE_HOME", "XDG_CONFIG_HOME", "XDG_DATA_HOME",
 """Environment variables that name the private folder."""
 
 
-class Room:
+class PrivateRoom:
     """A folder that exists for one episode, and a file for what the episode prints.
 
     The file is outside of the folder, so that the episode cannot replace it.

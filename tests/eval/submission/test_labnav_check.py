@@ -13,7 +13,7 @@ from labnav_submissions import LabNavFolder
 from simulated_claims import problems_of_changes
 
 from labgym.cli import main
-from labgym.eval.driving.actions import Actions
+from labgym.eval.driving.actions import StoredActions
 from labgym.eval.evaluator import evaluate
 from labgym.eval.labnav.suites import LabNavSuite, load_labnav
 from labgym.eval.submission.check import check_submission, drawn_again, driven_again, foreign_rows, unseen
@@ -117,8 +117,8 @@ def test_the_actions_of_an_episode_are_exact_and_compact():
     class Tape:
         drives, ends = taken, ["stop", "", "error"]
 
-    actions = Actions.of(Tape(), stops=True)
-    again = Actions.model_validate_json(actions.model_dump_json())
+    actions = StoredActions.of(Tape(), stops=True)
+    again = StoredActions.model_validate_json(actions.model_dump_json())
     assert again.drives == ((5, "stop"), (0, ""), (3, "error"))
     for one, drive in zip(again.arrays(), taken, strict=True):
         assert one.dtype == np.float32
@@ -207,7 +207,7 @@ def encoded(actions):
 
 
 def first(line):
-    return Actions.model_validate(line["actions"])
+    return StoredActions.model_validate(line["actions"])
 
 
 def other_actions(lines):

@@ -22,7 +22,7 @@ from labgym.eval.driving.drive import drive_layout
 from labgym.policies import EpisodeStart
 from labgym.policies.policy import PolicyError
 from labgym.policies.process import PolicyProcess, PolicySource, box
-from labgym.policies.process.box import Grants, Level, probe
+from labgym.policies.process.box import Grants, Protection, probe
 from labgym.suites import Suite
 
 HERE = Path(__file__).parent
@@ -159,9 +159,9 @@ def test_programs_that_a_boxed_process_starts_are_boxed(tmp_path: Path) -> None:
 
 
 def test_a_kernel_without_a_box_says_so_and_lets_nobody_in(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert str(Level(0, seccomp=True)) == str(Level(3, seccomp=False)) == "not boxed"
-    assert str(Level(3, seccomp=True)) == "landlock-3+seccomp"
-    monkeypatch.setattr(confinement, "probe", lambda: Level(0, seccomp=True))
+    assert str(Protection(0, seccomp=True)) == str(Protection(3, seccomp=False)) == "not boxed"
+    assert str(Protection(3, seccomp=True)) == "landlock-3+seccomp"
+    monkeypatch.setattr(confinement, "probe", lambda: Protection(0, seccomp=True))
     with pytest.raises(LabgymError, match="no Landlock"):
         box.enter(Grants())
 
