@@ -84,6 +84,8 @@ CASES = [
     *((f"submit check results --no-drive {flag}", flag.split()[0]) for flag in (
         "--seed 1", "--policy a:B", "--options a=1")),
     ("submit check results --options a=1", "--options"),
+    *((f"submit check results {flag}", flag.split()[0]) for flag in (
+        "--secret-file a.txt", "--out b", "--workers 2")),
     ("leaderboard --workers 2", "--workers"),
     *((f"data {flag}", flag.split()[0]) for flag in (
         "--task people", "--level 1", "--split val", "--policy astar", "--sensors lidar", "--episodes 1",
