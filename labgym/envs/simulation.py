@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from dataclasses import replace
 from typing import Any
 
@@ -40,11 +41,11 @@ class RobotMotion:
         self.sideways: float = cosine * dy - sine * dx
 
 
-class CopiedMotion(RobotMotion):
+class CopiedMotion(RobotMotion, ABC):
     """Base of the simulations that are copied as they are pickled: a new one is put into the same state."""
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        raise NotImplementedError
+    @abstractmethod
+    def __reduce__(self) -> tuple[Any, ...]: ...
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Any:
         resume, arguments = self.__reduce__()

@@ -37,7 +37,7 @@ MATCHED_HALF_WINDOW_M, FARTHEST_MATCH_M = 8.0, 0.6
 """Half side of the window of marks around the robot that scans are matched with, and the greatest distance from one in
 it, meters."""
 CROP_MARGIN_M = 2.0
-"""Width of what is unknown around all that is known in which a path may be planned, meters."""
+"""Width of the unseen floor around marks and ends in which a path may be planned, meters."""
 FARTHEST_MARK_M = 3.0
 """Distance that stands for no mark within the window, meters."""
 RETURN_RANGE_M = 0.6

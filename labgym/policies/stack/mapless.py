@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.geometry import Array, compose, to_world
+from labgym.geometry import Array, compose
 from labgym.navigation import Pose
 from labgym.policies.policy import EpisodeStart
 from labgym.policies.stack.old_map import OldMap
@@ -26,7 +26,7 @@ class MaplessStackPolicy(StackPolicy):
 
     - Map: the lidar's marks; what no ray has met counts as free, so that plans are optimistic.
     - Localization: scan matching with these marks where the odometry drifts.
-    - People: what stands where rays have passed before; what stays there is a thing.
+    - People: returns from floor that was seen empty before; what stays there is a thing.
     - Glass: places at which rays end and which other rays pass.
     """
 
@@ -60,8 +60,7 @@ class MaplessStackPolicy(StackPolicy):
 
     def _sense(self, pose: Pose, ranges: Array) -> None:
         super()._sense(pose, ranges)
-        points = to_world(self._points, pose) if len(self._points) else np.empty((0, 2))
-        self._floor.observe(pose, ranges, points)
+        self._floor.observe(pose, ranges, self._placed)
         self._since_match += 1
         if self._since_match >= MATCH_STEPS and self._localizer is not None:
             self._localizer.seen, self._since_match = self._costmap.marks_around(pose), 0

@@ -228,7 +228,7 @@ class StackPolicy(Policy):
 
     def _sense(self, pose: Pose, ranges: Array) -> None:
         """Update people, costmap and station by a scan."""
-        points = to_world(self._points, pose) if len(self._points) else np.empty((0, 2))
+        points = self._placed = to_world(self._points, pose) if len(self._points) else np.empty((0, 2))
         walking = np.zeros(len(points), dtype=bool)
         if self._crowd is not None:
             walking = self._crowd.observe(pose, points, self._strange(pose, points))
