@@ -65,8 +65,8 @@ def eval_(
             memory_gb=8. A policy that exceeds one fails its episode.
         kernels: pinned (the default where the processor has AVX2) gives equal results on every such processor, native
             is faster.
-        latency: LabNav: seconds by which actions come late; at least what the policy declares. By default a policy that
-            is not built in is measured first, and charged for what it thinks longer than it declares.
+        latency: LabNav: seconds by which actions come late at least; not less than the policy declares. A policy that is
+            not built in is measured first: from 10 ms of CPU time per action on, it is charged in steps of 0.1 s.
     """
     from labgym.envs.tasks import resolve_layouts
     from labgym.eval.driving.files import default_folder

@@ -179,6 +179,8 @@ def check_submission(
     driver = PolicyProcess(choice.source, environment=kernel_mode("pinned").environment)
     try:
         problems += choice.problems(driver, claim.stated(driver), claim.summary.policy, record)
+        if measured := claim.measured_again(driver, choice.source, claim.summary.seed):
+            (facts if measured[0] else problems).append(measured[1])
         problems += listed(_drive_problems(claim, in_place(driver, choice.source), keys, progress), "episodes")
     finally:
         driver.close()

@@ -23,7 +23,7 @@ from labgym.eval.driving.files import EPISODES, MAX_LINE, ROUTES, SUMMARY, Episo
 from labgym.eval.driving.record import EvaluationSummary
 from labgym.eval.submission.record_checks import RunRecord
 from labgym.policies import Policy
-from labgym.policies.process import PolicyProcess
+from labgym.policies.process import PolicyProcess, PolicySource
 
 MOST = 20
 """Largest number of problems of one kind that are listed."""
@@ -144,6 +144,10 @@ class Claim(ABC, Generic[S, R]):
     def facts(self) -> Iterator[str]:
         """Yield further facts for the verdict."""
         return iter(())
+
+    def measured_again(self, driver: PolicyProcess, source: PolicySource, seed: int) -> tuple[bool, str] | None:  # noqa: ARG002
+        """Return whether the policy's time, measured again, allows the stated latency, and a sentence; None without."""
+        return None
 
     def difference(self, drive: DrivenEpisode[R]) -> str:
         """Return in what an episode that was driven again differs, "" for nothing or if the submission lacks it."""

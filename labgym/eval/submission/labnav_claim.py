@@ -13,6 +13,7 @@ from labgym.eval.driving.runner import catalog_digest
 from labgym.eval.labnav.drive import drive_floor
 from labgym.eval.labnav.evaluation import LabNavEvaluation, Thinking, time_problems
 from labgym.eval.labnav.foresight import track_of
+from labgym.eval.labnav.latency import is_accepted, probe
 from labgym.eval.labnav.results import DriveTerms
 from labgym.eval.labnav.suites import LabNavSuite, load_labnav
 from labgym.eval.labnav.summary import LabNavSummary
@@ -21,7 +22,8 @@ from labgym.eval.submission.labnav_rows import LabNavTerms, labnav_route_problem
 from labgym.eval.submission.record_checks import RunRecord, catalog_problems, stated_problems
 from labgym.layouts import Layout
 from labgym.policies import Policy
-from labgym.policies.process import PolicyProcess
+from labgym.policies.process import PolicyProcess, PolicySource
+from labgym.policies.registry import BUILT_IN
 
 
 class LabNavClaim(Claim[LabNavSummary, LabNavRow]):
@@ -101,6 +103,18 @@ class LabNavClaim(Claim[LabNavSummary, LabNavRow]):
             "sensors": (driver.observation, self.summary.sensors),
             "latency": (driver.latency, self.summary.stated_latency),
         }
+
+    def measured_again(self, driver: PolicyProcess, source: PolicySource, seed: int) -> tuple[bool, str] | None:
+        """Return whether the policy's time, measured again, allows its latency; None if it is built in."""
+        if source.pickled is None and source.name in BUILT_IN:
+            return None
+        frozen, measured = self.summary.latency, probe(driver, source, self._suite, seed)
+        if measured is None:
+            return True, "the policy gives no action in the first episodes: its time was not measured again"
+        latency = measured.latency(driver.latency)
+        accepted, words = is_accepted(latency, frozen), f"measured again, the policy takes {measured}: {latency:g} s"
+        limit = "within one control step of" if accepted else "more than one control step above"
+        return accepted, f"{words} late, {limit} the {frozen:g} s with which it drove"
 
     def driven(self, driver: PolicyProcess | Policy, keys: Sequence[str]) -> Iterator[LabNavDrive]:
         """Drive episodes again and yield their results."""

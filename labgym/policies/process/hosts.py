@@ -14,6 +14,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from labgym.errors import LabgymError
+from labgym.policies.process.family import cpu_seconds
 from labgym.policies.process.host import END, START, STOP
 from labgym.policies.process.wire import FACTS, ClosedError, GarbageError, receive_answer, send_request
 from labgym.runs.local_pool import THREAD_VARIABLES
@@ -77,6 +78,10 @@ class PolicyHost:
     def alive(self) -> bool:
         """Whether the process runs."""
         return self._process.poll() is None
+
+    def cpu_seconds(self) -> float:
+        """Return the CPU time of all its policies, without its own, seconds."""
+        return cpu_seconds(self._process.pid)
 
     def start_loader(self, memory: int, modules: Sequence[str] = ()) -> tuple[int, socket.socket]:
         """Return the process id of a new loader and a link to it.

@@ -132,6 +132,10 @@ class PolicyProcess:
         stops, *action = DECISION.unpack(content)
         return None if stops else _finite(np.array(action, dtype=np.float32))
 
+    def cpu_seconds(self) -> float:
+        """Return the CPU time of the policy's processes, seconds: differences within an episode count."""
+        return host_with(self._environment).cpu_seconds()
+
     def close(self) -> None:
         """End the process. A later `reset` starts another."""
         if self._process is not None:
