@@ -10,7 +10,6 @@ from labgym.envs.labnav.task import DOCK_HEADING, DOCK_POSITION
 from labgym.envs.parts.endings import StuckEnding
 from labgym.eval.driving.episode_row import Ending
 from labgym.eval.labnav.rules import WAITED
-from labgym.eval.labnav.suites import FIRST
 from labgym.eval.reports.site.entries import Entry
 
 MEANINGS: dict[Ending, str] = {
@@ -53,12 +52,10 @@ def reading_notes(entries: Sequence[Entry], whole: bool) -> tuple[str, ...]:
         notes.append(
             "SR and collision rate are over the tasks that the policy drove; a dash marks a task that it did not."
         )
-    costly = [one.name for one in entries if one.summary.suite == FIRST]
-    if costly and len(costly) < len(entries):
-        notes.append(
-            f"{', '.join(costly)} drove the first episode of each floor only (suite {FIRST}): the expected value is "
-            "the same, the interval wider."
-        )
+    most = max(one.most_episodes for one in entries)
+    fewer = [f"{one.name} {one.most_episodes}" for one in entries if one.most_episodes < most]
+    if fewer:
+        notes.append(f"Fewer episodes per task: {', '.join(fewer)}; their intervals are wider.")
     still = [one.name for one in entries if one.published and not one.moves]
     if still and any(one.moves for one in entries):
         notes.append(f"No routes are published of {', '.join(still)}.")
