@@ -12,7 +12,7 @@ from labgym.errors import OptionError
 from labgym.eval.driving.episode_row import LabNavLegRow, LabNavRow
 from labgym.eval.driving.intervals import Estimate
 from labgym.eval.labnav import figure
-from labgym.eval.labnav.summary import LabNavSummary, TaskSummary, summary_table
+from labgym.eval.labnav.summary import LabNavSummary, TaskSummary, class_order, summary_table
 
 
 def test_all_perfect_is_100_and_all_failed_is_0():
@@ -165,9 +165,15 @@ def test_drives_of_a_shift_that_were_not_begun_are_counted():
     summary = summed([driven(0, task="shift", legs=tuple(legs), goals=5, success=False, ending="stuck")])
     assert summary.tasks[0].legs == {"not begun": 2, "stuck": 1, "success": 2}
     table = summary_table(summary)
-    assert "shift 2: perfect shifts 0.000; 5 drives: stuck 1, no fault 2, not begun 2." in table.notes
+    assert "shift 2: 5 drives: success 2, stuck 1, not begun 2." in table.notes
     assert table.rows[0][:2] == ("shift 2", "1")
     whole = summary.model_copy(update={"labnav": Estimate(value=41.27, low=None, high=None, count=8, nulls=0),
                                        "arithmetic": 50.04})  # fmt: skip
     assert summary_table(whole).notes[-1] == "LabNav 41.3, arithmetic mean 50.0"
     assert not any("perfect shifts" in note for note in summary_table(summed([driven()])).notes)
+
+
+def test_strata_are_sorted_by_value():
+    for names in (("< 10 m", "10 to 15 m", ">= 15 m"), ("0", "1 or 2", "3 and more"), ("< 1.1", "1.1 to 1.3", ">= 1.3"),
+                  ("0.30 m", "0.40 m", "1.00 m and more")):  # fmt: skip
+        assert tuple(sorted(sorted(names), key=class_order)) == names

@@ -118,10 +118,10 @@ def test_the_printed_line_has_one_meaning_of_success(suite, report):
     ]
     fields = {name: getattr(report[1].summary, name) for name in ("policy", "options", "track", "sensors", "seed")}
     table = summary_table(summarise(LabNavSuite("labnav-carry", (part,)), rows, latency=0.0, **fields))
-    assert table.columns[3] == "arrived"
-    assert table.rows[0][3].startswith("0.900")
-    assert table.rows[0][5] == "contact 1, spilt 6, no fault 3"
-    assert "success" not in table.text()
+    assert table.columns[3] == "success"
+    assert table.rows[0][3].startswith("0.300")
+    assert table.rows[0][5] == "success 3, contact 1, spilt 6"
+    assert sum(int(words.split()[-1]) for words in table.rows[0][5].split(", ")) == int(table.rows[0][1])
 
 
 @pytest.mark.cases(20)

@@ -43,8 +43,7 @@ def reading_notes(entries: Sequence[Entry], whole: bool) -> tuple[str, ...]:
         f"Bars show {head} from 0 to 100; brackets and whiskers are its 95% interval over floors.",
         "Columns of tasks are mean scores, 0 to 1; the shade grows with the score.",
         *(["Mean is 100 times their arithmetic mean."] if whole else []),
-        "SR is the share of episodes in which the robot came to rest in the goal's disc, also undocked or with spilt "
-        "liquid; in shift, the share of shifts without a failure.",
+        "SR is the share of episodes that ended by success.",
         "Collision rate, the only column in which less is better, is the share of episodes in which the robot touched "
         "something; in shift touches of furniture count and do not end the drive.",
     ]
