@@ -61,7 +61,7 @@ class Probe(Record):
 
     @classmethod
     def of(cls, times: Iterable[float], basis: Literal["CPU time", "wall time"]) -> Self | None:
-        """Return the probe of some times, seconds; None if there are none."""
+        """Return the probe of some times, seconds, or None for an empty series."""
         counted = list(times)[:STEPS]
         return cls(seconds=round(percentile(counted), 5), basis=basis, steps=len(counted)) if counted else None
 
