@@ -123,6 +123,10 @@ class Claim(ABC, Generic[S, R]):
     def problems_by_episode(self) -> Iterator[tuple[str, str]]:
         """Yield the key and a sentence for each contradiction in a row, and between a row and its route."""
 
+    def measured_again(self, driver: PolicyProcess, source: PolicySource, seed: int) -> tuple[bool, str] | None:  # noqa: ARG002
+        """Return whether the policy's time, measured again, allows the stated latency, and a sentence; None without."""
+        return None
+
     @abstractmethod
     def stated(self, driver: PolicyProcess) -> dict[str, tuple[object, object]]:
         """Return properties of the policy, and what the submission says of them."""
@@ -144,10 +148,6 @@ class Claim(ABC, Generic[S, R]):
     def facts(self) -> Iterator[str]:
         """Yield further facts for the verdict."""
         return iter(())
-
-    def measured_again(self, driver: PolicyProcess, source: PolicySource, seed: int) -> tuple[bool, str] | None:  # noqa: ARG002
-        """Return whether the policy's time, measured again, allows the stated latency, and a sentence; None without."""
-        return None
 
     def difference(self, drive: DrivenEpisode[R]) -> str:
         """Return in what an episode that was driven again differs, "" for nothing or if the submission lacks it."""

@@ -96,14 +96,6 @@ class LabNavClaim(Claim[LabNavSummary, LabNavRow]):
         if thinking is not None and thinking.mark:
             yield f"{self.summary.policy[:80]} {thinking.mark}"
 
-    def stated(self, driver: PolicyProcess) -> dict[str, tuple[object, object]]:
-        """Return properties of the policy, and what the submission says of them."""
-        return {
-            "track": (track_of(driver), self.summary.track),
-            "sensors": (driver.observation, self.summary.sensors),
-            "latency": (driver.latency, self.summary.stated_latency),
-        }
-
     def measured_again(self, driver: PolicyProcess, source: PolicySource, seed: int) -> tuple[bool, str] | None:
         """Return whether the policy's time, measured again, allows its latency; None if it is built in."""
         if source.pickled is None and source.name in BUILT_IN:
@@ -115,6 +107,14 @@ class LabNavClaim(Claim[LabNavSummary, LabNavRow]):
         accepted, words = is_accepted(latency, frozen), f"measured again, the policy takes {measured}: {latency:g} s"
         limit = "within one control step of" if accepted else "more than one control step above"
         return accepted, f"{words} late, {limit} the {frozen:g} s with which it drove"
+
+    def stated(self, driver: PolicyProcess) -> dict[str, tuple[object, object]]:
+        """Return properties of the policy, and what the submission says of them."""
+        return {
+            "track": (track_of(driver), self.summary.track),
+            "sensors": (driver.observation, self.summary.sensors),
+            "latency": (driver.latency, self.summary.stated_latency),
+        }
 
     def driven(self, driver: PolicyProcess | Policy, keys: Sequence[str]) -> Iterator[LabNavDrive]:
         """Drive episodes again and yield their results."""

@@ -79,10 +79,6 @@ class PolicyHost:
         """Whether the process runs."""
         return self._process.poll() is None
 
-    def cpu_seconds(self) -> float:
-        """Return the CPU time of all its policies, without its own, seconds."""
-        return cpu_seconds(self._process.pid)
-
     def start_loader(self, memory: int, modules: Sequence[str] = ()) -> tuple[int, socket.socket]:
         """Return the process id of a new loader and a link to it.
 
@@ -116,6 +112,10 @@ class PolicyHost:
             HostError: the host does not answer.
         """
         return self._ask(STOP, loader)
+
+    def cpu_seconds(self) -> float:
+        """Return the CPU time of all its policies, without its own, seconds."""
+        return cpu_seconds(self._process.pid)
 
     def close(self) -> None:
         """End the host, which ends its loaders."""

@@ -95,6 +95,10 @@ class PolicyProcess:
         """Return the files that the actions depend on."""
         return self._files
 
+    def cpu_seconds(self) -> float:
+        """Return the CPU time of the policy's processes, seconds: differences within an episode count."""
+        return host_with(self._environment).cpu_seconds()
+
     def reset(self, episode: EpisodeStart) -> None:
         """Begin an episode in a fresh process.
 
@@ -131,10 +135,6 @@ class PolicyProcess:
         content = self._running().call(DECIDE, pickle.dumps(dict(observation), protocol=5), DECIDED)
         stops, *action = DECISION.unpack(content)
         return None if stops else _finite(np.array(action, dtype=np.float32))
-
-    def cpu_seconds(self) -> float:
-        """Return the CPU time of the policy's processes, seconds: differences within an episode count."""
-        return host_with(self._environment).cpu_seconds()
 
     def close(self) -> None:
         """End the process. A later `reset` starts another."""
