@@ -22,14 +22,17 @@ from labgym.envs.simulation import Simulation
 from labgym.envs.stage import LayoutSenses
 from labgym.envs.tasks import Task
 from labgym.envs.world import KEPT, World, layout_of, physics_model
-from labgym.errors import OptionError
+from labgym.errors import MissingDependencyError, OptionError
+from labgym.eval.labnav.latency import Probe, probe
+from labgym.eval.labnav.suites import MINI, load_labnav
 from labgym.layouts import Layout, generate, load_published, published
 from labgym.navigation import PLANNING_RADIUS, ShortestPaths, astar, goal_pairs, occupancy
 from labgym.policies import EpisodeStart, make_policy
 from labgym.policies.policy import Driver
 from labgym.policies.process import PolicyProcess, PolicySource
+from labgym.policies.registry import BUILT_IN
 from labgym.scenes import MissingRendererError, make_renderer, to_mjcf
-from labgym.table import Table
+from labgym.table import Table, number
 
 ROUNDS = 15
 """Number of timings of each task and its reference, in alternation."""
@@ -138,6 +141,62 @@ def bench_table(timings: Sequence[Timing]) -> Table:
             for timing in timings
         ),
         notes=("Medians over alternating blocks on one core; quartiles of the ratio in brackets.",),
+    )
+
+
+@dataclass(frozen=True)
+class Thinking:
+    """The time of a built-in policy's actions.
+
+    Attributes:
+        policy: its name. declared: its latency, seconds. probe: its measured time; None if it gave no action.
+        left_out: why it was not measured, "" if it was.
+    """
+
+    policy: str
+    declared: float = 0.0
+    probe: Probe | None = None
+    left_out: str = ""
+
+
+def thinking(names: Sequence[str] = tuple(BUILT_IN)) -> Iterator[Thinking]:
+    """Yield the time of the actions of built-in policies in `labnav-mini`, measured as that of a foreign policy."""
+    suite = load_labnav(MINI)
+    for name in names:
+        source = PolicySource.named(name)
+        try:
+            driver = PolicyProcess(source)
+        except MissingDependencyError as error:
+            yield Thinking(name, left_out=str(error))
+            continue
+        try:
+            if driver.foresees:
+                yield Thinking(name, driver.latency, left_out="it drives in the process that simulates")
+            else:
+                yield Thinking(name, driver.latency, probe(driver, source, suite, 0))
+        finally:
+            driver.close()
+
+
+def thinking_table(rows: Sequence[Thinking]) -> Table:
+    """Return the time of the actions of policies, and the latency that it would be charged, as a table."""
+    return Table(
+        title="Thinking of the built-in policies: 90th percentile of the time of an action on the reference machine",
+        columns=("policy", "ms", "basis", "charged s", "declared s"),
+        rows=tuple(
+            (
+                row.policy,
+                number(None if row.probe is None else 1e3 * row.probe.seconds, 2),
+                "-" if row.probe is None else row.probe.basis,
+                "-" if row.probe is None else f"{row.probe.latency(0.0):g}",
+                f"{row.declared:g}",
+            )
+            for row in rows
+        ),
+        notes=(
+            "Built-in policies drive with the latency that they declare.",
+            *(f"{row.policy} is not measured: {row.left_out}." for row in rows if row.left_out),
+        ),
     )
 
 

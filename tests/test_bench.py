@@ -2,12 +2,14 @@ from __future__ import annotations
 
 import itertools
 import math
+from dataclasses import replace
 
 import gymnasium as gym
 import pytest
 
 from labgym import bench, growth, throughput
 from labgym.cli import main
+from labgym.eval.labnav.latency import Probe
 from labgym.layouts import load_published, published
 
 
@@ -152,3 +154,12 @@ def test_the_command_prints_the_growth_of_every_task(monkeypatch, capsys):
     for name in growth.tasks():
         assert name in output.out
     assert f"{len(growth.tasks())}/{len(growth.tasks())}" in output.err
+
+
+def test_the_thinking_of_a_policy_is_a_row_and_what_is_not_measured_is_named():
+    rows = list(bench.thinking(("still", "clairvoyant")))
+    assert (rows[0].probe.steps, rows[0].probe.basis, rows[1].probe) == (50, "CPU time", None)
+    still = replace(rows[0], probe=Probe(seconds=0.0112, basis="CPU time", steps=50))
+    table = bench.thinking_table([still, rows[1]])
+    assert table.rows == (("still", "11.20", "CPU time", "0.1", "0"), ("clairvoyant", "-", "-", "-", "0"))
+    assert "clairvoyant is not measured: it drives in the process that simulates." in table.notes

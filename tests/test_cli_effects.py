@@ -30,6 +30,8 @@ ALL_EFFECTIVE = {
 """Commands of whose flags none leaves another one without effect, apart from those that exclude each other."""
 CASES = [
     ("bench --growth --rounds 3", "--rounds"),
+    ("bench --thinking --rounds 3", "--rounds"),
+    ("bench --thinking --growth", "--growth"),
     ("generate sub_01 --shard 5", "--shard"),
     ("generate sub_01 --fresh", "--fresh"),
     ("generate sub_01 --workers 2", "--workers"),

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 
 from labgym.eval.driving.episode_row import TRACKS, Ending
 from labgym.eval.driving.intervals import estimate_text
-from labgym.eval.labnav.suites import FIRST
 from labgym.eval.leaderboard.labnav import LabNavResult, published_results
 from labgym.table import Table
 
@@ -58,10 +57,9 @@ def head(result: LabNavResult) -> str:
     )
     endings = summary.endings
     count = sum(endings.values())
-    first = f", the first episode of each floor only (`{FIRST}`)" if summary.suite == FIRST else ""
     lines = [
         f"**LabNav {figure(result)}** of 100, version {summary.tasks[0].suite.rpartition('/')[2]}, level "
-        f"{summary.tasks[0].level}. {TRACKS[summary.track]}; {count} episodes{first}.",
+        f"{summary.tasks[0].level}. {TRACKS[summary.track]}; {count} episodes.",
         f"**How it fails**: of all episodes it {failures(endings)}." if failures(endings) else "It never fails.",
     ]
     touched = summary.touched

@@ -142,12 +142,13 @@ def policies() -> int:
 
 
 @refuses_idle_flags("bench")
-def bench(rounds: int = 15, growth: bool = False) -> int:
+def bench(rounds: int = 15, growth: bool = False, thinking: bool = False) -> int:
     """Measure speed: each task relative to a comparable reference task, and environments relative to PointMaze.
 
     Args:
         rounds: Number of timings of each task, at least 2.
         growth: Measure instead how the cost of each task grows with the size of a laboratory or of a suite.
+        thinking: Measure instead how long the actions of the built-in policies take, as LabNav charges foreign ones.
     """
     from tqdm import tqdm
 
@@ -158,6 +159,9 @@ def bench(rounds: int = 15, growth: bool = False) -> int:
     if growth:
         measured = tqdm(labgym.growth.growth(), "growth", total=len(labgym.growth.tasks()))
         print(labgym.growth.growth_table(list(measured)).text())
+        return DONE
+    if thinking:
+        print(labgym.bench.thinking_table(list(tqdm(labgym.bench.thinking(), "thinking"))).text())
         return DONE
     print(labgym.bench.bench_table(list(tqdm(labgym.bench.bench(rounds), "bench"))).text())
     try:

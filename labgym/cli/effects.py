@@ -73,7 +73,10 @@ OWN_EPISODES = "on an episode of a folder or a suite, which has its own: it is f
 PICTURE = "here: only --web drives a policy"
 
 IDLE: Mapping[str, tuple[Idle, ...]] = {
-    "bench": (Idle(("rounds",), lambda v: v.growth, "with --growth: leave it out"),),
+    "bench": (
+        Idle(("rounds",), lambda v: v.growth, "with --growth: leave it out"),
+        Idle(("rounds", "growth"), lambda v: v.thinking, "with --thinking: leave it out"),
+    ),
     "generate": (
         Idle(("explain", "have", "only_have", "extra", "fixed", "service", "trace"), lambda v: v.count, BATCH),
         Idle(("overwrite",), lambda v: v.count, "with --count, which resumes: start anew with --fresh"),

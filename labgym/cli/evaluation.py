@@ -48,7 +48,7 @@ def eval_(
     Args:
         policy: A name such as astar (labgym policies lists them), module:Class, an .onnx, .pt, .safetensors or .zip
             file, or the http:// URL of a policy server.
-        suite: Name of a suite (lab30, val, navdp_compat, labnav, labnav-aisle, labnav-60, labnav-mini; lab30 is also
+        suite: Name of a suite (lab30, val, navdp_compat, labnav, labnav-aisle, labnav-mini; lab30 is also
             test), its .json file, or a folder of labgym labnav. Where the layouts are not published, pass them by
             --layouts.
         layouts: Layouts to drive in instead of a suite: .json files, folders of them (such as labgym generate --count
@@ -65,8 +65,8 @@ def eval_(
             memory_gb=8. A policy that exceeds one fails its episode.
         kernels: pinned (the default where the processor has AVX2) gives equal results on every such processor, native
             is faster.
-        latency: LabNav: seconds by which actions come late; at least what the policy declares. By default a policy that
-            is not built in is measured first, and charged for what it thinks longer than it declares.
+        latency: LabNav: seconds by which actions come late at least; not less than the policy declares. A policy that
+            is not built in is measured first: from 10 ms of CPU time per action on, it is charged in steps of 0.1 s.
     """
     from labgym.envs.tasks import resolve_layouts
     from labgym.eval.driving.files import default_folder

@@ -34,7 +34,7 @@ def leaderboard(
 
     Args:
         add: Folders of complete evaluations (labgym eval --suite labnav, --suite labnav-aisle or another of its tasks,
-            --suite labnav-60, or --suite lab30) to write among the published results of this installation first.
+            or --suite lab30) to write among the published results of this installation first.
         out: Folder for the site of the published results: a leaderboard, a page for each policy, floors of episodes,
             and pairs of policies, in one index.html.
         correlation: Also show the rank correlations between the tasks of LabNav, over policies and over floors.

@@ -82,7 +82,7 @@ def labnav(
     *,
     out: Path,
     floors: int = 60,
-    episodes: int = 5,
+    episodes: int = 2,
     tasks: Annotated[tuple[str, ...], arg(metavar="TASK [TASK ...]", help_behavior_hint="")] = (),
     level: Annotated[tuple[Literal[1, 2, 3], ...], arg(metavar="LEVEL [LEVEL ...]")] = (1, 2, 3),
     version: int = 1,

@@ -26,13 +26,13 @@ from labgym.eval.driving.runner import (
     policy_source,
     shard_file,
 )
-from labgym.eval.labnav.evaluation import LabNavEvaluation, checked_latency, is_labnav_run
+from labgym.eval.labnav.evaluation import LabNavEvaluation, is_labnav_run
 from labgym.eval.labnav.foresight import check_foresight, executor_for
 from labgym.eval.labnav.runner import LabNavRun, latency_of
 from labgym.eval.labnav.suites import LabNavSuite, is_labnav, resolve_labnav
 from labgym.layouts import Layout
 from labgym.policies import Policy
-from labgym.policies.process import PolicyProcess, ProcessLimits
+from labgym.policies.process import ProcessLimits
 from labgym.runs import ExecutorOptions, Shard, ShardOutput
 from labgym.suites import Jitter, Suite, load_suite, suite_of
 
@@ -73,9 +73,8 @@ def evaluate(
         seed: random seed of the policy.
         repeats: number of episodes per drive; None takes the suite's. LabNav has none.
         jitter: displacement of every start; None takes the suite's. LabNav has none.
-        latency: in LabNav, by which actions come late, seconds; at least what the policy declares. By default that is
-            what a built-in policy declares; another one is measured first (`charged_latency`), and the folder keeps
-            the result.
+        latency: in LabNav, by which actions come late at least, seconds; not less than the policy declares. A policy
+            that is not built in is measured first (`labgym.eval.labnav.latency`), and the folder keeps the result.
         out: folder for `run.json` (the identity of the evaluation), `episodes.jsonl`, `routes.jsonl`, `times.jsonl`,
             `actions.jsonl`, `summary.json`, `provenance.jsonl`, and for layouts passed by hand, `layouts/`. Finished
             layouts are kept, and an interrupted evaluation resumes. None writes nothing.
@@ -175,15 +174,11 @@ def _labnav_run(
     running: RunningPolicy, suite: LabNavSuite, seed: int, latency: float | None, out: Path | None
 ) -> LabNavRun:
     """Return the run of a suite of LabNav; `latency` as the user passed it, `out` the folder that it may resume."""
-    source, driver = running.source, running.driver
-    assert isinstance(driver, PolicyProcess)
-    if driver.foresees:
-        check_foresight(source)
-    running = replace(running, executor=executor_for(running.executor, driver.foresees))
-    charged = (
-        latency_of(driver, source, suite, seed, out) if latency is None else checked_latency(latency, driver.latency)
-    )
-    return LabNavRun(running, suite, seed, charged, driver.latency)
+    foresees = running.driver.foresees
+    if foresees:
+        check_foresight(running.source)
+    running = replace(running, executor=executor_for(running.executor, foresees))
+    return LabNavRun(running, suite, seed, latency_of(running, suite, seed, latency, out))
 
 
 def _unique(layouts: Sequence[Layout]) -> tuple[Layout, ...]:

@@ -117,7 +117,8 @@ def kernel_facts() -> dict[str, str | int]:
     """Return the kernels in force in this process: the mode, and for a loaded torch its instructions and threads.
 
     Keys: `kernels`, the name of the mode; `threads`, if OMP_NUM_THREADS is set; with torch also `torch` (version),
-    `torch_capability` (instruction set), `torch_threads` and `onednn` ("true" or "false").
+    `torch_capability` (instruction set), `torch_threads` and `onednn` ("true" or "false"), and `cuda`,
+    the name of the GPU that it uses, if it does.
     """
     facts: dict[str, str | int] = {"kernels": os.environ.get(VARIABLE, NATIVE.name)}
     threads = os.environ.get("OMP_NUM_THREADS", "")
@@ -129,4 +130,6 @@ def kernel_facts() -> dict[str, str | int]:
         facts["torch_capability"] = str(torch.backends.cpu.get_cpu_capability())
         facts["torch_threads"] = int(torch.get_num_threads())
         facts["onednn"] = str(torch.backends.mkldnn.enabled).lower()
+        if torch.cuda.is_initialized():
+            facts["cuda"] = str(torch.cuda.get_device_name())[:100]
     return facts

@@ -174,7 +174,9 @@ class FilmPanel:
         y += round(1.4 * self._line)
         if step == len(self._shown.shots) - 1:
             ending = f"{row.ending}: {row.contact}" if row.contact else row.ending
-            self._write(image, y, f"{ending}   score {row.score:.2f}", "#2c7a3f" if row.success else "#b3261e", True)
+            self._write(
+                image, y, f"{ending}   score {row.score:.2f}", "#2c7a3f" if row.ending == "success" else "#b3261e", True
+            )
         elif shot.touched:
             self._write(image, y, f"touches {shot.touched[0]}", "#b3261e")
         return np.array(image)

@@ -151,7 +151,8 @@ class LabNavRow(EpisodeRow):
         floor, floor_hash, number: the episode.
         policy: label. track: what it knows. seed: random seed of the evaluation.
         score: see `labgym.eval.labnav.scores`.
-        success: S, whether the robot rested in the goal's disc without a contact that ends the drive.
+        success: S in the scores, whether the robot rested in the goal's disc without a contact that ends the drive,
+            docked or not and with or without a spill; success rates count the ending "success".
         ending: "success", or why the drive failed.
         contact: name of the thing whose touch ended the drive, "" without. touched: of all that it touched, at most 20.
         stopped: who decided that the robot had arrived: the policy, or the evaluator for one that cannot stop.

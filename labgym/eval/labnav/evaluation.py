@@ -2,37 +2,21 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-import numpy as np
-
-from labgym.counts import is_real
 from labgym.documents import Record, read_json
-from labgym.envs.robot import ROBOT
 from labgym.errors import DocumentError, OptionError, UnknownNameError
 from labgym.eval.driving.episode_row import Count, LabNavRow, Length
 from labgym.eval.driving.evaluation import KINDS, Evaluation
 from labgym.eval.driving.files import SUMMARY, TIMES, EpisodeTime
 from labgym.eval.driving.intervals import Estimate
-from labgym.eval.labnav.drive import drive_floor
-from labgym.eval.labnav.leg import LabNavDriver
-from labgym.eval.labnav.results import DriveTerms
+from labgym.eval.labnav.latency import percentile
 from labgym.eval.labnav.rules import is_slow
-from labgym.eval.labnav.suites import LabNavSuite
 from labgym.eval.labnav.summary import LabNavSummary
-from labgym.policies.process.facts import MAX_LATENCY
 from labgym.runs.identity import IDENTITY_FILE
-
-PERCENTILE = 90.0
-"""Percentile of the times of a policy's actions that is compared with its latency."""
-PROBE_SECONDS = 3.0
-"""Simulated time that a policy drives before its latency is fixed, seconds."""
-STEP = 0.1
-"""Measured times are rounded up to a multiple of this, seconds."""
 
 
 class Thinking(Record):
@@ -88,44 +72,6 @@ def time_problems(rows: Iterable[LabNavRow], times: Mapping[str, EpisodeTime], l
         elif time.slow != (time.high_ms is not None and is_slow(time.high_ms / 1e3, latency)):
             took = f"the policy took {time.high_ms} ms at a latency of {latency:g} s"
             yield f"episode {row.key}: slow is {time.slow} in {TIMES}, but {took}"
-
-
-def percentile(values: Iterable[float]) -> float:
-    """Return the 90th percentile of values: the least one that 90% of them do not exceed."""
-    return float(np.percentile(list(values), PERCENTILE, method="inverted_cdf"))
-
-
-def charged_latency(driver: LabNavDriver, suite: LabNavSuite, seed: int) -> float:
-    """Return the latency with which a policy drives a suite, seconds: what it declares, or the time that it takes.
-
-    The policy drives the first episode for 3 s. If the 90th percentile of its actions exceeds what it declares, and
-    the control step that every policy has, the latency is that time, rounded up to 0.1 s.
-
-    Args:
-        driver: the policy, in its process. suite: the suite. seed: of the evaluation.
-    """
-    part = suite.parts[0]
-    episode = part.episodes[0]
-    (drive,) = drive_floor(
-        driver, part.layout(episode.floor), [episode], DriveTerms.of(part, "probe", seed, PROBE_SECONDS)
-    )
-    if drive.high_ms is None or not is_slow(drive.high_ms / 1e3, driver.latency):
-        return driver.latency
-    return min(round(math.ceil(drive.high_ms / 1e3 / STEP) * STEP, 1), MAX_LATENCY)
-
-
-def checked_latency(latency: float, declared: float) -> float:
-    """Return a latency that the user passes, seconds.
-
-    Raises:
-        OptionError: it is less than the policy declares, or above the limit.
-    """
-    if not is_real(latency) or not max(declared, 0.0) <= latency <= MAX_LATENCY:
-        raise OptionError(
-            f"latency is {str(latency)[:40]}, expected seconds from {declared:g}, which the policy declares, to "
-            f"{MAX_LATENCY:g}; one step is {ROBOT.control_dt:g} s"
-        )
-    return float(latency)
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The suites of LabNav: by name one task, all tasks, and two selections, and those in files of `labgym labnav`."""
+"""The suites of LabNav: by name one task, all tasks, and two small ones, and those in files of `labgym labnav`."""
 
 from __future__ import annotations
 
@@ -27,8 +27,6 @@ MINI = "labnav-mini"
 """Small suite on floors-val, to try a policy out."""
 CHECK = "labnav-check"
 """The same of the published suites on floors-test: `labgym run` compares its rows with published ones."""
-FIRST = "labnav-60"
-"""Suite of all tasks with the first episode of each floor only, for policies that cost much."""
 VAL = f"{PREFIX}-{DEVELOPMENT}"
 """Suite of all tasks on floors-val, for development."""
 MINI_EPISODES, MINI_SECONDS, MINI_GOALS = 3, 60.0, 3
@@ -103,7 +101,7 @@ def suite_names() -> tuple[str, ...]:
     tasks, development = [f"{PREFIX}-{task}" for task in TASKS], [f"{VAL}-{task}" for task in TASKS]
     levels = [f"{task}-{level}" for task in (*tasks, *development) for level in (1, 2, 3)]
     unfiltered = [f"{task}-{HEADLINE}-{UNFILTERED}" for task in tasks]
-    return (*tasks, *development, *levels, *unfiltered, MINI, CHECK, VAL, FIRST, PREFIX)
+    return (*tasks, *development, *levels, *unfiltered, MINI, CHECK, VAL, PREFIX)
 
 
 def load_labnav(name: str) -> LabNavSuite:
@@ -115,13 +113,13 @@ def load_labnav(name: str) -> LabNavSuite:
     """
     check_name("suite", name, suite_names())
     development = name.startswith(VAL) or name == MINI
-    if name in (PREFIX, FIRST, MINI, CHECK, VAL):
+    if name in (PREFIX, MINI, CHECK, VAL):
         prefix = VAL if development else PREFIX
         tasks = [task for task in TASKS if suite_file(f"{prefix}-{task}-{HEADLINE}").is_file()]
         parts = tuple(published_episodes(task, HEADLINE, development=development) for task in tasks)
         if name in (MINI, CHECK):
             return LabNavSuite(name, tuple(part.first(MINI_EPISODES, 1, MINI_GOALS) for part in parts), MINI_SECONDS)
-        return LabNavSuite(name, tuple(part.first(None, 1) for part in parts) if name == FIRST else parts)
+        return LabNavSuite(name, parts)
     task, *rest = name.removeprefix(VAL if development else PREFIX).removeprefix("-").split("-")
     level = int(rest[0]) if rest else HEADLINE
     part = published_episodes(task, level, UNFILTERED not in rest, development)
@@ -184,7 +182,8 @@ DRIVE_CPU_S = {
     "ppo-depth": 3.0,
 }  # fmt: skip
 """CPU seconds of a drive by policy on one core, with the processes of the policies: measured in carry; of online_map,
-iplanner, ppo-depth and navdp in labnav-60, from the time that two cores took; of clairvoyant estimated."""
+iplanner, ppo-depth and navdp in the first episode of each floor of all tasks, from the time that two cores took; of
+clairvoyant estimated."""
 
 
 def cost(suite: LabNavSuite, policy: str) -> str:

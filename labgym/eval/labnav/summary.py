@@ -15,7 +15,7 @@ from labgym.documents import Record
 from labgym.envs.labnav.necks import RADII
 from labgym.envs.labnav.task import PRECISE
 from labgym.envs.labnav.tasks import TaskName, task_of
-from labgym.eval.driving.episode_row import LabNavRow, Track
+from labgym.eval.driving.episode_row import ENDINGS, LabNavRow, Track
 from labgym.eval.driving.files import EPISODES, SUMMARY
 from labgym.eval.driving.intervals import Estimate, bounded_mean, estimate_text
 from labgym.eval.driving.record import EvaluationSummary
@@ -32,11 +32,9 @@ NEARLY = 1e-9
 """Difference of figures that versions of a mathematics library may cause."""
 NOT_BEGUN = "not begun"
 """Ending of the drives of a shift that come after the one that ended it."""
-ENDED = {"success": "no fault"}
-"""Words for endings of rows in tables that have a share of arrivals, too."""
-ARRIVED = (
-    "arrived: share of episodes in which the robot came to rest in the goal's disc, in shift docked at all goals; "
-    "no fault: it also neither spilt nor missed its dock."
+SUCCESS = (
+    "success: share of episodes that ended so: the robot came to rest in the goal's disc, without a spill and aligned "
+    "with a dock, in shift at every goal."
 )
 LENGTHS = (10.0, 15.0)
 """Edges of the classes of L*, meters."""
@@ -52,7 +50,7 @@ class TaskSummary(Record):
     Attributes:
         task, level, suite: name, level, and suite with its version. draft: whether its episodes may still change.
         episodes: number of rows. expected: number of episodes of the suite. errors: of the policy.
-        score, success: means with intervals over floors.
+        score: mean with its interval over floors. success: share of the episodes that ended by "success", likewise.
         contacts: share of episodes in which the robot touched something.
         endings: number of episodes by how they ended. contact: of those that ended by a contact, by the thing's kind.
         parked: episodes in which the evaluator stopped the robot.
@@ -273,7 +271,7 @@ def _task(rows: Sequence[LabNavRow], part: _Part) -> TaskSummary:
         expected=part.expected,
         errors=sum(row.error is not None for row in rows),
         score=score,
-        success=bounded_mean([float(row.success) for row in rows], floors),
+        success=bounded_mean([float(row.ending == "success") for row in rows], floors),
         contacts=bounded_mean([float(row.contacts > 0) for row in rows], floors),
         endings=dict(sorted(Counter(row.ending for row in rows).items())),
         contact=dict(sorted(Counter(kind_of(row.contact) for row in rows if row.contact).items())),
@@ -357,6 +355,12 @@ DIFFICULTIES: dict[str, tuple[str, Callable[[LabNavRow], str | None]]] = {
 """Heading and class of an episode of each kind of difficulty, by the field of `TaskSummary`."""
 
 
+def _counted(endings: Mapping[str, int]) -> str:
+    """Return numbers of episodes or drives by how they ended, in the order of the tables."""
+    order = [name for name in (*ENDINGS, NOT_BEGUN) if name in endings]
+    return ", ".join(f"{name} {endings[name]}" for name in order)
+
+
 def summary_table(summary: LabNavSummary) -> Table:
     """Return the table of a summary: a row for each task."""
     rows = [
@@ -366,18 +370,18 @@ def summary_table(summary: LabNavSummary) -> Table:
             estimate_text(task.score, 3),
             estimate_text(task.success, 3),
             estimate_text(task.contacts, 3),
-            ", ".join(f"{ENDED.get(name, name)} {count}" for name, count in task.endings.items()),
+            _counted(task.endings),
         )
         for task in summary.tasks
     ]
-    notes = [ARRIVED]
+    notes = [SUCCESS]
     if any(task.draft for task in summary.tasks):
         notes.append("Draft episodes: they may change, and their figures are not those of LabNav.")
-    for task in summary.tasks:
-        if task.legs:
-            count, perfect = sum(task.legs.values()), estimate_text(task.success, 3)
-            drives = ", ".join(f"{ENDED.get(name, name)} {number}" for name, number in task.legs.items())
-            notes.append(f"{task.task} {task.level}: perfect shifts {perfect}; {count} drives: {drives}.")
+    notes += [
+        f"{task.task} {task.level}: {sum(task.legs.values())} drives: {_counted(task.legs)}."
+        for task in summary.tasks
+        if task.legs
+    ]
     if not is_rankable(summary.box):
         notes.append(f"{summary.policy} is {UNRANKED}.")
     parked = sum(task.parked for task in summary.tasks)
@@ -385,5 +389,5 @@ def summary_table(summary: LabNavSummary) -> Table:
         notes.append(f"The evaluator stopped the robot in {parked} episodes: the policy cannot stop.")
     if summary.labnav is not None:
         notes.append(f"LabNav {estimate_text(summary.labnav, 1)}, arithmetic mean {summary.arithmetic:.1f}")
-    head = ("task", "episodes", "score", "arrived", "touched", "how episodes ended")
+    head = ("task", "episodes", "score", "success", "touched", "how episodes ended")
     return Table(f"{summary.policy} ({summary.track}), suite {summary.suite}", head, tuple(rows), tuple(notes))

@@ -20,7 +20,7 @@ from labgym.eval.driving.evaluation import sessions_of
 from labgym.eval.driving.files import EPISODES, SUMMARY, TIMES, EpisodeTime, read_records
 from labgym.eval.labnav.evaluation import Thinking, time_problems
 from labgym.eval.labnav.figure import arithmetic, figure
-from labgym.eval.labnav.suites import FIRST, PREFIX, LabNavSuite, load_labnav
+from labgym.eval.labnav.suites import PREFIX, LabNavSuite, load_labnav
 from labgym.eval.labnav.summary import LabNavSummary, TaskSummary
 from labgym.eval.leaderboard.receipts import SAME, has_alarm, published_rounds
 from labgym.layouts.floor.fields import Growing
@@ -142,8 +142,8 @@ class LabNavResult(Document, Growing):
         With all eight tasks it has the figure LabNav.
 
         Raises:
-            OptionError: the results are of other policies, options, random seeds or suites, or one has all episodes of
-                its tasks and the other the first of each floor.
+            OptionError: the results are of other policies, options, random seeds or suites, or one has not all episodes
+                of its tasks.
         """
         for name in SAME:
             mine, theirs = (getattr(each.summary, name) for each in (self, other))
@@ -211,54 +211,40 @@ def published_results() -> tuple[LabNavResult, ...]:
 def publish(folder: str | Path, place: Path | None = None) -> Path:
     """Write the result of an evaluation's folder among the published ones, and return its path.
 
-    Tasks that the policy has there stay unless the folder has them, too. A result of all eight tasks with all episodes
-    replaces one with the first episode of each floor.
+    Tasks that the policy has there stay unless the folder has them, too.
 
     Args:
-        folder: written by `labgym eval --suite labnav`, of one of its tasks, or of labnav-60.
+        folder: written by `labgym eval --suite labnav`, or of one of its tasks.
         place: another folder to write to.
 
     Raises:
         DocumentError: the folder holds no complete LabNav evaluation.
-        OptionError: the result is not of whole tasks of the suite labnav nor of labnav-60, or that of the policy is of
-            other options or of the other suite.
+        OptionError: the result is not of whole tasks of the suite labnav, or that of the policy is of other options.
     """
     result = LabNavResult.of(folder)
-    suite = _suite_of(result.summary.tasks)
+    _suite_of(result.summary.tasks)
     place = artefacts("eval") / FOLDER if place is None else place
     path = place / f"{result.summary.policy}.json"
     if path.is_file():
-        before = LabNavResult.load(path)
-        replaces = (
-            before.summary.suite == FIRST and suite.name == PREFIX and len(result.summary.tasks) == len(suite.parts)
-        )
-        result = result if replaces else before.joined(result)
+        result = LabNavResult.load(path).joined(result)
     return result.save(path)
 
 
 def _suite_of(tasks: Sequence[TaskSummary]) -> LabNavSuite:
-    """Return the suite of which tasks are whole parts: labnav, or labnav-60.
+    """Return the suite labnav, of which tasks are whole parts.
 
     Raises:
-        OptionError: a task belongs to neither, such as one of floors-val, of another level or of the small suite.
+        OptionError: a task does not belong to it, such as one of floors-val, of another level or of the small suite.
     """
-    suites = load_labnav(PREFIX), load_labnav(FIRST)
-    counts = [{part.label: len(part.episodes) for part in suite.parts} for suite in suites]
-    for suite, own in zip(suites, counts, strict=True):
-        if all(own.get(task.suite) == task.episodes for task in tasks):
-            return suite
-    known = [own for own in counts if any(own.get(task.suite) == task.episodes for task in tasks)]
-    task = next(task for task in tasks if not known or known[0].get(task.suite) != task.episodes)
-    if len(known) == len(suites):
-        raise OptionError(
-            f"some tasks have all episodes and others, such as {task.suite}, the first of each floor: drive all eight "
-            f"with --suite {PREFIX}, or all with --suite {FIRST}"
-        )
-    sizes = " or ".join(str(max(own.values())) for own in counts)
-    raise OptionError(
-        f"{task.suite} with {task.episodes} episodes is no part of the suites {PREFIX} and {FIRST}: results of "
-        f"{', '.join(counts[0])} are published, of {sizes} episodes each"
-    )
+    suite = load_labnav(PREFIX)
+    counts = {part.label: len(part.episodes) for part in suite.parts}
+    for task in tasks:
+        if counts.get(task.suite) != task.episodes:
+            raise OptionError(
+                f"{task.suite} with {task.episodes} episodes is no part of the suite {PREFIX}: results of "
+                f"{', '.join(counts)} are published, of {max(counts.values())} episodes each"
+            )
+    return suite
 
 
 TOLERANCE = 1e-6

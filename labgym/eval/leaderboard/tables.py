@@ -12,7 +12,6 @@ from scipy.stats import rankdata, t
 from labgym.envs.labnav.tasks import FIGURE_TASKS
 from labgym.eval.driving.intervals import estimate_text
 from labgym.eval.labnav.figure import differences, swaps
-from labgym.eval.labnav.suites import FIRST
 from labgym.eval.leaderboard.labnav import LabNavResult
 from labgym.eval.leaderboard.receipts import ALARM, FreshReceipt, FreshRound, receipt_of
 from labgym.policies.process.box import UNRANKED, is_rankable
@@ -65,7 +64,7 @@ def published_table(results: Sequence[LabNavResult], rounds: Sequence[FreshRound
             "floors; Mean is 100 times their arithmetic mean.",
             *(_fresh(results, rounds) if fresh else []),
             "Touched: share of episodes with a contact.",
-            *_costly(results),
+            *_fewer(results, most),
             *(f"{one.summary.policy} {one.mark}." for one in results if one.mark),
             *(f"{one.summary.policy} is {UNRANKED}." for one in results if not is_rankable(one.summary.box)),
             *(["A dash stands for a task that is not driven yet."] if _unfinished(results) else []),
@@ -94,10 +93,11 @@ def _fresh(results: Sequence[LabNavResult], rounds: Sequence[FreshRound]) -> Ite
             yield f"{result.summary.policy} is not ranked: {receipt.sentence}."
 
 
-def _costly(results: Sequence[LabNavResult]) -> tuple[str, ...]:
-    """Return a sentence on the policies that drove the first episode of each floor only."""
-    names = [one.summary.policy for one in results if one.summary.suite == FIRST]
-    return (f"{', '.join(names)} drove the first episode of each floor only (suite {FIRST}).",) if names else ()
+def _fewer(results: Sequence[LabNavResult], most: int) -> tuple[str, ...]:
+    """Return a sentence on the policies that drove fewer than `most` episodes per task."""
+    counts = {one.summary.policy: max(task.episodes for task in one.summary.tasks) for one in results}
+    names = [f"{policy} {count}" for policy, count in counts.items() if count < most]
+    return (f"Fewer episodes per task: {', '.join(names)}; their intervals are wider.",) if names else ()
 
 
 def _pairs(results: Sequence[LabNavResult]) -> tuple[str, ...]:

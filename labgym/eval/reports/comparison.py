@@ -24,7 +24,7 @@ from labgym.eval.driving.paired import (
 from labgym.eval.evaluator import read_evaluation
 from labgym.eval.labnav.evaluation import LabNavEvaluation
 from labgym.eval.labnav.figure import paired_difference
-from labgym.eval.labnav.summary import DIFFICULTIES
+from labgym.eval.labnav.summary import DIFFICULTIES, class_order
 from labgym.eval.reports.labnav_tables import tasks_of
 from labgym.eval.reports.results import distinguished
 from labgym.eval.reports.tables import NAVIGATION_ROWS
@@ -239,7 +239,7 @@ def _labnav_groups(a: LabNavEvaluation, b: LabNavEvaluation) -> Groups:
         names = {pair[0].key: class_of(pair[0]) for pair in pairs}
         groupings[field] = {
             name: [pair for pair in pairs if names[pair[0].key] == name]
-            for name in sorted({name for name in names.values() if name is not None})
+            for name in sorted({name for name in names.values() if name is not None}, key=class_order)
         }
     shown = {name: own for name, own in groupings.items() if len(own) > 1 or name in (ALL, "task")}
     return _grouped(shown, lambda row: row.floor, _labnav_differences)
@@ -248,7 +248,7 @@ def _labnav_groups(a: LabNavEvaluation, b: LabNavEvaluation) -> Groups:
 def _labnav_differences(pairs: Sequence[tuple[LabNavRow, LabNavRow]]) -> dict[str, MetricDifference]:
     values: dict[str, Callable[[LabNavRow], float]] = {
         "score": lambda row: row.score,
-        "success": lambda row: float(row.success),
+        "success": lambda row: float(row.ending == "success"),
         "contacts": lambda row: float(row.contacts > 0),
     }
     return {

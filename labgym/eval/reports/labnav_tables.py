@@ -10,7 +10,7 @@ from labgym.eval.driving.episode_row import ENDINGS, TRACKS, Track
 from labgym.eval.driving.intervals import Estimate, bounded_mean, estimate_text
 from labgym.eval.labnav.evaluation import LabNavEvaluation
 from labgym.eval.labnav.figure import differences, swaps
-from labgym.eval.labnav.summary import DIFFICULTIES, LabNavSummary
+from labgym.eval.labnav.summary import DIFFICULTIES, LabNavSummary, class_order
 from labgym.eval.reports.tables import unranked_notes
 from labgym.policies.process.box import is_rankable
 from labgym.table import Table, number
@@ -135,7 +135,7 @@ def difficulty_tables(evaluations: Sequence[LabNavEvaluation]) -> tuple[Table, .
     tables = []
     for field, (title, _) in DIFFICULTIES.items():
         found = {one.name: one.summary.classes(field) for one in ranked(evaluations)}
-        names = list(dict.fromkeys(name for groups in found.values() for name in groups))
+        names = sorted({name for groups in found.values() for name in groups}, key=class_order)
         if len(names) > 1:
             rows = tuple(
                 (policy, *(_class_cell(groups.get(name)) for name in names)) for policy, groups in found.items()

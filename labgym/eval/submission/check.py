@@ -185,6 +185,8 @@ def check_submission(
         own = driver.box == BUILT_IN_CODE, claim.summary.box == BUILT_IN_CODE
         stated = {**claim.stated(driver), "being labgym's own": own}
         problems += choice.problems(driver, stated, claim.summary.policy, record)
+        if measured := claim.measured_again(driver, choice.source, claim.summary.seed):
+            (facts if measured[0] else problems).append(measured[1])
         problems += listed(_drive_problems(claim, in_place(driver, choice.source), keys, progress), "episodes")
     finally:
         driver.close()

@@ -35,7 +35,7 @@ from labgym.eval.driving.files import (
 from labgym.eval.driving.record import EvaluationSummary
 from labgym.eval.submission.record_checks import RunRecord
 from labgym.policies import Policy
-from labgym.policies.process import PolicyProcess
+from labgym.policies.process import PolicyProcess, PolicySource
 
 MOST = 20
 """Largest number of problems of one kind that are listed."""
@@ -155,6 +155,10 @@ class Claim(ABC, Generic[S, R]):
     @abstractmethod
     def suite_problems(self) -> Iterator[str]:
         """Yield a sentence for each way in which the claimed suite differs from that of this installation."""
+
+    def measured_again(self, driver: PolicyProcess, source: PolicySource, seed: int) -> tuple[bool, str] | None:
+        """Return whether the policy's time, measured again, allows the stated latency, and a sentence; None without."""
+        return None
 
     @abstractmethod
     def stated(self, driver: PolicyProcess) -> dict[str, tuple[object, object]]:

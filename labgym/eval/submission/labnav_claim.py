@@ -15,13 +15,14 @@ from labgym.eval.driving.runner import catalog_digest
 from labgym.eval.labnav.drive import drive_floor
 from labgym.eval.labnav.evaluation import LabNavEvaluation, Thinking, time_problems
 from labgym.eval.labnav.foresight import track_of
+from labgym.eval.labnav.latency import is_accepted, probe
 from labgym.eval.labnav.results import DriveTerms
 from labgym.eval.labnav.suites import LabNavSuite, load_labnav
 from labgym.eval.labnav.summary import LabNavSummary
 from labgym.eval.submission.claim import Claim, listed
 from labgym.eval.submission.record_checks import RunRecord, box_problems, catalog_problems, stated_problems
 from labgym.policies import Policy
-from labgym.policies.process import PolicyProcess
+from labgym.policies.process import PolicyProcess, PolicySource
 from labgym.policies.process.facts import MAX_LATENCY
 
 
@@ -85,6 +86,18 @@ class LabNavClaim(Claim[LabNavSummary, LabNavRow]):
         thinking = Thinking.of(self._times.values(), self.summary.stated_latency, self.summary.latency)
         if thinking is not None and thinking.mark:
             yield f"{self.summary.policy[:80]} {thinking.mark}"
+
+    def measured_again(self, driver: PolicyProcess, source: PolicySource, seed: int) -> tuple[bool, str] | None:
+        """Return whether the policy's time, measured again, allows its latency; None if it is built in."""
+        if source.built_in:
+            return None
+        frozen, measured = self.summary.latency, probe(driver, source, self._suite, seed)
+        if measured is None:
+            return True, "the policy gives no action in the first episodes: its time was not measured again"
+        latency = measured.latency(driver.latency)
+        accepted, words = is_accepted(latency, frozen), f"measured again, the policy takes {measured}: {latency:g} s"
+        limit = "within one control step of" if accepted else "more than one control step above"
+        return accepted, f"{words} late, {limit} the {frozen:g} s with which it drove"
 
     def stated(self, driver: PolicyProcess) -> dict[str, tuple[object, object]]:
         """Return properties of the policy, and what the submission says of them."""

@@ -17,6 +17,7 @@ from typing import Any
 
 from labgym.errors import LabgymError
 from labgym.policies.process.box import Grants
+from labgym.policies.process.family import cpu_seconds
 from labgym.policies.process.host import END, START, STATUS, STOP
 from labgym.policies.process.wire import FACTS, ClosedError, GarbageError, receive_answer, send_request
 from labgym.runs.local_pool import THREAD_VARIABLES
@@ -143,6 +144,10 @@ class PolicyHost:
             HostError: the host does not answer.
         """
         return int(self._ask(STOP, loader))
+
+    def cpu_seconds(self) -> float:
+        """Return the CPU time of all its policies, without its own, seconds."""
+        return cpu_seconds(self._process.pid)
 
     def close(self) -> None:
         """End the host, which ends its loaders."""

@@ -117,6 +117,10 @@ class PolicyProcess:
         """Return the files that the actions depend on."""
         return self._files
 
+    def cpu_seconds(self) -> float:
+        """Return the CPU time of the policy's processes, seconds: differences within an episode count."""
+        return host_with(self._environment).cpu_seconds()
+
     def reset(self, episode: EpisodeStart) -> None:
         """Begin an episode in a fresh process.
 

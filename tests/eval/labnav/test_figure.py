@@ -165,7 +165,7 @@ def test_drives_of_a_shift_that_were_not_begun_are_counted():
     summary = summed([driven(0, task="shift", legs=tuple(legs), goals=5, success=False, ending="stuck")])
     assert summary.tasks[0].legs == {"not begun": 2, "stuck": 1, "success": 2}
     table = summary_table(summary)
-    assert "shift 2: perfect shifts 0.000; 5 drives: stuck 1, no fault 2, not begun 2." in table.notes
+    assert "shift 2: 5 drives: success 2, stuck 1, not begun 2." in table.notes
     assert table.rows[0][:2] == ("shift 2", "1")
     whole = summary.model_copy(update={"labnav": Estimate(value=41.27, low=None, high=None, count=8, nulls=0),
                                        "arithmetic": 50.04})  # fmt: skip
@@ -187,3 +187,9 @@ def test_a_summary_differs_from_its_rows_only_beyond_rounding():
 def test_classes_with_one_edge_are_below_at_and_above_it():
     names = [">= 10 m", "10 to 15 m", "< 10 m", "0", "3 and more"]
     assert sorted(names, key=class_order) == ["0", "3 and more", "< 10 m", "10 to 15 m", ">= 10 m"]
+
+
+def test_strata_are_sorted_by_value():
+    for names in (("< 10 m", "10 to 15 m", ">= 15 m"), ("0", "1 or 2", "3 and more"), ("< 1.1", "1.1 to 1.3", ">= 1.3"),
+                  ("0.30 m", "0.40 m", "1.00 m and more")):  # fmt: skip
+        assert tuple(sorted(sorted(names), key=class_order)) == names

@@ -84,7 +84,7 @@ def test_a_result_keeps_the_outcome_of_every_episode(tmp_path):
 def test_only_whole_tasks_of_the_suite_labnav_are_published(name, tmp_path):
     suite = load_labnav(name)
     folder = write_folder(tmp_path / "mine", suite, "mine", "mapless", lambda *_: 0.5)
-    with pytest.raises(OptionError, match=r"with \d+ episodes is no part of the suites labnav and labnav-60"):
+    with pytest.raises(OptionError, match=r"with \d+ episodes is no part of the suite labnav: results of"):
         labnav.publish(folder, tmp_path)
     assert not (tmp_path / "mine.json").exists()
 
@@ -133,9 +133,7 @@ def test_tasks_driven_one_by_one_give_the_figure_when_the_last_one_is_there(resu
 
 def test_the_table_names_pairs_that_are_not_apart_and_those_whose_order_depends_on_the_mean(result_of):
     def whole(policy: str, scores: Sequence[float]) -> LabNavResult:
-        parts = [
-            result_of(task, score, per_floor=1, policy=policy) for task, score in zip(FIGURE_TASKS, scores, strict=True)
-        ]
+        parts = [result_of(task, score, policy=policy) for task, score in zip(FIGURE_TASKS, scores, strict=True)]
         return functools.reduce(LabNavResult.joined, parts)
 
     even, uneven = whole("even", [0.4] * 8), whole("uneven", [1.0] * 4 + [0.0] * 4)
@@ -156,34 +154,20 @@ def test_results_of_other_options_are_not_joined(result_of):
         result_of("aisle", 0.8).joined(result_of("dock", 0.5, options={"speed": 0.5}))
 
 
-def test_the_first_episodes_of_all_floors_give_the_figure_and_a_note(result_of):
-    parts = [result_of(task, 0.5, per_floor=1, policy="slow") for task in FIGURE_TASKS]
-    slow = functools.reduce(LabNavResult.joined, parts)
-    assert (slow.summary.suite, slow.summary.hash) == ("labnav-60", load_labnav("labnav-60").hash)
-    assert slow.summary.labnav.value == pytest.approx(50.0)
-    assert slow.summary.labnav.count == 480
-    quick = functools.reduce(LabNavResult.joined, [result_of(task, 0.4, policy="quick") for task in FIGURE_TASKS])
-    table = published_table([slow, quick])
-    assert table.title == "LabNav, version 1, 300 episodes per task"
-    assert "slow drove the first episode of each floor only (suite labnav-60)." in table.notes
-    assert any("1 of 1 pairs of policies are apart" in note for note in table.notes)
+def test_a_policy_with_fewer_episodes_is_named(result_of):
+    few, many = (result_of("aisle", 0.5, count, policy=name) for name, count in (("few", 1), ("many", 2)))
+    table = published_table([few, many])
+    assert table.title == "LabNav, version 1, 120 episodes per task"
+    assert "Fewer episodes per task: few 60; their intervals are wider." in table.notes
+    assert not any(note.startswith("Fewer") for note in published_table([many]).notes)
 
 
-def test_first_and_all_episodes_are_not_joined(result_of):
-    with pytest.raises(OptionError, match=r"the first of each floor: drive all eight with --suite labnav, or all"):
-        result_of("aisle", 0.8).joined(result_of("dock", 0.5, per_floor=1))
-
-
-def test_all_episodes_replace_a_result_of_the_first_ones(result_of, tmp_path, monkeypatch):
-    first, whole = (
-        functools.reduce(LabNavResult.joined, [result_of(task, 0.5, per_floor) for task in FIGURE_TASKS])
-        for per_floor in (1, 5)
-    )
-    for result, count in ((first, 480), (whole, 2400)):
-        monkeypatch.setattr(LabNavResult, "of", lambda _, result=result: result)
-        assert len(LabNavResult.load(labnav.publish("run", tmp_path)).outcomes) == count
-    monkeypatch.setattr(LabNavResult, "of", lambda _: first)
-    with pytest.raises(OptionError, match="some tasks have all episodes"):
+def test_a_task_without_all_of_its_episodes_is_neither_joined_nor_published(result_of, tmp_path, monkeypatch):
+    part = result_of("dock", 0.5, per_floor=1)
+    with pytest.raises(OptionError, match="dock-2/1 with 60 episodes is no part of the suite labnav"):
+        result_of("aisle", 0.8).joined(part)
+    monkeypatch.setattr(LabNavResult, "of", lambda _: part)
+    with pytest.raises(OptionError, match="dock-2/1 with 60 episodes"):
         labnav.publish("run", tmp_path)
 
 

@@ -11,7 +11,6 @@ from labgym.envs.labnav.task import DOCK_HEADING, DOCK_POSITION
 from labgym.envs.parts.endings import StuckEnding
 from labgym.eval.driving.episode_row import Ending
 from labgym.eval.labnav.rules import WAITED
-from labgym.eval.labnav.suites import FIRST
 from labgym.eval.reports.site.entries import Entry
 
 MEANINGS: dict[Ending, str] = {
@@ -45,8 +44,7 @@ def reading_notes(entries: Sequence[Entry], whole: bool) -> tuple[str, ...]:
         f"Bars show {head} from 0 to 100; brackets and whiskers are its 95% interval over floors.",
         "Columns of tasks are mean scores, 0 to 1; the shade grows with the score.",
         *(["Mean is 100 times their arithmetic mean."] if whole else []),
-        "SR is the share of episodes in which the robot came to rest in the goal's disc, also undocked or with spilt "
-        "liquid; in shift, the share of shifts without a failure.",
+        "SR is the share of episodes that ended by success.",
         "Collision rate, the only column in which less is better, is the share of episodes in which the robot touched "
         "something; in shift touches of furniture count and do not end the drive.",
     ]
@@ -54,12 +52,10 @@ def reading_notes(entries: Sequence[Entry], whole: bool) -> tuple[str, ...]:
         notes.append(
             "SR and collision rate are over the tasks that the policy drove; a dash marks a task that it did not."
         )
-    costly = [one.name for one in entries if one.summary.suite == FIRST]
-    if costly and len(costly) < len(entries):
-        notes.append(
-            f"{', '.join(costly)} drove the first episode of each floor only (suite {FIRST}): the expected value is "
-            "the same, the interval wider."
-        )
+    most = max(one.most_episodes for one in entries)
+    fewer = [f"{one.name} {one.most_episodes}" for one in entries if one.most_episodes < most]
+    if fewer:
+        notes.append(f"Fewer episodes per task: {', '.join(fewer)}; their intervals are wider.")
     still = [one.name for one in entries if one.published and not one.moves]
     if still and any(one.moves for one in entries):
         notes.append(f"No routes are published of {', '.join(still)}.")
