@@ -156,7 +156,7 @@ class Claim(ABC, Generic[S, R]):
     def suite_problems(self) -> Iterator[str]:
         """Yield a sentence for each way in which the claimed suite differs from that of this installation."""
 
-    def measured_again(self, driver: PolicyProcess, source: PolicySource, seed: int) -> tuple[bool, str] | None:
+    def measured_again(self, driver: PolicyProcess, source: PolicySource, seed: int) -> tuple[bool, str] | None:  # noqa: ARG002
         """Return whether the policy's time, measured again, allows the stated latency, and a sentence; None without."""
         return None
 
