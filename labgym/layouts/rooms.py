@@ -36,8 +36,13 @@ def _with_second_exit(name: str, room: Room, second: Door) -> Room:
     return room.model_copy(update={"name": name, "doors": (*room.doors, second)})
 
 
+def _outward(room: Room) -> Room:
+    """Return a room whose doors open out of it, as exits of laboratories do (NFPA 101, 7.2.1.4.2)."""
+    return room.model_copy(update={"doors": tuple(door.model_copy(update={"outward": True}) for door in room.doors)})
+
+
 PRESETS: dict[str, Room] = {
-    room.name: room
+    room.name: _outward(room)
     for room in sorted(
         (
             _with_second_exit("bay_small", PUBLISHED_PRESETS["tight"], Door(wall="right", offset=2.7)),
@@ -118,7 +123,7 @@ def _by_name(name: str) -> Room:
     if size is not None:
         width, depth = float(size[1]), float(size[2])
         offsets = {"front": FROM_CORNER, "right": max(depth - FROM_CORNER, 0.5)}
-        doors = [{"wall": wall, "offset": offset} for wall, offset in offsets.items()]
+        doors = [{"wall": wall, "offset": offset, "outward": True} for wall, offset in offsets.items()]
         try:
             # Validated in one go, so that a room that is too large is refused as such, and not by its doors.
             return Room.model_validate({"name": f"{width:g}x{depth:g}", "width": width, "depth": depth, "doors": doors})

@@ -182,7 +182,7 @@ def make_again(entry: PublishedLayout) -> Layout:
     if entry.place is not None:
         split, _, index = entry.place.partition("/")
         return layout_at(split, int(index)).replace(id=entry.id)
-    return generate(entry.protocol, entry.seed, entry.room, rules=MADE_UNDER).replace(id=entry.id)
+    return generate(entry.protocol, entry.seed, PUBLISHED_PRESETS[entry.room], rules=MADE_UNDER).replace(id=entry.id)
 
 
 def publish(split: str, layouts: Sequence[Layout], folder: Path) -> Manifest:
@@ -245,7 +245,7 @@ def train_layout(
         InfeasibleError: none of the rooms drawn holds its protocol.
     """
     choices = [protocol] if protocol is not None else [one for one in protocols().values() if one.moves]
-    rooms = list(PUBLISHED_PRESETS)
+    rooms = list(PUBLISHED_PRESETS.values())
     attempts = ATTEMPTS
     while True:
         choice = choices[int(generator.integers(len(choices)))]

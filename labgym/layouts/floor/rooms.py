@@ -22,18 +22,20 @@ Side = Literal["front", "back", "left", "right"]
 
 
 class Door(Record):
-    """A doorway in a wall of a room, with a leaf that opens inwards.
+    """A doorway in a wall of a room, with a leaf.
 
     Attributes:
         wall: front (y = 0), back (y = depth), left (x = 0) or right (x = width).
         offset: meters from the wall's start (x or y = 0) to the doorway's middle.
         width, height: clear opening, meters.
+        outward: whether the leaf opens out of the room.
     """
 
     wall: Side
     offset: Annotated[float, Field(ge=0.0, le=50.0)]
     width: DoorWidth = 1.0
     height: DoorHeight = 2.1
+    outward: bool = False
 
 
 class Room(Record):
@@ -82,6 +84,7 @@ SAME_POINT = 1e-3
 """Ends of walls that are nearer to a corner than this meet it, meters."""
 INWARD: dict[Side, Literal["left", "right"]] = {"front": "left", "back": "right", "left": "right", "right": "left"}
 """Side of each wall of a rectangle on which the room lies, seen from the wall's start."""
+OPPOSITE: dict[str, Literal["left", "right"]] = {"left": "right", "right": "left"}
 READS = "this function reads floors of one rectangular space"
 Line = tuple[tuple[float, float], tuple[float, float]]
 
@@ -95,7 +98,12 @@ def rectangle_parts(room: Room) -> tuple[tuple[Wall, ...], Space]:
             thickness=room.wall_thickness,
             height=room.height,
             openings=tuple(
-                Opening(position=door.offset, width=door.width, height=door.height, swing=INWARD[side])
+                Opening(
+                    position=door.offset,
+                    width=door.width,
+                    height=door.height,
+                    swing=OPPOSITE[INWARD[side]] if door.outward else INWARD[side],
+                )
                 for door in room.doors
                 if door.wall == side
             ),
@@ -180,8 +188,7 @@ def _door(side: Side, opening: Opening, width: float, depth: float, reverse: boo
     if opening.kind != "door" or opening.state != "closed":
         what = f"an open {opening.kind}" if opening.kind == "door" else f"a {opening.kind}"
         raise LabgymError(f"{READS} with closed doors as its only openings; the {side} wall has {what}")
-    if (opening.swing == INWARD[side]) == reverse:
-        raise LabgymError(f"{READS} with doors that open into it; the door in the {side} wall opens outwards")
     length = width if side in ("front", "back") else depth
     offset = length - opening.position if reverse else opening.position
-    return Door(wall=side, offset=offset, width=opening.width, height=opening.height)
+    outward = (opening.swing == INWARD[side]) == reverse
+    return Door(wall=side, offset=offset, width=opening.width, height=opening.height, outward=outward)
