@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import secrets
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -180,12 +180,14 @@ def check_submission(
         return Verdict(tuple(problems), tuple(facts))
     seed = secrets.randbelow(2**32) if seed is None else seed
     keys = drawn_again(claim.keys, seed)
-    driver = PolicyProcess(choice.source, environment=kernel_mode("pinned").environment)
+    # The actions that it handed in are no help.
+    source = replace(choice.source, hidden=(str(folder.resolve()),))
+    driver = PolicyProcess(source, environment=kernel_mode("pinned").environment)
     try:
         own = driver.box == BUILT_IN_CODE, claim.summary.box == BUILT_IN_CODE
         stated = {**claim.stated(driver), "being labgym's own": own}
         problems += choice.problems(driver, stated, claim.summary.policy, record)
-        problems += listed(_drive_problems(claim, in_place(driver, choice.source), keys, progress), "episodes")
+        problems += listed(_drive_problems(claim, in_place(driver, source), keys, progress), "episodes")
     finally:
         driver.close()
     facts.append(driven_again(len(keys), count, choice.name, seed))

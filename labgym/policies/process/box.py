@@ -6,6 +6,7 @@ not.
 
 from __future__ import annotations
 
+import hashlib
 import os
 import site
 import sys
@@ -17,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import labgym
-from labgym.artefacts import artefacts
+from labgym.artefacts import artefacts, user_cache
 from labgym.confinement import NOT_BOXED, Protection, confine, confined, landlock, probe
 from labgym.confinement.landlock import PathRule
 from labgym.policies.fingerprint.sources import search_path
@@ -126,6 +127,7 @@ def system_rules() -> tuple[PathRule, ...]:
     places = [*SYSTEM, *(paths[key] for key in ("stdlib", "platstdlib", "purelib", "platlib"))]
     places += [*site.getsitepackages(), site.getusersitepackages()]
     places += _interpreters()
+    places += _machine_code()
     places += [*map(str, (Path(labgym.__file__).parent, artefacts("assets"), artefacts("policies")))]
     devices = [str(entry) for entry in Path(DEVICES).glob(f"{GRAPHICS}*")]
     return (
@@ -150,6 +152,14 @@ def hidden() -> tuple[Path, ...]:
 
 def _interpreters() -> list[str]:
     return [f"{prefix}/{name}" for prefix in (sys.prefix, sys.base_prefix) for name in OF_INTERPRETER]
+
+
+def _machine_code() -> list[str]:
+    """Return the folders in which numba keeps the code of a labgym that the user may not write."""
+    root, package = os.environ.get("NUMBA_CACHE_DIR") or user_cache().parent / "numba", Path(labgym.__file__).parent
+    folders = [place for place, _, _ in os.walk(package)]
+    own = [f"{root}/{Path(place).name}_{hashlib.sha1(place.encode()).hexdigest()}" for place in folders]
+    return [*own, *map(str, user_cache().glob("planar-*"))]
 
 
 def spared(places: Iterable[str | Path], further: Iterable[str] = ()) -> tuple[str, ...]:
