@@ -154,22 +154,14 @@ def check_submission(
     if not (folder / SUMMARY).is_file():
         raise DocumentError(folder, "", f"holds no {SUMMARY}; pass the folder of a finished labgym eval")
     try:
-        if is_labnav_run(folder):
-            claim: Claim[Any, Any] = LabNavClaim(folder, suite)
-        elif isinstance(suite, LabNavSuite):
-            raise OptionError(f"{folder} holds no evaluation of LabNav: pass the name of its suite")
-        else:
-            claim = TransitionClaim(folder, suite)
+        claim = _claim_of(folder, suite)
     except (DocumentError, UnknownNameError) as error:
         return Verdict((str(error),), ())
     choice = PolicyChoice.of(claim.summary, policy, options) if drive else None
     record = RunRecord.read(folder)
     problems = [
         *run_problems(record, claim.identity_problems(record), other_code),
-        *listed(claim.file_problems, "problems of files"),
-        *claim.suite_problems(),
-        *listed(completeness_problems(claim.keys, claim.given, claim.suite_name), "episodes"),
-        *listed(_drive_problems(claim, None, claim.keys, progress), "simulated episodes"),
+        *_result_problems(claim, progress),
         *claim.summary_problems(record),
     ]
     count = len(claim.keys)
@@ -194,6 +186,36 @@ def check_submission(
     if driver.box == NOT_BOXED:
         facts.append("driven again without a box: this is a server's policy, or this kernel has no Landlock")
     return Verdict(tuple(problems), tuple(facts))
+
+
+def simulated_problems(folder: str | Path, suite: str | LabNavSuite | None = None, progress: bool = True) -> list[str]:
+    """Return a line for each problem of the files of an evaluation, and for each episode that its actions do not give.
+
+    Args:
+        folder: of the evaluation, or of drives of a person, which no run made.
+        suite, progress: as for `check_submission`.
+
+    Raises:
+        DocumentError, UnknownNameError: the folder holds no evaluation, or there is no such suite.
+    """
+    return _result_problems(_claim_of(Path(folder), suite), progress)
+
+
+def _claim_of(folder: Path, suite: str | LabNavSuite | None) -> Claim[Any, Any]:
+    if is_labnav_run(folder):
+        return LabNavClaim(folder, suite)
+    if isinstance(suite, LabNavSuite):
+        raise OptionError(f"{folder} holds no evaluation of LabNav: pass the name of its suite")
+    return TransitionClaim(folder, suite)
+
+
+def _result_problems(claim: Claim[Any, Any], progress: bool) -> list[str]:
+    return [
+        *listed(claim.file_problems, "problems of files"),
+        *claim.suite_problems(),
+        *listed(completeness_problems(claim.keys, claim.given, claim.suite_name), "episodes"),
+        *listed(_drive_problems(claim, None, claim.keys, progress), "simulated episodes"),
+    ]
 
 
 def _box_fact(summary: EvaluationSummary) -> str:
