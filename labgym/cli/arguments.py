@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from tyro.conf import OmitArgPrefixes, Positional, arg
 
 from labgym.errors import OptionError
-from labgym.policies.fingerprint.sources import MODULES
 
 if TYPE_CHECKING:
     from labgym.layouts.rules import RuleSet
@@ -142,4 +141,6 @@ THIS_PROCESS = ExecutorArguments()
 
 def allow_local_modules() -> None:
     """Let `--policy module:Class` name modules of the working folder, which the policy's process imports."""
+    from labgym.policies.fingerprint.sources import MODULES
+
     os.environ[MODULES] = str(Path.cwd())
