@@ -6,6 +6,7 @@ functions, so that these are imported where they are needed.
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
@@ -13,8 +14,31 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 numba: Any
 try:
     import numba
+    from numba.core.caching import FunctionCache
 except ImportError:
-    numba = None
+    numba, FunctionCache = None, object
+
+
+class MachineCode(FunctionCache):  # type: ignore[misc, valid-type, unused-ignore]
+    """The machine code of a function on disk. What cannot be read or written there is compiled again.
+
+    numba's index names classes of arguments, and does not load once an update of labgym has removed one. A policy in
+    its box, or the user of an installed labgym, may not write it.
+    """
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Return the code for a signature, None without one."""
+        try:
+            return super().load_overload(sig, target_context)
+        except Exception:  # noqa: BLE001 - unpickling raises any
+            with contextlib.suppress(OSError):
+                self.flush()
+            return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Write the code for a signature, if that is possible."""
+        with contextlib.suppress(Exception):
+            super().save_overload(sig, data)
 
 
 def inner(function: Function) -> Function:
@@ -27,9 +51,8 @@ def entry(function: Function) -> Function:
 
     numba renews the code when the function's own file changes: whatever it calls or contains must be in that file.
     """
-    if numba is None:
-        return function
-    try:
-        return cast(Function, numba.njit(nogil=True, cache=True)(function))
-    except RuntimeError:  # no folder can be written
-        return inner(function)
+    compiled: Any = inner(function)
+    if hasattr(compiled, "enable_caching"):
+        with contextlib.suppress(RuntimeError):  # no folder can be written
+            compiled._cache = MachineCode(function)
+    return cast(Function, compiled)

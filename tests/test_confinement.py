@@ -102,6 +102,11 @@ def test_the_filter_denies_by_number_and_argument_on_both_machines(name: str) ->
     assert action("ioctl", 3, 0x40086602) == action("ioctl", 3, 0x8901) == deny
     assert action("fcntl", 3, 3) == allow
     assert action("fcntl", 3, 8) == deny
+    succeeding = [action(*call) for call in (("flock", 3, 2), ("setsid",), ("setpgid", 0, 0), ("fcntl", 3, 6))]
+    assert succeeding == [deny] * 4
+    assert run(code, machine.audit, seccomp.NUMBERS["setsid"][machine.column], (0,) * 6) == seccomp.ERRNO
+    assert run(code, machine.audit, seccomp.NUMBERS["fcntl"][machine.column], (3, 6, 0, 0, 0, 0)) == seccomp.ERRNO
+    assert action("fcntl", 3, 5) == allow
     assert action("setpriority", 0, 0) == allow
     assert action("setpriority", 0, 7) == action("setpriority", 1, 0) == deny
     assert run(code, machine.audit, 0, (0,) * 6) == allow

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-import sys
+import os
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -140,5 +140,7 @@ THIS_PROCESS = ExecutorArguments()
 
 
 def allow_local_modules() -> None:
-    """Let `--policy module:Class` import modules of the working folder, as `python -m` does."""
-    sys.path.append(str(Path.cwd()))
+    """Let `--policy module:Class` name modules of the working folder, which the policy's process imports."""
+    from labgym.policies.fingerprint.sources import MODULES
+
+    os.environ[MODULES] = str(Path.cwd())

@@ -11,7 +11,7 @@ from tyro.conf import arg
 from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath, Texts
 from labgym.cli.effects import refuses_idle_flags
 from labgym.cli.outcome import DONE, complaints, written
-from labgym.errors import UnknownNameError
+from labgym.errors import DocumentError, UnknownNameError
 
 if TYPE_CHECKING:
     from labgym.eval.leaderboard.labnav import LabNavResult
@@ -34,7 +34,8 @@ def leaderboard(
 
     Args:
         add: Folders of complete evaluations (labgym eval --suite labnav, --suite labnav-aisle or another of its tasks,
-            or --suite lab30) to write among the published results of this installation first.
+            or --suite lab30) to write among the published results of this installation first, if their actions give
+            their rows when they are simulated again.
         out: Folder for the site of the published results: a leaderboard, a page for each policy, floors of episodes,
             and pairs of policies, in one index.html.
         correlation: Also show the rank correlations between the tasks of LabNav, over policies and over floors.
@@ -47,15 +48,22 @@ def leaderboard(
     from labgym.eval.driving.files import SUMMARY
     from labgym.eval.labnav.summary import LabNavSummary
     from labgym.eval.leaderboard.lab30 import publish_lab30, published_lab30
+    from labgym.eval.leaderboard.labnav import LabNavResult as Result
     from labgym.eval.leaderboard.labnav import publish, published_results
     from labgym.eval.leaderboard.receipts import published_rounds
     from labgym.eval.leaderboard.rounds import publish_round
     from labgym.eval.leaderboard.tables import correlation_tables, published_table
     from labgym.eval.reports.tables import leaderboard as lab30_table
+    from labgym.eval.submission.check import simulated_problems
 
     for folder in add:
         data = read_json(folder / SUMMARY)
         of_labnav = isinstance(data, dict) and data.get("schema") == LabNavSummary.SCHEMA
+        if of_labnav:
+            Result.of(folder)  # is complete
+        if problems := simulated_problems(folder):
+            more = f", and {len(problems) - 1} problems more" if len(problems) > 1 else ""
+            raise DocumentError(folder, "", f"{problems[0]}{more}")
         written(publish(folder) if of_labnav else publish_lab30(folder))
     if fresh_round is not None:
         for path in publish_round(fresh_round):

@@ -58,7 +58,8 @@ def confine(rules: Iterable[PathRule]) -> None:
     """Confine this thread and its future children for good.
 
     Denied from then on: files without a rule; sockets, except pairs; objects of System V, POSIX queues and keyrings;
-    other processes; modes, owners, times and attributes of files; capabilities, also of root.
+    other processes; modes, owners, times and attributes of files; capabilities, also of root. Locks of files, sessions
+    and process groups stay as they are.
 
     Raises:
         BoxError: this kernel has no Landlock or no seccomp.

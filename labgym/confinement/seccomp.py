@@ -171,6 +171,11 @@ NUMBERS: Mapping[str, tuple[int | None, int | None]] = {
     "sched_setattr": (314, 274),
     "sched_setaffinity": (203, 122),
     "prlimit64": (302, 261),
+    # A process that leaves its group cannot be ended together with what it starts.
+    "setsid": (112, 157),
+    "setpgid": (109, 154),
+    # A lock on a readable file is seen by processes that may read it, too.
+    "flock": (73, 32),
 }
 """Numbers of system calls on x86-64 and aarch64; None where a machine lacks the call."""
 
@@ -182,6 +187,7 @@ class Denial:
     Attributes:
         call: its name. argument: index of the argument. values: of the argument.
         mask: bits of the argument that count. others: whether all values but these are denied.
+        ignored: whether the call seems to succeed.
     """
 
     call: str
@@ -189,6 +195,7 @@ class Denial:
     values: tuple[int, ...]
     mask: int = 0xFFFFFFFF
     others: bool = False
+    ignored: bool = False
 
 
 TRUNCATE_ONLY, TRUNCATE_AND_MODE = os.O_TRUNC, os.O_TRUNC | os.O_ACCMODE
@@ -198,6 +205,7 @@ FILE_SYSTEM_REQUESTS = tuple(letter << 8 for letter in (0x58, 0x66, 0x76, 0x94))
 SIGNAL_RECEIVER_REQUESTS = (0x8901, 0x8902)
 SETOWN, SETSIG, SETOWN_EX, SETLEASE, NOTIFY, SET_HINT, SET_FILE_HINT = 8, 10, 15, 1024, 1026, 1036, 1038
 """Commands of fcntl(2) whose effect outlives the process or reaches others."""
+SET_LOCK, SET_LOCK_WAIT, SET_FILE_LOCK, SET_FILE_LOCK_WAIT = 6, 7, 37, 38
 DATAGRAM, SOCKET_KINDS = 2, 0xF
 DO_NOT_NEED = 4
 
@@ -211,6 +219,7 @@ DENIALS = (
     Denial("ioctl", 1, FILE_SYSTEM_REQUESTS, 0xFF00),
     Denial("ioctl", 1, SIGNAL_RECEIVER_REQUESTS),
     Denial("fcntl", 1, (SETOWN, SETSIG, SETOWN_EX, SETLEASE, NOTIFY, SET_HINT, SET_FILE_HINT)),
+    Denial("fcntl", 1, (SET_LOCK, SET_LOCK_WAIT, SET_FILE_LOCK, SET_FILE_LOCK_WAIT), ignored=True),
     Denial("fadvise64", 3, (DO_NOT_NEED,)),
     # Only of the calling thread: what a parent has, later episodes inherit.
     Denial("setpriority", 0, (0,), others=True),
@@ -225,6 +234,8 @@ DENIALS = (
 
 MISSING = ("io_uring_setup", "io_uring_enter", "io_uring_register", "clone3", "openat2")
 """Calls that seem to be missing in the kernel, so that libraries take others."""
+IGNORED = ("setsid", "setpgid", "flock")
+"""Calls that seem to succeed, because programs do not expect that they fail."""
 
 _libc = ctypes.CDLL(None, use_errno=True)
 
@@ -256,18 +267,18 @@ def program(machine: Machine, further: Iterable[Denial] = ()) -> bytes:
     denials = (*DENIALS, *further)
     numbers = {name: row[machine.column] for name, row in NUMBERS.items()}
     conditional = {each.call for each in denials} | {"kill", "tkill", "tgkill", "rt_sigqueueinfo", "rt_tgsigqueueinfo"}
-    denied = _instruction(RETURN, ERRNO | errno.EPERM)
+    denied, ignored, missing = (_instruction(RETURN, ERRNO | number) for number in (errno.EPERM, 0, errno.ENOSYS))
     code = [
         _instruction(LOAD_WORD, ARCHITECTURE_AT),
         _instruction(EQUAL, machine.audit, 1, 0),
         _instruction(RETURN, KILL),
         _instruction(LOAD_WORD, NUMBER_AT),
         _instruction(AT_LEAST, X32, 0, 1),
-        _instruction(RETURN, ERRNO | errno.ENOSYS),
+        missing,
     ]
     for name, number in numbers.items():
         if number is not None and name not in conditional:
-            answer = _instruction(RETURN, ERRNO | errno.ENOSYS) if name in MISSING else denied
+            answer = missing if name in MISSING else ignored if name in IGNORED else denied
             code += [_instruction(EQUAL, number, 0, 1), answer]
     for denial in denials:
         number = numbers[denial.call]
@@ -280,7 +291,8 @@ def program(machine: Machine, further: Iterable[Denial] = ()) -> bytes:
         for index, value in enumerate(denial.values):
             beyond = count - index - 1
             test.append(_instruction(EQUAL, value, beyond + 1, 0))
-        test += [denied] if denial.others else [_instruction(JUMP, 1), denied]
+        answer = ignored if denial.ignored else denied
+        test += [answer] if denial.others else [_instruction(JUMP, 1), answer]
         test.append(_instruction(LOAD_WORD, NUMBER_AT))
         code += [_instruction(EQUAL, number, 0, len(test)), *test]
     return b"".join([*code, _instruction(RETURN, ALLOW)])

@@ -22,6 +22,7 @@ from labgym.eval.driving.runner import (
     EvaluationRun,
     RunningPolicy,
     ShardPolicy,
+    hidden_places,
     opened,
     policy_source,
     shard_file,
@@ -110,6 +111,7 @@ def evaluate(
     )
     # The policy is copied before the layouts are read, so that its code cannot put them into the copy.
     source = policy_source(policy, dict(options or {}))
+    source = replace(source, hidden=() if out is None else hidden_places(out))
     chosen, driven = resolved_suite(suite, layouts)
     labnav = isinstance(chosen, LabNavSuite)
     refuse_idle(

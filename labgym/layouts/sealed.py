@@ -32,6 +32,8 @@ SEALED_FLOORS = 60
 """Number of its floors."""
 COMMITMENT = "commitment.json"
 SECRET_BYTES = 32
+SECRET = "secret.txt"
+"""File of the secret in the folder of its floors."""
 _SECRET = re.compile(rb"[0-9a-f]{64}")
 
 Hash = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]

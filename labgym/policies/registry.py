@@ -154,9 +154,9 @@ SERVER = "labgym.policies.http.client:HttpPolicy"
 def policies() -> tuple[PolicyEntry, ...]:
     """Return all registered policies, sorted by name; `make_policy` also accepts classes, files and servers.
 
-    Policies of other packages are imported to read their sensor and the first line of their docstring.
+    Policies of other packages are not imported: that would run their code outside of the box. Their sensor is unknown.
     """
-    registered = [_entry_of(name, entry.value) for name, entry in _registered().items() if name not in BUILT_IN]
+    registered = [_entry_of(entry) for name, entry in _registered().items() if name not in BUILT_IN]
     return tuple(sorted((*BUILT_IN.values(), *registered), key=lambda entry: entry.name))
 
 
@@ -301,15 +301,10 @@ def _registered() -> dict[str, EntryPoint]:
     return {entry.name: entry for entry in entry_points(group=GROUP)}
 
 
-def _entry_of(name: str, place: str) -> PolicyEntry:
-    """Return the entry of a registered policy; one that cannot be imported says so."""
-    try:
-        kind = _imported(place, name)
-    except LabgymError as error:
-        return PolicyEntry(name, place, "", "", f"cannot be imported ({error})"[:120])
-    summary = (inspect.getdoc(kind) or place).splitlines()[0]
-    sees = "map" if getattr(kind, "privileged", False) else getattr(kind, "observation", "")
-    return PolicyEntry(name, place, sees, "", summary)
+def _entry_of(entry: EntryPoint) -> PolicyEntry:
+    """Return the entry of a policy that another package registers."""
+    package = "another package" if entry.dist is None else f"package {entry.dist.name}"
+    return PolicyEntry(entry.name, entry.value, "", "", f"{entry.value} of {package}"[:120])
 
 
 def _needs(entry: PolicyEntry) -> str:

@@ -7,6 +7,7 @@ import json
 import os
 import resource
 import struct
+import warnings
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -96,6 +97,22 @@ def program(folder: Path) -> Callable[[], Any]:
     return lambda: read_picture(folder / "p.png")
 
 
+def script(folder: Path) -> Callable[[], Any]:
+    """A TorchScript file with a text of 1.8 GB by its own account."""
+    import torch
+
+    from labgym.policies.adapters.torchscript import TorchScriptPolicy
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        torch.jit.script(torch.nn.Linear(3, 2)).save(str(folder / "seed.pt"))
+    with zipfile.ZipFile(folder / "seed.pt") as seed, zipfile.ZipFile(folder / "s.pt", "w") as archive:
+        for name in seed.namelist():
+            longer = (b"X\x08\0\0\0training", b"X\x08\0\0\x69training")
+            archive.writestr(name, seed.read(name).replace(*longer))
+    return lambda: TorchScriptPolicy(folder / "s.pt", trust=True)
+
+
 def reactions(folder: Path) -> Callable[[], Any]:
     """A value of 20 MB, stored once, in each of 50 rows."""
     import pyarrow as pa
@@ -115,7 +132,7 @@ def reactions(folder: Path) -> Callable[[], Any]:
     return read
 
 
-CASES = (actor, weights, checkpoint, geometry, sketch, other_sketch, picture, program, reactions)
+CASES = (actor, weights, checkpoint, geometry, sketch, other_sketch, picture, program, script, reactions)
 
 
 @pytest.mark.cases(4)

@@ -226,6 +226,7 @@ def test_the_table_of_policies_has_a_line_for_each(module, monkeypatch):
     lines = {line.split()[0]: line for line in registry.policy_table().splitlines() if line}
     for name in ("astar", "dwa", "iplanner", "navdp", "online_map", "ppo", "ppo-depth", "random", "straight"):
         assert BUILT_IN[name].summary in lines[name]
-    assert "lidar" in lines["ahead"]
-    assert "cannot be imported" in lines["gone"]
+    for name, place in (("ahead", "a_users_module:Forward"), ("gone", "no_such:P")):
+        assert f"{place} of another package" in lines[name]
+    assert "a_users_module" not in sys.modules
     assert "[train]" in lines["navdp"]

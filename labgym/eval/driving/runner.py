@@ -16,6 +16,7 @@ from labgym.eval.driving.evaluation import Evaluation
 from labgym.eval.driving.files import ACTIONS, EPISODES, ROUTES, SUMMARY, TIMES, short_name
 from labgym.eval.driving.record import EvaluationSummary
 from labgym.layouts import Layout
+from labgym.layouts.sealed import SECRET
 from labgym.policies import Policy
 from labgym.policies.fingerprint.policy import PolicyFingerprint, named_fingerprint, object_fingerprint
 from labgym.policies.kernels import NATIVE, KernelMode, kernel_facts, kernel_mode
@@ -261,6 +262,12 @@ def policy_fingerprint(
     place = policy_place(policy)
     server = {"url": policy} if place == SERVER else {}
     return named_fingerprint(label, place, {**server, **source.options}, files)
+
+
+def hidden_places(out: str | Path) -> tuple[str, ...]:
+    """Return the folders that a policy must not read: that of its run, and the one with the secret of its floors."""
+    folder = Path(out).resolve()
+    return str(folder), *(str(parent) for parent in folder.parents if (parent / SECRET).is_file())
 
 
 def policy_source(policy: str | Policy, options: dict[str, Any]) -> PolicySource:

@@ -15,13 +15,11 @@ from labgym.eval.driving.episode_row import Share
 from labgym.eval.driving.intervals import Estimate
 from labgym.eval.labnav.gain import Gain
 from labgym.eval.labnav.summary import LabNavSummary
-from labgym.layouts.sealed import Hash, SealedFloor, read_secret, secret_hash
+from labgym.layouts.sealed import SECRET, Hash, SealedFloor, read_secret, secret_hash
 from labgym.policies.fingerprint.policy import PolicyFingerprint
 
 FOLDER = "leaderboard/fresh"
 """Folder of the published rounds."""
-SECRET = "secret.txt"
-"""File of the secret of a round."""
 ALARM: Literal["alarm"] = "alarm"
 PASSED: Literal["no alarm"] = "no alarm"
 SAME = ("policy", "options", "track", "sensors", "seed", "latency", "declared", "box")

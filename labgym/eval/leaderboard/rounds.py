@@ -11,8 +11,8 @@ from labgym.documents import write_text
 from labgym.errors import DocumentError, OptionError
 from labgym.eval.labnav.gain import gain
 from labgym.eval.leaderboard.labnav import LabNavResult, published_results
-from labgym.eval.leaderboard.receipts import FOLDER, SECRET, FreshReceipt, published_rounds, round_of_secret
-from labgym.layouts.sealed import read_secret, secret_hash
+from labgym.eval.leaderboard.receipts import FOLDER, FreshReceipt, published_rounds, round_of_secret
+from labgym.layouts.sealed import SECRET, read_secret, secret_hash
 
 RECEIPTS = "receipts"
 """Folder of the receipts in that of a round's drives."""

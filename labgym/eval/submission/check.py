@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import secrets
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -154,22 +154,14 @@ def check_submission(
     if not (folder / SUMMARY).is_file():
         raise DocumentError(folder, "", f"holds no {SUMMARY}; pass the folder of a finished labgym eval")
     try:
-        if is_labnav_run(folder):
-            claim: Claim[Any, Any] = LabNavClaim(folder, suite)
-        elif isinstance(suite, LabNavSuite):
-            raise OptionError(f"{folder} holds no evaluation of LabNav: pass the name of its suite")
-        else:
-            claim = TransitionClaim(folder, suite)
+        claim = _claim_of(folder, suite)
     except (DocumentError, UnknownNameError) as error:
         return Verdict((str(error),), ())
     choice = PolicyChoice.of(claim.summary, policy, options) if drive else None
     record = RunRecord.read(folder)
     problems = [
         *run_problems(record, claim.identity_problems(record), other_code),
-        *listed(claim.file_problems, "problems of files"),
-        *claim.suite_problems(),
-        *listed(completeness_problems(claim.keys, claim.given, claim.suite_name), "episodes"),
-        *listed(_drive_problems(claim, None, claim.keys, progress), "simulated episodes"),
+        *_result_problems(claim, progress),
         *claim.summary_problems(record),
     ]
     count = len(claim.keys)
@@ -180,20 +172,52 @@ def check_submission(
         return Verdict(tuple(problems), tuple(facts))
     seed = secrets.randbelow(2**32) if seed is None else seed
     keys = drawn_again(claim.keys, seed)
-    driver = PolicyProcess(choice.source, environment=kernel_mode("pinned").environment)
+    # The actions that it handed in are no help.
+    source = replace(choice.source, hidden=(str(folder.resolve()),))
+    driver = PolicyProcess(source, environment=kernel_mode("pinned").environment)
     try:
         own = driver.box == BUILT_IN_CODE, claim.summary.box == BUILT_IN_CODE
         stated = {**claim.stated(driver), "being labgym's own": own}
         problems += choice.problems(driver, stated, claim.summary.policy, record)
-        if measured := claim.measured_again(driver, choice.source, claim.summary.seed):
+        if measured := claim.measured_again(driver, source, claim.summary.seed):
             (facts if measured[0] else problems).append(measured[1])
-        problems += listed(_drive_problems(claim, in_place(driver, choice.source), keys, progress), "episodes")
+        problems += listed(_drive_problems(claim, in_place(driver, source), keys, progress), "episodes")
     finally:
         driver.close()
     facts.append(driven_again(len(keys), count, choice.name, seed))
     if driver.box == NOT_BOXED:
         facts.append("driven again without a box: this is a server's policy, or this kernel has no Landlock")
     return Verdict(tuple(problems), tuple(facts))
+
+
+def simulated_problems(folder: str | Path, suite: str | LabNavSuite | None = None, progress: bool = True) -> list[str]:
+    """Return a line for each problem of the files of an evaluation, and for each episode that its actions do not give.
+
+    Args:
+        folder: of the evaluation, or of drives of a person, which no run made.
+        suite, progress: as for `check_submission`.
+
+    Raises:
+        DocumentError, UnknownNameError: the folder holds no evaluation, or there is no such suite.
+    """
+    return _result_problems(_claim_of(Path(folder), suite), progress)
+
+
+def _claim_of(folder: Path, suite: str | LabNavSuite | None) -> Claim[Any, Any]:
+    if is_labnav_run(folder):
+        return LabNavClaim(folder, suite)
+    if isinstance(suite, LabNavSuite):
+        raise OptionError(f"{folder} holds no evaluation of LabNav: pass the name of its suite")
+    return TransitionClaim(folder, suite)
+
+
+def _result_problems(claim: Claim[Any, Any], progress: bool) -> list[str]:
+    return [
+        *listed(claim.file_problems, "problems of files"),
+        *claim.suite_problems(),
+        *listed(completeness_problems(claim.keys, claim.given, claim.suite_name), "episodes"),
+        *listed(_drive_problems(claim, None, claim.keys, progress), "simulated episodes"),
+    ]
 
 
 def _box_fact(summary: EvaluationSummary) -> str:

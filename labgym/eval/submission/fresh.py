@@ -24,7 +24,6 @@ from labgym.eval.leaderboard.labnav import DIGITS
 from labgym.eval.leaderboard.receipts import (
     ALARM,
     PASSED,
-    SECRET,
     FreshReceipt,
     published_rounds,
     round_of_secret,
@@ -32,7 +31,7 @@ from labgym.eval.leaderboard.receipts import (
 from labgym.eval.leaderboard.rounds import RECEIPTS
 from labgym.eval.submission.check import PolicyChoice
 from labgym.layouts import Layout
-from labgym.layouts.sealed import FRESH, SECRET_BYTES, SealedFloor, read_secret, secret_hash, write_secret
+from labgym.layouts.sealed import FRESH, SECRET, SECRET_BYTES, SealedFloor, read_secret, secret_hash, write_secret
 from labgym.policies.fingerprint.policy import PolicyFingerprint
 from labgym.runs import ExecutorOptions, RunIdentity
 from labgym.runs.identity import IDENTITY_FILE
@@ -99,6 +98,12 @@ def check_fresh(
         progress=progress,
     )
     fresh, identity = LabNavEvaluation.read(drives), RunIdentity.load(drives / IDENTITY_FILE)
+    claimed = None if published.identity is None else published.identity.inputs.get("policy")
+    if claimed != identity.inputs["policy"]:
+        raise OptionError(
+            f"the policy that drives fresh floors is not that of {folder}: its code, options or files differ; pass "
+            f"those of the submission, and remove {drives}"
+        )
     ours, theirs = ({key: round(score, DIGITS) for key, score in one.scores.items()} for one in (published, fresh))
     difference = gain(ours, theirs)
     receipt = FreshReceipt(

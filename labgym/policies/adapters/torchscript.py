@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickletools
 import re
 import zipfile
 from collections.abc import Mapping
@@ -17,6 +18,9 @@ from labgym.policies.policy import EpisodeStart, Observation, Policy
 
 ON_FILES = re.compile(rb"\b(?:from_file|load_tensor)\b|\.\s*save\s*\(")
 """Operators of TorchScript that open a file, in the source of a program."""
+PROGRAMS, PICKLES = (".py",), (".pkl", ".debug_pkl")
+"""Suffixes of the members of an archive that are checked."""
+REMEDY = "write it with torch.jit.save, or export ONNX"
 
 
 class TorchScriptPolicy(Policy):
@@ -49,14 +53,12 @@ class TorchScriptPolicy(Policy):
             import torch
         self._path, self._renamed = checked_file(path), dict(inputs or {})
         check_trust(self._path, trust, "TorchScript file", "its program has operators that open files")
-        _check_operators(self._path)
+        _check_members(self._path)
         try:
             self._module = torch.jit.load(str(self._path), map_location="cpu").eval()  # type: ignore[no-untyped-call]
         except Exception as error:  # noqa: BLE001 - torch raises many types for a damaged file
             reason = " ".join(f"{type(error).__name__}: {error}".split())[:120]
-            raise LabgymError(
-                f"policy {str(path)!r} is not TorchScript ({reason}); write it with torch.jit.save, or export ONNX"
-            ) from None
+            raise LabgymError(f"policy {str(path)!r} is not TorchScript ({reason}); {REMEDY}") from None
         arguments = [argument.name for argument in self._module.forward.schema.arguments[1:]]
         self._inputs = Inputs(arguments, inputs, str(path))
         self.observation = self._inputs.sensors  # type: ignore[misc] # the file decides, not the class
@@ -85,17 +87,26 @@ class TorchScriptPolicy(Policy):
         return (self._path,)
 
 
-def _check_operators(path: Path) -> None:
-    """Refuse a program that names an operator on files.
+def _check_members(path: Path) -> None:
+    """Refuse a program that names an operator on files, and pickles with texts that are longer than the file.
+
+    torch reserves memory for a text before it finds that the file has ended.
 
     Raises:
-        LabgymError: it does, or the file is no archive of reasonable size.
+        LabgymError: it does, a pickle is broken, or the file is no archive of reasonable size.
     """
     for name in check_archive(path):
-        if not name.endswith(".py"):
+        if not name.endswith(PROGRAMS + PICKLES):
             continue
-        with zipfile.ZipFile(path) as archive:
-            operator = ON_FILES.search(archive.read(name))
+        try:
+            with zipfile.ZipFile(path) as archive:
+                content = archive.read(name)
+            for _ in pickletools.genops(content) if name.endswith(PICKLES) else ():
+                pass
+        except Exception as error:  # noqa: BLE001 - both raise many types for a damaged member
+            reason = " ".join(f"{name[:80]}: {error}".split())[:120]
+            raise LabgymError(f"policy {str(path)!r} is not TorchScript ({reason}); {REMEDY}") from None
+        operator = None if name.endswith(PICKLES) else ON_FILES.search(content)
         if operator is not None:
             raise LabgymError(
                 f"policy {str(path)!r}: its program opens files ({operator[0].decode()!r} in {name[:80]}), which "

@@ -6,6 +6,7 @@ Nothing is imported. A file is named by a text in the source that is its path, r
 from __future__ import annotations
 
 import ast
+import os
 import sys
 import sysconfig
 from collections.abc import Iterator
@@ -15,14 +16,21 @@ from pathlib import Path
 import labgym
 from labgym.documents import canonical_hash, files_digest
 
+MODULES = "LABGYM_MODULES"
+"""Environment variable with a folder of modules that the processes of policies import. Others only look for files
+there: what they import, such as an optional package that is not installed, must not come from a policy's folder."""
 LONGEST = 255
 """Longest text that is tried as a path, characters."""
 
 
+def search_path() -> list[str]:
+    """Return the Python path of the processes of policies."""
+    return [*sys.path, *filter(None, [os.environ.get(MODULES)])]
+
+
 def module_file(name: str) -> Path | None:
     """Return the source file of a module without importing it; None if the Python path has no such file."""
-    search: list[str] | None = None
-    spec = None
+    search, spec = search_path(), None
     for depth in range(name.count(".") + 1):
         spec = PathFinder.find_spec(name.split(".")[depth], search)
         if spec is None:

@@ -6,6 +6,7 @@ not.
 
 from __future__ import annotations
 
+import hashlib
 import os
 import site
 import sys
@@ -17,9 +18,10 @@ from pathlib import Path
 from typing import Any
 
 import labgym
-from labgym.artefacts import artefacts
+from labgym.artefacts import artefacts, user_cache
 from labgym.confinement import NOT_BOXED, Protection, confine, confined, landlock, probe
 from labgym.confinement.landlock import PathRule
+from labgym.policies.fingerprint.sources import search_path
 
 __all__ = [
     "BUILT_IN_CODE", "LONGEST_LEVEL", "NOT_BOXED", "NO_NETWORK", "UNRANKED", "Grants", "Protection", "denial", "enter",
@@ -124,7 +126,8 @@ def system_rules() -> tuple[PathRule, ...]:
     paths = sysconfig.get_paths()
     places = [*SYSTEM, *(paths[key] for key in ("stdlib", "platstdlib", "purelib", "platlib"))]
     places += [*site.getsitepackages(), site.getusersitepackages()]
-    places += [f"{prefix}/{name}" for prefix in (sys.prefix, sys.base_prefix) for name in OF_INTERPRETER]
+    places += _interpreters()
+    places += _machine_code()
     places += [*map(str, (Path(labgym.__file__).parent, artefacts("assets"), artefacts("policies")))]
     devices = [str(entry) for entry in Path(DEVICES).glob(f"{GRAPHICS}*")]
     return (
@@ -137,19 +140,38 @@ def system_rules() -> tuple[PathRule, ...]:
 
 @cache
 def hidden() -> tuple[Path, ...]:
-    """Return the folders that no policy may read, of this labgym and of others on the Python path."""
-    roots = {Path(entry or ".").resolve() for entry in sys.path}
-    places = {root / name for root in roots if (root / "labgym" / "__init__.py").is_file() for name in HIDDEN}
+    """Return the folders that no policy may read, of this labgym, of those on the Python path and of installed ones."""
+    roots = {Path(entry or ".").resolve() for entry in search_path()}
+    # Git keeps their contents.
+    names = (*HIDDEN, ".git")
+    places = {root / name for root in roots if (root / "labgym" / "__init__.py").is_file() for name in names}
+    roots |= {path for place in (*SYSTEM, *_interpreters()) for path in Path(place).glob("python3*/*-packages")}
     places |= {root / "labgym" / "_artefacts" / name for root in roots for name in HIDDEN}
     return tuple(sorted({path.resolve() for path in (*places, *map(artefacts, HIDDEN)) if path.is_dir()}))
 
 
-def spared(places: Iterable[str | Path]) -> tuple[str, ...]:
+def _interpreters() -> list[str]:
+    return [f"{prefix}/{name}" for prefix in (sys.prefix, sys.base_prefix) for name in OF_INTERPRETER]
+
+
+def _machine_code() -> list[str]:
+    """Return the folders in which numba keeps the code of a labgym that the user may not write."""
+    root, package = os.environ.get("NUMBA_CACHE_DIR") or user_cache().parent / "numba", Path(labgym.__file__).parent
+    folders = [place for place, _, _ in os.walk(package)]
+    own = [f"{root}/{Path(place).name}_{hashlib.sha1(place.encode()).hexdigest()}" for place in folders]
+    return [*own, *map(str, user_cache().glob("planar-*"))]
+
+
+def spared(places: Iterable[str | Path], further: Iterable[str] = ()) -> tuple[str, ...]:
     """Return places without the hidden folders: Landlock cannot subtract, so a folder with one is named by its entries.
 
     Places that do not exist are left out.
+
+    Args:
+        places: files and folders. further: absolute paths of further hidden files and folders, which need not exist.
     """
-    kept = {path for place in places for path in _spared(os.path.realpath(place))}
+    secret = tuple(map(os.path.realpath, (*hidden(), *further)))
+    kept = {path for place in places for path in _spared(os.path.realpath(place), secret)}
     # A folder contains what it contains: fewer rules are entered sooner.
     return tuple(sorted(path for path in kept if not any(str(parent) in kept for parent in Path(path).parents)))
 
@@ -162,8 +184,7 @@ def split(places: Iterable[str | Path]) -> tuple[str, ...]:
     )
 
 
-def _spared(place: str) -> Iterator[str]:
-    secret = [str(folder) for folder in hidden()]
+def _spared(place: str, secret: tuple[str, ...]) -> Iterator[str]:
     if any(place == folder or place.startswith(f"{folder}/") for folder in secret) or not os.path.exists(place):  # noqa: PTH110 - called for every entry
         return
     if not any(folder.startswith(f"{place.rstrip('/')}/") for folder in secret):
@@ -173,4 +194,4 @@ def _spared(place: str) -> Iterator[str]:
         target = os.path.realpath(entry.path) if entry.is_symlink() else entry.path
         # A link may lead back to a folder above.
         if not entry.is_symlink() or not any(folder.startswith(f"{target}/") for folder in secret):
-            yield from _spared(target)
+            yield from _spared(target, secret)

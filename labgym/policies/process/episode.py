@@ -21,6 +21,7 @@ from labgym.policies.fingerprint.reads import Reads
 from labgym.policies.kernels import pin_torch
 from labgym.policies.policy import EpisodeStart, Observation, Policy
 from labgym.policies.process.facts import encode_text, error_text
+from labgym.policies.process.room import ERROR_LINE
 from labgym.policies.process.wire import (
     ACTING,
     DECIDED,
@@ -113,7 +114,7 @@ def _print_traceback(error: BaseException, printed: mmap.mmap | bytearray) -> No
         if not printed[0]:
             printed[0] = 1
             text = "".join(traceback.format_exception(error, limit=-FRAMES))
-            sys.stderr.write(f"\nThe policy raised an error; later tracebacks are left out.\n{text[-MAX_TRACEBACK:]}")
+            sys.stderr.write(f"\n{ERROR_LINE}\n{text[-MAX_TRACEBACK:]}")
             sys.stderr.flush()
 
 

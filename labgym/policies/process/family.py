@@ -101,6 +101,16 @@ def kill_all(selected: Callable[[dict[int, Process]], Set[int]]) -> None:
         time.sleep(0.001)
 
 
+def kill_group(leader: int) -> None:
+    """Kill a process group at once: also processes that start others faster than `kill_all` finds them.
+
+    Args:
+        leader: process id of its leader, which may be a zombie.
+    """
+    with contextlib.suppress(ProcessLookupError, PermissionError):
+        os.killpg(leader, signal.SIGKILL)
+
+
 def end_of(child: int) -> str:
     """Return how a child ended, in words; it stays a zombie. A child that lives on closed its connection."""
     deadline = time.monotonic() + END_SECONDS

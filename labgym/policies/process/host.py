@@ -21,9 +21,9 @@ from typing import Any
 from labgym.confinement import linux
 from labgym.policies.fingerprint.sources import is_installed_file
 from labgym.policies.process.box import Grants, Protection, probe, system_rules
-from labgym.policies.process.family import Process, descendants, end_of, kill_all, processes, resident_bytes
+from labgym.policies.process.family import Process, descendants, end_of, kill_all, kill_group, processes, resident_bytes
 from labgym.policies.process.loader import Boxed, prepare_for_maps, serve_loader
-from labgym.policies.process.room import PrivateRoom
+from labgym.policies.process.room import PrivateRoom, remove_left_rooms
 from labgym.policies.process.source import MAPS
 from labgym.policies.process.wire import FACTS, Answer, ClosedError, receive_request, send_answer
 
@@ -44,6 +44,7 @@ def serve_host(link: socket.socket) -> None:
         signal.signal(number, lambda *_: None)
     linux.adopt_orphans()
     linux.deny_readers()
+    remove_left_rooms()
     host = _Host(link, os.getppid())
     try:
         with contextlib.suppress(ClosedError, OSError):
@@ -83,6 +84,8 @@ class _Host:
 
     def end_everything(self) -> None:
         """Kill all descendants."""
+        for loader in self._limits:
+            kill_group(loader)
         kill_all(lambda table: descendants(os.getpid(), table))
         for room in self._rooms.values():
             room.remove()
@@ -106,21 +109,23 @@ class _Host:
         _import_shared(modules, installed=grants is not None)
         host, level, room = os.getpid(), Protection(0, seccomp=False), None
         if grants is not None:
-            level, room = probe(), PrivateRoom()
+            level, room = probe(), PrivateRoom(quiet)
             system_rules()  # once for all loaders
         child = os.fork()
         if child:
+            _lead_group(child)
             os.close(descriptor)
             self._limits[child] = memory
             if room is not None:
                 self._rooms[child] = room
             return [child, "" if room is None else str(level)]
         try:
+            _lead_group(0)
             self._link.close()
             boxed = None
             if grants is not None and room is not None:
                 inside = Grants.from_json({**grants, "private": str(room.private)})
-                boxed = Boxed(room, inside if level.boxed else None, quiet)
+                boxed = Boxed(room, inside if level.boxed else None)
             serve_loader(socket.socket(fileno=descriptor), host, boxed)
         finally:
             os._exit(0)
@@ -133,6 +138,8 @@ class _Host:
             family = {*descendants(loader, table), *strays, *([loader] if with_loader else [])}
             return family.union(*(descendants(stray, table) for stray in strays))
 
+        if with_loader or loader in self._rooms:
+            kill_group(loader)
         kill_all(selected)
         if with_loader:
             del self._limits[loader]
@@ -157,8 +164,15 @@ class _Host:
             own, others = resident_bytes({loader}, table), resident_bytes(family, table)
             if max(own, others) > limit:
                 self._exceeded[loader] = max(own, others)
+                kill_group(loader)
                 kill_all(lambda table, loader=loader: {*descendants(loader, table), loader})  # type: ignore[misc]
         return max(WATCH_SECONDS, WATCH_SHARE * (time.perf_counter() - begin))
+
+
+def _lead_group(process: int) -> None:
+    """Make a new loader, or with 0 this process, the leader of a process group, which a boxed process cannot leave."""
+    with contextlib.suppress(OSError):  # both processes do it: whoever comes first
+        os.setpgid(process, process)
 
 
 def _import_shared(modules: Iterable[str], installed: bool) -> None:

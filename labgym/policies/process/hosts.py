@@ -5,6 +5,7 @@ from __future__ import annotations
 import atexit
 import json
 import os
+import re
 import shlex
 import socket
 import subprocess
@@ -26,7 +27,11 @@ INSIDE = "LABGYM_POLICY_PROCESS"
 """Environment variable that is set in the processes of policies."""
 LAUNCHER = "LABGYM_POLICY_LAUNCHER"
 """Environment variable with a command that starts the processes of policies, such as "qemu-x86_64 -cpu Haswell"."""
-PACKAGES = ("labgym", "numpy", "pydantic", "torch")
+PACKAGES = ("numpy", "pydantic", "torch")
+"""Packages whose places the host takes from the evaluator, if they are imported."""
+HOST = Path(__file__).with_name("__main__.py")
+SECRETS = re.compile("KEY|TOKEN|SECRET|PASSW|CREDENTIAL|AUTH", re.IGNORECASE)
+"""Names of environment variables that policies do not get, because errors and actions of theirs are published."""
 START_SECONDS = 300.0
 ANSWER_SECONDS = 30.0
 
@@ -71,11 +76,10 @@ class PolicyHost:
         self._lock = threading.Lock()
         self._link, theirs = socket.socketpair()
         variables = {
-            **os.environ,
+            **{name: value for name, value in os.environ.items() if not SECRETS.search(name) and name != "PYTHONPATH"},
             **dict.fromkeys(THREAD_VARIABLES, "1"),
             "PYTHONHASHSEED": "0",
             **environment,
-            "PYTHONPATH": os.pathsep.join(filter(_holds_packages, sys.path)),
             INSIDE: "1",
         }
         with theirs:
@@ -84,9 +88,9 @@ class PolicyHost:
                     *shlex.split(os.environ.get(LAUNCHER, "")),
                     sys.executable,
                     "-P",
-                    "-m",
-                    "labgym.policies.process",
+                    str(HOST),
                     str(theirs.fileno()),
+                    *_places(),
                 ],
                 pass_fds=[theirs.fileno()],
                 stdin=subprocess.DEVNULL,
@@ -176,12 +180,10 @@ class PolicyHost:
                 ) from None
 
 
-def _holds_packages(entry: str) -> bool:
-    """Return whether an entry of the Python path holds labgym or a package that it imports.
-
-    The host runs no code of a policy, also not a module in the policy's folder with the name of a package.
-    """
-    return bool(entry) and any((Path(entry) / name / "__init__.py").is_file() for name in PACKAGES)
+def _places() -> list[str]:
+    """Return the folders from which this process has imported packages."""
+    files = [getattr(sys.modules.get(name), "__file__", None) for name in PACKAGES]
+    return list(dict.fromkeys(str(Path(file).parents[1]) for file in files if file))
 
 
 _hosts: dict[tuple[int, frozenset[tuple[str, str]]], PolicyHost] = {}

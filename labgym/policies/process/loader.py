@@ -33,12 +33,10 @@ class Boxed:
 
     Attributes:
         room: private folder and output. grants: files besides the private folder; None if this kernel has no box.
-        quiet: whether the traceback of an error has been printed before.
     """
 
     room: PrivateRoom
     grants: Grants | None
-    quiet: bool
 
 
 @dataclass(frozen=True)
@@ -46,7 +44,7 @@ class LoadRequest:
     """A policy to load, and where.
 
     Attributes:
-        path: `sys.path` of the evaluator. folder: its working folder.
+        path: `sys.path` for the policy. folder: its working folder.
         source: the policy, pickled, because it may need `path`.
         known: files of the policy's identity, if it was loaded before; None to find them.
     """
@@ -85,7 +83,7 @@ def serve_loader(link: socket.socket, host: int, boxed: Boxed | None) -> None:
             send_answer(link, Answer(FAILED, encode_error(error)))
             return
         send_answer(link, answer)
-        printed = mmap.mmap(-1, 1) if boxed is None else bytearray([boxed.quiet])
+        printed = mmap.mmap(-1, 1) if boxed is None else bytearray(1)
         _serve_episodes(link, policy, reads, single_use, printed)
 
 

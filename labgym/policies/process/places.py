@@ -5,11 +5,18 @@ from __future__ import annotations
 import sys
 import tempfile
 from collections.abc import Iterable, Iterator
+from importlib.machinery import PathFinder
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from labgym.policies.fingerprint.sources import imported_modules, is_installed_file, loaded_file, source_files
+from labgym.policies.fingerprint.sources import (
+    imported_modules,
+    is_installed_file,
+    loaded_file,
+    search_path,
+    source_files,
+)
 from labgym.policies.process.box import Grants, spared
 from labgym.policies.process.source import PolicySource
 from labgym.policies.registry import FILES, policy_place
@@ -41,6 +48,7 @@ class OwnPlaces:
     """
 
     def __init__(self, source: PolicySource) -> None:
+        self._hidden = source.hidden
         self._read: dict[str, None] = {}
         self._listed: dict[str, None] = {}
         self._seen: set[str] = set()
@@ -60,7 +68,7 @@ class OwnPlaces:
     @property
     def grants(self) -> Grants:
         """The files that the first load may read."""
-        return Grants(spared(self._read), tuple(self._listed))
+        return Grants(spared(self._read, self._hidden), tuple(self._listed))
 
     def _add_named(self, text: str) -> None:
         path = Path(text).expanduser()
@@ -99,7 +107,7 @@ class OwnPlaces:
             return
         self._seen.add(top)
         try:
-            spec = find_spec(top)
+            spec = find_spec(top) or PathFinder.find_spec(top, search_path())
         except (ImportError, ValueError):  # a module without a specification, such as one of a notebook
             return
         if spec is None:
@@ -124,14 +132,25 @@ class OwnPlaces:
             self._add_module(name, whole=False)
 
 
-def driving_grants(first: Grants, files: Iterable[str]) -> Grants:
-    """Return what a policy may read when it drives: those of the files of its identity that its first load may read.
+def known_files(first: Grants, files: Iterable[str]) -> tuple[str, ...]:
+    """Return those of the files of a policy's identity that exist and that its first load may read, sorted.
+
+    The texts come from the first load and go to each load that drives: as paths in order, they carry nothing else.
 
     Args:
         first: grants of the first load. files: as the policy's process stated them, which may be untrue.
     """
-    paths = {Path(file).resolve() for file in files}
-    return Grants(spared(sorted(path for path in paths if path.is_file() and first.covers(path))), first.listed)
+    paths = {Path(file).resolve() for file in files if "\0" not in file}
+    return tuple(sorted(str(path) for path in paths if path.is_file() and first.covers(path)))
+
+
+def driving_grants(first: Grants, known: Iterable[str]) -> Grants:
+    """Return what a policy may read when it drives: the files of its identity.
+
+    Args:
+        first: grants of the first load. known: as `known_files` returns them.
+    """
+    return Grants(spared(known), first.listed)
 
 
 def _texts(value: Any) -> Iterator[str]:

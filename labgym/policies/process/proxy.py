@@ -6,7 +6,6 @@ import contextlib
 import os
 import pickle
 import socket
-import sys
 import threading
 from collections.abc import Mapping
 from pathlib import Path
@@ -17,6 +16,7 @@ from numpy.typing import NDArray
 
 from labgym.confinement import linux
 from labgym.errors import LabgymError
+from labgym.policies.fingerprint.sources import search_path
 from labgym.policies.kernels import kernel_mode
 from labgym.policies.policy import EpisodeStart, Observation, PolicyError
 from labgym.policies.process.box import BUILT_IN_CODE, NOT_BOXED, Grants
@@ -25,7 +25,7 @@ from labgym.policies.process.facts import DECLARED, PolicyFacts, read_error, rea
 from labgym.policies.process.hosts import HostError, LoaderTerms, PolicyHost, host_with
 from labgym.policies.process.limits import ProcessLimits
 from labgym.policies.process.loader import EPISODE, LOAD, STATUS, LoadRequest
-from labgym.policies.process.places import OwnPlaces, driving_grants
+from labgym.policies.process.places import OwnPlaces, driving_grants, known_files
 from labgym.policies.process.source import MAPS, PolicySource
 from labgym.policies.process.wire import (
     ACTING,
@@ -107,7 +107,7 @@ class PolicyProcess:
         self.box = (self._process.level if self._grants else "") or (BUILT_IN_CODE if source.built_in else NOT_BOXED)
         if self._grants is not None:
             # It loaded with all files of its folder; it drives with those of its identity.
-            self._known = (*facts.files, *facts.sources)
+            self._known = known_files(self._grants, (*facts.files, *facts.sources))
             self._grants = driving_grants(self._grants, self._known)
             self._modules += (MAPS,) if facts.privileged else ()
             self._process.stop()
@@ -273,7 +273,7 @@ class _LoadedProcess:
         terms: LoaderTerms,
         known: tuple[str, ...] | None,
     ) -> None:
-        self._limits, self._host = limits, host
+        self._limits, self._host, self._boxed = limits, host, terms.grants is not None
         self._loader, self.level, self._link = host.start_loader(terms)
         self._episode: socket.socket | None = None
         self.usable = True
@@ -284,7 +284,7 @@ class _LoadedProcess:
             raise
 
     def _load(self, source: PolicySource, known: tuple[str, ...] | None) -> PolicyFacts:
-        request = LoadRequest(tuple(sys.path), os.getcwd(), pickle.dumps(source), known)  # noqa: PTH109 - as text
+        request = LoadRequest(tuple(search_path()), os.getcwd(), pickle.dumps(source), known)  # noqa: PTH109 - as text
         try:
             self._link.settimeout(self._limits.load_seconds)
             send_request(self._link, LOAD, pickle.dumps(request))
@@ -313,7 +313,12 @@ class _LoadedProcess:
         with theirs:
             self._link.settimeout(self._limits.call_seconds)
             send_request(self._link, EPISODE, b"", theirs.fileno())
-        self.usable = not self.facts.single_use
+        self.usable = not self._single_use
+
+    @property
+    def _single_use(self) -> bool:
+        """Whether the loader is the process of its only episode. A foreign policy does not decide that."""
+        return self._boxed or self.facts.single_use
 
     @property
     def in_episode(self) -> bool:
@@ -354,7 +359,7 @@ class _LoadedProcess:
         """Return how the episode's process ended, as the loader reports it."""
         unknown = "the policy's process ended"
         try:
-            if self.facts.single_use:
+            if self._single_use:
                 return f"the policy's process {self._host.end_of(self._loader)}"
             answer = self._exchange(self._link, STATUS, b"", STATUS_SECONDS)
             return f"the policy's process {read_text(answer.content)}" if answer.status == FAILED else unknown

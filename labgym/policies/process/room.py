@@ -3,15 +3,25 @@
 from __future__ import annotations
 
 import contextlib
+import fcntl
 import os
 import shutil
 import subprocess
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 OUTPUT_BYTES = 64 * 1024
 """Longest output of an episode that the host prints."""
+ERROR_LINE = "The policy raised an error; later tracebacks are left out."
+"""Line before the traceback of an error."""
+PREFIX = "labgym-box-"
+"""Beginning of the names of rooms in the folder for temporary files."""
+LOCK = "lock"
+"""File of a room that its host keeps locked."""
+FURNISHING_S = 60.0
+"""Age below which a room may belong to a host that has not locked it yet, seconds."""
 HOMES = ("HOME", "TMPDIR", "XDG_CACHE_HOME", "XDG_CONFIG_HOME", "XDG_DATA_HOME", "MPLCONFIGDIR")
 """Environment variables that name the private folder."""
 
@@ -21,12 +31,19 @@ class PrivateRoom:
 
     The file is outside of the folder, so that the episode cannot replace it.
 
+    Args:
+        quiet: whether the host leaves out the traceback of an error. The episode does not know: it would learn that an
+            earlier one failed.
+
     Attributes:
         private: the folder.
     """
 
-    def __init__(self) -> None:
-        self._place = Path(tempfile.mkdtemp(prefix="labgym-box-"))
+    def __init__(self, quiet: bool) -> None:
+        self._quiet = quiet
+        self._place = Path(tempfile.mkdtemp(prefix=PREFIX))
+        self._lock = os.open(self._place / LOCK, os.O_RDONLY | os.O_CREAT, 0o600)
+        fcntl.flock(self._lock, fcntl.LOCK_EX)
         self.private, self._output = self._place / "tmp", self._place / "output"
         self.private.mkdir()
         self._output.touch()
@@ -53,11 +70,32 @@ class PrivateRoom:
     def remove(self) -> None:
         """Print what the episode printed, and remove the folder."""
         with contextlib.suppress(OSError), self._output.open("rb") as stream:
-            text = stream.read(OUTPUT_BYTES)
-            if text:
-                sys.stderr.buffer.write(text)
-                sys.stderr.flush()
-        shutil.rmtree(self._place, ignore_errors=True)
-        if self._place.exists():  # a folder without rights, or too deep
-            for command in (["chmod", "-R", "u+rwX"], ["rm", "-rf"]):
-                subprocess.run([*command, "--", str(self._place)], stderr=subprocess.DEVNULL, check=False)
+            text = stream.read(OUTPUT_BYTES).decode(errors="replace")
+            text = text.partition(f"\n{ERROR_LINE}\n")[0] if self._quiet else text
+            # Other characters could command the terminal.
+            sys.stderr.write("".join(letter for letter in text if letter.isprintable() or letter in "\n\t"))
+            sys.stderr.flush()
+        _remove(self._place)
+        os.close(self._lock)
+
+
+def remove_left_rooms() -> None:
+    """Remove the rooms of this user's hosts that were killed: nobody holds their locks."""
+    for place in Path(tempfile.gettempdir()).glob(f"{PREFIX}*"):
+        with contextlib.suppress(OSError):
+            facts = place.lstat()
+            if facts.st_uid != os.geteuid() or time.time() - facts.st_mtime < FURNISHING_S:
+                continue
+            lock = os.open(place / LOCK, os.O_RDONLY | os.O_NOFOLLOW)
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                _remove(place)
+            finally:
+                os.close(lock)
+
+
+def _remove(place: Path) -> None:
+    shutil.rmtree(place, ignore_errors=True)
+    if place.exists():  # a folder without rights, or too deep
+        for command in (["chmod", "-R", "u+rwX"], ["rm", "-rf"]):
+            subprocess.run([*command, "--", str(place)], stderr=subprocess.DEVNULL, check=False)

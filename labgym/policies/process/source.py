@@ -112,6 +112,7 @@ class PolicySource:
         modules: names of the modules of the object's classes.
         stated: paths of the files that the object states (`Policy.files`).
         attachments: files for a process on another machine.
+        hidden: absolute paths of files and folders that the policy must not read, also in a folder of its own.
     """
 
     name: str
@@ -120,6 +121,7 @@ class PolicySource:
     modules: tuple[str, ...] = ()
     stated: tuple[str, ...] = ()
     attachments: tuple[Attachment, ...] = field(default=(), repr=False)
+    hidden: tuple[str, ...] = ()
 
     @classmethod
     def named(cls, name: str, options: Mapping[str, Any] | None = None) -> PolicySource:

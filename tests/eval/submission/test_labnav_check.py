@@ -16,7 +16,14 @@ from labgym.cli import main
 from labgym.eval.driving.actions import StoredActions
 from labgym.eval.evaluator import evaluate
 from labgym.eval.labnav.suites import LabNavSuite, load_labnav
-from labgym.eval.submission.check import check_submission, drawn_again, driven_again, foreign_rows, unseen
+from labgym.eval.submission.check import (
+    check_submission,
+    drawn_again,
+    driven_again,
+    foreign_rows,
+    simulated_problems,
+    unseen,
+)
 from labgym.eval.submission.labnav_claim import LabNavClaim
 from labgym.policies import Policy
 
@@ -79,6 +86,17 @@ def test_an_honest_result_passes_with_all_of_it_driven_again(driven, suite, poli
     without = check_submission(driven(policy), suite=suite, drive=False, progress=False)
     assert without.passed
     assert "the policy itself is not verified" in without.facts[-1]
+
+
+def test_rows_that_their_actions_do_not_give_are_no_result_to_publish(submission, suite, capsys, monkeypatch):
+    assert simulated_problems(submission.folder, suite, progress=False) == []
+    submission.change(lambda rows, _: rows[0].update(time=rows[0]["time"] + 0.1))
+    (problem,) = simulated_problems(submission.folder, suite, progress=False)
+    assert "simulated again differs: time" in problem
+    monkeypatch.setattr("labgym.eval.leaderboard.labnav.LabNavResult.of", lambda folder: None)
+    monkeypatch.setattr("labgym.eval.submission.labnav_claim.load_labnav", lambda name: suite)
+    assert main(["leaderboard", "--add", str(submission.folder)]) == 2
+    assert "simulated again differs: time" in capsys.readouterr().err
 
 
 class Failing(Policy):

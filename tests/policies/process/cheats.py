@@ -151,7 +151,9 @@ class Reading(Honest):
             command = Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0")
         except PermissionError:  # in the box
             return True
-        return pid == int(os.environ.get("LABGYM_TEST_EVALUATOR", "0")) or b"labgym.policies.process" in command
+        return pid == int(os.environ.get("LABGYM_TEST_EVALUATOR", "0")) or any(
+            part.endswith(b"policies/process/__main__.py") for part in command
+        )
 
 
 memory: list[int] = []

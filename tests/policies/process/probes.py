@@ -41,6 +41,11 @@ class Outside:
         self.folder, self.secret, self.pid, self.port, self.socket = folder, secret, pid, port, place
 
     @property
+    def private(self) -> Path:
+        """The folder in which the box allows everything."""
+        return self.folder.with_name("private")
+
+    @property
     def own(self) -> Path:
         """A file of the policy."""
         return self.folder / "table.json"

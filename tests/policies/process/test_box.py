@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from laboratories import small_laboratory
 from policies.process import probes
+from policies.process.tricks import TRICKS, WITHOUT_A_BOX
 
 from labgym import confinement
 from labgym.artefacts import artefacts
@@ -58,7 +59,10 @@ def outside(tmp_path: Path) -> Iterator[probes.Outside]:
     for parent in tmp_path.parents[:2]:
         parent.chmod(0o755)
     folder, place = tmp_path / "policy", f"{tmp_path}/s"
-    folder.mkdir(mode=0o777)
+    folder.mkdir()
+    folder.with_name("private").mkdir()
+    for open_folder in (folder, folder.with_name("private")):
+        open_folder.chmod(0o777)
     (folder / "table.json").write_text("{}")
     (tmp_path / "secret").write_text("secret")
     tcp, unix, abstract = socket.create_server(("127.0.0.1", 0)), socket.socket(socket.AF_UNIX), socket.socket(1)
@@ -81,16 +85,17 @@ def outside(tmp_path: Path) -> Iterator[probes.Outside]:
 def tried(name: str, outside: probes.Outside, boxed: bool, user: int | None) -> object:
     """Return the answer of a probe in a process of a user, in a box or not."""
 
+    box.system_rules()  # once for all processes
+
     def work() -> object:
-        grants = Grants(read=(str(outside.folder),))
-        box.system_rules()
+        grants = Grants(read=(str(outside.folder),), private=str(outside.private))
         if user is not None:
             os.setgroups([])
             os.setgid(user)
             os.setuid(user)
         if boxed:
             box.enter(grants)
-        return probes.PROBES[name](outside)
+        return {**probes.PROBES, **TRICKS}[name](outside)
 
     return in_child(work)
 
@@ -105,13 +110,32 @@ def test_the_box_denies(name: str, user: int | None, outside: probes.Outside) ->
     assert outside.own.read_text() == "{}"
 
 
+@needs_box
+@pytest.mark.parametrize("user", USERS)
+def test_the_box_denies_tricks(user: int | None, outside: probes.Outside) -> None:
+    answers = {name: tried(name, outside, boxed=True, user=user) for name in TRICKS}
+    expected = ("PermissionError", "OSError", "FileNotFoundError")
+    assert {
+        name: answer for name, answer in answers.items() if answer[:1] != ["error"] or answer[1] not in expected
+    } == {}
+    assert outside.own.read_text() == "{}"
+
+
+def test_tricks_get_something_without_a_box(outside: probes.Outside) -> None:
+    answers = {name: tried(name, outside, boxed=False, user=None) for name in WITHOUT_A_BOX}
+    assert {name: answer for name, answer in answers.items() if answer[0] != "value" or not answer[1]} == {}
+
+
 IN_A_CONTAINER = {"keyring", "io_uring", "message_queue", "attribute", "flags", "namespace", "system_v", "users"}
 """Probes that a container or a file system may deny by itself."""
 
 
+OF_THE_OWNER = {"ptrace", "memory", "environment", "priority", "write_artefacts", "write_labgym"}
+
+
 @pytest.mark.parametrize("name", sorted(probes.PROBES.keys() - IN_A_CONTAINER))
 def test_the_probes_get_something_without_a_box(name: str, outside: probes.Outside) -> None:
-    if os.geteuid() != 0 and name in ("ptrace", "memory", "environment"):
+    if os.geteuid() != 0 and name in OF_THE_OWNER:
         pytest.skip("may be denied to ordinary users")
     assert tried(name, outside, boxed=False, user=None)[0] == "value"
 
