@@ -192,7 +192,7 @@ class PointNavConfig:
         if self.rewards is not None:
             return tuple(self.rewards)
         weights = self.weights if isinstance(self.weights, RewardWeights) else RewardWeights()
-        return weights.terms(self.distance_to_go)
+        return weights.terms(self.distance_to_go, self.onward)
 
     @property
     def moving(self) -> Moving:

@@ -11,13 +11,16 @@ from typing import TYPE_CHECKING, Any
 
 from labgym.documents import read_json, read_yaml
 from labgym.effects import refuse_idle
+from labgym.envs.checks import record_of
 from labgym.envs.config import LABNAV, OBSERVATIONS, PointNavConfig
+from labgym.envs.labnav.task import STOPS, Stop
 from labgym.envs.labnav.tasks import HEADLINE, TASKS, config_of
 from labgym.envs.parts.actions import DiscreteActions
 from labgym.envs.parts.endings import REST_DISTANCE, RestEnding, StopEnding
 from labgym.envs.parts.goals import GoalEnding, GoalTerm
 from labgym.envs.parts.measures import EXTENDED
 from labgym.envs.parts.rays import LidarSensor
+from labgym.envs.parts.rewards import RewardWeights
 from labgym.envs.parts.vectors import JointSensor, PlaceSensor, PoseSensor, VelocitySensor
 from labgym.envs.tasks import TRAINING_SPLITS
 from labgym.errors import DocumentError, OptionError, UnknownArgumentError, UnknownNameError, check_name
@@ -156,8 +159,10 @@ def labnav_config_name(task: str, level: int, observation: str) -> str:
     return f"{LABNAV}{task}-{level}-{observation}"
 
 
-def _labnav(task: str, level: int = HEADLINE, observation: str = "lidar") -> PointNavConfig:
-    return config_of(task, level, observation, split=FLOORS, drives=f"{LABNAV}{task}-{level}")
+def _labnav(
+    task: str, level: int = HEADLINE, observation: str = "lidar", stop: Stop | None = "brake"
+) -> PointNavConfig:
+    return config_of(task, level, observation, stop, split=FLOORS, drives=f"{LABNAV}{task}-{level}")
 
 
 def preset(name: str) -> PointNavConfig:
@@ -187,7 +192,7 @@ def configured(
     Args:
         config: a configuration, a mapping of its fields, the path of a .json or .yaml file of one, or the id of a
             registered environment; None for the defaults.
-        options: values of fields; of a LabNav task, also its `level`.
+        options: values of fields; of a LabNav task, also its `level`, and how an agent ends a drive, `stop`.
 
     Raises:
         UnknownArgumentError: no field has that name.
@@ -207,7 +212,8 @@ def configured(
             raise UnknownArgumentError("the environment", name, names)
     _check_observation(config, options)
     if isinstance(config, PointNavConfig):
-        config, passed = replace(config, **options) if options else config, set(options)
+        passed = set(options)
+        config = replace(config, **_reward(config, options)) if options else config
     else:
         passed = {*(config or {}), *options}
         config = PointNavConfig(**{**(config or {}), **options})
@@ -215,22 +221,34 @@ def configured(
     return config
 
 
+def _reward(config: PointNavConfig, options: Mapping[str, Any]) -> dict[str, Any]:
+    """Return options whose weights are complete, and whose terms of the reward take the place of the weights."""
+    weights = options.get("weights")
+    if isinstance(weights, Mapping) and isinstance(config.weights, RewardWeights):
+        return {**options, "weights": record_of(weights, config.weights, "weights", "reward term")}
+    return {"weights": None, **options} if options.get("rewards") is not None else dict(options)
+
+
 def _named_config(name: str | Path) -> PointNavConfig | Mapping[str, Any]:
     return read_mapping(name) if Path(name).suffix in (".json", ".yaml", ".yml") else preset(str(name))
 
 
 def _labnav_config(config: PointNavConfig, options: Mapping[str, Any]) -> tuple[PointNavConfig, Mapping[str, Any]]:
-    """Return a LabNav configuration with the level and the observation of the options, and the remaining options.
+    """Return a LabNav configuration with level, observation and stop of the options, and the remaining options.
 
     Raises:
-        UnknownNameError: the task has no such level.
+        UnknownNameError: the task has no such level, or there is no such way to stop.
+        OptionError: `stop` has no effect.
     """
     task, level = config.drives.removeprefix(LABNAV).split("-")
     observation = config.observation if "sensors" in options else options.get("observation", config.observation)
-    own = {name: value for name, value in options.items() if name != "level"}
-    if "level" not in options and observation == config.observation:
+    own = {name: value for name, value in options.items() if name not in ("level", "stop")}
+    refuse_idle((("stop", "stop" in options and "actions" in options, "with actions: leave one of the two out"),))
+    stop = options.get("stop", "brake")
+    check_name("stop", stop, STOPS)
+    if not {"level", "stop"} & set(options) and observation == config.observation:
         return config, own
-    return _labnav(task, options.get("level", int(level)), observation), own
+    return _labnav(task, options.get("level", int(level)), observation, stop), own
 
 
 def _check_observation(config: PointNavConfig | Mapping[str, Any] | None, options: Mapping[str, Any]) -> None:
