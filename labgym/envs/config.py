@@ -14,6 +14,7 @@ from labgym.envs import parts
 from labgym.envs.assembly import STATIC, Moving, is_standard
 from labgym.envs.checks import positive, record_of
 from labgym.envs.conditions import changes, glass, parked, payload, people, station, wet  # noqa: F401 - register
+from labgym.envs.labnav.curriculum import Curriculum
 from labgym.envs.parts.endings import TouchEnding
 from labgym.envs.parts.measures import STANDARD, NamedMeasure
 from labgym.envs.parts.protocols import (
@@ -78,6 +79,7 @@ class PointNavConfig:
         drives: "pair", one drive an episode; "protocol", all drives of a protocol in one; or the task and level of
             LabNav as whose drives they are drawn, such as "labnav-aisle-2".
         tasks: chooses the tasks instead of these.
+        curriculum: of a LabNav id, "mixed" or "rising": the ladder on which its level is the last rung.
         observation: "lidar", "depth" or "rgbd": names the usual sensors.
         sensors: the entries of the observation, instead of the usual sensors.
         weights: weights of the usual reward. distance_to_go: how it measures progress.
@@ -127,6 +129,7 @@ class PointNavConfig:
     loose: bool = False
     randomizations: Any = ()
     conditions: Any = ()
+    curriculum: Curriculum | None = None
 
     def __post_init__(self) -> None:
         """Check all values, and make parts of plain data.
@@ -171,6 +174,8 @@ class PointNavConfig:
         self._set("conditions", parts_of(self.conditions, "condition"))
         self._check_scene()
         self._set("measures", parts_of(_named(self.measures), "measure"))
+        if self.curriculum is not None and not isinstance(self.curriculum, Curriculum):
+            raise OptionError(f"curriculum={str(self.curriculum)[:40]!r} needs a LabNav id, such as LabNavPeople-v0")
         if self.tasks is not None and not isinstance(self.tasks, Tasks):
             raise OptionError(f"tasks is a {type(self.tasks).__name__}, expected an object with draw and close")
 

@@ -97,15 +97,30 @@ class ProtocolTasks:
         self._source.close()
 
 
-def task_source(config: PointNavConfig) -> Tasks:
+def task_source(config: PointNavConfig, source: Tasks | None = None) -> Tasks:
     """Return what chooses the task of each episode.
+
+    Args:
+        source: chooses the layouts; None for what the configuration says.
 
     Raises:
         UnknownNameError, OptionError, DocumentError: as `TaskSource`.
     """
     if config.tasks is not None:
         return config.tasks
-    source = TaskSource(
+    source = layout_source(config) if source is None else source
+    if config.drives.startswith(LABNAV):
+        return LabNavTasks(source, config.drives)
+    return source if config.drives == "pair" else ProtocolTasks(source)
+
+
+def layout_source(config: PointNavConfig) -> TaskSource:
+    """Return what chooses the layout of each episode.
+
+    Raises:
+        UnknownNameError, OptionError, DocumentError: as `TaskSource`.
+    """
+    return TaskSource(
         config.split,
         config.layout,
         config.protocol,
@@ -116,6 +131,3 @@ def task_source(config: PointNavConfig) -> Tasks:
         pool=config.pool,
         senses=config.senses,
     )
-    if config.drives.startswith(LABNAV):
-        return LabNavTasks(source, config.drives)
-    return source if config.drives == "pair" else ProtocolTasks(source)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from labgym.envs.assembly import assembly_of
 from labgym.envs.config import RENDER_MODES, PointNavConfig
-from labgym.envs.drive_source import task_source
+from labgym.envs.drive_source import layout_source, task_source
 from labgym.envs.episode import RunningEpisode, stream
+from labgym.envs.labnav.curriculum import Climb
 from labgym.envs.parts.protocols import Actions, Condition, Sensor, Tasks
 from labgym.envs.presets import configured
 from labgym.envs.sensors import Camera
@@ -260,14 +261,13 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
         """
         if split is not None:
             options["split"] = split
-        self._config = config = configured(config, options)
-        self._tasks = task_source(config)
-        self._sensors, self._terms, self._endings, self._actions, self._robot, measures = copy.deepcopy(
-            (config.observed, config.reward_terms, config.endings, config.actions, config.robot, config.measures)
-        )
-        self._randomizations, self._conditions = copy.deepcopy((config.randomizations, config.conditions))
-        self._observed: tuple[Sensor, ...] = self._sensors
-        self._entries = [(measure.name, measure.value) for measure in measures]
+        config = configured(config, options)
+        curriculum = config.curriculum
+        self._climb = None if curriculum is None else Climb(curriculum)
+        rungs = (config,) if curriculum is None else curriculum.rungs
+        floors = None if curriculum is None or config.tasks is not None else layout_source(config)
+        self._rungs = [(rung, task_source(rung, floors if rung.split == config.split else None)) for rung in rungs]
+        self._equip(*self._rungs[-1])
         self.render_mode = config.render_mode
         self.observation_space = spaces.Dict({sensor.name: sensor.space for sensor in self._sensors})
         self.action_space = self._actions.space(self._robot)
@@ -278,10 +278,33 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
         self._episode: RunningEpisode | None = None
         self._terminated = self._truncated = False
 
+    def _equip(self, config: PointNavConfig, tasks: Tasks) -> None:
+        """Take copies of the parts of a configuration."""
+        self._config, self._tasks = config, tasks
+        self._sensors, self._terms, self._endings, self._actions, self._robot, measures = copy.deepcopy(
+            (config.observed, config.reward_terms, config.endings, config.actions, config.robot, config.measures)
+        )
+        self._randomizations, self._conditions = copy.deepcopy((config.randomizations, config.conditions))
+        self._observed: tuple[Sensor, ...] = self._sensors
+        self._entries = [(measure.name, measure.value) for measure in measures]
+
     @property
     def config(self) -> PointNavConfig:
-        """The configuration."""
+        """The configuration; of a curriculum, that of the rung of the episode."""
         return self._config
+
+    @property
+    def climb(self) -> list[int]:
+        """The rung of the episode on the ladder of the curriculum, from 0, and the results on it; [] without one.
+
+        A list that was read may be set later, so that a training that resumes goes on from its rung.
+        """
+        return [] if self._climb is None else self._climb.state
+
+    @climb.setter
+    def climb(self, state: Sequence[int]) -> None:
+        if self._climb is not None:
+            self._climb.restore(state)
 
     @property
     def tasks(self) -> Tasks:
@@ -310,6 +333,10 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
         if not isinstance(options, Mapping | None):
             raise OptionError(f"reset options are a {type(options).__name__}, expected a dict")
         super().reset(seed=seed)
+        if self._climb is not None:
+            if self._terminated and self._episode is not None:
+                self._climb.record(self._episode.state.success)
+            self._equip(*self._rungs[self._climb.next(self.np_random)])
         task = self._tasks.draw(self.np_random, options or {}, fresh=seed is not None)
         (rng,) = self.np_random.spawn(1)
         task, conditions = self._conditioned(task, rng)
@@ -380,7 +407,8 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
         self._view.close()
         if self._window is not None:
             self._window.close()
-        self._tasks.close()
+        for _, tasks in self._rungs:
+            tasks.close()
         self._episode = None
 
     def _running(self) -> RunningEpisode:

@@ -13,6 +13,7 @@ from labgym.documents import read_json, read_yaml
 from labgym.effects import refuse_idle
 from labgym.envs.checks import record_of
 from labgym.envs.config import LABNAV, OBSERVATIONS, PointNavConfig
+from labgym.envs.labnav.curriculum import RULES, Curriculum
 from labgym.envs.labnav.task import STOPS, Stop
 from labgym.envs.labnav.tasks import HEADLINE, TASKS, config_of
 from labgym.envs.parts.actions import DiscreteActions
@@ -192,7 +193,8 @@ def configured(
     Args:
         config: a configuration, a mapping of its fields, the path of a .json or .yaml file of one, or the id of a
             registered environment; None for the defaults.
-        options: values of fields; of a LabNav task, also its `level`, and how an agent ends a drive, `stop`.
+        options: values of fields; of a LabNav task, also its `level`, how an agent ends a drive (`stop`), and the rule
+            of its `curriculum`.
 
     Raises:
         UnknownArgumentError: no field has that name.
@@ -201,8 +203,10 @@ def configured(
         MissingDependencyError: PyYAML is not installed.
     """
     if isinstance(config, str | Path):
-        config = _named_config(config)
+        name, config = config, _named_config(config)
         if isinstance(config, PointNavConfig) and config.drives.startswith(LABNAV):
+            if options.get("curriculum") is not None:
+                return _on_ladder(name, options)
             config, options = _labnav_config(config, options)
     if config is not None and not isinstance(config, PointNavConfig | Mapping):
         raise OptionError(f"config is a {type(config).__name__}, expected a PointNavConfig, a mapping or a path")
@@ -231,6 +235,28 @@ def _reward(config: PointNavConfig, options: Mapping[str, Any]) -> dict[str, Any
 
 def _named_config(name: str | Path) -> PointNavConfig | Mapping[str, Any]:
     return read_mapping(name) if Path(name).suffix in (".json", ".yaml", ".yml") else preset(str(name))
+
+
+ROOM_OPTIONS = ("split", "training", "pool", "episodes_per_layout")
+"""Options that choose floors, which the rung of rooms does not take over."""
+
+
+def _on_ladder(name: str | Path, options: Mapping[str, Any]) -> PointNavConfig:
+    """Return a LabNav configuration with the rungs of its curriculum.
+
+    Raises:
+        UnknownNameError: there is no such rule, or no such level.
+        OptionError: `tasks` choose the episodes.
+    """
+    rule = options["curriculum"]
+    check_name("curriculum", rule, RULES)
+    refuse_idle((("curriculum", options.get("tasks") is not None, "with tasks: leave one of the two out"),))
+    own = {key: value for key, value in options.items() if key != "curriculum"}
+    last = configured(name, own)
+    rooms = {key: value for key, value in own.items() if key not in ROOM_OPTIONS}
+    rungs = [configured(name, {**rooms, "split": "train", "level": 0})]
+    rungs += [configured(name, {**own, "level": level}) for level in range(int(last.drives.split("-")[-1]))]
+    return replace(last, curriculum=Curriculum(rule, (*rungs, last)))
 
 
 def _labnav_config(config: PointNavConfig, options: Mapping[str, Any]) -> tuple[PointNavConfig, Mapping[str, Any]]:

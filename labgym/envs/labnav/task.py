@@ -241,6 +241,10 @@ class Level:
         return (SensorPoseRandomization(forward=place, left=place, height=0.0, yaw=yaw, pitch=0.0, roll=0.0),)
 
 
+EASY_LENGTHS = (2.0, 10.0)
+"""Least and greatest length L* at level 0, meters."""
+
+
 @dataclass(frozen=True)
 class LabNavTask:
     """A task.
@@ -249,6 +253,7 @@ class LabNavTask:
         name: of its suites and ids, lower case. summary: one line.
         levels: levels 1 to 3.
         score: of an episode.
+        easy: level 0, for learners: drives of 2 to 10 m on which the task's nuisance is almost off. No suite has it.
         touched: beginnings of the names of things whose touch ends a drive; empty for all, None for none.
         radius: of the success disc, meters.
         docks: whether the robot must stand at the heading of the goal.
@@ -260,6 +265,7 @@ class LabNavTask:
     summary: str
     levels: Mapping[int, Level]
     score: Score
+    easy: Level = field(default_factory=Level)
     touched: tuple[str, ...] | None = ()
     radius: float = REST_DISTANCE
     docks: bool = False
@@ -268,14 +274,15 @@ class LabNavTask:
     dock_slack: float = 0.0
 
     def level(self, number: int) -> Level:
-        """Return a level.
+        """Return a level, 0 to 3.
 
         Raises:
             UnknownNameError: there is no such level.
         """
-        if not is_whole(number) or number not in self.levels:
-            raise UnknownNameError(f"level of task {self.name!r}", number, map(str, self.levels))
-        return self.levels[number]
+        levels = {0: self.easy, **self.levels}
+        if not is_whole(number) or number not in levels:
+            raise UnknownNameError(f"level of task {self.name!r}", number, map(str, levels))
+        return levels[number]
 
     @cached_property
     def properties(self) -> TaskProperties:
