@@ -127,6 +127,7 @@ COMMANDS: Mapping[str, str | CommandGroup] = {
         "Train a policy, or resume an interrupted training run.",
         {
             "ppo": "reinforcement:ppo",
+            "recurrent-ppo": "reinforcement:recurrent_ppo",
             "sac": "reinforcement:sac",
             "her": "reinforcement:her",
             "local-practice": "local_planner:local_practice",

@@ -265,8 +265,11 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
         curriculum = config.curriculum
         self._climb = None if curriculum is None else Climb(curriculum)
         rungs = (config,) if curriculum is None else curriculum.rungs
-        floors = None if curriculum is None or config.tasks is not None else layout_source(config)
-        self._rungs = [(rung, task_source(rung, floors if rung.split == config.split else None)) for rung in rungs]
+        floors = None if curriculum is None else layout_source(config)
+        shared = [(rung.split, rung.training) == (config.split, config.training) for rung in rungs]
+        self._rungs = [
+            (rung, task_source(rung, floors if same else None)) for rung, same in zip(rungs, shared, strict=True)
+        ]
         self._equip(*self._rungs[-1])
         self.render_mode = config.render_mode
         self.observation_space = spaces.Dict({sensor.name: sensor.space for sensor in self._sensors})
@@ -297,12 +300,16 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
     def climb(self) -> list[int]:
         """The rung of the episode on the ladder of the curriculum, from 0, and the results on it; [] without one.
 
-        A list that was read may be set later, so that a training that resumes goes on from its rung.
+        `resume_climb` goes on from it, so that a training that resumes does not begin on the first rung.
         """
         return [] if self._climb is None else self._climb.state
 
-    @climb.setter
-    def climb(self, state: Sequence[int]) -> None:
+    def resume_climb(self, state: Sequence[int]) -> None:
+        """Go on from a former value of `climb`.
+
+        Raises:
+            OptionError: it is not one of this ladder.
+        """
         if self._climb is not None:
             self._climb.restore(state)
 

@@ -25,10 +25,28 @@ ROOM = {"layout": "test-sub_01", "max_episode_steps": 8}
 SMALL = {"n_envs": 2, "eval_freq": 32, "n_eval_episodes": 2, "n_timesteps": 128, "env_kwargs": ROOM, "layouts": 0}
 OFF_POLICY = {"learning_starts": 24, "batch_size": 8, "train_freq": 2, "gradient_steps": 1, "buffer_size": 100}
 NETWORK = {"policy_kwargs": {"net_arch": [8]}, "eval_env_kwargs": {}}
+LABNAV = {"near_goal": True, "observe": ["goal", "near_goal", "velocity", "lidar"], "env_kwargs": {**ROOM, "level": 0}}
+CURRICULUM = {"env_kwargs": {**ROOM, "level": 1, "curriculum": "rising"}, "eval_env_kwargs": {"curriculum": None}}
 CASES = {
     "ppo": ("LabPointNav-v0", {"n_steps": 8, "batch_size": 8, "n_epochs": 2, "learning_rate": "lin_1e-3"}),
     "sac": ("LabPointNav-v0", OFF_POLICY),
     "her": ("LabFloorNavGoal-v0", OFF_POLICY),
+    "recurrent-ppo": (
+        "LabNavOdometry-v0",
+        {
+            **LABNAV,
+            "n_steps": 8,
+            "batch_size": 8,
+            "n_epochs": 2,
+            "policy": "MultiInputLstmPolicy",
+            "policy_kwargs": {"net_arch": [8], "lstm_hidden_size": 8},
+        },
+    ),
+    "ppo, frames and ladder": (
+        "LabNavOdometry-v0",
+        {**LABNAV, **CURRICULUM, "n_steps": 8, "batch_size": 8, "n_epochs": 2, "frame_stack": 2},
+    ),
+    "sac, frames": ("LabNavOdometry-v0", {**LABNAV, **OFF_POLICY, "frame_stack": 3}),
 }
 
 
@@ -43,9 +61,11 @@ def files(folder: Path) -> dict[str, bytes]:
     return {name: (folder / name).read_bytes() for name in (BEST, LAST, SCORES, HYPERPARAMETERS)}
 
 
-@pytest.mark.parametrize("algorithm", CASES)
-def test_a_stopped_training_resumes_to_the_same_files(algorithm, tmp_path, monkeypatch):
-    environment, changes = CASES[algorithm]
+@pytest.mark.parametrize("case", CASES)
+def test_a_stopped_training_resumes_to_the_same_files(case, tmp_path, monkeypatch):
+    (environment, changes), algorithm = CASES[case], case.split(",")[0]
+    if algorithm == "recurrent-ppo":
+        pytest.importorskip("sb3_contrib")
     hyperparameters = Hyperparameters.load(algorithm, environment, None, {**SMALL, **NETWORK, **changes})
     settings = partial(RunSettings, seed=3, verbose=False)
     train(hyperparameters, settings(tmp_path / "whole"))
