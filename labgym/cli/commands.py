@@ -130,6 +130,7 @@ COMMANDS: Mapping[str, str | CommandGroup] = {
             "recurrent-ppo": "reinforcement:recurrent_ppo",
             "sac": "reinforcement:sac",
             "her": "reinforcement:her",
+            "floors": "reinforcement:floors",
             "local-practice": "local_planner:local_practice",
             "local-imitation": "local_planner:local_imitation",
             "local-ppo": "local_planner:local_ppo",

@@ -8,9 +8,18 @@ from typing import Annotated, Literal
 
 from tyro.conf import OmitArgPrefixes, arg
 
-from labgym.cli.arguments import OptionalPath, OptionalText, OptionalWholeNumber, PolicyOptions, parse_options
+from labgym.cli.arguments import (
+    THIS_PROCESS,
+    Execution,
+    OptionalPath,
+    OptionalText,
+    OptionalWholeNumber,
+    PolicyOptions,
+    parse_options,
+)
 from labgym.cli.outcome import written
 from labgym.cli.problems import check_training
+from labgym.counts import whole_number
 
 Named = Annotated[PolicyOptions, arg(name="set")]
 
@@ -66,6 +75,30 @@ class TrainingArguments:
 
 Training = OmitArgPrefixes[TrainingArguments]
 USUAL = TrainingArguments()
+
+
+def floors(
+    out: Path = Path("runs/floors"),
+    count: int = 500,
+    per_level: int = 2,
+    execution: Execution = THIS_PROCESS,
+    fresh: Annotated[bool, arg(help="Move the files of the folder aside and start anew.")] = False,
+) -> int:
+    """Draw a pack of training floors with episodes of all LabNav tasks at levels 0 to 3; it resumes.
+
+    gym.make("LabNavPeople-v0", floors="runs/floors") draws its episodes from it.
+
+    Args:
+        out: Folder for the pack.
+        count: Number of floors; a floor takes 15 to 60 CPU seconds.
+        per_level: Most episodes of each task and level on a floor.
+    """
+    whole_number("count", count)
+    whole_number("per_level", per_level)
+    from labgym.envs.labnav.pack import described, make_pack
+
+    print(described(make_pack(out, count, per_level, execution.options(), fresh)))
+    return written(out)
 
 
 def ppo(env: str = "LabPointNav-v0", training: Training = USUAL) -> int:

@@ -10,6 +10,7 @@ import numpy as np
 
 from labgym.envs.config import LABNAV, PointNavConfig
 from labgym.envs.labnav.drawing import Drawer, drawer_of
+from labgym.envs.labnav.pack import PackTasks
 from labgym.envs.labnav.tasks import task_of
 from labgym.envs.parts.protocols import Tasks
 from labgym.envs.tasks import Task, TaskSource, goal_pair
@@ -105,9 +106,12 @@ def task_source(config: PointNavConfig, source: Tasks | None = None) -> Tasks:
 
     Raises:
         UnknownNameError, OptionError, DocumentError: as `TaskSource`.
+        LabgymError: `floors` is no pack.
     """
     if config.tasks is not None:
         return config.tasks
+    if config.floors is not None:
+        return PackTasks(config.floors, config.drives.removeprefix(LABNAV), config.resident_mb)
     source = layout_source(config) if source is None else source
     if config.drives.startswith(LABNAV):
         return LabNavTasks(source, config.drives)

@@ -70,7 +70,18 @@ def _texts(data: Any) -> Iterator[str]:
             yield from _texts(value)
 
 
-CHOICE = ("split", "layout", "protocol", "profile", "episodes_per_layout", "training", "pool", "resident_mb", "drives")
+CHOICE = (
+    "split",
+    "layout",
+    "protocol",
+    "profile",
+    "episodes_per_layout",
+    "training",
+    "pool",
+    "resident_mb",
+    "drives",
+    "floors",
+)
 """Arguments that choose the task of an episode, which the argument `tasks` replaces."""
 GENERATED = ("profile", "episodes_per_layout", "training", "pool")
 """Arguments of generated layouts."""
@@ -106,6 +117,10 @@ def _reason(config: PointNavConfig, name: str, passed: Collection[str]) -> str:
         return "with a fixed layout: leave one of the two out"
     if name in GENERATED and config.split not in TRAINING_SPLITS:
         return f"in split {config.split!r}, whose layouts are published: pass split='train' or split='floors-train'"
+    if name == "floors" and not config.drives.startswith(LABNAV):
+        return "here: only LabNav ids draw from a pack"
+    if name in ("split", "layout", "protocol", *GENERATED) and config.floors is not None:
+        return "with floors, a pack of floors with their episodes: leave one of the two out"
     if name == "distance_to_go" and config.rewards is not None:
         return "on these reward terms: pass rewards, such as rewards=[{'kind': 'progress', 'method': 'exact'}, ...]"
     if name == "observation" and "sensors" in passed:
@@ -237,7 +252,7 @@ def _named_config(name: str | Path) -> PointNavConfig | Mapping[str, Any]:
     return read_mapping(name) if Path(name).suffix in (".json", ".yaml", ".yml") else preset(str(name))
 
 
-ROOM_OPTIONS = ("split", "training", "pool", "episodes_per_layout")
+ROOM_OPTIONS = ("split", "floors", "training", "pool", "episodes_per_layout")
 """Options that choose floors, which the rung of rooms does not take over."""
 
 

@@ -98,7 +98,7 @@ MEASURES = ("is_success", "cost", "path_length", "shortest_path_length")
 """The entries of the info that the logs and scores of training need."""
 NEAR_GOAL = "near_goal"
 """Entry of the observation that holds the goal up close."""
-CHOICES = ("layout", "tasks", "training", "profile", "episodes_per_layout", "protocol")
+CHOICES = ("floors", "layout", "tasks", "training", "profile", "episodes_per_layout", "protocol")
 """Arguments of an environment that choose its layouts otherwise than `layouts` does."""
 
 
