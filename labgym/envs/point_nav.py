@@ -73,7 +73,8 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
       of radius 0.30 m (argument `distance_to_go`);
     - `success`: +10 when the goal is reached, once an episode;
     - `collision`: -0.1 per step in which the robot touched something;
-    - `time`: -0.01 per step.
+    - `time`: -0.01 per step;
+    - `failure`, a term only if its weight is not 0, as in the ids of LabNav: once, when a rule ends the drive elsewhere.
 
     ## Episode end
 
@@ -230,11 +231,18 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
     - `LabProtocolNav-v0`: `LabFloorNav-v0` with all drives of a protocol in one episode: where a goal is reached, the
       next drive begins. Further info: `leg`, the drive in progress, from 0, and `legs`, their number; the other
       entries are those of the drive in progress. The options "start" and "goal" do not exist.
-    - `LabNavAisle-v0` to `LabNavCarry-v0`: the tasks of LabNav; docs/labnav.md describes them. `level` (2) is 1 to 3.
-      The action has a third component, above 0 for STOP.
+    - `LabNavAisle-v0` to `LabNavCarry-v0`: the tasks of LabNav; docs/labnav-tasks.md describes them, with the reward of
+      each. `level` (2) is 0 to 3; level 0 is for learners, and no suite has it.
+      `stop` ("brake"): once the robot is near the announced goal by its odometry, the evaluator's brake brings it to
+      rest, and the drive ends there. With "action", the action has a third component instead, which is STOP above 0.5
+      in 5 steps in a row.
+      `curriculum` (None): "mixed" draws each episode from rooms and all levels up to `level`; "rising" begins in rooms
+      and climbs by the success rate of the last 10 episodes, so that an episode also depends on those before.
+      `floors` (None): the folder of a pack of floors with their episodes (`labgym train floors`); the options of
+      `reset` are then "floor" and "episode", numbers.
     - `LabNavShift-v0`: likewise, with all drives of a shift in one episode, and the further info `leg` and
-      `legs`. The next drive begins after STOP, after 30 s without progress, after a spill, and after 120 s; touching a
-      person ends the episode.
+      `legs`. The next drive begins after STOP or the brake, after 30 s without progress, after a spill, and after
+      120 s; touching a person ends the episode.
 
     ## Versions
 

@@ -107,7 +107,7 @@ def draw_pack_floor(number: int, per_level: int) -> ShardOutput:
         for level in LEVELS:
             drawn = draw_floor(layout, task, level, per_level, SEED, DRAWS)[0]
             if drawn:
-                episodes[f"{task}-{level}"] = [episode.to_json() for episode in drawn]
+                episodes[f"{task}-{level}"] = [episode.model_dump(mode="json") for episode in drawn]
     data = {"layout": layout.to_json(), "episodes": episodes}
     raw = json.dumps(data, separators=(",", ":"), ensure_ascii=False, allow_nan=False).encode()
     name = f"{FOLDER}/{number:05d}.json.gz"
