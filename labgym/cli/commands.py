@@ -127,8 +127,10 @@ COMMANDS: Mapping[str, str | CommandGroup] = {
         "Train a policy, or resume an interrupted training run.",
         {
             "ppo": "reinforcement:ppo",
+            "recurrent-ppo": "reinforcement:recurrent_ppo",
             "sac": "reinforcement:sac",
             "her": "reinforcement:her",
+            "floors": "reinforcement:floors",
             "local-practice": "local_planner:local_practice",
             "local-imitation": "local_planner:local_imitation",
             "local-ppo": "local_planner:local_ppo",

@@ -8,9 +8,18 @@ from typing import Annotated, Literal
 
 from tyro.conf import OmitArgPrefixes, arg
 
-from labgym.cli.arguments import OptionalPath, OptionalWholeNumber, PolicyOptions, parse_options
+from labgym.cli.arguments import (
+    THIS_PROCESS,
+    Execution,
+    OptionalPath,
+    OptionalText,
+    OptionalWholeNumber,
+    PolicyOptions,
+    parse_options,
+)
 from labgym.cli.outcome import written
 from labgym.cli.problems import check_training
+from labgym.counts import whole_number
 
 Named = Annotated[PolicyOptions, arg(name="set")]
 
@@ -31,6 +40,7 @@ class TrainingArguments:
         out: Folder for policies, scores, logs and checkpoint; by default runs/ALGORITHM/ENVIRONMENT.
         threads: Number of torch threads; the last bits of the weights depend on it.
         fresh: Move the files of the folder aside and start anew.
+        wandb: Project of Weights & Biases that receives the log, in addition to TensorBoard (extra wandb).
     """
 
     steps: OptionalWholeNumber = None
@@ -41,6 +51,7 @@ class TrainingArguments:
     out: OptionalPath = None
     threads: int = 1
     fresh: bool = False
+    wandb: OptionalText = None
 
     def train(self, algorithm: str, environment: str) -> int:
         """Train by an algorithm in an environment.
@@ -49,7 +60,8 @@ class TrainingArguments:
             MissingDependencyError: a package of the extra `train` is not installed.
             UnknownNameError, OptionError, DocumentError: as `Hyperparameters.load`.
         """
-        check_training(f"labgym train {algorithm}", "stable_baselines3", "safetensors", "yaml")
+        contrib = ("sb3_contrib",) if algorithm == "recurrent-ppo" else ()
+        check_training(f"labgym train {algorithm}", "stable_baselines3", "safetensors", "yaml", *contrib)
         from labgym.training.hyperparameters import Hyperparameters
         from labgym.training.run import RunSettings, train
 
@@ -57,12 +69,36 @@ class TrainingArguments:
         changes = {**parse_options(self.changes), **steps}
         hyperparameters = Hyperparameters.load(algorithm, environment, self.hyperparams, changes)
         out = self.out or Path("runs") / algorithm / environment
-        settings = RunSettings(out, self.seed, self.vectorization, self.threads, self.fresh)
+        settings = RunSettings(out, self.seed, self.vectorization, self.threads, self.fresh, wandb=self.wandb or "")
         return written(train(hyperparameters, settings))
 
 
 Training = OmitArgPrefixes[TrainingArguments]
 USUAL = TrainingArguments()
+
+
+def floors(
+    out: Path = Path("runs/floors"),
+    count: int = 500,
+    per_level: int = 2,
+    execution: Execution = THIS_PROCESS,
+    fresh: Annotated[bool, arg(help="Move the files of the folder aside and start anew.")] = False,
+) -> int:
+    """Draw a pack of training floors with episodes of all LabNav tasks at levels 0 to 3; it resumes.
+
+    gym.make("LabNavPeople-v0", floors="runs/floors") draws its episodes from it.
+
+    Args:
+        out: Folder for the pack.
+        count: Number of floors; a floor takes 15 to 60 CPU seconds.
+        per_level: Most episodes of each task and level on a floor.
+    """
+    whole_number("count", count)
+    whole_number("per_level", per_level)
+    from labgym.envs.labnav.pack import described, make_pack
+
+    print(described(make_pack(out, count, per_level, execution.options(), fresh)))
+    return written(out)
 
 
 def ppo(env: str = "LabPointNav-v0", training: Training = USUAL) -> int:
@@ -74,6 +110,15 @@ def ppo(env: str = "LabPointNav-v0", training: Training = USUAL) -> int:
         env: Id of the environment, an entry of the file of hyperparameters.
     """
     return training.train("ppo", env)
+
+
+def recurrent_ppo(env: str = "LabNavPeople-v0", training: Training = USUAL) -> int:
+    """Train a policy with memory, an LSTM, by proximal policy optimization (sb3-contrib).
+
+    Args:
+        env: Id of the environment, an entry of the file of hyperparameters.
+    """
+    return training.train("recurrent-ppo", env)
 
 
 def sac(env: str = "LabPointNav-v0", training: Training = USUAL) -> int:

@@ -88,7 +88,7 @@ class DriveOptions(Record):
         point = self.task == POINT
         spec = copy.deepcopy(gym.spec(POINT_IDS[self.sensors] if point else labnav_id(self.task)))
         config = spec.id if point else labnav_config_name(self.task, self.level, self.sensors)
-        spec.kwargs = {"config": config, "split": self.split, "exact": True}
+        spec.kwargs = {"config": config, "split": self.split, "exact": True} | ({} if point else {"stop": "action"})
         return spec
 
     @property

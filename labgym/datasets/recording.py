@@ -102,8 +102,11 @@ class RecordedEnv(LabPointNavEnv):
         return self._act([*action, *([GO_ACTION] if self._has_stop else [])])
 
     def stop(self) -> Observation:
-        """Carry out STOP_ACTION, record the step and return the observation; in a chain, that of the next drive."""
-        return self._act([0.0, 0.0, STOP_ACTION])[0]
+        """Carry out STOP_ACTION until it counts, record the steps and return the observation, in a chain the next's."""
+        leg, observation = self.state.leg, self._act([0.0, 0.0, STOP_ACTION])[0]
+        while not self.over and self.state.leg == leg:
+            observation = self._act([0.0, 0.0, STOP_ACTION])[0]
+        return observation
 
     def give_up(self) -> None:
         """Truncate the episode where the robot is, after a step at rest if it has not moved at all."""

@@ -14,6 +14,7 @@ from labgym.envs import parts
 from labgym.envs.assembly import STATIC, Moving, is_standard
 from labgym.envs.checks import positive, record_of
 from labgym.envs.conditions import changes, glass, parked, payload, people, station, wet  # noqa: F401 - register
+from labgym.envs.labnav.curriculum import Curriculum
 from labgym.envs.parts.endings import TouchEnding
 from labgym.envs.parts.measures import STANDARD, NamedMeasure
 from labgym.envs.parts.protocols import (
@@ -78,6 +79,8 @@ class PointNavConfig:
         drives: "pair", one drive an episode; "protocol", all drives of a protocol in one; or the task and level of
             LabNav as whose drives they are drawn, such as "labnav-aisle-2".
         tasks: chooses the tasks instead of these.
+        floors: folder of a pack of floors (`labgym train floors`), from which a LabNav id draws its episodes.
+        curriculum: of a LabNav id, "mixed" or "rising": the ladder on which its level is the last rung.
         observation: "lidar", "depth" or "rgbd": names the usual sensors.
         sensors: the entries of the observation, instead of the usual sensors.
         weights: weights of the usual reward. distance_to_go: how it measures progress.
@@ -127,6 +130,8 @@ class PointNavConfig:
     loose: bool = False
     randomizations: Any = ()
     conditions: Any = ()
+    curriculum: Curriculum | None = None
+    floors: str | Path | None = None
 
     def __post_init__(self) -> None:
         """Check all values, and make parts of plain data.
@@ -171,6 +176,10 @@ class PointNavConfig:
         self._set("conditions", parts_of(self.conditions, "condition"))
         self._check_scene()
         self._set("measures", parts_of(_named(self.measures), "measure"))
+        if self.floors is not None and not isinstance(self.floors, str | Path):
+            raise OptionError(f"floors is a {type(self.floors).__name__}, expected the folder of a pack of floors")
+        if self.curriculum is not None and not isinstance(self.curriculum, Curriculum):
+            raise OptionError(f"curriculum={str(self.curriculum)[:40]!r} needs a LabNav id, such as LabNavPeople-v0")
         if self.tasks is not None and not isinstance(self.tasks, Tasks):
             raise OptionError(f"tasks is a {type(self.tasks).__name__}, expected an object with draw and close")
 
@@ -192,7 +201,7 @@ class PointNavConfig:
         if self.rewards is not None:
             return tuple(self.rewards)
         weights = self.weights if isinstance(self.weights, RewardWeights) else RewardWeights()
-        return weights.terms(self.distance_to_go)
+        return weights.terms(self.distance_to_go, self.onward)
 
     @property
     def moving(self) -> Moving:

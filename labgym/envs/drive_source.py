@@ -10,6 +10,7 @@ import numpy as np
 
 from labgym.envs.config import LABNAV, PointNavConfig
 from labgym.envs.labnav.drawing import Drawer, drawer_of
+from labgym.envs.labnav.pack import PackTasks
 from labgym.envs.labnav.tasks import task_of
 from labgym.envs.parts.protocols import Tasks
 from labgym.envs.tasks import Task, TaskSource, goal_pair
@@ -97,15 +98,33 @@ class ProtocolTasks:
         self._source.close()
 
 
-def task_source(config: PointNavConfig) -> Tasks:
+def task_source(config: PointNavConfig, source: Tasks | None = None) -> Tasks:
     """Return what chooses the task of each episode.
+
+    Args:
+        source: chooses the layouts; None for what the configuration says.
+
+    Raises:
+        UnknownNameError, OptionError, DocumentError: as `TaskSource`.
+        LabgymError: `floors` is no pack.
+    """
+    if config.tasks is not None:
+        return config.tasks
+    if config.floors is not None:
+        return PackTasks(config.floors, config.drives.removeprefix(LABNAV), config.resident_mb)
+    source = layout_source(config) if source is None else source
+    if config.drives.startswith(LABNAV):
+        return LabNavTasks(source, config.drives)
+    return source if config.drives == "pair" else ProtocolTasks(source)
+
+
+def layout_source(config: PointNavConfig) -> TaskSource:
+    """Return what chooses the layout of each episode.
 
     Raises:
         UnknownNameError, OptionError, DocumentError: as `TaskSource`.
     """
-    if config.tasks is not None:
-        return config.tasks
-    source = TaskSource(
+    return TaskSource(
         config.split,
         config.layout,
         config.protocol,
@@ -116,6 +135,3 @@ def task_source(config: PointNavConfig) -> Tasks:
         pool=config.pool,
         senses=config.senses,
     )
-    if config.drives.startswith(LABNAV):
-        return LabNavTasks(source, config.drives)
-    return source if config.drives == "pair" else ProtocolTasks(source)

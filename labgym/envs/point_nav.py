@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from labgym.envs.assembly import assembly_of
 from labgym.envs.config import RENDER_MODES, PointNavConfig
-from labgym.envs.drive_source import task_source
+from labgym.envs.drive_source import layout_source, task_source
 from labgym.envs.episode import RunningEpisode, stream
+from labgym.envs.labnav.curriculum import Climb
 from labgym.envs.parts.protocols import Actions, Condition, Sensor, Tasks
 from labgym.envs.presets import configured
 from labgym.envs.sensors import Camera
@@ -72,7 +73,8 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
       of radius 0.30 m (argument `distance_to_go`);
     - `success`: +10 when the goal is reached, once an episode;
     - `collision`: -0.1 per step in which the robot touched something;
-    - `time`: -0.01 per step.
+    - `time`: -0.01 per step;
+    - `failure`, a term only if its weight is not 0, as in the ids of LabNav: once, when a rule ends the drive elsewhere.
 
     ## Episode end
 
@@ -229,11 +231,18 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
     - `LabProtocolNav-v0`: `LabFloorNav-v0` with all drives of a protocol in one episode: where a goal is reached, the
       next drive begins. Further info: `leg`, the drive in progress, from 0, and `legs`, their number; the other
       entries are those of the drive in progress. The options "start" and "goal" do not exist.
-    - `LabNavAisle-v0` to `LabNavCarry-v0`: the tasks of LabNav; docs/labnav.md describes them. `level` (2) is 1 to 3.
-      The action has a third component, above 0 for STOP.
+    - `LabNavAisle-v0` to `LabNavCarry-v0`: the tasks of LabNav; docs/labnav-tasks.md describes them, with the reward of
+      each. `level` (2) is 0 to 3; level 0 is for learners, and no suite has it.
+      `stop` ("brake"): once the robot is near the announced goal by its odometry, the evaluator's brake brings it to
+      rest, and the drive ends there. With "action", the action has a third component instead, which is STOP above 0.5
+      in 5 steps in a row.
+      `curriculum` (None): "mixed" draws each episode from rooms and all levels up to `level`; "rising" begins in rooms
+      and climbs by the success rate of the last 10 episodes, so that an episode also depends on those before.
+      `floors` (None): the folder of a pack of floors with their episodes (`labgym train floors`); the options of
+      `reset` are then "floor" and "episode", numbers.
     - `LabNavShift-v0`: likewise, with all drives of a shift in one episode, and the further info `leg` and
-      `legs`. The next drive begins after STOP, after 30 s without progress, after a spill, and after 120 s; touching a
-      person ends the episode.
+      `legs`. The next drive begins after STOP or the brake, after 30 s without progress, after a spill, and after
+      120 s; touching a person ends the episode.
 
     ## Versions
 
@@ -260,14 +269,16 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
         """
         if split is not None:
             options["split"] = split
-        self._config = config = configured(config, options)
-        self._tasks = task_source(config)
-        self._sensors, self._terms, self._endings, self._actions, self._robot, measures = copy.deepcopy(
-            (config.observed, config.reward_terms, config.endings, config.actions, config.robot, config.measures)
-        )
-        self._randomizations, self._conditions = copy.deepcopy((config.randomizations, config.conditions))
-        self._observed: tuple[Sensor, ...] = self._sensors
-        self._entries = [(measure.name, measure.value) for measure in measures]
+        config = configured(config, options)
+        curriculum = config.curriculum
+        self._climb = None if curriculum is None else Climb(curriculum)
+        rungs = (config,) if curriculum is None else curriculum.rungs
+        floors = None if curriculum is None else layout_source(config)
+        shared = [(rung.split, rung.training) == (config.split, config.training) for rung in rungs]
+        self._rungs = [
+            (rung, task_source(rung, floors if same else None)) for rung, same in zip(rungs, shared, strict=True)
+        ]
+        self._equip(*self._rungs[-1])
         self.render_mode = config.render_mode
         self.observation_space = spaces.Dict({sensor.name: sensor.space for sensor in self._sensors})
         self.action_space = self._actions.space(self._robot)
@@ -278,10 +289,37 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
         self._episode: RunningEpisode | None = None
         self._terminated = self._truncated = False
 
+    def _equip(self, config: PointNavConfig, tasks: Tasks) -> None:
+        """Take copies of the parts of a configuration."""
+        self._config, self._tasks = config, tasks
+        self._sensors, self._terms, self._endings, self._actions, self._robot, measures = copy.deepcopy(
+            (config.observed, config.reward_terms, config.endings, config.actions, config.robot, config.measures)
+        )
+        self._randomizations, self._conditions = copy.deepcopy((config.randomizations, config.conditions))
+        self._observed: tuple[Sensor, ...] = self._sensors
+        self._entries = [(measure.name, measure.value) for measure in measures]
+
     @property
     def config(self) -> PointNavConfig:
-        """The configuration."""
+        """The configuration; of a curriculum, that of the rung of the episode."""
         return self._config
+
+    @property
+    def climb(self) -> list[int]:
+        """The rung of the episode on the ladder of the curriculum, from 0, and the results on it; [] without one.
+
+        `resume_climb` goes on from it, so that a training that resumes does not begin on the first rung.
+        """
+        return [] if self._climb is None else self._climb.state
+
+    def resume_climb(self, state: Sequence[int]) -> None:
+        """Go on from a former value of `climb`.
+
+        Raises:
+            OptionError: it is not one of this ladder.
+        """
+        if self._climb is not None:
+            self._climb.restore(state)
 
     @property
     def tasks(self) -> Tasks:
@@ -310,6 +348,10 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
         if not isinstance(options, Mapping | None):
             raise OptionError(f"reset options are a {type(options).__name__}, expected a dict")
         super().reset(seed=seed)
+        if self._climb is not None:
+            if self._terminated and self._episode is not None:
+                self._climb.record(self._episode.state.success)
+            self._equip(*self._rungs[self._climb.next(self.np_random)])
         task = self._tasks.draw(self.np_random, options or {}, fresh=seed is not None)
         (rng,) = self.np_random.spawn(1)
         task, conditions = self._conditioned(task, rng)
@@ -380,7 +422,8 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
         self._view.close()
         if self._window is not None:
             self._window.close()
-        self._tasks.close()
+        for _, tasks in self._rungs:
+            tasks.close()
         self._episode = None
 
     def _running(self) -> RunningEpisode:

@@ -11,13 +11,17 @@ from typing import TYPE_CHECKING, Any
 
 from labgym.documents import read_json, read_yaml
 from labgym.effects import refuse_idle
+from labgym.envs.checks import record_of
 from labgym.envs.config import LABNAV, OBSERVATIONS, PointNavConfig
+from labgym.envs.labnav.curriculum import RULES, Curriculum
+from labgym.envs.labnav.task import STOPS, Stop
 from labgym.envs.labnav.tasks import HEADLINE, TASKS, config_of
 from labgym.envs.parts.actions import DiscreteActions
 from labgym.envs.parts.endings import REST_DISTANCE, RestEnding, StopEnding
 from labgym.envs.parts.goals import GoalEnding, GoalTerm
 from labgym.envs.parts.measures import EXTENDED
 from labgym.envs.parts.rays import LidarSensor
+from labgym.envs.parts.rewards import RewardWeights
 from labgym.envs.parts.vectors import JointSensor, PlaceSensor, PoseSensor, VelocitySensor
 from labgym.envs.tasks import TRAINING_SPLITS
 from labgym.errors import DocumentError, OptionError, UnknownArgumentError, UnknownNameError, check_name
@@ -66,7 +70,18 @@ def _texts(data: Any) -> Iterator[str]:
             yield from _texts(value)
 
 
-CHOICE = ("split", "layout", "protocol", "profile", "episodes_per_layout", "training", "pool", "resident_mb", "drives")
+CHOICE = (
+    "split",
+    "layout",
+    "protocol",
+    "profile",
+    "episodes_per_layout",
+    "training",
+    "pool",
+    "resident_mb",
+    "drives",
+    "floors",
+)
 """Arguments that choose the task of an episode, which the argument `tasks` replaces."""
 GENERATED = ("profile", "episodes_per_layout", "training", "pool")
 """Arguments of generated layouts."""
@@ -102,6 +117,10 @@ def _reason(config: PointNavConfig, name: str, passed: Collection[str]) -> str:
         return "with a fixed layout: leave one of the two out"
     if name in GENERATED and config.split not in TRAINING_SPLITS:
         return f"in split {config.split!r}, whose layouts are published: pass split='train' or split='floors-train'"
+    if name == "floors" and not config.drives.startswith(LABNAV):
+        return "here: only LabNav ids draw from a pack"
+    if name in ("split", "layout", "protocol", *GENERATED) and config.floors is not None:
+        return "with floors, a pack of floors with their episodes: leave one of the two out"
     if name == "distance_to_go" and config.rewards is not None:
         return "on these reward terms: pass rewards, such as rewards=[{'kind': 'progress', 'method': 'exact'}, ...]"
     if name == "observation" and "sensors" in passed:
@@ -156,8 +175,10 @@ def labnav_config_name(task: str, level: int, observation: str) -> str:
     return f"{LABNAV}{task}-{level}-{observation}"
 
 
-def _labnav(task: str, level: int = HEADLINE, observation: str = "lidar") -> PointNavConfig:
-    return config_of(task, level, observation, split=FLOORS, drives=f"{LABNAV}{task}-{level}")
+def _labnav(
+    task: str, level: int = HEADLINE, observation: str = "lidar", stop: Stop | None = "brake"
+) -> PointNavConfig:
+    return config_of(task, level, observation, stop, split=FLOORS, drives=f"{LABNAV}{task}-{level}")
 
 
 def preset(name: str) -> PointNavConfig:
@@ -187,7 +208,8 @@ def configured(
     Args:
         config: a configuration, a mapping of its fields, the path of a .json or .yaml file of one, or the id of a
             registered environment; None for the defaults.
-        options: values of fields; of a LabNav task, also its `level`.
+        options: values of fields; of a LabNav task, also its `level`, how an agent ends a drive (`stop`), and the rule
+            of its `curriculum`.
 
     Raises:
         UnknownArgumentError: no field has that name.
@@ -196,8 +218,10 @@ def configured(
         MissingDependencyError: PyYAML is not installed.
     """
     if isinstance(config, str | Path):
-        config = _named_config(config)
+        name, config = config, _named_config(config)
         if isinstance(config, PointNavConfig) and config.drives.startswith(LABNAV):
+            if options.get("curriculum") is not None:
+                return _on_ladder(name, options)
             config, options = _labnav_config(config, options)
     if config is not None and not isinstance(config, PointNavConfig | Mapping):
         raise OptionError(f"config is a {type(config).__name__}, expected a PointNavConfig, a mapping or a path")
@@ -207,7 +231,8 @@ def configured(
             raise UnknownArgumentError("the environment", name, names)
     _check_observation(config, options)
     if isinstance(config, PointNavConfig):
-        config, passed = replace(config, **options) if options else config, set(options)
+        passed = set(options)
+        config = replace(config, **_reward(config, options)) if options else config
     else:
         passed = {*(config or {}), *options}
         config = PointNavConfig(**{**(config or {}), **options})
@@ -215,22 +240,57 @@ def configured(
     return config
 
 
+def _reward(config: PointNavConfig, options: Mapping[str, Any]) -> dict[str, Any]:
+    """Return options whose weights are complete, and whose terms of the reward take the place of the weights."""
+    weights = options.get("weights")
+    if isinstance(weights, Mapping) and isinstance(config.weights, RewardWeights):
+        return {**options, "weights": record_of(weights, config.weights, "weights", "reward term")}
+    return {"weights": None, **options} if options.get("rewards") is not None else dict(options)
+
+
 def _named_config(name: str | Path) -> PointNavConfig | Mapping[str, Any]:
     return read_mapping(name) if Path(name).suffix in (".json", ".yaml", ".yml") else preset(str(name))
 
 
-def _labnav_config(config: PointNavConfig, options: Mapping[str, Any]) -> tuple[PointNavConfig, Mapping[str, Any]]:
-    """Return a LabNav configuration with the level and the observation of the options, and the remaining options.
+ROOM_OPTIONS = ("split", "floors", "training", "pool", "episodes_per_layout")
+"""Options that choose floors, which the rung of rooms does not take over."""
+
+
+def _on_ladder(name: str | Path, options: Mapping[str, Any]) -> PointNavConfig:
+    """Return a LabNav configuration with the rungs of its curriculum.
 
     Raises:
-        UnknownNameError: the task has no such level.
+        UnknownNameError: there is no such rule, or no such level.
+        OptionError: `tasks` choose the episodes.
+    """
+    rule = options["curriculum"]
+    check_name("curriculum", rule, RULES)
+    for name in ("tasks", "drives"):
+        refuse_idle((("curriculum", options.get(name) is not None, f"with {name}: leave one of the two out"),))
+    own = {key: value for key, value in options.items() if key != "curriculum"}
+    last = configured(name, own)
+    rooms = {key: value for key, value in own.items() if key not in ROOM_OPTIONS}
+    rungs = [configured(name, {**rooms, "split": "train", "level": 0})]
+    rungs += [configured(name, {**own, "level": level}) for level in range(int(last.drives.split("-")[-1]))]
+    return replace(last, curriculum=Curriculum(rule, (*rungs, last)))
+
+
+def _labnav_config(config: PointNavConfig, options: Mapping[str, Any]) -> tuple[PointNavConfig, Mapping[str, Any]]:
+    """Return a LabNav configuration with level, observation and stop of the options, and the remaining options.
+
+    Raises:
+        UnknownNameError: the task has no such level, or there is no such way to stop.
+        OptionError: `stop` has no effect.
     """
     task, level = config.drives.removeprefix(LABNAV).split("-")
     observation = config.observation if "sensors" in options else options.get("observation", config.observation)
-    own = {name: value for name, value in options.items() if name != "level"}
-    if "level" not in options and observation == config.observation:
+    own = {name: value for name, value in options.items() if name not in ("level", "stop")}
+    refuse_idle((("stop", "stop" in options and "actions" in options, "with actions: leave one of the two out"),))
+    stop = options.get("stop", "brake")
+    check_name("stop", stop, STOPS)
+    if not {"level", "stop"} & set(options) and observation == config.observation:
         return config, own
-    return _labnav(task, options.get("level", int(level)), observation), own
+    return _labnav(task, options.get("level", int(level)), observation, stop), own
 
 
 def _check_observation(config: PointNavConfig | Mapping[str, Any] | None, options: Mapping[str, Any]) -> None:

@@ -12,8 +12,11 @@ import math
 from dataclasses import dataclass
 
 import mujoco
+import numpy as np
+from numpy.typing import NDArray
 
 from labgym.envs.robot_look import dress, dress_plainly
+from labgym.geometry import wrap_angle
 
 PREFIX = "robot/"
 """Prefix of every name of the robot in a scene."""
@@ -83,6 +86,18 @@ class RobotSpec:
 
 
 ROBOT = RobotSpec()
+
+
+def turn_towards(bearing: float, robot: RobotSpec = ROBOT) -> NDArray[np.float64]:
+    """Return the action (2,) that turns in place by a bearing, radians."""
+    rate = turn_rate(wrap_angle(bearing), robot)
+    return np.array([0.0, min(max(rate / robot.w_max, -1.0), 1.0)])
+
+
+def turn_rate(bearing: float, robot: RobotSpec) -> float:
+    """Return the fastest turn rate from which the robot still stops at the bearing, one control step late."""
+    rest = math.sqrt(robot.turn_acceleration * abs(bearing))
+    return math.copysign(min(robot.w_max, rest, abs(bearing) / robot.control_dt), bearing)
 
 
 def robot_spec(robot: RobotSpec = ROBOT) -> mujoco.MjSpec:

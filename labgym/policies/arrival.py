@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.envs.parts.endings import REST_DISTANCE
+from labgym.envs.robot import turn_towards
 from labgym.geometry import Array, wrap_angle
 from labgym.navigation import Pose
 from labgym.policies.policy import EpisodeStart, Observation, Policy
-from labgym.policies.tracking import approach_speed, lengths_along, points_at, turn_towards, velocities_to_action
+from labgym.policies.tracking import approach_speed, lengths_along, points_at, velocities_to_action
 
 DOCK_DISTANCE_M = 0.10
 """Greatest distance from a goal with a heading, meters."""

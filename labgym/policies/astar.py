@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from labgym.envs.robot import turn_towards
 from labgym.errors import LabgymError
 from labgym.geometry import Array, compose, wrap_angle
 from labgym.navigation import PLANNING_RADIUS, Pose, ShortestPaths, occupancy
@@ -15,7 +16,7 @@ from labgym.policies.arrival import GoalArrival, planar_pose, shortened
 from labgym.policies.gentle import GentleLimits
 from labgym.policies.grid_planner import GridPlanner
 from labgym.policies.policy import EpisodeStart, GroundTruth, Observation, Policy
-from labgym.policies.tracking import PathTracker, TrackingOptions, turn_towards
+from labgym.policies.tracking import PathTracker, TrackingOptions
 
 LENGTH_FACTOR = 1.05
 """A path with more clearance is driven if it is at most this many times as long as the shortest one."""

@@ -8,13 +8,13 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.envs.robot import ROBOT, RobotSpec
+from labgym.envs.robot import ROBOT, RobotSpec, turn_towards
 from labgym.geometry import Array, wrap_angle
 from labgym.navigation import Pose
 from labgym.policies.arrival import ArrivingPolicy
 from labgym.policies.dwa import DISC_MARGIN_M, lidar_points, stopping_speed
 from labgym.policies.policy import EpisodeStart, Observation, Sensors
-from labgym.policies.tracking import turn_towards, velocities_to_action
+from labgym.policies.tracking import velocities_to_action
 from labgym.policies.via_point import straight_clearance
 
 DISC_RADIUS_M = ROBOT.planning_radius

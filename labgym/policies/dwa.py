@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from labgym.envs.robot import ROBOT, RobotSpec
+from labgym.envs.robot import ROBOT, RobotSpec, turn_towards
 from labgym.envs.sensors import LIDAR_RAYS, RANGE
 from labgym.geometry import Array, rotate
 from labgym.navigation import Pose
@@ -18,7 +18,7 @@ from labgym.policies.arrival import ArrivingPolicy
 from labgym.policies.blockage import BlockageDetector
 from labgym.policies.options import NonNegative, PolicyOptions, Positive
 from labgym.policies.policy import EpisodeStart, Observation, Sensors
-from labgym.policies.tracking import turn_towards, velocities_to_action
+from labgym.policies.tracking import velocities_to_action
 from labgym.policies.via_point import ViaPoints
 
 Point = tuple[float, float]

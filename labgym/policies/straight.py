@@ -9,12 +9,12 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.envs.robot import ROBOT, RobotSpec
+from labgym.envs.robot import ROBOT, RobotSpec, turn_towards
 from labgym.navigation import Pose
 from labgym.policies.arrival import ArrivingPolicy
 from labgym.policies.options import NonNegative, PolicyOptions
 from labgym.policies.policy import Observation
-from labgym.policies.tracking import turn_towards, velocities_to_action
+from labgym.policies.tracking import velocities_to_action
 
 
 class StraightOptions(PolicyOptions):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from labgym.envs.robot import ROBOT, RobotSpec
+from labgym.envs.robot import ROBOT, RobotSpec, turn_rate
 from labgym.errors import OptionError
 from labgym.geometry import Array, rotate, wrap_angle
 from labgym.policies.gentle import GentleCommands, GentleLimits
@@ -135,13 +135,13 @@ class PathTracker:
         left = self._left(pose) if options.rest else math.inf
         if self._ended:
             error = 0.0 if self._heading is None else wrap_angle(self._heading - pose[2])
-            return 0.0, 0.0, _turn_rate(error, self._robot)
+            return 0.0, 0.0, turn_rate(error, self._robot)
         ahead = options.lookahead + options.lookahead_time * max(speed, 0.0)
         target = self._points[min(self._place + max(1, round(ahead / SPACING_M)), len(self._points) - 1)]
         x, y = rotate(target[0] - pose[0], target[1] - pose[1], -pose[2])
         bearing = math.atan2(y, x)
         if left > options.last_turn and self._must_turn(bearing):
-            return 0.0, 0.0, _turn_rate(bearing, self._robot)
+            return 0.0, 0.0, turn_rate(bearing, self._robot)
         curvature = 2.0 * math.sin(bearing) / max(math.hypot(x, y), options.lookahead / 2.0)
         v = float(self._speeds[self._place]) * max(math.cos(bearing), 0.2)
         v = min(v, 0.9 * self._robot.w_max / max(abs(curvature), 1e-9), approach_speed(left, options.braking))
@@ -188,17 +188,6 @@ def velocities_to_action(v: float, w: float, robot: RobotSpec = ROBOT) -> Array:
     """Return the action (2,) for v m/s and w rad/s, clipped to the limits; the inverse of `RobotSpec.twist`."""
     forward = v / robot.v_max if v >= 0.0 else v / -robot.v_min
     return np.array([min(max(forward, -1.0), 1.0), min(max(w / robot.w_max, -1.0), 1.0)])
-
-
-def turn_towards(bearing: float, robot: RobotSpec = ROBOT) -> Array:
-    """Return the action (2,) that turns in place by a bearing, radians."""
-    return velocities_to_action(0.0, _turn_rate(wrap_angle(bearing), robot), robot)
-
-
-def _turn_rate(bearing: float, robot: RobotSpec) -> float:
-    """Return the fastest turn rate from which the robot still stops at the bearing, one control step late."""
-    rest = math.sqrt(robot.turn_acceleration * abs(bearing))
-    return math.copysign(min(robot.w_max, rest, abs(bearing) / robot.control_dt), bearing)
 
 
 def lengths_along(points: Array) -> Array:

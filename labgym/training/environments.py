@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache, partial
@@ -19,6 +19,7 @@ from tqdm import tqdm
 
 import labgym  # noqa: F401 -- registers the environments
 from labgym.counts import MAX_PROCESSES, PROCESS_MB, SINGLE_MB, check_memory, whole_number
+from labgym.envs.conditions.changes import Changes
 from labgym.envs.config import PointNavConfig
 from labgym.envs.presets import configured, presets
 from labgym.envs.training import LayoutSource, TrainingRooms, training_floor
@@ -97,7 +98,7 @@ MEASURES = ("is_success", "cost", "path_length", "shortest_path_length")
 """The entries of the info that the logs and scores of training need."""
 NEAR_GOAL = "near_goal"
 """Entry of the observation that holds the goal up close."""
-CHOICES = ("layout", "tasks", "training", "profile", "episodes_per_layout", "protocol")
+CHOICES = ("floors", "layout", "tasks", "training", "profile", "episodes_per_layout", "protocol")
 """Arguments of an environment that choose its layouts otherwise than `layouts` does."""
 
 
@@ -136,7 +137,7 @@ def make_environments(
     if vectorization == "kernel" and not compiled:
         raise MissingDependencyError("numba", "vectorization 'kernel'", "fast")
     if vectorization == "auto":
-        options = {"physics": "planar", **options} if compiled else options
+        options = {"physics": "planar", **options} if compiled and not _pushes(environment, options) else options
         vectorization = "kernel" if compiled and _kernel_has(_config(environment, options)) else "dummy"
     if vectorization in ("kernel", "processes"):
         return VecMonitor(_together(environment, count, options, vectorization))
@@ -165,6 +166,13 @@ def _first_layouts(environment: str, count: int, options: Mapping[str, Any]) -> 
             "split='floors-train'"
         )
     return {"split": "train", "training": FirstLayouts(count, split), "episodes_per_layout": 1}
+
+
+def _pushes(environment: str, options: Mapping[str, Any]) -> bool:
+    """Whether the robot can push things in the environment, which the planar physics does not move."""
+    config = _config(environment, options)
+    rungs = (config,) if config.curriculum is None else config.curriculum.rungs
+    return any(isinstance(each, Changes) and each.pushable for rung in rungs for each in rung.conditions)
 
 
 def _kernel_has(config: PointNavConfig) -> bool:
@@ -287,6 +295,42 @@ class NearGoal(VecEnvWrapper):
             if "terminal_observation" in info:
                 info["terminal_observation"] = _extended(info["terminal_observation"])
         return _extended(observations), rewards, dones, infos
+
+
+class Entries(VecEnvWrapper):
+    """Environments whose observation has some of its entries alone, in the order of the names.
+
+    Args:
+        venv: environments with a `Dict` observation. names: of the entries.
+
+    Raises:
+        UnknownNameError: an entry does not exist.
+        OptionError: the observation has no entries.
+    """
+
+    def __init__(self, venv: VecEnv, names: Sequence[str]) -> None:
+        space = venv.observation_space
+        if not isinstance(space, spaces.Dict):
+            raise OptionError("observe needs environments whose observation is a Dict")
+        for name in names:
+            check_name("entry of the observation", name, space.spaces)
+        super().__init__(venv, spaces.Dict({name: space.spaces[name] for name in names}))
+        self._names = tuple(names)
+
+    def reset(self) -> Any:
+        """Begin the episodes of all environments."""
+        return self._chosen(self.venv.reset())
+
+    def step_wait(self) -> Any:
+        """Carry out the actions."""
+        observations, rewards, dones, infos = self.venv.step_wait()
+        for info in infos:
+            if "terminal_observation" in info:
+                info["terminal_observation"] = self._chosen(info["terminal_observation"])
+        return self._chosen(observations), rewards, dones, infos
+
+    def _chosen(self, observation: Any) -> dict[str, Any]:
+        return {name: observation[name] for name in self._names}
 
 
 def _extended(observation: Any) -> dict[str, Any]:

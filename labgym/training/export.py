@@ -21,7 +21,14 @@ from labgym.envs.sensors import LIDAR_RAYS
 from labgym.envs.wrappers import ActionRepeat
 from labgym.errors import OptionError
 from labgym.policies.adapters.actor import SIZES, check_actor
-from labgym.policies.adapters.actor_file import ACTIVATIONS, Activation, ActorHeader, Perceptron
+from labgym.policies.adapters.actor_file import (
+    ACTIVATIONS,
+    LSTM_PARTS,
+    Activation,
+    ActorHeader,
+    Perceptron,
+    RunningActor,
+)
 from labgym.policies.adapters.inputs import NEAR_GOAL_M, NEAR_GOAL_SCALE
 
 FLAT = ("goal", "lidar", "velocity")
@@ -36,8 +43,6 @@ WRAPPERS = (
     ActionRepeat,
 )
 """Wrappers of single environments that change what a model sees or does."""
-VECTOR_WRAPPERS = (VecExtractDictObs, VecFrameStack)
-"""The same of vector environments."""
 SAMPLES, TOLERANCE = 16, 1e-4
 """Number of random observations on which the file is compared with its model, and largest difference of an action."""
 
@@ -53,7 +58,8 @@ def save_policy(
 
     Args:
         model: PPO, A2C, SAC, TD3 or DDPG with layers between flat observations and actions: "MlpPolicy", or
-            "MultiInputPolicy" without images.
+            "MultiInputPolicy" without images; or RecurrentPPO of sb3-contrib. Frames may be stacked by a
+            `VecFrameStack`, inside `VecNormalize`.
         path: path of the file, with the suffix .safetensors.
         normalize: statistics of the observations; by default those of the model's environment, if it has any.
         environment: id of the environment, for the record.
@@ -71,16 +77,17 @@ def actor_of(model: BaseAlgorithm, normalize: VecNormalize | None = None, enviro
     """Return the actor of a model; the arguments are those of `save_policy`.
 
     Raises:
-        OptionError: the action is not (2,) in [-1, 1], the network has other parts or a state, or the environment is
-            wrapped in something that the file would lack: export the model to ONNX.
+        OptionError: the action is not (2,) in [-1, 1], the network has other parts or another state, or the environment
+            is wrapped in something that the file would lack: export the model to ONNX.
         UnknownNameError: the model has an input that is not an observation.
     """
     space = model.action_space
     if not isinstance(space, spaces.Box) or space.shape != (2,) or not ((space.low == -1) & (space.high == 1)).all():
         raise OptionError(f"model with the action space {space}: expected Box(-1, 1, (2,))")
-    _check_wrappers(model)
+    stack = _stack(model)
     normalize = normalize or model.get_vec_normalize_env()
     policy: Any = model.policy
+    memory = _memory(policy)
     if hasattr(policy, "mlp_extractor"):
         features, modules = policy.pi_features_extractor, [*policy.mlp_extractor.policy_net, policy.action_net]
     else:
@@ -91,39 +98,46 @@ def actor_of(model: BaseAlgorithm, normalize: VecNormalize | None = None, enviro
         inputs, statistics = INPUTS, frame_statistics()
         constants = {"clip": CLIP, "epsilon": 0.0}
     else:
-        inputs = _inputs(features, model.observation_space)
-        statistics = {} if normalize is None or not normalize.norm_obs else _statistics(normalize, inputs)
+        inputs = _inputs(features, model.observation_space, stack)
+        statistics = {} if normalize is None or not normalize.norm_obs else _statistics(normalize, inputs, stack)
         constants = {} if normalize is None else {"clip": normalize.clip_obs, "epsilon": normalize.epsilon}
     header = ActorHeader(
         algorithm=type(model).__name__,
         environment=environment,
         inputs=inputs,
+        stack=stack,
+        memory=len(memory),
         activation=activation,
         squash=squash or bool(policy.squash_output),
         limit=limit,
         normalized=tuple(statistics),
         **constants,
     )
-    actor = Perceptron(header, layers, statistics)
+    actor = Perceptron(header, layers, statistics, memory)
     check_actor(actor, "the model")
-    _check_state(model)
     if not isinstance(features, RobotFrame):
         _check_actions(model, actor, normalize)
     return actor
 
 
-def _check_wrappers(model: BaseAlgorithm) -> None:
-    """Refuse wrappers of the environment that change what the model sees or does, and that the file would lack.
+def _stack(model: BaseAlgorithm) -> int:
+    """Return the number of frames that the model sees, 1 without a stack.
+
+    Other wrappers that change what the model sees or does are refused: the file would lack them.
 
     Raises:
         OptionError: the environment has one.
     """
     env = model.get_env()
     wrapped: list[type] = [kind for kind in WRAPPERS if env is not None and any(env.env_is_wrapped(kind))]
-    normalizations = 0
+    normalizations, frames = 0, 1
     while isinstance(env, VecEnvWrapper):
         normalizations += isinstance(env, VecNormalize)
-        wrapped += [kind for kind in VECTOR_WRAPPERS if isinstance(env, kind)]
+        if isinstance(env, VecFrameStack):
+            inside = isinstance(env.venv, VecNormalize) or frames > 1
+            wrapped += [VecFrameStack] if inside else []
+            frames = env.stacked_obs.n_stack
+        wrapped += [VecExtractDictObs] if isinstance(env, VecExtractDictObs) else []
         env = env.venv
     if wrapped:
         raise OptionError(
@@ -132,24 +146,34 @@ def _check_wrappers(model: BaseAlgorithm) -> None:
         )
     if normalizations > 1:
         raise OptionError(f"the model was trained with {normalizations} VecNormalize, of which the file holds one")
+    return frames
 
 
-def _check_state(model: BaseAlgorithm) -> None:
-    """Refuse a model that remembers earlier observations.
+def _memory(policy: Any) -> tuple[tuple[Tensor, Tensor, Tensor, Tensor], ...]:
+    """Return the LSTM layers of the actor of a `RecurrentPPO`, none of a policy without memory.
 
     Raises:
-        OptionError: it does.
+        OptionError: the policy has another recurrent part.
     """
-    _, state = model.predict(_samples(model, 1)[0], deterministic=True)
-    recurrent = [
-        type(each).__name__ for each in model.policy.modules() if isinstance(each, nn.RNNBase | nn.RNNCellBase)
-    ]
-    if state is not None or recurrent:
-        what = recurrent[0] if recurrent else "a state"
+    lstm = getattr(policy, "lstm_actor", None)
+    known = [lstm, getattr(policy, "lstm_critic", None)]
+    others = [each for each in policy.modules() if isinstance(each, nn.RNNBase | nn.RNNCellBase) and each not in known]
+    plain = lstm is None or (isinstance(lstm, nn.LSTM) and not (lstm.bidirectional or lstm.proj_size or lstm.dropout))
+    if others or not plain:
+        kind = type(others[0] if others else lstm).__name__
         raise OptionError(
-            f"the policy {type(model.policy).__name__} carries {what} from action to action, which the file would "
-            "lack: train a policy without memory, or write a Policy class (docs/policies.md)"
+            f"the policy {type(policy).__name__} carries {kind} from action to action, which the file would lack: "
+            "train RecurrentPPO, or write a Policy class (docs/policies.md)"
         )
+    if lstm is None:
+        return ()
+    try:
+        layers: Any = [
+            tuple(getattr(lstm, f"{part}_l{k}").detach().clone() for part in LSTM_PARTS) for k in range(lstm.num_layers)
+        ]
+    except AttributeError:
+        raise OptionError("the LSTM of the model has no bias: leave bias=False out of lstm_kwargs") from None
+    return tuple(layers)
 
 
 def _check_actions(model: BaseAlgorithm, actor: Perceptron, normalize: VecNormalize | None) -> None:
@@ -158,15 +182,20 @@ def _check_actions(model: BaseAlgorithm, actor: Perceptron, normalize: VecNormal
     Raises:
         OptionError: they differ.
     """
-    network = actor.network()
-    for sample in _samples(model, SAMPLES):
+    running, stack, state = RunningActor(actor), actor.header.stack, None
+    for number, sample in enumerate(_samples(model, SAMPLES)):
+        if not actor.header.memory:
+            running.reset()
         seen = sample if normalize is None else normalize.normalize_obs(copy.deepcopy(sample))
-        expected, _ = model.predict(seen, deterministic=True)
-        inputs = sample if isinstance(sample, dict) else _split(sample, actor.header.inputs)
-        vector = np.concatenate([actor.normalized(name, np.ravel(inputs[name])) for name in actor.header.inputs])
-        with torch.inference_mode():
-            action = np.clip(network(torch.from_numpy(vector)[None])[0].numpy(), -1.0, 1.0)
-        if not np.abs(action - expected).max() <= TOLERANCE:
+        start = np.array([number == 0])
+        expected, state = model.predict(seen, state=state, episode_start=start, deterministic=True)
+        inputs = sample if isinstance(sample, dict) else _split(sample, actor.header.inputs, stack)
+        frames = {name: np.split(np.ravel(inputs[name]), stack) for name in actor.header.inputs}
+        for name, parts in frames.items():
+            for part in parts[:-1]:
+                running.see(name, part)
+        action = np.clip(running.act({name: parts[-1] for name, parts in frames.items()}), -1.0, 1.0)
+        if not np.abs(action - expected).max() <= TOLERANCE or (state is not None and not actor.header.memory):
             raise OptionError(
                 f"the policy {type(model.policy).__name__} acts otherwise than its linear layers on a random "
                 f"observation ({expected} instead of {action}), so that the file would lack a part of it: "
@@ -181,10 +210,10 @@ def _samples(model: BaseAlgorithm, count: int) -> list[Any]:
     return [space.sample() for _ in range(count)]
 
 
-def _split(vector: NDArray[Any], names: Sequence[str]) -> dict[str, NDArray[Any]]:
-    """Return the parts of a flat observation by name."""
-    ends = np.cumsum([SIZES[name] for name in names])[:-1]
-    return dict(zip(names, np.split(vector, ends), strict=True))
+def _split(vector: NDArray[Any], names: Sequence[str], stack: int = 1) -> dict[str, NDArray[Any]]:
+    """Return the parts of a flat observation by name, with all frames of each."""
+    frames, ends = np.reshape(vector, (stack, -1)), np.cumsum([SIZES[name] for name in names])[:-1]
+    return {name: part.ravel() for name, part in zip(names, np.split(frames, ends, axis=1), strict=True)}
 
 
 def _actor_modules(actor: Any) -> list[nn.Module]:
@@ -193,13 +222,13 @@ def _actor_modules(actor: Any) -> list[nn.Module]:
     return [*getattr(actor, "latent_pi", []), *last]
 
 
-def _inputs(features: nn.Module, space: spaces.Space[Any]) -> tuple[str, ...]:
+def _inputs(features: nn.Module, space: spaces.Space[Any], stack: int) -> tuple[str, ...]:
     """Return the entries of the observation in the order of the network's input."""
     if isinstance(space, spaces.Dict):
         extractors: Any = getattr(features, "extractors", {})
         if extractors and all(isinstance(each, nn.Flatten) for each in extractors.values()):
             return tuple(extractors)
-    elif space.shape == (sum(SIZES[name] for name in FLAT),) and not list(features.parameters()):
+    elif space.shape == (stack * sum(SIZES[name] for name in FLAT),) and not list(features.parameters()):
         return FLAT
     raise OptionError("the model looks at images, or at another observation: export it to ONNX")
 
@@ -218,11 +247,11 @@ def _layers(modules: list[nn.Module]) -> tuple[tuple[tuple[Tensor, Tensor], ...]
     return tuple(layers), names.pop(), squash
 
 
-def _statistics(normalize: VecNormalize, inputs: tuple[str, ...]) -> dict[str, tuple[Tensor, Tensor]]:
+def _statistics(normalize: VecNormalize, inputs: tuple[str, ...], stack: int) -> dict[str, tuple[Tensor, Tensor]]:
     """Return mean and variance of each normalized input, float64."""
     rms: Any = normalize.obs_rms
     if not isinstance(rms, dict):
-        means, variances = _split(rms.mean, inputs), _split(rms.var, inputs)
+        means, variances = _split(rms.mean, inputs, stack), _split(rms.var, inputs, stack)
         return {name: (torch.tensor(means[name]), torch.tensor(variances[name])) for name in inputs}
     return {
         name: (torch.as_tensor(rms[name].mean).clone(), torch.as_tensor(rms[name].var).clone())

@@ -17,8 +17,8 @@ from labgym.policies.adapters.actor_file import ACTIVATIONS
 from labgym.training.limits import ARGUMENTS, LINEAR, NORMALIZATION, Limit
 
 FOLDER = Path(__file__).parent / "hyperparams"
-PPO_STEPS = 2048
-"""The default of `n_steps` in PPO."""
+ROLLOUTS = {"ppo": 2048, "recurrent-ppo": 128}
+"""The defaults of `n_steps`."""
 
 
 @dataclass(frozen=True)
@@ -26,12 +26,14 @@ class Hyperparameters:
     """The hyperparameters of a training.
 
     Attributes:
-        algorithm: "ppo", "sac" or "her", which is SAC with hindsight experience replay.
+        algorithm: "ppo", "recurrent-ppo", "sac", or "her", which is SAC with hindsight experience replay.
         environment: id of the environment.
         n_envs: number of environments. n_timesteps: control steps, summed over the environments.
         policy: policy of stable-baselines3.
         normalize: False; True, for observations and rewards; or arguments of `VecNormalize`.
         near_goal: whether the observation also has the goal up close (`labgym.training.run`).
+        observe: entries of the observation that the policy sees; empty for all.
+        frame_stack: number of observations that it sees at a time, the last one and those before.
         layouts: number of generated layouts to train in (`FirstLayouts`); 0 generates new ones without end.
         env_kwargs: arguments of the training environments. eval_env_kwargs: those that differ in evaluations.
         eval_freq: control steps between two evaluations, each followed by a checkpoint.
@@ -46,6 +48,8 @@ class Hyperparameters:
     policy: str = "MultiInputPolicy"
     normalize: bool | Mapping[str, Any] = False
     near_goal: bool = False
+    observe: tuple[str, ...] = ()
+    frame_stack: int = 1
     layouts: int = 0
     env_kwargs: Mapping[str, Any] = field(default_factory=dict)
     eval_env_kwargs: Mapping[str, Any] = field(default_factory=dict)
@@ -60,9 +64,12 @@ class Hyperparameters:
             ("eval_freq", 1, MAX_STEPS),
             ("n_eval_episodes", 1, MAX_COUNT),
             ("layouts", 0, MAX_COUNT),
+            ("frame_stack", 1, 64),
         ):
             whole_number(name, getattr(self, name), least, most)
         check_switch("near_goal", self.near_goal)
+        if not isinstance(self.observe, list | tuple) or not all(isinstance(name, str) for name in self.observe):
+            raise OptionError(f"observe is {self.observe!r}, expected names of entries, such as [goal, lidar]")
         if not isinstance(self.policy, str):
             raise OptionError(f"policy is {self.policy!r}, expected the name of a policy, such as MultiInputPolicy")
         if not isinstance(self.normalize, bool | Mapping):
@@ -82,7 +89,7 @@ class Hyperparameters:
         """Read the hyperparameters for an environment.
 
         Args:
-            algorithm: "ppo", "sac" or "her".
+            algorithm: a key of `labgym.training.limits.ARGUMENTS`.
             environment: id of the environment, an entry of the file.
             path: a YAML file; None for the one that comes with labgym.
             changes: values that replace those of the file.
@@ -135,7 +142,8 @@ class Hyperparameters:
     @property
     def leg(self) -> int:
         """Control steps from one evaluation to the next: `eval_freq`, rounded up to whole rollouts."""
-        name, default = ("n_steps", PPO_STEPS) if self.algorithm == "ppo" else ("train_freq", 1)
+        name = "train_freq" if self.algorithm in ("sac", "her") else "n_steps"
+        default = ROLLOUTS.get(self.algorithm, 1)
         rollout = self.n_envs * int(self.arguments.get(name, default))
         return math.ceil(self.eval_freq / rollout) * rollout
 

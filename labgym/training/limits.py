@@ -147,6 +147,7 @@ _SAC: dict[str, Limit] = {
 }
 ARGUMENTS: dict[str, dict[str, Limit]] = {
     "ppo": _PPO,
+    "recurrent-ppo": _PPO,
     "sac": _SAC,
     "her": {**_SAC, "replay_buffer_kwargs": _MAPPING},
 }

@@ -1,30 +1,33 @@
-"""The folder of a training run, the environments that its hyperparameters describe, and training by PPO, SAC, HER."""
+"""The folder of a training run, its environments, and training by PPO with or without memory, SAC and HER."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import torch
 from stable_baselines3 import PPO, SAC, HerReplayBuffer
 from stable_baselines3.common.base_class import BaseAlgorithm
-from stable_baselines3.common.logger import configure
-from stable_baselines3.common.vec_env import VecEnv, VecNormalize
+from stable_baselines3.common.logger import KVWriter, configure
+from stable_baselines3.common.vec_env import VecEnv, VecFrameStack, VecNormalize
 
 from labgym.documents import write_json, write_text
-from labgym.errors import LabgymError, OptionError
+from labgym.errors import LabgymError, MissingDependencyError, OptionError, check_name, optional_package
 from labgym.layouts.batch import catalog_digest
 from labgym.policies.learned.training_loop import finish, train_identity
 from labgym.runs import RunFolder
-from labgym.training.environments import NEAR_GOAL, NearGoal, layout_progress, make_environments
+from labgym.training.environments import NEAR_GOAL, Entries, NearGoal, layout_progress, make_environments
 from labgym.training.export import RobotFrame, actor_of, save_policy
 from labgym.training.hyperparameters import Hyperparameters
 from labgym.training.legs import CHECKPOINT, learn
+from labgym.training.limits import ARGUMENTS
 from labgym.training.scores import ScoreCallback
 
 BEST, LAST = "policy.safetensors", "last.safetensors"
@@ -43,6 +46,7 @@ class RunSettings:
         seed: random seed. threads: threads of torch; the last bits of the weights depend on them.
         vectorization: as of `make_environments`.
         verbose: whether to print the log.
+        wandb: project of Weights & Biases that receives the log, too; "" for none.
     """
 
     out: Path
@@ -51,6 +55,7 @@ class RunSettings:
     threads: int = 1
     fresh: bool = False
     verbose: bool = True
+    wandb: str = ""
 
     def __post_init__(self) -> None:
         if self.threads < 1 or self.seed < 0:
@@ -95,6 +100,12 @@ def _normalized(environments: VecEnv, hyperparameters: Hyperparameters) -> VecEn
     if hyperparameters.near_goal:
         environments = NearGoal(environments)
         keys = {"norm_obs_keys": [name for name in environments.observation_space.spaces if name != NEAR_GOAL]}
+    observed = hyperparameters.observe
+    if observed:
+        environments = Entries(environments, observed)
+        keys = {name: [each for each in names if each in observed] for name, names in keys.items()}
+    if hyperparameters.frame_stack > 1:
+        environments = VecFrameStack(environments, hyperparameters.frame_stack)
     if hyperparameters.normalize is False:
         return environments
     arguments = {} if hyperparameters.normalize is True else dict(hyperparameters.normalize)
@@ -121,10 +132,13 @@ def train_model(model: BaseAlgorithm, hyperparameters: Hyperparameters, settings
         DocumentError: the checkpoint is damaged, or an output of a finished run was changed.
     """
     torch.set_num_threads(settings.threads)
+    if settings.wandb and find_spec("wandb") is None:
+        raise MissingDependencyError("wandb", "the log in Weights & Biases", "wandb")
     actor_of(model)  # A model that cannot be saved is refused before it is trained.
+    contrib = ["sb3-contrib"] if hyperparameters.algorithm == RECURRENT else []
     identity = train_identity(
         f"stable-baselines3 {hyperparameters.algorithm}",
-        ("stable-baselines3", "gymnasium", *(["numba"] if find_spec("numba") else [])),
+        ("stable-baselines3", "gymnasium", *contrib, *(["numba"] if find_spec("numba") else [])),
         hyperparameters=hyperparameters.to_json(),
         seed=settings.seed,
         threads=settings.threads,
@@ -154,7 +168,10 @@ def _train(model: BaseAlgorithm, evaluation: VecEnv, hyperparameters: Hyperparam
     """Train a model, evaluate it after each leg, and write the best and the last policy and all scores."""
     out, environment = settings.out, hyperparameters.environment
     outputs = [*(["stdout"] if settings.verbose else []), *(["tensorboard"] if find_spec("tensorboard") else [])]
-    model.set_logger(configure(str(out / LOGS), outputs))
+    logger = configure(str(out / LOGS), outputs)
+    if settings.wandb:
+        logger.output_formats.append(WandbOutput(settings.wandb, out, hyperparameters.to_json()))
+    model.set_logger(logger)
     scores = ScoreCallback(
         evaluation,
         on_best=lambda best: save_policy(best, out / BEST, environment=environment),
@@ -162,12 +179,55 @@ def _train(model: BaseAlgorithm, evaluation: VecEnv, hyperparameters: Hyperparam
         eval_freq=hyperparameters.leg // hyperparameters.n_envs,
         verbose=0,
     )
-    learn(model, scores, hyperparameters.steps, hyperparameters.leg, settings.seed, out)
+    climbs = hyperparameters.env_kwargs.get("curriculum") is not None
+    learn(model, scores, hyperparameters.steps, hyperparameters.leg, settings.seed, out, climbs)
+    logger.close()
     save_policy(model, out / LAST, environment=environment)
     write_text(out / SCORES, "".join(json.dumps(record) + "\n" for record in scores.records))
 
 
-ALGORITHMS: dict[str, type[BaseAlgorithm]] = {"ppo": PPO, "sac": SAC, "her": SAC}
+class WandbOutput(KVWriter):
+    """Writes the numbers of a log to Weights & Biases.
+
+    Args:
+        project: name of the project. out: folder of the run, whose path names the run. config: hyperparameters.
+
+    Raises:
+        MissingDependencyError: wandb is not installed (extra `wandb`).
+    """
+
+    def __init__(self, project: str, out: Path, config: Mapping[str, Any]) -> None:
+        with optional_package("wandb", "the log in Weights & Biases", "wandb"):
+            wandb: Any = import_module("wandb")
+        self._run = wandb.init(project=project, name=str(out), dir=str(out), config=dict(config), resume="allow")
+
+    def write(self, key_values: dict[str, Any], key_excluded: dict[str, tuple[str, ...]], step: int = 0) -> None:  # noqa: ARG002
+        """Write the numbers of a step."""
+        numbers = {name: value for name, value in key_values.items() if isinstance(value, int | float | np.number)}
+        self._run.log(numbers, step=step)
+
+    def close(self) -> None:
+        """End the run."""
+        self._run.finish()
+
+
+RECURRENT = "recurrent-ppo"
+"""The algorithm whose policy has a memory."""
+
+
+def algorithm_of(name: str) -> type[BaseAlgorithm]:
+    """Return the class of an algorithm.
+
+    Raises:
+        UnknownNameError: there is no such algorithm.
+        MissingDependencyError: it is RecurrentPPO, and sb3-contrib is not installed (extra `train`).
+    """
+    check_name("algorithm", name, ARGUMENTS)
+    if name != RECURRENT:
+        return PPO if name == "ppo" else SAC
+    with optional_package("sb3-contrib", f"labgym train {RECURRENT}", "train"):
+        recurrent: type[BaseAlgorithm] = import_module("sb3_contrib").RecurrentPPO
+    return recurrent
 
 
 def train(hyperparameters: Hyperparameters, settings: RunSettings) -> Path:
@@ -188,6 +248,6 @@ def train(hyperparameters: Hyperparameters, settings: RunSettings) -> Path:
             if hyperparameters.algorithm == "her":
                 arguments["policy_kwargs"] = {"features_extractor_class": RobotFrame, **arguments["policy_kwargs"]}
                 arguments["replay_buffer_class"] = HerReplayBuffer
-            algorithm: Any = ALGORITHMS[hyperparameters.algorithm]
+            algorithm: Any = algorithm_of(hyperparameters.algorithm)
             model = algorithm(hyperparameters.policy, environments, **arguments, seed=settings.seed, device="cpu")
         return train_model(model, hyperparameters, settings)

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 import labgym  # noqa: F401  (registers the environments)
+from labgym.envs import RewardWeights
 
 FILE = Path(__file__).parent / "data" / "labnav_streams.json"
 LAYOUT = "floors-val-0003"
@@ -27,7 +28,7 @@ TASKS = ("Aisle", "Moved", "People", "Dock", "Odometry", "Glass", "Carry", "Shif
 
 def stream(task: str) -> list[list[float]]:
     """Return numbers of every eighth step of a seeded episode on level 2, driven by seeded actions."""
-    env = gym.make(f"LabNav{task}-v0", level=2)
+    env = gym.make(f"LabNav{task}-v0", level=2, stop="action", weights=RewardWeights())
     observation, info = env.reset(seed=7, options={"layout": LAYOUT})
     actions = np.random.default_rng(5)
     rows = [numbers(observation, info, 0.0)]

@@ -8,10 +8,9 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from labgym.envs.robot import ROBOT
+from labgym.envs.robot import ROBOT, turn_towards
 from labgym.errors import OptionError
 from labgym.policies import PathTracker, TrackingOptions, velocities_to_action
-from labgym.policies.tracking import turn_towards
 
 STEP = 0.005
 

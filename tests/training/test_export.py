@@ -224,8 +224,81 @@ def test_a_network_with_other_parts_is_refused(options, blank, usual_space, tmp_
     assert list(tmp_path.iterdir()) == []
 
 
-def test_stacked_frames_and_other_sizes_are_refused(blank, usual_space, tmp_path):
-    stacked = VecFrameStack(environments(blank, usual_space), 3)
+@pytest.mark.parametrize("algorithm", [PPO, SAC])
+def test_a_policy_of_stacked_frames_sees_the_last_ones(algorithm, blank, usual_space, observations, tmp_path):
+    made = VecNormalize(VecFrameStack(environments(blank, usual_space), 3), clip_obs=1.5)
+    made.reset()
+    for _ in range(10):
+        made.step(np.zeros((1, 2), np.float32))
+    model = algorithm("MultiInputPolicy", made, policy_kwargs=dict(SMALL), seed=1, device="cpu")
+    policy = make_policy(str(save_policy(model, tmp_path / "policy.safetensors")))
+    for _ in range(2):  # An episode begins with frames of zeros.
+        policy.reset(start())
+        frames = {name: [np.zeros(len(observations[0][name]), np.float32)] * 2 for name in usual_space}
+        for each in observations:
+            for name, earlier in frames.items():
+                earlier.append(each[name])
+            inputs = {name: np.concatenate(earlier[-3:]) for name, earlier in frames.items()}
+            expected, _ = model.predict(made.normalize_obs(inputs), deterministic=True)
+            np.testing.assert_allclose(policy.act(each), expected, rtol=0.0, atol=2e-6)
+
+
+@pytest.mark.parametrize("layers", [1, 2])
+@pytest.mark.parametrize("frames", [1, 2])
+def test_a_recurrent_policy_remembers_until_the_next_episode(
+    layers, frames, blank, usual_space, observations, tmp_path
+):
+    contrib = pytest.importorskip("sb3_contrib")
+    inner = environments(blank, usual_space)
+    made = VecNormalize(VecFrameStack(inner, frames) if frames > 1 else inner, clip_obs=1.5)
+    made.reset()
+    options = {"net_arch": [8], "lstm_hidden_size": 6, "n_lstm_layers": layers}
+    model = contrib.RecurrentPPO("MultiInputLstmPolicy", made, n_steps=8, policy_kwargs=options, seed=1, device="cpu")
+    policy = make_policy(str(save_policy(model, tmp_path / "policy.safetensors")))
+    actions = []
+    for _ in range(2):
+        policy.reset(start())
+        state, earlier = None, {name: [np.zeros_like(observations[0][name])] for name in usual_space}
+        for number, each in enumerate(observations):
+            for name, seen in earlier.items():
+                seen.append(each[name])
+            inputs = {name: np.concatenate(seen[-frames:]) for name, seen in earlier.items()}
+            expected, state = model.predict(
+                made.normalize_obs(inputs), state=state, episode_start=np.array([number == 0]), deterministic=True
+            )
+            if number == 10:
+                policy.next_goal(start((1.0, 1.0)))  # A chain of goals is one episode.
+            actions.append(policy.act(each))
+            np.testing.assert_allclose(actions[-1], expected, rtol=0.0, atol=5e-6)
+    np.testing.assert_array_equal(actions[: len(observations)], actions[len(observations) :])
+    policy.reset(start())
+    assert np.abs(policy.act(observations[5]) - actions[5]).max() > 1e-6
+
+
+def test_a_file_whose_memory_does_not_fit_is_refused(tmp_path):
+    import torch
+
+    from labgym.policies.adapters.actor_file import ActorHeader, Perceptron
+
+    header = ActorHeader(algorithm="RecurrentPPO", inputs=("goal",), memory=1, activation="tanh", squash=False)
+    layers = ((torch.zeros(2, 4), torch.zeros(2)),)
+    memory = (torch.zeros(16, 3), torch.zeros(16, 4), torch.zeros(16), torch.zeros(16))
+    good = Perceptron(header, layers, {}, (memory,)).save(tmp_path / "good.safetensors")
+    assert make_policy(str(good)).observation == "lidar"
+    for number, broken in enumerate((
+        (torch.zeros(15, 3), *memory[1:]), (memory[0], torch.zeros(16, 5), *memory[2:]),
+        (*memory[:3], torch.zeros(12)), tuple(part.double() for part in memory),
+    )):  # fmt: skip
+        path = Perceptron(header, layers, {}, (broken,)).save(tmp_path / f"{number}.safetensors")
+        with pytest.raises(DocumentError, match=r"memory\.0"):
+            make_policy(str(path))
+    path = Perceptron(header, ((torch.zeros(2, 5), torch.zeros(2)),), {}, (memory,)).save(tmp_path / "wide.safetensors")
+    with pytest.raises(DocumentError, match=r"layers\.0"):
+        make_policy(str(path))
+
+
+def test_normalized_frames_and_other_sizes_are_refused(blank, usual_space, tmp_path):
+    stacked = VecFrameStack(environments(blank, usual_space, clip_obs=2.0), 3)
     flat = gym.spaces.Box(-1.0, 1.0, (370,), np.float32)
     wide = gym.spaces.Dict({"lidar": gym.spaces.Box(0.0, 10.0, (360,), np.float32)})
     other = gym.spaces.Dict({"sonar": gym.spaces.Box(0.0, 10.0, (8,), np.float32)})

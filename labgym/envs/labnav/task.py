@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, Literal, get_args
 
 from labgym.counts import is_whole
+from labgym.envs.parts.actions import SlippingActions
+from labgym.envs.parts.braking import BrakingActions
 from labgym.envs.parts.endings import (
     REST_DISTANCE,
     LimitEnding,
@@ -21,9 +23,16 @@ from labgym.envs.parts.odometry import AnnouncedGoalSensor, OdometrySensor, Odom
 from labgym.envs.parts.protocols import Ending, Randomization, Sensor
 from labgym.envs.parts.randomizations import SensorPoseRandomization
 from labgym.envs.parts.rays import ColorSensor, DepthSensor, LidarSensor
+from labgym.envs.parts.rewards import RewardWeights
 from labgym.envs.parts.vectors import VelocitySensor
 from labgym.errors import LabgymError, UnknownNameError, check_name
 
+Stop = Literal["brake", "action"]
+"""How an agent ends a drive: the brake parks the robot near its goal, or the action has STOP as third component."""
+STOPS: tuple[Stop, ...] = get_args(Stop)
+STOP_THRESHOLD, STOP_HOLD = 0.5, 5
+"""STOP is the third component above this in that many control steps in a row: an untrained Gaussian policy says so once
+in some hundred steps."""
 FULL_SPEED = 1.0
 """Speed of the ideal robot, m/s."""
 SLOWEST = 8.0
@@ -118,6 +127,15 @@ PERSON_NEAR, DOCK_NEAR = 1.5, 1.0
 """Distances from a person and from a docking pose within which the clock of a stuck robot stands, meters.
 
 That of a docking pose is an assumption."""
+BRAKING_SHARE = 0.7
+"""Share of the success radius within which the brake stops a robot that does not stop itself."""
+DOCK_RADIUS = 0.05
+"""Distance from a docking pose within which it does so, meters."""
+DOCK_STAY = 10
+"""Control steps that the robot must rest at a docking pose: 1 s."""
+REWARD = RewardWeights(collision=0.0, time=-0.005, failure=-5.0)
+"""Weights of the reward. A drive of 1200 control steps costs less than success and failure differ, so that no failure
+of a drive, early or late, returns as much as a success."""
 WHEELS = (0.02, 1.0)
 """Errors of the wheels in all tasks but `odometry`: `scale` and `veer` of `SlippingActions`."""
 
@@ -223,6 +241,10 @@ class Level:
         return (SensorPoseRandomization(forward=place, left=place, height=0.0, yaw=yaw, pitch=0.0, roll=0.0),)
 
 
+EASY_LENGTHS = (2.0, 10.0)
+"""Least and greatest length L* at level 0, meters."""
+
+
 @dataclass(frozen=True)
 class LabNavTask:
     """A task.
@@ -231,6 +253,7 @@ class LabNavTask:
         name: of its suites and ids, lower case. summary: one line.
         levels: levels 1 to 3.
         score: of an episode.
+        easy: level 0, for learners: drives of 2 to 10 m on which the task's nuisance is almost off. No suite has it.
         touched: beginnings of the names of things whose touch ends a drive; empty for all, None for none.
         radius: of the success disc, meters.
         docks: whether the robot must stand at the heading of the goal.
@@ -242,6 +265,7 @@ class LabNavTask:
     summary: str
     levels: Mapping[int, Level]
     score: Score
+    easy: Level = field(default_factory=Level)
     touched: tuple[str, ...] | None = ()
     radius: float = REST_DISTANCE
     docks: bool = False
@@ -250,14 +274,15 @@ class LabNavTask:
     dock_slack: float = 0.0
 
     def level(self, number: int) -> Level:
-        """Return a level.
+        """Return a level, 0 to 3.
 
         Raises:
             UnknownNameError: there is no such level.
         """
-        if not is_whole(number) or number not in self.levels:
-            raise UnknownNameError(f"level of task {self.name!r}", number, map(str, self.levels))
-        return self.levels[number]
+        levels = {0: self.easy, **self.levels}
+        if not is_whole(number) or number not in levels:
+            raise UnknownNameError(f"level of task {self.name!r}", number, map(str, levels))
+        return levels[number]
 
     @cached_property
     def properties(self) -> TaskProperties:
@@ -279,8 +304,35 @@ class LabNavTask:
         """Time limit of an episode, seconds."""
         return SECONDS * max((level.goals[1] for level in self.levels.values()), default=1)
 
+    @property
+    def braking_distance(self) -> float:
+        """Distance from the goal by odometry at which the brake takes over, meters."""
+        return DOCK_RADIUS if self.docks else BRAKING_SHARE * self.radius
+
+    def stay(self, delay: int) -> int:
+        """Return the number of control steps that a robot must rest at its goal.
+
+        In a chain of goals no action that comes late, by `delay` control steps, may reach the next drive.
+        """
+        if self.chain:
+            return delay
+        return DOCK_STAY if self.docks else 0
+
+    def actions(self, stop: Stop | None, delay: int, slip: tuple[float, float]) -> SlippingActions:
+        """Return the actions that end a drive by the brake, by STOP, or not at all.
+
+        Args:
+            stop: "brake", "action" or None. delay: control steps by which the robot obeys later.
+            slip: `scale` and `veer` of `SlippingActions`.
+        """
+        scale, veer = slip
+        if stop == "brake":
+            brake = {"distance": self.braking_distance, "docks": self.docks, "stay": self.stay(delay)}
+            return BrakingActions(delay=delay, scale=scale, veer=veer, **brake)
+        return SlippingActions(stop == "action", delay, STOP_THRESHOLD, STOP_HOLD, scale, veer)
+
     def endings(self, stop: bool) -> tuple[Ending, ...]:
-        """Return the endings: contact, STOP if the action has it, stuck; of a drive of a chain also others."""
+        """Return the endings: contact, STOP of the agent or the brake, stuck; of a drive of a chain also others."""
         touched = () if self.touched is None else (TouchedEnding(self.touched, pushable=False),)
         stopped = (StopEnding(self.radius),) if stop else ()
         stuck = StuckEnding(people=PERSON_NEAR, goal=DOCK_NEAR if self.docks else 0.0)

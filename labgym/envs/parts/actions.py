@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-from labgym.counts import check_switch, is_whole
-from labgym.envs.checks import positive
+from labgym.counts import check_switch, is_whole, whole_number
+from labgym.envs.checks import finite, positive
 from labgym.envs.parts import actuation  # noqa: F401 - errors may be named by their kind
 from labgym.envs.parts.protocols import Actions, ActuationNoise, Command, Robot
 from labgym.envs.parts.registry import part_of, registered
@@ -25,15 +25,20 @@ class VelocityActions(Actions):
     """Target velocities: `Box(-1, 1, (n,), float32)`, one component per axis of the robot, for one control step.
 
     Attributes:
-        stop: whether a further component declares the arrival: above 0 it is STOP, and the robot brakes.
+        stop: whether a further component declares the arrival, and the robot brakes: STOP.
         delay: number of control steps by which the robot obeys later, at rest until then.
+        threshold, hold: it is STOP above `threshold` in `hold` control steps in a row.
     """
 
     stop: bool = False
     delay: int = 0
+    threshold: float = 0.0
+    hold: int = 1
 
     def __post_init__(self) -> None:
         check_switch("VelocityActions: stop", self.stop)
+        finite(self, "threshold")
+        whole_number("VelocityActions: hold", self.hold)
         if not is_whole(self.delay) or self.delay < 0:
             raise OptionError(f"VelocityActions: delay is {self.delay!r}, expected a whole number of control steps")
 
@@ -46,7 +51,7 @@ class VelocityActions(Actions):
         rest = state.robot.command([0.0] * len(state.robot.axes))
         self._axes = (*state.robot.axes, "stop") if self.stop else tuple(state.robot.axes)
         self._waiting = deque([rest] * self.delay)
-        self._stopped = False
+        self._stopped, self._held = False, 0
 
     def commands(self, action: Any, state: State, rng: np.random.Generator) -> Iterable[Command]:  # noqa: ARG002
         """Return one command.
@@ -56,7 +61,9 @@ class VelocityActions(Actions):
         """
         values = numbers(action, self._axes)
         if self.stop:
-            self._stopped = values.pop() > 0.0
+            self._held = self._held + 1 if values.pop() > self.threshold else 0
+            self._stopped = self._held >= self.hold
+            self._held = 0 if self._stopped else self._held
             values = [0.0] * len(values) if self._stopped else values
         command = state.robot.command(values)
         if not self.delay:

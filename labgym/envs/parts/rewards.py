@@ -61,14 +61,22 @@ class SuccessTerm(RewardTerm):
 
 @registered("reward term", "failure")
 class FailureTerm(RewardTerm):
-    """1 when an ending gives the verdict "failure"."""
+    """1 when an ending gives the verdict "failure".
+
+    Attributes:
+        onward: of several drives, names of the endings after which the next one begins; after others the drives that
+            are not begun count, too, so that ending an episode early saves nothing.
+    """
 
     weight: float = -10.0
     name: str = "failure"
+    onward: tuple[str, ...] = ()
 
     def value(self, state: State) -> float:
-        """Return 1 or 0."""
-        return state.failed
+        """Return the number of drives that failed by the latest action."""
+        if not self.onward or not state.failed or state.ending in self.onward:
+            return state.failed
+        return 1 + len(state.task.following) - state.leg
 
 
 @registered("reward term", "collision")
@@ -161,22 +169,27 @@ class RewardWeights:
         success: once, when the goal is reached.
         collision: per action during which the robot touched something.
         time: per action.
+        failure: once, when a rule ends the drive elsewhere; without a term if it is 0.
     """
 
     progress: float = 1.0
     success: float = 10.0
     collision: float = -0.1
     time: float = -0.01
+    failure: float = 0.0
 
-    def terms(self, method: Method = "grid") -> tuple[RewardTerm, ...]:
+    def terms(self, method: Method = "grid", onward: tuple[str, ...] = ()) -> tuple[RewardTerm, ...]:
         """Return the terms.
 
         Args:
             method: how progress measures the way to the goal.
+            onward: as of `FailureTerm`.
         """
+        failure = (FailureTerm(self.failure, onward=onward),) if self.failure else ()
         return (
             ProgressTerm(self.progress, method),
             SuccessTerm(self.success),
+            *failure,
             CollisionTerm(self.collision),
             TimeTerm(self.time),
         )

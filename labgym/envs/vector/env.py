@@ -319,10 +319,9 @@ def check_kernel(config: PointNavConfig, device: str | None = None) -> None:
     if config.actions.stop or config.actions.delay:
         raise OptionError(f"the vector environment has no actions with STOP or a delay: {REMEDY}")
     check_parts("robot", (config.robot,), (DifferentialDrive,))
-    if config.conditions:
-        raise OptionError(f"the vector environment has no conditions: {REMEDY}")
-    if config.randomizations:
-        raise OptionError(f"the vector environment has no randomizations: {REMEDY}")
+    for name in ("conditions", "randomizations", "curriculum"):
+        if getattr(config, name):
+            raise OptionError(f"the vector environment has no {name}: {REMEDY}")
     lidars = [sensor for sensor in config.observed if isinstance(sensor, LidarSensor)]
     if any((each.forward, each.left, each.yaw) != (0.0, 0.0, 0.0) for each in lidars):
         raise OptionError(f"the vector environment has its lidar on the robot's axis only: {REMEDY}")

@@ -172,7 +172,7 @@ def drive_floor(
         terms.task,
         terms.level,
         driver.observation,
-        stop=False,
+        stop=None,
         delay=delay_of(latency),
         properties=terms.properties,
         tasks=EpisodeTasks(layout, tuple(episodes)),

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from labgym.envs.conditions.payload import carried
 from labgym.envs.labnav.task import PERSON_NEAR, LabNavTask, docking_error
+from labgym.envs.parts.braking import Parking
 from labgym.envs.parts.endings import nearest_person
 from labgym.envs.parts.odometry import announced_goal
 from labgym.envs.parts.protocols import Ending
@@ -21,7 +22,7 @@ from labgym.eval.driving.actions import ActionTape
 from labgym.eval.driving.episode_row import Stopped, Track
 from labgym.eval.driving.loop import Info, Observation, PolicyLoop, episode_rng
 from labgym.eval.labnav.foresight import TrueWorld, handed_track
-from labgym.eval.labnav.rules import Finish, Parking, braking_distance, delay_of, stay_of
+from labgym.eval.labnav.rules import Finish, delay_of
 from labgym.geometry import compose, relative, wrap_angle
 from labgym.policies import EpisodeStart, GroundTruth, Policy
 from labgym.policies.process import PolicyProcess
@@ -165,10 +166,10 @@ class LegDrive(PolicyLoop):
 
     def action(self, observation: Observation, state: State) -> NDArray[np.floating] | None:
         """Return the next action, None once the robot has been parked."""
-        stay = stay_of(self._task, delay_of(self._recorder.latency))
+        stay = self._task.stay(delay_of(self._recorder.latency))
         here = self._here
         if self._parking is None and not self._driver.stops:
-            if math.dist(here[:2], self.goal[:2]) <= braking_distance(self._task):
+            if math.dist(here[:2], self.goal[:2]) <= self._task.braking_distance:
                 self._parking = Parking(self.goal[2] if self._task.docks else None, stay)
                 self.stopped = "evaluator"
         if self._parking is None:

@@ -5,29 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
-from labgym.envs.labnav.task import LabNavTask
 from labgym.envs.robot import ROBOT
-from labgym.envs.state import Pose
 from labgym.errors import check_name
 from labgym.eval.driving.episode_row import Ending
-from labgym.geometry import wrap_angle
-from labgym.policies.tracking import turn_towards
 
-SHARE = 0.7
-"""Share of the success radius within which the evaluator brakes a policy that cannot stop."""
-DOCK_RADIUS = 0.05
-"""Distance from a docking pose within which it does so, meters."""
-REST = (0.01, 0.02)
-"""Forward velocity, m/s, and turn rate, rad/s, below which the robot is at rest."""
-HEADING = 0.005
-"""Deviation from the goal's heading at which the evaluator ends its turn, radians."""
-TURNING = 80
-"""Greatest number of control steps of that turn."""
-STAY = 10
-"""Control steps that the robot must rest at a docking pose: 1 s."""
 WAITED = 30.0
 """Seconds at rest near people from which a drive without end counts as frozen."""
 
@@ -40,52 +21,6 @@ def delay_of(latency: float, control_dt: float = ROBOT.control_dt) -> int:
 def is_slow(seconds: float, latency: float, control_dt: float = ROBOT.control_dt) -> bool:
     """Whether a measured time per action exceeds the declared latency, and the control step that every policy has."""
     return seconds > max(latency, control_dt)
-
-
-def braking_distance(task: LabNavTask) -> float:
-    """Return the distance from the goal by odometry at which the evaluator brakes, meters."""
-    return DOCK_RADIUS if task.docks else SHARE * task.radius
-
-
-def stay_of(task: LabNavTask, delay: int) -> int:
-    """Return the number of control steps that a robot must rest at its goal.
-
-    In a chain of goals no action that comes late, by `delay` control steps, may reach the next drive.
-    """
-    if task.chain:
-        return delay
-    return STAY if task.docks else 0
-
-
-class Parking:
-    """Brings the robot to rest: after a policy's STOP, or in its place.
-
-    Args:
-        heading: to which the robot turns once it rests, radians in the start frame; None to leave it.
-        stay: control steps that it must rest at the end.
-    """
-
-    def __init__(self, heading: float | None = None, stay: int = 0) -> None:
-        self._heading, self._left, self._turning = heading, stay, TURNING
-
-    def action(self, pose: Pose, velocity: tuple[float, float]) -> NDArray[np.floating] | None:
-        """Return the next action, (2,), or None when the robot has been parked.
-
-        Args:
-            pose: by odometry, in the start frame.
-            velocity: forward, m/s, and turn rate, rad/s.
-        """
-        resting = abs(velocity[0]) <= REST[0] and abs(velocity[1]) <= REST[1]
-        off = 0.0 if self._heading is None else wrap_angle(self._heading - pose[2])
-        if self._turning and abs(off) > HEADING and abs(velocity[0]) <= REST[0]:
-            self._turning -= 1
-            return turn_towards(off)
-        if not resting:
-            return np.zeros(2)
-        if self._left <= 0:
-            return None
-        self._left -= 1
-        return np.zeros(2)
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -25,6 +26,8 @@ Activation = Literal["elu", "relu", "silu", "tanh"]
 
 ACTIVATIONS: dict[Activation, type[nn.Module]] = {"elu": nn.ELU, "relu": nn.ReLU, "silu": nn.SiLU, "tanh": nn.Tanh}
 """Functions between the layers."""
+LSTM_PARTS = ("weight_ih", "weight_hh", "bias_ih", "bias_hh")
+"""Tensors of an LSTM layer, as torch names them."""
 MAX_BYTES = 256 * 1024 * 1024
 
 
@@ -34,6 +37,8 @@ class ActorHeader(Document):
     Attributes:
         algorithm: algorithm that trained it. environment: id of the environment.
         inputs: entries of the observation, in the order in which they are concatenated.
+        stack: number of frames of each input, one after the other, the oldest first; zeros before the first one.
+        memory: number of LSTM layers between the inputs and the layers.
         activation: function between the layers.
         squash: whether the hyperbolic tangent follows the last layer.
         limit: largest magnitude of the last layer's output, before the hyperbolic tangent; None without a limit.
@@ -46,6 +51,8 @@ class ActorHeader(Document):
     algorithm: str
     environment: str = ""
     inputs: Annotated[tuple[str, ...], Field(min_length=1)]
+    stack: Annotated[int, Field(ge=1, le=64)] = 1
+    memory: Annotated[int, Field(ge=0, le=16)] = 0
     activation: Activation
     squash: bool
     limit: Annotated[float, Field(gt=0.0, allow_inf_nan=False)] | None = None
@@ -56,17 +63,34 @@ class ActorHeader(Document):
 
 @dataclass(frozen=True, eq=False)
 class Perceptron:
-    """A multilayer perceptron from observations to actions, and the normalization of its inputs.
+    """A multilayer perceptron from observations to actions, after an LSTM if it has one, and its normalization.
 
     Attributes:
         header: the description.
         layers: weight (outputs, inputs) and bias (outputs,) of each linear layer, float32.
-        statistics: mean and variance of each normalized input, float64.
+        statistics: mean and variance of each normalized input, of all its frames, float64.
+        memory: weights of inputs (4 h, n) and of the state (4 h, h), and biases (4 h,) of both, of each LSTM layer.
     """
 
     header: ActorHeader
     layers: tuple[tuple[Tensor, Tensor], ...]
     statistics: dict[str, tuple[Tensor, Tensor]]
+    memory: tuple[tuple[Tensor, Tensor, Tensor, Tensor], ...] = ()
+
+    @property
+    def width(self) -> int:
+        """Number of values that the first layer takes."""
+        return int(self.memory[0][0].shape[1] if self.memory else self.layers[0][0].shape[1])
+
+    def recurrence(self) -> nn.LSTM | None:
+        """Return the LSTM in evaluation mode; None without one."""
+        if not self.memory:
+            return None
+        lstm = nn.LSTM(self.width, self.memory[0][1].shape[1], len(self.memory)).eval()
+        for index, tensors in enumerate(self.memory):
+            for part, tensor in zip(LSTM_PARTS, tensors, strict=True):
+                getattr(lstm, f"{part}_l{index}").data = tensor
+        return lstm
 
     def network(self) -> nn.Sequential:
         """Return the layers as a network in evaluation mode."""
@@ -100,6 +124,8 @@ class Perceptron:
         tensors: dict[str, Tensor] = {}
         for index, (weight, bias) in enumerate(self.layers):
             tensors |= {f"layers.{index}.weight": weight, f"layers.{index}.bias": bias}
+        for index, parts in enumerate(self.memory):
+            tensors |= {f"memory.{index}.{name}": part for name, part in zip(LSTM_PARTS, parts, strict=True)}
         for name, (mean, variance) in self.statistics.items():
             tensors |= {f"statistics.{name}.mean": mean, f"statistics.{name}.var": variance}
         metadata = {"labgym": json.dumps(self.header.to_json())}
@@ -138,6 +164,7 @@ def _checked(header: ActorHeader, tensors: dict[str, Tensor], path: Path) -> Per
     for name, tensor in tensors.items():
         if not bool(torch.isfinite(tensor).all()):
             raise DocumentError(path, name, "holds NaN or infinite numbers; train the model again")
+    memory = _checked_memory(header, tensors, path)
     layers: list[tuple[Tensor, Tensor]] = []
     while f"layers.{len(layers)}.weight" in tensors:
         weight, bias = (tensors.pop(f"layers.{len(layers)}.{part}", torch.empty(0)) for part in ("weight", "bias"))
@@ -147,6 +174,8 @@ def _checked(header: ActorHeader, tensors: dict[str, Tensor], path: Path) -> Per
         layers.append((weight, bias))
     if not layers:
         raise DocumentError(path, "layers", "missing")
+    if memory and layers[0][0].shape[1] != memory[-1][1].shape[1]:
+        raise DocumentError(path, "layers.0", "does not fit the state of the LSTM before it")
     statistics = {}
     for name in header.normalized:
         mean, variance = (tensors.pop(f"statistics.{name}.{part}", torch.empty(0)) for part in ("mean", "var"))
@@ -157,4 +186,58 @@ def _checked(header: ActorHeader, tensors: dict[str, Tensor], path: Path) -> Per
         statistics[name] = (mean, variance)
     if tensors:
         raise DocumentError(path, sorted(tensors)[0], "is not part of an actor")
-    return Perceptron(header, tuple(layers), statistics)
+    return Perceptron(header, tuple(layers), statistics, memory)
+
+
+def _checked_memory(
+    header: ActorHeader, tensors: dict[str, Tensor], path: Path
+) -> tuple[tuple[Tensor, Tensor, Tensor, Tensor], ...]:
+    """Take the LSTM layers of a header out of the tensors of a file and return them."""
+    memory: list[tuple[Tensor, Tensor, Tensor, Tensor]] = []
+    for index in range(header.memory):
+        inputs, state, bias, other = (tensors.pop(f"memory.{index}.{name}", torch.empty(0)) for name in LSTM_PARTS)
+        size = len(bias) // 4
+        fits = inputs.ndim == 2 and size and inputs.shape[0] == 4 * size and state.shape == (4 * size, size)
+        fits = fits and bias.shape == other.shape == (4 * size,) and (not memory or inputs.shape[1] == size)
+        if not fits or any(each.dtype != torch.float32 for each in (inputs, state, bias, other)):
+            raise DocumentError(path, f"memory.{index}", "is no LSTM layer that fits the one before it")
+        memory.append((inputs, state, bias, other))
+    return tuple(memory)
+
+
+class RunningActor:
+    """An actor in an episode, with its frames and the state of its LSTM.
+
+    Args:
+        actor: its layers and normalization.
+    """
+
+    def __init__(self, actor: Perceptron) -> None:
+        self._actor, self._network, self._lstm = actor, actor.network(), actor.recurrence()
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin an episode: earlier frames and the state are zeros."""
+        self._frames: dict[str, NDArray[Any]] = {}
+        self._state: tuple[Tensor, Tensor] | None = None
+
+    def act(self, inputs: Mapping[str, NDArray[Any]]) -> NDArray[np.float32]:
+        """Return the output of the last layer for the inputs of a control step, each a vector."""
+        names = self._actor.header.inputs
+        vector = np.concatenate([self._actor.normalized(name, self.see(name, inputs[name])) for name in names])
+        with torch.inference_mode():
+            values = torch.from_numpy(vector)[None]
+            if self._lstm is not None:
+                sequence, self._state = self._lstm(values[None], self._state)
+                values = sequence[0]
+            output: NDArray[np.float32] = self._network(values)[0].numpy()
+        return output
+
+    def see(self, name: str, value: NDArray[Any]) -> NDArray[Any]:
+        """Take the frame of an input and return all its frames."""
+        stack = self._actor.header.stack
+        if stack == 1:
+            return value
+        frames = self._frames.get(name, np.zeros(stack * len(value), value.dtype))
+        self._frames[name] = np.concatenate([frames[len(value) :], value])
+        return self._frames[name]

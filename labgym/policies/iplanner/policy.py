@@ -12,7 +12,7 @@ import torch
 from numpy.typing import NDArray
 
 from labgym.artefacts import artefacts
-from labgym.envs.robot import ROBOT, RobotSpec
+from labgym.envs.robot import ROBOT, RobotSpec, turn_towards
 from labgym.envs.sensors import IMAGE_SHAPE
 from labgym.geometry import Array, to_world
 from labgym.policies.iplanner.network import load_iplanner
@@ -27,7 +27,7 @@ from labgym.policies.learned.maneuvers import (
 )
 from labgym.policies.options import NonNegative, PolicyOptions
 from labgym.policies.policy import EpisodeStart, Observation, Sensors
-from labgym.policies.tracking import PathTracker, turn_towards
+from labgym.policies.tracking import PathTracker
 
 
 class IPlannerOptions(ManeuverOptions):

@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from labgym.envs.robot import RobotSpec
+from labgym.envs.robot import RobotSpec, turn_towards
 from labgym.envs.sensors import IMAGE_SHAPE
 from labgym.geometry import Array
 from labgym.policies.blockage import BlockageDetector
 from labgym.policies.learned.weights import CONFIG, WEIGHTS
 from labgym.policies.options import NonNegative, PolicyOptions
 from labgym.policies.policy import Observation, Policy
-from labgym.policies.tracking import PathTracker, turn_towards
+from labgym.policies.tracking import PathTracker
 
 ABEAM_RAD = 1.0
 """Bearing beyond which a goal decides the side of a turn, radians."""

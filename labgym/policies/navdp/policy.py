@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from labgym.artefacts import artefacts
-from labgym.envs.robot import ROBOT, RobotSpec
+from labgym.envs.robot import ROBOT, RobotSpec, turn_towards
 from labgym.envs.sensors import IMAGE_SHAPE
 from labgym.geometry import Array, to_world
 from labgym.navigation import Pose
@@ -34,7 +34,7 @@ from labgym.policies.navdp.network import Bytes, frame, load_navdp
 from labgym.policies.navdp.seen_obstacles import SeenObstacles, checked_velocities, clear_ways
 from labgym.policies.options import NonNegative, PolicyOptions
 from labgym.policies.policy import EpisodeStart, GoalKind, Observation, Sensors
-from labgym.policies.tracking import PathTracker, turn_towards, velocities_to_action
+from labgym.policies.tracking import PathTracker, velocities_to_action
 
 TRAJECTORY_RANGE_M = 4.5
 """Distance up to which obstacles count for trajectories, meters: more than the longest one."""

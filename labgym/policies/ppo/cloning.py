@@ -14,6 +14,7 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import DummyVecEnv
 from tqdm import tqdm
 
+from labgym.envs.robot import turn_towards
 from labgym.envs.tasks import Task
 from labgym.layouts import Layout
 from labgym.navigation import PLANNING_RADIUS, Pose, occupancy
@@ -22,7 +23,7 @@ from labgym.policies.grid_planner import clearance_field
 from labgym.policies.ppo.inputs import SPEED
 from labgym.policies.ppo.options import PPOOptions
 from labgym.policies.ppo.practice import PracticeEnv
-from labgym.policies.tracking import PathTracker, turn_towards
+from labgym.policies.tracking import PathTracker
 
 REPLAN_DISTANCE_M = 0.30
 """Distance from its path beyond which the expert replans, meters."""

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.envs.robot import ROBOT, RobotSpec
+from labgym.envs.robot import ROBOT, RobotSpec, turn_towards
 from labgym.errors import LabgymError
 from labgym.geometry import Array, compose, to_world, wrap_angle
 from labgym.navigation import Pose
@@ -35,7 +35,7 @@ from labgym.policies.stack.panes import SeenPanes
 from labgym.policies.stack.people import PeopleTracker, TrackedPerson, Waiting, too_late
 from labgym.policies.stack.planner import PlannedPath, planned
 from labgym.policies.stack.recovery import Recovery
-from labgym.policies.tracking import PathTracker, TrackingOptions, approach_speed, turn_towards, velocities_to_action
+from labgym.policies.tracking import PathTracker, TrackingOptions, approach_speed, velocities_to_action
 
 SPEED_AMONG_PEOPLE = 0.95
 """Greatest speed where people may come round a corner, m/s."""

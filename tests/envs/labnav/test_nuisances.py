@@ -39,7 +39,7 @@ def drive(task, off=(), seconds=3.0):
     chosen = episode_without(episode, layout, task, 2, off)
     properties = properties_without(task, 2, off)
     env = LabPointNavEnv(
-        config=config_of(task, 2, stop=False, properties=properties, tasks=EpisodeTasks(layout, (chosen,)))
+        config=config_of(task, 2, stop=None, properties=properties, tasks=EpisodeTasks(layout, (chosen,)))
     )
     observations, poses = [env.reset(seed=episode.seed)[0]], [env.state.pose]
     for _ in range(round(seconds / 0.1)):

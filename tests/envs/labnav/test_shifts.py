@@ -114,7 +114,9 @@ def test_a_share_out_of_range_is_refused():
 
 
 def shift_env(**arguments):
+    actions = {"kind": "velocity", "stop": True}
     arguments = {"layout": ROOM, "conditions": [{"kind": "leg_payload"}], "sensors": ["velocity"], **arguments}
+    arguments["actions"] = actions
     return gym.make("LabNavShift-v0", **arguments).unwrapped
 
 

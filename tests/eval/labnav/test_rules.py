@@ -7,14 +7,8 @@ import math
 import pytest
 
 from labgym.envs.labnav.tasks import TASKS
-from labgym.eval.labnav.rules import (
-    Finish,
-    Parking,
-    braking_distance,
-    delay_of,
-    ending_of,
-    is_slow,
-)
+from labgym.envs.parts.braking import Parking
+from labgym.eval.labnav.rules import Finish, delay_of, ending_of, is_slow
 
 
 @pytest.mark.parametrize(
@@ -29,7 +23,7 @@ def test_a_policy_is_slow_beyond_its_declaration_and_a_control_step():
 
 
 def test_the_evaluator_brakes_within_seven_tenths_of_the_radius():
-    assert braking_distance(TASKS["aisle"]) == pytest.approx(0.252)
+    assert TASKS["aisle"].braking_distance == pytest.approx(0.252)
 
 
 def test_parking_brakes_turns_and_stays():

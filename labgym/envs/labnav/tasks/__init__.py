@@ -8,10 +8,8 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, Field
 
-from labgym.counts import check_switch
 from labgym.envs.config import PointNavConfig
-from labgym.envs.labnav.task import TASKS, LabNavTask, Level
-from labgym.envs.parts.actions import SlippingActions
+from labgym.envs.labnav.task import REWARD, STOPS, TASKS, LabNavTask, Level, Stop
 from labgym.envs.parts.measures import EXTENDED
 from labgym.errors import UnknownNameError, check_name
 
@@ -54,7 +52,7 @@ def config_of(
     name: str,
     level: int = HEADLINE,
     observation: str = "lidar",
-    stop: bool = True,
+    stop: Stop | None = "brake",
     delay: int = 0,
     properties: Level | None = None,
     **fields: Any,
@@ -64,29 +62,34 @@ def config_of(
     Args:
         name: of the task. level: 1 to 3.
         observation: "lidar", "depth" or "rgbd".
-        stop: whether the action has a third component, STOP, that ends the drive.
+        stop: what ends a drive near its goal: "brake", the evaluator's brake; "action", a third component of the
+            action, STOP; None, nothing.
         delay: number of control steps by which the robot obeys later.
         properties: those of the drives, by default those of the level.
         fields: further fields of `PointNavConfig`.
 
     Raises:
-        UnknownNameError: there is no such task, level or observation.
+        UnknownNameError: there is no such task, level, observation or way to stop.
     """
     task = task_of(name)
     number = task.level(level) if properties is None else properties
-    check_switch("stop", stop)
+    if stop is not None:
+        check_name("stop", stop, STOPS)
     values: dict[str, Any] = {
         "observation": observation,
         "sensors": number.sensors(observation),
-        "actions": SlippingActions(stop, delay, *number.slip),
-        "endings": task.endings(stop),
+        "actions": task.actions(stop, delay, number.slip),
+        "endings": task.endings(stop is not None),
         "onward": ONWARD if task.chain else (),
         "randomizations": number.randomizations,
         "conditions": ({"kind": "contacts"}, *number.conditions),
         "disc": task.radius,
         "distance_to_go": "exact",
+        "weights": REWARD,
         "measures": (*MEASURES, "leg", "legs") if task.chain else MEASURES,
     }
+    if fields.get("rewards") is not None:
+        del values["weights"]
     return PointNavConfig(**(values | fields))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from labgym.envs.labnav.task import LabNavTask, Level, Result, register, timed
+from labgym.envs.labnav.task import EASY_LENGTHS, LabNavTask, Level, Result, register, timed
 
 
 def score(result: Result, outcomes: Mapping[str, Any], conditions: Mapping[str, Any]) -> float:  # noqa: ARG001
@@ -23,5 +23,6 @@ TASK = register(
         "drive fast through a neck that is little wider than the robot",
         {1: _level(0.40, 0.45), 2: _level(0.35, 0.40), 3: _level(0.31, 0.35)},
         score,
+        easy=Level(({"kind": "parked"},), lengths=EASY_LENGTHS),
     )
 )

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from labgym.envs.conditions.payload import beaker_of
-from labgym.envs.labnav.task import LabNavTask, Level, Result, ScoreWeights, register, timed
+from labgym.envs.labnav.task import EASY_LENGTHS, LabNavTask, Level, Result, ScoreWeights, register, timed
 from labgym.envs.labnav.tasks.people import condition as people
 
 
@@ -28,8 +29,8 @@ def score(result: Result, outcomes: Mapping[str, Any], conditions: Mapping[str, 
     return carry(result.success, result.shortest, result.time, rise, freeboard)
 
 
-def _level(freeboard: float) -> Level:
-    return Level(({"kind": "payload", "beaker": {"freeboard": freeboard}}, people(20.0)))
+def _level(freeboard: float, area: float = 20.0) -> Level:
+    return Level(({"kind": "payload", "beaker": {"freeboard": freeboard}}, people(area)))
 
 
 TASK = register(
@@ -38,6 +39,7 @@ TASK = register(
         "carry an open beaker without spilling",
         {1: _level(0.020), 2: _level(0.010), 3: _level(0.005)},
         score,
+        easy=replace(_level(0.050, 80.0), lengths=EASY_LENGTHS),
         weights=ScoreWeights(people=0.0),
     )
 )

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
-from labgym.envs.labnav.task import LabNavTask, Level, Result, docking_error, register
+from labgym.envs.labnav.task import EASY_LENGTHS, LabNavTask, Level, Result, docking_error, register
 
 MOUNTING = (0.02, 1.5)
 """Errors of the places of the sensors, drawn for each episode: meters and degrees."""
@@ -40,6 +41,7 @@ TASK = register(
         "dock at a station that is off its mapped pose",
         {1: _level(0.05, 3.0), 2: _level(0.10, 6.0), 3: _level(0.15, 9.0)},
         score,
+        easy=replace(_level(0.01, 0.5), lengths=EASY_LENGTHS, lidar=0.003, mounting=(0.002, 0.15)),
         docks=True,
     )
 )

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
-from labgym.envs.labnav.task import LabNavTask, Level, Result, register, spl
+from labgym.envs.labnav.task import EASY_LENGTHS, LabNavTask, Level, Result, register, spl
 
 
 def score(result: Result, outcomes: Mapping[str, Any], conditions: Mapping[str, Any]) -> float:  # noqa: ARG001
@@ -23,5 +24,6 @@ TASK = register(
         "drive among panes of glass that are on no map",
         {1: _level(1, True), 2: _level(1, False), 3: _level(2, False)},
         score,
+        easy=replace(_level(0, True), lengths=EASY_LENGTHS),
     )
 )

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
-from labgym.envs.labnav.task import LabNavTask, Level, Result, register, spl
+from labgym.envs.labnav.task import EASY_LENGTHS, LabNavTask, Level, Result, register, spl
 from labgym.envs.robot import ROBOT
 
 
@@ -44,5 +45,6 @@ TASK = register(
         "drive by a map from before things moved",
         {1: level(most=1), 2: level(), 3: level(late=True)},
         score,
+        easy=replace(level(most=1, kinds=("stool",)), lengths=EASY_LENGTHS),
     )
 )

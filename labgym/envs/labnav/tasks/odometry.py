@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from labgym.envs.labnav.task import LabNavTask, Level, Result, register, spl
+from labgym.envs.labnav.task import EASY_LENGTHS, LabNavTask, Level, Result, register, spl
 from labgym.envs.parts.actuation import LOCOBOT
 
 NOISE: dict[str, Any] = {"lidar": 0.03, "color": 25.5, "redwood": True}
@@ -53,5 +53,6 @@ TASK = register(
         "find a goal that is announced once, by wheels and sensors that err",
         {1: level(robothor(0.5), 0.5), 2: level(robothor(1.0), 1.0), 3: level(locobot("ilqr", 0.5), 2.0)},
         score,
+        easy=Level(odometry=robothor(0.1), slip=(0.003, 0.2), lidar=0.003, lengths=EASY_LENGTHS),
     )
 )

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from labgym.envs.labnav.task import LabNavTask, Level, Result, ScoreWeights, ideal_time, register
+from labgym.envs.labnav.task import EASY_LENGTHS, LabNavTask, Level, Result, ScoreWeights, ideal_time, register
 
 WEIGHTS = (0.4, 0.3, 0.3)
 """Of success, time and distance from people."""
@@ -47,6 +47,7 @@ TASK = register(
         "drive among people, half of whom do not see the robot",
         {1: level(20.0), 2: level(8.0), 3: level(8.0, group=3, lengths=(8.0, 16.0))},
         score,
+        easy=level(80.0, lengths=EASY_LENGTHS),
         weights=ScoreWeights(WEIGHTS[1], WEIGHTS[2]),
     )
 )
