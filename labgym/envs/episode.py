@@ -83,6 +83,7 @@ class RunningEpisode:
         for condition, data, rng in conditions:
             self.state.conditions[condition.name] = data
             self.state.presences[condition.name] = condition.begin(self.state, data, rng)
+        self._company = company_of(self.state)
 
     @property
     def last(self) -> bool:
@@ -112,12 +113,25 @@ class RunningEpisode:
         state.contacts += touches
 
     def _drive_among(self, command: Command) -> tuple[float, bool]:
-        """Carry out one control step by single physics steps, after each of which the conditions advance.
+        """Carry out one control step, in which conditions advance after each physics step.
 
         Returns:
             the length driven in meters, and whether the robot touched anything.
         """
         state, simulation = self.state, self.simulation
+        if self._company is not None:
+            driven, touches = simulation.drive_among(state.time, self._company, *command)
+            motion = Motion(
+                state.time + state.control_dt,
+                state.control_dt,
+                simulation.pose,
+                simulation.velocity,
+                simulation.sideways,
+            )
+            for presence in state.presences.values():
+                presence.follow(motion)
+            state.touched = tuple(dict.fromkeys((*state.touched, *touches)))
+            return driven, bool(touches)
         dt = simulation.timestep
         touched: dict[str, None] = {}
         driven, (x, y, yaw) = 0.0, simulation.pose
@@ -126,8 +140,8 @@ class RunningEpisode:
             last, (x, y, yaw) = (x, y, yaw), simulation.pose
             driven += arc(math.hypot(x - last[0], y - last[1]), wrap_angle(yaw - last[2]))
             motion = Motion(state.time + step * dt, dt, simulation.pose, simulation.velocity, simulation.sideways)
-            touches = [presence.substep(motion) for presence in state.presences.values()]
-            touched |= dict.fromkeys((*names, *(name for name in touches if name)))
+            others = [presence.substep(motion) for presence in state.presences.values()]
+            touched |= dict.fromkeys((*names, *(name for name in others if name)))
         state.touched = tuple(dict.fromkeys((*state.touched, *touched)))
         return driven, bool(touched)
 
@@ -138,6 +152,26 @@ class RunningEpisode:
             state.sideways = simulation.sideways
         state.distance = math.dist(state.pose[:2], state.pair.goal[:2])
         state.views.clear()
+
+
+def company_of(state: State) -> Any:
+    """Return the `Company` that the planar kernel advances within a control step; None where it cannot.
+
+    People choose new velocities every 0.1 s, so that a control step with people must take as long.
+    """
+    if not state.planar or not state.presences:
+        return None
+    from labgym.envs.conditions.passing import nobody
+    from labgym.envs.planar.simulation import TICK_S
+
+    company = nobody()
+    for presence in state.presences.values():
+        attend = getattr(presence, "attend", None)
+        company = None if attend is None else attend(company)
+        if company is None:
+            return None
+    aligned = not len(company.before) or math.isclose(state.control_dt, TICK_S)
+    return company if aligned else None
 
 
 def stream(rng: np.random.Generator, name: str) -> np.random.Generator:

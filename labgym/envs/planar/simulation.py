@@ -12,10 +12,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from labgym.envs.conditions.cast import RADIUS
+from labgym.envs.conditions.passing import TICK, Company, moves, pass_by, rested
 from labgym.envs.planar.body import PlanarBody
 from labgym.envs.planar.compiled import compiled, entry
 from labgym.envs.planar.contacts import ContactBuffers, buffers, constrained, touching
-from labgym.envs.planar.plan import CELL, Cells, Outlines, PlanarPlan
+from labgym.envs.planar.plan import CELL, Cells, Index, Outlines, PlanarPlan
 from labgym.envs.planar.scene import Beams, lidar_beams, scan
 from labgym.envs.robot import ROBOT
 from labgym.envs.sensors import LIDAR_RAYS, RANGE
@@ -102,6 +104,10 @@ def _servo(gain: float, limit: float, missing: float) -> tuple[float, float]:
     return force, gain
 
 
+TICK_S = 0.1
+"""Time after which people choose new velocities, seconds; see `labgym.envs.conditions.intentions.DT`."""
+REACH = ROBOT.chassis_radius + RADIUS
+"""Distance between the centers of the robot and of a person who touch, meters."""
 CHECK_INTERVAL = CHECK_STEPS * ROBOT.timestep
 """Time between two checks for contacts, seconds."""
 
@@ -153,6 +159,22 @@ class PlanarSimulation(RobotMotion):
         """Duration of a physics step, seconds."""
         return CHECK_INTERVAL / self._steps
 
+    def drive_among(self, time: float, company: Company, *command: float) -> tuple[float, tuple[str, ...]]:
+        """Apply a target twist in m/s and rad/s for one control step, and check contacts after each physics step.
+
+        Args:
+            time: of the episode, seconds. company: people and docking, which advance.
+
+        Returns:
+            the length driven, meters, and the names of what the robot touched, in that order.
+        """
+        v, w = command
+        first = np.zeros(1 + len(company.before), dtype=np.int64)
+        steps = self._checks * self._steps
+        driven = _drive_among(self._state, v, w, steps, self._around, time, company, first)
+        self._read()
+        return driven, touched_names(first)
+
     def substep(self, *command: float) -> tuple[str, ...]:
         """Advance by one physics step towards a target twist; return ("obstacle",) if the robot touches one."""
         v, w = command
@@ -188,6 +210,60 @@ def control_step(state: Array, v: float, w: float, checks: int, steps: int, arou
         half = (state[2] - yaw) / 2.0
         driven += chord if abs(half) < 1e-6 else chord * half / math.sin(half)
     return driven, touched
+
+
+@compiled
+def company_step(
+    state: Array, v: float, w: float, steps: int, around: StepInputs, time: float, company: Company, first: Index
+) -> float:
+    """Advance a state (6,) by one control step among people; return the length driven, meters.
+
+    Args:
+        steps: number of physics steps. time: of the episode at the begin, seconds.
+        company: people and docking, which are measured after each physics step.
+        first: (1 + n,) rank of what the robot touched, by the first physics step in which it did; 0 for nothing. First
+            obstacles, then each person.
+    """
+    body, (before, after, sums, resting) = around.body, company
+    v, w = min(max(v, body.v_min), body.v_max), min(max(w, -body.w_max), body.w_max)
+    dt, driven, rank = body.timestep, 0.0, 0
+    first[:] = 0
+    for step in range(1, steps + 1):
+        x, y, yaw = state[0], state[1], state[2]
+        touches = advance(state, v, w, 1, around) > 0
+        chord = math.hypot(state[0] - x, state[1] - y)
+        half = (state[2] - yaw) / 2.0
+        driven += chord if abs(half) < 1e-6 else chord * half / math.sin(half)
+        if touches and first[0] == 0:
+            rank += 1
+            first[0] = rank
+        cosine, sine = math.cos(state[2]), math.sin(state[2])
+        forward, left = cosine * state[3] + sine * state[4], cosine * state[4] - sine * state[3]
+        resting[0] = rested(resting[0], forward, left, state[5], dt)
+        if len(before) == 0:
+            continue
+        share = min((time + step * dt - sums[TICK] * TICK_S) / TICK_S, 1.0)
+        person, distance = pass_by(state[0], state[1], share, dt, before, after, sums)
+        if distance < REACH and first[1 + person] == 0 and moves(forward, left):
+            rank += 1
+            first[1 + person] = rank
+    return driven
+
+
+def touched_names(first: Index) -> tuple[str, ...]:
+    """Return the names of what the robot touched in a control step, in that order, from the ranks of `company_step`."""
+    ranks = first.tolist()
+    if not any(ranks):
+        return ()
+    names = ("obstacle", *(f"person {number}" for number in range(1, len(ranks))))
+    return tuple(name for rank, name in sorted(zip(ranks, names, strict=True)) if rank)
+
+
+@entry
+def _drive_among(
+    state: Array, v: float, w: float, steps: int, around: StepInputs, time: float, company: Company, first: Index
+) -> float:
+    return company_step(state, v, w, steps, around, time, company, first)
 
 
 @entry
