@@ -40,6 +40,8 @@ class Walking(Presence):
     robot alone.
     """
 
+    planar = True
+
     def __init__(self, state: State, cast: PeopleCast) -> None:
         self._world, self._radius = state.world, state.robot.size.chassis_radius
         self._crowd = Crowd(state.world, cast)

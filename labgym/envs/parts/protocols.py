@@ -223,6 +223,8 @@ class Presence(Protocol):
 
     visible: bool = True
     """Whether sensors see it: whether `rays` returns anything but its source."""
+    planar: bool = False
+    """Whether the lidar of the planar kernel sees it: as its `bodies`, or as glass."""
 
     def substep(self, motion: Motion) -> str:  # noqa: ARG002
         """Advance by one physics step of the robot; return the name of what the robot touches of it, "" for nothing."""
