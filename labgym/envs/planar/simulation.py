@@ -18,7 +18,7 @@ from labgym.envs.planar.body import PlanarBody
 from labgym.envs.planar.compiled import compiled, entry
 from labgym.envs.planar.contacts import ContactBuffers, buffers, constrained, touching
 from labgym.envs.planar.plan import CELL, Cells, Index, Outlines, PlanarPlan
-from labgym.envs.planar.scene import Beams, lidar_beams, scan
+from labgym.envs.planar.scene import Beams, beams, scan
 from labgym.envs.robot import ROBOT
 from labgym.envs.sensors import LIDAR_RAYS, RANGE
 from labgym.envs.simulation import CHECK_STEPS, Pose, RobotMotion
@@ -129,7 +129,7 @@ class PlanarSimulation(RobotMotion):
         self._checks = round(control_dt / CHECK_INTERVAL)
         self._steps = round(CHECK_INTERVAL / body.timestep)
         self._state, self._around = np.zeros(6), StepInputs(body, plan.solids, plan.near, buffers())
-        self._beams = lidar_beams()
+        self._beams = beams(LIDAR_RAYS)
         self.place((0.0, 0.0, 0.0))
 
     def place(self, pose: Pose) -> None:
