@@ -32,7 +32,7 @@ class Company(NamedTuple):
 
     Attributes:
         before, after: (n, 2) centers of people at the begin and at the end of the present 0.1 s, meters.
-        sums: (5,) of people. resting: (1,) seconds for which the robot has been at rest.
+        sums: (5,) of people. resting: (1,) seconds for which the robot has been at rest; (0,) without a dock.
     """
 
     before: Array
@@ -43,7 +43,7 @@ class Company(NamedTuple):
 
 def nobody() -> Company:
     """Return the company of an episode without people and dock."""
-    return Company(np.empty((0, 2)), np.empty((0, 2)), new_sums(), np.zeros(1))
+    return Company(np.empty((0, 2)), np.empty((0, 2)), new_sums(), np.empty(0))
 
 
 def new_sums() -> Array:

@@ -167,8 +167,7 @@ class Station(Condition):
     the placement, and `shift`, [dx, dy, turn] in the room frame, meters and radians.
 
     The outcome has `position`, the distance to the true docking pose in meters, and `heading`, the absolute error of
-    the heading in radians, both now; and `docked`, the same two after the robot has been at rest for `rest` seconds,
-    None while it moves.
+    the heading in radians, both now; and `docked`, whether the robot has been at rest for `rest` seconds.
 
     Attributes:
         distance: greatest displacement, meters. angle: greatest turn, radians. rest: seconds.
@@ -261,10 +260,10 @@ class Docking(Presence):
 
     @property
     def outcome(self) -> dict[str, Any]:
-        """The errors now, and those at rest."""
-        now = errors(self._pose, self._goal)
+        """The errors now, and whether they are those at rest."""
         # Sums of physics steps are rounded.
-        return {**now, "docked": now if self._resting[0] >= self._rest - 1e-9 else None}
+        docked = bool(self._resting[0] >= self._rest - 1e-9)
+        return {**errors(self._pose, self._goal), "docked": docked}
 
 
 def errors(pose: Sequence[float], goal: Sequence[float]) -> dict[str, float]:

@@ -329,7 +329,7 @@ def _step(first: int, last: int, robots: Robots, driving: Driving, look: bool, w
                 points(row, COMPANY), points(row, COMPANY + 1), floats(row, COMPANY + 2), floats(row, COMPANY + 3)
             )
             ranks = robots.first[k, : 1 + len(company.before)]
-            robots.driven[k] = company_step(state, v, w, checks * steps, around, robots.times[k], company, ranks)
+            robots.driven[k] = company_step(state, v, w, checks, steps, around, robots.times[k], company, ranks)
             robots.touched[k] = ranks.max() > 0
         yaw = wrapped(state[2])
         robots.poses[k, 0], robots.poses[k, 1], robots.poses[k, 2] = state[0], state[1], yaw

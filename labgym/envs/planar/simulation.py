@@ -40,7 +40,7 @@ class StepInputs(NamedTuple):
 
 
 @compiled
-def advance(state: Array, v: float, w: float, steps: int, around: StepInputs) -> int:
+def advance(state: Array, v: float, w: float, steps: int, around: StepInputs) -> tuple[int, int]:
     """Advance a state by physics steps towards target velocities.
 
     With M the inertia, D the derivative of the servo forces by the velocities and h the step, the velocity changes by
@@ -52,12 +52,12 @@ def advance(state: Array, v: float, w: float, steps: int, around: StepInputs) ->
         steps: number of physics steps.
 
     Returns:
-        the number of contacts at the position before the last step.
+        the number of contacts at the position before the last step, and the largest one before any.
     """
     body, solids, near, work = around
     h, cell_first = body.timestep, near.first
     x, y, yaw, dx, dy, turning = state[0], state[1], state[2], state[3], state[4], state[5]
-    count = 0
+    count, most = 0, 0
     for _ in range(steps):
         cosine, sine = math.cos(yaw), math.sin(yaw)
         forward, forward_drag = _servo(body.forward_gain, body.forward_limit, v - (cosine * dx + sine * dy))
@@ -68,6 +68,7 @@ def advance(state: Array, v: float, w: float, steps: int, around: StepInputs) ->
         if cell >= 0 and cell_first[cell + 1] > cell_first[cell]:
             state[0], state[1], state[2], state[3], state[4], state[5] = x, y, yaw, dx, dy, turning
             count = touching(state, cell, body, solids, near, work.contacts)
+            most = max(most, count)
         if count > 0:
             along_x, along_y = cosine * forward - sine * grip, sine * forward + cosine * grip
             fx, fy, torque = constrained(state, along_x, along_y, turn, body, count, work)
@@ -81,7 +82,7 @@ def advance(state: Array, v: float, w: float, steps: int, around: StepInputs) ->
         y += h * dy
         yaw += h * turning
     state[0], state[1], state[2], state[3], state[4], state[5] = x, y, yaw, dx, dy, turning
-    return count
+    return count, most
 
 
 @compiled
@@ -170,8 +171,7 @@ class PlanarSimulation(RobotMotion):
         """
         v, w = command
         first = np.zeros(1 + len(company.before), dtype=np.int64)
-        steps = self._checks * self._steps
-        driven = _drive_among(self._state, v, w, steps, self._around, time, company, first)
+        driven = _drive_among(self._state, v, w, self._checks, self._steps, self._around, time, company, first)
         self._read()
         return driven, touched_names(first)
 
@@ -205,7 +205,7 @@ def control_step(state: Array, v: float, w: float, checks: int, steps: int, arou
     driven, touched = 0.0, False
     for _ in range(checks):
         x, y, yaw = state[0], state[1], state[2]
-        touched = advance(state, v, w, steps, around) > 0 or touched
+        touched = advance(state, v, w, steps, around)[0] > 0 or touched
         chord = math.hypot(state[0] - x, state[1] - y)
         half = (state[2] - yaw) / 2.0
         driven += chord if abs(half) < 1e-6 else chord * half / math.sin(half)
@@ -214,32 +214,46 @@ def control_step(state: Array, v: float, w: float, checks: int, steps: int, arou
 
 @compiled
 def company_step(
-    state: Array, v: float, w: float, steps: int, around: StepInputs, time: float, company: Company, first: Index
+    state: Array,
+    v: float,
+    w: float,
+    checks: int,
+    steps: int,
+    around: StepInputs,
+    time: float,
+    company: Company,
+    first: Index,
 ) -> float:
     """Advance a state (6,) by one control step among people; return the length driven, meters.
 
     Args:
-        steps: number of physics steps. time: of the episode at the begin, seconds.
+        checks, steps: as of `control_step`; contacts are checked after each physics step.
+        time: of the episode at the begin, seconds.
         company: people and docking, which are measured after each physics step.
         first: (1 + n,) rank of what the robot touched, by the first physics step in which it did; 0 for nothing. First
             obstacles, then each person.
     """
     body, (before, after, sums, resting) = around.body, company
     v, w = min(max(v, body.v_min), body.v_max), min(max(w, -body.w_max), body.w_max)
+    if len(before) > 0 or len(resting) > 0:
+        checks, steps = checks * steps, 1
     dt, driven, rank = body.timestep, 0.0, 0
     first[:] = 0
-    for step in range(1, steps + 1):
+    for step in range(1, checks + 1):
         x, y, yaw = state[0], state[1], state[2]
-        touches = advance(state, v, w, 1, around) > 0
+        _, count = advance(state, v, w, steps, around)
         chord = math.hypot(state[0] - x, state[1] - y)
         half = (state[2] - yaw) / 2.0
         driven += chord if abs(half) < 1e-6 else chord * half / math.sin(half)
-        if touches and first[0] == 0:
+        if count > 0 and first[0] == 0:
             rank += 1
             first[0] = rank
+        if len(before) == 0 and len(resting) == 0:
+            continue
         cosine, sine = math.cos(state[2]), math.sin(state[2])
         forward, left = cosine * state[3] + sine * state[4], cosine * state[4] - sine * state[3]
-        resting[0] = rested(resting[0], forward, left, state[5], dt)
+        if len(resting) > 0:
+            resting[0] = rested(resting[0], forward, left, state[5], dt)
         if len(before) == 0:
             continue
         share = min((time + step * dt - sums[TICK] * TICK_S) / TICK_S, 1.0)
@@ -261,9 +275,17 @@ def touched_names(first: Index) -> tuple[str, ...]:
 
 @entry
 def _drive_among(
-    state: Array, v: float, w: float, steps: int, around: StepInputs, time: float, company: Company, first: Index
+    state: Array,
+    v: float,
+    w: float,
+    checks: int,
+    steps: int,
+    around: StepInputs,
+    time: float,
+    company: Company,
+    first: Index,
 ) -> float:
-    return company_step(state, v, w, steps, around, time, company, first)
+    return company_step(state, v, w, checks, steps, around, time, company, first)
 
 
 @entry

@@ -42,7 +42,7 @@ from labgym.envs.vector.columns import (
     reading,
     reads_columns,
 )
-from labgym.envs.vector.rows import EpisodeRow, check_conditions
+from labgym.envs.vector.rows import EpisodeRow, KnownTasks, check_conditions
 from labgym.envs.world import keep, world_of
 from labgym.errors import OptionError
 
@@ -218,7 +218,8 @@ class VectorPointNavEnv(PointNavVectorEnv):
         if plain and not (terms or rules or sensors or measures or config.conditions or config.randomizations):
             return []
         batch: Any = self._batch
-        own = (sorted(terms), sorted(rules), measures)
+        known: KnownTasks = {}
+        own = (sorted(terms), sorted(rules), measures, known)
         return [EpisodeRow(config, batch, row, sensors, *own) for row in range(self.num_envs)]
 
     def _drive(self, actions: Any, active: NDArray[np.bool_]) -> None:
@@ -368,10 +369,17 @@ class VectorPointNavEnv(PointNavVectorEnv):
         """Return the infos of some environments in Gymnasium's form: each column with the mask of its rows."""
         columns = [each.name for each in self._measures if each.name not in self._own_measures]
         infos = _masked({name: MEASURES[name](self._columns) for name in columns}, rows)
-        for row in np.flatnonzero(rows).tolist() if self._own_measures else ():
-            episode = self._rows[row]
-            own = {name: each.value(episode.state) for name, each in episode.measures.items()}
-            infos = self._add_info(infos, own, row)
+        chosen = np.flatnonzero(rows).tolist() if self._own_measures else []
+        for name in self._own_measures if chosen else ():
+            values = [self._rows[row].measures[name].value(self._rows[row].state) for row in chosen]
+            if isinstance(values[0], str | tuple):
+                infos[name] = np.full(self.num_envs, None, dtype=object)
+                for row, value in zip(chosen, values, strict=True):
+                    infos[name][row] = value
+                infos[f"_{name}"] = rows.copy()
+            else:
+                for row, value in zip(chosen, values, strict=True):
+                    infos = self._add_info(infos, {name: value}, row)
         return infos
 
     def _final(self, rows: NDArray[np.bool_]) -> dict[str, Any]:
