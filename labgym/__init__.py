@@ -37,3 +37,11 @@ for _name, _steps in (
         max_episode_steps=_steps,
         kwargs={"config": _name},
     )
+
+register(
+    id="LabNavMovedFixed-v0",
+    entry_point="labgym.envs.point_nav:LabPointNavEnv",
+    vector_entry_point=_VECTOR,
+    max_episode_steps=1200,
+    kwargs={"config": "LabNavMoved-v0", "conditions": ("contacts", {"kind": "changes", "pushable": False})},
+)

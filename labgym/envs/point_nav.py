@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,20 +12,16 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from labgym.envs.assembly import assembly_of
 from labgym.envs.config import RENDER_MODES, PointNavConfig
 from labgym.envs.drive_source import layout_source, task_source
-from labgym.envs.episode import RunningEpisode, stream
+from labgym.envs.episode import RunningEpisode, conditioned, randomized, stream
 from labgym.envs.labnav.curriculum import Climb
-from labgym.envs.parts.protocols import Actions, Condition, Sensor, Tasks
+from labgym.envs.parts.protocols import Actions, Sensor, Tasks
 from labgym.envs.presets import configured
 from labgym.envs.sensors import Camera
-from labgym.envs.setting import EpisodeSetting
 from labgym.envs.state import State
-from labgym.envs.tasks import Task
 from labgym.envs.view import ChaseView
 from labgym.envs.window import PictureWindow
-from labgym.envs.world import world_of
 from labgym.errors import OptionError
 
 Observation = dict[str, Any]
@@ -74,7 +69,7 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
     - `success`: +10 when the goal is reached, once an episode;
     - `collision`: -0.1 per step in which the robot touched something;
     - `time`: -0.01 per step;
-    - `failure`, a term only if its weight is not 0, as in the ids of LabNav: once, when a rule ends the drive elsewhere.
+    - `failure`, a term only if its weight is not 0, as in LabNav: once, when a rule ends the drive elsewhere.
 
     ## Episode end
 
@@ -219,7 +214,7 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
     | `LabFloorNavDiscrete-v0` | "floors-train" | 500 |
     | `LabProtocolNav-v0` | "floors-train" | 6000 |
     | `LabNavAisle-v0`, `LabNavMoved-v0`, `LabNavPeople-v0`, `LabNavOdometry-v0` | "floors-train" | 1200 |
-    | `LabNavDock-v0`, `LabNavGlass-v0`, `LabNavCarry-v0` | "floors-train" | 1200 |
+    | `LabNavMovedFixed-v0`, `LabNavDock-v0`, `LabNavGlass-v0`, `LabNavCarry-v0` | "floors-train" | 1200 |
     | `LabNavShift-v0` | "floors-train" | 12000 |
 
     - `LabFloorNavDepth-v0`, `LabFloorNavRGBD-v0`: `LabFloorNav-v0` with depth or color images.
@@ -240,6 +235,8 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
       and climbs by the success rate of the last 10 episodes, so that an episode also depends on those before.
       `floors` (None): the folder of a pack of floors with their episodes (`labgym train floors`); the options of
       `reset` are then "floor" and "episode", numbers.
+    - `LabNavMovedFixed-v0`: `LabNavMoved-v0` at levels 1 and 2 with things that stand fast, also those that the robot
+      could push there: it drives round them. It is no task of the figure; the vector kernel has it.
     - `LabNavShift-v0`: likewise, with all drives of a shift in one episode, and the further info `leg` and
       `legs`. The next drive begins after STOP or the brake, after 30 s without progress, after a spill, and after
       120 s; touching a person ends the episode.
@@ -354,8 +351,10 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
             self._equip(*self._rungs[self._climb.next(self.np_random)])
         task = self._tasks.draw(self.np_random, options or {}, fresh=seed is not None)
         (rng,) = self.np_random.spawn(1)
-        task, conditions = self._conditioned(task, rng)
-        setting, drawn = self._setting(task, rng)
+        task, conditions = conditioned(task, self._conditions, rng)
+        setting, drawn, self._observed = randomized(
+            task, self._config, self._robot, self._sensors, self._randomizations, rng
+        )
         self._episode = episode = RunningEpisode(task, self._robot, self._config, setting, conditions)
         self._terminated = self._truncated = False
         episode.state.randomization = drawn
@@ -430,34 +429,6 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
         if self._episode is None:
             raise gym.error.ResetNeeded("call reset() before step() or render()")
         return self._episode
-
-    def _conditioned(
-        self, task: Task, rng: np.random.Generator
-    ) -> tuple[Task, list[tuple[Condition, Any, np.random.Generator]]]:
-        """Return the task as conditions change it, and each condition with its data and its generator."""
-        conditions = []
-        for condition in self._conditions:
-            name, own = condition.name, stream(rng, f"condition {condition.name}")
-            data = task.conditions[name] if name in task.conditions else condition.draw(task, own)
-            task = condition.prepare(task, data)
-            conditions.append((condition, data, own))
-        return task, conditions
-
-    def _setting(self, task: Task, rng: np.random.Generator) -> tuple[EpisodeSetting | None, dict[str, Any]]:
-        """Return the setting of an episode and the drawn values of its randomizations by name."""
-        config = self._config
-        if not self._randomizations and not config.interactive:
-            return None, {}
-        world = world_of(task.layout)
-        moving = replace(config.moving, pushable=tuple(task.pushable.items()))
-        assembly = None if config.physics == "planar" else assembly_of(world, self._robot, moving)
-        setting = EpisodeSetting.of(assembly, self._sensors)
-        drawn = {
-            each.name: each.randomize(setting, stream(rng, f"randomization {each.name}"))
-            for each in self._randomizations
-        }
-        self._observed = setting.observed(self._sensors)
-        return setting, drawn
 
     def _picture(self, state: State) -> NDArray[np.uint8]:
         layout = state.fixtures.layout if state.task.pushable else state.task.layout

@@ -141,7 +141,7 @@ class State:
 
     @property
     def compiled(self) -> bool:
-        """Whether the planar kernel computes lidar ranges and depth: it sees the layout alone."""
+        """Whether the planar kernel computes depth images: they show the layout alone."""
         return self.planar and not any(presence.visible for presence in self.presences.values())
 
     def to_go(self, method: Method) -> DistanceToGo:
@@ -167,10 +167,14 @@ class State:
 
     def ranges(self, lidar: Lidar) -> NDArray[np.float32]:
         """Return the ranges of a lidar, meters."""
-        if self.compiled:
-            from labgym.envs.planar.scene import ranges
+        ready = self.views.get(lidar)
+        if ready is not None:  # by the vector environment
+            return np.array(ready)
+        if self.planar and all(each.planar or not each.visible for each in self.presences.values()):
+            from labgym.envs.planar.scene import ranges, shown_at
 
-            return ranges(self.world, lidar.at(self.pose), lidar.count, lidar.reach, lidar.height)
+            pose, shown = lidar.at(self.pose), shown_at(self, lidar.height)
+            return ranges(self.world, pose, lidar.count, lidar.reach, lidar.height, shown)
         return lidar.scan(self.rays("solid"), self.pose)
 
     def depth(self, camera: Camera) -> NDArray[np.float32]:

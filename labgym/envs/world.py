@@ -249,7 +249,7 @@ class World:
 
 def physics_model(layout: Layout) -> mujoco.MjModel:
     """Compile a layout with the robot; only colliding geoms are kept, and all but the robot are fixed to the world."""
-    scene = to_mjcf(layout, visible=False)
+    scene = to_mjcf(layout, visible=False, cameras=False)
     attach_robot(scene)
     scene.compiler.discardvisual = True
     scene.compiler.fusestatic = True

@@ -171,15 +171,13 @@ def test_what_the_kernel_lacks_is_refused_in_one_line():
     from labgym.envs.vector.env import VectorPointNavEnv
 
     for options, message in (
-        ({"observation": "rgbd"}, "no sensor ColorSensor, only GoalSensor, VelocitySensor, LidarSensor, DepthSensor"),
-        ({"sensors": ["lidar", {"kind": "lidar", "name": "low"}]}, "one lidar only"),
-        ({"sensors": ["depth", {"kind": "depth", "name": "low"}]}, "one depth camera only"),
+        ({"observation": "rgbd"}, "no sensor ColorSensor"),
+        ({"sensors": ["depth"], "conditions": ["people"]}, "depth cameras only, on the robot's axis, without people"),
         ({"physics": "mujoco"}, "physics='planar' only"),
         ({"render_mode": "rgb_array"}, "does not render"),
-        ({"sensors": [{"kind": "lidar", "noise": ["gaussian"]}]}, "no noise, as of sensor 'lidar'"),
         ({"config": VERSION_1, "layout": island_laboratory(), "drives": "protocol"}, "episodes of one drive only"),
-        ({"actions": {"kind": "velocity", "delay": 2}}, "STOP or a delay"),
-        ({"endings": ["stuck"]}, "no ending StuckEnding"),
+        ({"actions": "discrete"}, "no actions DiscreteActions"),
+        ({"conditions": ["payload"]}, "no condition 'payload'"),
         ({"num_envs": 0}, "num_envs is 0"),
     ):
         with pytest.raises(OptionError, match=message) as caught:

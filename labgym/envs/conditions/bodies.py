@@ -10,6 +10,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from labgym.envs.parts.protocols import Condition, Presence
 from labgym.envs.parts.registry import registered
@@ -36,6 +38,14 @@ class BodyShape:
     def rays(self) -> ExactRayScene:
         """The shape for ray casting."""
         return ExactRayScene(None, "visual", self.mesh)
+
+    @cached_property
+    def edges(self) -> tuple[NDArray[np.int64], ...]:
+        """The edges (n, 2), vertices by number, of each part of the mesh that shares no vertex with another one."""
+        faces, count = self.mesh.faces, len(self.mesh.vertices)
+        edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]).astype(np.int64)
+        _, part = connected_components(coo_array((np.ones(len(edges)), edges.T), (count, count)), directed=False)
+        return tuple(edges[part[edges[:, 0]] == each] for each in np.unique(part[edges[:, 0]]))
 
     @cached_property
     def radius(self) -> float:

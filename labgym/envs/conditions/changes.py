@@ -45,7 +45,8 @@ class Changes(Condition):
     Attributes:
         spacing: length of route per change, meters. most: largest number of changes.
         kinds: kinds of changes that are drawn, with equal weights.
-        pushable: whether the robot can push things. late: whether half of those come while the robot drives.
+        pushable: whether the robot can push things; without it, all stand fast, even those that were drawn with a mass.
+        late: whether half of those come while the robot drives.
         detour: largest ratio of the shortest path on the true floor to that on the map.
     """
 
@@ -103,7 +104,8 @@ class Changes(Condition):
                 x, y, _ = pair.goal
                 raise OptionError(f"changes: no way round leads to the goal ({x:.2f}, {y:.2f}) for a disc of 0.30 m")
         old = task.layout if task.old_map is None else task.old_map
-        return replace(task, layout=layout, old_map=old, pushable={**task.pushable, **masses(changes)})
+        pushable = {**task.pushable, **masses(changes)} if self.pushable else task.pushable
+        return replace(task, layout=layout, old_map=old, pushable=pushable)
 
     def begin(self, state: State, data: Any, rng: np.random.Generator) -> Changed:  # noqa: ARG002
         """Return the changes of an episode; late things are away at first."""

@@ -136,6 +136,8 @@ class Glass(Condition):
 class GlassPresence(Presence):
     """Glass and polished steel in an episode."""
 
+    planar = True
+
     def __init__(self, world: World, data: Mapping[str, Any]) -> None:
         self._data = data
         self._panes = frozenset(

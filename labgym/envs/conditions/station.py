@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,6 +23,9 @@ from labgym.layouts import Layout, Placement
 from labgym.layouts.placement import FLOOR, placed_box
 from labgym.navigation import PLANNING_RADIUS, STAND_OFF, Pose, goal_pose
 from labgym.navigation.barriers import Barriers
+
+if TYPE_CHECKING:
+    from labgym.envs.conditions.passing import Company
 
 Shift = tuple[float, float, float]
 """Displacement (dx, dy) in the room frame, meters, and turn about the middle, radians."""
@@ -153,10 +156,6 @@ def _turned(pose: Pose, center: OrientedBox, shift: Shift) -> Pose:
     return center.x + dx + a, center.y + dy + b, wrap_angle(pose[2] + turn)
 
 
-RESTING_SPEED, RESTING_TURN = 0.05, 0.1
-"""A robot below this speed, m/s, and this turn rate, rad/s, is at rest."""
-
-
 @registered("condition", "station")
 class Station(Condition):
     """A docking station off its mapped pose.
@@ -168,8 +167,7 @@ class Station(Condition):
     the placement, and `shift`, [dx, dy, turn] in the room frame, meters and radians.
 
     The outcome has `position`, the distance to the true docking pose in meters, and `heading`, the absolute error of
-    the heading in radians, both now; and `docked`, the same two after the robot has been at rest for `rest` seconds,
-    None while it moves.
+    the heading in radians, both now; and `docked`, whether the robot has been at rest for `rest` seconds.
 
     Attributes:
         distance: greatest displacement, meters. angle: greatest turn, radians. rest: seconds.
@@ -240,22 +238,32 @@ class Docking(Presence):
 
     def __init__(self, goal: Pose, rest: float, pose: Pose) -> None:
         self._goal, self._rest = goal, rest
-        self._pose, self._resting = pose, 0.0
+        # The kernel holds this array: it is written in place.
+        self._pose, self._resting = pose, np.zeros(1)
+
+    def attend(self, company: Company) -> Company:
+        """Return a company with the dock."""
+        return company._replace(resting=self._resting)
 
     def substep(self, motion: Motion) -> str:
         """Follow the robot by one physics step."""
-        self._pose = motion.pose
-        speed = math.hypot(motion.velocity[0], motion.sideways)
-        still = speed < RESTING_SPEED and abs(motion.velocity[1]) < RESTING_TURN
-        self._resting = self._resting + motion.dt if still else 0.0
+        from labgym.envs.conditions.passing import rested  # loads numba, which takes half a second
+
+        (forward, turn), left = motion.velocity, motion.sideways
+        self._resting[0] = rested(float(self._resting[0]), forward, left, turn, motion.dt)
+        self.follow(motion)
         return ""
+
+    def follow(self, motion: Motion) -> None:
+        """Follow the robot after physics steps, after each of which `rested` has counted."""
+        self._pose = motion.pose
 
     @property
     def outcome(self) -> dict[str, Any]:
-        """The errors now, and those at rest."""
-        now = errors(self._pose, self._goal)
+        """The errors now, and whether they are those at rest."""
         # Sums of physics steps are rounded.
-        return {**now, "docked": now if self._resting >= self._rest - 1e-9 else None}
+        docked = bool(self._resting[0] >= self._rest - 1e-9)
+        return {**errors(self._pose, self._goal), "docked": docked}
 
 
 def errors(pose: Sequence[float], goal: Sequence[float]) -> dict[str, float]:

@@ -14,7 +14,8 @@ from labgym.envs.conditions.cast import RADIUS, PeopleCast
 from labgym.envs.conditions.crowd import REST, Crowd
 from labgym.envs.conditions.figures import figure
 from labgym.envs.conditions.intentions import DT
-from labgym.envs.conditions.orca import Disc, Vector
+from labgym.envs.conditions.orca import Disc
+from labgym.envs.conditions.passing import BESIDE_S, CLOSE_S, LEAST, SHARE, TICK, Company, moves, new_sums, pass_by
 from labgym.envs.parts.protocols import Motion, Presence
 from labgym.envs.state import State
 from labgym.errors import OptionError
@@ -25,13 +26,10 @@ from labgym.scenes.rays import Geometry, RaySource
 RobotPath = Callable[[float], tuple[float, float, float, float, float]]
 """Returns x, y, vx, vy (room frame, m and m/s) and the turn rate (rad/s) of the robot at a time of the episode."""
 
-CLOSE, BESIDE, MET = 1.0, 1.5, 3.0
-"""Distances between centers that the outcome reports, meters."""
+MET = 3.0
+"""Distance between centers within which a person counts as met, meters."""
 FIRST_FACE = 1 << 28
 """Number of the first face of people in what sensors see: after those of any scene."""
-AT_REST = 0.01
-"""Speed below which the robot rests, m/s. At the 0.05 m/s of `RestEnding` a robot could creep through a crowd, which
-makes way for what rests."""
 EPSILON = 1e-9
 
 
@@ -42,17 +40,20 @@ class Walking(Presence):
     robot alone.
     """
 
+    planar = True
+
     def __init__(self, state: State, cast: PeopleCast) -> None:
         self._world, self._radius = state.world, state.robot.size.chassis_radius
         self._crowd = Crowd(state.world, cast)
-        self._tick, self._time, self._rest = 0, 0.0, REST
-        self._close, self._beside, self._least = 0.0, 0.0, math.inf
+        self._time, self._rest, self._sums = 0.0, REST, new_sums()
         self._met: set[int] = set()
         self._robot = _disc(state.pose, state.velocity, state.sideways, self._radius)
-        self._places = self._next = self._crowd.places
-        self._shown: tuple[list[Vector], Sequence[Body]] | None = None
+        # The kernel holds these arrays: they are written in place.
+        self._before, self._after = self._crowd.centers, self._crowd.centers
+        self._now: NDArray[np.float64] | None = self._before.copy()
+        self._shown: tuple[NDArray[np.float64], Sequence[Body]] | None = None
         self._advance()
-        self._measure(0.0)
+        pass_by(*state.pose[:2], 0.0, 0.0, self._before, self._after, self._sums)
 
     def __getstate__(self) -> dict[str, Any]:
         # Shapes hold ray scenes, which cannot be pickled; the bodies follow from the rest.
@@ -61,49 +62,64 @@ class Walking(Presence):
     @property
     def visible(self) -> bool:  # type: ignore[override]
         """Whether there is anybody."""
-        return bool(self._places)
+        return len(self._before) > 0
+
+    def attend(self, company: Company) -> Company:
+        """Return a company with the people."""
+        return company._replace(before=self._before, after=self._after, sums=self._sums)
 
     def substep(self, motion: Motion) -> str:
         """Advance by one physics step; return "person K" if the moving robot touches person K."""
-        self._robot = _disc(motion.pose, motion.velocity, motion.sideways, self._radius)
-        self._time = motion.time
+        x, y, _ = motion.pose
         share = min((motion.time - self._tick * DT) / DT, 1.0)
-        self._places = [
-            (ax + (bx - ax) * share, ay + (by - ay) * share)
-            for (ax, ay), (bx, by) in zip(self._last, self._next, strict=True)
-        ]
-        nearest, touched = self._measure(motion.dt), ""
-        if nearest is not None and _moves(motion.velocity, motion.sideways):
-            number, distance = nearest
-            touched = f"person {number + 1}" if distance < self._radius + RADIUS else ""
+        number, distance = pass_by(x, y, share, motion.dt, self._before, self._after, self._sums)
+        touches = distance < self._radius + RADIUS and moves(motion.velocity[0], motion.sideways)
+        self.follow(motion)
+        return f"person {number + 1}" if touches else ""
+
+    def follow(self, motion: Motion) -> None:
+        """Follow the robot after physics steps, each of which `pass_by` has measured; begin the next 0.1 s in time."""
+        self._robot = _disc(motion.pose, motion.velocity, motion.sideways, self._radius)
+        self._time, self._now = motion.time, None
         if motion.time >= (self._tick + 1) * DT - EPSILON:
-            moves = _moves(motion.velocity, motion.sideways)
-            self._tick, self._rest = self._tick + 1, 0.0 if moves else self._rest + DT
+            moving = moves(motion.velocity[0], motion.sideways)
+            self._now = self._places
+            self._sums[TICK], self._rest = self._tick + 1, 0.0 if moving else self._rest + DT
             self._advance()
-        return touched
+
+    @property
+    def _tick(self) -> int:
+        return int(self._sums[TICK])
+
+    @property
+    def _places(self) -> NDArray[np.float64]:
+        if self._now is None:
+            self._now = self._before + (self._after - self._before) * self._sums[SHARE]
+        return self._now
 
     def rays(self, source: RaySource, geometry: Geometry, state: State) -> RaySource:  # noqa: ARG002
         """Return what sensors see, with the people before it."""
-        return BodyRays(source, FIRST_FACE, self.bodies) if self._places else source
+        return BodyRays(source, FIRST_FACE, self.bodies) if self.visible else source
 
     @property
     def bodies(self) -> Sequence[Body]:
         """A torso and two legs for each person."""
-        if self._shown is not None and self._shown[0] is self._places:
+        now = self._places
+        if self._shown is not None and self._shown[0] is now:
             return self._shown[1]
         bodies: list[Body] = []
-        crowd = self._crowd
-        people = zip(self._places, crowd.velocities.tolist(), crowd.yaws.tolist(), crowd.walked.tolist(), strict=True)
+        crowd, following = self._crowd, self._after.tolist()
+        people = zip(now.tolist(), crowd.velocities.tolist(), crowd.yaws.tolist(), crowd.walked.tolist(), strict=True)
         for number, ((x, y), (vx, vy), yaw, walked) in enumerate(people):
-            left = math.dist((x, y), self._next[number])
+            left = math.dist((x, y), following[number])
             bodies += figure(number, x, y, yaw, walked - left, vx * vx + vy * vy > 0.01)
-        self._shown = self._places, bodies
+        self._shown = now, bodies
         return bodies
 
     @property
     def positions(self) -> NDArray[np.float64]:
         """The centers of the people, (n, 2) meters. Privileged."""
-        return _centers(self._places)
+        return self._places.copy()
 
     @property
     def velocities(self) -> NDArray[np.float64]:
@@ -131,16 +147,16 @@ class Walking(Presence):
             if not before - EPSILON <= time < math.inf:
                 raise OptionError(f"time {time} s is before {before} s: pass ascending times from now on")
             before = time
-            while time >= (forecast.tick + 1) * DT - EPSILON and self._places:
+            while time >= (forecast.tick + 1) * DT - EPSILON and self.visible:
                 forecast.step(*(self._standing() if path is None else path((forecast.tick + 1) * DT)))
             share = (time - forecast.tick * DT) / DT
             places.append(forecast.places + (forecast.following - forecast.places) * share)
-        return np.array(places, dtype=np.float64).reshape(len(places), len(self._places), 2)
+        return np.array(places, dtype=np.float64).reshape(len(places), len(self._before), 2)
 
     def forecast(self) -> Forecast:
         """Return the people from now on, to be advanced with any motion of the robot. Privileged."""
         return Forecast(
-            self._crowd.copy(), _centers(self._last), _centers(self._next), self._tick, self._rest, self._radius
+            self._crowd.copy(), self._before.copy(), self._after.copy(), self._tick, self._rest, self._radius
         )
 
     @property
@@ -151,23 +167,26 @@ class Walking(Presence):
         `met`: number of people seen within 3 m, walls considered. `nearest`: distance to the nearest person now,
         meters. `beside_seconds`: time for which somebody has been within 1.5 m until now, 0 if nobody is.
         """
-        nearest = self._nearest()
+        x, y = self._robot.x, self._robot.y
+        sums, squares = self._sums.tolist(), ((self._places - (x, y)) ** 2).sum(axis=1)
+        anybody = len(squares) > 0
         return {
-            "people": len(self._places),
-            "close_seconds": self._close,
-            "least_distance": None if nearest is None else self._least,
+            "people": len(squares),
+            "close_seconds": sums[CLOSE_S],
+            "least_distance": sums[LEAST] if anybody else None,
             "met": len(self._met),
-            "nearest": None if nearest is None else nearest[1],
-            "beside_seconds": self._beside,
+            "nearest": math.sqrt(squares.min()) if anybody else None,
+            "beside_seconds": sums[BESIDE_S],
         }
 
     def _advance(self) -> None:
         """Begin the next 0.1 s."""
-        self._last = self._crowd.places
+        self._sums[SHARE] = 0.0
+        self._before[:] = self._crowd.centers
         self._crowd.step(self._robot, self._rest)
-        self._next = self._crowd.places
+        self._after[:] = self._crowd.centers
         x, y = self._robot.x, self._robot.y
-        for number, place in enumerate(self._last):
+        for number, place in enumerate(self._before.tolist()):
             near = number not in self._met and math.dist((x, y), place) < MET
             if near and self._sees((x, y), place):
                 self._met.add(number)
@@ -175,24 +194,6 @@ class Walking(Presence):
     def _sees(self, here: tuple[float, float], there: tuple[float, float]) -> bool:
         walls: Obstacles = self._world.derived("walls that hide people", _hiding)
         return bool(walls.segments_clear(np.array([here]), np.array([there]), 1e-6)[0])
-
-    def _nearest(self) -> tuple[int, float] | None:
-        """Return the nearest person and the distance, meters."""
-        x, y, best, least = self._robot.x, self._robot.y, -1, math.inf
-        for number, (px, py) in enumerate(self._places):
-            square = (px - x) * (px - x) + (py - y) * (py - y)
-            if square < least:
-                best, least = number, square
-        return None if best < 0 else (best, math.sqrt(least))
-
-    def _measure(self, dt: float) -> tuple[int, float] | None:
-        nearest = self._nearest()
-        if nearest is not None:
-            distance = nearest[1]
-            self._least = min(self._least, distance)
-            self._close += dt if distance < CLOSE else 0.0
-            self._beside = self._beside + dt if distance < BESIDE else 0.0
-        return nearest
 
     def _standing(self) -> tuple[float, float, float, float, float]:
         return self._robot.x, self._robot.y, 0.0, 0.0, 0.0
@@ -218,34 +219,23 @@ class Forecast:
         self.places, self.following, self.tick = places, following, tick
         self._crowd, self._rest, self._radius = crowd, rest, radius
 
-    def step(self, x: float, y: float, vx: float, vy: float, turn: float) -> None:
+    def step(self, x: float, y: float, vx: float, vy: float, turn: float) -> None:  # noqa: ARG002
         """Advance by 0.1 s.
 
         Args:
             x, y, vx, vy: of the robot after that time, in the room frame, m and m/s. turn: its turn rate, rad/s.
         """
         self.tick += 1
-        self._rest = 0.0 if _moves((math.sqrt(vx * vx + vy * vy), turn), 0.0) else self._rest + DT
+        self._rest = 0.0 if moves(math.sqrt(vx * vx + vy * vy), 0.0) else self._rest + DT
         self.places = self.following
         self._crowd.step(Disc(x, y, vx, vy, self._radius), self._rest)
         self.following = self._crowd.centers
-
-
-def _centers(places: list[Vector]) -> NDArray[np.float64]:
-    """Return places as an array (n, 2)."""
-    return np.asarray(places, dtype=np.float64).reshape(-1, 2)
 
 
 def _disc(pose: tuple[float, float, float], velocity: tuple[float, float], sideways: float, radius: float) -> Disc:
     cosine, sine = math.cos(pose[2]), math.sin(pose[2])
     forward = velocity[0]
     return Disc(pose[0], pose[1], cosine * forward - sine * sideways, sine * forward + cosine * sideways, radius)
-
-
-def _moves(velocity: tuple[float, float], sideways: float) -> bool:
-    """Whether the robot moves; a turn on the spot is none."""
-    speed = math.sqrt(velocity[0] * velocity[0] + sideways * sideways)
-    return speed >= AT_REST
 
 
 def _hiding(layout: Layout) -> Obstacles:

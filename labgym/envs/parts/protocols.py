@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     import mujoco
 
     from labgym.envs.conditions.bodies import Body
+    from labgym.envs.conditions.passing import Company
     from labgym.envs.robot import RobotSpec
     from labgym.envs.setting import EpisodeSetting
     from labgym.envs.state import State, Verdict
@@ -222,10 +223,24 @@ class Presence(Protocol):
 
     visible: bool = True
     """Whether sensors see it: whether `rays` returns anything but its source."""
+    planar: bool = False
+    """Whether the lidar of the planar kernel sees it: as its `bodies`, or as glass."""
 
     def substep(self, motion: Motion) -> str:  # noqa: ARG002
         """Advance by one physics step of the robot; return the name of what the robot touches of it, "" for nothing."""
         return ""
+
+    def attend(self, company: Company) -> Company | None:
+        """Return a company with what the planar kernel advances of this condition in each physics step.
+
+        None if `substep` must be called instead, after each of them. Otherwise `follow` is called after each control
+        step.
+        """
+        return company if type(self).substep is Presence.substep else None
+
+    def follow(self, motion: Motion) -> None:  # noqa: ARG002
+        """Follow the robot after a control step of the planar kernel."""
+        return
 
     def step(self, state: State) -> None:  # noqa: ARG002
         """Advance after a control step; the state has been read."""

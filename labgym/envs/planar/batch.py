@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 from typing import NamedTuple
@@ -16,6 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from labgym.counts import MAX_PROCESSES, whole_number
+from labgym.envs.conditions.cast import MOST
+from labgym.envs.conditions.glass import NORMAL
+from labgym.envs.conditions.passing import Company
 from labgym.envs.parts.rays import DepthSensor, LidarSensor
 from labgym.envs.planar.body import PlanarBody
 from labgym.envs.planar.compiled import carray, compiled, entry, floats, integers, pointer, points, row_of
@@ -23,17 +26,34 @@ from labgym.envs.planar.contacts import ContactBuffers, buffers
 from labgym.envs.planar.depth import Chunks, chunks_of, draw, lens_of
 from labgym.envs.planar.plan import Cells, Outlines
 from labgym.envs.planar.routes import CompiledDistanceToGo, RouteLengths
-from labgym.envs.planar.scene import Beams, Boxes, beams, clearance_at, scan, scene_of, walls_at
-from labgym.envs.planar.simulation import CHECK_INTERVAL, StepInputs, control_step
+from labgym.envs.planar.scene import (
+    NO_OUTLINES,
+    Beams,
+    Boxes,
+    Shown,
+    beams,
+    clearance_at,
+    scan,
+    scan_shown,
+    scene_of,
+    walls_at,
+)
+from labgym.envs.planar.simulation import (
+    CHECK_INTERVAL,
+    StepInputs,
+    company_step,
+    control_step,
+    touched_names,
+)
 from labgym.envs.robot import ROBOT
-from labgym.envs.simulation import Pose
+from labgym.envs.simulation import Pose, RobotMotion
 from labgym.envs.world import World
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-ARRAYS = 18
-"""Number of arrays of a scene; those of the lidar and of the field of distances included."""
+SOLIDS, NEAR, WALLS, BOXES, FIELD, COMPANY, PANES, SHAPES, PLACES, ARRAYS = 0, 5, 9, 14, 17, 18, 22, 27, 32, 33
+"""First places of the arrays of a scene, and their number."""
 SHARE = 8
 """Fewest robots of a thread."""
 
@@ -44,6 +64,7 @@ class Driving(NamedTuple):
     Attributes:
         checks: contact checks of a control step; 0 only measures. steps: physics steps between two of them.
         body: inertia and servos. beams: directions of the lidar's rays. reach: its range, meters.
+        cosine: least of the angle to the normal at which it sees glass.
     """
 
     checks: int
@@ -51,6 +72,7 @@ class Driving(NamedTuple):
     body: PlanarBody
     beams: Beams
     reach: float
+    cosine: float
 
 
 class Robots(NamedTuple):
@@ -60,6 +82,9 @@ class Robots(NamedTuple):
         states: (n, 6), as in `labgym.envs.planar.simulation`.
         targets: (n, 2) target velocities, m/s and rad/s.
         scenes: (n, 2 ARRAYS + 2) address and size of each array of a robot's scene; rows and columns of its field.
+        times: (n,) of the episodes, seconds; NaN of those whose contacts are not checked after each physics step.
+        first: (n, 1 + people) ranks of what was touched, as of `company_step`.
+        eyes: (n, 3) poses of the lidars.
         fields: (n, 3) origin and resolution of the field of distances, meters.
         poses: (n, 3) x, y and yaw in (-pi, pi]. velocities: (n, 2) m/s and rad/s.
         driven: (n,) meters. touched: (n,). clearances: (n,) meters.
@@ -71,6 +96,9 @@ class Robots(NamedTuple):
     targets: Array
     scenes: Index
     fields: Array
+    times: Array
+    first: Index
+    eyes: Array
     poses: Array
     velocities: Array
     driven: Array
@@ -112,6 +140,9 @@ class PlanarBatch:
             targets=np.zeros((count, 2)),
             scenes=np.zeros((count, size), dtype=np.int64),
             fields=np.zeros((count, 3)),
+            times=np.full(count, np.nan),
+            first=np.zeros((count, 1 + MOST), dtype=np.int64),
+            eyes=np.zeros((count, 3)),
             poses=np.zeros((count, 3)),
             velocities=np.zeros((count, 2)),
             driven=np.zeros(count),
@@ -123,6 +154,8 @@ class PlanarBatch:
         self.routes = RouteLengths(count)
         # The arrays that addresses point to must live as long as they are used.
         self._arrays: list[Sequence[NDArray[np.generic]]] = [()] * count
+        self._conditions: list[Sequence[NDArray[np.generic]]] = [()] * count
+        self._places = [np.empty((0, 4))] * count
         self._body: PlanarBody | None = None
         lens = None if camera is None else lens_of(camera.camera)
         self._lens, self._camera_name = lens, None if camera is None else camera.name
@@ -154,29 +187,62 @@ class PlanarBatch:
         robots, walls, (plan, self._body, boxes) = self.robots, walls_at(world, self._height), scene_of(world)
         distances, grid = (np.empty((0, 0)), (0.0, 0.0, 1.0)) if field is None else field
         arrays = (*plan.solids, *plan.near, *walls, *boxes, distances)
-        self._arrays[robot] = arrays
-        robots.scenes[robot] = (*row_of(arrays), *distances.shape)
-        robots.fields[robot] = grid
+        self._arrays[robot], self._conditions[robot] = arrays, ()
+        robots.scenes[robot, : 2 * COMPANY] = row_of(arrays)
+        robots.scenes[robot, 2 * COMPANY : 2 * ARRAYS] = 0
+        robots.scenes[robot, 2 * ARRAYS :] = distances.shape
+        robots.fields[robot], robots.times[robot] = grid, math.nan
         robots.states[robot, :3], robots.states[robot, 3:] = pose, 0.0
-        driving = Driving(0, 0, self._scene_body, self._beams, self._reach)
-        _step(robot, robot + 1, robots, driving, self._shares[0][2])
+        _step(robot, robot + 1, robots, self._driving(0), True, self._shares[0][2])
         robots.driven[robot], robots.touched[robot] = 0.0, False
         self.routes.place(robot, exact, robots.poses)
         if self._lens is not None:
             self._chunks[robot] = chunks_of(world)
         self._look(robot, robot + 1)
 
-    def step(self) -> None:
-        """Advance all robots by one control step towards their targets."""
-        body = self._scene_body
-        steps = round(CHECK_INTERVAL / body.timestep)
-        driving = Driving(self._checks, steps, body, self._beams, self._reach)
+    def accompany(self, robot: int, company: Company, shown: Shown | None, world: World, height: float) -> None:
+        """Add the conditions of an episode to the scene of a robot that was placed.
+
+        Args:
+            company: people and docking, whose arrays advance in place. shown: what the lidar sees of the conditions.
+            height: of the lidar, meters.
+        """
+        robots = self.robots
+        panes, _, shapes, places = Shown(NO_OUTLINES, NORMAL, NO_OUTLINES, np.empty((0, 4))) if shown is None else shown
+        walls, others = walls_at(world, height, shown), (*company, *panes, *shapes, places)
+        self._conditions[robot] = (*walls, *others)
+        robots.scenes[robot, 2 * WALLS : 2 * BOXES] = row_of(walls)
+        robots.scenes[robot, 2 * COMPANY : 2 * ARRAYS] = row_of(others)
+        self._places[robot] = places
+        robots.times[robot] = 0.0
+
+    def show(self, robot: int, eye: Pose, shown: Shown | None) -> None:
+        """Set the pose of a lidar, and where the bodies are that it sees."""
+        self.robots.eyes[robot] = eye
+        if shown is not None:
+            self._places[robot][:] = shown.places
+
+    def step(self, look: bool = True) -> None:
+        """Advance all robots by one control step towards their targets; `look` reads the lidars, too."""
+        driving = self._driving(self._checks)
 
         def run(first: int, last: int, work: ContactBuffers) -> None:
-            _step(first, last, self.robots, driving, work)
+            _step(first, last, self.robots, driving, look, work)
             self.routes.measure(first, last, self.robots.poses)
             self._look(first, last)
 
+        self._shared(run)
+
+    def scan(self, first: int = 0, last: int | None = None) -> None:
+        """Read the lidars of the robots from `first` to `last` - 1, by default of all, at the poses `robots.eyes`."""
+        driving = self._driving(0)
+        if last is not None:
+            _scan_all(first, last, self.robots, driving)
+            return
+        self._shared(lambda begin, end, _: _scan_all(begin, end, self.robots, driving))
+
+    def _shared(self, run: Callable[[int, int, ContactBuffers], None]) -> None:
+        """Carry out a function of first robot, last robot and buffers for all robots, shared among the threads."""
         if self._pool is None:
             run(*self._shares[0])
             return
@@ -196,42 +262,108 @@ class PlanarBatch:
         """Return the readings of the lidar or the depth camera of this name, (n, k) meters."""
         return (self._depths if sensor == self._camera_name else self.robots.ranges).copy()
 
+    @property
+    def timestep(self) -> float:
+        """Duration of a physics step, seconds."""
+        return CHECK_INTERVAL / self._driving(0).steps
+
     def close(self) -> None:
         """End the threads."""
         if self._pool is not None:
             self._pool.shutdown()
 
-    @property
-    def _scene_body(self) -> PlanarBody:
+    def _driving(self, checks: int) -> Driving:
         if self._body is None:
             raise RuntimeError("place a robot first")
-        return self._body
+        steps = round(CHECK_INTERVAL / self._body.timestep)
+        return Driving(checks, steps, self._body, self._beams, self._reach, NORMAL)
+
+
+class BatchRobot(RobotMotion):
+    """One robot of a batch as the physics of an episode: it has driven already, and is read.
+
+    Args:
+        batch: of the robot. robot: its number.
+    """
+
+    def __init__(self, batch: PlanarBatch, robot: int) -> None:
+        self._batch, self._robot = batch, robot
+        self.place((0.0, 0.0, 0.0))
+
+    def place(self, pose: Pose) -> None:  # noqa: ARG002
+        """Read where the batch has put the robot."""
+        self._move(*self._batch.robots.states[self._robot].tolist())
+
+    @property
+    def timestep(self) -> float:
+        """Duration of a physics step, seconds."""
+        return self._batch.timestep
+
+    def drive(self, *command: float) -> tuple[float, bool]:  # noqa: ARG002
+        """Return the length driven in the latest control step, meters, and whether the robot touched anything."""
+        self.place(self.pose)
+        robots = self._batch.robots
+        return float(robots.driven[self._robot]), bool(robots.touched[self._robot])
+
+    def drive_among(self, time: float, company: Company, *command: float) -> tuple[float, tuple[str, ...]]:  # noqa: ARG002
+        """Return the length driven in the latest control step, meters, and the names of what the robot touched."""
+        driven, touched = self.drive(*command)
+        first = self._batch.robots.first[self._robot, : 1 + len(company.before)]
+        return driven, touched_names(first) if touched else ()
 
 
 @entry
-def _step(first: int, last: int, robots: Robots, driving: Driving, work: ContactBuffers) -> None:
-    """Advance the robots from `first` to `last` - 1, and measure."""
-    checks, steps, body, beams, reach = driving
+def _step(first: int, last: int, robots: Robots, driving: Driving, look: bool, work: ContactBuffers) -> None:
+    """Advance the robots from `first` to `last` - 1, and measure; `look` reads the lidars."""
+    checks, steps, body, _, _, _ = driving
     for k in range(first, last):
         row, state = robots.scenes[k], robots.states[k]
-        solids, walls = _outlines(row, 0), _outlines(row, 9)
-        near = Cells(floats(row, 5), integers(row, 6), integers(row, 7), integers(row, 8))
-        boxes = Boxes(points(row, 14), points(row, 15), points(row, 16))
+        near = Cells(floats(row, NEAR), integers(row, NEAR + 1), integers(row, NEAR + 2), integers(row, NEAR + 3))
+        boxes = Boxes(points(row, BOXES), points(row, BOXES + 1), points(row, BOXES + 2))
+        around = StepInputs(body, _outlines(row, SOLIDS), near, work)
         v, w = robots.targets[k, 0], robots.targets[k, 1]
-        driven, touched = control_step(state, v, w, checks, steps, StepInputs(body, solids, near, work))
-        robots.driven[k], robots.touched[k] = driven, touched
+        if checks == 0 or math.isnan(robots.times[k]):
+            robots.driven[k], robots.touched[k] = control_step(state, v, w, checks, steps, around)
+        else:
+            company = Company(
+                points(row, COMPANY), points(row, COMPANY + 1), floats(row, COMPANY + 2), floats(row, COMPANY + 3)
+            )
+            ranks = robots.first[k, : 1 + len(company.before)]
+            robots.driven[k] = company_step(state, v, w, checks, steps, around, robots.times[k], company, ranks)
+            robots.touched[k] = ranks.max() > 0
         yaw = wrapped(state[2])
         robots.poses[k, 0], robots.poses[k, 1], robots.poses[k, 2] = state[0], state[1], yaw
+        robots.eyes[k] = robots.poses[k]
         robots.velocities[k, 0] = math.cos(state[2]) * state[3] + math.sin(state[2]) * state[4]
         robots.velocities[k, 1] = state[5]
         robots.clearances[k] = clearance_at(state[0], state[1], boxes)
-        if row[2 * 17 + 1] > 0:
-            field = carray(pointer(row[2 * 17]), (row[2 * ARRAYS], row[2 * ARRAYS + 1]), np.float64)
+        if row[2 * FIELD + 1] > 0:
+            field = carray(pointer(row[2 * FIELD]), (row[2 * ARRAYS], row[2 * ARRAYS + 1]), np.float64)
             robots.to_go[k] = interpolated(state[0], state[1], field, robots.fields[k])
         else:
             robots.to_go[k] = math.nan
-        if robots.ranges.shape[1] > 0:
-            scan(state[0], state[1], yaw, walls, beams, reach, robots.ranges[k])
+        if look:
+            scan_row(k, robots, driving)
+
+
+@entry
+def _scan_all(first: int, last: int, robots: Robots, driving: Driving) -> None:
+    """Read the lidars of the robots from `first` to `last` - 1."""
+    for k in range(first, last):
+        scan_row(k, robots, driving)
+
+
+@compiled
+def scan_row(k: int, robots: Robots, driving: Driving) -> None:
+    """Read the lidar of a robot."""
+    if robots.ranges.shape[1] == 0:
+        return
+    row, x, y, yaw = robots.scenes[k], robots.eyes[k, 0], robots.eyes[k, 1], robots.eyes[k, 2]
+    scan(x, y, yaw, _outlines(row, WALLS), driving.beams, driving.reach, robots.ranges[k])
+    if row[2 * PANES + 1] > 0 or row[2 * PLACES + 1] > 0:
+        places = carray(pointer(row[2 * PLACES]), (row[2 * PLACES + 1] // 4, 4), np.float64)
+        shown = Shown(_outlines(row, PANES), driving.cosine, _outlines(row, SHAPES), places)
+        scan_shown(x, y, yaw, shown, driving.beams, driving.reach, robots.ranges[k])
 
 
 @entry

@@ -25,8 +25,8 @@ with optional_package("numba", "the planar kernel (physics='planar')", "fast"):
     from labgym import machine_code
     from labgym.machine_code import Function
 
-CONSTANTS = ("robot.py", "sensors.py", "simulation.py")
-"""Files whose constants the compiled functions contain."""
+CONSTANTS = ("robot.py", "sensors.py", "simulation.py", "conditions/passing.py", "conditions/cast.py")
+"""Files whose constants and functions the compiled functions contain."""
 
 compiled = machine_code.inner
 """Compiles a function when it is first called; other compiled functions may call it."""

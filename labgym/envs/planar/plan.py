@@ -28,12 +28,14 @@ class Solid:
         points: (n, 3) its vertices, meters.
         bottom, top: its least and greatest z, meters.
         upright: whether it is a box with vertical sides; its first four points are then its outline.
+        name: of what it belongs to: a placement, a wall or a column.
     """
 
     points: Array
     bottom: float
     top: float
     upright: bool
+    name: str = ""
 
     def between(self, bottom: float, top: float) -> Array:
         """Return the outline (k, 2) of the part between two heights, counter-clockwise; empty without such a part."""
@@ -43,7 +45,7 @@ class Solid:
             return self.points[:4, :2]
         z = self.points[:, 2]
         inside = self.points[(z > bottom) & (z < top), :2]
-        return _hull(np.concatenate([inside, self._crossings(bottom), self._crossings(top)]))
+        return hull(np.concatenate([inside, self._crossings(bottom), self._crossings(top)]))
 
     def at(self, height: float) -> Array:
         """Return the outline (k, 2) of the section at a height, counter-clockwise; empty without one.
@@ -55,7 +57,7 @@ class Solid:
         return (
             self.points[:4, :2]
             if self.upright
-            else _hull(self._crossings(min(max(height, self.bottom), self.top - LEVEL)))
+            else hull(self._crossings(min(max(height, self.bottom), self.top - LEVEL)))
         )
 
     def _crossings(self, height: float) -> Array:
@@ -97,20 +99,21 @@ def solids_of(model: mujoco.MjModel) -> list[Solid]:
             name = model.geom(geom).name
             raise OptionError(f"solid {name!r} is neither a box nor a mesh, as planar solids are: use physics='mujoco'")
         z = points[:, 2]
-        solids.append(Solid(points, float(z.min()), float(z.max()), upright))
+        owner = model.geom(geom).name.partition("/")[0]
+        solids.append(Solid(points, float(z.min()), float(z.max()), upright, owner))
     return solids
 
 
-def _hull(points: Array) -> Array:
+def hull(points: Array) -> Array:
     """Return the convex hull (k, 2) of points (n, 2), counter-clockwise; empty if it has no area."""
     if len(points) < 3:
         return np.empty((0, 2))
-    hull = points[cv2.convexHull((points - points[0]).astype(np.float32), returnPoints=False)[:, 0]]
-    x, y = hull.T
+    corners = points[cv2.convexHull((points - points[0]).astype(np.float32), returnPoints=False)[:, 0]]
+    x, y = corners.T
     area = 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
     if abs(area) < 1e-9:
         return np.empty((0, 2))
-    return np.asarray(hull if area > 0.0 else hull[::-1])
+    return np.asarray(corners if area > 0.0 else corners[::-1])
 
 
 Array = NDArray[np.float64]

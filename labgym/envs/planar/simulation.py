@@ -12,11 +12,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from labgym.envs.conditions.cast import RADIUS
+from labgym.envs.conditions.passing import TICK, Company, moves, pass_by, rested
 from labgym.envs.planar.body import PlanarBody
 from labgym.envs.planar.compiled import compiled, entry
 from labgym.envs.planar.contacts import ContactBuffers, buffers, constrained, touching
-from labgym.envs.planar.plan import CELL, Cells, Outlines, PlanarPlan
-from labgym.envs.planar.scene import Beams, lidar_beams, scan
+from labgym.envs.planar.plan import CELL, Cells, Index, Outlines, PlanarPlan
+from labgym.envs.planar.scene import Beams, beams, scan
 from labgym.envs.robot import ROBOT
 from labgym.envs.sensors import LIDAR_RAYS, RANGE
 from labgym.envs.simulation import CHECK_STEPS, Pose, RobotMotion
@@ -38,7 +40,7 @@ class StepInputs(NamedTuple):
 
 
 @compiled
-def advance(state: Array, v: float, w: float, steps: int, around: StepInputs) -> int:
+def advance(state: Array, v: float, w: float, steps: int, around: StepInputs) -> tuple[int, int]:
     """Advance a state by physics steps towards target velocities.
 
     With M the inertia, D the derivative of the servo forces by the velocities and h the step, the velocity changes by
@@ -50,12 +52,12 @@ def advance(state: Array, v: float, w: float, steps: int, around: StepInputs) ->
         steps: number of physics steps.
 
     Returns:
-        the number of contacts at the position before the last step.
+        the number of contacts at the position before the last step, and the largest one before any.
     """
     body, solids, near, work = around
     h, cell_first = body.timestep, near.first
     x, y, yaw, dx, dy, turning = state[0], state[1], state[2], state[3], state[4], state[5]
-    count = 0
+    count, most = 0, 0
     for _ in range(steps):
         cosine, sine = math.cos(yaw), math.sin(yaw)
         forward, forward_drag = _servo(body.forward_gain, body.forward_limit, v - (cosine * dx + sine * dy))
@@ -66,6 +68,7 @@ def advance(state: Array, v: float, w: float, steps: int, around: StepInputs) ->
         if cell >= 0 and cell_first[cell + 1] > cell_first[cell]:
             state[0], state[1], state[2], state[3], state[4], state[5] = x, y, yaw, dx, dy, turning
             count = touching(state, cell, body, solids, near, work.contacts)
+            most = max(most, count)
         if count > 0:
             along_x, along_y = cosine * forward - sine * grip, sine * forward + cosine * grip
             fx, fy, torque = constrained(state, along_x, along_y, turn, body, count, work)
@@ -79,7 +82,7 @@ def advance(state: Array, v: float, w: float, steps: int, around: StepInputs) ->
         y += h * dy
         yaw += h * turning
     state[0], state[1], state[2], state[3], state[4], state[5] = x, y, yaw, dx, dy, turning
-    return count
+    return count, most
 
 
 @compiled
@@ -102,6 +105,10 @@ def _servo(gain: float, limit: float, missing: float) -> tuple[float, float]:
     return force, gain
 
 
+TICK_S = 0.1
+"""Time after which people choose new velocities, seconds; see `labgym.envs.conditions.intentions.DT`."""
+REACH = ROBOT.chassis_radius + RADIUS
+"""Distance between the centers of the robot and of a person who touch, meters."""
 CHECK_INTERVAL = CHECK_STEPS * ROBOT.timestep
 """Time between two checks for contacts, seconds."""
 
@@ -123,7 +130,7 @@ class PlanarSimulation(RobotMotion):
         self._checks = round(control_dt / CHECK_INTERVAL)
         self._steps = round(CHECK_INTERVAL / body.timestep)
         self._state, self._around = np.zeros(6), StepInputs(body, plan.solids, plan.near, buffers())
-        self._beams = lidar_beams()
+        self._beams = beams(LIDAR_RAYS)
         self.place((0.0, 0.0, 0.0))
 
     def place(self, pose: Pose) -> None:
@@ -152,6 +159,21 @@ class PlanarSimulation(RobotMotion):
     def timestep(self) -> float:
         """Duration of a physics step, seconds."""
         return CHECK_INTERVAL / self._steps
+
+    def drive_among(self, time: float, company: Company, *command: float) -> tuple[float, tuple[str, ...]]:
+        """Apply a target twist in m/s and rad/s for one control step, and check contacts after each physics step.
+
+        Args:
+            time: of the episode, seconds. company: people and docking, which advance.
+
+        Returns:
+            the length driven, meters, and the names of what the robot touched, in that order.
+        """
+        v, w = command
+        first = np.zeros(1 + len(company.before), dtype=np.int64)
+        driven = _drive_among(self._state, v, w, self._checks, self._steps, self._around, time, company, first)
+        self._read()
+        return driven, touched_names(first)
 
     def substep(self, *command: float) -> tuple[str, ...]:
         """Advance by one physics step towards a target twist; return ("obstacle",) if the robot touches one."""
@@ -183,11 +205,87 @@ def control_step(state: Array, v: float, w: float, checks: int, steps: int, arou
     driven, touched = 0.0, False
     for _ in range(checks):
         x, y, yaw = state[0], state[1], state[2]
-        touched = advance(state, v, w, steps, around) > 0 or touched
+        touched = advance(state, v, w, steps, around)[0] > 0 or touched
         chord = math.hypot(state[0] - x, state[1] - y)
         half = (state[2] - yaw) / 2.0
         driven += chord if abs(half) < 1e-6 else chord * half / math.sin(half)
     return driven, touched
+
+
+@compiled
+def company_step(
+    state: Array,
+    v: float,
+    w: float,
+    checks: int,
+    steps: int,
+    around: StepInputs,
+    time: float,
+    company: Company,
+    first: Index,
+) -> float:
+    """Advance a state (6,) by one control step among people; return the length driven, meters.
+
+    Args:
+        checks, steps: as of `control_step`; contacts are checked after each physics step.
+        time: of the episode at the begin, seconds.
+        company: people and docking, which are measured after each physics step.
+        first: (1 + n,) rank of what the robot touched, by the first physics step in which it did; 0 for nothing. First
+            obstacles, then each person.
+    """
+    body, (before, after, sums, resting) = around.body, company
+    v, w = min(max(v, body.v_min), body.v_max), min(max(w, -body.w_max), body.w_max)
+    if len(before) > 0 or len(resting) > 0:
+        checks, steps = checks * steps, 1
+    dt, driven, rank = body.timestep, 0.0, 0
+    first[:] = 0
+    for step in range(1, checks + 1):
+        x, y, yaw = state[0], state[1], state[2]
+        _, count = advance(state, v, w, steps, around)
+        chord = math.hypot(state[0] - x, state[1] - y)
+        half = (state[2] - yaw) / 2.0
+        driven += chord if abs(half) < 1e-6 else chord * half / math.sin(half)
+        if count > 0 and first[0] == 0:
+            rank += 1
+            first[0] = rank
+        if len(before) == 0 and len(resting) == 0:
+            continue
+        cosine, sine = math.cos(state[2]), math.sin(state[2])
+        forward, left = cosine * state[3] + sine * state[4], cosine * state[4] - sine * state[3]
+        if len(resting) > 0:
+            resting[0] = rested(resting[0], forward, left, state[5], dt)
+        if len(before) == 0:
+            continue
+        share = min((time + step * dt - sums[TICK] * TICK_S) / TICK_S, 1.0)
+        person, distance = pass_by(state[0], state[1], share, dt, before, after, sums)
+        if distance < REACH and first[1 + person] == 0 and moves(forward, left):
+            rank += 1
+            first[1 + person] = rank
+    return driven
+
+
+def touched_names(first: Index) -> tuple[str, ...]:
+    """Return the names of what the robot touched in a control step, in that order, from the ranks of `company_step`."""
+    ranks = first.tolist()
+    if not any(ranks):
+        return ()
+    names = ("obstacle", *(f"person {number}" for number in range(1, len(ranks))))
+    return tuple(name for rank, name in sorted(zip(ranks, names, strict=True)) if rank)
+
+
+@entry
+def _drive_among(
+    state: Array,
+    v: float,
+    w: float,
+    checks: int,
+    steps: int,
+    around: StepInputs,
+    time: float,
+    company: Company,
+    first: Index,
+) -> float:
+    return company_step(state, v, w, checks, steps, around, time, company, first)
 
 
 @entry

@@ -27,12 +27,11 @@ from labgym.envs.parts.rewards import (
     TimeTerm,
 )
 from labgym.envs.parts.vectors import GoalSensor, VelocitySensor
-from labgym.errors import OptionError
 
 Column = NDArray[Any]
-GOES_ON, SUCCESS, FAILURE = 0, 1, 2
+GOES_ON, SUCCESS, FAILURE, TRUNCATION = 0, 1, 2, 3
 """Verdicts of the endings."""
-VERDICTS = {"success": SUCCESS, "failure": FAILURE}
+VERDICTS = {"success": SUCCESS, "failure": FAILURE, "truncation": TRUNCATION}
 """Verdicts by the outcomes of endings."""
 REMEDY = "pass processes=2 or another number: worker processes take any part"
 
@@ -43,7 +42,7 @@ class Columns:
 
     Attributes:
         pose, goal: (n, 3). velocity: (n, 2). The others: (n,).
-        verdict: `GOES_ON`, `SUCCESS` or `FAILURE`.
+        verdict: `GOES_ON`, `SUCCESS`, `FAILURE` or `TRUNCATION`.
         to_go, exact_to_go: remaining distances by the grid and by exact paths, meters; NaN if they are not computed.
         terms: weighted reward terms by name, each (n,).
     """
@@ -192,31 +191,17 @@ class RestColumn:
             return np.asarray(rests & (time - self._since >= ending.duration - 1e-9))
 
 
-def check_parts(role: str, parts: tuple[Any, ...], kinds: tuple[type[Any], ...]) -> None:
-    """Check that all parts of a role are of kinds that read columns, and have no noise.
-
-    Raises:
-        OptionError: one is not.
-    """
-    for part in parts:
-        if type(part) not in kinds:
-            names = ", ".join(kind.__name__ for kind in kinds)
-            raise OptionError(f"the vector environment has no {role} {type(part).__name__}, only {names}: {REMEDY}")
-        if getattr(part, "noise", ()):
-            raise OptionError(f"the vector environment has no noise, as of {role} {part.name!r}: {REMEDY}")
-
-
 TERMS = (ProgressTerm, SuccessTerm, FailureTerm, CollisionTerm, TimeTerm, ClearanceTerm)
 ENDINGS = (TouchEnding, RestEnding, ContactEnding)
+SENSORS = (GoalSensor, VelocitySensor)
+"""Parts that read columns; others read the states of the episodes one by one."""
 
 
-def check_measures(measures: tuple[Any, ...]) -> None:
-    """Check that all measures can be read from columns.
+def reads_columns(part: Any, kinds: tuple[type[Any], ...]) -> bool:
+    """Whether a part is of one of these kinds, and has no noise."""
+    return type(part) in kinds and not getattr(part, "noise", ())
 
-    Raises:
-        OptionError: one cannot.
-    """
-    check_parts("measure", measures, (NamedMeasure,))
-    for measure in measures:
-        if measure.name not in MEASURES:
-            raise OptionError(f"the vector environment has no measure {measure.name!r}: {REMEDY}")
+
+def measures_columns(measure: Any) -> bool:
+    """Whether a measure can be read from columns."""
+    return type(measure) is NamedMeasure and measure.name in MEASURES

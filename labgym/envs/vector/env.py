@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -15,30 +16,34 @@ from labgym.envs.distance_to_go import GridDistanceToGo
 from labgym.envs.drive_source import task_source
 from labgym.envs.parts.actions import VelocityActions
 from labgym.envs.parts.endings import RestEnding
-from labgym.envs.parts.protocols import Tasks
+from labgym.envs.parts.protocols import Sensor, Tasks
 from labgym.envs.parts.rays import DepthSensor, LidarSensor
 from labgym.envs.parts.rewards import ProgressTerm
 from labgym.envs.parts.robots import DifferentialDrive
-from labgym.envs.parts.vectors import GoalSensor, VelocitySensor
 from labgym.envs.planar.batch import PlanarBatch
 from labgym.envs.planar.routes import CompiledDistanceToGo, compiled_to_go
 from labgym.envs.presets import configured
 from labgym.envs.vector.arguments import PointNavVectorEnv
 from labgym.envs.vector.columns import (
     ENDINGS,
+    FAILURE,
     GOES_ON,
     MEASURES,
     REMEDY,
+    SENSORS,
+    SUCCESS,
     TERMS,
+    TRUNCATION,
     VERDICTS,
     Columns,
     ProgressColumn,
     RestColumn,
-    check_measures,
-    check_parts,
+    measures_columns,
     reading,
+    reads_columns,
 )
-from labgym.envs.world import world_of
+from labgym.envs.vector.rows import EpisodeRow, KnownTasks, check_conditions
+from labgym.envs.world import keep, world_of
 from labgym.errors import OptionError
 
 if TYPE_CHECKING:
@@ -56,9 +61,13 @@ class VectorPointNavEnv(PointNavVectorEnv):
     infos equal those of single environments with the same arguments and seeds to the bit. Each environment draws its
     own layouts.
 
-    The standard parts are supported: goal, velocity, one lidar and one depth camera without noise, the terms of
-    `RewardWeights` with failure and clearance, the endings touch, rest and contact, velocity actions, the differential
-    drive, and the measures. Any other part is refused when the environment is made; `ProcessPointNavEnv` has them.
+    Motion, contacts, people's distances, lidar, depth and remaining distances of all robots are computed in one call.
+    The usual parts read columns: goal, velocity, one lidar and one depth camera without noise, the terms of
+    `RewardWeights` with failure and clearance, the endings touch, rest and contact, velocity actions, and the measures.
+    Other parts that are no cameras read the state of each episode in turn, which takes some microseconds for each:
+    odometry, noise, STOP, a delay, errors of the wheels, all endings and terms. Of the conditions it carries
+    "contacts", "parked", "people", "station", "glass", "wet_floor", and "changes" with `pushable=False`. What it lacks
+    is refused when the environment is made; `ProcessPointNavEnv` has all parts.
 
     Attributes:
         autoreset_mode: when an environment whose episode ended is reset.
@@ -95,22 +104,27 @@ class VectorPointNavEnv(PointNavVectorEnv):
         if device is not None and threads is not None:
             raise OptionError(f"threads is {threads!r} with device {device!r}: pass one of the two")
         super().__init__(num_envs, config, autoreset_mode, max_episode_steps)
-        self._disc = config.disc
+        self._disc, self._resident_mb = config.disc, config.resident_mb
         self._sensors, self._measures, self._size = config.observed, config.measures, config.robot.size
+        own = {each.name for each in config.reward_terms if not reads_columns(each, TERMS)}
         self._terms = [
-            (each.name, each.weight, ProgressColumn(each, self.num_envs) if isinstance(each, ProgressTerm) else each)
+            (each.name, each.weight, _column_term(each, self.num_envs) if each.name not in own else None)
             for each in config.reward_terms
         ]
         self._methods = {each.name: each.method for each in config.reward_terms if isinstance(each, ProgressTerm)}
+        rules = {number for number, each in enumerate(config.endings) if not reads_columns(each, ENDINGS)}
         self._endings = [
-            (each.name, RestColumn(each, self.num_envs) if isinstance(each, RestEnding) else each)
-            for each in config.endings
+            (each.name, None if number in rules else _column_ending(each, self.num_envs))
+            for number, each in enumerate(config.endings)
         ]
         self._tasks: list[Tasks] = [task_source(config) for _ in range(self.num_envs)]
         self._rngs: list[np.random.Generator | None] = [None] * self.num_envs
         self._columns = Columns.zeros(self.num_envs, config.control_dt)
         self._columns.terms = {name: np.zeros(self.num_envs) for name, _, _ in self._terms}
+        self._rays = _batched(config, device)
         self._batch = self._batch_of(config, threads, device)
+        self._rows = self._rows_of(config, own, rules)
+        self._readings: Observations = {}
         self._age = np.zeros(self.num_envs, dtype=np.int64)
 
     def reset(
@@ -132,7 +146,8 @@ class VectorPointNavEnv(PointNavVectorEnv):
             self._begin(row, seeds[row], options)
         self._ended[renewed] = False
         self._columns.measure()
-        self._judge()
+        self._judge(renewed)
+        self._read(renewed)
         return self._observations(), self._infos(renewed)
 
     def step(
@@ -141,8 +156,8 @@ class VectorPointNavEnv(PointNavVectorEnv):
         """Carry out one action in each environment; those that ended are reset by the rules of the autoreset mode."""
         self._check_running()
         columns, robots = self._columns, self._batch.robots
-        robots.targets[:] = self._targets(actions)
-        self._batch.step()
+        waits = self._ended if self.autoreset_mode == AutoresetMode.NEXT_STEP else np.zeros_like(self._ended)
+        self._drive(actions, ~waits)
         columns.pose, columns.velocity = robots.poses.copy(), robots.velocities.copy()
         columns.collision, columns.clearance = robots.touched.copy(), robots.clearances.copy()
         columns.to_go, columns.exact_to_go = robots.to_go.copy(), self._batch.routes.to_go.copy()
@@ -151,13 +166,13 @@ class VectorPointNavEnv(PointNavVectorEnv):
         columns.steps = columns.steps + 1
         self._age += 1
         columns.measure()
-        self._judge()
-        reward = np.zeros(self.num_envs)
-        for name, weight, term in self._terms:
-            columns.terms[name] = np.full(self.num_envs, weight * term.value(columns))
-            reward = reward + columns.terms[name]
-        terminated = columns.verdict != GOES_ON
-        truncated = np.zeros_like(terminated) if self._limit is None else self._age >= self._limit
+        self._judge(~waits)
+        reward = self._reward(~waits)
+        terminated = (columns.verdict == SUCCESS) | (columns.verdict == FAILURE)
+        truncated = columns.verdict == TRUNCATION
+        if self._limit is not None:
+            truncated |= self._age >= self._limit
+        self._read(~waits)
         every, infos = np.ones(self.num_envs, dtype=np.bool_), {}
         if self.autoreset_mode == AutoresetMode.NEXT_STEP:
             renewed = self._ended
@@ -173,7 +188,8 @@ class VectorPointNavEnv(PointNavVectorEnv):
             for row in np.flatnonzero(renewed).tolist():
                 self._begin(row, None, {})
             columns.measure()
-            self._judge()
+            self._judge(renewed)
+            self._read(renewed)
         return self._observations(), reward, terminated, truncated, {**infos, **self._infos(every)}
 
     def close_extras(self, **_: Any) -> None:
@@ -184,14 +200,71 @@ class VectorPointNavEnv(PointNavVectorEnv):
 
     def _batch_of(self, config: PointNavConfig, threads: int | None, device: str | None) -> PlanarBatch | DeviceBatch:
         """Return the robots, on threads of the processor or on a device."""
-        rays = [sensor for sensor in self._sensors if isinstance(sensor, LidarSensor | DepthSensor)]
         if device is not None:
             from labgym.envs.gpu.batch import DeviceBatch
 
-            return DeviceBatch(self.num_envs, config.control_dt, rays, device)
-        lidar = next((sensor for sensor in rays if isinstance(sensor, LidarSensor)), None)
-        camera = next((sensor for sensor in rays if isinstance(sensor, DepthSensor)), None)
+            return DeviceBatch(self.num_envs, config.control_dt, self._rays, device)
+        lidar = next((sensor for sensor in self._sensors if type(sensor) is LidarSensor), None)
+        camera = next((sensor for sensor in self._rays if isinstance(sensor, DepthSensor)), None)
         return PlanarBatch(self.num_envs, config.control_dt, lidar, camera, threads)
+
+    def _rows_of(self, config: PointNavConfig, terms: set[str], rules: set[int]) -> list[EpisodeRow]:
+        """Return an episode for each environment; none if all parts read columns."""
+        batched = {sensor.name for sensor in self._rays}
+        sensors = [each.name for each in self._sensors if each.name not in batched and not reads_columns(each, SENSORS)]
+        measures = [each.name for each in self._measures if not measures_columns(each)]
+        self._own_measures, self._own_sensors = frozenset(measures), frozenset(sensors)
+        plain = type(config.actions) is VelocityActions and not config.actions.stop and not config.actions.delay
+        if plain and not (terms or rules or sensors or measures or config.conditions or config.randomizations):
+            return []
+        batch: Any = self._batch
+        known: KnownTasks = {}
+        own = (sorted(terms), sorted(rules), measures, known)
+        return [EpisodeRow(config, batch, row, sensors, *own) for row in range(self.num_envs)]
+
+    def _drive(self, actions: Any, active: NDArray[np.bool_]) -> None:
+        """Carry out the actions of some environments."""
+        robots = self._batch.robots
+        if not self._rows:
+            robots.targets[:] = self._targets(actions)
+            self._batch.step()
+            return
+        values, driven = self._numbers(actions), np.flatnonzero(active).tolist()
+        for row in driven:
+            robots.targets[row] = self._rows[row].command(values[row])
+        self._batch.step(look=False)
+        for row in driven:
+            self._rows[row].follow()
+        self._batch.scan()
+
+    def _reward(self, active: NDArray[np.bool_]) -> NDArray[np.float64]:
+        """Set the terms of the reward, and return it."""
+        columns, reward = self._columns, np.zeros(self.num_envs)
+        for name, weight, term in self._terms:
+            if term is None:
+                columns.terms[name] = np.zeros(self.num_envs)
+                for row in np.flatnonzero(active).tolist():
+                    episode = self._rows[row]
+                    columns.terms[name][row] = weight * episode.terms[name].value(episode.state)
+            else:
+                columns.terms[name] = np.full(self.num_envs, weight * term.value(columns))
+            reward = reward + columns.terms[name]
+        for row in np.flatnonzero(active).tolist() if self._rows else ():
+            self._rows[row].state.terms = {name: float(columns.terms[name][row]) for name, _, _ in self._terms}
+        return reward
+
+    def _read(self, rows: NDArray[np.bool_]) -> None:
+        """Read the sensors of some environments that read their states."""
+        if not self._own_sensors:
+            return
+        if not self._readings:
+            shapes = {each.name: each.space for each in self._sensors if each.name in self._own_sensors}
+            self._readings = {
+                name: np.zeros((self.num_envs, *(space.shape or ())), space.dtype) for name, space in shapes.items()
+            }
+        for row in np.flatnonzero(rows).tolist():
+            for name, values in self._rows[row].read().items():
+                self._readings[name][row] = values
 
     def _begin(self, row: int, seed: int | None, options: dict[str, Any]) -> None:
         """Begin an episode of one environment."""
@@ -201,6 +274,8 @@ class VectorPointNavEnv(PointNavVectorEnv):
         task = self._tasks[row].draw(rng, options, fresh=seed is not None)
         if task.following:
             raise OptionError(f"the vector environment has episodes of one drive only: {REMEDY}")
+        if self._rows:
+            task = self._rows[row].prepared(task, rng)
         world, pair, columns, robots = world_of(task.layout), task.pair, self._columns, self._batch.robots
         field, exact = None, None
         to_go = {name: compiled_to_go(world, world.to_go(pair.goal, way)) for name, way in self._methods.items()}
@@ -210,6 +285,10 @@ class VectorPointNavEnv(PointNavVectorEnv):
             if isinstance(distances, CompiledDistanceToGo):
                 exact = distances
         self._batch.place(row, pair.start, world, field, exact)
+        if self._rows:
+            self._rows[row].begin(task)
+            self._batch.scan(row, row + 1)
+            keep(task.layout, self._resident_mb)
         columns.pose[row], columns.velocity[row] = robots.poses[row], robots.velocities[row]
         columns.goal[row], columns.clearance[row] = pair.goal, robots.clearances[row]
         columns.collision[row], columns.contacts[row], columns.steps[row] = False, 0, 0
@@ -229,40 +308,79 @@ class VectorPointNavEnv(PointNavVectorEnv):
             if isinstance(ending, RestColumn):
                 ending.begin(row)
 
-    def _judge(self) -> None:
-        """Set the verdict of the endings: the first that gives one decides."""
+    def _judge(self, rows: NDArray[np.bool_]) -> None:
+        """Set the verdicts of the endings on some environments: the first ending that gives one decides."""
         columns = self._columns
-        columns.verdict = np.full(self.num_envs, GOES_ON)
-        columns.ending = np.full(self.num_envs, "", dtype=object)
-        for name, ending in self._endings:
-            first = (columns.verdict == GOES_ON) & ending.holds(columns)
-            columns.verdict[first], columns.ending[first] = VERDICTS[ending.outcome], name
+        verdict, endings = np.full(self.num_envs, GOES_ON), np.full(self.num_envs, "", dtype=object)
+        for number, (name, ending) in enumerate(self._endings):
+            undecided = rows & (verdict == GOES_ON)
+            if ending is None:
+                first = np.zeros_like(undecided)
+                for row in np.flatnonzero(undecided).tolist():
+                    given = self._rows[row].endings[number].verdict(self._rows[row].state)
+                    first[row] = given is not None
+                    verdict[row] = GOES_ON if given is None else VERDICTS[given]
+            else:
+                first = undecided & ending.holds(columns)
+                verdict[first] = VERDICTS[ending.outcome]
+            endings[first] = name
+        columns.verdict = np.where(rows, verdict, columns.verdict)
+        columns.ending = np.where(rows, endings, columns.ending)
+        for row in np.flatnonzero(rows).tolist() if self._rows else ():
+            state, number = self._rows[row].state, int(verdict[row])
+            state.verdict, state.ending = OUTCOMES[number], endings[row]
 
-    def _targets(self, actions: Any) -> NDArray[np.float64]:
-        """Return the target velocities of actions, as `RobotSpec.twist`."""
+    def _numbers(self, actions: Any) -> NDArray[np.float64]:
+        """Return actions as an array (n, k).
+
+        Raises:
+            OptionError: not k finite numbers for each environment.
+        """
+        width = math.prod(self.single_action_space.shape or ())
         try:
             values = np.asarray(actions, dtype=np.float64)
         except (TypeError, ValueError, OverflowError):
             values = np.empty(0)
-        if values.shape != (self.num_envs, 2) or not np.isfinite(values).all():
+        if values.shape != (self.num_envs, width) or not np.isfinite(values).all():
             shown = " ".join(repr(actions).split())[:80]
-            raise OptionError(f"actions {shown} must be {self.num_envs} x 2 finite numbers in [-1, 1]: forward, turn")
+            names = ", ".join(("forward", "turn", "stop")[:width])
+            raise OptionError(f"actions {shown} must be {self.num_envs} x {width} finite numbers in [-1, 1]: {names}")
+        return values
+
+    def _targets(self, actions: Any) -> NDArray[np.float64]:
+        """Return the target velocities of actions, as `RobotSpec.twist`."""
+        values = self._numbers(actions)
         values = np.minimum(np.maximum(values, -1.0), 1.0)
         forward, turn = values[:, 0], values[:, 1]
         v = forward * np.where(forward >= 0.0, self._size.v_max, -self._size.v_min)
         return np.column_stack([v, turn * self._size.w_max])
 
     def _observations(self) -> Observations:
-        return {
-            sensor.name: self._batch.readings(sensor.name)
-            if isinstance(sensor, LidarSensor | DepthSensor)
-            else reading(sensor, self._columns)
-            for sensor in self._sensors
-        }
+        return {sensor.name: self._observation(sensor) for sensor in self._sensors}
+
+    def _observation(self, sensor: Sensor) -> NDArray[Any]:
+        if sensor.name in self._own_sensors:
+            return self._readings[sensor.name].copy()
+        if isinstance(sensor, LidarSensor | DepthSensor):
+            return self._batch.readings(sensor.name)
+        return reading(sensor, self._columns)
 
     def _infos(self, rows: NDArray[np.bool_]) -> dict[str, Any]:
         """Return the infos of some environments in Gymnasium's form: each column with the mask of its rows."""
-        return _masked({each.name: MEASURES[each.name](self._columns) for each in self._measures}, rows)
+        columns = [each.name for each in self._measures if each.name not in self._own_measures]
+        infos = _masked({name: MEASURES[name](self._columns) for name in columns}, rows)
+        chosen = np.flatnonzero(rows).tolist() if self._own_measures else []
+        for name in self._own_measures if chosen else ():
+            values = [self._rows[row].measures[name].value(self._rows[row].state) for row in chosen]
+            if isinstance(values[0], str | tuple):
+                infos[name] = np.full(self.num_envs, None, dtype=object)
+                for row, value in zip(chosen, values, strict=True):
+                    infos[name][row] = value
+                infos[f"_{name}"] = rows.copy()
+            else:
+                for row, value in zip(chosen, values, strict=True):
+                    infos = self._add_info(infos, {name: value}, row)
+        return infos
 
     def _final(self, rows: NDArray[np.bool_]) -> dict[str, Any]:
         """Return the last observations and infos of episodes that ended."""
@@ -309,22 +427,79 @@ def check_kernel(config: PointNavConfig, device: str | None = None) -> None:
         raise OptionError("the vector environment does not render: use gym.make for pictures")
     if config.drives != "pair":
         raise OptionError(f"the vector environment has episodes of one drive only, not {config.drives!r}: {REMEDY}")
-    check_parts("sensor", config.observed, (GoalSensor, VelocitySensor, LidarSensor, DepthSensor))
-    for kind, name in ((LidarSensor, "lidar"), (DepthSensor, "depth camera")):
-        if device is None and sum(isinstance(sensor, kind) for sensor in config.observed) > 1:
-            raise OptionError(f"the vector environment has one {name} only: {REMEDY}")
-    check_parts("reward term", config.reward_terms, TERMS)
-    check_parts("ending", config.endings, ENDINGS)
-    check_parts("actions", (config.actions,), (VelocityActions,))
-    if config.actions.stop or config.actions.delay:
-        raise OptionError(f"the vector environment has no actions with STOP or a delay: {REMEDY}")
-    check_parts("robot", (config.robot,), (DifferentialDrive,))
-    for name in ("conditions", "randomizations", "curriculum"):
-        if getattr(config, name):
-            raise OptionError(f"the vector environment has no {name}: {REMEDY}")
-    lidars = [sensor for sensor in config.observed if isinstance(sensor, LidarSensor)]
-    if any((each.forward, each.left, each.yaw) != (0.0, 0.0, 0.0) for each in lidars):
-        raise OptionError(f"the vector environment has its lidar on the robot's axis only: {REMEDY}")
-    if any(isinstance(sensor, DepthSensor) and not sensor.camera.level for sensor in config.observed):
-        raise OptionError(f"the vector environment has its camera on the robot's axis only, level: {REMEDY}")
-    check_measures(config.measures)
+    if config.curriculum:
+        raise OptionError(f"the vector environment has no curriculum: {REMEDY}")
+    for sensor in config.observed:
+        if sensor.sees is not None and type(sensor) not in (LidarSensor, DepthSensor):
+            raise OptionError(f"the vector environment has no sensor {type(sensor).__name__}: {REMEDY}")
+        visible = any(condition.name in ("people", "glass") for condition in config.conditions)
+        if isinstance(sensor, DepthSensor) and (visible or config.randomizations or not sensor.camera.level):
+            raise OptionError(
+                f"the vector environment has level depth cameras only, on the robot's axis, without people, glass and "
+                f"randomizations: {REMEDY}"
+            )
+    if not isinstance(config.actions, VelocityActions):
+        raise OptionError(
+            f"the vector environment has no actions {type(config.actions).__name__}, only VelocityActions: {REMEDY}"
+        )
+    if type(config.robot) is not DifferentialDrive:
+        raise OptionError(f"the vector environment has no robot {type(config.robot).__name__}: {REMEDY}")
+    check_conditions(config, REMEDY)
+    if device is not None:
+        _check_device(config)
+
+
+def _check_device(config: PointNavConfig) -> None:
+    """Check that all parts of a configuration read columns, as those of a device must.
+
+    Raises:
+        OptionError: one does not.
+    """
+    sensors = (*SENSORS, LidarSensor, DepthSensor)
+    for role, parts, kinds in (
+        ("sensor", config.observed, sensors),
+        ("reward term", config.reward_terms, TERMS),
+        ("ending", config.endings, ENDINGS),
+        ("actions", (config.actions,), (VelocityActions,)),
+    ):
+        for part in parts:
+            if not reads_columns(part, kinds):
+                names = ", ".join(kind.__name__ for kind in kinds)
+                raise OptionError(
+                    f"on a device the vector environment has no {role} {type(part).__name__} or its noise, only "
+                    f"{names}: {REMEDY}"
+                )
+    for measure in config.measures:
+        if not measures_columns(measure):
+            raise OptionError(f"on a device the vector environment has no measure {measure.name!r}: {REMEDY}")
+    if config.actions.stop or config.actions.delay or config.conditions or config.randomizations:
+        raise OptionError(
+            f"on a device the vector environment has no STOP, delay, conditions and randomizations: {REMEDY}"
+        )
+    if any(isinstance(each, LidarSensor) and (each.forward, each.left, each.yaw) != AXIS for each in config.observed):
+        raise OptionError(f"on a device the vector environment has its lidar on the robot's axis only: {REMEDY}")
+
+
+AXIS = (0.0, 0.0, 0.0)
+"""Place of a sensor on the robot's axis: forward and left, meters, and yaw, radians."""
+OUTCOMES: dict[int, Any] = {GOES_ON: None} | {number: name for name, number in VERDICTS.items()}
+"""Verdicts of `State` by those of columns."""
+
+
+def _batched(config: PointNavConfig, device: str | None) -> list[LidarSensor | DepthSensor]:
+    """Return the sensors whose readings the batch gives: one lidar and one camera, on a device all of them."""
+    rays = [each for each in config.observed if isinstance(each, LidarSensor | DepthSensor)]
+    if device is not None:
+        return rays
+    plain = [each for each in rays if reads_columns(each, (LidarSensor, DepthSensor)) and not config.randomizations]
+    lidars = [each for each in rays if isinstance(each, LidarSensor)][:1]
+    cameras = [each for each in plain if isinstance(each, DepthSensor)][:1]
+    return [*(each for each in lidars if each in plain and (each.forward, each.left, each.yaw) == AXIS), *cameras]
+
+
+def _column_term(term: Any, count: int) -> Any:
+    return ProgressColumn(term, count) if isinstance(term, ProgressTerm) else term
+
+
+def _column_ending(ending: Any, count: int) -> Any:
+    return RestColumn(ending, count) if isinstance(ending, RestEnding) else ending

@@ -16,8 +16,8 @@ from labgym.envs.conditions.cast import cast_of
 from labgym.envs.conditions.crowd import REST, Crowd
 from labgym.envs.conditions.intentions import DT
 from labgym.envs.conditions.orca import Disc, Vector
+from labgym.envs.conditions.passing import AT_REST
 from labgym.envs.conditions.payload import MOST_LEGS
-from labgym.envs.conditions.walking import AT_REST
 from labgym.envs.robot import ROBOT
 from labgym.envs.state import Pose
 from labgym.envs.tasks import Task

@@ -168,8 +168,8 @@ def test_the_errors_are_those_to_the_true_pose_and_count_at_rest():
         assert outcome["position"] == pytest.approx(math.hypot(x - goal[0], y - goal[1]))
         assert outcome["heading"] == pytest.approx(abs(wrap_angle(yaw - goal[2])))
         if step <= 20:
-            assert outcome["docked"] is None
-    assert outcome["docked"] == {"position": outcome["position"], "heading": outcome["heading"]}
+            assert outcome["docked"] is False
+    assert outcome["docked"] is True
 
 
 @pytest.mark.parametrize("make", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
@@ -181,4 +181,4 @@ def test_a_copy_goes_on_to_the_bit(make):
     other = make(env)
     for _ in range(12):
         assert repr(env.step([0.0, 0.0])) == repr(other.step([0.0, 0.0]))
-    assert env.step([0.0, 0.0])[4]["outcomes"]["station"]["docked"] is not None
+    assert env.step([0.0, 0.0])[4]["outcomes"]["station"]["docked"] is True

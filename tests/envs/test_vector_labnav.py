@@ -1,0 +1,100 @@
+"""The vector environment equals single planar environments on the tasks of LabNav, to the bit: all that both return."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pytest
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
+from gymnasium.wrappers import TimeLimit
+from laboratories import island_laboratory
+from same_results import assert_same
+
+from labgym.envs import LabPointNavEnv
+from labgym.envs.conditions.changes import Changes
+from labgym.envs.conditions.glass import Glass
+from labgym.envs.conditions.parked import Parked, ParkedThing
+from labgym.envs.conditions.people import People
+from labgym.envs.conditions.station import Station
+from labgym.envs.labnav.tasks import HEADLINE, config_of, task_of
+from labgym.errors import OptionError
+
+pytest.importorskip("numba")
+
+COUNT, LIMIT = 3, 30
+
+
+def config(task: str, **fields):
+    """Return the configuration of a task at the headline level, in a small laboratory whose drives are goal pairs."""
+    level = task_of(task).level(HEADLINE)
+    conditions = {
+        "aisle": ({"kind": "contacts"}, Parked((ParkedThing("Carton", 4.6, 0.8, 0.4),))),
+        "moved": ({"kind": "contacts"}, Changes(pushable=False, spacing=2.0)),
+    }
+    made = config_of(task, HEADLINE, layout=island_laboratory(), physics="planar", **fields)
+    return replace(made, conditions=conditions.get(task, ({"kind": "contacts"}, *level.conditions)))
+
+
+CASES = {
+    "aisle": {},
+    "people": {"delay": 1},
+    "odometry": {"delay": 2},
+    "dock": {},
+    "glass": {"endings": ["contact", {"kind": "limit", "duration": 1.4}]},
+    "moved": {"rewards": ["progress", "success", "failure", "clearance"]},
+}
+
+
+def distance(state):
+    """A term of a user's own."""
+    return -state.distance
+
+
+def both(case: str, mode: AutoresetMode):
+    from labgym.envs.vector.env import VectorPointNavEnv
+
+    fields = dict(CASES[case])
+    if case == "odometry":
+        fields["rewards"] = ["progress", "failure", {"kind": "function", "name": "near", "function": distance}]
+    made = config(case, **fields)
+    one = SyncVectorEnv([partial(lambda: TimeLimit(LabPointNavEnv(config=made), LIMIT))] * COUNT, autoreset_mode=mode)
+    return one, VectorPointNavEnv(COUNT, config=made, autoreset_mode=mode, max_episode_steps=LIMIT, threads=1)
+
+
+@pytest.mark.parametrize(
+    ("case", "mode"), [*((case, AutoresetMode.SAME_STEP) for case in CASES), ("people", AutoresetMode.NEXT_STEP)]
+)
+def test_a_task_on_the_kernel_equals_single_environments_to_the_bit(case, mode):
+    one, many = both(case, mode)
+    assert many.single_observation_space == one.single_observation_space
+    assert many.action_space == one.action_space
+    assert_same(many.reset(seed=5), one.reset(seed=5))
+    rng, ends = np.random.default_rng(3), 0
+    for _ in range(70):
+        action = rng.uniform(-1.0, 1.0, one.action_space.shape).astype(np.float32)
+        action[:, 0] = np.abs(action[:, 0])
+        action[:, 2:] -= 0.9  # seldom STOP
+        expected = one.step(action)
+        assert_same(many.step(action), expected)
+        ends += int((expected[2] | expected[3]).sum())
+    assert ends >= 2 * COUNT
+    one.close()
+    many.close()
+
+
+def test_what_moves_by_pushing_is_refused_in_one_line():
+    from labgym.envs.vector.env import VectorPointNavEnv
+
+    for task, message in (("moved", "pushable=False"), ("carry", "no condition 'payload'"), ("shift", "moves no things")):
+        with pytest.raises(OptionError, match=message) as caught:
+            VectorPointNavEnv(config=config_of(task, HEADLINE, layout=island_laboratory(), physics="planar"))
+        assert "\n" not in str(caught.value)
+    with pytest.raises(OptionError, match=r"control_dt=0\.1"):
+        VectorPointNavEnv(config=replace(config("people"), control_dt=0.05))
+
+
+def test_kinds_of_conditions_of_the_cases_are_those_of_the_tasks():
+    kinds = {type(condition) for case in CASES for condition in config(case).conditions}
+    assert {Glass, Parked, People, Station, Changes} <= kinds
