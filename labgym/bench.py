@@ -181,7 +181,7 @@ def thinking(names: Sequence[str] = tuple(BUILT_IN)) -> Iterator[ThinkingTime]:
 def thinking_table(rows: Sequence[ThinkingTime]) -> Table:
     """Return the time of the actions of policies, and the latency that it would be charged, as a table."""
     return Table(
-        title="ThinkingTime of the built-in policies: 90th percentile of the time of an action on the reference machine",
+        title="Thinking of the built-in policies: 90th percentile of the time of an action on the reference machine",
         columns=("policy", "ms", "basis", "charged s", "declared s"),
         rows=tuple(
             (
