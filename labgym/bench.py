@@ -145,7 +145,7 @@ def bench_table(timings: Sequence[Timing]) -> Table:
 
 
 @dataclass(frozen=True)
-class Thinking:
+class ThinkingTime:
     """The time of a built-in policy's actions.
 
     Attributes:
@@ -159,7 +159,7 @@ class Thinking:
     left_out: str = ""
 
 
-def thinking(names: Sequence[str] = tuple(BUILT_IN)) -> Iterator[Thinking]:
+def thinking(names: Sequence[str] = tuple(BUILT_IN)) -> Iterator[ThinkingTime]:
     """Yield the time of the actions of built-in policies in `labnav-mini`, measured as that of a foreign policy."""
     suite = load_labnav(MINI)
     for name in names:
@@ -167,18 +167,18 @@ def thinking(names: Sequence[str] = tuple(BUILT_IN)) -> Iterator[Thinking]:
         try:
             driver = PolicyProcess(source)
         except MissingDependencyError as error:
-            yield Thinking(name, left_out=str(error))
+            yield ThinkingTime(name, left_out=str(error))
             continue
         try:
             if driver.foresees:
-                yield Thinking(name, driver.latency, left_out="it drives in the process that simulates")
+                yield ThinkingTime(name, driver.latency, left_out="it drives in the process that simulates")
             else:
-                yield Thinking(name, driver.latency, probe(driver, source, suite, 0))
+                yield ThinkingTime(name, driver.latency, probe(driver, source, suite, 0))
         finally:
             driver.close()
 
 
-def thinking_table(rows: Sequence[Thinking]) -> Table:
+def thinking_table(rows: Sequence[ThinkingTime]) -> Table:
     """Return the time of the actions of policies, and the latency that it would be charged, as a table."""
     return Table(
         title="Thinking of the built-in policies: 90th percentile of the time of an action on the reference machine",

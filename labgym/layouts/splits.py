@@ -182,7 +182,7 @@ def make_again(entry: PublishedLayout) -> Layout:
     if entry.place is not None:
         split, _, index = entry.place.partition("/")
         return layout_at(split, int(index)).replace(id=entry.id)
-    return generate(entry.protocol, entry.seed, PUBLISHED_PRESETS[entry.room], rules=MADE_UNDER).replace(id=entry.id)
+    return generate(entry.protocol, entry.seed, entry.room, rules=MADE_UNDER).replace(id=entry.id)
 
 
 def publish(split: str, layouts: Sequence[Layout], folder: Path) -> Manifest:

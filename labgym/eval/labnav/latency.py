@@ -125,7 +125,7 @@ def calibration_s() -> float:
 
 
 @dataclass
-class Meter:
+class LatencyMeter:
     """Measures the policy between two states of a drive, in which nothing else of its processes runs.
 
     Attributes:
@@ -164,7 +164,7 @@ def probe(driver: PolicyProcess, source: PolicySource, suite: LabNavSuite, seed:
     terms = DriveTerms.of(part, "probe", seed, (WARM_UP + STEPS) * ROBOT.control_dt)
     wall, times = computes_elsewhere(driver, source), list[float]()
     for episode in part.episodes:
-        meter = Meter(driver.cpu_seconds)
+        meter = LatencyMeter(driver.cpu_seconds)
         (drive,) = drive_floor(driver, part.layout(episode.floor), [episode], terms, None if wall else meter)
         if wall:
             times += [] if drive.high_ms is None else [drive.high_ms / 1e3] * (drive.row.steps - WARM_UP)

@@ -22,7 +22,7 @@ from labgym.eval.labnav import runner
 from labgym.eval.labnav.evaluation import LabNavEvaluation, Thinking
 from labgym.eval.labnav.latency import (
     REFERENCE_S,
-    Meter,
+    LatencyMeter,
     Probe,
     charged_latency,
     computes_elsewhere,
@@ -170,7 +170,7 @@ def test_a_verifier_accepts_a_latency_that_is_one_step_below_its_own_or_above():
 def test_the_time_of_an_action_is_relative_to_the_calibration_right_before_and_after_it():
     # A machine that becomes twice as slow for the policy and for the loop alike.
     clock, loop = iter((0.0, 9.0, 9.02, 9.06)), iter((REFERENCE_S, REFERENCE_S, REFERENCE_S, 3.0 * REFERENCE_S))
-    meter = Meter(lambda: next(clock), lambda: next(loop))
+    meter = LatencyMeter(lambda: next(clock), lambda: next(loop))
     for steps in range(4):
         meter(SimpleNamespace(steps=steps))
     assert meter.times == pytest.approx([9.0, 0.02, 0.02])
@@ -179,7 +179,9 @@ def test_the_time_of_an_action_is_relative_to_the_calibration_right_before_and_a
 def test_a_probe_charges_the_ninetieth_percentile_of_50_actions_after_5(suite, monkeypatch):
     spent = [5.0] * 6 + [0.02] * 45 + [0.4] * 5
     ticks = iter(np.cumsum(spent).tolist() + [1e3] * 100)
-    monkeypatch.setattr("labgym.eval.labnav.latency.Meter", lambda clock: Meter(clock, lambda: REFERENCE_S))
+    monkeypatch.setattr(
+        "labgym.eval.labnav.latency.LatencyMeter", lambda clock: LatencyMeter(clock, lambda: REFERENCE_S)
+    )
     source = PolicySource.copied(Resting())
     driver = PolicyProcess(source)
     try:
