@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Mapping
 from contextlib import nullcontext
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -30,7 +30,6 @@ from labgym.eval.submission.fresh import benchmark_suite, check_fresh, draw_fres
 from labgym.layouts.floors import SPLITS
 from labgym.layouts.sealed import read_secret, secret_hash
 from labgym.runs import ExecutorOptions, RunIdentity
-from labgym.runs.identity import IDENTITY_FILE
 
 SECRET, OTHER = bytes(range(32)), bytes(range(1, 33))
 DOCK = "labnav-dock"
@@ -146,13 +145,16 @@ def test_a_receipt_states_floors_scores_and_verdict_and_reads_back(out, submissi
         FreshReceipt.parse({**receipt.to_json(), "verdict": "no alarm"})
 
 
-def test_another_policy_of_the_same_name_gets_no_receipt(out, submission, receipt, tmp_path):
-    folder = shutil.copytree(submission, tmp_path / "still")
-    policy = receipt.fingerprint.model_dump()
+def test_another_policy_of_the_same_name_gets_no_receipt(out, submission, receipt, monkeypatch):
+    policy, read = receipt.fingerprint.model_dump(), LabNavEvaluation.read
     for files, refused in ((policy["files"], False), ("0" * 64, True)):
-        RunIdentity.of(LabNavEvaluation.KIND, policy={**policy, "files": files}).save(folder / IDENTITY_FILE)
+        identity = RunIdentity.of(LabNavEvaluation.KIND, policy={**policy, "files": files})
+        stated = replace(read(submission), identity=identity)
+        monkeypatch.setattr(
+            LabNavEvaluation, "read", lambda folder, stated=stated: stated if folder == submission else read(folder)
+        )
         with pytest.raises(OptionError, match="is not that of") if refused else nullcontext():
-            check_fresh(folder, 2, out, progress=False)
+            check_fresh(submission, 2, out, progress=False)
 
 
 def test_a_second_check_with_the_same_folder_draws_and_drives_nothing(out, submission, receipt, monkeypatch):
