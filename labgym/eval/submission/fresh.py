@@ -98,8 +98,9 @@ def check_fresh(
         progress=progress,
     )
     fresh, identity = LabNavEvaluation.read(drives), RunIdentity.load(drives / IDENTITY_FILE)
-    claimed = None if published.identity is None else published.identity.inputs.get("policy")
-    if claimed != identity.inputs["policy"]:
+    # A submission without an identity fails `check_submission`.
+    claimed = published.identity
+    if claimed is not None and claimed.inputs.get("policy") != identity.inputs["policy"]:
         raise OptionError(
             f"the policy that drives fresh floors is not that of {folder}: its code, options or files differ; pass "
             f"those of the submission, and remove {drives}"

@@ -101,8 +101,9 @@ def _check_members(path: Path) -> None:
         try:
             with zipfile.ZipFile(path) as archive:
                 content = archive.read(name)
-            for _ in pickletools.genops(content) if name.endswith(PICKLES) else ():
-                pass
+            if name.endswith(PICKLES):
+                for _ in pickletools.genops(content):
+                    pass
         except Exception as error:  # noqa: BLE001 - both raise many types for a damaged member
             reason = " ".join(f"{name[:80]}: {error}".split())[:120]
             raise LabgymError(f"policy {str(path)!r} is not TorchScript ({reason}); {REMEDY}") from None

@@ -10,7 +10,7 @@ import os
 import sys
 import sysconfig
 from collections.abc import Iterator
-from importlib.machinery import PathFinder
+from importlib.machinery import ModuleSpec, PathFinder
 from pathlib import Path
 
 import labgym
@@ -30,7 +30,8 @@ def search_path() -> list[str]:
 
 def module_file(name: str) -> Path | None:
     """Return the source file of a module without importing it; None if the Python path has no such file."""
-    search, spec = search_path(), None
+    search = search_path()
+    spec: ModuleSpec | None = None
     for depth in range(name.count(".") + 1):
         spec = PathFinder.find_spec(name.split(".")[depth], search)
         if spec is None:

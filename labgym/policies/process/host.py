@@ -6,6 +6,7 @@ It runs no code of a policy: what loaders and episodes do cannot change how they
 from __future__ import annotations
 
 import contextlib
+import gc
 import importlib
 import json
 import os
@@ -111,6 +112,7 @@ class _Host:
         if grants is not None:
             level, room = probe(), PrivateRoom(quiet)
             system_rules()  # once for all loaders
+            gc.freeze()
         child = os.fork()
         if child:
             _lead_group(child)

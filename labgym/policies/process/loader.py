@@ -105,7 +105,7 @@ def _loaded(request: LoadRequest, reads: Reads, forks: bool) -> tuple[Policy, li
         prepare_for_maps()
     if forks:
         gc.collect()
-        gc.freeze()
+    gc.freeze()  # the collector would look at all that was imported, again and again while the policy drives
     return policy, list(source.options.values())
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import nullcontext
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,6 +16,7 @@ from labgym.cli import main
 from labgym.envs.labnav.episodes import LabNavEpisodes
 from labgym.errors import DocumentError, LabgymError, OptionError
 from labgym.eval.driving import floor_suites
+from labgym.eval.labnav.evaluation import LabNavEvaluation
 from labgym.eval.labnav.gain import Gain, gain
 from labgym.eval.labnav.suites import load_labnav
 from labgym.eval.leaderboard import labnav, receipts, rounds
@@ -26,7 +29,7 @@ from labgym.eval.reports.site.entries import Entry, ranked_entries
 from labgym.eval.submission.fresh import benchmark_suite, check_fresh, draw_fresh, fresh_floors, secret_of
 from labgym.layouts.floors import SPLITS
 from labgym.layouts.sealed import read_secret, secret_hash
-from labgym.runs import ExecutorOptions
+from labgym.runs import ExecutorOptions, RunIdentity
 
 SECRET, OTHER = bytes(range(32)), bytes(range(1, 33))
 DOCK = "labnav-dock"
@@ -140,6 +143,18 @@ def test_a_receipt_states_floors_scores_and_verdict_and_reads_back(out, submissi
     assert SECRET.hex() not in (out / "receipts" / "still.json").read_text()
     with pytest.raises(DocumentError, match="verdict"):
         FreshReceipt.parse({**receipt.to_json(), "verdict": "no alarm"})
+
+
+def test_another_policy_of_the_same_name_gets_no_receipt(out, submission, receipt, monkeypatch):
+    policy, read = receipt.fingerprint.model_dump(), LabNavEvaluation.read
+    for files, refused in ((policy["files"], False), ("0" * 64, True)):
+        identity = RunIdentity.of(LabNavEvaluation.KIND, policy={**policy, "files": files})
+        stated = replace(read(submission), identity=identity)
+        monkeypatch.setattr(
+            LabNavEvaluation, "read", lambda folder, stated=stated: stated if folder == submission else read(folder)
+        )
+        with pytest.raises(OptionError, match="is not that of") if refused else nullcontext():
+            check_fresh(submission, 2, out, progress=False)
 
 
 def test_a_second_check_with_the_same_folder_draws_and_drives_nothing(out, submission, receipt, monkeypatch):
