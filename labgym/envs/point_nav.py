@@ -132,8 +132,8 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
     camera). Reward terms: "progress", "success", "failure", "collision", "time", "clearance", "goal", "function".
     Endings: "touch", "rest", "stop", "contact", "touched" (contacts by name), "stuck", "limit" (a time), "spill",
     "goal". Actions: "velocity" (with a third component STOP, and a delay, on request), "slipping" (the same with errors
-    of the wheels), "discrete" (with the errors "locobot" or "robothor" on request). Their classes in
-    `labgym.envs.parts` describe arguments and sources.
+    of the wheels), "braking" (the same until a brake parks the robot near the goal), "discrete" (with the errors
+    "locobot" or "robothor" on request). Their classes in `labgym.envs.parts` describe arguments and sources.
 
     - `config` (None): a `PointNavConfig`, a mapping of its fields, or the path of a .json or .yaml file of one; other
       arguments replace its fields.
