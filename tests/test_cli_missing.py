@@ -107,6 +107,7 @@ COMMANDS = {
         ["train", "ppo-imitation", "--out", "o"],
         ["train", "ppo", "--out", "o"],
         ["train", "sac", "--out", "o"],
+        ["train", "recurrent-ppo", "--out", "o"],
         ["train", "her", "--out", "o"],
         ["train", "local-practice", "--out", "o"],
         ["train", "local-imitation", "--out", "o"],
@@ -117,6 +118,7 @@ COMMANDS = {
         ["ablate", "local-ppo", "--out", "o"],
         ["data", "--learner", "a", "--out", "o"],
     ],
+    "wandb": [["train", "ppo", "--wandb", "project", "--out", "o"]],
     "usd": [
         ["compile", LAYOUT, "--format", "usd", "--out", "o"],
         ["compile", LAYOUT, "--format", "usd", "--interactive", "--out", "o"],

@@ -18,7 +18,7 @@ from labgym.cli.arguments import (
     parse_options,
 )
 from labgym.cli.outcome import written
-from labgym.cli.problems import check_training
+from labgym.cli.problems import check_installed, check_training
 from labgym.counts import whole_number
 
 Named = Annotated[PolicyOptions, arg(name="set")]
@@ -62,6 +62,8 @@ class TrainingArguments:
         """
         contrib = ("sb3_contrib",) if algorithm == "recurrent-ppo" else ()
         check_training(f"labgym train {algorithm}", "stable_baselines3", "safetensors", "yaml", *contrib)
+        if self.wandb is not None:
+            check_installed("wandb", "--wandb")
         from labgym.training.hyperparameters import Hyperparameters
         from labgym.training.run import RunSettings, train
 
