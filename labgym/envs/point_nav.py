@@ -74,7 +74,7 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
     - `success`: +10 when the goal is reached, once an episode;
     - `collision`: -0.1 per step in which the robot touched something;
     - `time`: -0.01 per step;
-    - `failure`, a term only if its weight is not 0, as in the ids of LabNav: once, when a rule ends the drive elsewhere.
+    - `failure`: 0, and then no term; in the ids of LabNav -5 when a rule ends the drive without success.
 
     ## Episode end
 
