@@ -118,7 +118,6 @@ COMMANDS = {
         ["ablate", "local-ppo", "--out", "o"],
         ["data", "--learner", "a", "--out", "o"],
     ],
-    "wandb": [["train", "ppo", "--wandb", "project", "--out", "o"]],
     "usd": [
         ["compile", LAYOUT, "--format", "usd", "--out", "o"],
         ["compile", LAYOUT, "--format", "usd", "--interactive", "--out", "o"],

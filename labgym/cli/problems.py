@@ -33,7 +33,6 @@ EXTRAS = {
     "submitit": ("submitit", "slurm"),
     "tensorboard": ("tensorboard", "train"),
     "torch": ("torch", "train"),
-    "wandb": ("wandb", "wandb"),
     "warp": ("warp-lang", "warp"),
     "wordllama": ("wordllama", "embed"),
     "yaml": ("pyyaml", "cad"),

@@ -18,7 +18,7 @@ from labgym.cli.arguments import (
     parse_options,
 )
 from labgym.cli.outcome import written
-from labgym.cli.problems import check_installed, check_training
+from labgym.cli.problems import check_training
 from labgym.counts import whole_number
 
 Named = Annotated[PolicyOptions, arg(name="set")]
@@ -40,7 +40,7 @@ class TrainingArguments:
         out: Folder for policies, scores, logs and checkpoint; by default runs/ALGORITHM/ENVIRONMENT.
         threads: Number of torch threads; the last bits of the weights depend on it.
         fresh: Move the files of the folder aside and start anew.
-        wandb: Project of Weights & Biases that receives the log, in addition to TensorBoard (extra wandb).
+        wandb: Project of Weights & Biases that receives the log, in addition to TensorBoard (pip install wandb).
     """
 
     steps: OptionalWholeNumber = None
@@ -62,11 +62,11 @@ class TrainingArguments:
         """
         contrib = ("sb3_contrib",) if algorithm == "recurrent-ppo" else ()
         check_training(f"labgym train {algorithm}", "stable_baselines3", "safetensors", "yaml", *contrib)
-        if self.wandb is not None:
-            check_installed("wandb", "--wandb")
         from labgym.training.hyperparameters import Hyperparameters
-        from labgym.training.run import RunSettings, train
+        from labgym.training.run import RunSettings, check_wandb, train
 
+        if self.wandb is not None:
+            check_wandb()
         steps = {} if self.steps is None else {"n_timesteps": self.steps}
         changes = {**parse_options(self.changes), **steps}
         hyperparameters = Hyperparameters.load(algorithm, environment, self.hyperparams, changes)
