@@ -229,6 +229,7 @@ def test_the_environment_of_every_task_follows_from_plain_data(task, sensors):
         "config": f"labnav-{task}-3-{sensors}",
         "split": "floors-val",
         "exact": True,
+        "stop": "action",
     }
     env = gym.make(gym.envs.registration.EnvSpec.from_json(spec.to_json()))
     assert env.unwrapped.config.drives == f"labnav-{task}-3"
