@@ -107,6 +107,7 @@ COMMANDS = {
         ["train", "ppo-imitation", "--out", "o"],
         ["train", "ppo", "--out", "o"],
         ["train", "sac", "--out", "o"],
+        ["train", "recurrent-ppo", "--out", "o"],
         ["train", "her", "--out", "o"],
         ["train", "local-practice", "--out", "o"],
         ["train", "local-imitation", "--out", "o"],

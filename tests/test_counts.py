@@ -40,6 +40,8 @@ def test_a_memory_error_names_count_limit_and_the_largest_count():
         ("train iplanner --seed -1", "seed"),
         ("train ppo-imitation --steps 0", "steps"),
         ("train local-practice --floors 0", "floors"),
+        ("train floors --count 0", "count"),
+        ("train floors --per-level 0", "per_level"),
         ("data --seed 10000000000000000", "seed"),
         ("generate sub_01 --seed 10000000000000000", "seed"),
     ],

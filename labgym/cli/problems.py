@@ -28,6 +28,7 @@ EXTRAS = {
     "pygame": ("pygame", "train"),
     "rdkit": ("rdkit", "chem"),
     "safetensors": ("safetensors", "train"),
+    "sb3_contrib": ("sb3-contrib", "train"),
     "stable_baselines3": ("stable-baselines3", "train"),
     "submitit": ("submitit", "slurm"),
     "tensorboard": ("tensorboard", "train"),

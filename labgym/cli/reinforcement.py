@@ -40,7 +40,7 @@ class TrainingArguments:
         out: Folder for policies, scores, logs and checkpoint; by default runs/ALGORITHM/ENVIRONMENT.
         threads: Number of torch threads; the last bits of the weights depend on it.
         fresh: Move the files of the folder aside and start anew.
-        wandb: Project of Weights & Biases that receives the log, in addition to TensorBoard (extra wandb).
+        wandb: Project of Weights & Biases that receives the log, in addition to TensorBoard (pip install wandb).
     """
 
     steps: OptionalWholeNumber = None
@@ -63,8 +63,10 @@ class TrainingArguments:
         contrib = ("sb3_contrib",) if algorithm == "recurrent-ppo" else ()
         check_training(f"labgym train {algorithm}", "stable_baselines3", "safetensors", "yaml", *contrib)
         from labgym.training.hyperparameters import Hyperparameters
-        from labgym.training.run import RunSettings, train
+        from labgym.training.run import RunSettings, check_wandb, train
 
+        if self.wandb is not None:
+            check_wandb()
         steps = {} if self.steps is None else {"n_timesteps": self.steps}
         changes = {**parse_options(self.changes), **steps}
         hyperparameters = Hyperparameters.load(algorithm, environment, self.hyperparams, changes)
@@ -90,7 +92,7 @@ def floors(
 
     Args:
         out: Folder for the pack.
-        count: Number of floors; a floor takes 15 to 60 CPU seconds.
+        count: Number of floors; a floor takes 10 to 15 CPU seconds, and its episodes more.
         per_level: Most episodes of each task and level on a floor.
     """
     whole_number("count", count)

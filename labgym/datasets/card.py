@@ -116,7 +116,7 @@ env = gym.make("{options.spec.id}", {arguments})
 
 {_limits(options)}
 - The score is by the rules of LabNav's evaluation as they apply in this environment, which differs from the evaluation
-  in how a drive of `shift` that failed ends; of the task `point` it is SPL. The step of STOP counts in neither.
+  in how a drive of `shift` that failed ends; of the task `point` it is SPL. The steps of STOP count in neither.
 - Simulated: docs/labnav.md lists the assumptions.
 
 License: Apache-2.0, as labgym.

@@ -69,7 +69,7 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
     - `success`: +10 when the goal is reached, once an episode;
     - `collision`: -0.1 per step in which the robot touched something;
     - `time`: -0.01 per step;
-    - `failure`, a term only if its weight is not 0, as in LabNav: once, when a rule ends the drive elsewhere.
+    - `failure`: 0, and then no term; in the ids of LabNav -5 when a rule ends the drive without success.
 
     ## Episode end
 
@@ -127,8 +127,8 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
     camera). Reward terms: "progress", "success", "failure", "collision", "time", "clearance", "goal", "function".
     Endings: "touch", "rest", "stop", "contact", "touched" (contacts by name), "stuck", "limit" (a time), "spill",
     "goal". Actions: "velocity" (with a third component STOP, and a delay, on request), "slipping" (the same with errors
-    of the wheels), "discrete" (with the errors "locobot" or "robothor" on request). Their classes in
-    `labgym.envs.parts` describe arguments and sources.
+    of the wheels), "braking" (the same until a brake parks the robot near the goal), "discrete" (with the errors
+    "locobot" or "robothor" on request). Their classes in `labgym.envs.parts` describe arguments and sources.
 
     - `config` (None): a `PointNavConfig`, a mapping of its fields, or the path of a .json or .yaml file of one; other
       arguments replace its fields.

@@ -265,8 +265,8 @@ def _on_ladder(name: str | Path, options: Mapping[str, Any]) -> PointNavConfig:
     """
     rule = options["curriculum"]
     check_name("curriculum", rule, RULES)
-    for name in ("tasks", "drives"):
-        refuse_idle((("curriculum", options.get(name) is not None, f"with {name}: leave one of the two out"),))
+    for other in ("tasks", "drives"):
+        refuse_idle((("curriculum", options.get(other) is not None, f"with {other}: leave one of the two out"),))
     own = {key: value for key, value in options.items() if key != "curriculum"}
     last = configured(name, own)
     rooms = {key: value for key, value in own.items() if key not in ROOM_OPTIONS}

@@ -19,7 +19,7 @@ from stable_baselines3.common.logger import KVWriter, configure
 from stable_baselines3.common.vec_env import VecEnv, VecFrameStack, VecNormalize
 
 from labgym.documents import write_json, write_text
-from labgym.errors import LabgymError, MissingDependencyError, OptionError, check_name, optional_package
+from labgym.errors import LabgymError, OptionError, check_name, optional_package
 from labgym.layouts.batch import catalog_digest
 from labgym.policies.learned.training_loop import finish, train_identity
 from labgym.runs import RunFolder
@@ -132,8 +132,8 @@ def train_model(model: BaseAlgorithm, hyperparameters: Hyperparameters, settings
         DocumentError: the checkpoint is damaged, or an output of a finished run was changed.
     """
     torch.set_num_threads(settings.threads)
-    if settings.wandb and find_spec("wandb") is None:
-        raise MissingDependencyError("wandb", "the log in Weights & Biases", "wandb")
+    if settings.wandb:
+        check_wandb()
     actor_of(model)  # A model that cannot be saved is refused before it is trained.
     contrib = ["sb3-contrib"] if hyperparameters.algorithm == RECURRENT else []
     identity = train_identity(
@@ -193,12 +193,12 @@ class WandbOutput(KVWriter):
         project: name of the project. out: folder of the run, whose path names the run. config: hyperparameters.
 
     Raises:
-        MissingDependencyError: wandb is not installed (extra `wandb`).
+        OptionError: the package wandb is not installed.
     """
 
     def __init__(self, project: str, out: Path, config: Mapping[str, Any]) -> None:
-        with optional_package("wandb", "the log in Weights & Biases", "wandb"):
-            wandb: Any = import_module("wandb")
+        check_wandb()
+        wandb: Any = import_module("wandb")
         self._run = wandb.init(project=project, name=str(out), dir=str(out), config=dict(config), resume="allow")
 
     def write(self, key_values: dict[str, Any], key_excluded: dict[str, tuple[str, ...]], step: int = 0) -> None:  # noqa: ARG002
@@ -209,6 +209,16 @@ class WandbOutput(KVWriter):
     def close(self) -> None:
         """End the run."""
         self._run.finish()
+
+
+def check_wandb() -> None:
+    """Refuse a log in Weights & Biases if its package, which belongs to no extra, is not installed.
+
+    Raises:
+        OptionError: it is not.
+    """
+    if find_spec("wandb") is None:
+        raise OptionError("the log in Weights & Biases needs the package wandb: pip install wandb")
 
 
 RECURRENT = "recurrent-ppo"

@@ -14,6 +14,7 @@ import pytest
 from labgym.cli import main
 from labgym.datasets import DriveOptions, drive_options, make, make_drives
 from labgym.datasets.tables import column_array, episodes_schema, observations_of, steps_schema
+from labgym.envs.labnav.task import STOP_HOLD
 from labgym.envs.labnav.tasks import TASKS
 from labgym.errors import LabgymError, OptionError, UnknownNameError
 from labgym.runs import ExecutorOptions
@@ -111,12 +112,12 @@ def test_the_score_follows_from_the_columns(episodes):
         assert math.isclose(row.score, good if row.success else 0.0, abs_tol=1e-5)
 
 
-def test_stop_is_sent_once_at_the_end_of_a_successful_drive(people, episodes):
+def test_stop_is_held_at_the_end_of_a_successful_drive(people, episodes):
     for row in episodes.itertuples():
         actions = np.stack(steps_of(people, row.episode_index)["action"].to_pylist())
         stops = actions[:, 2] > 0.0
-        assert not stops[:-1].any()
-        assert bool(stops[-1]) == (row.ending not in ("contact", "stuck", "time"))
+        assert not stops[:-STOP_HOLD].any()
+        assert stops[-STOP_HOLD:].tolist() == [row.ending not in ("contact", "stuck", "time")] * STOP_HOLD
 
 
 def test_observations_hold_nothing_but_what_the_environment_shows(people, camera_tables):
@@ -228,6 +229,7 @@ def test_the_environment_of_every_task_follows_from_plain_data(task, sensors):
         "config": f"labnav-{task}-3-{sensors}",
         "split": "floors-val",
         "exact": True,
+        "stop": "action",
     }
     env = gym.make(gym.envs.registration.EnvSpec.from_json(spec.to_json()))
     assert env.unwrapped.config.drives == f"labnav-{task}-3"

@@ -17,7 +17,7 @@ pytest.importorskip("yaml")
 pytest.importorskip("numba")
 
 from labgym.cli.app import main
-from labgym.errors import DocumentError, MissingDependencyError, OptionError
+from labgym.errors import DocumentError, OptionError
 from labgym.policies import make_policy
 from labgym.training import legs, run
 from labgym.training.hyperparameters import Hyperparameters
@@ -145,7 +145,7 @@ def test_weights_and_biases_receives_the_log(tmp_path, monkeypatch):
     hyperparameters = Hyperparameters.load("ppo", environment, None, {**SMALL, **NETWORK, **changes})
     monkeypatch.setitem(sys.modules, "wandb", None)
     monkeypatch.setattr(run, "find_spec", lambda name: None if name == "wandb" else find_spec(name))
-    with pytest.raises(MissingDependencyError, match="wandb"):
+    with pytest.raises(OptionError, match="pip install wandb"):
         train(hyperparameters, RunSettings(tmp_path / "none", verbose=False, wandb="labnav"))
     assert not (tmp_path / "none").exists()
     monkeypatch.setattr(run, "find_spec", lambda name: True if name == "wandb" else find_spec(name))

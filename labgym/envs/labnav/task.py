@@ -327,8 +327,14 @@ class LabNavTask:
         """
         scale, veer = slip
         if stop == "brake":
-            brake = {"distance": self.braking_distance, "docks": self.docks, "stay": self.stay(delay)}
-            return BrakingActions(delay=delay, scale=scale, veer=veer, **brake)
+            return BrakingActions(
+                delay=delay,
+                scale=scale,
+                veer=veer,
+                distance=self.braking_distance,
+                docks=self.docks,
+                stay=self.stay(delay),
+            )
         return SlippingActions(stop == "action", delay, STOP_THRESHOLD, STOP_HOLD, scale, veer)
 
     def endings(self, stop: bool) -> tuple[Ending, ...]:

@@ -88,6 +88,7 @@ class BrakingActions(SlippingActions):
         """Begin an episode at rest, with new errors."""
         super().reset(state, rng)
         self._leg = -1
+        self._parking: Parking | None = None
 
     def commands(self, action: Any, state: State, rng: np.random.Generator) -> Iterable[Command]:
         """Return one command: the agent's, or the brake's.
@@ -98,7 +99,8 @@ class BrakingActions(SlippingActions):
         if RECKONED not in state.views:
             raise OptionError("actions 'braking' need an odometry sensor: add 'odometry' to `sensors`")
         if state.leg != self._leg:
-            self._leg, self._parking, self._stopped = state.leg, None, False
+            self._leg, self._stopped = state.leg, False
+            self._parking = None
         here, goal = state.views[RECKONED], announced_goal(state)
         if self._parking is None and math.dist(here[:2], goal[:2]) <= self.distance:
             self._parking = Parking(goal[2] if self.docks else None, self.stay)

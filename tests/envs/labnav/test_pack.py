@@ -13,6 +13,7 @@ import labgym  # noqa: F401 -- registers the ids
 from labgym.envs.labnav import pack as module
 from labgym.envs.labnav.pack import FOLDER, INDEX, make_pack, read_pack
 from labgym.envs.labnav.tasks import TASKS
+from labgym.envs.presets import configured
 from labgym.errors import DocumentError, LabgymError, OptionError, UnknownNameError
 
 HALL = hall_laboratory()
@@ -76,8 +77,8 @@ def test_environments_draw_the_episodes_of_a_pack(packed):
     for options in ({"floor": 7}, {"episode": 9}, {"pair": 0}):
         with pytest.raises(UnknownNameError):
             env.reset(options=options)
-    ladder = gym.make("LabNavGlass-v0", level=1, floors=str(folder), curriculum="mixed").unwrapped
-    assert [rung.floors for rung in ladder.config.curriculum.rungs] == [None, str(folder), str(folder)]
+    ladder = configured("LabNavGlass-v0", {"level": 1, "floors": str(folder), "curriculum": "mixed"}).curriculum
+    assert [rung.floors for rung in ladder.rungs] == [None, str(folder), str(folder)]
 
 
 def test_a_pack_without_the_task_a_damaged_floor_and_idle_arguments_are_refused(packed):
