@@ -381,6 +381,19 @@ def remaining(poses: Array, fields: Index, grids: Array, to_go: Array) -> None:
             to_go[k] = interpolated(poses[k, 0], poses[k, 1], field, grids[k])
 
 
+@entry
+def polar(poses: Array, goals: Array, distances: Array, reach: float, readings: NDArray[np.float32]) -> None:
+    """Write the goals (n, 3) in polar form, as `labgym.envs.parts.vectors.polar`, to readings (n, 3).
+
+    Args:
+        poses: (n, 3). distances: (n,) to the goals, meters. reach: largest distance that is read, meters.
+    """
+    for k in range(len(poses)):
+        bearing = math.atan2(goals[k, 1] - poses[k, 1], goals[k, 0] - poses[k, 0]) - poses[k, 2]
+        readings[k, 0] = min(distances[k], reach)
+        readings[k, 1], readings[k, 2] = math.cos(bearing), math.sin(bearing)
+
+
 @compiled
 def wrapped(angle: float) -> float:
     """Return the angle in (-pi, pi], as `labgym.geometry.wrap_angle`."""
