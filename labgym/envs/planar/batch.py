@@ -333,7 +333,7 @@ def _step(first: int, last: int, robots: Robots, driving: Driving, look: bool, w
             robots.touched[k] = ranks.max() > 0
         yaw = wrapped(state[2])
         robots.poses[k, 0], robots.poses[k, 1], robots.poses[k, 2] = state[0], state[1], yaw
-        robots.eyes[k] = robots.poses[k]
+        robots.eyes[k, 0], robots.eyes[k, 1], robots.eyes[k, 2] = state[0], state[1], yaw
         robots.velocities[k, 0] = math.cos(state[2]) * state[3] + math.sin(state[2]) * state[4]
         robots.velocities[k, 1] = state[5]
         robots.clearances[k] = clearance_at(state[0], state[1], boxes)
