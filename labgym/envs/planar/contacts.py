@@ -158,7 +158,7 @@ def _cost(a: Array, state: Array, body: PlanarBody, count: int, work: ContactBuf
     mass, inertia, mu = body.mass, body.inertia, body.friction
     ax, ay, az = a[0], a[1], a[2]
     gx, gy, gz = mass * (ax - start[0]), mass * (ay - start[1]), inertia * (az - start[2])
-    cost = 0.5 * gx * (ax - start[0]) + 0.5 * gy * (ay - start[1]) + 0.5 * gz * (az - start[2])
+    cost: float = 0.5 * gx * (ax - start[0]) + 0.5 * gy * (ay - start[1]) + 0.5 * gz * (az - start[2])
     hxx, hyx, hyy, hzx, hzy, hzz = mass, 0.0, mass, 0.0, 0.0, inertia
     for k in range(count):
         nx, ny, rho, weight = contacts[k, 0], contacts[k, 1], contacts[k, 3], body.points / contacts[k, 4]
