@@ -46,6 +46,11 @@ def inner(function: Function) -> Function:
     return function if numba is None else cast(Function, numba.njit(nogil=True)(function))
 
 
+def inlined(function: Function) -> Function:
+    """Compile a function into each function that calls it, instead of a call of many arguments."""
+    return function if numba is None else cast(Function, numba.njit(nogil=True, forceinline=True)(function))
+
+
 def entry(function: Function) -> Function:
     """Compile a function that the interpreter calls, and keep the machine code on disk where that is possible.
 

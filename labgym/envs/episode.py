@@ -128,7 +128,8 @@ class RunningEpisode:
         """
         state, simulation = self.state, self.simulation
         if self.company is not None:
-            driven, touches = simulation.drive_among(state.time, self.company, *command)
+            kernel: Any = simulation  # the planar one
+            driven, touches = kernel.drive_among(state.time, self.company, *command)
             motion = Motion(
                 state.time + state.control_dt,
                 state.control_dt,
@@ -212,7 +213,7 @@ def company_of(state: State) -> Any:
     from labgym.envs.conditions.passing import nobody
     from labgym.envs.planar.simulation import TICK_S
 
-    company = nobody()
+    company: Any = nobody()
     for presence in state.presences.values():
         attend = getattr(presence, "attend", None)
         company = None if attend is None else attend(company)

@@ -16,8 +16,8 @@ from labgym.machine_code import entry
 Array = NDArray[np.float64]
 
 CLOSE_S, BESIDE_S, LEAST, SHARE, TICK, SUMS = 0, 1, 2, 3, 4, 5
-"""Places in the sums of people: seconds with somebody nearer than `CLOSE`; seconds for which somebody has been nearer
-than `BESIDE` until now; least distance, meters; share of the present 0.1 s that is over; and its number."""
+"""Places in the sums of people: seconds with somebody nearer than `CLOSE`; seconds for which somebody has been within
+1.5 m until now; least distance, meters; share of the present 0.1 s that is over; and its number."""
 CLOSE, BESIDE = 1.0, 1.5
 """Distances between centers that the outcome reports, meters."""
 AT_REST = 0.01

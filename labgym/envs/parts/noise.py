@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -39,12 +40,17 @@ class NoisySensor(Sensor):
         measured = self.measured(state)
         if not self.noise:
             return measured
-        space: Any = self.space  # a Box
         reading = measured
         for noise in self.noise:
             reading = noise.apply(reading, state, rng)
-        low, high = space.low.reshape(reading.shape), space.high.reshape(reading.shape)
+        low, high = (limit.reshape(reading.shape) for limit in self._limits)
         return np.clip(reading, low, high).astype(measured.dtype, copy=False)
+
+    @cached_property
+    def _limits(self) -> tuple[Reading, Reading]:
+        """The least and the greatest readings; a space is slow to make."""
+        space: Any = self.space  # a Box
+        return space.low, space.high
 
 
 @registered("noise", "gaussian")

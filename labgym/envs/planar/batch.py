@@ -333,7 +333,7 @@ def _step(first: int, last: int, robots: Robots, driving: Driving, look: bool, w
             robots.touched[k] = ranks.max() > 0
         yaw = wrapped(state[2])
         robots.poses[k, 0], robots.poses[k, 1], robots.poses[k, 2] = state[0], state[1], yaw
-        robots.eyes[k] = robots.poses[k]
+        robots.eyes[k, 0], robots.eyes[k, 1], robots.eyes[k, 2] = state[0], state[1], yaw
         robots.velocities[k, 0] = math.cos(state[2]) * state[3] + math.sin(state[2]) * state[4]
         robots.velocities[k, 1] = state[5]
         robots.clearances[k] = clearance_at(state[0], state[1], boxes)
@@ -379,6 +379,19 @@ def remaining(poses: Array, fields: Index, grids: Array, to_go: Array) -> None:
         if fields[k, 0] != 0:
             field = carray(pointer(fields[k, 0]), (fields[k, 1], fields[k, 2]), np.float64)
             to_go[k] = interpolated(poses[k, 0], poses[k, 1], field, grids[k])
+
+
+@entry
+def polar(poses: Array, goals: Array, distances: Array, reach: float, readings: NDArray[np.float32]) -> None:
+    """Write the goals (n, 3) in polar form, as `labgym.envs.parts.vectors.polar`, to readings (n, 3).
+
+    Args:
+        poses: (n, 3). distances: (n,) to the goals, meters. reach: largest distance that is read, meters.
+    """
+    for k in range(len(poses)):
+        bearing = math.atan2(goals[k, 1] - poses[k, 1], goals[k, 0] - poses[k, 0]) - poses[k, 2]
+        readings[k, 0] = min(distances[k], reach)
+        readings[k, 1], readings[k, 2] = math.cos(bearing), math.sin(bearing)
 
 
 @compiled

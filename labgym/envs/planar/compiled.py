@@ -28,6 +28,7 @@ with optional_package("numba", "the planar kernel (physics='planar')", "fast"):
 CONSTANTS = ("robot.py", "sensors.py", "simulation.py", "conditions/passing.py", "conditions/cast.py")
 """Files whose constants and functions the compiled functions contain."""
 
+inlined = machine_code.inlined
 compiled = machine_code.inner
 """Compiles a function when it is first called; other compiled functions may call it."""
 
@@ -80,7 +81,7 @@ Index = NDArray[np.int64]
 
 def row_of(arrays: Sequence[NDArray[Any]]) -> list[int]:
     """Return the address and the size of each array. Who uses the row keeps the arrays alive."""
-    return [number for array in arrays for number in (array.ctypes.data, array.size)]
+    return [number for array in arrays for number in (array.__array_interface__["data"][0], array.size)]
 
 
 @compiled

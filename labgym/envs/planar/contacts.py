@@ -153,22 +153,19 @@ def constrained(
 
 @compiled
 def _cost(a: Array, state: Array, body: PlanarBody, count: int, work: ContactBuffers) -> float:
-    """Return the cost of an acceleration, and write its gradient (3,) and Hessian (3, 3)."""
-    gradient, hessian, contacts = work.gradient, work.hessian, work.contacts
-    cost = 0.0
-    for k in range(3):
-        inertia = body.inertia if k == 2 else body.mass
-        gradient[k] = inertia * (a[k] - work.start[k])
-        for j in range(3):
-            hessian[k, j] = inertia if j == k else 0.0
-        cost += 0.5 * gradient[k] * (a[k] - work.start[k])
-    mu = body.friction
+    """Return the cost of an acceleration, and write its gradient (3,) and the lower half of its Hessian (3, 3)."""
+    gradient, hessian, contacts, start = work.gradient, work.hessian, work.contacts, work.start
+    mass, inertia, mu = body.mass, body.inertia, body.friction
+    ax, ay, az = a[0], a[1], a[2]
+    gx, gy, gz = mass * (ax - start[0]), mass * (ay - start[1]), inertia * (az - start[2])
+    cost: float = 0.5 * gx * (ax - start[0]) + 0.5 * gy * (ay - start[1]) + 0.5 * gz * (az - start[2])
+    hxx, hyx, hyy, hzx, hzy, hzz = mass, 0.0, mass, 0.0, 0.0, inertia
     for k in range(count):
         nx, ny, rho, weight = contacts[k, 0], contacts[k, 1], contacts[k, 3], body.points / contacts[k, 4]
         # The contact point moves along the tangent (-ny, nx) with -ny vx + nx vy - rho w.
         slip = -ny * state[3] + nx * state[4] - rho * state[5]
-        normal = nx * a[0] + ny * a[1] - contacts[k, 5]
-        along = -ny * a[0] + nx * a[1] - rho * a[2] + body.damping * slip
+        normal = nx * ax + ny * ay - contacts[k, 5]
+        along = -ny * ax + nx * ay - rho * az + body.damping * slip
         u, t = mu * normal, mu * abs(along)
         if u >= mu * t:  # it separates
             continue
@@ -181,11 +178,19 @@ def _cost(a: Array, state: Array, body: PlanarBody, count: int, work: ContactBuf
             cost += 0.5 * scale * beyond * beyond
             gn, gt = scale * beyond * mu, scale * beyond * by_along
             hnn, hnt, htt = scale * mu * mu, scale * mu * by_along, scale * by_along * by_along
-        jn, jt = (nx, ny, 0.0), (-ny, nx, -rho)
-        for i in range(3):
-            gradient[i] += gn * jn[i] + gt * jt[i]
-            for j in range(3):
-                hessian[i, j] += hnn * jn[i] * jn[j] + hnt * (jn[i] * jt[j] + jt[i] * jn[j]) + htt * jt[i] * jt[j]
+        # The normal moves with (nx, ny, 0), the tangent with (-ny, nx, -rho).
+        gx += gn * nx + gt * -ny
+        gy += gn * ny + gt * nx
+        gz += gt * -rho
+        hxx += hnn * nx * nx + hnt * (nx * -ny + -ny * nx) + htt * -ny * -ny
+        hyx += hnn * ny * nx + hnt * (ny * -ny + nx * nx) + htt * nx * -ny
+        hyy += hnn * ny * ny + hnt * (ny * nx + nx * ny) + htt * nx * nx
+        hzx += hnt * (-rho * nx) + htt * -rho * -ny
+        hzy += hnt * (-rho * ny) + htt * -rho * nx
+        hzz += htt * -rho * -rho
+    gradient[0], gradient[1], gradient[2] = gx, gy, gz
+    hessian[0, 0], hessian[1, 0], hessian[1, 1] = hxx, hyx, hyy
+    hessian[2, 0], hessian[2, 1], hessian[2, 2] = hzx, hzy, hzz
     return cost
 
 

@@ -14,7 +14,7 @@ from labgym.envs.conditions.bodies import BodyShape
 from labgym.envs.conditions.glass import NORMAL, GlassPresence
 from labgym.envs.conditions.panes import FRAMED, FRAMELESS
 from labgym.envs.planar.body import PlanarBody, body_of
-from labgym.envs.planar.compiled import compiled, entry
+from labgym.envs.planar.compiled import compiled, entry, inlined
 from labgym.envs.planar.plan import Outlines, PlanarPlan, Solid, hull, outlines, plan_of, solids_of
 from labgym.envs.robot import ROBOT
 from labgym.envs.sensors import LIDAR_RAYS
@@ -73,56 +73,56 @@ def scan(
     """Write the ranges (n,) from a pose, in meters, at most `reach`."""
     for k in range(len(beams.x)):
         ranges[k] = reach
-    cosine, sine = math.cos(yaw), math.sin(yaw)
-    for outline in range(len(walls.first) - 1):
-        _sweep(x, y, cosine, sine, outline, walls, beams, reach, ranges)
+    _sweep(x, y, math.cos(yaw), math.sin(yaw), 0, len(walls.first) - 1, walls, beams, reach, ranges)
 
 
-@compiled
+@inlined
 def _sweep(
     x: float,
     y: float,
     cosine: float,
     sine: float,
-    outline: int,
+    begin: int,
+    end: int,
     walls: Outlines,
     beams: Beams,
     reach: float,
     ranges: NDArray[np.float32],
 ) -> None:
-    """Shorten the ranges (n,) from a pose to an outline, meters.
+    """Shorten the ranges (n,) from a pose to the outlines from `begin` to `end` - 1, meters.
 
     A convex outline shows the sides whose front the robot is on. Going around counter-clockwise, their directions fall,
     so each covers the rays between those of its two ends; neighbors share an end and leave no gap.
     """
     rays = len(beams.x)
-    first, last = walls.first[outline], walls.first[outline + 1]
-    end_direction = math.nan
-    for k in range(first, last):
-        ax, ay = walls.corners[k, 0] - x, walls.corners[k, 1] - y
-        gap = -(ax * walls.normals[k, 0] + ay * walls.normals[k, 1])
-        if gap <= 0.0 or gap >= reach:
-            end_direction = math.nan
-            continue
-        following = k + 1 if k + 1 < last else first
-        bx, by = walls.corners[following, 0] - x, walls.corners[following, 1] - y
-        if math.isnan(end_direction):
-            begin_direction = diamond(cosine * ax + sine * ay, cosine * ay - sine * ax)
-        else:
-            begin_direction = end_direction
-        end_direction = diamond(cosine * bx + sine * by, cosine * by - sine * bx)
-        nx = cosine * walls.normals[k, 0] + sine * walls.normals[k, 1]
-        ny = cosine * walls.normals[k, 1] - sine * walls.normals[k, 0]
-        low, high = _first(end_direction, beams), _first(begin_direction, beams)
-        if end_direction <= begin_direction:
-            _range(low, high, -gap, nx, ny, beams, ranges)
-        else:  # the side crosses the direction backwards
-            _range(low, rays, -gap, nx, ny, beams, ranges)
-            _range(0, high, -gap, nx, ny, beams, ranges)
+    for outline in range(begin, end):
+        first, last = walls.first[outline], walls.first[outline + 1]
+        end_direction = math.nan
+        for k in range(first, last):
+            ax, ay = walls.corners[k, 0] - x, walls.corners[k, 1] - y
+            gap = -(ax * walls.normals[k, 0] + ay * walls.normals[k, 1])
+            if gap <= 0.0 or gap >= reach:
+                end_direction = math.nan
+                continue
+            following = k + 1 if k + 1 < last else first
+            bx, by = walls.corners[following, 0] - x, walls.corners[following, 1] - y
+            if math.isnan(end_direction):
+                begin_direction = diamond(cosine * ax + sine * ay, cosine * ay - sine * ax)
+            else:
+                begin_direction = end_direction
+            end_direction = diamond(cosine * bx + sine * by, cosine * by - sine * bx)
+            nx = cosine * walls.normals[k, 0] + sine * walls.normals[k, 1]
+            ny = cosine * walls.normals[k, 1] - sine * walls.normals[k, 0]
+            low, high = _first(end_direction, beams), _first(begin_direction, beams)
+            if end_direction <= begin_direction:
+                _range(low, high, -gap, nx, ny, beams, ranges)
+            else:  # the side crosses the direction backwards
+                _range(low, rays, -gap, nx, ny, beams, ranges)
+                _range(0, high, -gap, nx, ny, beams, ranges)
 
 
 class Shown(NamedTuple):
-    """What a lidar sees of an episode besides the walls.
+    """Panes and bodies of an episode, which a lidar sees besides the walls.
 
     Attributes:
         panes: outlines of glass, which a lidar sees near its normal only. cosine: least of the angle to the normal.
@@ -152,7 +152,18 @@ def scan_shown(
         # From the pose in the frame of the body.
         c, s = math.cos(places[k, 2]), math.sin(places[k, 2])
         turn = yaw - places[k, 2]
-        _sweep(c * dx + s * dy, c * dy - s * dx, math.cos(turn), math.sin(turn), outline, shapes, beams, reach, ranges)
+        _sweep(
+            c * dx + s * dy,
+            c * dy - s * dx,
+            math.cos(turn),
+            math.sin(turn),
+            outline,
+            outline + 1,
+            shapes,
+            beams,
+            reach,
+            ranges,
+        )
 
 
 @compiled
@@ -173,7 +184,7 @@ def _scan_glass(
     normal = np.zeros(rays)
     for outline in range(len(panes.first) - 1):
         own[:] = nearest
-        _sweep(x, y, cosine, sine, outline, panes, beams, reach, own)
+        _sweep(x, y, cosine, sine, outline, outline + 1, panes, beams, reach, own)
         for k in range(rays):
             if own[k] < nearest[k]:
                 nearest[k] = own[k]

@@ -27,6 +27,7 @@ from labgym.envs.parts.rewards import (
     TimeTerm,
 )
 from labgym.envs.parts.vectors import GoalSensor, VelocitySensor
+from labgym.envs.planar.batch import polar
 
 Column = NDArray[Any]
 GOES_ON, SUCCESS, FAILURE, TRUNCATION = 0, 1, 2, 3
@@ -136,12 +137,9 @@ def reading(sensor: GoalSensor | VelocitySensor, columns: Columns) -> NDArray[np
     """Return the readings of a sensor, (n, 3) or (n, 2)."""
     if isinstance(sensor, VelocitySensor):
         return np.minimum(np.maximum(columns.velocity, sensor.low), sensor.high).astype(np.float32)
-    polar = []
-    for (x, y, yaw), (goal_x, goal_y, _) in zip(columns.pose.tolist(), columns.goal.tolist(), strict=True):
-        dx, dy = goal_x - x, goal_y - y
-        bearing = math.atan2(dy, dx) - yaw
-        polar.append((min(math.hypot(dx, dy), sensor.reach), math.cos(bearing), math.sin(bearing)))
-    return np.array(polar, np.float32)
+    readings = np.empty((len(columns.pose), 3), np.float32)
+    polar(columns.pose, columns.goal, columns.distance, sensor.reach, readings)
+    return readings
 
 
 class ProgressColumn:

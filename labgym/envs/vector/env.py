@@ -16,7 +16,7 @@ from labgym.envs.distance_to_go import GridDistanceToGo
 from labgym.envs.drive_source import task_source
 from labgym.envs.parts.actions import VelocityActions
 from labgym.envs.parts.endings import RestEnding
-from labgym.envs.parts.protocols import Sensor, Tasks
+from labgym.envs.parts.protocols import Tasks
 from labgym.envs.parts.rays import DepthSensor, LidarSensor
 from labgym.envs.parts.rewards import ProgressTerm
 from labgym.envs.parts.robots import DifferentialDrive
@@ -122,7 +122,7 @@ class VectorPointNavEnv(PointNavVectorEnv):
         self._columns = Columns.zeros(self.num_envs, config.control_dt)
         self._columns.terms = {name: np.zeros(self.num_envs) for name, _, _ in self._terms}
         self._rays = _batched(config, device)
-        self._batch = self._batch_of(config, threads, device)
+        self._batch: Any = self._batch_of(config, threads, device)
         self._rows = self._rows_of(config, own, rules)
         self._readings: Observations = {}
         self._age = np.zeros(self.num_envs, dtype=np.int64)
@@ -217,10 +217,9 @@ class VectorPointNavEnv(PointNavVectorEnv):
         plain = type(config.actions) is VelocityActions and not config.actions.stop and not config.actions.delay
         if plain and not (terms or rules or sensors or measures or config.conditions or config.randomizations):
             return []
-        batch: Any = self._batch
         known: KnownTasks = {}
         own = (sorted(terms), sorted(rules), measures, known)
-        return [EpisodeRow(config, batch, row, sensors, *own) for row in range(self.num_envs)]
+        return [EpisodeRow(config, self._batch, row, sensors, *own) for row in range(self.num_envs)]
 
     def _drive(self, actions: Any, active: NDArray[np.bool_]) -> None:
         """Carry out the actions of some environments."""
@@ -358,11 +357,11 @@ class VectorPointNavEnv(PointNavVectorEnv):
     def _observations(self) -> Observations:
         return {sensor.name: self._observation(sensor) for sensor in self._sensors}
 
-    def _observation(self, sensor: Sensor) -> NDArray[Any]:
+    def _observation(self, sensor: Any) -> NDArray[Any]:
         if sensor.name in self._own_sensors:
             return self._readings[sensor.name].copy()
         if isinstance(sensor, LidarSensor | DepthSensor):
-            return self._batch.readings(sensor.name)
+            return np.asarray(self._batch.readings(sensor.name))
         return reading(sensor, self._columns)
 
     def _infos(self, rows: NDArray[np.bool_]) -> dict[str, Any]:

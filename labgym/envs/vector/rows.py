@@ -112,7 +112,7 @@ class EpisodeRow:
         """Begin the episode of a task, in whose world the batch has placed the robot."""
         rng, config = self._rng, self._config
         setting, drawn, observed = randomized(task, config, self._robot, self._all, self._randomizations, rng)
-        robot = BatchRobot(self._batch, self._row)
+        robot: Any = BatchRobot(self._batch, self._row)
         self._episode = episode = RunningEpisode(task, self._robot, config, setting, self._drawn, robot)
         state = episode.state
         state.randomization = drawn
@@ -140,6 +140,7 @@ class EpisodeRow:
         self._commands = tuple(self._actions.commands(action, state, self._streams["actions"]))
         state.stop = self._actions.is_stop(action)
         self._batch.robots.times[self._row] = state.time if self._checked else np.nan
+        command: tuple[float, ...]
         (command,) = self._commands
         return command
 
