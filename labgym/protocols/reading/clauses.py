@@ -25,7 +25,7 @@ _SKIPPED_ADVERBS = frozenset(
     "continuously evenly mainly only once twice separately being been progressively simultaneously almost".split()
 ) | frozenset(MANNERS)
 _METHODS = frozenset(
-    ("Filter", "Concentrate", "Distill", "Chromatograph", "Recrystallize", "Crystallize", "Extract", "Triturate", "Hydrogenate", "Sublime")
+    ("Purify", "Filter", "Concentrate", "Distill", "Chromatograph", "Recrystallize", "Crystallize", "Extract", "Triturate", "Hydrogenate", "Sublime")
 )
 _BY_METHOD = frozenset(
     "removed remove removing collected separated isolated recovered obtained purified purify filtered isolate eliminated "
@@ -65,6 +65,7 @@ class Clause:
     head: Head
     before: tuple[Token, ...]
     after: tuple[Token, ...]
+    group: tuple[Token, ...] = ()
 
 
 def clauses(tokens: Sequence[Token]) -> tuple[list[Clause], tuple[Token, ...]]:
@@ -80,7 +81,7 @@ def clauses(tokens: Sequence[Token]) -> tuple[list[Clause], tuple[Token, ...]]:
     for number, head in enumerate(heads):
         before = tuple(tokens[starts[number] : head.first])
         after = tuple(tokens[head.last + 1 : starts[number + 1]])
-        parts.append(Clause(head, before, after))
+        parts.append(Clause(head, before, after, tuple(tokens[head.first : head.last + 1])))
     return parts, ()
 
 
@@ -91,6 +92,8 @@ def _heads(tokens: Sequence[Token]) -> Iterator[Head]:
         if head is None:
             continue
         last = found[-1] if found else None
+        if last is not None and head.low in ("addition", "adding") and head.marker == "by" and last.word.verb in ("Quench", "AdjustPH", "Crystallize"):
+            continue
         if last is not None and _is_method(tokens, last, head):
             found[-1] = replace(last, word=head.word, last=head.place, method=head.low)
             continue
@@ -108,8 +111,10 @@ def _is_method(tokens: Sequence[Token], last: Head, head: Head) -> bool:
     """Return whether an operation says how another was done: "removed by filtration"."""
     between = tokens[last.place + 1 : head.place]
     lows = [token.low for token in between]
-    if head.word.verb == "Chromatograph" and last.word.verb == "Chromatograph" and ("and" not in lows or head.low.startswith("elut")):
+    if head.word.verb == "Chromatograph" and last.word.verb in ("Chromatograph", "Purify") and ("and" not in lows or head.low.startswith("elut")):
         return True
+    if head.marker == "by" and head.low in ("addition", "adding") and last.word.verb in ("Quench", "AdjustPH", "Crystallize"):
+        return False
     if last.low not in _BY_METHOD or head.word.verb not in _METHODS or len(between) > 12:
         return False
     if last.word.verb == "Yield" and head.word.verb not in ("Filter", "Chromatograph"):
@@ -139,6 +144,14 @@ def _head(tokens: Sequence[Token], place: int, token: Token) -> Head | None:
         ):
             return Head(place, place, VerbWord("Add", "theme"), "followed by", False, "followed", place + 1)
         return None
+    if token.low == "reduced" and token.kind != "verb":
+        first, passive, marker = _group(tokens, place)
+        if passive and any(item.low in ("hydrogenation", "hydrogen") for item in tokens[place:]):
+            return Head(place, first, VerbWord("Hydrogenate", "with"), token.low, passive, marker, place)
+        return None
+    if token.low in ("made", "make") and after in ("acid", "acidic", "basic", "alkaline", "neutral"):
+        first, passive, marker = _group(tokens, place)
+        return Head(place, first, VerbWord("AdjustPH", "with"), token.low, passive, marker, place + 1)
     if token.kind != "verb" or token.verb is None:
         return None
     word, low = token.verb, token.low
@@ -171,7 +184,11 @@ def _head(tokens: Sequence[Token], place: int, token: Token) -> Head | None:
         return None
     if low in ("prepared",):
         return None
+    if low in ("dilute", "diluted", "concentrated") and following is not None and following.kind == "name" and not passive:
+        return None
     if low in _HOLDING_NOUNS:
+        if after in ("continued", "was", "is"):
+            return Head(place, first, word, low, passive, marker, place)
         if previous in ("with", "under", "while", "magnetic", "mechanical", "vigorous", "rapid", "constant", "efficient", "good", "gentle", "external", "oil-bath", "for", "and") and not (
             previous == "while" and after in ("at",)
         ) and not (previous in ("vigorous", "and") and marker in ("after", "by")):

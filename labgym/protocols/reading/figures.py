@@ -87,7 +87,7 @@ _TIMES = re.compile(
     re.IGNORECASE,
 )
 _PH = re.compile(
-    r"(?<![A-Za-z])pH(?: (?:of|to|value|value of|was|is|about|approximately|ca\.?|reached|adjusted to|between))* ?[=:]? ?[~<>]?\s?"
+    r"(?<![A-Za-z])pH(?: (?:of|to|value|was|is|about|approximately|ca\.?|reached|adjusted|brought|made|between|then|the (?:reaction )?(?:mixture|solution|suspension)))* ?[=:]? ?[~<>]?\s?"
     r"(\d{1,2}(?:\.\d{1,2})?)(?: ?(?:-|to|and) ?(\d{1,2}(?:\.\d{1,2})?))?",
     re.IGNORECASE,
 )

@@ -30,7 +30,7 @@ _VERBS: tuple[tuple[str, Verb, Frame], ...] = (
     (rf"add{_ED}|addition", "Add", "theme"),
     (rf"charg{_ED}", "Add", "theme"),
     (rf"introduc{_ED}|plac{_ED}|combin{_ED}|mix{_ED}|put|inject{_ED}|bubbl{_ED}|admix{_ED}|blend{_ED}|load{_ED}", "Add", "theme"),
-    (rf"react{_ED}|condens{_ED}|treat{_ED}|treatment|dilut{_ED}|dilution|dilute[ds]?|subjected|admixed", "Add", "with"),
+    (rf"convert{_ED}|react{_ED}|condens{_ED}|treat{_ED}|treatment|dilut{_ED}|dilution|dilute[ds]?|subjected|admixed", "Add", "with"),
     (rf"siphon{_ED}|pour{_ED}", "Pour", "onto"),
     (rf"quench{_ED}|terminat{_ED}|decompos{_ED}|destroy{_ED}|hydroly[sz]{_ED}", "Quench", "with"),
     (rf"acidif(?:y|ied|ies|ying)|acidification|basif(?:y|ied|ies|ying)|basification|alkali[sz]{_ED}|alkalinized|neutrali[sz]{_ED}|neutralization|adjust{_ED}", "AdjustPH", "with"),
@@ -93,7 +93,7 @@ SOLID = frozenset(
 QUALITIES = frozenset(
     "aqueous aq aq. saturated sat. sat satd. satd sat'd concentrated conc. conc dilute diluted dil. dil dry anhydrous absolute glacial hot "
     "cold warm ice-cold ice-cooled boiling crude pure fresh freshly distilled additional more excess further remaining solid "
-    "liquid gaseous powdered activated half-saturated commercial commercially available deionized deionised distilled neat "
+    "liquid gaseous powdered half-saturated commercial commercially available deionized deionised distilled neat "
     "abs. abs degassed normal chilled cooled fuming precooled finely ground catalytic iced above chilled chopped crystallised "
     "crystallized purified dried separate total small little large amount amounts quantity quantities excess equal "
     "molar racemic technical reagent-grade spectral dark light yellow white pale colorless colourless brown orange red "
@@ -110,7 +110,7 @@ WORDS_OF_AMOUNT = {
     "sat'd": "saturated", "concentrated": "concentrated", "conc.": "concentrated", "conc": "concentrated",
     "dilute": "dilute", "diluted": "dilute", "dil.": "dilute", "dil": "dilute", "excess": "excess",
     "catalytic": "catalytic", "aqueous": "aqueous", "aq.": "aqueous", "aq": "aqueous", "glacial": "glacial",
-    "half-saturated": "half-saturated", "half-concentrated": "half-saturated", "little": "little", "equal": "equal",
+    "half-saturated": "half-saturated", "half-concentrated": "half-concentrated", "little": "little", "equal": "equal",
 }  # fmt: skip
 PREPOSITIONS = frozenset(
     "to in with of from over under at for by into onto on through between until after before during via using against within "
@@ -184,7 +184,7 @@ SUBSTANCES = frozenset(
 )
 """Names and parts of names whose form says nothing."""
 _SUFFIX = re.compile(
-    r"(?:[a-z)\]](?:ane|ene|yne|anol|enol|ynol|inol|erol|ylol|diol|triol|thiol|olate|oxide|amine|imine|amide|imide|idine|azine|azole|"
+    r"(?:(?:^|[a-z)\]])(?:ane|ene|yne|anol|enol|ynol|inol|erol|ylol|diol|triol|thiol|olate|oxide|amine|imine|amide|imide|idine|azine|azole|"
     r"idine|ucine|anine|onine|onate|oate|inate|ylate|nitrate|phosphate|phosphite|phosphine|borane|silane|stannane|nitrile|"
     r"chloride|bromide|iodide|fluoride|hydride|hydroxide|carbonate|sulfate|sulphate|sulfite|sulfide|sulphide|hydrate|hydrochloride|"
     r"hydrobromide|tosylate|mesylate|triflate|acetate|formate|benzoate|oxalate|citrate|tartrate|maleate|fumarate|succinate|"

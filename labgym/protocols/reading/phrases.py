@@ -23,6 +23,8 @@ from labgym.protocols.reading.lexicon import (
 from labgym.protocols.reading.tokens import Token
 
 _LINKS = frozenset(("of", "in", "with", "containing"))
+_TIMES = frozenset(("at", "over", "for", "during", "after", "under", "within", "before", "while"))
+"""Prepositions of circumstance."""
 _LABELS = frozenset("product compound intermediate ketone ester alcohol amine acid aldehyde salt".split())
 
 
@@ -84,6 +86,7 @@ class Phrase:
     repeats: int = 1
     repeated: Figure | None = None
     remarks: list[tuple[int, int]] = field(default_factory=list)
+    vessels: list[Figure] = field(default_factory=list)
 
     @property
     def is_prepared(self) -> bool:
@@ -114,6 +117,8 @@ class PhraseReader:
         self._last: Substance | None = None
         self._adjacent = False
         self._paired = False
+        self._instead = False
+        self._skip = -1
 
     def read(self) -> list[Phrase]:
         """Return the phrases in order."""
@@ -144,6 +149,15 @@ class PhraseReader:
         self._pending, self._solution_amounts, self._quality = [], [], []
         solutes = [item for item in phrase.substances if not item.solvent]
         solvents = [item for item in phrase.substances if item.solvent]
+        if phrase.solution is not None and len(solutes) == 1 and solvents and not solutes[0].is_measured and any(
+            figure.kind in ("molarity", "percent") for figure in solvents[-1].amounts
+        ):
+            solutes[0].amounts += solvents[-1].amounts
+            solvents[-1].amounts = []
+        if len(solutes) == 1 and solutes[0].is_stock and solvents and any(f.kind == "volume" for f in solutes[0].amounts):
+            moles = [figure for figure in solvents[-1].amounts if figure.kind in ("substance", "equivalents")]
+            solvents[-1].amounts = [figure for figure in solvents[-1].amounts if figure not in moles]
+            solutes[0].amounts += moles
         if phrase.solution is not None and len(solutes) == 1 and solutes[0].is_stock and solvents:
             volumes = [figure for figure in solvents[-1].amounts if figure.kind == "volume"]
             if volumes and not any(figure.kind in ("mass", "substance") for figure in solutes[0].amounts):
@@ -169,12 +183,33 @@ class PhraseReader:
             self._phrase.conditions.append(figure)
         elif figure.kind in ("ratio", "other", "length"):
             self._phrase.ratios.append(figure)
+        elif figure.kind == "volume" and self._is_vessel(place):
+            self._phrase.vessels.append(figure)
+        elif self._is_ended():
+            self._open("", token.start)
+            self._pending.append(figure)
         elif self._attaches_back(place):
             assert self._last is not None
             self._last.amounts.append(figure)
         else:
             self._pending.append(figure)
         self._adjacent = False
+
+    def _is_vessel(self, place: int) -> bool:
+        """Return whether an amount is the size of a vessel: "a 250 mL round-bottomed flask"."""
+        for token in self.tokens[place + 1 : place + 7]:
+            if token.low.rstrip(".") in VESSELS:
+                return True
+            if token.kind not in ("word", "verb") and token.low != ".":
+                return False
+            if token.low == "of" and token is not self.tokens[place + 1]:
+                return False
+        return False
+
+    def _is_ended(self) -> bool:
+        """Return whether a phrase of circumstance is complete, so that a noun begins a new one."""
+        phrase = self._phrase
+        return bool(phrase.conditions) and not phrase.substances and phrase.solution is None and phrase.prep in _TIMES
 
     def _attaches_back(self, place: int) -> bool:
         """Return whether an amount belongs to the name before it: "n-BuLi 2.5 M in hexane"."""
@@ -211,8 +246,13 @@ class PhraseReader:
         )
 
     def _named(self, token: Token, weak: bool) -> None:
+        if self._is_ended():
+            self._open("", token.start)
         last = self._last
-        if last is not None and self._adjacent and not self._separated and not self._pending:
+        if self._instead and last is not None:
+            self._instead = False
+            last.start, last.end, last.weak = token.start, token.end, weak
+        elif last is not None and self._adjacent and not self._separated and not self._pending:
             last.end = token.end
             last.weak = last.weak and weak
         elif last is not None and self._joins_ester(token):
@@ -234,8 +274,16 @@ class PhraseReader:
         return comma and not self._last.amounts and tail and not self._pending
 
     def _word(self, place: int, token: Token) -> None:
+        if place <= self._skip:
+            return
         low = token.low.rstrip(".") if token.low not in WORDS_OF_AMOUNT else token.low
         phrase = self._phrase
+        if low == "of" and self._last is not None and self._last.weak and not self._separated:
+            following = self.tokens[place + 1 : place + 3]
+            if len(following) == 2 and following[0].low in ("example", "step", "formula", "preparation", "structure", "intermediate"):
+                self._last.end = following[1].end
+                self._skip = place + 2
+                return
         if low in ("of",):
             if (
                 self._last is not None
@@ -269,6 +317,13 @@ class PhraseReader:
             ):
                 self._in_solvent, self._separated, self._adjacent = True, True, False
                 return
+        if low == "such" and place + 1 < len(self.tokens) and self.tokens[place + 1].low == "as":
+            self._instead = self._last is not None and not self._separated
+            return
+        if low == "as" and place and self.tokens[place - 1].low == "such":
+            return
+        if low in DETERMINERS and self._is_ended():
+            self._open("", token.start)
         if low in ("and", "or", "plus"):
             self._separated, self._adjacent = True, False
             if low == "or":
@@ -292,6 +347,9 @@ class PhraseReader:
                 phrase.substances.append(Substance(token.start, token.end, [], [], False, True))
             return
         if low in WORDS_OF_AMOUNT:
+            after = self.tokens[place + 1].low if place + 1 < len(self.tokens) else ""
+            if low in ("aqueous", "aq", "aq.") and self._last is not None and not self._separated and after in SOLUTIONS:
+                return
             self._quality.append(WORDS_OF_AMOUNT[low])
             self._adjacent = False
             return
@@ -381,6 +439,8 @@ class PhraseReader:
 
     def _is_label(self, place: int) -> bool:
         """Return whether a word that names no substance stands for one: an amount stands with it."""
+        if self._refers_back(place):
+            return True
         if self._pending and any(
             figure.kind in ("mass", "volume", "substance", "equivalents", "parts") for figure in self._pending
         ):
@@ -403,13 +463,41 @@ class PhraseReader:
             and (self._last is None or self._separated or not self._last.amounts)
         )
 
+    def _refers_back(self, place: int) -> bool:
+        """Return whether an amount follows the words about where a substance came from: "X from Step 8 (2 g)"."""
+        ahead = self.tokens[place + 1 : place + 11]
+        if not ahead or ahead[0].low not in ("prepared", "obtained", "from", "described", "produced", "of"):
+            return False
+        for k, token in enumerate(ahead):
+            if token.kind in ("name", "figure") or token.low in SOLUTIONS or token.low in (",", "was", "were", "in") and k > 1 and token.low != "in":
+                return False
+            if token.kind == "group":
+                if any(item.figure is not None and item.figure.kind in ("mass", "volume", "substance") for item in token.inner):
+                    self._skip = place + k
+                    return any(item.low in ("example", "step", "preparation", "intermediate", "above") for item in ahead[:k])
+                return False
+        return False
+
     def _verb(self, place: int, token: Token) -> None:
         """Pass a word for an operation that is used as an adjective or a noun."""
+        if token.low in WORDS_OF_AMOUNT:
+            self._quality.append(WORDS_OF_AMOUNT[token.low])
+            self._adjacent = False
+            return
+        if self._is_label(place) and token.low in BATCH:
+            self._named(token, weak=True)
+            return
         self._phrase.words.append(token.low)
         self._adjacent = False
 
     def _mark(self, place: int, token: Token) -> None:
         if token.text in ",":
+            if self._phrase.prep not in ("", "to", "with", "of", "in", "from", "between", "into", "over", "by", "using", "onto", "through") and not self._phrase.substances:
+                self._open("", token.start)
+            elif self._phrase.prep and not self._phrase.substances and (self._phrase.conditions or self._phrase.nouns) and not self._pending:
+                self._open("", token.start)
+            elif self._phrase.prep == "to" and self._phrase.solution is not None and not self._in_solvent and any(item.solvent for item in self._phrase.substances):
+                self._open("", token.start)
             if self._in_solvent and self._phrase.prep in ("", "to", "with") and self._goes_on(place):
                 self._open("", token.start)
             self._separated, self._adjacent = True, False
@@ -451,6 +539,11 @@ class PhraseReader:
         for figure in counts:
             phrase.repeats, phrase.repeated = int(figure.value), figure
         last = self._last
+        if self._pending and amounts and not names:
+            self._pending += amounts
+            return
+        if names and last is not None and self._is_eluent(inner):
+            last = None
         if last is None or (not amounts and names and not last.is_measured and last.weak):
             if names:
                 for part in PhraseReader(inner).read():
@@ -474,9 +567,26 @@ class PhraseReader:
                 found = solvent.substances[0]
                 found.amounts, found.solvent = [], True
                 phrase.substances.append(found)
+        while last.paired and last is not phrase.substances[0]:
+            last = phrase.substances[phrase.substances.index(last) - 1]
         last.amounts += measured
         last.words += [WORDS_OF_AMOUNT[item.low] for item in inner if item.low in ("excess", "catalytic", "saturated")]
         self._adjacent = True
+
+
+    def _is_eluent(self, inner: Sequence[Token]) -> bool:
+        """Return whether a bracket after a stationary phase names eluents."""
+        named = self.text_of_last()
+        return named in ("silica", "silica gel", "sio2", "alumina", "al2o3", "celite") and any(
+            token.kind == "name" for token in inner
+        )
+
+    def text_of_last(self) -> str:
+        """Return the last name in lower case."""
+        assert self._last is not None
+        return " ".join(
+            token.low for token in self.tokens if self._last.start <= token.start and token.end <= self._last.end
+        )
 
 
 def _is_purity(inner: Iterable[Token], figure: Figure) -> bool:

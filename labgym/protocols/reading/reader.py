@@ -132,6 +132,7 @@ class _Reader:
         self.text = text
         self._data = False
         self._solution_made = False
+        self._group_words: set[str] = set()
 
     def sentence(self, sentence: Sentence) -> None:
         """Read one sentence."""
@@ -196,7 +197,9 @@ class _Reader:
             self.draft.started_with_batch = True
         if head.marker not in ("after",):
             self._waited(before, clause)
+        self._group_words = {token.low for token in clause.group if token.low in MANNERS}
         _HANDLERS.get(head.word.frame, _Reader._held)(self, clause, before, after)
+        self._group_words = set()
 
     def _speaks_of_batch(self, phrases: Sequence[Phrase]) -> bool:
         return any(phrase.nouns for phrase in phrases)
@@ -288,7 +291,9 @@ class _Reader:
                 strengths.append(written)
             elif written and written not in parts:
                 parts.append(written)
-        words = [word for word in dict.fromkeys(item.words) if word != "aqueous" or not strengths]
+        words = list(dict.fromkeys(item.words))
+        if strengths or len(words) > 1:
+            words = [word for word in words if word != "aqueous"]
         stock = strengths + [word for word in words if word in _STOCK_WORDS]
         rest = [word for word in words if word not in _STOCK_WORDS]
         for strength in stock:
@@ -309,7 +314,11 @@ class _Reader:
         stated: bool = True,
         **fields: Any,
     ) -> None:
-        words = {word for phrase in phrases for word in phrase.words}
+        words = {word for phrase in phrases for word in phrase.words} | self._group_words
+        self._group_words = set()
+        for phrase in phrases:
+            for item in phrase.vessels:
+                self.draft.own(item.start, item.end)
         for item in (*conditions, *ratios):
             self.draft.own(item.start, item.end)
         values: dict[str, Any] = {"verb": verb, "takes": tuple(takes)[:30], **_held_at(conditions), **fields}

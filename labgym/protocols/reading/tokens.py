@@ -23,7 +23,7 @@ _DATA = re.compile(
     r"(?<![A-Za-z0-9])(?:\d{1,3} ?[HCFPN][- ]{0,2}NMR|NMR\b|[mM]\. ?[pP]\b\.?|[mM][pP]\b|[mM]elting (?:at|point|range|with)|melts\b"
     r"|(?:ES|EI|CI|FAB|LR|HR|LC|GC|MALDI|ESI|APCI|DCI|FD)[-+/ ]{0,2}MS\b(?! (?:showed|indicated|analysis showed|revealed|confirmed))"
     r"|MS[- ]?(?=[(:=+mME[])|HRMS|m/[ze]\b|M/[ZE]\b|IR ?(?=[(:])|I\.R\.|FT-?IR|R ?f\b ?[=:0(]|RF: |Anal(?:ysis|\.)|Elemental|TLC:|Rt ?="
-    r"|n ?D ?2[05]|nD2|[Rr]efractive index|calc(?:d|'d|ulated)\b|[Bb]\. ?p\b\.?|[Bb]oiling point|bp\b|ultraviolet absorption"
+    r"|n ?D ?2[05]|nD2|[Rr]efractive index|calc(?:d|'d|ulated for)\b|[Bb]\. ?p\b\.?|[Bb]oiling point|bp\b|ultraviolet absorption"
     r"|infrared (?:absorption )?spect|Yield ?[=:]|optical rotation|UV ?[(:]|λ|HPLC(?:[- ]purity| ?: )|[Pp]urity ?[=:]|MH\+|\[M ?[+-]"
     r"|[Ff]ound[:,]|[Oo]verall crude yield|appearance:)"
 )
@@ -235,7 +235,9 @@ def _split(tokens: Sequence[Token]) -> Iterator[list[Token]]:
 
 
 def _begins(follows: Token, mark: Token) -> bool:
-    return mark.text == ";" or follows.text[:1].isupper() or follows.text[:1].isdigit() or follows.text[:1] in "[Δδ"
+    if mark.text == ";":
+        return not follows.low.endswith(("hydrochloride", "salt", "ester", "hydrobromide"))
+    return follows.text[:1].isupper() or follows.text[:1].isdigit() or follows.text[:1] in "[Δδ"
 
 
 def _grouped(tokens: Sequence[Token]) -> tuple[Token, ...]:
