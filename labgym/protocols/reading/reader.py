@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from labgym.protocols.amounts import figure as number
@@ -12,7 +12,7 @@ from labgym.protocols.experiments.model import Action, Portion, Role, Stretch, V
 from labgym.protocols.reading.actions import MAX_TEXT, ActionList, Outcome, Unread
 from labgym.protocols.reading.clauses import Clause, clauses
 from labgym.protocols.reading.figures import Figure, figures, plain
-from labgym.protocols.reading.lexicon import GASES, MANNERS, SOLID, SOLVENT_ADJECTIVES
+from labgym.protocols.reading.lexicon import GASES, MANNERS, SOLID, SOLUTIONS
 from labgym.protocols.reading.phrases import Phrase, PhraseReader, Substance
 from labgym.protocols.reading.tokens import Sentence, Token, sentences
 
@@ -32,6 +32,11 @@ _UNTIL = frozenset(("until", "till"))
 _CIRCUMSTANCE = frozenset(("at", "under", "in", "for", "over", "during", "within", "after", "while", "with", "to", "below", "between", "until", "into", "on", "by", "from", "before", "", "through", "without", "using", "since", "when", "once", "of", "than", "against", "as"))
 _SOLVENTS = frozenset("solvent solvents volatiles solution liquor components excess thf ether ethanol methanol toluene dmf water acetone dichloromethane pyridine benzene chloroform dioxane acetonitrile reagent tfa chloride".split())
 _NOT_SOLVENT = frozenset("bath catalyst insolubles solid solids precipitate material salts salt crystals agent desiccant sulfate celite impurities carbon".split())
+_INTERMEDIATES = frozenset("residue oil solid product crystals precipitate material foam liquid powder".split())
+_MONITOR = re.compile(
+    r"\b(?:LC-?/?MS|TLC|HPLC|GC|t\.l\.c\.)(?: analysis| control| monitoring)? (?:showed|shows|indicated|indicates|revealed|confirmed)"
+    r"|\bno starting material remain|\b(?:as )?(?:monitored|followed|judged|determined|indicated|shown) by (?:TLC|HPLC|LC-?/?MS|GC|tlc)"
+)
 _LAYERS = frozenset("layer layers phase phases".split())
 _STOCK_WORDS = frozenset(("saturated", "concentrated", "dilute", "aqueous", "half-saturated", "glacial"))
 _WATERY = frozenset(("organic", "aqueous"))
@@ -144,18 +149,47 @@ class _Reader:
         self._data = False
         if tokens:
             start, end = tokens[0].start, tokens[-1].end
+            watched = _MONITOR.search(self.text, start, end)
+            early = watched is not None and parts and watched.start() < self._found(parts[0])[0]
+            if watched is not None and early:
+                self._emit("Monitor", watched.span())
             reference = self._reference(start, end)
             if reference:
                 self._refer(reference, tokens, parts)
             else:
                 for number, clause in enumerate(parts):
                     self._clause(clause, number == 0)
+            if watched is not None and not early and not (self.draft.actions and self.draft.actions[-1].verb == "Monitor"):
+                self._emit("Monitor", watched.span())
         if sentence.data is not None:
             self.draft.own(*sentence.data)
             self._data = True
+            if self._completes(sentence.data):
+                return
             if not self.draft.actions or self.draft.actions[-1].verb != "Analyze":
                 if self.draft.actions:
                     self._emit("Analyze", sentence.data, stated=True)
+
+    def _completes(self, span: tuple[int, int]) -> bool:
+        """Return whether data belong to the last actions: the boiling range of a distillation, or the yield."""
+        words = self.text[slice(*span)].lstrip(" ,;:(").lower()
+        values = figures(self.text[span[0] : span[1]])
+        last = self.draft.actions
+        if words.startswith(("yield", "overall crude yield")) and last and last[-1].verb == "Yield" and last[-1].gives:
+            share = next((item for item in values if item.kind == "percent"), None)
+            if share is not None:
+                first, *rest = last[-1].gives
+                amount = ", ".join(filter(None, (first.amount, _written(share, 1))))
+                last[-1] = last[-1].model_copy(update={"gives": (first.model_copy(update={"amount": amount}), *rest)})
+            return True
+        if words.startswith(("b.p", "bp", "boiling", "b. p")):
+            place = next((k for k in range(len(last) - 1, max(-1, len(last) - 4), -1) if last[k].verb == "Distill"), None)
+            if place is not None:
+                ranges = [_mercury(item) for item in values if item.kind in ("temperature", "pressure") or item.text.endswith("mm")]
+                known = {key: value for key, value in _held_at(ranges).items() if key != "then"}
+                last[place] = last[place].model_copy(update=known)
+                return True
+        return False
 
     def _is_spectrum(self, tokens: Sequence[Token]) -> bool:
         """Return whether a sentence goes on with peaks: "3.99 (s, 3H)"."""
@@ -176,16 +210,36 @@ class _Reader:
     def _refer(self, match: re.Match[str], tokens: Sequence[Token], parts: Sequence[Clause]) -> None:
         label = _REFERRED.search(self.text, match.start(), min(tokens[-1].end, match.end() + 60))
         name = self.draft.text[slice(*label.span())] if label else self.draft.text[slice(*match.span())]
-        self._emit("Refers", match.span(), note=name)
+        phrases = PhraseReader(tokens, True).read()
+        yields = [clause for clause in parts if clause.head.word.verb == "Yield"]
+        first_yield = self._found(yields[0])[0] if yields and not yields[0].head.passive else len(self.text)
+        sources = [phrase for phrase in phrases if phrase.prep in ("from", "with", "using", "substituting", "of", "and") and phrase.start < first_yield]
+        for place, token in enumerate(tokens):
+            if token.low in ("substituting", "employing", "replacing"):
+                sources = [phrase for phrase in PhraseReader(tokens[place + 1 :]).read() if phrase.prep == "" and phrase.substances][:1]
+        used = [item for phrase in sources for item in phrase.substances if item.start < first_yield and not (match.start() <= item.start < match.end())]
+        used += [item for phrase in phrases for item in phrase.substances if item.is_measured and item not in used and item.start < first_yield]
+        if used and not any(clause.head.word.verb in ("Add", "Dissolve", "MakeSolution") for clause in parts):
+            used = [item for k, item in enumerate(used) if all(item.start != other.start for other in used[:k])]
+            self._emit("Add", (used[0].start, used[-1].end), [self._portion(item) for item in used])
+        for number, clause in enumerate(parts):
+            if clause.head.word.verb != "Yield":
+                self._clause(clause, number == 0)
+        self._emit("Refers", match.span(), note=name[:400])
         self.draft.own(*match.span())
         if label:
             self.draft.own(*label.span())
         for number, clause in enumerate(parts):
-            self._clause(clause, number == 0)
-        substances = [item for phrase in PhraseReader(tokens).read() for item in phrase.substances]
-        used = [item for item in substances if item.is_measured and not any(self.draft.owned[item.start : item.end])]
-        if used and not any(clause.head.word.verb == "Add" for clause in parts):
-            self._emit("Add", (used[0].start, used[-1].end), [self._portion(item) for item in used])
+            if clause.head.word.verb == "Yield":
+                self._clause(clause, number == 0)
+        if not yields:
+            named = _label(tokens) if tokens[0].low in ("the", "this") else None
+            product = [item for item in phrases[0].substances if phrases[0].prep == "" and item not in used]
+            if named is not None or (product and any(token.low in ("prepared", "obtained", "synthesized", "synthesised", "made") for token in tokens)):
+                start, end = named or (product[0].start, product[0].end)
+                result = Portion(name=self.draft.text[start:end][:200], span=(start, end))
+                self.draft.own(start, end)
+                self._emit("Yield", (start, end), gives=(result,))
 
     # -- one operation ------------------------------------------------------------------------------------------
 
@@ -247,6 +301,9 @@ class _Reader:
         loose: list[Substance] = []
         solvents: list[Substance] = []
         for phrase in phrases:
+            for item in [item for item in phrase.substances if self._is_intermediate(item, phrase)]:
+                phrase.substances.remove(item)
+                self._emit("Yield", (item.start, item.end), gives=(self._portion(item),))
             if phrase.prep not in ("", "to", "of", "in", "into", "with"):
                 continue
             if not phrase.substances:
@@ -263,6 +320,11 @@ class _Reader:
         elif loose or solvents:
             items = loose or solvents
             self._emit("Add", (items[0].start, items[-1].end), [self._portion(item) for item in items])
+
+    def _is_intermediate(self, item: Substance, phrase: Phrase) -> bool:
+        """Return whether a name is that of the batch with its mass: "The residue (21.3 g) was distilled"."""
+        name = self.text[item.start : item.end].lower()
+        return item.weak and name in _INTERMEDIATES and phrase.prep == "" and bool(self.draft.actions) and item.is_measured
 
     def _make(self, phrase: Phrase) -> None:
         items = phrase.substances
@@ -381,6 +443,10 @@ class _Reader:
             medium = [phrase for phrase in targets if phrase.prep == "in"]
             targets = [phrase for phrase in targets if phrase not in medium]
             theme = [*theme, *medium]
+        batch = {noun for phrase in before if phrase.prep == "" for noun in phrase.nouns}
+        if not theme and not extra and head.passive and targets and batch & {"mixture", "solution", "reaction", "residue", "suspension", "slurry"}:
+            self._emit("Pour", self._span(clause), self._portions(targets), self._conditions(before, after), [*before, *after])
+            return
         for phrase in targets:
             self._charge([phrase], phrase.end, always=not self.draft.actions or any(item.is_measured for item in phrase.substances))
         circumstances = [phrase for phrase in (*before, *after) if phrase not in targets]
@@ -390,19 +456,28 @@ class _Reader:
     def _theme(self, theme: Sequence[Phrase], span: tuple[int, int], circumstances: Sequence[Phrase], verb: Verb = "Add") -> None:
         conditions = self._conditions(circumstances)
         takes: list[Portion] = []
-        made = False
+        made = ""
         for phrase in theme:
             if phrase.is_prepared:
                 self._make(phrase)
-                made = True
+                first = phrase.substances[0]
+                made = phrase.solution.low if phrase.solution is not None else self.draft.text[first.start : first.end]
             else:
                 takes += self._portions([phrase])
         dangling = not theme and (self._solution_made or any("solution" in phrase.nouns for phrase in circumstances if phrase.prep == ""))
         if made or dangling:
-            self._emit(verb, span, takes, conditions, circumstances, part="solution")
+            noun = next((noun for phrase in circumstances for noun in phrase.nouns if noun in SOLUTIONS), "solution")
+            self._emit(verb, span, takes, conditions, circumstances, part="solution", note=made or noun)
         elif takes or verb != "Add":
             ratios = [item for phrase in theme for item in phrase.ratios]
-            self._emit(verb, span, takes, conditions, circumstances, ratios)
+            stirred = any("stirring" in phrase.words for phrase in circumstances) and any(
+                item.kind == "time" for item in conditions
+            )
+            if stirred and takes:
+                self._emit(verb, span, takes, (), (), ratios)
+                self._emit("Stir", span, (), conditions, circumstances)
+            else:
+                self._emit(verb, span, takes, conditions, circumstances, ratios)
         else:
             self._leave(circumstances)
 
@@ -513,7 +588,14 @@ class _Reader:
         phrases = [*before, *after]
         if head.low in ("stirring", "heating", "cooling") and head.passive is False and head.marker == "" and not self._conditions(phrases) and not clause.after:
             return
-        if head.marker not in ("by", "after", "upon", "on", "to", "while") or head.passive:
+        medium = [phrase for phrase in after if phrase.prep in ("with", "in") and any(item.is_measured for item in phrase.substances)]
+        subject = [phrase for phrase in before if phrase.prep == "" and any(item.is_measured for item in phrase.substances)]
+        if medium and subject and head.passive and all(phrase.solution is None for phrase in (*medium, *subject)):
+            items = [item for phrase in (*subject, *medium) for item in phrase.substances]
+            for phrase in medium:
+                phrase.substances = []
+            self._emit("MakeSolution", (items[0].start, items[-1].end), [self._portion(item) for item in items])
+        elif head.marker not in ("by", "after", "upon", "on", "to", "while") or head.passive:
             self._charge([phrase for phrase in before if phrase.prep in ("", "of", "to", "in", "into")], 0)
         words = {word for phrase in after for word in (*phrase.words, *phrase.nouns)}
         reflux = "reflux" in words or any(token.low in ("reflux", "refluxing") for token in clause.after[:5])
@@ -530,6 +612,13 @@ class _Reader:
             verb = "SetTemperature"
         if verb == "SetTemperature":
             if any(item.kind == "ph" for item in conditions):
+                if self.draft.actions and self.draft.actions[-1].verb == "Add" and head.marker == "to":
+                    merged = {**_held_at(conditions), "verb": "AdjustPH"}
+                    merged.pop("then", None)
+                    for item in conditions:
+                        self.draft.own(item.start, item.end)
+                    self.draft.actions[-1] = self.draft.actions[-1].model_copy(update=merged)
+                    return
                 verb = "AdjustPH"
             elif not temperatures:
                 if reflux:
@@ -538,6 +627,12 @@ class _Reader:
                     return
             elif head.low in ("raised", "rises", "raise", "rose", "raises") and False:
                 verb = "Heat"
+        if verb == "Stir" and any(token.low in ("hydrogen", "h2") for token in clause.after):
+            names = [token for token in clause.after if token.low in ("hydrogen", "h2")]
+            gas = Portion(name=self.draft.text[names[0].start : names[0].end], span=(names[0].start, names[0].end))
+            self.draft.own(*gas.span)
+            self._emit("Hydrogenate", self._span(clause), [gas], conditions, phrases)
+            return
         if verb == "Purge":
             gases = [GASES[token.low] for token in clause.after if token.low in GASES]
             names = [token for token in clause.after if token.low in GASES]
@@ -586,7 +681,7 @@ class _Reader:
         if verb == "Chromatograph":
             return self._chromatographed(clause, before, after)
         if verb == "Purify":
-            if _COLUMN.search(" ".join(token.low for token in clause.after)) or any("gel" in phrase.words for phrase in after):
+            if _COLUMN.search(" ".join(token.low for token in (*clause.group, *clause.after))) or any("gel" in phrase.words for phrase in after):
                 return self._chromatographed(clause, before, after)
             if "recrystallization" in nouns:
                 verb = "Recrystallize"
@@ -642,7 +737,9 @@ class _Reader:
         heated = any(item.kind in ("temperature", "pressure") for item in conditions)
         airy = bool(words & {"vacuum", "vacuo", "air", "oven", "desiccator", "pressure"})
         solid = self.draft.last_solid or bool({token.low for token in clause.before} & (SOLID | {"residue", "foam", "powder"}))
-        if agents and not (solid and airy):
+        if airy and not agents and {token.low for token in clause.before} & {"filtrate", "filtrates", "solution", "eluate"}:
+            self._emit("Concentrate", self._span(clause), (), conditions, phrases)
+        elif agents and not (solid and airy):
             self._emit("DrySolution", self._span(clause), self._portions(agents), conditions, phrases)
             self.draft.last_solid = False
         elif airy or heated or solid:
@@ -688,6 +785,10 @@ class _Reader:
         self._charge([phrase for phrase in before if phrase.prep == "" and any(item.is_measured for item in phrase.substances)], 0)
         used = [phrase for phrase in phrases if phrase.substances and (phrase.prep != "" or phrase in after or not clause.head.passive)]
         ratios = [item for phrase in phrases for item in phrase.ratios]
+        for phrase in used:
+            for item in phrase.substances:
+                ratios += [value for value in item.amounts if value.kind == "percent"]
+                item.amounts = [value for value in item.amounts if value.kind != "percent"]
         takes = self._portions(used)
         loose = [item for phrase in phrases for item in phrase.loose]
         for item in loose:
@@ -735,10 +836,14 @@ class _Reader:
         if head.low.startswith(("isolat", "recover", "separat")) and not found:
             return
         label = _label(tokens)
-        main = [item for item in found if any(value.kind in ("mass", "substance") for value in item.amounts)] or found[:1]
-        if label is not None and (not main or (main[0].start > label[1] and not main[0].is_measured)):
+        direct = [item for phrase in source if phrase.prep in ("", "of") for item in phrase.substances]
+        main = [item for item in direct if any(value.kind in ("mass", "substance") for value in item.amounts)]
+        main = main or direct[:1] or found[:1]
+        if label is not None and (not main or label[1] <= main[0].start or (label[0] <= main[0].start < label[1]) or label[0] <= main[0].end <= label[1]):
             extra = [value for item in main for value in item.amounts]
-            main = [Substance(label[0], label[1], extra)]
+            known_name = bool(main) and not main[0].weak and main[0].start >= label[1] and main[0].is_measured
+            if not known_name:
+                main = [Substance(label[0], label[1], extra)]
         loose = [value for phrase in phrases for value in phrase.loose if value.kind in ("mass", "substance", "percent", "volume", "parts")]
         later = [value for item in found for value in item.amounts if item not in main]
         later += [value for phrase in others for item in phrase.substances for value in item.amounts]
@@ -807,6 +912,13 @@ def _held_at(conditions: Sequence[Figure]) -> dict[str, Any]:
         values.update(periods[0])
         values["then"] = tuple(Stretch(**period) for period in periods[1:])[:20]
     return values
+
+
+def _mercury(item: Figure) -> Figure:
+    """Return a length of mercury as the pressure that it means: "0.2 mm"."""
+    if item.kind != "other":
+        return item
+    return replace(item, kind="pressure", value=round(item.value * 0.00133322, 9))
 
 
 def _written(value: Figure, repeats: int) -> str:
