@@ -144,6 +144,8 @@ def _head(tokens: Sequence[Token], place: int, token: Token) -> Head | None:
         ):
             return Head(place, place, VerbWord("Add", "theme"), "followed by", False, "followed", place + 1)
         return None
+    if token.figure is not None and token.figure.kind == "ph" and any(word in token.low for word in ("adjusted", "brought", "made")):
+        return Head(place, place, VerbWord("AdjustPH", "with"), "adjusted", True, "", place - 1)
     if token.low == "reduced" and token.kind != "verb":
         first, passive, marker = _group(tokens, place)
         if passive and any(item.low in ("hydrogenation", "hydrogen") for item in tokens[place:]):

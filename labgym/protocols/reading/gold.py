@@ -31,7 +31,7 @@ GRADE_B = 0.9
 """Least strict F1 of a text of grade B."""
 _SOLUTIONS = frozenset("solution suspension mixture slurry dispersion".split())
 _WRITTEN = re.compile(r"(?:\d{1,3} x )?(-?\d+(?:\.\d+)?) (g|mL|mmol|mol|equiv|M|%|parts)(?![A-Za-z])")
-_WORD = re.compile(r"\b(saturated|concentrated|dilute|aqueous|excess|catalytic|glacial|half-saturated|little|equal|or)\b")
+_WORD = re.compile(r"(?<![-\w])(half-concentrated|saturated|concentrated|dilute|aqueous|excess|catalytic|glacial|half-saturated|little|equal|or)\b")
 _UNITS = {"N": "M", "vol": "parts", "ppm": "parts", "equiv": "eq", "drops": "mL"}
 _SCORED = frozenset(("T", "t", "rate", "p", "pH", "atm"))
 _NAMED = {"rt": ROOM_TEMPERATURE, "ice": 0.0, "overnight": OVERNIGHT_MIN}

@@ -87,14 +87,22 @@ class Phrase:
     repeated: Figure | None = None
     remarks: list[tuple[int, int]] = field(default_factory=list)
     vessels: list[Figure] = field(default_factory=list)
+    is_stock: bool = False
 
     @property
     def is_prepared(self) -> bool:
         """Whether it is a solution that is made here, not a stock solution."""
-        if self.solution is None or not self.substances:
-            return False
         solutes = [item for item in self.substances if not item.solvent]
         solvents = [item for item in self.substances if item.solvent]
+        if self.solution is None:
+            measured = solutes and all(item.is_measured and not item.is_stock for item in solutes)
+            return bool(measured and solvents and all(item.is_measured for item in solvents))
+        if not self.substances:
+            return False
+        if self.is_stock:
+            return False
+        if solvents and len(solutes) == 1:
+            return True
         if any(item.is_stock for item in solutes) and not any(
             figure.kind in ("mass", "substance") for item in solutes for figure in item.amounts if len(solutes) == 1
         ):
@@ -119,6 +127,7 @@ class PhraseReader:
         self._paired = False
         self._instead = False
         self._skip = -1
+        self._adjective: Substance | None = None
 
     def read(self) -> list[Phrase]:
         """Return the phrases in order."""
@@ -183,6 +192,8 @@ class PhraseReader:
             self._phrase.conditions.append(figure)
         elif figure.kind in ("ratio", "other", "length"):
             self._phrase.ratios.append(figure)
+        elif figure.kind == "percent" and any(t.low in ("pure", "purity", "ee", "conversion") for t in self.tokens[place + 1 : place + 4]):
+            self._phrase.ratios.append(figure)
         elif figure.kind == "volume" and self._is_vessel(place):
             self._phrase.vessels.append(figure)
         elif self._is_ended():
@@ -221,6 +232,8 @@ class PhraseReader:
         return not (following.kind == "name" or following.low in ("of", "aqueous") or following.low in SOLUTIONS)
 
     def _name(self, place: int, token: Token) -> None:
+        if place <= self._skip:
+            return
         if (
             token.low in GASES
             and self._phrase.prep in ("under", "with", "by", "in", "of")
@@ -229,6 +242,9 @@ class PhraseReader:
         ):
             self._phrase.words.append(GASES[token.low])
             self._adjacent = False
+            return
+        if token.low in GASES and place + 1 < len(self.tokens) and self.tokens[place + 1].low in ("inlet", "line", "bubbler", "balloon"):
+            self._phrase.remarks.append((token.start, token.end))
             return
         if token.low == "ice" and place + 1 < len(self.tokens) and self.tokens[place + 1].low in ("bath", "cooling"):
             return
@@ -262,6 +278,9 @@ class PhraseReader:
             self._pending, self._quality = [], []
             self._phrase.substances.append(last)
             self._last = last
+            if self._adjective is not None:
+                self._phrase.substances.append(self._adjective)
+                self._adjective = None
         self._separated, self._adjacent, self._paired = False, True, False
 
     def _joins_ester(self, token: Token) -> bool:
@@ -271,7 +290,8 @@ class PhraseReader:
         after = self.tokens[at + 1].low if at + 1 < len(self.tokens) else ""
         comma = at > 0 and self.tokens[at - 1].text == ","
         tail = token.low in ("oxime", "hydrochloride", "dihydrochloride", "hydrobromide") or after in ("ester", "amide")
-        return comma and not self._last.amounts and tail and not self._pending
+        before = all(figure.start < self._last.start for figure in self._last.amounts)
+        return comma and before and tail and not self._pending
 
     def _word(self, place: int, token: Token) -> None:
         if place <= self._skip:
@@ -312,13 +332,19 @@ class PhraseReader:
             following = [
                 t for t in self.tokens[place + 1 : place + 7] if t.low not in QUALITIES and t.low not in DETERMINERS
             ]
-            if any(t.kind == "name" or t.low in SOLUTIONS for t in following[:3]) and not any(
+            if any(t.kind == "name" or t.low in SOLUTIONS for t in following[:5]) and not any(
                 t.low in VESSELS for t in following[:4]
             ):
                 self._in_solvent, self._separated, self._adjacent = True, True, False
                 return
+        if low in ("equipped", "fitted"):
+            end = next((k for k in range(place, len(self.tokens)) if self.tokens[k].text in (",", ";")), len(self.tokens))
+            self._skip = end - 1
+            phrase.remarks.append((token.start, self.tokens[end - 1].end))
+            return
         if low == "such" and place + 1 < len(self.tokens) and self.tokens[place + 1].low == "as":
-            self._instead = self._last is not None and not self._separated
+            comma = place > 0 and self.tokens[place - 1].text == ","
+            self._instead = self._last is not None and (comma or not self._separated)
             return
         if low == "as" and place and self.tokens[place - 1].low == "such":
             return
@@ -342,9 +368,13 @@ class PhraseReader:
             self._solution_noun(place, token)
             return
         if low in SOLVENT_ADJECTIVES:
-            following = [t.low for t in self.tokens[place + 1 : place + 2]]
-            if following and following[0] in SOLUTIONS:
-                phrase.substances.append(Substance(token.start, token.end, [], [], False, True))
+            following = self.tokens[place + 1 : place + 2]
+            if following and (following[0].low in SOLUTIONS or following[0].kind == "name"):
+                adjective = Substance(token.start, token.end, [], [], False, True)
+                if following[0].kind == "name":
+                    self._adjective = adjective
+                else:
+                    phrase.substances.append(adjective)
             return
         if low in WORDS_OF_AMOUNT:
             after = self.tokens[place + 1].low if place + 1 < len(self.tokens) else ""
@@ -422,6 +452,7 @@ class PhraseReader:
                 self._last.solvent = True
             if not self._in_solvent:
                 phrase.solution = token
+                phrase.is_stock = any(figure.kind in ("molarity", "percent") for figure in self._pending) or "saturated" in self._quality
                 self._solution_amounts += self._pending
                 self._pending = []
             else:
@@ -480,6 +511,11 @@ class PhraseReader:
 
     def _verb(self, place: int, token: Token) -> None:
         """Pass a word for an operation that is used as an adjective or a noun."""
+        if place <= self._skip:
+            return
+        if token.low in ("equipped", "fitted"):
+            self._word(place, token)
+            return
         if token.low in WORDS_OF_AMOUNT:
             self._quality.append(WORDS_OF_AMOUNT[token.low])
             self._adjacent = False
@@ -541,6 +577,11 @@ class PhraseReader:
         last = self._last
         if self._pending and amounts and not names:
             self._pending += amounts
+            return
+        if names and self._paired:
+            for part in PhraseReader(inner).read():
+                phrase.substances += part.substances
+            self._paired, self._last = False, None
             return
         if names and last is not None and self._is_eluent(inner):
             last = None

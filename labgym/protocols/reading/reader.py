@@ -138,6 +138,7 @@ class _Reader:
         self._data = False
         self._solution_made = False
         self._group_words: set[str] = set()
+        self._early: list[Phrase] = []
 
     def sentence(self, sentence: Sentence) -> None:
         """Read one sentence."""
@@ -247,6 +248,9 @@ class _Reader:
         head = clause.head
         before = PhraseReader(clause.before, head.word.verb == "Yield" and head.passive).read()
         after = PhraseReader(clause.after, head.word.verb == "Yield").read()
+        for phrase in (*before, *after):
+            for remark in phrase.remarks:
+                self.draft.own(*remark)
         if first and not self.draft.actions and self._speaks_of_batch(before) and not _substances(before):
             self.draft.started_with_batch = True
         if head.marker not in ("after",):
@@ -267,7 +271,7 @@ class _Reader:
                 verb: Verb = "Stir" if "stirring" in phrase.words else "Wait"
                 near = [other for other in before if other is phrase or (other.prep in ("at", "under") and other.conditions)]
                 spent = [item for other in near for item in other.conditions]
-                if clause.head.word.frame == "hold" and not clause.before[-1:] and clause.head.low.endswith("ing"):
+                if clause.head.word.frame == "hold" and clause.head.low.endswith("ing"):
                     continue
                 self._emit(verb, (phrase.start, phrase.end), conditions=spent)
                 for other in near:
@@ -376,8 +380,9 @@ class _Reader:
         stated: bool = True,
         **fields: Any,
     ) -> None:
-        words = {word for phrase in phrases for word in phrase.words} | self._group_words
-        self._group_words = set()
+        words = {word for phrase in phrases for word in phrase.words} | (self._group_words if phrases else set())
+        if phrases:
+            self._group_words = set()
         for phrase in phrases:
             for item in phrase.vessels:
                 self.draft.own(item.start, item.end)
@@ -438,6 +443,9 @@ class _Reader:
             theme = subject
         if head.low.startswith(("charg", "load", "flask")) and extra and not theme:
             theme, extra = extra, []
+        if head.low.startswith("plac") and any(token.low in ("oven", "desiccator") for token in clause.after):
+            self._emit("DrySolid", self._span(clause), (), self._conditions(before, after), [*before, *after])
+            return
         solvent_like = head.low.startswith(("combin", "mix", "plac", "blend", "admix", "put", "introduc"))
         if solvent_like:
             medium = [phrase for phrase in targets if phrase.prep == "in"]
@@ -447,8 +455,12 @@ class _Reader:
         if not theme and not extra and head.passive and targets and batch & {"mixture", "solution", "reaction", "residue", "suspension", "slurry"}:
             self._emit("Pour", self._span(clause), self._portions(targets), self._conditions(before, after), [*before, *after])
             return
+        early = [phrase for phrase in theme if phrase.is_prepared and targets and phrase.start < targets[0].start and targets[0].is_prepared]
+        for phrase in early:
+            self._make(phrase)
         for phrase in targets:
             self._charge([phrase], phrase.end, always=not self.draft.actions or any(item.is_measured for item in phrase.substances))
+        self._early = early
         circumstances = [phrase for phrase in (*before, *after) if phrase not in targets]
         self._theme([*theme, *extra], self._span(clause), circumstances)
         del spare
@@ -459,12 +471,14 @@ class _Reader:
         made = ""
         for phrase in theme:
             if phrase.is_prepared:
-                self._make(phrase)
+                if phrase not in self._early:
+                    self._make(phrase)
                 first = phrase.substances[0]
                 made = phrase.solution.low if phrase.solution is not None else self.draft.text[first.start : first.end]
             else:
                 takes += self._portions([phrase])
-        dangling = not theme and (self._solution_made or any("solution" in phrase.nouns for phrase in circumstances if phrase.prep == ""))
+        self._early = []
+        dangling = verb == "Add" and not theme and (self._solution_made or any("solution" in phrase.nouns for phrase in circumstances if phrase.prep == ""))
         if made or dangling:
             noun = next((noun for phrase in circumstances for noun in phrase.nouns if noun in SOLUTIONS), "solution")
             self._emit(verb, span, takes, conditions, circumstances, part="solution", note=made or noun)
@@ -507,7 +521,9 @@ class _Reader:
             if head.low.startswith(("react", "condens")):
                 self._emit("Wait", self._span(clause), (), self._conditions(before, after), [*before, *after])
             return
-        if head.low.startswith(("react", "treat")):
+        if head.low.startswith("convert"):
+            reagents = [phrase for phrase in after if phrase.prep in ("with", "using", "by") and phrase.substances]
+        elif head.low.startswith(("react", "treat")):
             reagents = [phrase for phrase in after if phrase.prep in ("with", "in", "of", "using", "containing", "and", "") and phrase.substances]
         if verb == "Add":
             self._theme(reagents, self._span(clause), [*before, *after])
@@ -597,6 +613,8 @@ class _Reader:
             self._emit("MakeSolution", (items[0].start, items[-1].end), [self._portion(item) for item in items])
         elif head.marker not in ("by", "after", "upon", "on", "to", "while") or head.passive:
             self._charge([phrase for phrase in before if phrase.prep in ("", "of", "to", "in", "into")], 0)
+        if clause.before and clause.before[0].low in ("while", "whilst") and not self._conditions(phrases):
+            return
         words = {word for phrase in after for word in (*phrase.words, *phrase.nouns)}
         reflux = "reflux" in words or any(token.low in ("reflux", "refluxing") for token in clause.after[:5])
         conditions = self._conditions(phrases)
@@ -783,7 +801,9 @@ class _Reader:
     def _chromatographed(self, clause: Clause, before: list[Phrase], after: list[Phrase]) -> None:
         phrases = [*before, *after]
         self._charge([phrase for phrase in before if phrase.prep == "" and any(item.is_measured for item in phrase.substances)], 0)
-        used = [phrase for phrase in phrases if phrase.substances and (phrase.prep != "" or phrase in after or not clause.head.passive)]
+        inner = PhraseReader(clause.group).read() if len(clause.group) > 1 else []
+        phrases = [*before, *inner, *after]
+        used = [phrase for phrase in phrases if phrase.substances and (phrase.prep != "" or phrase in inner or phrase in after or not clause.head.passive)]
         ratios = [item for phrase in phrases for item in phrase.ratios]
         for phrase in used:
             for item in phrase.substances:
@@ -806,7 +826,7 @@ class _Reader:
         into = [phrase for phrase in after if phrase.prep in ("into", "onto") and phrase.substances]
         if clause.head.low.startswith("precipitat") and into:
             return self._poured(clause, before, after)
-        used = [phrase for phrase in after if phrase.prep in ("from", "in", "with", "using", "of", "by") and phrase.substances]
+        used = [phrase for phrase in after if phrase.prep in ("from", "in", "with", "using", "of", "by", "") and phrase.substances]
         used = used or [phrase for phrase in before if phrase.prep in ("in", "from") and phrase.substances]
         if clause.head.low.startswith("precipitat") and not used and not clause.head.passive and not clause.head.word.noun:
             return None
@@ -877,13 +897,15 @@ class _Reader:
 def _label(tokens: Sequence[Token]) -> tuple[int, int] | None:
     """Return the span of a product's label: "title compound", "product"."""
     for place, token in enumerate(tokens[:10]):
-        if token.low in ("as", "with", "which", "in"):
+        if token.low in ("as", "with", "which", "in") or token.low in SOLUTIONS:
             return None
         if token.low in ("product", "compound", "products", "material", "oil", "solid", "crystals", "powder", "foam", "residue"):
-            first = place
+            first, last = place, place
+            if tokens[place + 1 : place + 2] and tokens[place + 1].low == "of" and tokens[place + 2 : place + 3] and tokens[place + 2].low in ("formula", "structure", "example"):
+                last = min(place + 3, len(tokens) - 1)
             while first and tokens[first - 1].low in ("title", "desired", "titled", "above", "expected", "target"):
                 first -= 1
-            return tokens[first].start, token.end
+            return tokens[first].start, tokens[last].end
         if token.kind == "name":
             return None
     return None

@@ -264,7 +264,8 @@ def _without_data(text: str, tokens: tuple[Token, ...]) -> Sentence:
     if not tokens:
         return Sentence(())
     start, end = tokens[0].start, tokens[-1].end
-    places = [match.start() for match in (_DATA.search(text, start, end), _ROTATION.search(text, start, end)) if match]
+    places = [match.start() for match in (*_DATA.finditer(text, start, end), *_ROTATION.finditer(text, start, end))]
+    places = [place for place in places if not text[max(start, place - 12) : place].rstrip(" ,(").endswith("ether")]
     if not places:
         return Sentence(tokens)
     cut = min(places)
