@@ -82,7 +82,20 @@ def clauses(tokens: Sequence[Token]) -> tuple[list[Clause], tuple[Token, ...]]:
         before = tuple(tokens[starts[number] : head.first])
         after = tuple(tokens[head.last + 1 : starts[number + 1]])
         parts.append(Clause(head, before, after, tuple(tokens[head.first : head.last + 1])))
-    return parts, ()
+    return _reordered(parts), ()
+
+
+def _reordered(parts: list[Clause]) -> list[Clause]:
+    """Return clauses with what is done before a result put before it: "to give, after evaporation, 3 g of X"."""
+    for k in range(len(parts) - 1):
+        result, insert = parts[k], parts[k + 1]
+        empty = all(token.kind == "mark" for token in result.after)
+        if result.head.word.verb == "Yield" and not result.head.passive and empty and insert.head.marker in ("after", "upon"):
+            cut = next((n for n, token in enumerate(insert.after) if token.text == ","), None)
+            if cut is not None:
+                parts[k] = replace(insert, after=insert.after[:cut])
+                parts[k + 1] = replace(result, after=insert.after[cut + 1 :])
+    return parts
 
 
 def _heads(tokens: Sequence[Token]) -> Iterator[Head]:
@@ -160,7 +173,8 @@ def _head(tokens: Sequence[Token], place: int, token: Token) -> Head | None:
     first, passive, marker = _group(tokens, place)
     ed = low.endswith(("ed", "ing", "en", "ept", "eft", "eld", "ought", "ood", "ook", "ven", "ave", "ied", "put"))
     if word.noun:
-        useful = marker in ("by", "after", "upon", "on", "following", "through", "via", "before", "to") or place == 0 or previous in ("flash", "column", "gel", "and", "silica", "further", "hplc", "prep", "preparative", "the", ",", "solvent", "using") or after == "of"
+        near = [item.low for item in tokens[max(0, place - 5) : place]]
+        useful = any(low in ("by", "via", "through") for low in near) or marker in ("by", "after", "upon", "on", "following", "through", "via", "before", "to") or place == 0 or previous in ("flash", "column", "gel", "and", "silica", "further", "hplc", "prep", "preparative", "the", ",", "solvent", "using") or after == "of"
         if previous in ("without", "no", "for", "of", "end", "during") or after in ("was", "is", "process", "were", "apparatus", "flask", "column", "funnel", "step", "time", "rate", "solvent", "system"):
             useful = after in ("was", "is", "were") and tokens[place + 2 : place + 3] and tokens[place + 2].low in ("carried", "effected", "performed")
         if low in ("chromatographic", "addition") and after != "of" and low == "chromatographic":
@@ -206,7 +220,7 @@ def _head(tokens: Sequence[Token], place: int, token: Token) -> Head | None:
             return None
         if low.endswith("ing") and noun_next and (previous in DETERMINERS or previous in QUALITIES):
             return None
-        if previous in DETERMINERS and not low.endswith("ing"):
+        if previous in DETERMINERS and not low.endswith("ing") and word.verb != "Yield":
             return None
     if not ed:
         if low in ("yield", "yields", "extract", "extracts", "wash", "washes", "filter", "mix", "dilute", "heat", "cool", "cake", "concentrate", "add", "stir", "warm", "charge", "shake", "precipitate", "precipitates", "rise", "raise", "quench", "dry", "strip", "distill", "elute", "evaporate", "pour", "adjust", "get", "give", "gave", "gives", "afford", "affords", "provide", "provides", "put", "result", "remove", "purify", "isolate", "collect", "transfer", "dissolve", "keep", "hold", "leave", "place", "let", "treat", "react", "monitor", "separate", "introduce", "combine", "suspend", "slurry", "triturate", "crystallize", "recrystallize", "crystallise", "recrystallise", "acidify", "basify", "neutralize", "obtain", "recover", "furnish", "produce", "deliver", "stand", "age", "purge", "degas", "flush", "evacuate", "sonicate", "irradiate", "partition", "allow", "continue", "maintain", "reflux", "load", "inject", "bring", "sit", "repeat"):

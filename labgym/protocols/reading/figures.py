@@ -57,7 +57,7 @@ _UNIT = {
     "temperature": r"° ?[CF]|℃|o ?C|degrees? ?(?:C\b|F\b|Celsius|centigrade|Fahrenheit)?|deg\.? ?[CF]|°|C",
     "time": r"hours?|hrs?|h|minutes?|mins?|seconds?|secs?|sec|s|days?|d|weeks?|wk",
     "pressure": r"mbar|bars?|psig?|psia|atm(?:ospheres?)?|torr|Torr|mm\.? ?(?:of )?Hg|mm ?hg|kPa|MPa|hPa|Pa|kg/cm2|millibar",
-    "other": r"MHz|Hz|rpm|nm|W|kW|eV|mesh|V|stages|cm-1|cm|mm|mμ|μm?|Å",
+    "other": r"MHz|Hz|rpm|nm|W|kW|eV|mesh|stages|cm-1|cm|mm|mμ|μm?|Å",
 }  # fmt: skip
 _ORDER: tuple[Kind, ...] = (
     "pressure", "equivalents", "substance", "percent", "mass", "volume", "parts", "other", "time", "temperature",
@@ -80,6 +80,10 @@ _SPOKEN = re.compile(
 )
 _MOLAR_WORD = re.compile(r"(?<![A-Za-z0-9.,-])(\d{1,3}(?:\.\d{1,4})?)[- ](?:molar|normal|[MN])(?![A-Za-z0-9-])")
 _PORTIONS = re.compile(rf"{_BEFORE}(\d{{1,2}}) ?(?:[x×*X]|times|portions of|aliquots of) ?(?=\d)")
+_WORD_PORTIONS = re.compile(
+    r"(?<![A-Za-z])(two|three|four|five|six|seven|eight|ten) (?=\d[\d,.]{0,8}[- ]?(?:m[lL]|[lL]|g|mg)\b\.? ?-?(?:portions|aliquots|volumes|lots))",
+    re.IGNORECASE,
+)
 _PORTIONS_AFTER = re.compile(r" ?(?:each )?[x×X] ?(\d{1,2})(?![\d.,]* ?(?:m?[lL]|m?g|h|min)\b)(?![\d.])")
 _TIMES = re.compile(
     r"(?<![A-Za-z])(?:(twice)|(thrice)|(once)|(two|three|four|five|six|seven|\d{1,2})(?: ?times|x| ?× ?(?!\d)| (?:(?:further|additional) )?(?:\d{1,4} ?m[lL] )?portions))"
@@ -92,8 +96,8 @@ _PH = re.compile(
     re.IGNORECASE,
 )
 _RATIO = re.compile(
-    r"(?<![A-Za-z0-9.,-])\d{1,4}(?:\.\d{1,3})?%?(?: ?[:/] ?\d{1,4}(?:\.\d{1,3})?%?(?![A-Za-z0-9])){1,4}"
-    r"(?: ?(?:\(?v/v\)?|by volume|vol/vol))?"
+    r"(?<![A-Za-z0-9.,-])\d{1,4}(?:\.\d{1,3})?%?(?: ?[:/] ?\d{1,4}(?:\.\d{1,3})?%?(?![A-Za-z0-9])){1,4}(?! ?(?:°|m?[lLg]\b|h\b|hours?|hrs?\b|min|mmol|mol|mm\b|days?|\"|in\b))"
+    r"(?: ?(?:\(v/v\)|v/v|V/V|by volume|vol/vol))?"
 )
 _NAMED = (
     (
@@ -152,7 +156,7 @@ def figures(text: str) -> list[Figure]:
     """
     taken = bytearray(len(text))
     found: list[Figure] = []
-    for source in (_phs(text), _named(text), _spoken(text), _numbered(text), _repeats(text), _ratios(text)):
+    for source in (_phs(text), _named(text), _spoken(text), _ratios(text), _numbered(text), _repeats(text)):
         for figure in source:
             if not any(taken[figure.start : figure.end]):
                 taken[figure.start : figure.end] = b"\1" * (figure.end - figure.start)
@@ -161,7 +165,10 @@ def figures(text: str) -> list[Figure]:
 
 
 def _numbered(text: str) -> Iterator[Figure]:
-    portions = {match.end(): match for match in _PORTIONS.finditer(text)}
+    portions = {match.end(): int(match[1]) for match in _PORTIONS.finditer(text)}
+    begins = {match.end(): match.start() for match in _PORTIONS.finditer(text)}
+    for match in _WORD_PORTIONS.finditer(text):
+        portions[match.end()], begins[match.end()] = int(_WORDS[match[1].lower()]), match.start()
     at = 0
     while (match := _VALUE.search(text, at)) is not None:
         at = match.end()
@@ -192,8 +199,8 @@ def _numbered(text: str) -> Iterator[Figure]:
             stop += 1
         start, times = match.start(), 1
         if match.start() in portions or match.start("low") in portions:
-            before = portions.get(match.start()) or portions[match.start("low")]
-            start, times = before.start(), int(before[1])
+            place = match.start() if match.start() in portions else match.start("low")
+            start, times = begins[place], portions[place]
         after = _PORTIONS_AFTER.match(text, stop)
         if after is not None and kind in ("mass", "volume"):
             stop, times = after.end(), int(after[1])

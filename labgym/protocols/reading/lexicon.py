@@ -46,9 +46,9 @@ _VERBS: tuple[tuple[str, Verb, Frame], ...] = (
     (rf"sonicat{_ED}|ultrasonicat{_ED}", "Sonicate", "hold"),
     (rf"sublim{_ED}", "Sublime", "hold"),
     (rf"purg{_ED}|degas{_ED}|de-gassed|degassed|flush{_ED}|evacuat{_ED}|inflated|backfill{_ED}", "Purge", "hold"),
-    (rf"concentrat{_ED}|concentration|evaporat{_ED}|evaporation|strip(?:ped|ping|s)?|rotovap\w*|rotary-evaporated|azeotrop{_ED}|lyophili[sz]{_ED}|lyophili[sz]ation|freeze-dried", "Concentrate", "none"),
+    (rf"concentrat{_ED}|concentration|evaporat{_ED}|evaporation|strip(?:ped|ping|s)?|rot[oa]vap\w*|rotary?-?evaporated|rotary-evaporated|azeotrop{_ED}|lyophili[sz]{_ED}|lyophili[sz]ation|freeze-dried", "Concentrate", "none"),
     (rf"remov{_ED}|removal|eliminat{_ED}|elimination|distill?ed-off|freed", "Concentrate", "none"),
-    (rf"distill?{_ED}|distillation", "Distill", "none"),
+    (rf"d[ei]still?{_ED}|distillation", "Distill", "none"),
     (rf"extract(?:ed|ing|s)?|extraction|back-extracted|reextracted|re-extracted", "Extract", "with"),
     (rf"wash(?:ed|ing|es)?|rins{_ED}", "Wash", "with"),
     (rf"partition{_ED}", "Partition", "between"),
@@ -165,6 +165,28 @@ OTHER = frozenset(
 """Words that name no substance and no operation."""
 _STOPS = PREPOSITIONS | AUXILIARIES | DETERMINERS | OTHER | frozenset(MANNERS)
 
+_ENDING = re.compile(r"^[A-Za-z][A-Za-z-]{3,}(?:ate|ide|ine|ol|one|ene|ane|yne|ium|yl|oxy|ose|thiol|ite)s?$")
+_NO_NAMES = frozenset(
+    "appropriate approximate moderate intermediate duplicate eluate distillate filtrate precipitate concentrate evaporate separate template "
+    "private climate accurate adequate alternate associate candidate corporate create date delicate deviate dominate dedicate estimate "
+    "evaluate facilitate generate graduate illustrate immediate indicate initiate isolate locate mediate multiplicate nucleate operate "
+    "originate permeate plate rate state substrate substrates syndicate terminate triplicate ultimate update validate vibrate violate "
+    "agitate accelerate accommodate accumulate activate aggregate anticipate automate calculate circulate collaborate communicate "
+    "complicate conjugate contaminate coordinate correlate decorate degenerate demonstrate designate desiccate differentiate "
+    "discriminate dissipate elaborate elevate eliminate elongate elute emanate enumerate equilibrate exaggerate fluctuate "
+    "formulate fractionate fractionates fragmentate hydrate-like imitate incorporate integrate interrogate investigate late "
+    "side aside inside outside beside wide provide divide guide decide besides alongside upside reside override slide hide tide "
+    "line fine combine determine machine routine define decline examine medicine engine marine baseline pipeline online refine "
+    "discipline outline imagine nine mine wine shine spine define genuine feline "
+    "control protocol cool tool pool school symbol alcohol-free parasol aerosol sol "
+    "one none alone gone done stone zone phone bone tone clone cone someone everyone anyone drone hone prone throne "
+    "plane membrane crane lane hygiene scene gene serene intervene convene machine equilibrium medium premium vacuum maximum minimum "
+    "optimum spectrum stadium consortium auditorium podium sodium-dried vinyl-like "
+    "site write white quite despite opposite composite definite finite infinite bite invite suite unite favorite polite requisite "
+    "those these purpose dose close loose choose expose suppose propose compose oppose dispose whose nose hose rose goose pose "
+    "supernatant determine crystalline crystallines".split()
+)
+"""Words that end as names of substances do and name none."""
 SUBSTANCES = frozenset(
     "water ice brine saline ether ethers hexane hexanes pentane heptane cyclohexane toluene benzene xylene xylenes methanol ethanol "
     "isopropanol propanol butanol dioxane acetone butanone chloroform dichloromethane pyridine piperidine morpholine pyrrolidine triethylamine "
@@ -176,7 +198,7 @@ SUBSTANCES = frozenset(
     "dmf dmso thf dcm dce dme dma dmac nmp mtbe tbme ipa tea tfa tfaa dipea diea dbu dmap edc edci hobt hatu tbtu pybop dcc dic "
     "cdi nbs ncs nis mcpba dibal dibal-h lah lda nabh4 hcl naoh koh lioh hbr h2so4 hno3 etoh meoh etoac acoh hoac mecn "
     "ea pe dea dppf binap bop dead diad tbaf tbscl tmscl tms boc2o ppts tsoh ptsa n-buli t-buli buli lihmds khmds nahmds naoac et3n "
-    "et2o diglyme glyme acetonitrile peroxide reagent resin solvent-free lawesson's diatomaceous earth hydrazine urea thiourea "
+    "et2o diglyme glyme acetonitrile peroxide resin solvent-free lawesson's diatomaceous earth hydrazine urea thiourea "
     "phenol aniline resorcinol glucose gsh tris-hcl buffer hydrate oxide ester amine base-salt alcohol molecular sieves pd/c "
     "lialh4 socl2 pocl3 pcl5 pcl3 cyanide azide thiocyanate borohydride permanganate hypochlorite thiosulfate bisulfite "
     "metabisulfite chromate dichromate tartrate formaldehyde paraformaldehyde glycol glycerol acetylene ethylene propylene "
@@ -264,7 +286,9 @@ def names_substance(word: str) -> bool:
         return True
     if "-" in word and len(word) > 6 and any(names_substance(part) for part in word.split("-") if len(part) > 2):
         return True
-    return len(word) > 4 and _SUFFIX.search(word) is not None
+    if lower in _NO_NAMES:
+        return False
+    return len(word) > 4 and (_SUFFIX.search(word) is not None or _ENDING.match(word) is not None)
 
 
 def is_stop(word: str) -> bool:

@@ -241,6 +241,7 @@ class PhraseReader:
             and self._is_gas(place)
         ):
             self._phrase.words.append(GASES[token.low])
+            self._phrase.remarks.append((token.start, token.end))
             self._adjacent = False
             return
         if token.low in GASES and place + 1 < len(self.tokens) and self.tokens[place + 1].low in ("inlet", "line", "bubbler", "balloon"):
@@ -252,6 +253,7 @@ class PhraseReader:
             self._word(place, token)
             return
         self._named(token, weak=False)
+        self._refers_back(place)
 
     def _is_gas(self, place: int) -> bool:
         rest = [token.low for token in self.tokens[place + 1 : place + 2]]
@@ -325,6 +327,8 @@ class PhraseReader:
             and place + 1 < len(self.tokens)
             and self.tokens[place + 1].low in ("portions", "solution", "suspension")
         ):
+            if self.tokens[place + 1].low == "portions":
+                phrase.words.append("portionwise")
             self._adjacent = False
             return
         if low == "in" and phrase.substances and phrase.prep in ("", "to", "with", "of"):
@@ -383,7 +387,7 @@ class PhraseReader:
             self._quality.append(WORDS_OF_AMOUNT[low])
             self._adjacent = False
             return
-        if low in MANNERS or low in ("portions", "vacuo", "vacuum", "reflux", "reduced", "high", "pressure"):
+        if low in MANNERS or low in ("vacuo", "vacuum", "reflux", "reduced", "high", "pressure"):
             phrase.words.append(low)
             self._adjacent = False
             return
@@ -439,8 +443,18 @@ class PhraseReader:
         if self._is_label(place):
             self._named(token, weak=True)
             return
+        if self._last is not None and self._adjacent and not self._separated and self._ends_name(place):
+            self._last.end = token.end
+            return
         phrase.words.append(low)
         self._adjacent = self._adjacent and token.text[:1].isupper()
+
+    def _ends_name(self, place: int) -> bool:
+        """Return whether an unknown word after a name is its last one: "glycerol formal (5 g)"."""
+        word = self.tokens[place].text
+        after = self.tokens[place + 1] if place + 1 < len(self.tokens) else None
+        closed = after is None or after.kind in ("group", "mark") or after.low in ("and", "or") or after.low in PREPOSITIONS
+        return closed and len(word) > 3 and word.isalpha() and word.islower()
 
     def _solution_noun(self, place: int, token: Token) -> None:
         phrase = self._phrase

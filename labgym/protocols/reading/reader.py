@@ -150,6 +150,8 @@ class _Reader:
         self._data = False
         if tokens:
             start, end = tokens[0].start, tokens[-1].end
+            if not parts:
+                self._isolated(tokens)
             watched = _MONITOR.search(self.text, start, end)
             early = watched is not None and parts and watched.start() < self._found(parts[0])[0]
             if watched is not None and early:
@@ -170,6 +172,14 @@ class _Reader:
             if not self.draft.actions or self.draft.actions[-1].verb != "Analyze":
                 if self.draft.actions:
                     self._emit("Analyze", sentence.data, stated=True)
+
+    def _isolated(self, tokens: Sequence[Token]) -> None:
+        """Emit the result that a sentence without an operation names: "The oily product (78.4 g) was pure"."""
+        phrases = PhraseReader(tokens, True).read()
+        subject = [item for phrase in phrases[:1] if phrase.prep == "" for item in phrase.substances]
+        masses = [item for item in subject if any(value.kind in ("mass", "percent") for value in item.amounts)]
+        if masses and self.draft.actions and (masses[0].weak or "product" in phrases[0].nouns or {"mass", "percent"} <= {v.kind for v in masses[0].amounts}):
+            self._emit("Yield", (masses[0].start, masses[0].end), gives=(self._portion(masses[0]),))
 
     def _completes(self, span: tuple[int, int]) -> bool:
         """Return whether data belong to the last actions: the boiling range of a distillation, or the yield."""
@@ -255,6 +265,9 @@ class _Reader:
             self.draft.started_with_batch = True
         if head.marker not in ("after",):
             self._waited(before, clause)
+        for phrase in before:
+            if set(phrase.nouns) & (_LAYERS | {"extract", "extracts"}) or any(word in SOLUTIONS for word in phrase.nouns):
+                self._own_names([phrase])
         self._group_words = {token.low for token in clause.group if token.low in MANNERS}
         _HANDLERS.get(head.word.frame, _Reader._held)(self, clause, before, after)
         self._group_words = set()
@@ -328,6 +341,11 @@ class _Reader:
     def _is_intermediate(self, item: Substance, phrase: Phrase) -> bool:
         """Return whether a name is that of the batch with its mass: "The residue (21.3 g) was distilled"."""
         name = self.text[item.start : item.end].lower()
+        kinds = {value.kind for value in item.amounts}
+        if phrase.prep == "" and self.draft.actions and {"mass", "percent"} <= kinds and phrase.solution is None and (
+            "product" in phrase.nouns or "compound" in phrase.nouns
+        ):
+            return True
         return item.weak and name in _INTERMEDIATES and phrase.prep == "" and bool(self.draft.actions) and item.is_measured
 
     def _make(self, phrase: Phrase) -> None:
@@ -390,8 +408,6 @@ class _Reader:
             self.draft.own(item.start, item.end)
         values: dict[str, Any] = {"verb": verb, "takes": tuple(takes)[:30], **_held_at(conditions), **fields}
         manner = next((MANNERS[word] for word in words if MANNERS.get(word)), None)
-        if "portions" in words and manner is None:
-            manner = "portionwise"
         if manner:
             values.setdefault("manner", manner)
         gas = next((word for word in words if word in GASES.values()), None)
@@ -406,8 +422,9 @@ class _Reader:
         for phrase in counted:
             assert phrase.repeated is not None
             self.draft.own(phrase.repeated.start, phrase.repeated.end)
-        if ratios:
-            stated_ratio = ", ".join(self.draft.text[item.start : item.end] for item in ratios)
+        shares = {item.start: item for item in ratios if item.kind in ("ratio", "percent", "molarity")}
+        if shares:
+            stated_ratio = ", ".join(self.draft.text[item.start : item.end] for item in shares.values())
             values["note"] = "; ".join(filter(None, (values.get("note", ""), stated_ratio)))[:400]
         part = next((noun for phrase in phrases for noun in (*phrase.words, *phrase.nouns) if noun in _WATERY), None)
         if part and "part" not in values and verb in ("Wash", "Extract", "DrySolution", "Concentrate", "Filter", "AdjustPH", "Dissolve"):
@@ -451,8 +468,9 @@ class _Reader:
             medium = [phrase for phrase in targets if phrase.prep == "in"]
             targets = [phrase for phrase in targets if phrase not in medium]
             theme = [*theme, *medium]
+        elided = not theme and not extra and targets and head.low == "added" and not head.passive and not before and self.draft.actions
         batch = {noun for phrase in before if phrase.prep == "" for noun in phrase.nouns}
-        if not theme and not extra and head.passive and targets and batch & {"mixture", "solution", "reaction", "residue", "suspension", "slurry"}:
+        if elided or not theme and not extra and head.passive and targets and batch & {"mixture", "solution", "reaction", "residue", "suspension", "slurry"}:
             self._emit("Pour", self._span(clause), self._portions(targets), self._conditions(before, after), [*before, *after])
             return
         early = [phrase for phrase in theme if phrase.is_prepared and targets and phrase.start < targets[0].start and targets[0].is_prepared]
@@ -620,7 +638,7 @@ class _Reader:
         conditions = self._conditions(phrases)
         fields: dict[str, Any] = {}
         temperatures = [item for item in conditions if item.kind == "temperature"]
-        if verb in ("Heat", "Wait", "SetTemperature") and reflux and (not temperatures or verb == "Wait"):
+        if verb in ("Heat", "Wait", "SetTemperature", "Stir") and reflux:
             verb = "Reflux"
         elif verb == "Wait" and any(token.low in ("stirring", "agitation", "shaking") for token in clause.after[:6]):
             verb = "Stir"
@@ -660,7 +678,8 @@ class _Reader:
         if verb == "Wait" and head.low in ("left", "leave", "leaving", "let", "held", "hold", "kept", "keep", "maintained", "allowed", "continued") and not conditions and head.low in ("left", "let", "leave", "leaving", "continued"):
             return
         takes: list[Portion] = []
-        added = [phrase for phrase in after if phrase.prep in ("with", "in") and phrase.substances and any(item.is_measured for item in phrase.substances)]
+        shaken = head.low.startswith(("shak", "stir", "agitat", "heat", "reflux", "boil"))
+        added = [phrase for phrase in after if phrase.prep in ("with", "in") and phrase.substances and (any(item.is_measured for item in phrase.substances) or (shaken and phrase.prep == "with" and not phrase.substances[0].weak))]
         if added and verb in ("Stir", "Heat", "Wait", "Reflux", "Irradiate", "Cool"):
             for phrase in added:
                 if phrase.is_prepared:

@@ -12,6 +12,8 @@ from labgym.protocols.reading.lexicon import SUBSTANCES, VerbWord, names_substan
 
 TokenKind = Literal["word", "name", "verb", "figure", "mark", "group"]
 _CHUNK = re.compile(r"\S+")
+LONGEST_BRACKET = 400
+"""Longest bracket, characters; a longer one is taken for two signs that do not belong together."""
 _OPEN, _CLOSE = "([{", ")]}"
 _OCR_TAIL = re.compile(r"^\d{1,2}(?:[A-Z(·].*)?$")
 _OCR_HEAD = re.compile(r"^[A-Za-z\d()\[\]·.-]*[A-Z][A-Za-z)]*$")
@@ -214,11 +216,12 @@ def _split(tokens: Sequence[Token]) -> Iterator[list[Token]]:
     """Yield the tokens of each sentence; a full stop inside brackets ends none."""
     part: list[Token] = []
     depth = 0
+    paired = _pairs(tokens)
     for place, token in enumerate(tokens):
         part.append(token)
-        if token.kind == "mark" and token.text in _OPEN:
+        if place in paired and token.text in _OPEN:
             depth += 1
-        elif token.kind == "mark" and token.text in _CLOSE:
+        elif place in paired and token.text in _CLOSE:
             depth = max(0, depth - 1)
         elif token.text in (".", ";") and token.kind == "mark":
             follows = tokens[place + 1] if place + 1 < len(tokens) else None
@@ -234,6 +237,20 @@ def _split(tokens: Sequence[Token]) -> Iterator[list[Token]]:
         yield part
 
 
+def _pairs(tokens: Sequence[Token]) -> set[int]:
+    """Return the indices of brackets that have a partner near them."""
+    opened: list[int] = []
+    found: set[int] = set()
+    for place, token in enumerate(tokens):
+        if token.kind == "mark" and token.text in _OPEN:
+            opened.append(place)
+        elif token.kind == "mark" and token.text in _CLOSE and opened:
+            first = opened.pop()
+            if token.start - tokens[first].start <= LONGEST_BRACKET:
+                found.update((first, place))
+    return found
+
+
 def _begins(follows: Token, mark: Token) -> bool:
     if mark.text == ";":
         return not follows.low.endswith(("hydrochloride", "salt", "ester", "hydrobromide"))
@@ -244,11 +261,12 @@ def _grouped(tokens: Sequence[Token]) -> tuple[Token, ...]:
     """Return tokens with each bracket as one token."""
     stack: list[list[Token]] = [[]]
     opened: list[Token] = []
-    for token in tokens:
-        if token.kind == "mark" and token.text in _OPEN and len(stack) < 20:
+    paired = _pairs(tokens)
+    for place, token in enumerate(tokens):
+        if place in paired and token.text in _OPEN:
             opened.append(token)
             stack.append([])
-        elif token.kind == "mark" and token.text in _CLOSE and opened:
+        elif place in paired and token.text in _CLOSE and opened:
             inner, first = tuple(stack.pop()), opened.pop()
             stack[-1].append(Token(first.start, token.end, "()", "()", "group", inner=inner))
         else:
@@ -269,5 +287,11 @@ def _without_data(text: str, tokens: tuple[Token, ...]) -> Sentence:
     if not places:
         return Sentence(tokens)
     cut = min(places)
+    later = [k for k, token in enumerate(tokens) if token.start >= cut]
+    if any(tokens[k].kind == "verb" and k and tokens[k - 1].low in ("was", "is", "were", "are") for k in later):
+        stop = next((k for k in later if tokens[k].text == ","), None)
+        if stop is not None:
+            kept = tuple(token for k, token in enumerate(tokens) if token.end <= cut or k >= stop)
+            return Sentence(kept)
     kept = tuple(token for token in tokens if token.end <= cut)
     return Sentence(kept, (kept[-1].end if kept else start, end))
