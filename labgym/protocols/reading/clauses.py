@@ -105,7 +105,7 @@ def _heads(tokens: Sequence[Token]) -> Iterator[Head]:
         if head is None:
             continue
         last = found[-1] if found else None
-        if last is not None and head.low in ("addition", "adding") and head.marker == "by" and last.word.verb in ("Quench", "AdjustPH", "Crystallize"):
+        if last is not None and head.low in ("addition", "adding", "treatment") and head.marker == "by" and last.word.verb in ("Quench", "AdjustPH", "Crystallize"):
             continue
         if last is not None and _is_method(tokens, last, head):
             found[-1] = replace(last, word=head.word, last=head.place, method=head.low)
@@ -126,7 +126,7 @@ def _is_method(tokens: Sequence[Token], last: Head, head: Head) -> bool:
     lows = [token.low for token in between]
     if head.word.verb == "Chromatograph" and last.word.verb in ("Chromatograph", "Purify") and ("and" not in lows or head.low.startswith("elut")):
         return True
-    if head.marker == "by" and head.low in ("addition", "adding") and last.word.verb in ("Quench", "AdjustPH", "Crystallize"):
+    if head.marker == "by" and head.low in ("addition", "adding", "treatment") and last.word.verb in ("Quench", "AdjustPH", "Crystallize"):
         return False
     if last.low not in _BY_METHOD or head.word.verb not in _METHODS or len(between) > 12:
         return False
@@ -169,6 +169,8 @@ def _head(tokens: Sequence[Token], place: int, token: Token) -> Head | None:
         return Head(place, first, VerbWord("AdjustPH", "with"), token.low, passive, marker, place + 1)
     if token.kind != "verb" or token.verb is None:
         return None
+    if token.low == "chromatography" and previous in ("thin-layer", "layer"):
+        return Head(place, place, VerbWord("Monitor", "none", True), token.low, False, "", place)
     word, low = token.verb, token.low
     first, passive, marker = _group(tokens, place)
     ed = low.endswith(("ed", "ing", "en", "ept", "eft", "eld", "ought", "ood", "ook", "ven", "ave", "ied", "put"))
@@ -241,6 +243,8 @@ def _is_imperative(tokens: Sequence[Token], place: int) -> bool:
     k = place - 1
     while k >= 0 and (tokens[k].low in _SKIPPED_ADVERBS or tokens[k].low in ("please",)):
         k -= 1
+    if k >= 1 and tokens[k].low in ("it", "this", "which") and tokens[k - 1].low == "to":
+        return True
     return k < 0 or tokens[k].low in ("and", ",", "then", ":")
 
 
@@ -282,6 +286,9 @@ def _subject(tokens: Sequence[Token], earlier: Head, later: Head) -> int:
             return _without_break(tokens, max(stop, k), stop)
         return _without_break(tokens, max(stop, k), stop)
     while segment > stop:
+        current = [token for token in tokens[segment:k] if token.kind != "mark"]
+        if current and not any(token.kind in ("name", "figure", "group") for token in current):
+            break
         previous = _break_before(tokens, segment - 1, stop)
         item = tokens[previous:segment]
         lows = [token.low for token in item]

@@ -44,9 +44,9 @@ _WORDS = {
     "several": 3, "a": 1, "an": 1, "half an": 0.5, "half a": 0.5, "one half": 0.5, "a further": 1, "another": 1,
 }  # fmt: skip
 _N = r"\d{1,3}(?:,\d{3})+(?:\.\d+)?|\d{1,9}(?:\.\d{1,9}|,\d{1,2}(?!\d))?(?:[Ee]-?\d{1,2}\b)?|\.\d{1,6}"
-_BEFORE = r"(?<![A-Za-z0-9_.\[,\u0370-\u03ff-])"
+_BEFORE = r"(?<![A-Za-z0-9_.\[,\u0370-\u03ff-])(?<!\d/)"
 _UNIT = {
-    "mass": r"kg|mg|μg|ug|gms?|grams?|grammes?|milligrams?|kilograms?|micrograms?|g|lbs?|pounds?|oz|ounces?",
+    "mass": r"kg|mg|μg|ug|gms?|[Gg]rams?|G(?=\.)|grammes?|milligrams?|kilograms?|micrograms?|g|lbs?|pounds?|oz|ounces?",
     "volume": r"m[lL]|ML|cc|c\.c\.|μ ?[lL]|u[lL]|[dc]l|cm3|dm3|[lL]iters?|[lL]itres?|milli[lL]it(?:er|re)s?"
     r"|microlit(?:er|re)s?|drops?|gallons?|[lL]",
     "substance": r"mmols?|μmols?|umols?|nmols?|kmols?|mols?|mmoles?|millimoles?|moles?|m\.? ?moles?",
@@ -78,7 +78,10 @@ _SPOKEN = re.compile(
     r"(?P<equivalents>equivalents?|equiv)|(?P<substance>moles?)|(?P<time>hours?|hrs?|minutes?|min|days?|weeks?|seconds?))(?![A-Za-z])",
     re.IGNORECASE,
 )
-_MOLAR_WORD = re.compile(r"(?<![A-Za-z0-9.,-])(\d{1,3}(?:\.\d{1,4})?)[- ](?:molar|normal|[MN])(?![A-Za-z0-9-])")
+_FRACTION = re.compile(
+    rf"{_BEFORE}(?:(\d{{1,2}}?)[ -]?)?([13])/([248]) ?(?:(?P<time>{_UNIT['time']})|(?P<volume>{_UNIT['volume']})|(?P<mass>{_UNIT['mass']}))(?![A-Za-z])"
+)
+"""Mixed fractions, also as patents print them: "21/2 hours" is two hours and a half."""
 _PORTIONS = re.compile(rf"{_BEFORE}(\d{{1,2}}) ?(?:[x×*X]|times|portions of|aliquots of) ?(?=\d)")
 _WORD_PORTIONS = re.compile(
     r"(?<![A-Za-z])(two|three|four|five|six|seven|eight|ten) (?=\d[\d,.]{0,8}[- ]?(?:m[lL]|[lL]|g|mg)\b\.? ?-?(?:portions|aliquots|volumes|lots))",
@@ -156,7 +159,7 @@ def figures(text: str) -> list[Figure]:
     """
     taken = bytearray(len(text))
     found: list[Figure] = []
-    for source in (_phs(text), _named(text), _spoken(text), _ratios(text), _numbered(text), _repeats(text)):
+    for source in (_phs(text), _named(text), _fractions(text), _spoken(text), _ratios(text), _numbered(text), _repeats(text)):
         for figure in source:
             if not any(taken[figure.start : figure.end]):
                 taken[figure.start : figure.end] = b"\1" * (figure.end - figure.start)
@@ -269,6 +272,13 @@ def _spoken(text: str) -> Iterator[Figure]:
         value += 0.5 if "and a half" in match[0] else 0.0
         upper = _WORDS[match["to"].lower()] if match["to"] else None
         yield _figure(match.start(), match.end(), kind, match[kind], value, upper, text, 1)
+
+
+def _fractions(text: str) -> Iterator[Figure]:
+    for match in _FRACTION.finditer(text):
+        value = float(match[1] or 0) + int(match[2]) / int(match[3])
+        kind = next(name for name in ("mass", "volume", "time") if match[name])
+        yield _figure(match.start(), match.end(), kind, match[kind], value, None, text, 1)
 
 
 def _repeats(text: str) -> Iterator[Figure]:

@@ -39,7 +39,7 @@ _VERBS: tuple[tuple[str, Verb, Frame], ...] = (
     (rf"cool{_ED}|chill{_ED}", "Cool", "hold"),
     (rf"brought|rais{_ED}|bring{_ED}|lowered|rises?|rose", "SetTemperature", "hold"),
     (rf"reflux{_ED}|boil{_ED}", "Reflux", "hold"),
-    (rf"stand(?:s|ing)?|stood|keep(?:s|ing)?|kept|le(?:ft|ave|aving)|held|hold(?:s|ing)?|maintain{_ED}|incubat{_ED}|ag(?:ed|ing)|allow(?:ed|ing)?|let|continu{_ED}|sit", "Wait", "hold"),
+    (rf"retain{_ED}|stand(?:s|ing)?|stood|keep(?:s|ing)?|kept|le(?:ft|ave|aving)|held|hold(?:s|ing)?|maintain{_ED}|incubat{_ED}|ag(?:ed|ing)|allow(?:ed|ing)?|let|continu{_ED}|sit", "Wait", "hold"),
     (rf"hydrogenat{_ED}|hydrogenation|hydrogenolyzed", "Hydrogenate", "with"),
     (rf"irradiat{_ED}|photoly[sz]{_ED}", "Irradiate", "hold"),
     (rf"microwaved", "Microwave", "hold"),
@@ -228,7 +228,7 @@ _SHORT = re.compile(
     r"petroleum|mineral|silica|activated|lithium|selenium|ethereal|mono|tartaric|maleic|fumaric|succinic|glutaric|malonic|lactic|benzoic|"
     r"tetrabutylammonium|tetrakis|dichloro|dimethyl|diethyl|diisopropyl|trimethyl|triethyl|triphenyl|tributyl|diphenyl|"
     r"camphorsulfonic|palladium|platinum|rhodium|ruthenium|iridium|gold|cobalt|zirconium|indium|cerium|ceric|lanthanum|"
-    r"samarium|ytterbium|scandium|bismuth|antimony|arsenic|strontium|rubidium|thallium|lead)$",
+    r"samarium|ytterbium|scandium|bismuth|antimony|arsenic|strontium|rubidium|thallium)$",
     re.IGNORECASE,
 )
 _ELEMENT = (
@@ -241,6 +241,7 @@ _FORMULA = re.compile(
 _DIGIT_LETTERS = re.compile(
     r"\d[,\d']*-[A-Za-z(\[]|[a-z)\]]-\d|\d[A-Z]-|[(\[]\d|^[NOS],[NOS]|^[NOSRE]-[a-z]|^\((?:[RSEZ±+-]|\d)", re.ASCII
 )
+_POSITION = re.compile(r"^\d{1,3}[A-Z]$")
 _GREEK = re.compile(r"^[α-ωΑ-Ω]")
 _CODE = re.compile(r"^\(?(?:\d{1,3}[a-z]?|[IVX]{1,5}|[A-Z]{1,2}-?\d{1,3}[a-z]?)\)?$")
 
@@ -275,6 +276,8 @@ def names_substance(word: str) -> bool:
         return True
     if "/" in word.strip("/") and len(word) < 60 and "[" not in word:
         return any(names_substance(part) for part in word.split("/") if part)
+    if _POSITION.match(word):
+        return False
     if any(map(str.isdigit, word)) and len(word) > 3 and _DIGIT_LETTERS.search(word):
         return True
     if (

@@ -127,6 +127,7 @@ class PhraseReader:
         self._paired = False
         self._instead = False
         self._skip = -1
+        self._closed = False
         self._adjective: Substance | None = None
 
     def read(self) -> list[Phrase]:
@@ -270,7 +271,7 @@ class PhraseReader:
         if self._instead and last is not None:
             self._instead = False
             last.start, last.end, last.weak = token.start, token.end, weak
-        elif last is not None and self._adjacent and not self._separated and not self._pending:
+        elif last is not None and self._adjacent and not self._separated and not self._pending and not self._closed:
             last.end = token.end
             last.weak = last.weak and weak
         elif last is not None and self._joins_ester(token):
@@ -283,7 +284,7 @@ class PhraseReader:
             if self._adjective is not None:
                 self._phrase.substances.append(self._adjective)
                 self._adjective = None
-        self._separated, self._adjacent, self._paired = False, True, False
+        self._separated, self._adjacent, self._paired, self._closed = False, True, False, False
 
     def _joins_ester(self, token: Token) -> bool:
         """Return whether a name goes on after a comma: "pentanoic acid, benzyl ester"."""
@@ -300,6 +301,9 @@ class PhraseReader:
             return
         low = token.low.rstrip(".") if token.low not in WORDS_OF_AMOUNT else token.low
         phrase = self._phrase
+        if low.endswith("ic") and place + 1 < len(self.tokens) and self.tokens[place + 1].low in ("acid", "anhydride"):
+            self._named(token, weak=False)
+            return
         if low == "of" and self._last is not None and self._last.weak and not self._separated:
             following = self.tokens[place + 1 : place + 3]
             if len(following) == 2 and following[0].low in ("example", "step", "formula", "preparation", "structure", "intermediate"):
@@ -453,6 +457,8 @@ class PhraseReader:
         """Return whether an unknown word after a name is its last one: "glycerol formal (5 g)"."""
         word = self.tokens[place].text
         after = self.tokens[place + 1] if place + 1 < len(self.tokens) else None
+        if self.tokens[place - 1].kind != "name":
+            return False
         closed = after is None or after.kind in ("group", "mark") or after.low in ("and", "or") or after.low in PREPOSITIONS
         return closed and len(word) > 3 and word.isalpha() and word.islower()
 
@@ -527,7 +533,7 @@ class PhraseReader:
         """Pass a word for an operation that is used as an adjective or a noun."""
         if place <= self._skip:
             return
-        if token.low in ("equipped", "fitted"):
+        if token.low in ("equipped", "fitted") or token.low in BATCH:
             self._word(place, token)
             return
         if token.low in WORDS_OF_AMOUNT:
@@ -548,7 +554,8 @@ class PhraseReader:
                 self._open("", token.start)
             elif self._phrase.prep == "to" and self._phrase.solution is not None and not self._in_solvent and any(item.solvent for item in self._phrase.substances):
                 self._open("", token.start)
-            if self._in_solvent and self._phrase.prep in ("", "to", "with") and self._goes_on(place):
+            subject = self._phrase.prep == "" and self._phrase.solution is not None
+            if self._in_solvent and self._phrase.prep in ("", "to", "with") and not subject and self._goes_on(place):
                 self._open("", token.start)
             self._separated, self._adjacent = True, False
         elif token.text in "/:-":
@@ -625,6 +632,7 @@ class PhraseReader:
         while last.paired and last is not phrase.substances[0]:
             last = phrase.substances[phrase.substances.index(last) - 1]
         last.amounts += measured
+        self._closed = bool(measured)
         last.words += [WORDS_OF_AMOUNT[item.low] for item in inner if item.low in ("excess", "catalytic", "saturated")]
         self._adjacent = True
 

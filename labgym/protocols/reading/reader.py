@@ -12,7 +12,7 @@ from labgym.protocols.experiments.model import Action, Portion, Role, Stretch, V
 from labgym.protocols.reading.actions import MAX_TEXT, ActionList, Outcome, Unread
 from labgym.protocols.reading.clauses import Clause, clauses
 from labgym.protocols.reading.figures import Figure, figures, plain
-from labgym.protocols.reading.lexicon import GASES, MANNERS, SOLID, SOLUTIONS
+from labgym.protocols.reading.lexicon import GASES, MANNERS, QUALITIES, SOLID, SOLUTIONS
 from labgym.protocols.reading.phrases import Phrase, PhraseReader, Substance
 from labgym.protocols.reading.tokens import Sentence, Token, sentences
 
@@ -22,21 +22,24 @@ _REFERS = re.compile(
     r"|according to (?:the )?(?:\w+ )?(?:general )?(?:procedures?|methods?|process|Example|EXAMPLE|example|protocols?|Scheme|manner)"
     r"|(?:analogous|similar|identical)(?:ly)? (?:procedure |manner |fashion |way )?(?:to|as)\b"
     r"|in an? (?:analogous|similar|identical) (?:manner|fashion|way)|in the same (?:manner|way|fashion) (?:as|of)|in a manner (?:analogous|similar|identical)"
-    r"|(?:following|by|using|under|from) (?:the |a )?(?:\w+ )?(?:general )?(?:procedures?|methods?|conditions|process) (?:of|in|described|as|from|outlined|above|given|similar|analogous|for|that)"
+    r"|(?:[Ff]ollowing|[Bb]y|[Uu]sing|[Uu]nder|from) (?:the |a )?(?:\w+ )?(?:general )?(?:procedures?|methods?|conditions|process) (?:of|in|described|as|from|outlined|above|given|similar|analogous|for|that)"
     r"|(?:general|standard) (?:procedure|method)s? [A-Z\d]\b|by (?:the )?(?:general )?(?:procedure|method|Procedure|Method) [A-Z\d]|Prepared by Procedure"
     r"|in (?:the )?(?:procedure|process|method) of (?:Example|example)|in accordance with (?:the )?(?:process|procedure|method|general))"
 )
 _REFERRED = re.compile(r"(?:Example|EXAMPLE|Ex\.|example|Step|Preparation|Procedure|Method|Scheme|Intermediate)s? [A-Z\d][\w.-]*|general procedure(?: [A-Z\d]\w*)?")
-_MADE = re.compile(r"\b(?:prepared|obtained|synthesi[sz]ed|made|produced|converted|carried out|reacted|performed|gave|yielded|treated|isolated|substituting|repeated|purified|working up|worked up|conducted|given|afforded|get|substituted|Reaction)\b", re.IGNORECASE)
+_MADE = re.compile(r"\b(?:prepared?|Following|added|obtained|synthesi[sz]ed|made|produced|converted|carried out|reacted|performed|gave|yielded|treated|isolated|substituting|repeated|purified|working up|worked up|conducted|given|afforded|get|substituted|Reaction)\b", re.IGNORECASE)
 _UNTIL = frozenset(("until", "till"))
 _CIRCUMSTANCE = frozenset(("at", "under", "in", "for", "over", "during", "within", "after", "while", "with", "to", "below", "between", "until", "into", "on", "by", "from", "before", "", "through", "without", "using", "since", "when", "once", "of", "than", "against", "as"))
 _SOLVENTS = frozenset("solvent solvents volatiles solution liquor components excess thf ether ethanol methanol toluene dmf water acetone dichloromethane pyridine benzene chloroform dioxane acetonitrile reagent tfa chloride".split())
 _NOT_SOLVENT = frozenset("bath catalyst insolubles solid solids precipitate material salts salt crystals agent desiccant sulfate celite impurities carbon".split())
+_UNFINISHED = frozenset("precipitate residue suspension slurry solution mixture phase layer layers".split())
+"""What an operation leaves that is no product by itself."""
 _INTERMEDIATES = frozenset("residue oil solid product crystals precipitate material foam liquid powder".split())
 _MONITOR = re.compile(
     r"\b(?:LC-?/?MS|TLC|HPLC|GC|t\.l\.c\.)(?: analysis| control| monitoring)? (?:showed|shows|indicated|indicates|revealed|confirmed)"
     r"|\bno starting material remain|\b(?:as )?(?:monitored|followed|judged|determined|indicated|shown) by (?:TLC|HPLC|LC-?/?MS|GC|tlc)"
 )
+_NUMBER = re.compile(r"^\d{1,6}(?:[.,]\d{1,6})?$")
 _LAYERS = frozenset("layer layers phase phases".split())
 _STOCK_WORDS = frozenset(("saturated", "concentrated", "dilute", "aqueous", "half-saturated", "glacial"))
 _WATERY = frozenset(("organic", "aqueous"))
@@ -117,8 +120,18 @@ def _unread(draft: _Draft, parts: Iterable[Sentence]) -> Iterable[Unread]:
             kind = token.figure.kind if token.figure is not None else None
             if kind is not None and kind not in ("other", "length", "ratio", "repeats"):
                 yield Unread(start=token.start, end=token.end, text=draft.text[token.start : token.end], why=f"amount or condition ({kind}) that no action owns")
-            elif token.kind == "name" and len(token.text) > 2:
+            elif token.kind == "word" and _NUMBER.match(token.text) and not _is_numbering(sentence.tokens, token):
+                yield Unread(start=token.start, end=token.end, text=token.text, why="number without a unit that is known")
+            elif token.kind == "name" and len(token.text) > 2 and token.low not in QUALITIES:
                 yield Unread(start=token.start, end=token.end, text=draft.text[token.start : token.end][:1000], why="name that no action owns")
+
+
+def _is_numbering(tokens: Sequence[Token], token: Token) -> bool:
+    """Return whether a number counts something or numbers it: "Example 3", "compound 12"."""
+    place = next((k for k, other in enumerate(tokens) if other.start == token.start), None)
+    if place is None or place == 0:
+        return True
+    return tokens[place - 1].kind in ("word", "name") and tokens[place - 1].low not in ("of", "and", "with", "to", "in", "over", "at", "for", "about", "from")
 
 
 def _leaves(tokens: Iterable[Token]) -> Iterable[Token]:
@@ -443,6 +456,10 @@ class _Reader:
     def _added(self, clause: Clause, before: list[Phrase], after: list[Phrase]) -> None:
         head = clause.head
         subject = [phrase for phrase in before if phrase.prep == "" and (phrase.substances or phrase.solution is not None)]
+        layered = [phrase for phrase in (*before, *after) if set(phrase.nouns) & (_LAYERS | {"extract", "extracts", "filtrates"}) and not any(item.is_measured for item in phrase.substances)]
+        self._own_names(layered)
+        subject = [phrase for phrase in subject if phrase not in layered]
+        after = [phrase for phrase in after if phrase not in layered or phrase.prep]
         theme = subject
         object_ = [phrase for phrase in after if phrase.prep in ("", "of") and phrase.substances]
         inverted = not subject or not head.passive
@@ -502,6 +519,8 @@ class _Reader:
             self._emit(verb, span, takes, conditions, circumstances, part="solution", note=made or noun)
         elif takes or verb != "Add":
             ratios = [item for phrase in theme for item in phrase.ratios]
+            if verb == "Add" and any(item.kind == "ph" for item in conditions):
+                verb = "AdjustPH"
             stirred = any("stirring" in phrase.words for phrase in circumstances) and any(
                 item.kind == "time" for item in conditions
             )
@@ -769,6 +788,7 @@ class _Reader:
     def _dried(self, clause: Clause, before: list[Phrase], after: list[Phrase]) -> None:
         phrases = [*before, *after]
         agents = [phrase for phrase in after if phrase.prep in ("over", "with", "on", "by", "using", "") and phrase.substances]
+        agents = [phrase for phrase in agents if phrase.prep or not (set(phrase.nouns) & (_LAYERS | {"extract", "extracts", "solution"}))]
         words = {token.low for token in clause.after} | {token.low for token in clause.before}
         conditions = self._conditions(phrases)
         heated = any(item.kind in ("temperature", "pressure") for item in conditions)
@@ -880,7 +900,9 @@ class _Reader:
         main = main or direct[:1] or found[:1]
         if label is not None and (not main or label[1] <= main[0].start or (label[0] <= main[0].start < label[1]) or label[0] <= main[0].end <= label[1]):
             extra = [value for item in main for value in item.amounts]
-            known_name = bool(main) and not main[0].weak and main[0].start >= label[1] and main[0].is_measured
+            known_name = bool(main) and not main[0].weak and main[0].start >= label[1] and (
+                main[0].is_measured or not any(label[1] <= token.start < main[0].start and token.low in ("as", "in", "with", "which", "from", "having") for token in tokens)
+            )
             if not known_name:
                 main = [Substance(label[0], label[1], extra)]
         loose = [value for phrase in phrases for value in phrase.loose if value.kind in ("mass", "substance", "percent", "volume", "parts")]
@@ -894,6 +916,8 @@ class _Reader:
         if not main:
             first = loose[0]
             main = [Substance(first.start, first.end)]
+        if not main[0].amounts and not loose and self.text[main[0].start : main[0].end].lower() in _UNFINISHED:
+            return
         known = {value.start for item in main for value in item.amounts}
         main[0].amounts += [value for value in (*loose, *later) if value.start not in known and value.kind in ("mass", "substance", "percent", "volume", "parts")]
         gives = tuple(self._portion(item) for item in main)[:10]
