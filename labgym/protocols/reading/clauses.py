@@ -202,6 +202,8 @@ def _head(tokens: Sequence[Token], place: int, token: Token) -> Head | None:
         return None
     if low in ("prepared",):
         return None
+    if low in ("saturated",) and not (after == "with" or after == "by"):
+        return None
     if low in ("dilute", "diluted", "concentrated") and following is not None and following.kind == "name" and not passive:
         return None
     if low in _HOLDING_NOUNS:

@@ -68,6 +68,7 @@ _UNIT_AT = re.compile(rf"(?:{_UNITS})")
 _APPROXIMATE = r"(?:about|approx(?:imately)?\.?|ca\.?|circa|~)"
 _VALUE = re.compile(
     rf"{_BEFORE}(?P<sign>[-+~<>]{{0,2}})(?P<low>{_N})"
+    rf"(?: ?[x×] ?10 ?\^?(?P<power>-? ?\d{{1,2}})(?![\d.]))?"
     rf"(?P<inner> ?°(?: ?C\.?)?)?(?: ?(?:-|to|~) ?{_APPROXIMATE}? ?(?P<neg>-)?(?P<high>{_N}))?"
 )
 _HALVES = {"½": 0.5, "¼": 0.25, "¾": 0.75}
@@ -181,7 +182,7 @@ def _numbered(text: str) -> Iterator[Figure]:
             unit = None
         if unit is None and high is not None:
             # The second number may belong to something else: read the first alone, then go on behind it.
-            end = match.end("inner") if match["inner"] else match.end("low")
+            end = max(match.end("inner"), match.end("power"), match.end("low"))
             at, high = end, None
             unit = _UNIT_AT.match(text, end + (text[end : end + 1] == " "))
         kind = unit.lastgroup if unit is not None else "temperature" if match["inner"] else None
@@ -190,7 +191,7 @@ def _numbered(text: str) -> Iterator[Figure]:
         spelled = unit[0] if unit is not None else "°"
         if unit is not None and kind in ("time", "molarity", "mass", "temperature") and _is_label(text, end, unit):
             continue
-        value, upper = _number(match["low"]), _number(high) if high else None
+        value, upper = _number(match["low"]) * 10.0 ** int((match["power"] or "0").replace(" ", "")), _number(high) if high else None
         if "-" in match["sign"]:
             value = -value
         if upper is not None and match["neg"]:
