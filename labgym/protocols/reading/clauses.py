@@ -18,22 +18,109 @@ from labgym.protocols.reading.lexicon import (
 )
 from labgym.protocols.reading.tokens import Token
 
-_PARTS = frozenset("organic aqueous organics combined precipitated ether ethereal separated collected undissolved".split())
+_PARTS = frozenset(
+    [
+        "organic",
+        "aqueous",
+        "organics",
+        "combined",
+        "precipitated",
+        "ether",
+        "ethereal",
+        "separated",
+        "collected",
+        "undissolved",
+    ]
+)
 _SKIPPED_ADVERBS = frozenset(
-    "then also subsequently thus finally further again directly slowly carefully first next therein thereto thereafter quickly "
-    "rapidly gradually vigorously immediately now so still thoroughly successively gently completely not initially briefly "
-    "continuously evenly mainly only once twice separately being been progressively simultaneously almost".split()
+    [
+        "then",
+        "also",
+        "subsequently",
+        "thus",
+        "finally",
+        "further",
+        "again",
+        "directly",
+        "slowly",
+        "carefully",
+        "first",
+        "next",
+        "therein",
+        "thereto",
+        "thereafter",
+        "quickly",
+        "rapidly",
+        "gradually",
+        "vigorously",
+        "immediately",
+        "now",
+        "so",
+        "still",
+        "thoroughly",
+        "successively",
+        "gently",
+        "completely",
+        "not",
+        "initially",
+        "briefly",
+        "continuously",
+        "evenly",
+        "mainly",
+        "only",
+        "once",
+        "twice",
+        "separately",
+        "being",
+        "been",
+        "progressively",
+        "simultaneously",
+        "almost",
+    ]
 ) | frozenset(MANNERS)
 _METHODS = frozenset(
-    ("Purify", "Filter", "Concentrate", "Distill", "Chromatograph", "Recrystallize", "Crystallize", "Extract", "Triturate", "Hydrogenate", "Sublime")
+    (
+        "Purify",
+        "Filter",
+        "Concentrate",
+        "Distill",
+        "Chromatograph",
+        "Recrystallize",
+        "Crystallize",
+        "Extract",
+        "Triturate",
+        "Hydrogenate",
+        "Sublime",
+    )
 )
 _BY_METHOD = frozenset(
-    "removed remove removing collected separated isolated recovered obtained purified purify filtered isolate eliminated "
-    "concentrated subjected evaporated achieved accomplished carried".split()
+    [
+        "removed",
+        "remove",
+        "removing",
+        "collected",
+        "separated",
+        "isolated",
+        "recovered",
+        "obtained",
+        "purified",
+        "purify",
+        "filtered",
+        "isolate",
+        "eliminated",
+        "concentrated",
+        "subjected",
+        "evaporated",
+        "achieved",
+        "accomplished",
+        "carried",
+    ]
 )
-_LET = frozenset("allowed left let leave allow allowing permitted continued left".split())
+_LET = frozenset(["allowed", "left", "let", "leave", "allow", "allowing", "permitted", "continued", "left"])
 _BREAKS = frozenset(("and", ",", "then", "while", "but", "whereupon", "when", ":", "or"))
-_HOLDING_NOUNS = frozenset("stirring heating cooling warming shaking agitation swirling refluxing boiling".split())
+_HOLDING_NOUNS = frozenset(
+    ["stirring", "heating", "cooling", "warming", "shaking", "agitation", "swirling", "refluxing", "boiling"]
+)
 
 
 @dataclass(frozen=True)
@@ -90,7 +177,12 @@ def _reordered(parts: list[Clause]) -> list[Clause]:
     for k in range(len(parts) - 1):
         result, insert = parts[k], parts[k + 1]
         empty = all(token.kind == "mark" for token in result.after)
-        if result.head.word.verb == "Yield" and not result.head.passive and empty and insert.head.marker in ("after", "upon"):
+        if (
+            result.head.word.verb == "Yield"
+            and not result.head.passive
+            and empty
+            and insert.head.marker in ("after", "upon")
+        ):
             cut = next((n for n, token in enumerate(insert.after) if token.text == ","), None)
             if cut is not None:
                 parts[k] = replace(insert, after=insert.after[:cut])
@@ -105,7 +197,12 @@ def _heads(tokens: Sequence[Token]) -> Iterator[Head]:
         if head is None:
             continue
         last = found[-1] if found else None
-        if last is not None and head.low in ("addition", "adding", "treatment") and head.marker == "by" and last.word.verb in ("Quench", "AdjustPH", "Crystallize"):
+        if (
+            last is not None
+            and head.low in ("addition", "adding", "treatment")
+            and head.marker == "by"
+            and last.word.verb in ("Quench", "AdjustPH", "Crystallize")
+        ):
             continue
         if last is not None and _is_method(tokens, last, head):
             found[-1] = replace(last, word=head.word, last=head.place, method=head.low)
@@ -113,7 +210,12 @@ def _heads(tokens: Sequence[Token]) -> Iterator[Head]:
         if last is not None and _is_let(tokens, last, head):
             found[-1] = replace(head, first=last.first, passive=last.passive or head.passive, marker=last.marker)
             continue
-        if last is not None and last.low in _HOLDING_NOUNS and head.low == "continued" and not _between(tokens, last, head, names=True):
+        if (
+            last is not None
+            and last.low in _HOLDING_NOUNS
+            and head.low == "continued"
+            and not _between(tokens, last, head, names=True)
+        ):
             found[-1] = replace(last, last=head.place)
             continue
         found.append(head)
@@ -124,22 +226,36 @@ def _is_method(tokens: Sequence[Token], last: Head, head: Head) -> bool:
     """Return whether an operation says how another was done: "removed by filtration"."""
     between = tokens[last.place + 1 : head.place]
     lows = [token.low for token in between]
-    if head.word.verb == "Chromatograph" and last.word.verb in ("Chromatograph", "Purify") and ("and" not in lows or head.low.startswith("elut")):
+    if (
+        head.word.verb == "Chromatograph"
+        and last.word.verb in ("Chromatograph", "Purify")
+        and ("and" not in lows or head.low.startswith("elut"))
+    ):
         return True
-    if head.marker == "by" and head.low in ("addition", "adding", "treatment") and last.word.verb in ("Quench", "AdjustPH", "Crystallize"):
+    if (
+        head.marker == "by"
+        and head.low in ("addition", "adding", "treatment")
+        and last.word.verb in ("Quench", "AdjustPH", "Crystallize")
+    ):
         return False
     if last.low not in _BY_METHOD or head.word.verb not in _METHODS or len(between) > 12:
         return False
     if last.word.verb == "Yield" and head.word.verb not in ("Filter", "Chromatograph"):
         return False
-    return any(low in ("by", "through", "to", "via", "under", "with", "out", "using") for low in lows) and not any(
-        low in ("and", "then", "was", "were") for low in lows[-4:]
-    ) and (head.word.noun or head.low.endswith("ing") or head.low in ("chromatography", "hplc"))
+    return (
+        any(low in ("by", "through", "to", "via", "under", "with", "out", "using") for low in lows)
+        and not any(low in ("and", "then", "was", "were") for low in lows[-4:])
+        and (head.word.noun or head.low.endswith("ing") or head.low in ("chromatography", "hplc"))
+    )
 
 
 def _is_let(tokens: Sequence[Token], last: Head, head: Head) -> bool:
     between = [token.low for token in tokens[last.place + 1 : head.first]] + [head.marker]
-    return last.low in _LET and head.marker == "to" and all(low in ("to", "") or low in _SKIPPED_ADVERBS for low in between)
+    return (
+        last.low in _LET
+        and head.marker == "to"
+        and all(low in ("to", "") or low in _SKIPPED_ADVERBS for low in between)
+    )
 
 
 def _between(tokens: Sequence[Token], last: Head, head: Head, names: bool) -> bool:
@@ -157,7 +273,11 @@ def _head(tokens: Sequence[Token], place: int, token: Token) -> Head | None:
         ):
             return Head(place, place, VerbWord("Add", "theme"), "followed by", False, "followed", place + 1)
         return None
-    if token.figure is not None and token.figure.kind == "ph" and any(word in token.low for word in ("adjusted", "brought", "made")):
+    if (
+        token.figure is not None
+        and token.figure.kind == "ph"
+        and any(word in token.low for word in ("adjusted", "brought", "made"))
+    ):
         return Head(place, place, VerbWord("AdjustPH", "with"), "adjusted", True, "", place - 1)
     if token.low == "reduced" and token.kind != "verb":
         first, passive, marker = _group(tokens, place)
@@ -176,61 +296,264 @@ def _head(tokens: Sequence[Token], place: int, token: Token) -> Head | None:
     ed = low.endswith(("ed", "ing", "en", "ept", "eft", "eld", "ought", "ood", "ook", "ven", "ave", "ied", "put"))
     if word.noun:
         near = [item.low for item in tokens[max(0, place - 5) : place]]
-        useful = any(low in ("by", "via", "through") for low in near) or marker in ("by", "after", "upon", "on", "following", "through", "via", "before", "to") or place == 0 or previous in ("flash", "column", "gel", "and", "silica", "further", "hplc", "prep", "preparative", "the", ",", "solvent", "using") or after == "of"
-        if previous in ("without", "no", "for", "of", "end", "during") or after in ("was", "is", "process", "were", "apparatus", "flask", "column", "funnel", "step", "time", "rate", "solvent", "system"):
-            useful = after in ("was", "is", "were") and tokens[place + 2 : place + 3] and tokens[place + 2].low in ("carried", "effected", "performed")
+        useful = (
+            any(low in ("by", "via", "through") for low in near)
+            or marker in ("by", "after", "upon", "on", "following", "through", "via", "before", "to")
+            or place == 0
+            or previous
+            in (
+                "flash",
+                "column",
+                "gel",
+                "and",
+                "silica",
+                "further",
+                "hplc",
+                "prep",
+                "preparative",
+                "the",
+                ",",
+                "solvent",
+                "using",
+            )
+            or after == "of"
+        )
+        if previous in ("without", "no", "for", "of", "end", "during") or after in (
+            "was",
+            "is",
+            "process",
+            "were",
+            "apparatus",
+            "flask",
+            "column",
+            "funnel",
+            "step",
+            "time",
+            "rate",
+            "solvent",
+            "system",
+        ):
+            useful = (
+                after in ("was", "is", "were")
+                and tokens[place + 2 : place + 3]
+                and tokens[place + 2].low in ("carried", "effected", "performed")
+            )
         if low in ("chromatographic", "addition") and after != "of" and low == "chromatographic":
             useful = False
-        if low == "addition" and (after != "of" or marker not in ("by", "after", "upon", "on", "following", "with")) and previous not in ("the", "dropwise", "slow"):
+        if (
+            low == "addition"
+            and (after != "of" or marker not in ("by", "after", "upon", "on", "following", "with"))
+            and previous not in ("the", "dropwise", "slow")
+        ):
             useful = False
         if low == "concentration" and after == "of":
             useful = False
         return Head(place, first, word, low, passive, marker, place) if useful else None
-    if low in ("dry", "combine", "separate") and following is not None and (following.kind == "name" or following.low in BATCH) and not (place == 0 and low != "dry"):
+    if (
+        low in ("dry", "combine", "separate")
+        and following is not None
+        and (following.kind == "name" or following.low in BATCH)
+        and not (place == 0 and low != "dry")
+    ):
         return None
     if low in ("sealed", "seal", "fitted", "equipped", "sealing"):
         return None
     if low in ("boiling", "boil", "boils") and not passive:
         return None
-    if low in ("stand", "stands", "standing") and marker not in ("to", "on", "upon", "after", "for") and previous not in ("and",):
+    if (
+        low in ("stand", "stands", "standing")
+        and marker not in ("to", "on", "upon", "after", "for")
+        and previous not in ("and",)
+    ):
         return None
     if low in ("reflux",):
-        return None if marker != "to" or previous in ("to", "at", "under", "gentle") and not _is_imperative(tokens, place) else Head(place, first, word, low, passive, marker, place)
+        return (
+            None
+            if marker != "to" or (previous in ("to", "at", "under", "gentle") and not _is_imperative(tokens, place))
+            else Head(place, first, word, low, passive, marker, place)
+        )
     if low in ("taken",) and after == "up":
         return Head(place, first, word, low, passive, marker, place + 1)
-    if low == "obtained" and (previous in ("thus", "so") or (not passive and (after in ("in", "from", "by", "as", "according", "above") or previous in BATCH))):
+    if low == "obtained" and (
+        previous in ("thus", "so")
+        or (not passive and (after in ("in", "from", "by", "as", "according", "above") or previous in BATCH))
+    ):
         return None
     if low in ("prepared",):
         return None
     if low in ("saturated",) and not (after == "with" or after == "by"):
         return None
-    if low in ("dilute", "diluted", "concentrated") and following is not None and following.kind == "name" and not passive:
+    if (
+        low in ("dilute", "diluted", "concentrated")
+        and following is not None
+        and following.kind == "name"
+        and not passive
+    ):
         return None
     if low in _HOLDING_NOUNS:
         if after in ("continued", "was", "is"):
             return Head(place, first, word, low, passive, marker, place)
-        if previous in ("with", "under", "while", "magnetic", "mechanical", "vigorous", "rapid", "constant", "efficient", "good", "gentle", "external", "oil-bath", "for", "and") and not (
-            previous == "while" and after in ("at",)
-        ) and not (previous in ("vigorous", "and") and marker in ("after", "by")):
+        if (
+            previous
+            in (
+                "with",
+                "under",
+                "while",
+                "magnetic",
+                "mechanical",
+                "vigorous",
+                "rapid",
+                "constant",
+                "efficient",
+                "good",
+                "gentle",
+                "external",
+                "oil-bath",
+                "for",
+                "and",
+            )
+            and not (previous == "while" and after in ("at",))
+            and not (previous in ("vigorous", "and") and marker in ("after", "by"))
+        ):
             return None
-        if marker == "" and previous not in ("", ",", "hours", "h", "min", "minutes") and not passive and place and tokens[place - 1].kind != "figure":
+        if (
+            marker == ""
+            and previous not in ("", ",", "hours", "h", "min", "minutes")
+            and not passive
+            and place
+            and tokens[place - 1].kind != "figure"
+        ):
             if after not in ("was", "is", "at", "for", "continued", "in", "to"):
                 return None
         return Head(place, first, word, low, passive, marker, place)
     if ed and not passive and following is not None:
-        noun_next = following.kind in ("name",) or following.low in BATCH or following.low in SOLUTIONS or following.low in _PARTS or (following.kind == "word" and not is_stop(following.low) and following.low not in QUALITIES)
-        before_noun = previous in DETERMINERS or previous in QUALITIES or previous == "" or previous in PREPOSITIONS or previous in ("and", ",", "resulting", "above")
-        if noun_next and before_noun and not low.endswith("ing") and not (previous in ("and", ",") and following.kind == "name"):
+        noun_next = (
+            following.kind in ("name",)
+            or following.low in BATCH
+            or following.low in SOLUTIONS
+            or following.low in _PARTS
+            or (following.kind == "word" and not is_stop(following.low) and following.low not in QUALITIES)
+        )
+        before_noun = (
+            previous in DETERMINERS
+            or previous in QUALITIES
+            or previous == ""
+            or previous in PREPOSITIONS
+            or previous in ("and", ",", "resulting", "above")
+        )
+        if (
+            noun_next
+            and before_noun
+            and not low.endswith("ing")
+            and not (previous in ("and", ",") and following.kind == "name")
+        ):
             return None
         if low.endswith("ing") and noun_next and (previous in DETERMINERS or previous in QUALITIES):
             return None
         if previous in DETERMINERS and not low.endswith("ing") and word.verb != "Yield":
             return None
     if not ed:
-        if low in ("yield", "yields", "extract", "extracts", "wash", "washes", "filter", "mix", "dilute", "heat", "cool", "cake", "concentrate", "add", "stir", "warm", "charge", "shake", "precipitate", "precipitates", "rise", "raise", "quench", "dry", "strip", "distill", "elute", "evaporate", "pour", "adjust", "get", "give", "gave", "gives", "afford", "affords", "provide", "provides", "put", "result", "remove", "purify", "isolate", "collect", "transfer", "dissolve", "keep", "hold", "leave", "place", "let", "treat", "react", "monitor", "separate", "introduce", "combine", "suspend", "slurry", "triturate", "crystallize", "recrystallize", "crystallise", "recrystallise", "acidify", "basify", "neutralize", "obtain", "recover", "furnish", "produce", "deliver", "stand", "age", "purge", "degas", "flush", "evacuate", "sonicate", "irradiate", "partition", "allow", "continue", "maintain", "reflux", "load", "inject", "bring", "sit", "repeat"):
+        if low in (
+            "yield",
+            "yields",
+            "extract",
+            "extracts",
+            "wash",
+            "washes",
+            "filter",
+            "mix",
+            "dilute",
+            "heat",
+            "cool",
+            "cake",
+            "concentrate",
+            "add",
+            "stir",
+            "warm",
+            "charge",
+            "shake",
+            "precipitate",
+            "precipitates",
+            "rise",
+            "raise",
+            "quench",
+            "dry",
+            "strip",
+            "distill",
+            "elute",
+            "evaporate",
+            "pour",
+            "adjust",
+            "get",
+            "give",
+            "gave",
+            "gives",
+            "afford",
+            "affords",
+            "provide",
+            "provides",
+            "put",
+            "result",
+            "remove",
+            "purify",
+            "isolate",
+            "collect",
+            "transfer",
+            "dissolve",
+            "keep",
+            "hold",
+            "leave",
+            "place",
+            "let",
+            "treat",
+            "react",
+            "monitor",
+            "separate",
+            "introduce",
+            "combine",
+            "suspend",
+            "slurry",
+            "triturate",
+            "crystallize",
+            "recrystallize",
+            "crystallise",
+            "recrystallise",
+            "acidify",
+            "basify",
+            "neutralize",
+            "obtain",
+            "recover",
+            "furnish",
+            "produce",
+            "deliver",
+            "stand",
+            "age",
+            "purge",
+            "degas",
+            "flush",
+            "evacuate",
+            "sonicate",
+            "irradiate",
+            "partition",
+            "allow",
+            "continue",
+            "maintain",
+            "reflux",
+            "load",
+            "inject",
+            "bring",
+            "sit",
+            "repeat",
+        ):
             finite = low in ("gave", "gives", "affords", "provides", "yields")
             if not (marker == "to" or finite or _is_imperative(tokens, place)):
-                if low in ("yield", "afford", "give", "provide", "furnish") and after not in ("of", "(", "()", ")") and previous not in DETERMINERS and tokens[place - 1].kind != "figure" and previous != "in":
+                if (
+                    low in ("yield", "afford", "give", "provide", "furnish")
+                    and after not in ("of", "(", "()", ")")
+                    and previous not in DETERMINERS
+                    and tokens[place - 1].kind != "figure"
+                    and previous != "in"
+                ):
                     return Head(place, first, word, low, passive, marker, place)
                 return None
             if finite and previous in DETERMINERS:
@@ -263,7 +586,22 @@ def _group(tokens: Sequence[Token], place: int) -> tuple[int, bool, str]:
             break
         k -= 1
     low = tokens[k].low if k >= 0 else ""
-    if low in ("to", "by", "after", "before", "upon", "on", "while", "via", "through", "without", "following", "when", "for", "until"):
+    if low in (
+        "to",
+        "by",
+        "after",
+        "before",
+        "upon",
+        "on",
+        "while",
+        "via",
+        "through",
+        "without",
+        "following",
+        "when",
+        "for",
+        "until",
+    ):
         marker = low
         k -= 1
         if k >= 0 and tokens[k].low in ("followed", "so", "order"):
@@ -274,14 +612,40 @@ def _group(tokens: Sequence[Token], place: int) -> tuple[int, bool, str]:
 def _subject(tokens: Sequence[Token], earlier: Head, later: Head) -> int:
     """Return where the tokens that belong to the later of two operations begin."""
     stop = earlier.last + 1
-    if later.marker in ("after", "before", "when", "while", "upon", "on", "to", "by", "through", "via", "followed", "until"):
+    if later.marker in (
+        "after",
+        "before",
+        "when",
+        "while",
+        "upon",
+        "on",
+        "to",
+        "by",
+        "through",
+        "via",
+        "followed",
+        "until",
+    ):
         return _without_break(tokens, max(stop, later.first), stop)
     k = later.first
     segment = _break_before(tokens, k, stop)
     if not later.passive:
         inside = [token for token in tokens[segment:k] if token.kind != "mark"]
-        own = inside and inside[0].kind != "verb" and not any(token.low in PREPOSITIONS and token.low not in ("of",) for token in inside[:1])
-        subject = own and segment > stop and (inside[0].low in DETERMINERS or inside[0].low in BATCH or inside[0].low in SOLUTIONS or inside[-1].low in BATCH)
+        own = (
+            inside
+            and inside[0].kind != "verb"
+            and not any(token.low in PREPOSITIONS and token.low not in ("of",) for token in inside[:1])
+        )
+        subject = (
+            own
+            and segment > stop
+            and (
+                inside[0].low in DETERMINERS
+                or inside[0].low in BATCH
+                or inside[0].low in SOLUTIONS
+                or inside[-1].low in BATCH
+            )
+        )
         if subject:
             return _without_break(tokens, segment, stop)
         if later.low.endswith("ing") or later.first != later.place:
@@ -294,12 +658,18 @@ def _subject(tokens: Sequence[Token], earlier: Head, later: Head) -> int:
         previous = _break_before(tokens, segment - 1, stop)
         item = tokens[previous:segment]
         lows = [token.low for token in item]
-        plain = bool(item) and previous > stop and not any(
-            token.figure is not None and token.figure.kind in ("time", "temperature", "ph") for token in item
+        plain = (
+            bool(item)
+            and previous > stop
+            and not any(
+                token.figure is not None and token.figure.kind in ("time", "temperature", "ph") for token in item
+            )
         )
         prepositions = [k for k, low in enumerate(lows) if low in PREPOSITIONS and low not in ("of", "in")]
         governed = prepositions or (
-            "in" in lows and not any(low in SOLUTIONS for low in lows) and not any(t.kind == "name" for t in item[: lows.index("in")])
+            "in" in lows
+            and not any(low in SOLUTIONS for low in lows)
+            and not any(t.kind == "name" for t in item[: lows.index("in")])
         )
         if plain and not governed and any(token.kind in ("name", "figure", "group") for token in item):
             segment = previous

@@ -68,7 +68,7 @@ _UNIT_AT = re.compile(rf"(?:{_UNITS})")
 _APPROXIMATE = r"(?:about|approx(?:imately)?\.?|ca\.?|circa|~)"
 _VALUE = re.compile(
     rf"{_BEFORE}(?P<sign>[-+~<>]{{0,2}})(?P<low>{_N})"
-    rf"(?: ?[x×] ?10 ?\^?(?P<power>-? ?\d{{1,2}})(?![\d.]))?"
+    rf"(?: ?[x×] ?10(?: ?\^)? ?(?P<power>- ?\d{{1,2}})(?![\d.]))?"
     rf"(?P<inner> ?°(?: ?C\.?)?)?(?: ?(?:-|to|~) ?{_APPROXIMATE}? ?(?P<neg>-)?(?P<high>{_N}))?"
 )
 _HALVES = {"½": 0.5, "¼": 0.25, "¾": 0.75}
@@ -160,7 +160,15 @@ def figures(text: str) -> list[Figure]:
     """
     taken = bytearray(len(text))
     found: list[Figure] = []
-    for source in (_phs(text), _named(text), _fractions(text), _spoken(text), _ratios(text), _numbered(text), _repeats(text)):
+    for source in (
+        _phs(text),
+        _named(text),
+        _fractions(text),
+        _spoken(text),
+        _ratios(text),
+        _numbered(text),
+        _repeats(text),
+    ):
         for figure in source:
             if not any(taken[figure.start : figure.end]):
                 taken[figure.start : figure.end] = b"\1" * (figure.end - figure.start)
@@ -191,7 +199,10 @@ def _numbered(text: str) -> Iterator[Figure]:
         spelled = unit[0] if unit is not None else "°"
         if unit is not None and kind in ("time", "molarity", "mass", "temperature") and _is_label(text, end, unit):
             continue
-        value, upper = _number(match["low"]) * 10.0 ** int((match["power"] or "0").replace(" ", "")), _number(high) if high else None
+        value, upper = (
+            _number(match["low"]) * 10.0 ** int((match["power"] or "0").replace(" ", "")),
+            _number(high) if high else None,
+        )
         if "-" in match["sign"]:
             value = -value
         if upper is not None and match["neg"]:

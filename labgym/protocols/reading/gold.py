@@ -29,9 +29,11 @@ SAME = 2e-3
 """Largest relative difference of two values that count as equal."""
 GRADE_B = 0.9
 """Least strict F1 of a text of grade B."""
-_SOLUTIONS = frozenset("solution suspension mixture slurry dispersion".split())
+_SOLUTIONS = frozenset(["solution", "suspension", "mixture", "slurry", "dispersion"])
 _WRITTEN = re.compile(r"(?:\d{1,3} x )?(-?\d+(?:\.\d+)?) (g|mL|mmol|mol|equiv|M|%|parts)(?![A-Za-z])")
-_WORD = re.compile(r"(?<![-\w])(half-concentrated|saturated|concentrated|dilute|aqueous|excess|catalytic|glacial|half-saturated|little|equal|or)\b")
+_WORD = re.compile(
+    r"(?<![-\w])(half-concentrated|saturated|concentrated|dilute|aqueous|excess|catalytic|glacial|half-saturated|little|equal|or)\b"
+)
 _UNITS = {"N": "M", "vol": "parts", "ppm": "parts", "equiv": "eq", "drops": "mL"}
 _SCORED = frozenset(("T", "t", "rate", "p", "pH", "atm"))
 _NAMED = {"rt": ROOM_TEMPERATURE, "ice": 0.0, "overnight": OVERNIGHT_MIN}
@@ -155,7 +157,9 @@ def read_gold(path: str | Path, texts: str | Path | None = None) -> list[GoldTex
         if text is None:
             raise DocumentError(path, f"line {number}", "has no text: name the file of the texts")
         if "hash" in line and hashlib.sha256(text.encode()).hexdigest()[: len(line["hash"])] != line["hash"]:
-            raise DocumentError(path, f"line {number}", f"the text of {line['id']} has another hash: take the texts that were annotated")
+            raise DocumentError(
+                path, f"line {number}", f"the text of {line['id']} has another hash: take the texts that were annotated"
+            )
         try:
             tuples = tuple(_gold_tuple(item) for item in line["tuples"])
             found.append(GoldText(line["id"], text, line["outcome"], tuples))
@@ -294,7 +298,11 @@ def _count(total: Score, gold: GoldText, actions: ActionList) -> None:
     total.read_conditions += stated
     total.conditions += pooled
     kept = {j for _, j in relaxed}
-    invented = [item for j, item in enumerate(ours) if j not in kept and item.substance and not any(_names(other, item) for other in theirs)]
+    invented = [
+        item
+        for j, item in enumerate(ours)
+        if j not in kept and item.substance and not any(_names(other, item) for other in theirs)
+    ]
     total.invented += len(invented)
     quantities = [value for item in theirs for value in item.amounts if value[0] != "word"]
     reported = [value for item in ours for value in item.amounts]
@@ -306,7 +314,13 @@ def _count(total: Score, gold: GoldText, actions: ActionList) -> None:
     _count_order(total, theirs, ours)
     total.outcomes[gold.outcome, actions.outcome] += 1
     perfect = len(strict) == len(theirs) == len(ours) and pooled == wanted == stated
-    grade = "A" if perfect else "B" if f1(len(strict), len(theirs), len(ours)) >= GRADE_B and not invented and not lost else "C"
+    grade = (
+        "A"
+        if perfect
+        else "B"
+        if f1(len(strict), len(theirs), len(ours)) >= GRADE_B and not invented and not lost
+        else "C"
+    )
     total.grades[grade] += 1
     total.differences += _differences(gold, actions, ours, strict)
 
@@ -314,7 +328,15 @@ def _count(total: Score, gold: GoldText, actions: ActionList) -> None:
 def _reported(text: str) -> Iterator[Value]:
     from labgym.protocols.reading.figures import figures, plain
 
-    names = {"mass": "g", "volume": "mL", "substance": "mol", "equivalents": "eq", "molarity": "M", "percent": "%", "parts": "parts"}
+    names = {
+        "mass": "g",
+        "volume": "mL",
+        "substance": "mol",
+        "equivalents": "eq",
+        "molarity": "M",
+        "percent": "%",
+        "parts": "parts",
+    }
     for figure in figures(plain(text)):
         if figure.kind in names:
             yield names[figure.kind], figure.value
@@ -333,7 +355,9 @@ def _count_order(total: Score, theirs: Sequence[Tuple], ours: Sequence[Tuple]) -
     total.ordered += sum(a < b for a, b in pairs)
 
 
-def _differences(gold: GoldText, actions: ActionList, ours: Sequence[Tuple], strict: Sequence[tuple[int, int]]) -> Iterator[str]:
+def _differences(
+    gold: GoldText, actions: ActionList, ours: Sequence[Tuple], strict: Sequence[tuple[int, int]]
+) -> Iterator[str]:
     left, right = {i for i, _ in strict}, {j for _, j in strict}
     for i, item in enumerate(gold.tuples):
         if i not in left:

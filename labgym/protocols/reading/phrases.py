@@ -22,10 +22,15 @@ from labgym.protocols.reading.lexicon import (
 )
 from labgym.protocols.reading.tokens import Token
 
-_LINKS = frozenset(("of", "in", "with", "containing"))
 _TIMES = frozenset(("at", "over", "for", "during", "after", "under", "within", "before", "while"))
 """Prepositions of circumstance."""
-_LABELS = frozenset("product compound intermediate ketone ester alcohol amine acid aldehyde salt".split())
+_ORIGINS = frozenset(("example", "step", "formula", "preparation", "structure", "intermediate"))
+_CIRCUMSTANCES = frozenset(("vacuo", "vacuum", "reflux", "reduced", "high", "pressure"))
+_NAME_TAILS = frozenset(("gel", "earth", "ester", "salt", "dust", "reagent", "sieves"))
+_TAILS = _NAME_TAILS | frozenset(
+    ("example", "step", "formula", "free", "base", "charcoal", "catalyst", "oil", "powder", "solid")
+)
+"""Words behind a name: those that are a part of it, and others."""
 
 
 @dataclass
@@ -159,12 +164,21 @@ class PhraseReader:
         self._pending, self._solution_amounts, self._quality = [], [], []
         solutes = [item for item in phrase.substances if not item.solvent]
         solvents = [item for item in phrase.substances if item.solvent]
-        if phrase.solution is not None and len(solutes) == 1 and solvents and not solutes[0].is_measured and any(
-            figure.kind in ("molarity", "percent") for figure in solvents[-1].amounts
+        if (
+            phrase.solution is not None
+            and len(solutes) == 1
+            and solvents
+            and not solutes[0].is_measured
+            and any(figure.kind in ("molarity", "percent") for figure in solvents[-1].amounts)
         ):
             solutes[0].amounts += solvents[-1].amounts
             solvents[-1].amounts = []
-        if len(solutes) == 1 and solutes[0].is_stock and solvents and any(f.kind == "volume" for f in solutes[0].amounts):
+        if (
+            len(solutes) == 1
+            and solutes[0].is_stock
+            and solvents
+            and any(f.kind == "volume" for f in solutes[0].amounts)
+        ):
             moles = [figure for figure in solvents[-1].amounts if figure.kind in ("substance", "equivalents")]
             solvents[-1].amounts = [figure for figure in solvents[-1].amounts if figure not in moles]
             solutes[0].amounts += moles
@@ -191,9 +205,10 @@ class PhraseReader:
             self._phrase.repeats, self._phrase.repeated = int(figure.value), figure
         elif figure.kind in ("temperature", "time", "pressure", "ph"):
             self._phrase.conditions.append(figure)
-        elif figure.kind in ("ratio", "other", "length"):
-            self._phrase.ratios.append(figure)
-        elif figure.kind == "percent" and any(t.low in ("pure", "purity", "ee", "conversion") for t in self.tokens[place + 1 : place + 4]):
+        elif figure.kind in ("ratio", "other", "length") or (
+            figure.kind == "percent"
+            and any(t.low in ("pure", "purity", "ee", "conversion") for t in self.tokens[place + 1 : place + 4])
+        ):
             self._phrase.ratios.append(figure)
         elif figure.kind == "volume" and self._is_vessel(place):
             self._phrase.vessels.append(figure)
@@ -245,7 +260,11 @@ class PhraseReader:
             self._phrase.remarks.append((token.start, token.end))
             self._adjacent = False
             return
-        if token.low in GASES and place + 1 < len(self.tokens) and self.tokens[place + 1].low in ("inlet", "line", "bubbler", "balloon"):
+        if (
+            token.low in GASES
+            and place + 1 < len(self.tokens)
+            and self.tokens[place + 1].low in ("inlet", "line", "bubbler", "balloon")
+        ):
             self._phrase.remarks.append((token.start, token.end))
             return
         if token.low == "ice" and place + 1 < len(self.tokens) and self.tokens[place + 1].low in ("bath", "cooling"):
@@ -297,161 +316,189 @@ class PhraseReader:
         return comma and before and tail and not self._pending
 
     def _word(self, place: int, token: Token) -> None:
+        """Read a word that is no name: the first rule that knows it decides."""
         if place <= self._skip:
             return
         low = token.low.rstrip(".") if token.low not in WORDS_OF_AMOUNT else token.low
-        phrase = self._phrase
-        if low.endswith("ic") and place + 1 < len(self.tokens) and self.tokens[place + 1].low in ("acid", "anhydride"):
+        if any(rule(self, place, token, low) for rule in _WORD_RULES):
+            return
+        self._phrase.words.append(low)
+        self._adjacent = self._adjacent and token.text[:1].isupper()
+
+    def _after(self, place: int) -> str:
+        return self.tokens[place + 1].low if place + 1 < len(self.tokens) else ""
+
+    def _acid(self, place: int, token: Token, low: str) -> bool:
+        known = low.endswith("ic") and self._after(place) in ("acid", "anhydride")
+        if known:
             self._named(token, weak=False)
-            return
-        if low == "of" and self._last is not None and self._last.weak and not self._separated:
-            following = self.tokens[place + 1 : place + 3]
-            if len(following) == 2 and following[0].low in ("example", "step", "formula", "preparation", "structure", "intermediate"):
-                self._last.end = following[1].end
-                self._skip = place + 2
-                return
-        if low in ("of",):
-            if (
-                self._last is not None
-                and self._adjacent
-                and phrase.solution is None
-                and not self._separated
-                and not self._pending
-            ):
-                phrase.words.append("of")
-                self._adjacent = True
-                return
-            self._adjacent = False
-            return
-        if low == "in" and phrase.solution is not None and phrase.substances:
-            self._in_solvent, self._separated, self._adjacent = True, True, False
-            return
+        return known
+
+    def _of(self, place: int, token: Token, low: str) -> bool:
+        del token
+        if low != "of":
+            return False
+        last = self._last
+        following = self.tokens[place + 1 : place + 3]
         if (
-            low == "in"
-            and place + 1 < len(self.tokens)
-            and self.tokens[place + 1].low in ("portions", "solution", "suspension")
+            last is not None
+            and last.weak
+            and not self._separated
+            and len(following) == 2
+            and following[0].low in _ORIGINS
         ):
-            if self.tokens[place + 1].low == "portions":
+            last.end = following[1].end
+            self._skip = place + 2
+        elif (
+            last is not None
+            and self._adjacent
+            and self._phrase.solution is None
+            and not self._separated
+            and not self._pending
+        ):
+            self._phrase.words.append("of")
+        else:
+            self._adjacent = False
+        return True
+
+    def _in(self, place: int, token: Token, low: str) -> bool:
+        """Read "in": what follows dissolves what the phrase has, unless it is a vessel or a bath."""
+        del token
+        phrase = self._phrase
+        if low != "in":
+            return False
+        after = self._after(place)
+        if phrase.solution is not None and phrase.substances:
+            self._in_solvent, self._separated, self._adjacent = True, True, False
+            return True
+        if after in ("portions", "solution", "suspension"):
+            if after == "portions":
                 phrase.words.append("portionwise")
             self._adjacent = False
-            return
-        if low == "in" and phrase.substances and phrase.prep in ("", "to", "with", "of"):
-            # "A (1 g) in THF": the phrase keeps its solvent.
-            following = [
-                t for t in self.tokens[place + 1 : place + 7] if t.low not in QUALITIES and t.low not in DETERMINERS
-            ]
-            if any(t.kind == "name" or t.low in SOLUTIONS for t in following[:5]) and not any(
-                t.low in VESSELS for t in following[:4]
-            ):
+            return True
+        if phrase.substances and phrase.prep in ("", "to", "with", "of"):
+            ahead = self.tokens[place + 1 : place + 7]
+            following = [item for item in ahead if item.low not in QUALITIES and item.low not in DETERMINERS]
+            solvent = any(item.kind == "name" or item.low in SOLUTIONS for item in following[:5])
+            if solvent and not any(item.low in VESSELS for item in following[:4]):
                 self._in_solvent, self._separated, self._adjacent = True, True, False
-                return
-        if low in ("equipped", "fitted"):
-            end = next((k for k in range(place, len(self.tokens)) if self.tokens[k].text in (",", ";")), len(self.tokens))
-            self._skip = end - 1
-            phrase.remarks.append((token.start, self.tokens[end - 1].end))
-            return
-        if low == "such" and place + 1 < len(self.tokens) and self.tokens[place + 1].low == "as":
-            comma = place > 0 and self.tokens[place - 1].text == ","
-            self._instead = self._last is not None and (comma or not self._separated)
-            return
-        if low == "as" and place and self.tokens[place - 1].low == "such":
-            return
+                return True
+        return False
+
+    def _equipment(self, place: int, token: Token, low: str) -> bool:
+        if low not in ("equipped", "fitted"):
+            return False
+        breaks = (k for k in range(place, len(self.tokens)) if self.tokens[k].text in (",", ";"))
+        end = next(breaks, len(self.tokens))
+        self._skip = end - 1
+        self._phrase.remarks.append((token.start, self.tokens[end - 1].end))
+        return True
+
+    def _such_as(self, place: int, token: Token, low: str) -> bool:
+        """Read "such as": the example takes the place of the class before it."""
+        del token
+        previous = self.tokens[place - 1].low if place else ""
+        if low == "such" and self._after(place) == "as":
+            self._instead = self._last is not None and (previous == "," or not self._separated)
+            return True
+        return low == "as" and previous == "such"
+
+    def _conjunction(self, place: int, token: Token, low: str) -> bool:
+        del place
         if low in DETERMINERS and self._is_ended():
             self._open("", token.start)
-        if low in ("and", "or", "plus"):
+        if low not in ("and", "or", "plus"):
+            return False
+        self._separated, self._adjacent = True, False
+        if low == "or":
+            self._phrase.words.append("or")
+        return True
+
+    def _preposition(self, place: int, token: Token, low: str) -> bool:
+        del place
+        if low not in PREPOSITIONS:
+            return False
+        if low == "containing" and (self._phrase.solution is not None or self._phrase.substances):
             self._separated, self._adjacent = True, False
-            if low == "or":
-                phrase.words.append("or")
-            return
-        if low in PREPOSITIONS:
-            if low == "containing" and (phrase.solution is not None):
-                self._separated, self._adjacent = True, False
-                return
-            if low == "containing" and phrase.substances:
-                self._separated, self._adjacent = True, False
-                return
+        else:
             self._open(low, token.start)
-            return
+        return True
+
+    def _solution_word(self, place: int, token: Token, low: str) -> bool:
         if low in SOLUTIONS:
             self._solution_noun(place, token)
-            return
-        if low in SOLVENT_ADJECTIVES:
-            following = self.tokens[place + 1 : place + 2]
-            if following and (following[0].low in SOLUTIONS or following[0].kind == "name"):
-                adjective = Substance(token.start, token.end, [], [], False, True)
-                if following[0].kind == "name":
-                    self._adjective = adjective
-                else:
-                    phrase.substances.append(adjective)
-            return
-        if low in WORDS_OF_AMOUNT:
-            after = self.tokens[place + 1].low if place + 1 < len(self.tokens) else ""
-            if low in ("aqueous", "aq", "aq.") and self._last is not None and not self._separated and after in SOLUTIONS:
-                return
+        return low in SOLUTIONS
+
+    def _solvent_adjective(self, place: int, token: Token, low: str) -> bool:
+        if low not in SOLVENT_ADJECTIVES:
+            return False
+        following = self.tokens[place + 1 : place + 2]
+        if following and (following[0].low in SOLUTIONS or following[0].kind == "name"):
+            adjective = Substance(token.start, token.end, [], [], False, True)
+            if following[0].kind == "name":
+                self._adjective = adjective
+            else:
+                self._phrase.substances.append(adjective)
+        return True
+
+    def _strength(self, place: int, token: Token, low: str) -> bool:
+        del token
+        if low not in WORDS_OF_AMOUNT:
+            return False
+        trailing = self._last is not None and not self._separated and self._after(place) in SOLUTIONS
+        if not (low in ("aqueous", "aq", "aq.") and trailing):
             self._quality.append(WORDS_OF_AMOUNT[low])
             self._adjacent = False
-            return
-        if low in MANNERS or low in ("vacuo", "vacuum", "reflux", "reduced", "high", "pressure"):
-            phrase.words.append(low)
-            self._adjacent = False
-            return
-        if low in BATCH or low in VESSELS:
-            if self._is_label(place):
-                self._named(token, weak=True)
-                return
-            phrase.nouns.append(low)
-            self._adjacent = False
-            return
-        if low in DETERMINERS or low in QUALITIES:
-            phrase.words.append(low)
-            self._adjacent = False
-            return
-        if (
-            self._last is not None
-            and self._adjacent
-            and (
-                is_code(token.text)
-                or low in ("example", "step", "formula")
-                or low
-                in (
-                    "earth",
-                    "gel",
-                    "ester",
-                    "salt",
-                    "free",
-                    "base",
-                    "dust",
-                    "charcoal",
-                    "reagent",
-                    "catalyst",
-                    "oil",
-                    "sieves",
-                    "powder",
-                    "solid",
-                )
-                or token.text[:1].isdigit()
-            )
-        ):
-            if low in ("gel", "earth", "ester", "salt", "dust", "reagent", "sieves"):
-                self._last.end = token.end
-            return
-        if is_stop(low):
-            phrase.words.append(low)
-            self._adjacent = False
-            if low in ("title", "desired", "titled"):
-                following = self.tokens[place + 1].low if place + 1 < len(self.tokens) else ""
-                if following in BATCH and self.is_result:
-                    self._named(token, weak=True)
-                    self._separated = False
-            return
+        return True
+
+    def _batch(self, place: int, token: Token, low: str) -> bool:
+        if low not in BATCH and low not in VESSELS:
+            return False
         if self._is_label(place):
             self._named(token, weak=True)
-            return
+        else:
+            self._phrase.nouns.append(low)
+            self._adjacent = False
+        return True
+
+    def _quality_word(self, place: int, token: Token, low: str) -> bool:
+        del place, token
+        known = low in MANNERS or low in _CIRCUMSTANCES or low in DETERMINERS or low in QUALITIES
+        if known:
+            self._phrase.words.append(low)
+            self._adjacent = False
+        return known
+
+    def _name_tail(self, place: int, token: Token, low: str) -> bool:
+        """Read a word or number behind a name: a part of it ("silica gel") or its number ("amine 12b")."""
+        del place
+        if self._last is None or not self._adjacent:
+            return False
+        if not (is_code(token.text) or low in _TAILS or token.text[:1].isdigit()):
+            return False
+        if low in _NAME_TAILS:
+            self._last.end = token.end
+        return True
+
+    def _stop(self, place: int, token: Token, low: str) -> bool:
+        if not is_stop(low):
+            return False
+        self._phrase.words.append(low)
+        self._adjacent = False
+        if low in ("title", "desired", "titled") and self._after(place) in BATCH and self.is_result:
+            self._named(token, weak=True)
+            self._separated = False
+        return True
+
+    def _unknown(self, place: int, token: Token, low: str) -> bool:
+        del low
+        if self._is_label(place):
+            self._named(token, weak=True)
+            return True
         if self._last is not None and self._adjacent and not self._separated and self._ends_name(place):
             self._last.end = token.end
-            return
-        phrase.words.append(low)
-        self._adjacent = self._adjacent and token.text[:1].isupper()
+            return True
+        return False
 
     def _ends_name(self, place: int) -> bool:
         """Return whether an unknown word after a name is its last one: "glycerol formal (5 g)"."""
@@ -459,7 +506,9 @@ class PhraseReader:
         after = self.tokens[place + 1] if place + 1 < len(self.tokens) else None
         if self.tokens[place - 1].kind != "name":
             return False
-        closed = after is None or after.kind in ("group", "mark") or after.low in ("and", "or") or after.low in PREPOSITIONS
+        closed = (
+            after is None or after.kind in ("group", "mark") or after.low in ("and", "or") or after.low in PREPOSITIONS
+        )
         return closed and len(word) > 3 and word.isalpha() and word.islower()
 
     def _solution_noun(self, place: int, token: Token) -> None:
@@ -468,25 +517,21 @@ class PhraseReader:
         if after in ("of", "containing", "obtained", "from") and (
             phrase.solution is None or self._in_solvent or not phrase.substances
         ):
-            if self._last is not None and phrase.solution is None and self._adjacent_or_amount():
+            if self._last is not None and phrase.solution is None and not self._separated:
                 self._last.solvent = True
             if not self._in_solvent:
                 phrase.solution = token
-                phrase.is_stock = any(figure.kind in ("molarity", "percent") for figure in self._pending) or "saturated" in self._quality
+                phrase.is_stock = (
+                    any(figure.kind in ("molarity", "percent") for figure in self._pending)
+                    or "saturated" in self._quality
+                )
                 self._solution_amounts += self._pending
                 self._pending = []
-            else:
-                phrase.loose += []
             self._separated, self._adjacent = True, False
             return
-        if after == "()" and phrase.solution is None and not phrase.substances:
-            phrase.nouns.append(token.low)
-        elif self._last is None:
+        if (after == "()" and phrase.solution is None and not phrase.substances) or self._last is None:
             phrase.nouns.append(token.low)
         self._adjacent = False
-
-    def _adjacent_or_amount(self) -> bool:
-        return not self._separated
 
     def _is_label(self, place: int) -> bool:
         """Return whether a word that names no substance stands for one: an amount stands with it."""
@@ -520,12 +565,21 @@ class PhraseReader:
         if not ahead or ahead[0].low not in ("prepared", "obtained", "from", "described", "produced", "of"):
             return False
         for k, token in enumerate(ahead):
-            if token.kind in ("name", "figure") or token.low in SOLUTIONS or token.low in (",", "was", "were", "in") and k > 1 and token.low != "in":
+            if (
+                token.kind in ("name", "figure")
+                or token.low in SOLUTIONS
+                or (token.low in (",", "was", "were", "in") and k > 1 and token.low != "in")
+            ):
                 return False
             if token.kind == "group":
-                if any(item.figure is not None and item.figure.kind in ("mass", "volume", "substance") for item in token.inner):
+                if any(
+                    item.figure is not None and item.figure.kind in ("mass", "volume", "substance")
+                    for item in token.inner
+                ):
                     self._skip = place + k
-                    return any(item.low in ("example", "step", "preparation", "intermediate", "above") for item in ahead[:k])
+                    return any(
+                        item.low in ("example", "step", "preparation", "intermediate", "above") for item in ahead[:k]
+                    )
                 return False
         return False
 
@@ -548,11 +602,39 @@ class PhraseReader:
 
     def _mark(self, place: int, token: Token) -> None:
         if token.text in ",":
-            if self._phrase.prep not in ("", "to", "with", "of", "in", "from", "between", "into", "over", "by", "using", "onto", "through") and not self._phrase.substances:
-                self._open("", token.start)
-            elif self._phrase.prep and not self._phrase.substances and (self._phrase.conditions or self._phrase.nouns) and not self._pending:
-                self._open("", token.start)
-            elif self._phrase.prep == "to" and self._phrase.solution is not None and not self._in_solvent and any(item.solvent for item in self._phrase.substances):
+            if (
+                (
+                    self._phrase.prep
+                    not in (
+                        "",
+                        "to",
+                        "with",
+                        "of",
+                        "in",
+                        "from",
+                        "between",
+                        "into",
+                        "over",
+                        "by",
+                        "using",
+                        "onto",
+                        "through",
+                    )
+                    and not self._phrase.substances
+                )
+                or (
+                    self._phrase.prep
+                    and not self._phrase.substances
+                    and (self._phrase.conditions or self._phrase.nouns)
+                    and not self._pending
+                )
+                or (
+                    self._phrase.prep == "to"
+                    and self._phrase.solution is not None
+                    and not self._in_solvent
+                    and any(item.solvent for item in self._phrase.substances)
+                )
+            ):
                 self._open("", token.start)
             subject = self._phrase.prep == "" and self._phrase.solution is not None
             if self._in_solvent and self._phrase.prep in ("", "to", "with") and not subject and self._goes_on(place):
@@ -567,75 +649,74 @@ class PhraseReader:
         return any(token.kind in ("name", "figure") for token in following)
 
     def _group(self, place: int, token: Token) -> None:
+        """Read a bracket: amounts of the name before it, conditions, a remark, or substances."""
         del place
-        inner = token.inner
-        names = [item for item in inner if item.kind == "name"]
-        amounts = [item.figure for item in inner if item.figure is not None and item.figure.is_amount]
-        conditions = [
-            item.figure
-            for item in inner
-            if item.figure is not None and item.figure.kind in ("temperature", "time", "pressure", "ph")
-        ]
-        others = [
-            item.figure
-            for item in inner
-            if item.figure is not None and item.figure.kind in ("ratio", "other", "length")
-        ]
-        counts = [item.figure for item in inner if item.figure is not None and item.figure.kind == "repeats"]
-        verbs = [item for item in inner if item.kind == "verb"]
-        phrase = self._phrase
-        if (verbs and not amounts) or any(
-            item.low in ("mw", "mw=", "prepared", "example", "from", "see") or item.low.startswith("mw=")
-            for item in inner[:3]
-        ):
+        inner, phrase = token.inner, self._phrase
+        values = [item.figure for item in inner if item.figure is not None]
+        amounts = [figure for figure in values if figure.is_amount]
+        names = any(item.kind == "name" for item in inner)
+        if self._is_remark(inner, bool(amounts)):
             phrase.remarks.append((token.start, token.end))
             if not amounts:
                 return
-        phrase.conditions += conditions
-        phrase.ratios += others
-        for figure in counts:
-            phrase.repeats, phrase.repeated = int(figure.value), figure
+        phrase.conditions += [figure for figure in values if figure.kind in ("temperature", "time", "pressure", "ph")]
+        phrase.ratios += [figure for figure in values if figure.kind in ("ratio", "other", "length")]
+        for figure in values:
+            if figure.kind == "repeats":
+                phrase.repeats, phrase.repeated = int(figure.value), figure
         last = self._last
         if self._pending and amounts and not names:
             self._pending += amounts
-            return
-        if names and self._paired:
+        elif names and self._paired:
             for part in PhraseReader(inner).read():
                 phrase.substances += part.substances
             self._paired, self._last = False, None
-            return
-        if names and last is not None and self._is_eluent(inner):
-            last = None
-        if last is None or (not amounts and names and not last.is_measured and last.weak):
-            if names:
-                for part in PhraseReader(inner).read():
-                    phrase.substances += part.substances
-                    phrase.ratios += part.ratios
-                    phrase.loose += part.loose
-                return
-            if phrase.substances:
-                phrase.substances[-1].amounts += amounts
-            else:
-                phrase.loose += amounts
-            return
+        elif last is None or self._stands_alone(last, inner, names, bool(amounts)):
+            self._free_group(inner, names, amounts)
+        else:
+            self._measure(last, inner, names, amounts)
+
+    def _is_remark(self, inner: Sequence[Token], has_amounts: bool) -> bool:
+        verbs = any(item.kind == "verb" for item in inner)
+        words = ("mw", "mw=", "prepared", "example", "from", "see")
+        return (verbs and not has_amounts) or any(item.low in words or item.low.startswith("mw=") for item in inner[:3])
+
+    def _stands_alone(self, last: Substance, inner: Sequence[Token], names: bool, has_amounts: bool) -> bool:
+        """Return whether a bracket names substances of its own: eluents after silica gel, a drying agent."""
+        if names and self._is_eluent(inner):
+            return True
+        return names and not has_amounts and not last.is_measured and last.weak
+
+    def _free_group(self, inner: Sequence[Token], names: bool, amounts: list[Figure]) -> None:
+        phrase = self._phrase
+        if names:
+            for part in PhraseReader(inner).read():
+                phrase.substances += part.substances
+                phrase.ratios += part.ratios
+                phrase.loose += part.loose
+        elif phrase.substances:
+            phrase.substances[-1].amounts += amounts
+        else:
+            phrase.loose += amounts
+
+    def _measure(self, last: Substance, inner: Sequence[Token], names: bool, amounts: list[Figure]) -> None:
+        """Give the amounts of a bracket to the name before it: "HCl (2 M in ether, 5 mL)"."""
+        phrase = self._phrase
         measured = [figure for figure in amounts if not (figure.kind == "percent" and _is_purity(inner, figure))]
-        if (
-            names
-            and any(figure.kind in ("molarity", "percent") for figure in measured)
-            and any(item.low == "in" for item in inner)
-        ):
+        strong = any(figure.kind in ("molarity", "percent") for figure in measured)
+        words = [item.low for item in inner]
+        if names and strong and "in" in words:
             solvent = next((part for part in PhraseReader(inner).read() if part.prep == "in" and part.substances), None)
-            if solvent is not None and not any(item.low in ("dispersion", "suspension") for item in inner):
-                found = solvent.substances[0]
-                found.amounts, found.solvent = [], True
-                phrase.substances.append(found)
+            if solvent is not None and not {"dispersion", "suspension"} & set(words):
+                dissolving = solvent.substances[0]
+                dissolving.amounts, dissolving.solvent = [], True
+                phrase.substances.append(dissolving)
         while last.paired and last is not phrase.substances[0]:
             last = phrase.substances[phrase.substances.index(last) - 1]
         last.amounts += measured
         self._closed = bool(measured)
-        last.words += [WORDS_OF_AMOUNT[item.low] for item in inner if item.low in ("excess", "catalytic", "saturated")]
+        last.words += [WORDS_OF_AMOUNT[word] for word in words if word in ("excess", "catalytic", "saturated")]
         self._adjacent = True
-
 
     def _is_eluent(self, inner: Sequence[Token]) -> bool:
         """Return whether a bracket after a stationary phase names eluents."""
@@ -650,6 +731,26 @@ class PhraseReader:
         return " ".join(
             token.low for token in self.tokens if self._last.start <= token.start and token.end <= self._last.end
         )
+
+
+_WORD_RULES = (
+    PhraseReader._acid,
+    PhraseReader._of,
+    PhraseReader._in,
+    PhraseReader._equipment,
+    PhraseReader._such_as,
+    PhraseReader._conjunction,
+    PhraseReader._preposition,
+    PhraseReader._solution_word,
+    PhraseReader._solvent_adjective,
+    PhraseReader._strength,
+    PhraseReader._batch,
+    PhraseReader._quality_word,
+    PhraseReader._name_tail,
+    PhraseReader._stop,
+    PhraseReader._unknown,
+)
+"""Rules for a word that is no name, in order."""
 
 
 def _is_purity(inner: Iterable[Token], figure: Figure) -> bool:

@@ -26,24 +26,114 @@ _REFERS = re.compile(
     r"|(?:general|standard) (?:procedure|method)s? [A-Z\d]\b|by (?:the )?(?:general )?(?:procedure|method|Procedure|Method) [A-Z\d]|Prepared by Procedure"
     r"|in (?:the )?(?:procedure|process|method) of (?:Example|example)|in accordance with (?:the )?(?:process|procedure|method|general))"
 )
-_REFERRED = re.compile(r"(?:Example|EXAMPLE|Ex\.|example|Step|Preparation|Procedure|Method|Scheme|Intermediate)s? [A-Z\d][\w.-]*|general procedure(?: [A-Z\d]\w*)?")
-_MADE = re.compile(r"\b(?:prepared?|Following|added|obtained|synthesi[sz]ed|made|produced|converted|carried out|reacted|performed|gave|yielded|treated|isolated|substituting|repeated|purified|working up|worked up|conducted|given|afforded|get|substituted|Reaction)\b", re.IGNORECASE)
+_REFERRED = re.compile(
+    r"(?:Example|EXAMPLE|Ex\.|example|Step|Preparation|Procedure|Method|Scheme|Intermediate)s? [A-Z\d][\w.-]*|general procedure(?: [A-Z\d]\w*)?"
+)
+_MADE = re.compile(
+    r"\b(?:prepared?|Following|added|obtained|synthesi[sz]ed|made|produced|converted|carried out|reacted|performed|gave|yielded|treated|isolated|substituting|repeated|purified|working up|worked up|conducted|given|afforded|get|substituted|Reaction)\b",
+    re.IGNORECASE,
+)
 _UNTIL = frozenset(("until", "till"))
-_CIRCUMSTANCE = frozenset(("at", "under", "in", "for", "over", "during", "within", "after", "while", "with", "to", "below", "between", "until", "into", "on", "by", "from", "before", "", "through", "without", "using", "since", "when", "once", "of", "than", "against", "as"))
-_SOLVENTS = frozenset("solvent solvents volatiles solution liquor components excess thf ether ethanol methanol toluene dmf water acetone dichloromethane pyridine benzene chloroform dioxane acetonitrile reagent tfa chloride".split())
-_NOT_SOLVENT = frozenset("bath catalyst insolubles solid solids precipitate material salts salt crystals agent desiccant sulfate celite impurities carbon".split())
-_UNFINISHED = frozenset("precipitate residue suspension slurry solution mixture phase layer layers".split())
+_CIRCUMSTANCE = frozenset(
+    (
+        "at",
+        "under",
+        "in",
+        "for",
+        "over",
+        "during",
+        "within",
+        "after",
+        "while",
+        "with",
+        "to",
+        "below",
+        "between",
+        "until",
+        "into",
+        "on",
+        "by",
+        "from",
+        "before",
+        "",
+        "through",
+        "without",
+        "using",
+        "since",
+        "when",
+        "once",
+        "of",
+        "than",
+        "against",
+        "as",
+    )
+)
+_SOLVENTS = frozenset(
+    [
+        "solvent",
+        "solvents",
+        "volatiles",
+        "solution",
+        "liquor",
+        "components",
+        "excess",
+        "thf",
+        "ether",
+        "ethanol",
+        "methanol",
+        "toluene",
+        "dmf",
+        "water",
+        "acetone",
+        "dichloromethane",
+        "pyridine",
+        "benzene",
+        "chloroform",
+        "dioxane",
+        "acetonitrile",
+        "reagent",
+        "tfa",
+        "chloride",
+    ]
+)
+_NOT_SOLVENT = frozenset(
+    [
+        "bath",
+        "catalyst",
+        "insolubles",
+        "solid",
+        "solids",
+        "precipitate",
+        "material",
+        "salts",
+        "salt",
+        "crystals",
+        "agent",
+        "desiccant",
+        "sulfate",
+        "celite",
+        "impurities",
+        "carbon",
+    ]
+)
+_UNFINISHED = frozenset(
+    ["precipitate", "residue", "suspension", "slurry", "solution", "mixture", "phase", "layer", "layers"]
+)
 """What an operation leaves that is no product by itself."""
-_INTERMEDIATES = frozenset("residue oil solid product crystals precipitate material foam liquid powder".split())
+_INTERMEDIATES = frozenset(
+    ["residue", "oil", "solid", "product", "crystals", "precipitate", "material", "foam", "liquid", "powder"]
+)
 _MONITOR = re.compile(
     r"\b(?:LC-?/?MS|TLC|HPLC|GC|t\.l\.c\.)(?: analysis| control| monitoring)? (?:showed|shows|indicated|indicates|revealed|confirmed)"
     r"|\bno starting material remain|\b(?:as )?(?:monitored|followed|judged|determined|indicated|shown) by (?:TLC|HPLC|LC-?/?MS|GC|tlc)"
 )
 _NUMBER = re.compile(r"^\d{1,6}(?:[.,]\d{1,6})?$")
-_LAYERS = frozenset("layer layers phase phases".split())
+_LAYERS = frozenset(["layer", "layers", "phase", "phases"])
 _STOCK_WORDS = frozenset(("saturated", "concentrated", "dilute", "aqueous", "half-saturated", "glacial"))
 _WATERY = frozenset(("organic", "aqueous"))
-_COLUMN = re.compile(r"\b(?:column|silica|chromatograph\w*|hplc|biotage|flash|tlc|spe|combiflash|isco|alumina|sio2)\b", re.IGNORECASE)
+_COLUMN = re.compile(
+    r"\b(?:column|silica|chromatograph\w*|hplc|biotage|flash|tlc|spe|combiflash|isco|alumina|sio2)\b", re.IGNORECASE
+)
 
 
 @dataclass
@@ -76,7 +166,9 @@ def read_procedure(text: str) -> ActionList:
         ValueError: the text is longer than `MAX_TEXT` characters.
     """
     if len(text) > MAX_TEXT:
-        raise ValueError(f"the text has {len(text)} characters, at most {MAX_TEXT} are read: give one procedure at a time")
+        raise ValueError(
+            f"the text has {len(text)} characters, at most {MAX_TEXT} are read: give one procedure at a time"
+        )
     simple = plain(text)
     numbers = figures(simple)
     draft = _Draft(text, owned=bytearray(len(text)))
@@ -119,11 +211,23 @@ def _unread(draft: _Draft, parts: Iterable[Sentence]) -> Iterable[Unread]:
                 continue
             kind = token.figure.kind if token.figure is not None else None
             if kind is not None and kind not in ("other", "length", "ratio", "repeats"):
-                yield Unread(start=token.start, end=token.end, text=draft.text[token.start : token.end], why=f"amount or condition ({kind}) that no action owns")
+                yield Unread(
+                    start=token.start,
+                    end=token.end,
+                    text=draft.text[token.start : token.end],
+                    why=f"amount or condition ({kind}) that no action owns",
+                )
             elif token.kind == "word" and _NUMBER.match(token.text) and not _is_numbering(sentence.tokens, token):
-                yield Unread(start=token.start, end=token.end, text=token.text, why="number without a unit that is known")
+                yield Unread(
+                    start=token.start, end=token.end, text=token.text, why="number without a unit that is known"
+                )
             elif token.kind == "name" and len(token.text) > 2 and token.low not in QUALITIES:
-                yield Unread(start=token.start, end=token.end, text=draft.text[token.start : token.end][:1000], why="name that no action owns")
+                yield Unread(
+                    start=token.start,
+                    end=token.end,
+                    text=draft.text[token.start : token.end][:1000],
+                    why="name that no action owns",
+                )
 
 
 def _is_numbering(tokens: Sequence[Token], token: Token) -> bool:
@@ -131,7 +235,18 @@ def _is_numbering(tokens: Sequence[Token], token: Token) -> bool:
     place = next((k for k, other in enumerate(tokens) if other.start == token.start), None)
     if place is None or place == 0:
         return True
-    return tokens[place - 1].kind in ("word", "name") and tokens[place - 1].low not in ("of", "and", "with", "to", "in", "over", "at", "for", "about", "from")
+    return tokens[place - 1].kind in ("word", "name") and tokens[place - 1].low not in (
+        "of",
+        "and",
+        "with",
+        "to",
+        "in",
+        "over",
+        "at",
+        "for",
+        "about",
+        "from",
+    )
 
 
 def _leaves(tokens: Iterable[Token]) -> Iterable[Token]:
@@ -175,7 +290,11 @@ class _Reader:
             else:
                 for number, clause in enumerate(parts):
                     self._clause(clause, number == 0)
-            if watched is not None and not early and not (self.draft.actions and self.draft.actions[-1].verb == "Monitor"):
+            if (
+                watched is not None
+                and not early
+                and not (self.draft.actions and self.draft.actions[-1].verb == "Monitor")
+            ):
                 self._emit("Monitor", watched.span())
         if sentence.data is not None:
             self.draft.own(*sentence.data)
@@ -191,7 +310,15 @@ class _Reader:
         phrases = PhraseReader(tokens, True).read()
         subject = [item for phrase in phrases[:1] if phrase.prep == "" for item in phrase.substances]
         masses = [item for item in subject if any(value.kind in ("mass", "percent") for value in item.amounts)]
-        if masses and self.draft.actions and (masses[0].weak or "product" in phrases[0].nouns or {"mass", "percent"} <= {v.kind for v in masses[0].amounts}):
+        if (
+            masses
+            and self.draft.actions
+            and (
+                masses[0].weak
+                or "product" in phrases[0].nouns
+                or {"mass", "percent"} <= {v.kind for v in masses[0].amounts}
+            )
+        ):
             self._emit("Yield", (masses[0].start, masses[0].end), gives=(self._portion(masses[0]),))
 
     def _completes(self, span: tuple[int, int]) -> bool:
@@ -207,9 +334,15 @@ class _Reader:
                 last[-1] = last[-1].model_copy(update={"gives": (first.model_copy(update={"amount": amount}), *rest)})
             return True
         if words.startswith(("b.p", "bp", "boiling", "b. p")):
-            place = next((k for k in range(len(last) - 1, max(-1, len(last) - 4), -1) if last[k].verb == "Distill"), None)
+            place = next(
+                (k for k in range(len(last) - 1, max(-1, len(last) - 4), -1) if last[k].verb == "Distill"), None
+            )
             if place is not None:
-                ranges = [_mercury(item) for item in values if item.kind in ("temperature", "pressure") or item.text.endswith("mm")]
+                ranges = [
+                    _mercury(item)
+                    for item in values
+                    if item.kind in ("temperature", "pressure") or item.text.endswith("mm")
+                ]
                 known = {key: value for key, value in _held_at(ranges).items() if key != "then"}
                 last[place] = last[place].model_copy(update=known)
                 return True
@@ -237,12 +370,30 @@ class _Reader:
         phrases = PhraseReader(tokens, True).read()
         yields = [clause for clause in parts if clause.head.word.verb == "Yield"]
         first_yield = self._found(yields[0])[0] if yields and not yields[0].head.passive else len(self.text)
-        sources = [phrase for phrase in phrases if phrase.prep in ("from", "with", "using", "substituting", "of", "and") and phrase.start < first_yield]
+        sources = [
+            phrase
+            for phrase in phrases
+            if phrase.prep in ("from", "with", "using", "substituting", "of", "and") and phrase.start < first_yield
+        ]
         for place, token in enumerate(tokens):
             if token.low in ("substituting", "employing", "replacing"):
-                sources = [phrase for phrase in PhraseReader(tokens[place + 1 :]).read() if phrase.prep == "" and phrase.substances][:1]
-        used = [item for phrase in sources for item in phrase.substances if item.start < first_yield and not (match.start() <= item.start < match.end())]
-        used += [item for phrase in phrases for item in phrase.substances if item.is_measured and item not in used and item.start < first_yield]
+                sources = [
+                    phrase
+                    for phrase in PhraseReader(tokens[place + 1 :]).read()
+                    if phrase.prep == "" and phrase.substances
+                ][:1]
+        used = [
+            item
+            for phrase in sources
+            for item in phrase.substances
+            if item.start < first_yield and not (match.start() <= item.start < match.end())
+        ]
+        used += [
+            item
+            for phrase in phrases
+            for item in phrase.substances
+            if item.is_measured and item not in used and item.start < first_yield
+        ]
         if used and not any(clause.head.word.verb in ("Add", "Dissolve", "MakeSolution") for clause in parts):
             used = [item for k, item in enumerate(used) if all(item.start != other.start for other in used[:k])]
             self._emit("Add", (used[0].start, used[-1].end), [self._portion(item) for item in used])
@@ -259,7 +410,10 @@ class _Reader:
         if not yields:
             named = _label(tokens) if tokens[0].low in ("the", "this") else None
             product = [item for item in phrases[0].substances if phrases[0].prep == "" and item not in used]
-            if named is not None or (product and any(token.low in ("prepared", "obtained", "synthesized", "synthesised", "made") for token in tokens)):
+            if named is not None or (
+                product
+                and any(token.low in ("prepared", "obtained", "synthesized", "synthesised", "made") for token in tokens)
+            ):
                 start, end = named or (product[0].start, product[0].end)
                 result = Portion(name=self.draft.text[start:end][:200], span=(start, end))
                 self.draft.own(start, end)
@@ -279,7 +433,9 @@ class _Reader:
         if head.marker not in ("after",):
             self._waited(before, clause)
         for phrase in before:
-            if set(phrase.nouns) & (_LAYERS | {"extract", "extracts"}) or any(word in SOLUTIONS for word in phrase.nouns):
+            if set(phrase.nouns) & (_LAYERS | {"extract", "extracts"}) or any(
+                word in SOLUTIONS for word in phrase.nouns
+            ):
                 self._own_names([phrase])
         self._group_words = {token.low for token in clause.group if token.low in MANNERS}
         _HANDLERS.get(head.word.frame, _Reader._held)(self, clause, before, after)
@@ -295,7 +451,9 @@ class _Reader:
             later = any(word in ("later", "after") for other in before for word in other.words)
             if times and (phrase.prep == "after" or (phrase.prep == "" and later)):
                 verb: Verb = "Stir" if "stirring" in phrase.words else "Wait"
-                near = [other for other in before if other is phrase or (other.prep in ("at", "under") and other.conditions)]
+                near = [
+                    other for other in before if other is phrase or (other.prep in ("at", "under") and other.conditions)
+                ]
                 spent = [item for other in near for item in other.conditions]
                 if clause.head.word.frame == "hold" and clause.head.low.endswith("ing"):
                     continue
@@ -304,7 +462,13 @@ class _Reader:
                     other.conditions = []
 
     def _conditions(self, *groups: Sequence[Phrase]) -> list[Figure]:
-        return [item for phrases in groups for phrase in phrases if phrase.prep in _CIRCUMSTANCE for item in phrase.conditions]
+        return [
+            item
+            for phrases in groups
+            for phrase in phrases
+            if phrase.prep in _CIRCUMSTANCE
+            for item in phrase.conditions
+        ]
 
     def _span(self, clause: Clause) -> tuple[int, int]:
         tokens = [token for token in (*clause.before, *clause.after) if token.kind != "mark"]
@@ -338,9 +502,14 @@ class _Reader:
                 continue
             if not phrase.substances:
                 continue
-            if phrase.is_prepared or (phrase.solution is not None and any(item.is_measured for item in phrase.substances)):
-                self._make(phrase)
-            elif any(item.solvent for item in phrase.substances) and (always or any(item.is_measured for item in phrase.substances)):
+            if (
+                phrase.is_prepared
+                or (phrase.solution is not None and any(item.is_measured for item in phrase.substances))
+                or (
+                    any(item.solvent for item in phrase.substances)
+                    and (always or any(item.is_measured for item in phrase.substances))
+                )
+            ):
                 self._make(phrase)
             elif always or any(item.is_measured for item in phrase.substances):
                 (solvents if phrase.prep == "in" else loose).extend(phrase.substances)
@@ -355,16 +524,24 @@ class _Reader:
         """Return whether a name is that of the batch with its mass: "The residue (21.3 g) was distilled"."""
         name = self.text[item.start : item.end].lower()
         kinds = {value.kind for value in item.amounts}
-        if phrase.prep == "" and self.draft.actions and {"mass", "percent"} <= kinds and phrase.solution is None and (
-            "product" in phrase.nouns or "compound" in phrase.nouns
+        if (
+            phrase.prep == ""
+            and self.draft.actions
+            and {"mass", "percent"} <= kinds
+            and phrase.solution is None
+            and ("product" in phrase.nouns or "compound" in phrase.nouns)
         ):
             return True
-        return item.weak and name in _INTERMEDIATES and phrase.prep == "" and bool(self.draft.actions) and item.is_measured
+        return (
+            item.weak and name in _INTERMEDIATES and phrase.prep == "" and bool(self.draft.actions) and item.is_measured
+        )
 
     def _make(self, phrase: Phrase) -> None:
         items = phrase.substances
         self._own_loose(phrase)
-        self._emit("MakeSolution", (phrase.start, phrase.end), [self._portion(item) for item in items], ratios=phrase.ratios)
+        self._emit(
+            "MakeSolution", (phrase.start, phrase.end), [self._portion(item) for item in items], ratios=phrase.ratios
+        )
 
     def _own_loose(self, phrase: Phrase) -> None:
         for item in phrase.ratios:
@@ -376,7 +553,11 @@ class _Reader:
     def _portion(self, item: Substance, phrase: Phrase | None = None) -> Portion:
         self.draft.own(item.start, item.end)
         repeats = phrase.repeats if phrase is not None else 1
-        return Portion(name=self.draft.text[item.start : item.end][:200], amount=self._amount(item, repeats), span=(item.start, item.end))
+        return Portion(
+            name=self.draft.text[item.start : item.end][:200],
+            amount=self._amount(item, repeats),
+            span=(item.start, item.end),
+        )
 
     def _amount(self, item: Substance, repeats: int = 1) -> str:
         parts: list[str] = []
@@ -440,7 +621,11 @@ class _Reader:
             stated_ratio = ", ".join(self.draft.text[item.start : item.end] for item in shares.values())
             values["note"] = "; ".join(filter(None, (values.get("note", ""), stated_ratio)))[:400]
         part = next((noun for phrase in phrases for noun in (*phrase.words, *phrase.nouns) if noun in _WATERY), None)
-        if part and "part" not in values and verb in ("Wash", "Extract", "DrySolution", "Concentrate", "Filter", "AdjustPH", "Dissolve"):
+        if (
+            part
+            and "part" not in values
+            and verb in ("Wash", "Extract", "DrySolution", "Concentrate", "Filter", "AdjustPH", "Dissolve")
+        ):
             values["part"] = part
         if not stated:
             values["assumed"] = (*values.get("assumed", ()), "verb")
@@ -455,8 +640,15 @@ class _Reader:
 
     def _added(self, clause: Clause, before: list[Phrase], after: list[Phrase]) -> None:
         head = clause.head
-        subject = [phrase for phrase in before if phrase.prep == "" and (phrase.substances or phrase.solution is not None)]
-        layered = [phrase for phrase in (*before, *after) if set(phrase.nouns) & (_LAYERS | {"extract", "extracts", "filtrates"}) and not any(item.is_measured for item in phrase.substances)]
+        subject = [
+            phrase for phrase in before if phrase.prep == "" and (phrase.substances or phrase.solution is not None)
+        ]
+        layered = [
+            phrase
+            for phrase in (*before, *after)
+            if set(phrase.nouns) & (_LAYERS | {"extract", "extracts", "filtrates"})
+            and not any(item.is_measured for item in phrase.substances)
+        ]
         self._own_names(layered)
         subject = [phrase for phrase in subject if phrase not in layered]
         after = [phrase for phrase in after if phrase not in layered or phrase.prep]
@@ -465,9 +657,19 @@ class _Reader:
         inverted = not subject or not head.passive
         if inverted and object_:
             theme = [*object_]
-        targets = [phrase for phrase in (*before, *after) if phrase.prep in ("to", "into", "onto", "in", "on") and phrase not in theme]
+        targets = [
+            phrase
+            for phrase in (*before, *after)
+            if phrase.prep in ("to", "into", "onto", "in", "on") and phrase not in theme
+        ]
         targets = [phrase for phrase in targets if phrase.substances]
-        extra = [phrase for phrase in after if phrase.prep in ("with", "containing", "and", "using", "by") and phrase.substances and head.low != "adding"]
+        extra = [
+            phrase
+            for phrase in after
+            if phrase.prep in ("with", "containing", "and", "using", "by")
+            and phrase.substances
+            and head.low != "adding"
+        ]
         spare = [phrase for phrase in before if phrase.prep in ("with", "of") and phrase.substances]
         if head.low in ("combined", "mixed", "combine", "mix", "combining") and not theme and not extra:
             return
@@ -485,22 +687,48 @@ class _Reader:
             medium = [phrase for phrase in targets if phrase.prep == "in"]
             targets = [phrase for phrase in targets if phrase not in medium]
             theme = [*theme, *medium]
-        elided = not theme and not extra and targets and head.low == "added" and not head.passive and not before and self.draft.actions
+        elided = (
+            not theme
+            and not extra
+            and targets
+            and head.low == "added"
+            and not head.passive
+            and not before
+            and self.draft.actions
+        )
         batch = {noun for phrase in before if phrase.prep == "" for noun in phrase.nouns}
-        if elided or not theme and not extra and head.passive and targets and batch & {"mixture", "solution", "reaction", "residue", "suspension", "slurry"}:
-            self._emit("Pour", self._span(clause), self._portions(targets), self._conditions(before, after), [*before, *after])
+        if elided or (
+            not theme
+            and not extra
+            and head.passive
+            and targets
+            and batch & {"mixture", "solution", "reaction", "residue", "suspension", "slurry"}
+        ):
+            self._emit(
+                "Pour", self._span(clause), self._portions(targets), self._conditions(before, after), [*before, *after]
+            )
             return
-        early = [phrase for phrase in theme if phrase.is_prepared and targets and phrase.start < targets[0].start and targets[0].is_prepared]
+        early = [
+            phrase
+            for phrase in theme
+            if phrase.is_prepared and targets and phrase.start < targets[0].start and targets[0].is_prepared
+        ]
         for phrase in early:
             self._make(phrase)
         for phrase in targets:
-            self._charge([phrase], phrase.end, always=not self.draft.actions or any(item.is_measured for item in phrase.substances))
+            self._charge(
+                [phrase],
+                phrase.end,
+                always=not self.draft.actions or any(item.is_measured for item in phrase.substances),
+            )
         self._early = early
         circumstances = [phrase for phrase in (*before, *after) if phrase not in targets]
         self._theme([*theme, *extra], self._span(clause), circumstances)
         del spare
 
-    def _theme(self, theme: Sequence[Phrase], span: tuple[int, int], circumstances: Sequence[Phrase], verb: Verb = "Add") -> None:
+    def _theme(
+        self, theme: Sequence[Phrase], span: tuple[int, int], circumstances: Sequence[Phrase], verb: Verb = "Add"
+    ) -> None:
         conditions = self._conditions(circumstances)
         takes: list[Portion] = []
         made = ""
@@ -513,7 +741,13 @@ class _Reader:
             else:
                 takes += self._portions([phrase])
         self._early = []
-        dangling = verb == "Add" and not theme and (self._solution_made or any("solution" in phrase.nouns for phrase in circumstances if phrase.prep == ""))
+        dangling = (
+            verb == "Add"
+            and not theme
+            and (
+                self._solution_made or any("solution" in phrase.nouns for phrase in circumstances if phrase.prep == "")
+            )
+        )
         if made or dangling:
             noun = next((noun for phrase in circumstances for noun in phrase.nouns if noun in SOLUTIONS), "solution")
             self._emit(verb, span, takes, conditions, circumstances, part="solution", note=made or noun)
@@ -538,7 +772,9 @@ class _Reader:
         if found and self.draft.actions:
             last = self.draft.actions[-1]
             more = _held_at(found)
-            first = Stretch(**{key: more[key] for key in ("temperature", "final_temperature", "duration") if key in more})
+            first = Stretch(
+                **{key: more[key] for key in ("temperature", "final_temperature", "duration") if key in more}
+            )
             for item in found:
                 self.draft.own(item.start, item.end)
             self.draft.actions[-1] = last.model_copy(update={"then": (*last.then, first, *more.get("then", ()))[:20]})
@@ -551,7 +787,11 @@ class _Reader:
             if not head.passive and head.marker in ("by", "after", "upon", "on", "to"):
                 measured = []
             self._charge(measured, 0, always=verb == "Add" and not self.draft.actions)
-        reagents = [phrase for phrase in after if phrase.prep in ("with", "by", "using", "of", "into", "to", "") and phrase.substances]
+        reagents = [
+            phrase
+            for phrase in after
+            if phrase.prep in ("with", "by", "using", "of", "into", "to", "") and phrase.substances
+        ]
         if verb in ("Hydrogenate",):
             reagents = [phrase for phrase in after if phrase.substances]
         if verb == "Add" and not reagents:
@@ -561,20 +801,30 @@ class _Reader:
         if head.low.startswith("convert"):
             reagents = [phrase for phrase in after if phrase.prep in ("with", "using", "by") and phrase.substances]
         elif head.low.startswith(("react", "treat")):
-            reagents = [phrase for phrase in after if phrase.prep in ("with", "in", "of", "using", "containing", "and", "") and phrase.substances]
+            reagents = [
+                phrase
+                for phrase in after
+                if phrase.prep in ("with", "in", "of", "using", "containing", "and", "") and phrase.substances
+            ]
         if verb == "Add":
             self._theme(reagents, self._span(clause), [*before, *after])
         elif verb in ("Wash", "Extract"):
             self._liquids(clause, before, after)
         elif verb == "AdjustPH":
-            self._emit(verb, self._span(clause), self._portions(reagents), self._conditions(before, after), [*before, *after])
+            self._emit(
+                verb, self._span(clause), self._portions(reagents), self._conditions(before, after), [*before, *after]
+            )
         else:
             self._theme(reagents, self._span(clause), [*before, *after], verb)
 
     def _liquids(self, clause: Clause, before: list[Phrase], after: list[Phrase]) -> None:
         """Emit washes and extractions: each liquid of a list is an action, a mixed liquid is one."""
         verb = clause.head.word.verb
-        liquids = [phrase for phrase in after if phrase.prep in ("with", "using", "in", "into", "by", "of", "") and phrase.substances]
+        liquids = [
+            phrase
+            for phrase in after
+            if phrase.prep in ("with", "using", "in", "into", "by", "of", "") and phrase.substances
+        ]
         rest = [phrase for phrase in (*before, *after) if phrase not in liquids]
         conditions = self._conditions(before, after)
         span = self._span(clause)
@@ -583,7 +833,9 @@ class _Reader:
         for phrase in liquids:
             batches: list[list[Substance]] = []
             for item in phrase.substances:
-                if batches and (item.paired or (phrase.solution is not None) or (item.solvent and not emitted) or verb == "Extract"):
+                if batches and (
+                    item.paired or (phrase.solution is not None) or (item.solvent and not emitted) or verb == "Extract"
+                ):
                     batches[-1].append(item)
                 else:
                     batches.append([item])
@@ -599,7 +851,9 @@ class _Reader:
         if not emitted:
             self._emit(verb, span, (), conditions, [*before, *after])
 
-    def _repeats(self, phrase: Phrase, batch: Sequence[Substance], counts: Sequence[Phrase], after: Sequence[Phrase]) -> int:
+    def _repeats(
+        self, phrase: Phrase, batch: Sequence[Substance], counts: Sequence[Phrase], after: Sequence[Phrase]
+    ) -> int:
         portions = max((value.portions for item in batch for value in item.amounts), default=1)
         if portions > 1:
             return portions
@@ -619,7 +873,9 @@ class _Reader:
         verb = clause.head.word.verb
         if clause.head.low == "taken" and clause.head.last == clause.head.place:
             return self._collected(clause, before, after)
-        solvents = [phrase for phrase in (*after, *before) if phrase.prep in ("in", "with", "into") and phrase.substances]
+        solvents = [
+            phrase for phrase in (*after, *before) if phrase.prep in ("in", "with", "into") and phrase.substances
+        ]
         solutes = [phrase for phrase in before if phrase.prep in ("", "of") and phrase.substances]
         solutes += [phrase for phrase in after if phrase.prep == "" and phrase.substances]
         takes = self._portions([*solutes, *solvents])
@@ -629,8 +885,14 @@ class _Reader:
         return None
 
     def _poured(self, clause: Clause, before: list[Phrase], after: list[Phrase]) -> None:
-        onto = [phrase for phrase in after if phrase.prep in ("onto", "into", "on", "to", "in", "over", "upon") and phrase.substances]
-        theme = [phrase for phrase in before if phrase.prep == "" and any(item.is_measured for item in phrase.substances)]
+        onto = [
+            phrase
+            for phrase in after
+            if phrase.prep in ("onto", "into", "on", "to", "in", "over", "upon") and phrase.substances
+        ]
+        theme = [
+            phrase for phrase in before if phrase.prep == "" and any(item.is_measured for item in phrase.substances)
+        ]
         self._charge(theme, 0)
         phrases = [*before, *after]
         self._emit("Pour", self._span(clause), self._portions(onto), self._conditions(phrases), phrases)
@@ -639,10 +901,22 @@ class _Reader:
         head = clause.head
         verb = head.word.verb
         phrases = [*before, *after]
-        if head.low in ("stirring", "heating", "cooling") and head.passive is False and head.marker == "" and not self._conditions(phrases) and not clause.after:
+        if (
+            head.low in ("stirring", "heating", "cooling")
+            and head.passive is False
+            and head.marker == ""
+            and not self._conditions(phrases)
+            and not clause.after
+        ):
             return
-        medium = [phrase for phrase in after if phrase.prep in ("with", "in") and any(item.is_measured for item in phrase.substances)]
-        subject = [phrase for phrase in before if phrase.prep == "" and any(item.is_measured for item in phrase.substances)]
+        medium = [
+            phrase
+            for phrase in after
+            if phrase.prep in ("with", "in") and any(item.is_measured for item in phrase.substances)
+        ]
+        subject = [
+            phrase for phrase in before if phrase.prep == "" and any(item.is_measured for item in phrase.substances)
+        ]
         if medium and subject and head.passive and all(phrase.solution is None for phrase in (*medium, *subject)):
             items = [item for phrase in (*subject, *medium) for item in phrase.substances]
             for phrase in medium:
@@ -661,8 +935,13 @@ class _Reader:
             verb = "Reflux"
         elif verb == "Wait" and any(token.low in ("stirring", "agitation", "shaking") for token in clause.after[:6]):
             verb = "Stir"
-        elif verb == "Wait" and head.low in ("allowed", "left", "let", "allow") and temperatures and any(
-            token.low in ("reach", "attain", "come", "return", "equilibrate", "adapt") for token in clause.after[:4]
+        elif (
+            verb == "Wait"
+            and head.low in ("allowed", "left", "let", "allow")
+            and temperatures
+            and any(
+                token.low in ("reach", "attain", "come", "return", "equilibrate", "adapt") for token in clause.after[:4]
+            )
         ):
             verb = "SetTemperature"
         if verb == "SetTemperature":
@@ -694,11 +973,26 @@ class _Reader:
             for token in names:
                 self.draft.own(token.start, token.end)
             fields["atmosphere"] = gases[0] if gases else "vacuum" if head.low.startswith("evac") else None
-        if verb == "Wait" and head.low in ("left", "leave", "leaving", "let", "held", "hold", "kept", "keep", "maintained", "allowed", "continued") and not conditions and head.low in ("left", "let", "leave", "leaving", "continued"):
+        if (
+            verb == "Wait"
+            and head.low
+            in ("left", "leave", "leaving", "let", "held", "hold", "kept", "keep", "maintained", "allowed", "continued")
+            and not conditions
+            and head.low in ("left", "let", "leave", "leaving", "continued")
+        ):
             return
         takes: list[Portion] = []
         shaken = head.low.startswith(("shak", "stir", "agitat", "heat", "reflux", "boil"))
-        added = [phrase for phrase in after if phrase.prep in ("with", "in") and phrase.substances and (any(item.is_measured for item in phrase.substances) or (shaken and phrase.prep == "with" and not phrase.substances[0].weak))]
+        added = [
+            phrase
+            for phrase in after
+            if phrase.prep in ("with", "in")
+            and phrase.substances
+            and (
+                any(item.is_measured for item in phrase.substances)
+                or (shaken and phrase.prep == "with" and not phrase.substances[0].weak)
+            )
+        ]
         if added and verb in ("Stir", "Heat", "Wait", "Reflux", "Irradiate", "Cool"):
             for phrase in added:
                 if phrase.is_prepared:
@@ -718,7 +1012,9 @@ class _Reader:
         head, verb = clause.head, clause.head.word.verb
         phrases = [*before, *after]
         nouns = {noun for phrase in phrases for noun in (*phrase.nouns, *phrase.words)}
-        subject = {token.low for token in clause.before} | ({token.low for token in clause.after[:6]} if not head.passive else set())
+        subject = {token.low for token in clause.before} | (
+            {token.low for token in clause.after[:6]} if not head.passive else set()
+        )
         if verb == "PhaseSeparation":
             return self._collected(clause, before, after)
         if head.low.startswith(("remov", "elimin", "freed")):
@@ -737,15 +1033,30 @@ class _Reader:
         if verb == "Chromatograph":
             return self._chromatographed(clause, before, after)
         if verb == "Purify":
-            if _COLUMN.search(" ".join(token.low for token in (*clause.group, *clause.after))) or any("gel" in phrase.words for phrase in after):
+            if _COLUMN.search(" ".join(token.low for token in (*clause.group, *clause.after))) or any(
+                "gel" in phrase.words for phrase in after
+            ):
                 return self._chromatographed(clause, before, after)
             if "recrystallization" in nouns:
                 verb = "Recrystallize"
         takes: list[Portion] = []
-        if head.low.startswith("azeotrop") or (verb == "Concentrate" and any(phrase.prep == "with" and phrase.substances for phrase in after)):
-            takes = self._portions([phrase for phrase in after if phrase.prep in ("with", "from") and phrase.substances])
+        if head.low.startswith("azeotrop") or (
+            verb == "Concentrate" and any(phrase.prep == "with" and phrase.substances for phrase in after)
+        ):
+            takes = self._portions(
+                [phrase for phrase in after if phrase.prep in ("with", "from") and phrase.substances]
+            )
         if head.passive or head.marker in ("", "by"):
-            self._charge([phrase for phrase in before if phrase.prep == "" and any(item.is_measured for item in phrase.substances) and not head.low.startswith("remov")], 0)
+            self._charge(
+                [
+                    phrase
+                    for phrase in before
+                    if phrase.prep == ""
+                    and any(item.is_measured for item in phrase.substances)
+                    and not head.low.startswith("remov")
+                ],
+                0,
+            )
         self._own_names(phrases)
         if verb == "Wait":
             return None
@@ -787,21 +1098,40 @@ class _Reader:
 
     def _dried(self, clause: Clause, before: list[Phrase], after: list[Phrase]) -> None:
         phrases = [*before, *after]
-        agents = [phrase for phrase in after if phrase.prep in ("over", "with", "on", "by", "using", "") and phrase.substances]
-        agents = [phrase for phrase in agents if phrase.prep or not (set(phrase.nouns) & (_LAYERS | {"extract", "extracts", "solution"}))]
+        agents = [
+            phrase for phrase in after if phrase.prep in ("over", "with", "on", "by", "using", "") and phrase.substances
+        ]
+        agents = [
+            phrase
+            for phrase in agents
+            if phrase.prep or not (set(phrase.nouns) & (_LAYERS | {"extract", "extracts", "solution"}))
+        ]
         words = {token.low for token in clause.after} | {token.low for token in clause.before}
         conditions = self._conditions(phrases)
         heated = any(item.kind in ("temperature", "pressure") for item in conditions)
         airy = bool(words & {"vacuum", "vacuo", "air", "oven", "desiccator", "pressure"})
-        solid = self.draft.last_solid or bool({token.low for token in clause.before} & (SOLID | {"residue", "foam", "powder"}))
-        if airy and not agents and {token.low for token in clause.before} & {"filtrate", "filtrates", "solution", "eluate"}:
+        solid = self.draft.last_solid or bool(
+            {token.low for token in clause.before} & (SOLID | {"residue", "foam", "powder"})
+        )
+        if (
+            airy
+            and not agents
+            and {token.low for token in clause.before} & {"filtrate", "filtrates", "solution", "eluate"}
+        ):
             self._emit("Concentrate", self._span(clause), (), conditions, phrases)
         elif agents and not (solid and airy):
             self._emit("DrySolution", self._span(clause), self._portions(agents), conditions, phrases)
             self.draft.last_solid = False
         elif airy or heated or solid:
             self._own_names(phrases)
-            self._emit("DrySolid", self._span(clause), (), conditions, phrases, **({"atmosphere": "air"} if "air" in words else {}))
+            self._emit(
+                "DrySolid",
+                self._span(clause),
+                (),
+                conditions,
+                phrases,
+                **({"atmosphere": "air"} if "air" in words else {}),
+            )
         else:
             self._emit("DrySolution", self._span(clause), (), conditions, phrases)
 
@@ -809,15 +1139,26 @@ class _Reader:
         phrases = [*before, *after]
         subject = {token.low for token in clause.before} | {token.low for token in clause.after[:5]}
         last = self.draft.actions[-1].verb if self.draft.actions else ""
-        if clause.head.low.startswith("collect") and subject & (_LAYERS | {"fractions", "filtrates", "filtrate", "fraction", "extracts"}) and not clause.head.method:
+        if (
+            clause.head.low.startswith("collect")
+            and subject & (_LAYERS | {"fractions", "filtrates", "filtrate", "fraction", "extracts"})
+            and not clause.head.method
+        ):
             if subject & _LAYERS:
                 return self._collected(clause, before, after)
             return None
-        aids = [phrase for phrase in after if phrase.prep in ("over", "through", "on", "via", "with") and phrase.substances]
+        aids = [
+            phrase for phrase in after if phrase.prep in ("over", "through", "on", "via", "with") and phrase.substances
+        ]
         assumed: tuple[str, ...] = ()
         if subject & (SOLID | {"crystals"}) and not subject & {"catalyst", "insolubles", "undissolved"}:
             keep = "precipitate"
-        elif subject & {"catalyst", "insolubles", "agent", "desiccant"} or last == "DrySolution" or aids or "undissolved" in subject:
+        elif (
+            subject & {"catalyst", "insolubles", "agent", "desiccant"}
+            or last == "DrySolution"
+            or aids
+            or "undissolved" in subject
+        ):
             keep, assumed = "filtrate", ("keep",)
         elif clause.head.low.startswith(("collect", "isolat")):
             keep = "precipitate"
@@ -825,7 +1166,15 @@ class _Reader:
             keep, assumed = "precipitate", ("keep",)
         self._own_names([phrase for phrase in phrases if phrase not in aids])
         self.draft.last_solid = keep == "precipitate"
-        self._emit("Filter", self._span(clause), self._portions(aids), self._conditions(phrases), phrases, keep=keep, assumed=assumed)
+        self._emit(
+            "Filter",
+            self._span(clause),
+            self._portions(aids),
+            self._conditions(phrases),
+            phrases,
+            keep=keep,
+            assumed=assumed,
+        )
         return None
 
     def _over(self, clause: Clause, before: list[Phrase], after: list[Phrase]) -> None:
@@ -839,10 +1188,18 @@ class _Reader:
 
     def _chromatographed(self, clause: Clause, before: list[Phrase], after: list[Phrase]) -> None:
         phrases = [*before, *after]
-        self._charge([phrase for phrase in before if phrase.prep == "" and any(item.is_measured for item in phrase.substances)], 0)
+        self._charge(
+            [phrase for phrase in before if phrase.prep == "" and any(item.is_measured for item in phrase.substances)],
+            0,
+        )
         inner = PhraseReader(clause.group).read() if len(clause.group) > 1 else []
         phrases = [*before, *inner, *after]
-        used = [phrase for phrase in phrases if phrase.substances and (phrase.prep != "" or phrase in inner or phrase in after or not clause.head.passive)]
+        used = [
+            phrase
+            for phrase in phrases
+            if phrase.substances
+            and (phrase.prep != "" or phrase in inner or phrase in after or not clause.head.passive)
+        ]
         ratios = [item for phrase in phrases for item in phrase.ratios]
         for phrase in used:
             for item in phrase.substances:
@@ -865,11 +1222,26 @@ class _Reader:
         into = [phrase for phrase in after if phrase.prep in ("into", "onto") and phrase.substances]
         if clause.head.low.startswith("precipitat") and into:
             return self._poured(clause, before, after)
-        used = [phrase for phrase in after if phrase.prep in ("from", "in", "with", "using", "of", "by", "") and phrase.substances]
+        used = [
+            phrase
+            for phrase in after
+            if phrase.prep in ("from", "in", "with", "using", "of", "by", "") and phrase.substances
+        ]
         used = used or [phrase for phrase in before if phrase.prep in ("in", "from") and phrase.substances]
-        if clause.head.low.startswith("precipitat") and not used and not clause.head.passive and not clause.head.word.noun:
+        if (
+            clause.head.low.startswith("precipitat")
+            and not used
+            and not clause.head.passive
+            and not clause.head.word.noun
+        ):
             return None
-        if not used and clause.head.low in ("crystallized", "crystallised", "crystallize") and not clause.head.passive and clause.head.marker != "to" and clause.head.marker != "by":
+        if (
+            not used
+            and clause.head.low in ("crystallized", "crystallised", "crystallize")
+            and not clause.head.passive
+            and clause.head.marker != "to"
+            and clause.head.marker != "by"
+        ):
             used = []
         self.draft.last_solid = True
         ratios = [item for phrase in used for item in phrase.ratios]
@@ -888,7 +1260,9 @@ class _Reader:
         tokens = clause.before if head.passive else clause.after
         others = PhraseReader(clause.after, True).read() if head.passive else []
         if not head.passive and before and not any(token.low in ("to", "which") for token in clause.before):
-            charged = [phrase for phrase in before if phrase.prep == "" and any(item.is_measured for item in phrase.substances)]
+            charged = [
+                phrase for phrase in before if phrase.prep == "" and any(item.is_measured for item in phrase.substances)
+            ]
             del charged
         phrases = [*source, *others]
         found = [item for phrase in source if phrase.prep in ("", "of", "as", "for") for item in phrase.substances]
@@ -898,14 +1272,34 @@ class _Reader:
         direct = [item for phrase in source if phrase.prep in ("", "of") for item in phrase.substances]
         main = [item for item in direct if any(value.kind in ("mass", "substance") for value in item.amounts)]
         main = main or direct[:1] or found[:1]
-        if label is not None and (not main or label[1] <= main[0].start or (label[0] <= main[0].start < label[1]) or label[0] <= main[0].end <= label[1]):
+        if label is not None and (
+            not main
+            or label[1] <= main[0].start
+            or (label[0] <= main[0].start < label[1])
+            or label[0] <= main[0].end <= label[1]
+        ):
             extra = [value for item in main for value in item.amounts]
-            known_name = bool(main) and not main[0].weak and main[0].start >= label[1] and (
-                main[0].is_measured or not any(label[1] <= token.start < main[0].start and token.low in ("as", "in", "with", "which", "from", "having") for token in tokens)
+            known_name = (
+                bool(main)
+                and not main[0].weak
+                and main[0].start >= label[1]
+                and (
+                    main[0].is_measured
+                    or not any(
+                        label[1] <= token.start < main[0].start
+                        and token.low in ("as", "in", "with", "which", "from", "having")
+                        for token in tokens
+                    )
+                )
             )
             if not known_name:
                 main = [Substance(label[0], label[1], extra)]
-        loose = [value for phrase in phrases for value in phrase.loose if value.kind in ("mass", "substance", "percent", "volume", "parts")]
+        loose = [
+            value
+            for phrase in phrases
+            for value in phrase.loose
+            if value.kind in ("mass", "substance", "percent", "volume", "parts")
+        ]
         later = [value for item in found for value in item.amounts if item not in main]
         later += [value for phrase in others for item in phrase.substances for value in item.amounts]
         for phrase in phrases:
@@ -919,7 +1313,11 @@ class _Reader:
         if not main[0].amounts and not loose and self.text[main[0].start : main[0].end].lower() in _UNFINISHED:
             return
         known = {value.start for item in main for value in item.amounts}
-        main[0].amounts += [value for value in (*loose, *later) if value.start not in known and value.kind in ("mass", "substance", "percent", "volume", "parts")]
+        main[0].amounts += [
+            value
+            for value in (*loose, *later)
+            if value.start not in known and value.kind in ("mass", "substance", "percent", "volume", "parts")
+        ]
         gives = tuple(self._portion(item) for item in main)[:10]
         for value in self._conditions(phrases):
             self.draft.own(value.start, value.end)
@@ -942,9 +1340,25 @@ def _label(tokens: Sequence[Token]) -> tuple[int, int] | None:
     for place, token in enumerate(tokens[:10]):
         if token.low in ("as", "with", "which", "in") or token.low in SOLUTIONS:
             return None
-        if token.low in ("product", "compound", "products", "material", "oil", "solid", "crystals", "powder", "foam", "residue"):
+        if token.low in (
+            "product",
+            "compound",
+            "products",
+            "material",
+            "oil",
+            "solid",
+            "crystals",
+            "powder",
+            "foam",
+            "residue",
+        ):
             first, last = place, place
-            if tokens[place + 1 : place + 2] and tokens[place + 1].low == "of" and tokens[place + 2 : place + 3] and tokens[place + 2].low in ("formula", "structure", "example"):
+            if (
+                tokens[place + 1 : place + 2]
+                and tokens[place + 1].low == "of"
+                and tokens[place + 2 : place + 3]
+                and tokens[place + 2].low in ("formula", "structure", "example")
+            ):
                 last = min(place + 3, len(tokens) - 1)
             while first and tokens[first - 1].low in ("title", "desired", "titled", "above", "expected", "target"):
                 first -= 1
@@ -1003,12 +1417,19 @@ def _figure(value: float) -> str:
 
 
 def _role(verb: Verb, portion: Portion, actions: Sequence[Action]) -> Role:
-    worked_up = any(action.verb in ("Quench", "Extract", "Wash", "Filter", "Concentrate", "Pour", "AdjustPH", "Partition") for action in actions)
+    worked_up = any(
+        action.verb in ("Quench", "Extract", "Wash", "Filter", "Concentrate", "Pour", "AdjustPH", "Partition")
+        for action in actions
+    )
     if worked_up:
         return "workup"
     if verb in ("Wash", "Extract", "DrySolution", "Chromatograph", "Recrystallize", "Triturate"):
         return "workup"
-    if "mL" in portion.amount and not re.search(r"\d (?:g|mol|mmol|equiv)\b", portion.amount) and " of " not in portion.amount:
+    if (
+        "mL" in portion.amount
+        and not re.search(r"\d (?:g|mol|mmol|equiv)\b", portion.amount)
+        and " of " not in portion.amount
+    ):
         return "solvent"
     return "reactant"
 

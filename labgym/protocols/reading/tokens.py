@@ -18,8 +18,55 @@ _OPEN, _CLOSE = "([{", ")]}"
 _OCR_TAIL = re.compile(r"^\d{1,2}(?:[A-Z(·].*)?$")
 _OCR_HEAD = re.compile(r"^[A-Za-z\d()\[\]·.-]*[A-Z][A-Za-z)]*$")
 _ABBREVIATIONS = frozenset(
-    "aq. conc. sat. satd. dil. ca. approx. i.e. e.g. no. nos. fig. ex. ref. vol. wt. temp. b.p. m.p. lit. cf. vs. abs. anh. "
-    "cat. equiv. eq. quant. r.t. r.t vac. prep. st. dr. co. inc. resp. et. al. etc. anhyd. anhydr. soln. sol. sec. tert. prim.".split()
+    [
+        "aq.",
+        "conc.",
+        "sat.",
+        "satd.",
+        "dil.",
+        "ca.",
+        "approx.",
+        "i.e.",
+        "e.g.",
+        "no.",
+        "nos.",
+        "fig.",
+        "ex.",
+        "ref.",
+        "vol.",
+        "wt.",
+        "temp.",
+        "b.p.",
+        "m.p.",
+        "lit.",
+        "cf.",
+        "vs.",
+        "abs.",
+        "anh.",
+        "cat.",
+        "equiv.",
+        "eq.",
+        "quant.",
+        "r.t.",
+        "r.t",
+        "vac.",
+        "prep.",
+        "st.",
+        "dr.",
+        "co.",
+        "inc.",
+        "resp.",
+        "et.",
+        "al.",
+        "etc.",
+        "anhyd.",
+        "anhydr.",
+        "soln.",
+        "sol.",
+        "sec.",
+        "tert.",
+        "prim.",
+    ]
 )
 _DATA = re.compile(
     r"(?<![A-Za-z0-9])(?:\d{1,3} ?[HCFPN][- ]{0,2}NMR|NMR\b|[mM]\. ?[pP]\b\.?|[mM][pP]\b|[mM]elting (?:at|point|range|with)|melts\b"
@@ -178,7 +225,7 @@ def _pair_cuts(text: str, start: int, end: int) -> Iterator[int]:
 
 
 def _is_partner(part: str) -> bool:
-    return len(part) > 1 and (names_substance(part) or _OCR_TAIL.match(part) is not None and not part.isdigit())
+    return len(part) > 1 and (names_substance(part) or (_OCR_TAIL.match(part) is not None and not part.isdigit()))
 
 
 def _joined(tokens: list[Token]) -> list[Token]:
@@ -226,7 +273,13 @@ def _split(tokens: Sequence[Token]) -> Iterator[list[Token]]:
         elif token.text in (".", ";") and token.kind == "mark":
             follows = tokens[place + 1] if place + 1 < len(tokens) else None
             last = tokens[place - 1] if place else None
-            ends = token.text == "." and last is not None and last.kind in ("word", "verb", "name") and len(last.text) > 3 and last.end == token.start
+            ends = (
+                token.text == "."
+                and last is not None
+                and last.kind in ("word", "verb", "name")
+                and len(last.text) > 3
+                and last.end == token.start
+            )
             if follows is None or (depth == 0 and (_begins(follows, token) or (ends and follows.kind == "name"))):
                 yield part
                 part, depth = [], 0
