@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 from labgym.protocols.reading.lexicon import (
     AUXILIARIES,
@@ -122,6 +123,14 @@ _HOLDING_NOUNS = frozenset(
     ["stirring", "heating", "cooling", "warming", "shaking", "agitation", "swirling", "refluxing", "boiling"]
 )
 
+_PARTICIPLES = ("ed", "ing", "en", "ept", "eft", "eld", "ought", "ood", "ook", "ven", "ave", "ied", "put")
+_STANDS = frozenset(("stand", "stands", "standing"))
+_NOUN_PARTNERS = frozenset("was is process were apparatus flask column funnel step time rate solvent system".split())
+_NOUN_QUALIFIERS = frozenset("flash column gel and silica further hplc prep preparative the , solvent using".split())
+_MANNER_WORDS = frozenset(
+    "with under while magnetic mechanical vigorous rapid constant efficient good gentle external oil-bath for and".split()
+)
+
 
 @dataclass(frozen=True)
 class Head:
@@ -161,7 +170,7 @@ def clauses(tokens: Sequence[Token]) -> tuple[list[Clause], tuple[Token, ...]]:
     if not heads:
         return [], tuple(tokens)
     starts = [0]
-    for earlier, later in zip(heads, heads[1:], strict=False):
+    for earlier, later in pairwise(heads):
         starts.append(_subject(tokens, earlier, later))
     starts.append(len(tokens))
     parts = []
@@ -262,305 +271,191 @@ def _between(tokens: Sequence[Token], last: Head, head: Head, names: bool) -> bo
     return any(token.kind in ("name", "figure") for token in tokens[last.place + 1 : head.place]) if names else False
 
 
+@dataclass(frozen=True)
+class _Place:
+    """An operation word with its neighbors in lower case."""
+
+    tokens: Sequence[Token]
+    place: int
+    token: Token
+    previous: str
+    after: str
+    following: Token | None
+    first: int
+    passive: bool
+    marker: str
+
+    @property
+    def low(self) -> str:
+        return self.token.low
+
+    def head(self, word: VerbWord, last: int | None = None) -> Head:
+        return Head(
+            self.place, self.first, word, self.low, self.passive, self.marker, self.place if last is None else last
+        )
+
+
 def _head(tokens: Sequence[Token], place: int, token: Token) -> Head | None:
-    previous = tokens[place - 1].low if place else ""
-    following = tokens[place + 1] if place + 1 < len(tokens) else None
-    after = following.low if following is not None else ""
-    if token.low == "followed" and after == "by":
-        ahead = tokens[place + 2 : place + 5]
-        if not any(item.kind == "verb" and item.low.endswith(("ing", "tion")) for item in ahead[:3]) and not any(
-            item.low in ("tlc", "hplc", "lcms", "gc") for item in ahead
-        ):
-            return Head(place, place, VerbWord("Add", "theme"), "followed by", False, "followed", place + 1)
+    """Return the head that a token is, or None if it names no operation here."""
+    first, passive, marker = _group(tokens, place)
+    at = _Place(
+        tokens,
+        place,
+        token,
+        tokens[place - 1].low if place else "",
+        tokens[place + 1].low if place + 1 < len(tokens) else "",
+        tokens[place + 1] if place + 1 < len(tokens) else None,
+        first,
+        passive,
+        marker,
+    )
+    special = _special(at)
+    if special is not None:
+        return special
+    if token.kind != "verb" or token.verb is None or token.low == "followed":
         return None
+    if token.verb.noun:
+        return at.head(token.verb) if _is_useful_noun(at) else None
+    if _is_idle(at):
+        return None
+    if token.low in _HOLDING_NOUNS:
+        return at.head(token.verb) if _is_holding(at) else None
+    ed = token.low.endswith(_PARTICIPLES)
+    if (_is_adjective(at, token.verb) if ed else _is_noun(at)) and not _gives(at):
+        return None
+    return at.head(token.verb, place + 1 if token.low == "taken" and at.after == "up" else None)
+
+
+def _special(at: _Place) -> Head | None:
+    """Return the head of words that are no verbs by themselves: "followed by", "made acid", "pH adjusted to 7"."""
+    token, rest = at.token, at.tokens[at.place + 1 :]
+    if token.low == "followed" and at.after == "by":
+        verbs = any(item.kind == "verb" and item.low.endswith(("ing", "tion")) for item in rest[1:4])
+        if verbs or any(item.low in ("tlc", "hplc", "lcms", "gc") for item in rest[1:4]):
+            return None
+        add = VerbWord("Add", "theme")
+        return Head(at.place, at.place, add, "followed by", False, "followed", at.place + 1)
+    figure = token.figure
     if (
-        token.figure is not None
-        and token.figure.kind == "ph"
+        figure is not None
+        and figure.kind == "ph"
         and any(word in token.low for word in ("adjusted", "brought", "made"))
     ):
-        return Head(place, place, VerbWord("AdjustPH", "with"), "adjusted", True, "", place - 1)
-    if token.low == "reduced" and token.kind != "verb":
-        first, passive, marker = _group(tokens, place)
-        if passive and any(item.low in ("hydrogenation", "hydrogen") for item in tokens[place:]):
-            return Head(place, first, VerbWord("Hydrogenate", "with"), token.low, passive, marker, place)
-        return None
-    if token.low in ("made", "make") and after in ("acid", "acidic", "basic", "alkaline", "neutral"):
-        first, passive, marker = _group(tokens, place)
-        return Head(place, first, VerbWord("AdjustPH", "with"), token.low, passive, marker, place + 1)
-    if token.kind != "verb" or token.verb is None:
-        return None
-    if token.low == "chromatography" and previous in ("thin-layer", "layer"):
-        return Head(place, place, VerbWord("Monitor", "none", True), token.low, False, "", place)
-    word, low = token.verb, token.low
-    first, passive, marker = _group(tokens, place)
-    ed = low.endswith(("ed", "ing", "en", "ept", "eft", "eld", "ought", "ood", "ook", "ven", "ave", "ied", "put"))
-    if word.noun:
-        near = [item.low for item in tokens[max(0, place - 5) : place]]
-        useful = (
-            any(low in ("by", "via", "through") for low in near)
-            or marker in ("by", "after", "upon", "on", "following", "through", "via", "before", "to")
-            or place == 0
-            or previous
-            in (
-                "flash",
-                "column",
-                "gel",
-                "and",
-                "silica",
-                "further",
-                "hplc",
-                "prep",
-                "preparative",
-                "the",
-                ",",
-                "solvent",
-                "using",
-            )
-            or after == "of"
-        )
-        if previous in ("without", "no", "for", "of", "end", "during") or after in (
-            "was",
-            "is",
-            "process",
-            "were",
-            "apparatus",
-            "flask",
-            "column",
-            "funnel",
-            "step",
-            "time",
-            "rate",
-            "solvent",
-            "system",
-        ):
-            useful = (
-                after in ("was", "is", "were")
-                and tokens[place + 2 : place + 3]
-                and tokens[place + 2].low in ("carried", "effected", "performed")
-            )
-        if low in ("chromatographic", "addition") and after != "of" and low == "chromatographic":
-            useful = False
-        if (
-            low == "addition"
-            and (after != "of" or marker not in ("by", "after", "upon", "on", "following", "with"))
-            and previous not in ("the", "dropwise", "slow")
-        ):
-            useful = False
-        if low == "concentration" and after == "of":
-            useful = False
-        return Head(place, first, word, low, passive, marker, place) if useful else None
-    if (
-        low in ("dry", "combine", "separate")
-        and following is not None
-        and (following.kind == "name" or following.low in BATCH)
-        and not (place == 0 and low != "dry")
-    ):
-        return None
-    if low in ("sealed", "seal", "fitted", "equipped", "sealing"):
-        return None
-    if low in ("boiling", "boil", "boils") and not passive:
-        return None
-    if (
-        low in ("stand", "stands", "standing")
-        and marker not in ("to", "on", "upon", "after", "for")
-        and previous not in ("and",)
-    ):
-        return None
-    if low in ("reflux",):
-        return (
-            None
-            if marker != "to" or (previous in ("to", "at", "under", "gentle") and not _is_imperative(tokens, place))
-            else Head(place, first, word, low, passive, marker, place)
-        )
-    if low in ("taken",) and after == "up":
-        return Head(place, first, word, low, passive, marker, place + 1)
-    if low == "obtained" and (
-        previous in ("thus", "so")
-        or (not passive and (after in ("in", "from", "by", "as", "according", "above") or previous in BATCH))
-    ):
-        return None
-    if low in ("prepared",):
-        return None
-    if low in ("saturated",) and not (after == "with" or after == "by"):
-        return None
-    if (
-        low in ("dilute", "diluted", "concentrated")
-        and following is not None
-        and following.kind == "name"
-        and not passive
-    ):
-        return None
-    if low in _HOLDING_NOUNS:
-        if after in ("continued", "was", "is"):
-            return Head(place, first, word, low, passive, marker, place)
-        if (
-            previous
-            in (
-                "with",
-                "under",
-                "while",
-                "magnetic",
-                "mechanical",
-                "vigorous",
-                "rapid",
-                "constant",
-                "efficient",
-                "good",
-                "gentle",
-                "external",
-                "oil-bath",
-                "for",
-                "and",
-            )
-            and not (previous == "while" and after in ("at",))
-            and not (previous in ("vigorous", "and") and marker in ("after", "by"))
-        ):
-            return None
-        if (
-            marker == ""
-            and previous not in ("", ",", "hours", "h", "min", "minutes")
-            and not passive
-            and place
-            and tokens[place - 1].kind != "figure"
-        ):
-            if after not in ("was", "is", "at", "for", "continued", "in", "to"):
-                return None
-        return Head(place, first, word, low, passive, marker, place)
-    if ed and not passive and following is not None:
-        noun_next = (
-            following.kind in ("name",)
-            or following.low in BATCH
-            or following.low in SOLUTIONS
-            or following.low in _PARTS
-            or (following.kind == "word" and not is_stop(following.low) and following.low not in QUALITIES)
-        )
-        before_noun = (
-            previous in DETERMINERS
-            or previous in QUALITIES
-            or previous == ""
-            or previous in PREPOSITIONS
-            or previous in ("and", ",", "resulting", "above")
-        )
-        if (
-            noun_next
-            and before_noun
-            and not low.endswith("ing")
-            and not (previous in ("and", ",") and following.kind == "name")
-        ):
-            return None
-        if low.endswith("ing") and noun_next and (previous in DETERMINERS or previous in QUALITIES):
-            return None
-        if previous in DETERMINERS and not low.endswith("ing") and word.verb != "Yield":
-            return None
-    if not ed:
-        if low in (
-            "yield",
-            "yields",
-            "extract",
-            "extracts",
-            "wash",
-            "washes",
-            "filter",
-            "mix",
-            "dilute",
-            "heat",
-            "cool",
-            "cake",
-            "concentrate",
-            "add",
-            "stir",
-            "warm",
-            "charge",
-            "shake",
-            "precipitate",
-            "precipitates",
-            "rise",
-            "raise",
-            "quench",
-            "dry",
-            "strip",
-            "distill",
-            "elute",
-            "evaporate",
-            "pour",
-            "adjust",
-            "get",
-            "give",
-            "gave",
-            "gives",
-            "afford",
-            "affords",
-            "provide",
-            "provides",
-            "put",
-            "result",
-            "remove",
-            "purify",
-            "isolate",
-            "collect",
-            "transfer",
-            "dissolve",
-            "keep",
-            "hold",
-            "leave",
-            "place",
-            "let",
-            "treat",
-            "react",
-            "monitor",
-            "separate",
-            "introduce",
-            "combine",
-            "suspend",
-            "slurry",
-            "triturate",
-            "crystallize",
-            "recrystallize",
-            "crystallise",
-            "recrystallise",
-            "acidify",
-            "basify",
-            "neutralize",
-            "obtain",
-            "recover",
-            "furnish",
-            "produce",
-            "deliver",
-            "stand",
-            "age",
-            "purge",
-            "degas",
-            "flush",
-            "evacuate",
-            "sonicate",
-            "irradiate",
-            "partition",
-            "allow",
-            "continue",
-            "maintain",
-            "reflux",
-            "load",
-            "inject",
-            "bring",
-            "sit",
-            "repeat",
-        ):
-            finite = low in ("gave", "gives", "affords", "provides", "yields")
-            if not (marker == "to" or finite or _is_imperative(tokens, place)):
-                if (
-                    low in ("yield", "afford", "give", "provide", "furnish")
-                    and after not in ("of", "(", "()", ")")
-                    and previous not in DETERMINERS
-                    and tokens[place - 1].kind != "figure"
-                    and previous != "in"
-                ):
-                    return Head(place, first, word, low, passive, marker, place)
-                return None
-            if finite and previous in DETERMINERS:
-                return None
-            if following is not None and after in AUXILIARIES:
-                return None
-    return Head(place, first, word, low, passive, marker, place)
+        return Head(at.place, at.place, VerbWord("AdjustPH", "with"), "adjusted", True, "", at.place - 1)
+    if token.low == "reduced" and at.passive and any(item.low in ("hydrogenation", "hydrogen") for item in rest):
+        return at.head(VerbWord("Hydrogenate", "with"))
+    if token.low in ("made", "make") and at.after in ("acid", "acidic", "basic", "alkaline", "neutral"):
+        return at.head(VerbWord("AdjustPH", "with"), at.place + 1)
+    if token.low == "chromatography" and at.previous in ("thin-layer", "layer"):
+        return Head(at.place, at.place, VerbWord("Monitor", "none", True), token.low, False, "", at.place)
+    return None
+
+
+def _is_useful_noun(at: _Place) -> bool:
+    """Return whether a noun stands for an operation that is done: "by filtration", not "without purification"."""
+    low = at.low
+    if at.previous in ("without", "no", "for", "of", "end", "during") or at.after in _NOUN_PARTNERS:
+        ahead = at.tokens[at.place + 2 : at.place + 3]
+        done = bool(ahead) and ahead[0].low in ("carried", "effected", "performed")
+        return at.after in ("was", "is", "were") and done and low not in ("chromatographic", "addition")
+    if low in ("chromatographic", "concentration") and (at.after == "of" or low == "chromatographic"):
+        return False
+    if low == "addition":
+        begun = at.after == "of" and at.marker in ("by", "after", "upon", "on", "following", "with")
+        return begun or at.previous in ("the", "dropwise", "slow")
+    near = [item.low for item in at.tokens[max(0, at.place - 5) : at.place]]
+    return (
+        any(word in ("by", "via", "through") for word in near)
+        or at.marker in ("by", "after", "upon", "on", "following", "through", "via", "before", "to")
+        or at.place == 0
+        or at.previous in _NOUN_QUALIFIERS
+        or at.after == "of"
+    )
+
+
+def _is_idle(at: _Place) -> bool:
+    """Return whether an operation word names no operation here, whatever its form."""
+    low, following = at.low, at.following
+    named = following is not None and following.kind == "name"
+    batch = following is not None and following.low in BATCH
+    return (
+        (low in ("dry", "combine", "separate") and (named or batch) and not (at.place == 0 and low != "dry"))
+        or low in ("sealed", "seal", "fitted", "equipped", "sealing", "prepared")
+        or (low in ("boiling", "boil", "boils") and not at.passive)
+        or (low in _STANDS and at.marker not in ("to", "on", "upon", "after", "for") and at.previous != "and")
+        or (low == "reflux" and not _is_refluxed(at))
+        or (low == "obtained" and _is_attribute(at))
+        or (low == "saturated" and at.after not in ("with", "by"))
+        or (low in ("dilute", "diluted", "concentrated") and named and not at.passive)
+    )
+
+
+def _is_refluxed(at: _Place) -> bool:
+    attribute = at.previous in ("to", "at", "under", "gentle") and not _is_imperative(at.tokens, at.place)
+    return at.marker == "to" and not attribute
+
+
+def _is_attribute(at: _Place) -> bool:
+    """Return whether "obtained" belongs to a noun: "the residue thus obtained", "the solid obtained in Step A"."""
+    source = at.after in ("in", "from", "by", "as", "according", "above") or at.previous in BATCH
+    return at.previous in ("thus", "so") or (not at.passive and source)
+
+
+def _is_holding(at: _Place) -> bool:
+    """Return whether "stirring" and the like are an operation, not the manner of another one."""
+    if at.after in ("continued", "was", "is"):
+        return True
+    after_time = at.previous in ("vigorous", "and") and at.marker in ("after", "by")
+    if at.previous in _MANNER_WORDS and not (at.previous == "while" and at.after == "at") and not after_time:
+        return False
+    alone = at.previous not in ("", ",", "hours", "h", "min", "minutes") and at.place > 0
+    if at.marker == "" and alone and not at.passive and at.tokens[at.place - 1].kind != "figure":
+        return at.after in ("was", "is", "at", "for", "continued", "in", "to")
+    return True
+
+
+def _is_adjective(at: _Place, word: VerbWord) -> bool:
+    """Return whether a participle belongs to the noun after it: "the combined organic layers"."""
+    following = at.following
+    if at.passive or following is None:
+        return False
+    noun = (
+        following.kind == "name"
+        or following.low in BATCH
+        or following.low in SOLUTIONS
+        or following.low in _PARTS
+        or (following.kind == "word" and not is_stop(following.low) and following.low not in QUALITIES)
+    )
+    determined = at.previous in DETERMINERS or at.previous in QUALITIES
+    if at.low.endswith("ing"):
+        return noun and determined
+    listed = at.previous in ("and", ",")
+    begun = (
+        determined
+        or at.previous == ""
+        or at.previous in PREPOSITIONS
+        or listed
+        or at.previous in ("resulting", "above")
+    )
+    if noun and begun and not (listed and following.kind == "name"):
+        return True
+    return at.previous in DETERMINERS and word.verb != "Yield"
+
+
+def _is_noun(at: _Place) -> bool:
+    """Return whether a word without an ending is a noun: "the extract", not "Extract with ether"."""
+    finite = at.low in ("gave", "gives", "affords", "provides", "yields", "raises", "rises", "rose", "dissolves")
+    if not (at.marker == "to" or finite or _is_imperative(at.tokens, at.place)):
+        return True
+    return (finite and at.previous in DETERMINERS) or (at.following is not None and at.after in AUXILIARIES)
+
+
+def _gives(at: _Place) -> bool:
+    """Return whether a present tense names a result: "which afford the amine"."""
+    noun = at.after in ("of", "(", "()", ")") or at.previous in DETERMINERS or at.previous == "in"
+    present = at.low in ("yield", "afford", "give", "provide", "furnish")
+    finite = at.marker == "to" or _is_imperative(at.tokens, at.place)
+    return present and not finite and not noun and at.tokens[at.place - 1].kind != "figure"
 
 
 def _is_imperative(tokens: Sequence[Token], place: int) -> bool:
