@@ -125,10 +125,58 @@ _HOLDING_NOUNS = frozenset(
 
 _PARTICIPLES = ("ed", "ing", "en", "ept", "eft", "eld", "ought", "ood", "ook", "ven", "ave", "ied", "put")
 _STANDS = frozenset(("stand", "stands", "standing"))
-_NOUN_PARTNERS = frozenset("was is process were apparatus flask column funnel step time rate solvent system".split())
-_NOUN_QUALIFIERS = frozenset("flash column gel and silica further hplc prep preparative the , solvent using".split())
+_NOUN_PARTNERS = frozenset(
+    (
+        "was",
+        "is",
+        "process",
+        "were",
+        "apparatus",
+        "flask",
+        "column",
+        "funnel",
+        "step",
+        "time",
+        "rate",
+        "solvent",
+        "system",
+    )
+)
+_NOUN_QUALIFIERS = frozenset(
+    (
+        "flash",
+        "column",
+        "gel",
+        "and",
+        "silica",
+        "further",
+        "hplc",
+        "prep",
+        "preparative",
+        "the",
+        ",",
+        "solvent",
+        "using",
+    )
+)
 _MANNER_WORDS = frozenset(
-    "with under while magnetic mechanical vigorous rapid constant efficient good gentle external oil-bath for and".split()
+    (
+        "with",
+        "under",
+        "while",
+        "magnetic",
+        "mechanical",
+        "vigorous",
+        "rapid",
+        "constant",
+        "efficient",
+        "good",
+        "gentle",
+        "external",
+        "oil-bath",
+        "for",
+        "and",
+    )
 )
 
 

@@ -19,8 +19,6 @@ Kind = Literal[
 ]  # fmt: skip
 AMOUNTS: frozenset[Kind] = frozenset(("mass", "volume", "substance", "equivalents", "molarity", "percent", "parts"))
 """Kinds that say how much of a substance is taken."""
-SOME_DROPS = 3.0
-"""Meaning of "a few drops"."""
 
 _LOOKALIKES = str.maketrans(
     {
@@ -56,7 +54,8 @@ _UNIT = {
     "parts": r"parts?(?: by (?:weight|volume))?|vol(?:ume)?s?|ppm|mass ppm|tsps?",
     "temperature": r"° ?[CF]|℃|o ?C|degrees? ?(?:C\b|F\b|Celsius|centigrade|Fahrenheit)?|deg\.? ?[CF]|°|C",
     "time": r"hours?|hrs?|h|minutes?|mins?|seconds?|secs?|sec|s|days?|d|weeks?|wk",
-    "pressure": r"mbar|bars?|psig?|psia|atm(?:ospheres?)?|torr|Torr|mm\.? ?(?:of )?Hg|mm ?hg|kPa|MPa|hPa|Pa|kg/cm2|millibar",
+    "pressure": r"mbar|bars?|psig?|psia|atm(?:ospheres?)?|torr|Torr|mm\.? ?(?:of )?Hg|mm ?hg|kPa|"
+    r"MPa|hPa|Pa|kg/cm2|millibar",
     "other": r"MHz|Hz|rpm|nm|W|kW|eV|mesh|stages|cm-1|cm|mm|mμ|μm?|Å",
 }  # fmt: skip
 _ORDER: tuple[Kind, ...] = (
@@ -73,40 +72,50 @@ _VALUE = re.compile(
 )
 _HALVES = {"½": 0.5, "¼": 0.25, "¾": 0.75}
 _SPOKEN = re.compile(
-    r"(?<![A-Za-z-])(?P<word>half an?|one half|an?|(?:a )?few|several|another|a further|one|two|three|four|five|six|seven|"
-    r"eight|nine|ten|eleven|twelve|fifteen|twenty|thirty)(?: (?:and a half|to (?P<to>two|three|four|five|six|ten)|more|additional))?"
+    r"(?<![A-Za-z-])(?P<word>half an?|one half|an?|(?:a )?few|several|another|a further|one|two|"
+    r"three|four|five|six|seven|"
+    r"eight|nine|ten|eleven|twelve|fifteen|twenty|thirty)(?: (?:and a half|to (?P<to>two|three|"
+    r"four|five|six|ten)|more|additional))?"
     r" (?:(?P<mass>grams?|milligrams?|kilograms?|pounds?)|(?P<volume>drops?|milliliters?|millilitres?|liters?|litres?)|"
-    r"(?P<equivalents>equivalents?|equiv)|(?P<substance>moles?)|(?P<time>hours?|hrs?|minutes?|min|days?|weeks?|seconds?))(?![A-Za-z])",
+    r"(?P<equivalents>equivalents?|equiv)|(?P<substance>moles?)|(?P<time>hours?|hrs?|minutes?|"
+    r"min|days?|weeks?|seconds?))(?![A-Za-z])",
     re.IGNORECASE,
 )
 _FRACTION = re.compile(
-    rf"{_BEFORE}(?:(\d{{1,2}}?)[ -]?)?([13])/([248]) ?(?:(?P<time>{_UNIT['time']})|(?P<volume>{_UNIT['volume']})|(?P<mass>{_UNIT['mass']}))(?![A-Za-z])"
+    rf"{_BEFORE}(?:(\d{{1,2}}?)[ -]?)?([13])/([248]) ?(?:(?P<time>{_UNIT['time']})|"
+    rf"(?P<volume>{_UNIT['volume']})|(?P<mass>{_UNIT['mass']}))(?![A-Za-z])"
 )
 """Mixed fractions, also as patents print them: "21/2 hours" is two hours and a half."""
 _PORTIONS = re.compile(rf"{_BEFORE}(\d{{1,2}}) ?(?:[x×*X]|times|portions of|aliquots of) ?(?=\d)")
 _WORD_PORTIONS = re.compile(
-    r"(?<![A-Za-z])(two|three|four|five|six|seven|eight|ten) (?=\d[\d,.]{0,8}[- ]?(?:m[lL]|[lL]|g|mg)\b\.? ?-?(?:portions|aliquots|volumes|lots))",
+    r"(?<![A-Za-z])(two|three|four|five|six|seven|eight|ten) (?=\d[\d,.]{0,8}[- ]?(?:m[lL]|[lL]|"
+    r"g|mg)\b\.? ?-?(?:portions|aliquots|volumes|lots))",
     re.IGNORECASE,
 )
 _PORTIONS_AFTER = re.compile(r" ?(?:each )?[x×X] ?(\d{1,2})(?![\d.,]* ?(?:m?[lL]|m?g|h|min)\b)(?![\d.])")
 _TIMES = re.compile(
-    r"(?<![A-Za-z])(?:(twice)|(thrice)|(once)|(two|three|four|five|six|seven|\d{1,2})(?: ?times|x| ?× ?(?!\d)| (?:(?:further|additional) )?(?:\d{1,4} ?m[lL] )?portions))"
+    r"(?<![A-Za-z])(?:(twice)|(thrice)|(once)|(two|three|four|five|six|seven|\d{1,2})(?: ?times|"
+    r"x| ?× ?(?!\d)| (?:(?:further|additional) )?(?:\d{1,4} ?m[lL] )?portions))"
     r"(?![A-Za-z])",
     re.IGNORECASE,
 )
 _PH = re.compile(
-    r"(?<![A-Za-z])pH(?: (?:of|to|value|was|is|about|approximately|ca\.?|reached|adjusted|brought|made|between|then|the (?:reaction )?(?:mixture|solution|suspension)))* ?[=:]? ?[~<>]?\s?"
+    r"(?<![A-Za-z])pH(?: (?:of|to|value|was|is|about|approximately|ca\.?|reached|adjusted|"
+    r"brought|made|between|then|the (?:reaction )?(?:mixture|solution|"
+    r"suspension)))* ?[=:]? ?[~<>]?\s?"
     r"(\d{1,2}(?:\.\d{1,2})?)(?: ?(?:-|to|and) ?(\d{1,2}(?:\.\d{1,2})?))?",
     re.IGNORECASE,
 )
 _RATIO = re.compile(
-    r"(?<![A-Za-z0-9.,-])\d{1,4}(?:\.\d{1,3})?%?(?: ?[:/] ?\d{1,4}(?:\.\d{1,3})?%?(?![A-Za-z0-9])){1,4}(?! ?(?:°|m?[lLg]\b|h\b|hours?|hrs?\b|min|mmol|mol|mm\b|days?|\"|in\b))"
+    r"(?<![A-Za-z0-9.,-])\d{1,4}(?:\.\d{1,3})?%?(?: ?[:/] ?\d{1,4}(?:\.\d{1,3})?%?(?![A-Za-z0-9])){1,4}(?! ?(?:°|"
+    r"m?[lLg]\b|h\b|hours?|hrs?\b|min|mmol|mol|mm\b|days?|\"|in\b))"
     r"(?: ?(?:\(v/v\)|v/v|V/V|by volume|vol/vol))?"
 )
 _NAMED = (
     (
         re.compile(
-            r"\b(?:room[- ]?(?:temperature|temp\b\.?)|ambient(?: temperature| temp\b\.?)?|r\.? ?t\b\.?|RT\b|normal temperature)"
+            r"\b(?:room[- ]?(?:temperature|temp\b\.?)|ambient(?: temperature| temp\b\.?)?|"
+            r"r\.? ?t\b\.?|RT\b|normal temperature)"
         ),
         "temperature",
         ROOM_TEMPERATURE,
@@ -177,54 +186,56 @@ def figures(text: str) -> list[Figure]:
 
 
 def _numbered(text: str) -> Iterator[Figure]:
-    portions = {match.end(): int(match[1]) for match in _PORTIONS.finditer(text)}
-    begins = {match.end(): match.start() for match in _PORTIONS.finditer(text)}
-    for match in _WORD_PORTIONS.finditer(text):
-        portions[match.end()], begins[match.end()] = int(_WORDS[match[1].lower()]), match.start()
+    portions = _portions(text)
     at = 0
     while (match := _VALUE.search(text, at)) is not None:
         at = match.end()
         end, high = match.end(), match["high"]
         unit = _UNIT_AT.match(text, end + (text[end : end + 1] in (" ", "-")))
-        if unit is not None and text[end : end + 1] == "-" and match["low"] == "1" and unit.lastgroup == "other":
-            unit = None
         if unit is None and high is not None:
             # The second number may belong to something else: read the first alone, then go on behind it.
             end = max(match.end("inner"), match.end("power"), match.end("low"))
             at, high = end, None
             unit = _UNIT_AT.match(text, end + (text[end : end + 1] == " "))
         kind = unit.lastgroup if unit is not None else "temperature" if match["inner"] else None
-        if kind is None or (unit is not None and _IONIZED.match(text, unit.end())):
+        if kind is None or (unit is not None and (_IONIZED.match(text, unit.end()) or _is_label(text, unit))):
             continue
-        spelled = unit[0] if unit is not None else "°"
-        if unit is not None and kind in ("time", "molarity", "mass", "temperature") and _is_label(text, end, unit):
-            continue
-        value, upper = (
-            _number(match["low"]) * 10.0 ** int((match["power"] or "0").replace(" ", "")),
-            _number(high) if high else None,
-        )
-        if "-" in match["sign"]:
-            value = -value
-        if upper is not None and match["neg"]:
-            upper = -upper
-        if upper is not None and "-" in match["sign"] and not match["neg"] and kind == "temperature":
-            upper = upper if upper > 0 and " to " in match[0] else -upper
+        low, upper = _bounds(match, high, kind)
         stop = unit.end() if unit is not None else end
         if kind == "temperature" and text[stop : stop + 1] == "." and text[stop + 1 : stop + 3].strip()[:1].islower():
             stop += 1
-        start, times = match.start(), 1
-        if match.start() in portions or match.start("low") in portions:
-            place = match.start() if match.start() in portions else match.start("low")
-            start, times = begins[place], portions[place]
+        start, times = portions.get(match.start()) or portions.get(match.start("low")) or (match.start(), 1)
         after = _PORTIONS_AFTER.match(text, stop)
         if after is not None and kind in ("mass", "volume"):
             stop, times = after.end(), int(after[1])
         at = max(at, stop) if unit is not None else at
-        yield _figure(start, stop, kind, spelled, value, upper, text, max(1, times))
+        yield _figure(start, stop, kind, unit[0] if unit is not None else "°", low, upper, text, max(1, times))
 
 
-def _is_label(text: str, end: int, unit: re.Match[str]) -> bool:
+def _portions(text: str) -> dict[int, tuple[int, int]]:
+    """Return the start and the number of portions by where their amount begins: "3 x 40 mL", "two 5 mL portions"."""
+    counted = {match.end(): (match.start(), int(match[1])) for match in _PORTIONS.finditer(text)}
+    spoken = {match.end(): (match.start(), int(_WORDS[match[1].lower()])) for match in _WORD_PORTIONS.finditer(text)}
+    return {**counted, **spoken}
+
+
+def _bounds(match: re.Match[str], high: str | None, kind: str) -> tuple[float, float | None]:
+    """Return the value of a number, and the upper end of its range."""
+    value = _number(match["low"]) * 10.0 ** int((match["power"] or "0").replace(" ", ""))
+    upper = _number(high) if high else None
+    if "-" in match["sign"]:
+        value = -value
+        if upper is not None and kind == "temperature" and not match["neg"] and " to " not in match[0]:
+            upper = -upper
+    if upper is not None and match["neg"]:
+        upper = -upper
+    return value, upper
+
+
+def _is_label(text: str, unit: re.Match[str]) -> bool:
     """Return whether a letter after a number is no unit: "2H-pyran", "5 d, 1H", "24M" without a substance."""
+    if unit.lastgroup not in ("time", "molarity", "mass", "temperature"):
+        return False
     following = text[unit.end() : unit.end() + 1]
     return (following == "-" and len(unit[0]) == 1) or (len(unit[0]) == 1 and unit[0] in "CsdN" and following == "=")
 
@@ -252,12 +263,29 @@ def _base(kind: str, spelled: str, value: float) -> float:
     return _converted(kind, word, value)  # type: ignore[arg-type]
 
 
+_OTHER_SPELLINGS = {
+    "gms": "g",
+    "μ l": "μl",
+    "m.moles": "mmol",
+    "m.mole": "mmol",
+    "mols": "mol",
+    "mm.hg": "mmhg",
+    "mm.ofhg": "mmhg",
+    "mmofhg": "mmhg",
+    "millibar": "mbar",
+    "microliter": "μl",
+    "microliters": "μl",
+    "wk": "week",
+    "micrograms": "μg",
+}
+
+
 def _converted(kind: Dimension, word: str, value: float) -> float:
-    word = {"gms": "g", "μ l": "μl", "m.moles": "mmol", "m.mole": "mmol", "mmoles": "mmol", "kmol": "mol", "kmols": "mol",
-            "mols": "mol", "μmols": "μmol", "mm.hg": "mmhg", "mm.ofhg": "mmhg", "mmofhg": "mmhg", "millibar": "mbar",
-            "microliter": "μl", "microliters": "μl", "wk": "week", "micrograms": "μg"}.get(word, word)  # fmt: skip
+    word = _OTHER_SPELLINGS.get(word, word)
     if word == "kg/cm2":
         return value * 0.980665
+    if word in ("kmol", "kmols"):
+        return value * 1000.0
     units = UNITS_BY_SPELLING[kind]
     unit = units.get(word) or units.get(word.removesuffix("s")) or units.get(f"{word}s")
     if unit is None:
@@ -277,10 +305,7 @@ def _spoken(text: str) -> Iterator[Figure]:
         kind = match.lastgroup if match.lastgroup != "to" else None
         kind = next(name for name in ("mass", "volume", "equivalents", "substance", "time") if match[name])
         word = match["word"].lower()
-        if kind == "volume" and "drop" in match[0] and "few" in word:
-            value = SOME_DROPS
-        else:
-            value = _WORDS[word]
+        value = float(_WORDS[word])
         value += 0.5 if "and a half" in match[0] else 0.0
         upper = _WORDS[match["to"].lower()] if match["to"] else None
         yield _figure(match.start(), match.end(), kind, match[kind], value, upper, text, 1)

@@ -87,7 +87,8 @@ WORDS_OF_AMOUNT = {
     "half-saturated": "half-saturated", "half-concentrated": "half-concentrated", "little": "little", "equal": "equal",
 }  # fmt: skip
 MANNERS = {
-    "dropwise": "dropwise", "drop-wise": "dropwise", "drop": "", "portionwise": "portionwise", "portion-wise": "portionwise",
+    "dropwise": "dropwise", "drop-wise": "dropwise", "drop": "", "portionwise": "portionwise",
+    "portion-wise": "portionwise",
     "slowly": "slowly", "gradually": "slowly", "rapidly": "quickly", "quickly": "quickly", "carefully": "slowly",
     "progressively": "slowly",
 }  # fmt: skip
@@ -106,8 +107,10 @@ _ENDING = re.compile(r"^[A-Za-z][A-Za-z-]{3,}(?:ate|ide|ine|ol|one|ene|ane|yne|i
 _SUFFIX = re.compile(rf"(?:(?:^|[a-z)\]])(?:{'|'.join(TABLE.endings)}))s?$", re.IGNORECASE)
 _SHORT = re.compile(rf"^(?:{'|'.join(TABLE.stems)})$", re.IGNORECASE)
 _ELEMENT = (
-    "H|He|Li|Be|B|C|N|O|F|Na|Mg|Al|Si|P|S|Cl|K|Ca|Sc|Ti|V|Cr|Mn|Fe|Co|Ni|Cu|Zn|Ga|Ge|As|Se|Br|Rb|Sr|Y|Zr|Nb|Mo|Ru|Rh|Pd|"
-    "Ag|Cd|In|Sn|Sb|Te|I|Cs|Ba|La|Ce|Sm|Yb|Hf|Ta|W|Re|Os|Ir|Pt|Au|Hg|Tl|Pb|Bi|Me|Et|Pr|Bu|Ph|Ac|Ts|Ms|Tf|Bn|Bz|Boc|OAc|dba|Ar|D"
+    "H|He|Li|Be|B|C|N|O|F|Na|Mg|Al|Si|P|S|Cl|K|Ca|Sc|Ti|V|Cr|Mn|Fe|Co|Ni|Cu|Zn|Ga|Ge|As|Se|Br|"
+    "Rb|Sr|Y|Zr|Nb|Mo|Ru|Rh|Pd|"
+    "Ag|Cd|In|Sn|Sb|Te|I|Cs|Ba|La|Ce|Sm|Yb|Hf|Ta|W|Re|Os|Ir|Pt|Au|Hg|Tl|Pb|Bi|Me|Et|Pr|Bu|Ph|Ac|"
+    "Ts|Ms|Tf|Bn|Bz|Boc|OAc|dba|Ar|D"
 )
 _FORMULA = re.compile(
     rf"^(?:[nist]-|i|t|n)?(?:(?:{_ELEMENT})\d{{0,2}}|[()\[\]·.*+-]|\d{{1,2}}(?=[A-Z(])|(?<=\))\d|II+V?|IV|aq)+$"

@@ -95,6 +95,11 @@ class Phrase:
     is_stock: bool = False
 
     @property
+    def is_measured(self) -> bool:
+        """Whether one of its substances has an amount."""
+        return any(item.is_measured for item in self.substances)
+
+    @property
     def is_prepared(self) -> bool:
         """Whether it is a solution that is made here, not a stock solution."""
         solutes = [item for item in self.substances if not item.solvent]

@@ -1,4 +1,4 @@
-"""Reading: a procedure becomes a list of actions; each sentence in turn, each operation word with what belongs to it."""
+"""Reading: a procedure becomes a list of actions, sentence by sentence, operation by operation."""
 
 from __future__ import annotations
 
@@ -17,22 +17,36 @@ from labgym.protocols.reading.phrases import Phrase, PhraseReader, Substance
 from labgym.protocols.reading.tokens import Sentence, Token, sentences
 
 _REFERS = re.compile(
-    r"\b(?:(?:as|that|those|conditions|procedures?|methods?|manner|way|process|steps?) (?:described|set forth|set out|given|outlined|indicated|used|reported|in)"
-    r"(?: (?:above|earlier|previously|for|in|by|under|the|preparation|synthesis|of|general))* ?(?:Example|Ex\.|EXAMPLE|example|Step|step|Preparation|Procedure|procedure|Method|method|Scheme|Intermediate|Reference|reference)"
-    r"|according to (?:the )?(?:\w+ )?(?:general )?(?:procedures?|methods?|process|Example|EXAMPLE|example|protocols?|Scheme|manner)"
+    r"\b(?:(?:as|that|those|conditions|procedures?|methods?|manner|way|process|"
+    r"steps?) (?:described|set forth|set out|given|outlined|indicated|used|reported|in)"
+    r"(?: (?:above|earlier|previously|for|in|by|under|the|preparation|synthesis|of|"
+    r"general))* ?(?:Example|Ex\.|EXAMPLE|example|Step|step|Preparation|Procedure|procedure|"
+    r"Method|method|Scheme|Intermediate|Reference|reference)"
+    r"|according to (?:the )?(?:\w+ )?(?:general )?(?:procedures?|methods?|process|Example|"
+    r"EXAMPLE|example|protocols?|Scheme|manner)"
     r"|(?:analogous|similar|identical)(?:ly)? (?:procedure |manner |fashion |way )?(?:to|as)\b"
-    r"|in an? (?:analogous|similar|identical) (?:manner|fashion|way)|in the same (?:manner|way|fashion) (?:as|of)|in a manner (?:analogous|similar|identical)"
-    r"|(?:[Ff]ollowing|[Bb]y|[Uu]sing|[Uu]nder|from) (?:the |a )?(?:\w+ )?(?:general )?(?:procedures?|methods?|conditions|process) (?:of|in|described|as|from|outlined|above|given|similar|analogous|for|that)"
-    r"|(?:general|standard) (?:procedure|method)s? [A-Z\d]\b|by (?:the )?(?:general )?(?:procedure|method|Procedure|Method) [A-Z\d]|Prepared by Procedure"
-    r"|in (?:the )?(?:procedure|process|method) of (?:Example|example)|in accordance with (?:the )?(?:process|procedure|method|general))"
+    r"|in an? (?:analogous|similar|identical) (?:manner|fashion|way)|in the same (?:manner|way|"
+    r"fashion) (?:as|of)|in a manner (?:analogous|similar|identical)"
+    r"|(?:[Ff]ollowing|[Bb]y|[Uu]sing|[Uu]nder|from) (?:the |"
+    r"a )?(?:\w+ )?(?:general )?(?:procedures?|methods?|conditions|process) (?:of|in|described|"
+    r"as|from|outlined|above|given|similar|analogous|for|that)"
+    r"|(?:general|standard) (?:procedure|method)s? [A-Z\d]\b|"
+    r"by (?:the )?(?:general )?(?:procedure|method|Procedure|Method) [A-Z\d]|"
+    r"Prepared by Procedure"
+    r"|in (?:the )?(?:procedure|process|method) of (?:Example|example)|"
+    r"in accordance with (?:the )?(?:process|procedure|method|general))"
 )
 _REFERRED = re.compile(
-    r"(?:Example|EXAMPLE|Ex\.|example|Step|Preparation|Procedure|Method|Scheme|Intermediate)s? [A-Z\d][\w.-]*|general procedure(?: [A-Z\d]\w*)?"
+    r"(?:Example|EXAMPLE|Ex\.|example|Step|Preparation|Procedure|Method|Scheme|"
+    r"Intermediate)s? [A-Z\d][\w.-]*|general procedure(?: [A-Z\d]\w*)?"
 )
 _MADE = re.compile(
-    r"\b(?:prepared?|Following|added|obtained|synthesi[sz]ed|made|produced|converted|carried out|reacted|performed|gave|yielded|treated|isolated|substituting|repeated|purified|working up|worked up|conducted|given|afforded|get|substituted|Reaction)\b",
+    r"\b(?:prepared?|Following|added|obtained|synthesi[sz]ed|made|produced|converted|carried out|"
+    r"reacted|performed|gave|yielded|treated|isolated|substituting|repeated|purified|working up|"
+    r"worked up|conducted|given|afforded|get|substituted|Reaction)\b",
     re.IGNORECASE,
 )
+_REACHING = frozenset(("reach", "attain", "come", "return", "equilibrate", "adapt"))
 _UNTIL = frozenset(("until", "till"))
 _CIRCUMSTANCE = frozenset(
     (
@@ -124,10 +138,13 @@ _INTERMEDIATES = frozenset(
     ["residue", "oil", "solid", "product", "crystals", "precipitate", "material", "foam", "liquid", "powder"]
 )
 _MONITOR = re.compile(
-    r"\b(?:LC-?/?MS|TLC|HPLC|GC|t\.l\.c\.)(?: analysis| control| monitoring)? (?:showed|shows|indicated|indicates|revealed|confirmed)"
-    r"|\bno starting material remain|\b(?:as )?(?:monitored|followed|judged|determined|indicated|shown) by (?:TLC|HPLC|LC-?/?MS|GC|tlc)"
+    r"\b(?:LC-?/?MS|TLC|HPLC|GC|t\.l\.c\.)(?: analysis| control| monitoring)? (?:showed|shows|"
+    r"indicated|indicates|revealed|confirmed)"
+    r"|\bno starting material remain|\b(?:as )?(?:monitored|followed|judged|determined|indicated|"
+    r"shown) by (?:TLC|HPLC|LC-?/?MS|GC|tlc)"
 )
 _NUMBER = re.compile(r"^\d{1,6}(?:[.,]\d{1,6})?$")
+_RESULTS = frozenset(("mass", "substance", "percent", "volume", "parts"))
 _LAYERS = frozenset(["layer", "layers", "phase", "phases"])
 _STOCK_WORDS = frozenset(("saturated", "concentrated", "dilute", "aqueous", "half-saturated", "glacial"))
 _WATERY = frozenset(("organic", "aqueous"))
@@ -288,8 +305,8 @@ class _Reader:
             if reference:
                 self._refer(reference, tokens, parts)
             else:
-                for number, clause in enumerate(parts):
-                    self._clause(clause, number == 0)
+                for place, clause in enumerate(parts):
+                    self._clause(clause, place == 0)
             if (
                 watched is not None
                 and not early
@@ -397,16 +414,16 @@ class _Reader:
         if used and not any(clause.head.word.verb in ("Add", "Dissolve", "MakeSolution") for clause in parts):
             used = [item for k, item in enumerate(used) if all(item.start != other.start for other in used[:k])]
             self._emit("Add", (used[0].start, used[-1].end), [self._portion(item) for item in used])
-        for number, clause in enumerate(parts):
+        for place, clause in enumerate(parts):
             if clause.head.word.verb != "Yield":
-                self._clause(clause, number == 0)
+                self._clause(clause, place == 0)
         self._emit("Refers", match.span(), note=name[:400])
         self.draft.own(*match.span())
         if label:
             self.draft.own(*label.span())
-        for number, clause in enumerate(parts):
+        for place, clause in enumerate(parts):
             if clause.head.word.verb == "Yield":
-                self._clause(clause, number == 0)
+                self._clause(clause, place == 0)
         if not yields:
             named = _label(tokens) if tokens[0].low in ("the", "this") else None
             product = [item for item in phrases[0].substances if phrases[0].prep == "" and item not in used]
@@ -471,13 +488,9 @@ class _Reader:
         ]
 
     def _span(self, clause: Clause) -> tuple[int, int]:
-        tokens = [token for token in (*clause.before, *clause.after) if token.kind != "mark"]
-        start = self._verb_start(clause)
-        end = max([token.end for token in clause.after if token.kind != "mark"], default=start[1])
-        return (start[0] if not tokens else start[0], max(end, start[1]))
-
-    def _verb_start(self, clause: Clause) -> tuple[int, int]:
-        return self._place[clause.head.place] if hasattr(self, "_place") else self._found(clause)
+        """Return the span of an operation word and of what follows it."""
+        start, stop = self._found(clause)
+        return start, max([token.end for token in clause.after if token.kind != "mark"] + [stop])
 
     def _found(self, clause: Clause) -> tuple[int, int]:
         """Return the span of an operation word, which lies between its two regions."""
@@ -490,7 +503,7 @@ class _Reader:
         at = max(at, 0)
         return at, at + len(low.split()[0])
 
-    def _charge(self, phrases: Sequence[Phrase], span_end: int, always: bool = False) -> None:
+    def _charge(self, phrases: Sequence[Phrase], always: bool = False) -> None:
         """Emit what the flask holds before an operation: a solution, or substances."""
         loose: list[Substance] = []
         solvents: list[Substance] = []
@@ -601,15 +614,7 @@ class _Reader:
         for item in (*conditions, *ratios):
             self.draft.own(item.start, item.end)
         values: dict[str, Any] = {"verb": verb, "takes": tuple(takes)[:30], **_held_at(conditions), **fields}
-        manner = next((MANNERS[word] for word in words if MANNERS.get(word)), None)
-        if manner:
-            values.setdefault("manner", manner)
-        gas = next((word for word in words if word in GASES.values()), None)
-        gas = gas or next((GASES[word] for word in words if word in GASES), None)
-        if gas:
-            values.setdefault("atmosphere", gas)
-        if words & {"vacuo", "vacuum"} or {"reduced", "pressure"} <= words:
-            values.setdefault("atmosphere", "vacuum")
+        values = {**_stated_by(words), **values}
         counted = [phrase for phrase in phrases if phrase.repeated is not None]
         if counted and "repeats" not in fields:
             values["repeats"] = max(1, counted[0].repeats)
@@ -718,7 +723,6 @@ class _Reader:
         for phrase in targets:
             self._charge(
                 [phrase],
-                phrase.end,
                 always=not self.draft.actions or any(item.is_measured for item in phrase.substances),
             )
         self._early = early
@@ -786,7 +790,7 @@ class _Reader:
             measured = [phrase for phrase in before if phrase.prep in ("", "to", "of", "in")]
             if not head.passive and head.marker in ("by", "after", "upon", "on", "to"):
                 measured = []
-            self._charge(measured, 0, always=verb == "Add" and not self.draft.actions)
+            self._charge(measured, always=verb == "Add" and not self.draft.actions)
         reagents = [
             phrase
             for phrase in after
@@ -893,119 +897,101 @@ class _Reader:
         theme = [
             phrase for phrase in before if phrase.prep == "" and any(item.is_measured for item in phrase.substances)
         ]
-        self._charge(theme, 0)
+        self._charge(theme)
         phrases = [*before, *after]
         self._emit("Pour", self._span(clause), self._portions(onto), self._conditions(phrases), phrases)
 
     def _held(self, clause: Clause, before: list[Phrase], after: list[Phrase]) -> None:
-        head = clause.head
-        verb = head.word.verb
-        phrases = [*before, *after]
-        if (
-            head.low in ("stirring", "heating", "cooling")
-            and head.passive is False
-            and head.marker == ""
-            and not self._conditions(phrases)
-            and not clause.after
-        ):
+        """Emit an operation that holds the mixture at conditions, after what goes into it."""
+        head, phrases = clause.head, [*before, *after]
+        conditions = self._conditions(phrases)
+        bare = head.low in ("stirring", "heating", "cooling") and not head.passive and head.marker == ""
+        if bare and not conditions and not clause.after:
             return
-        medium = [
-            phrase
-            for phrase in after
-            if phrase.prep in ("with", "in") and any(item.is_measured for item in phrase.substances)
-        ]
-        subject = [
-            phrase for phrase in before if phrase.prep == "" and any(item.is_measured for item in phrase.substances)
-        ]
+        self._fill(clause, before, after)
+        if clause.before and clause.before[0].low in ("while", "whilst") and not conditions:
+            return
+        verb = self._holding_verb(clause, after, conditions)
+        if verb is None or self._is_adjusted(clause, verb, conditions):
+            return
+        if verb == "Stir" and any(token.low in ("hydrogen", "h2") for token in clause.after):
+            named = next(token for token in clause.after if token.low in ("hydrogen", "h2"))
+            gas = Portion(name=self.draft.text[named.start : named.end], span=(named.start, named.end))
+            self.draft.own(named.start, named.end)
+            self._emit("Hydrogenate", self._span(clause), [gas], conditions, phrases)
+            return
+        fields: dict[str, Any] = {"atmosphere": self._purging(clause)} if verb == "Purge" else {}
+        if verb == "Wait" and not conditions and head.low in ("left", "let", "leave", "leaving", "continued"):
+            return
+        self._add_to(clause, verb, after)
+        if any(token.low in _UNTIL for token in clause.after):
+            for token in clause.after:
+                self.draft.own(token.start, token.end)
+        self._emit(verb, self._span(clause), (), conditions, phrases, **fields)
+
+    def _fill(self, clause: Clause, before: list[Phrase], after: list[Phrase]) -> None:
+        """Emit what the mixture is made of, if the text names it with the operation."""
+        head = clause.head
+        medium = [phrase for phrase in after if phrase.prep in ("with", "in") and phrase.is_measured]
+        subject = [phrase for phrase in before if phrase.prep == "" and phrase.is_measured]
         if medium and subject and head.passive and all(phrase.solution is None for phrase in (*medium, *subject)):
             items = [item for phrase in (*subject, *medium) for item in phrase.substances]
             for phrase in medium:
                 phrase.substances = []
             self._emit("MakeSolution", (items[0].start, items[-1].end), [self._portion(item) for item in items])
         elif head.marker not in ("by", "after", "upon", "on", "to", "while") or head.passive:
-            self._charge([phrase for phrase in before if phrase.prep in ("", "of", "to", "in", "into")], 0)
-        if clause.before and clause.before[0].low in ("while", "whilst") and not self._conditions(phrases):
-            return
+            self._charge([phrase for phrase in before if phrase.prep in ("", "of", "to", "in", "into")])
+
+    def _holding_verb(self, clause: Clause, after: list[Phrase], conditions: Sequence[Figure]) -> Verb | None:
+        """Return the verb that a holding word means with its conditions, or None if it is no operation."""
+        verb, low = clause.head.word.verb, clause.head.low
         words = {word for phrase in after for word in (*phrase.words, *phrase.nouns)}
+        ahead = {token.low for token in clause.after[:6]}
         reflux = "reflux" in words or any(token.low in ("reflux", "refluxing") for token in clause.after[:5])
-        conditions = self._conditions(phrases)
-        fields: dict[str, Any] = {}
-        temperatures = [item for item in conditions if item.kind == "temperature"]
+        warm = any(item.kind == "temperature" for item in conditions)
         if verb in ("Heat", "Wait", "SetTemperature", "Stir") and reflux:
-            verb = "Reflux"
-        elif verb == "Wait" and any(token.low in ("stirring", "agitation", "shaking") for token in clause.after[:6]):
-            verb = "Stir"
-        elif (
-            verb == "Wait"
-            and head.low in ("allowed", "left", "let", "allow")
-            and temperatures
-            and any(
-                token.low in ("reach", "attain", "come", "return", "equilibrate", "adapt") for token in clause.after[:4]
-            )
-        ):
-            verb = "SetTemperature"
-        if verb == "SetTemperature":
-            if any(item.kind == "ph" for item in conditions):
-                if self.draft.actions and self.draft.actions[-1].verb == "Add" and head.marker == "to":
-                    merged = {**_held_at(conditions), "verb": "AdjustPH"}
-                    merged.pop("then", None)
-                    for item in conditions:
-                        self.draft.own(item.start, item.end)
-                    self.draft.actions[-1] = self.draft.actions[-1].model_copy(update=merged)
-                    return
-                verb = "AdjustPH"
-            elif not temperatures:
-                if reflux:
-                    verb = "Reflux"
-                else:
-                    return
-            elif head.low in ("raised", "rises", "raise", "rose", "raises") and False:
-                verb = "Heat"
-        if verb == "Stir" and any(token.low in ("hydrogen", "h2") for token in clause.after):
-            names = [token for token in clause.after if token.low in ("hydrogen", "h2")]
-            gas = Portion(name=self.draft.text[names[0].start : names[0].end], span=(names[0].start, names[0].end))
-            self.draft.own(*gas.span)
-            self._emit("Hydrogenate", self._span(clause), [gas], conditions, phrases)
+            return "Reflux"
+        if verb == "Wait" and ahead & {"stirring", "agitation", "shaking"}:
+            return "Stir"
+        if verb == "Wait" and low in ("allowed", "left", "let", "allow") and warm and ahead & _REACHING:
+            return "SetTemperature"
+        if verb == "SetTemperature" and any(item.kind == "ph" for item in conditions):
+            return "AdjustPH"
+        return None if verb == "SetTemperature" and not warm else verb
+
+    def _is_adjusted(self, clause: Clause, verb: Verb, conditions: Sequence[Figure]) -> bool:
+        """Merge a pH with the addition before it: "NaOH was added to bring the pH to 6"."""
+        last = self.draft.actions[-1] if self.draft.actions else None
+        if verb != "AdjustPH" or clause.head.marker != "to" or last is None or last.verb != "Add":
+            return False
+        merged = {key: value for key, value in _held_at(conditions).items() if key != "then"}
+        for item in conditions:
+            self.draft.own(item.start, item.end)
+        self.draft.actions[-1] = last.model_copy(update={**merged, "verb": "AdjustPH"})
+        return True
+
+    def _purging(self, clause: Clause) -> str | None:
+        names = [token for token in clause.after if token.low in GASES]
+        for token in names:
+            self.draft.own(token.start, token.end)
+        return GASES[names[0].low] if names else "vacuum" if clause.head.low.startswith("evac") else None
+
+    def _add_to(self, clause: Clause, verb: Verb, after: list[Phrase]) -> None:
+        """Emit what is added with a holding word: "shaken with water"."""
+        if verb not in ("Stir", "Heat", "Wait", "Reflux", "Irradiate", "Cool"):
             return
-        if verb == "Purge":
-            gases = [GASES[token.low] for token in clause.after if token.low in GASES]
-            names = [token for token in clause.after if token.low in GASES]
-            for token in names:
-                self.draft.own(token.start, token.end)
-            fields["atmosphere"] = gases[0] if gases else "vacuum" if head.low.startswith("evac") else None
-        if (
-            verb == "Wait"
-            and head.low
-            in ("left", "leave", "leaving", "let", "held", "hold", "kept", "keep", "maintained", "allowed", "continued")
-            and not conditions
-            and head.low in ("left", "let", "leave", "leaving", "continued")
-        ):
-            return
+        shaken = clause.head.low.startswith(("shak", "stir", "agitat", "heat", "reflux", "boil"))
         takes: list[Portion] = []
-        shaken = head.low.startswith(("shak", "stir", "agitat", "heat", "reflux", "boil"))
-        added = [
-            phrase
-            for phrase in after
-            if phrase.prep in ("with", "in")
-            and phrase.substances
-            and (
-                any(item.is_measured for item in phrase.substances)
-                or (shaken and phrase.prep == "with" and not phrase.substances[0].weak)
-            )
-        ]
-        if added and verb in ("Stir", "Heat", "Wait", "Reflux", "Irradiate", "Cool"):
-            for phrase in added:
-                if phrase.is_prepared:
-                    self._make(phrase)
-                else:
-                    takes += self._portions([phrase])
-            if takes:
-                self._emit("Add", (takes[0].span or (0, 1))[:1] + (takes[-1].span or (0, 1))[1:], takes)
-        until = any(token.low in _UNTIL for token in clause.after)
-        if until:
-            for token in clause.after:
-                self.draft.own(token.start, token.end)
-        self._emit(verb, self._span(clause), (), conditions, phrases, **fields)
+        for phrase in after:
+            named = bool(phrase.substances) and shaken and phrase.prep == "with" and not phrase.substances[0].weak
+            if phrase.prep not in ("with", "in") or not (phrase.is_measured or named):
+                continue
+            if phrase.is_prepared:
+                self._make(phrase)
+            else:
+                takes += self._portions([phrase])
+        if takes and takes[0].span is not None and takes[-1].span is not None:
+            self._emit("Add", (takes[0].span[0], takes[-1].span[1]), takes)
 
     def _nothing(self, clause: Clause, before: list[Phrase], after: list[Phrase]) -> None:
         """Emit an operation that takes no substance: evaporation, distillation, separation, purification, transfer."""
@@ -1018,17 +1004,9 @@ class _Reader:
         if verb == "PhaseSeparation":
             return self._collected(clause, before, after)
         if head.low.startswith(("remov", "elimin", "freed")):
-            if head.marker in ("to",) and not head.passive and not self._is_first(clause):
-                self._own_names(phrases)
-                return None
-            solvent = subject & _SOLVENTS or any(phrase.substances for phrase in phrases)
-            if subject & _NOT_SOLVENT:
-                if head.method and verb == "Filter":
-                    return self._filtered(clause, before, after)
-                if subject & {"bath"}:
-                    return None
-                solvent = set()
-            if not solvent and not head.method and "freed" not in head.low:
+            if head.method and verb == "Filter" and subject & _NOT_SOLVENT:
+                return self._filtered(clause, before, after)
+            if not self._is_evaporated(clause, phrases, subject):
                 return None
         if verb == "Chromatograph":
             return self._chromatographed(clause, before, after)
@@ -1054,8 +1032,7 @@ class _Reader:
                     if phrase.prep == ""
                     and any(item.is_measured for item in phrase.substances)
                     and not head.low.startswith("remov")
-                ],
-                0,
+                ]
             )
         self._own_names(phrases)
         if verb == "Wait":
@@ -1063,6 +1040,17 @@ class _Reader:
         self.draft.last_solid = False
         self._emit(verb, self._span(clause), takes, self._conditions(phrases), phrases)
         return None
+
+    def _is_evaporated(self, clause: Clause, phrases: Sequence[Phrase], subject: set[str]) -> bool:
+        """Return whether "removed" means that a solvent is evaporated, not that a bath or a solid is taken away."""
+        head = clause.head
+        if head.marker == "to" and not head.passive and not self._is_first(clause):
+            self._own_names(phrases)
+            return False
+        if "bath" in subject:
+            return False
+        solvent = not subject & _NOT_SOLVENT and (subject & _SOLVENTS or any(phrase.substances for phrase in phrases))
+        return bool(solvent) or bool(head.method) or head.low == "freed"
 
     def _is_first(self, clause: Clause) -> bool:
         return not clause.before and clause.head.place == 0
@@ -1189,8 +1177,7 @@ class _Reader:
     def _chromatographed(self, clause: Clause, before: list[Phrase], after: list[Phrase]) -> None:
         phrases = [*before, *after]
         self._charge(
-            [phrase for phrase in before if phrase.prep == "" and any(item.is_measured for item in phrase.substances)],
-            0,
+            [phrase for phrase in before if phrase.prep == "" and any(item.is_measured for item in phrase.substances)]
         )
         inner = PhraseReader(clause.group).read() if len(clause.group) > 1 else []
         phrases = [*before, *inner, *after]
@@ -1256,83 +1243,62 @@ class _Reader:
     def _gave(self, clause: Clause, before: list[Phrase], after: list[Phrase]) -> None:
         """Emit a result: the name or label of the product, with its mass, moles and yield."""
         head = clause.head
-        source = before if head.passive else after
-        tokens = clause.before if head.passive else clause.after
+        source, tokens = (before, clause.before) if head.passive else (after, clause.after)
         others = PhraseReader(clause.after, True).read() if head.passive else []
-        if not head.passive and before and not any(token.low in ("to", "which") for token in clause.before):
-            charged = [
-                phrase for phrase in before if phrase.prep == "" and any(item.is_measured for item in phrase.substances)
-            ]
-            del charged
         phrases = [*source, *others]
-        found = [item for phrase in source if phrase.prep in ("", "of", "as", "for") for item in phrase.substances]
-        if head.low.startswith(("isolat", "recover", "separat")) and not found:
+        substances = [item for phrase in source if phrase.prep in ("", "of", "as", "for") for item in phrase.substances]
+        if head.low.startswith(("isolat", "recover", "separat")) and not substances:
             return
-        label = _label(tokens)
-        direct = [item for phrase in source if phrase.prep in ("", "of") for item in phrase.substances]
-        main = [item for item in direct if any(value.kind in ("mass", "substance") for value in item.amounts)]
-        main = main or direct[:1] or found[:1]
-        if label is not None and (
-            not main
-            or label[1] <= main[0].start
-            or (label[0] <= main[0].start < label[1])
-            or label[0] <= main[0].end <= label[1]
-        ):
-            extra = [value for item in main for value in item.amounts]
-            known_name = (
-                bool(main)
-                and not main[0].weak
-                and main[0].start >= label[1]
-                and (
-                    main[0].is_measured
-                    or not any(
-                        label[1] <= token.start < main[0].start
-                        and token.low in ("as", "in", "with", "which", "from", "having")
-                        for token in tokens
-                    )
-                )
-            )
-            if not known_name:
-                main = [Substance(label[0], label[1], extra)]
-        loose = [
-            value
-            for phrase in phrases
-            for value in phrase.loose
-            if value.kind in ("mass", "substance", "percent", "volume", "parts")
-        ]
-        later = [value for item in found for value in item.amounts if item not in main]
-        later += [value for phrase in others for item in phrase.substances for value in item.amounts]
-        for phrase in phrases:
-            for item in phrase.substances:
-                self.draft.own(item.start, item.end)
-        if not main and not loose:
-            return
+        main = _named_result(source, tokens) or substances[:1]
+        loose = [value for phrase in phrases for value in phrase.loose if value.kind in _RESULTS]
+        extra = [value for item in substances if item not in main for value in item.amounts]
+        extra += [value for phrase in others for item in phrase.substances for value in item.amounts]
+        for item in _substances(phrases):
+            self.draft.own(item.start, item.end)
         if not main:
-            first = loose[0]
-            main = [Substance(first.start, first.end)]
-        if not main[0].amounts and not loose and self.text[main[0].start : main[0].end].lower() in _UNFINISHED:
+            if not loose:
+                return
+            main = [Substance(loose[0].start, loose[0].end)]
+        name = self.text[main[0].start : main[0].end].lower()
+        if not main[0].amounts and not loose and name in _UNFINISHED:
             return
         known = {value.start for item in main for value in item.amounts}
-        main[0].amounts += [
-            value
-            for value in (*loose, *later)
-            if value.start not in known and value.kind in ("mass", "substance", "percent", "volume", "parts")
-        ]
-        gives = tuple(self._portion(item) for item in main)[:10]
+        more = [value for value in (*loose, *extra) if value.start not in known and value.kind in _RESULTS]
+        main[0].amounts += [value for k, value in enumerate(more) if all(value != other for other in more[:k])]
         for value in self._conditions(phrases):
             self.draft.own(value.start, value.end)
         for phrase in phrases:
             self._own_loose(phrase)
-        first_portion = gives[0]
         if not head.passive:
-            self._charge([phrase for phrase in before if phrase.prep == "" and phrase.is_prepared], 0)
-        if first_portion.name:
-            self.draft.product, self.draft.result = first_portion.name, first_portion.amount
-        start = min(self._span(clause)[0], main[0].start)
-        self._emit("Yield", (start, max(self._span(clause)[1], main[-1].end)), (), (), (), gives=gives)
+            self._charge([phrase for phrase in before if phrase.prep == "" and phrase.is_prepared])
+        gives = tuple(self._portion(item) for item in main)[:10]
+        self.draft.product, self.draft.result = gives[0].name, gives[0].amount
+        start, end = self._span(clause)
+        self._emit("Yield", (min(start, main[0].start), max(end, main[-1].end)), gives=gives)
 
     def _between(self, clause: Clause, before: list[Phrase], after: list[Phrase]) -> None:
         self._partitioned(clause, before, after)
+
+
+def _named_result(source: Sequence[Phrase], tokens: Sequence[Token]) -> list[Substance]:
+    """Return the products that a result names: with a mass, else the first name, else its label."""
+    direct = [item for phrase in source if phrase.prep in ("", "of") for item in phrase.substances]
+    main = [item for item in direct if any(value.kind in ("mass", "substance") for value in item.amounts)]
+    main = main or direct[:1]
+    label = _label(tokens)
+    if label is None:
+        return main
+    if not main:
+        return [Substance(*label)]
+    first = main[0]
+    overlaps = label[0] <= first.start < label[1] or label[0] <= first.end <= label[1]
+    if not overlaps and first.start < label[1]:
+        return main
+    between = {token.low for token in tokens if label[1] <= token.start < first.start}
+    named = not first.weak and first.start >= label[1]
+    if named and (first.is_measured or not between & {"as", "in", "with", "which", "from", "having"}):
+        return main
+    return [Substance(label[0], label[1], [value for item in main for value in item.amounts])]
 
 
 def _label(tokens: Sequence[Token]) -> tuple[int, int] | None:
@@ -1370,6 +1336,21 @@ def _label(tokens: Sequence[Token]) -> tuple[int, int] | None:
 
 def _substances(phrases: Iterable[Phrase]) -> list[Substance]:
     return [item for phrase in phrases for item in phrase.substances]
+
+
+def _stated_by(words: set[str]) -> dict[str, Any]:
+    """Return how something is added, and the gas above it, as words say."""
+    values: dict[str, Any] = {}
+    manner = next((MANNERS[word] for word in sorted(words) if MANNERS.get(word)), None)
+    if manner:
+        values["manner"] = manner
+    gas = next((word for word in sorted(words) if word in GASES.values()), None)
+    gas = gas or next((GASES[word] for word in sorted(words) if word in GASES), None)
+    if words & {"vacuo", "vacuum"} or {"reduced", "pressure"} <= words:
+        gas = gas or "vacuum"
+    if gas:
+        values["atmosphere"] = gas
+    return values
 
 
 def _held_at(conditions: Sequence[Figure]) -> dict[str, Any]:

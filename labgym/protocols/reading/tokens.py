@@ -69,11 +69,16 @@ _ABBREVIATIONS = frozenset(
     ]
 )
 _DATA = re.compile(
-    r"(?<![A-Za-z0-9])(?:\d{1,3} ?[HCFPN][- ]{0,2}NMR|NMR\b|[mM]\. ?[pP]\b\.?|[mM][pP]\b|[mM]elting (?:at|point|range|with)|melts\b"
-    r"|(?:ES|EI|CI|FAB|LR|HR|LC|GC|MALDI|ESI|APCI|DCI|FD)[-+/ ]{0,2}MS\b(?! (?:showed|indicated|analysis showed|revealed|confirmed))"
-    r"|MS[- ]?(?=[(:=+mME[])|HRMS|m/[ze]\b|M/[ZE]\b|IR ?(?=[(:])|I\.R\.|FT-?IR|R ?f\b ?[=:0(]|RF: |Anal(?:ysis|\.)|Elemental|TLC:|Rt ?="
-    r"|n ?D ?2[05]|nD2|[Rr]efractive index|calc(?:d|'d|ulated for)\b|[Bb]\. ?p\b\.?|[Bb]oiling point|bp\b|ultraviolet absorption"
-    r"|infrared (?:absorption )?spect|Yield ?[=:]|optical rotation|UV ?[(:]|λ|HPLC(?:[- ]purity| ?: )|[Pp]urity ?[=:]|MH\+|\[M ?[+-]"
+    r"(?<![A-Za-z0-9])(?:\d{1,3} ?[HCFPN][- ]{0,2}NMR|NMR\b|[mM]\. ?[pP]\b\.?|[mM][pP]\b|"
+    r"[mM]elting (?:at|point|range|with)|melts\b"
+    r"|(?:ES|EI|CI|FAB|LR|HR|LC|GC|MALDI|ESI|APCI|DCI|FD)[-+/ ]{0,2}MS\b(?! (?:showed|indicated|"
+    r"analysis showed|revealed|confirmed))"
+    r"|MS[- ]?(?=[(:=+mME[])|HRMS|m/[ze]\b|M/[ZE]\b|IR ?(?=[(:])|I\.R\.|FT-?IR|R ?f\b ?[=:0(]|"
+    r"RF: |Anal(?:ysis|\.)|Elemental|TLC:|Rt ?="
+    r"|n ?D ?2[05]|nD2|[Rr]efractive index|calc(?:d|'d|ulated for)\b|[Bb]\. ?p\b\.?|"
+    r"[Bb]oiling point|bp\b|ultraviolet absorption"
+    r"|infrared (?:absorption )?spect|Yield ?[=:]|optical rotation|UV ?[(:]|λ|HPLC(?:[- ]purity|"
+    r" ?: )|[Pp]urity ?[=:]|MH\+|\[M ?[+-]"
     r"|[Ff]ound[:,]|[Oo]verall crude yield|appearance:)"
 )
 _ROTATION = re.compile(r"\[[αa]\] ?D?")
