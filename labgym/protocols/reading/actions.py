@@ -7,8 +7,11 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from labgym.assets import Catalog
 from labgym.documents import Record
+from labgym.protocols.experiments.grounding import SOLVENTS, Grounder
 from labgym.protocols.experiments.model import Action, Experiment, Material, Role, Span
+from labgym.protocols.stoichiometry import Use
 
 Outcome = Literal["complete", "partial", "refers"]
 """Whether the actions are all that the text says, some of it, or lean on another procedure."""
@@ -55,6 +58,29 @@ class ActionList(Record):
             if span is not None and not 0 <= span[0] < span[1] <= len(self.text):
                 raise ValueError(f"the span {span} does not lie in the text of {len(self.text)} characters")
         return self
+
+    def uses(self, catalog: Catalog) -> list[Use]:
+        """Return the substances that the actions take, with their roles and their entries in a catalog, if any."""
+        grounder = Grounder(catalog)
+        found = []
+        for action in self.actions:
+            aside = action.verb in (
+                "Wash",
+                "Extract",
+                "Quench",
+                "Partition",
+                "DrySolution",
+                "Recrystallize",
+                "Triturate",
+            )
+            for portion in action.takes:
+                role = self.roles.get(portion.name, "reagent")
+                name = grounder.find(Material(name=portion.name, role=role))
+                asset = catalog.get(name) if name is not None else None
+                solvent = asset is not None and asset.category in SOLVENTS and role == "reactant"
+                shown = "work-up" if aside or role == "workup" else "solvent" if solvent else role
+                found.append(Use(portion.name, portion.amount, shown, asset))
+        return found
 
     def experiment(self, id: str, name: str = "", reaction: str = "") -> Experiment:  # noqa: A002
         """Return the actions as an experiment; its materials have the names that the text gives them.

@@ -120,7 +120,11 @@ _NAMED = (
         "temperature",
         ROOM_TEMPERATURE,
     ),
-    (re.compile(r"\bice[- ]?(?:water)?[- ]?bath|\bice[- ]cooling|\bcooling with ice|\bice and water bath"), "temperature", 0.0),
+    (
+        re.compile(r"\bice[- ]?(?:water)?[- ]?bath|\bice[- ]cooling|\bcooling with ice|\bice and water bath"),
+        "temperature",
+        0.0,
+    ),
     (re.compile(r"\b(?:overnight|over night|over-night)\b"), "time", OVERNIGHT_MIN),
 )  # fmt: skip
 _IONIZED = re.compile(r"-[A-Za-z(\[]|'?-\d|,\d")

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from labgym.errors import OptionError
 from labgym.protocols.amounts import figure as number
 from labgym.protocols.experiments.model import Action, Portion, Role, Stretch, Verb
 from labgym.protocols.reading.actions import MAX_TEXT, ActionList, Outcome, Unread
@@ -180,12 +181,11 @@ def read_procedure(text: str) -> ActionList:
     """Return the actions that a procedure in English tells; the same text gives the same actions.
 
     Raises:
-        ValueError: the text is longer than `MAX_TEXT` characters.
+        OptionError: the text is longer than `MAX_TEXT` characters.
     """
     if len(text) > MAX_TEXT:
-        raise ValueError(
-            f"the text has {len(text)} characters, at most {MAX_TEXT} are read: give one procedure at a time"
-        )
+        limit = f"at most {MAX_TEXT} are read: give one procedure at a time"
+        raise OptionError(f"the text has {len(text)} characters, {limit}")
     simple = plain(text)
     numbers = figures(simple)
     draft = _Draft(text, owned=bytearray(len(text)))
@@ -336,7 +336,7 @@ class _Reader:
                 or {"mass", "percent"} <= {v.kind for v in masses[0].amounts}
             )
         ):
-            self._emit("Yield", (masses[0].start, masses[0].end), gives=(self._portion(masses[0]),))
+            self._emit("Yield", (masses[0].start, masses[0].end), gives=(self._product(masses[0]),))
 
     def _completes(self, span: tuple[int, int]) -> bool:
         """Return whether data belong to the last actions: the boiling range of a distillation, or the yield."""
@@ -510,7 +510,7 @@ class _Reader:
         for phrase in phrases:
             for item in [item for item in phrase.substances if self._is_intermediate(item, phrase)]:
                 phrase.substances.remove(item)
-                self._emit("Yield", (item.start, item.end), gives=(self._portion(item),))
+                self._emit("Yield", (item.start, item.end), gives=(self._product(item),))
             if phrase.prep not in ("", "to", "of", "in", "into", "with"):
                 continue
             if not phrase.substances:
@@ -571,6 +571,15 @@ class _Reader:
             amount=self._amount(item, repeats),
             span=(item.start, item.end),
         )
+
+    def _product(self, item: Substance) -> Portion:
+        """Return a product; its percentage is the yield."""
+        portion = self._portion(replace(item, amounts=[value for value in item.amounts if value.kind != "percent"]))
+        shares = [value for value in item.amounts if value.kind == "percent"]
+        for value in shares:
+            self.draft.own(value.start, value.end)
+        amount = ", ".join(filter(None, (portion.amount, *(_written(value, 1) for value in shares))))
+        return portion.model_copy(update={"amount": amount[:200]})
 
     def _amount(self, item: Substance, repeats: int = 1) -> str:
         parts: list[str] = []
@@ -1271,7 +1280,7 @@ class _Reader:
             self._own_loose(phrase)
         if not head.passive:
             self._charge([phrase for phrase in before if phrase.prep == "" and phrase.is_prepared])
-        gives = tuple(self._portion(item) for item in main)[:10]
+        gives = tuple(self._product(item) for item in main)[:10]
         self.draft.product, self.draft.result = gives[0].name, gives[0].amount
         start, end = self._span(clause)
         self._emit("Yield", (min(start, main[0].start), max(end, main[-1].end)), gives=gives)
