@@ -289,7 +289,8 @@ class _Reader:
         """Read one sentence."""
         tokens = sentence.tokens
         parts, _ = clauses(tokens)
-        if self._data and tokens and (not parts or self._is_spectrum(tokens)):
+        amounts = any(token.figure is not None and token.figure.kind in ("mass", "volume") for token in _leaves(tokens))
+        if self._data and tokens and (self._is_spectrum(tokens) or (not parts and not amounts)):
             self.draft.own(tokens[0].start, tokens[-1].end)
             return
         self._data = False
