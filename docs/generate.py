@@ -75,6 +75,7 @@ from labgym.protocols import Protocol
 from labgym.protocols.experiments import ExperimentFile
 from labgym.protocols.language.concepts import Words
 from labgym.protocols.language.vocabulary import Vocabulary
+from labgym.protocols.reading.lexicon import ProcedureWords
 from labgym.protocols.refusals import Refusals
 from labgym.protocols.synthesis.operations import Operations
 from labgym.protocols.synthesis.transformations import Transformations
@@ -162,6 +163,7 @@ DOCUMENTS: tuple[type[Document], ...] = (
     PublishedFigures,
     RecordedReply,
     Words,
+    ProcedureWords,
     Vocabulary,
     Operations,
     Transformations,

@@ -102,6 +102,8 @@ CASES = [
     ("assets add a.glb --workers 2", "--workers"),
     ("protocols show sub_01 --validate a.json", "NAME"),
     ("protocols new text --repairs 1", "--repairs"),
+    ("protocols new text --explain --model", "--model"),
+    ("protocols new text --explain --keyword-only", "--keyword-only"),
     ("protocols experiments a --type redox", "--type"),
     ("protocols import a --format ord --out b --product c", "--product"),
     ("protocols filter --overwrite", "--overwrite"),

@@ -82,6 +82,7 @@ COMMANDS: Mapping[str, str | CommandGroup] = {
             "stage": "protocols:stage",
             "import": "protocols:import_",
             "filter": "protocols:filter_",
+            "score-reading": "protocols:score_reading",
         },
         default="show",
         alike={"validate": "check", "verify": "check", "create": "new", "write": "new", "list": "show"},

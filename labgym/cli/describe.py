@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from labgym.assets import incompatible
+from labgym.assets import Catalog, incompatible
 from labgym.assets.reactivity import Reaction, products, reactions, to_avoid
 from labgym.assets.specs import quantity, value_text
+from labgym.protocols.stoichiometry import StoichiometryRow, Use, stoichiometry, waste
 from labgym.table import Table, number
 
 if TYPE_CHECKING:
-    from labgym.assets import Asset, Catalog, Match
+    from labgym.assets import Asset, Match
     from labgym.assets.inference import Inference, LabelAgreement
     from labgym.eval.driving.episode_row import LabNavRow, TransitionRow
     from labgym.eval.scoring.layout_report import LayoutReport
@@ -176,7 +177,40 @@ def protocol_details(protocol: Protocol) -> str:
         ("route", " -> ".join(protocol.route)),
     ]
     steps = [f"  {step.index:>2}. {step.location}: {step.text}" for step in protocol.steps]
-    return "\n".join([f"{protocol.id}  {protocol.name}", protocol.description, "", *_facts(facts), "", *steps])
+    catalog = Catalog.load()
+    uses = [
+        Use(reagent.name, reagent.amount, reagent.role, catalog.get(reagent.name) if reagent.name in catalog else None)
+        for reagent in protocol.reagents
+    ]
+    tables = batch_tables(uses)
+    lines = [f"{protocol.id}  {protocol.name}", protocol.description, "", *_facts(facts), "", *steps]
+    return "\n".join([*lines, *(["", tables] if tables else [])])
+
+
+def batch_tables(uses: Sequence[Use]) -> str:
+    """Return the tables of stoichiometry and waste of a batch; "" if nothing is known."""
+    rows = tuple(
+        (row.name, *(_measure(value) for value in _batch(row)), "limiting" if row.limiting else "")
+        for row in stoichiometry(uses)
+    )
+    columns = ("reactant", "mmol", "g", "mL", "equivalents", "")
+    streams = tuple(
+        (stream.kind, _measure(stream.milliliters or None), _measure(stream.grams or None), ", ".join(stream.names))
+        for stream in waste(uses)
+    )
+    tables = [Table("stoichiometry", columns, rows).text()] if rows else []
+    if streams:
+        note = "amounts that the text states; volumes without an amount are not counted"
+        tables.append(Table("waste", ("stream", "mL", "g", "from"), streams, (note,)).text())
+    return "\n\n".join(tables)
+
+
+def _batch(row: StoichiometryRow) -> tuple[float | None, ...]:
+    return (None if row.moles is None else 1000.0 * row.moles, row.mass, row.volume, row.equivalents)
+
+
+def _measure(value: float | None) -> str:
+    return "-" if value is None else f"{float(f'{value:.3g}'):g}"
 
 
 def search_results(results: SearchResults) -> str:

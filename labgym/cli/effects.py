@@ -190,7 +190,10 @@ IDLE: Mapping[str, tuple[Idle, ...]] = {
         Idle(("workers",), lambda v: _single(v.paths), "for a single file: leave it out"),
     ),
     "protocols show": (Idle(("name",), lambda v: v.validate, "with --validate: leave one of them out"),),
-    "protocols new": (Idle(("repairs",), lambda v: not v.model, "without the language model: add --model"),),
+    "protocols new": (
+        Idle(("repairs",), lambda v: not v.model, "without the language model: add --model"),
+        Idle(("model", "keyword_only"), lambda v: v.explain, "with --explain, which only reads: leave one of them out"),
+    ),
     "protocols experiments": (
         Idle(("type",), lambda v: v.name, "with the id of an experiment: leave one of them out"),
     ),

@@ -15,7 +15,7 @@ from labgym.cli.effects import refuses_idle_flags
 from labgym.cli.outcome import DONE, FAILED, findings, written
 from labgym.cli.problems import check_installed
 from labgym.cli.saving import Overwrite, save
-from labgym.documents import folder_path
+from labgym.documents import folder_path, write_bytes
 from labgym.errors import OptionError
 from labgym.protocols import Protocol, ReactionType
 from labgym.protocols.importers import Format, ImportSource
@@ -77,6 +77,7 @@ def new(
     keyword_only: bool = False,
     model: bool = False,
     repairs: int = 3,
+    explain: bool = False,
     overwrite: Overwrite = False,
 ) -> int:
     """Write a protocol for a description in English or Chinese. Assumptions are printed to stderr.
@@ -89,14 +90,54 @@ def new(
         keyword_only: Search the library by keywords only, without sentence embeddings.
         model: Write the protocol with the configured language model instead of templates.
         repairs: How many times a protocol with faults is returned to the model.
+        explain: Print the text with what each span became, its actions, stoichiometry and waste, and write no protocol;
+            with --out FILE.html, write them as a page.
         overwrite: Replace a file that exists with other content.
     """
+    if explain:
+        return _explain(text, out, overwrite)
     from labgym.protocols.synthesis import synthesize
 
     result = synthesize(text, _model_writer(repairs) if model else None, keyword_only)
     for remark in (*result.notes, *(f"advice: {line}" for line in result.advice)):
         print(f"labgym: {remark}", file=sys.stderr)
     return _save(result.protocol, out, overwrite)
+
+
+def _explain(text: str, out: Path, overwrite: bool) -> int:
+    """Print what a procedure was understood as, or write it as a page, and return the exit code."""
+    from labgym.cli.describe import batch_tables
+    from labgym.protocols.reading.explain import explained, explained_html
+    from labgym.protocols.reading.reader import read_procedure
+
+    actions = read_procedure(text)
+    if out.suffix == ".html":
+        page = explained_html(actions).encode()
+        if out.exists() and not overwrite and out.read_bytes() != page:
+            raise OptionError(f"{out} exists with other content: name another file, or replace it with --overwrite")
+        write_bytes(out, page)
+        return written(out)
+    print(explained(actions, color=sys.stdout.isatty()))
+    tables = batch_tables(actions.uses(Catalog.load()))
+    if tables:
+        print(f"\n{tables}")
+    return DONE
+
+
+def score_reading(gold: Positional[Path], texts: OptionalPath = None, differences: bool = False) -> int:
+    """Read the texts of a gold file and print how well the actions agree with it.
+
+    Args:
+        gold: Gold file, one JSON object a line.
+        texts: File of the texts, if the gold holds only their hashes.
+        differences: List the tuples and conditions that differ: - of the gold, + read.
+    """
+    from labgym.protocols.reading.gold import read_gold, score
+    from labgym.protocols.reading.reader import read_procedure
+
+    result = score((item, read_procedure(item.text)) for item in read_gold(gold, texts))
+    print("\n".join([*result.lines(), *(result.differences if differences else ())]))
+    return DONE
 
 
 def check(protocol: ProtocolName) -> int:

@@ -16,7 +16,9 @@ _WATER = re.compile(
 )
 _WATER_BEFORE, _CLOSED = re.compile(r"\bwater\s*\(\s*$", re.IGNORECASE), re.compile(r"\s*\)")
 _NUMBERED = re.compile(r"(?<![\w.,%/-])\d[\d.,]*\s*([^\W\d_]{2,})(?![\w-])")
-_MOLARITY = re.compile(r"\bof (\d+(?:\.\d+)?) [MN]\b")
+_CONCENTRATION = re.compile(r"\bof (\d{1,6}(?:\.\d{1,6})?) ?(M\b|N\b|%)")
+EQUIVALENTS = {"equivalent": 1.0, "mole_percent": 0.01}
+"""Equivalents in a unit of ratio."""
 _NO_UNITS = frozenset(
     (
         *("in", "of", "aq", "and", "or", "to", "from", "with", "mM", "molar", "normal", "mesh", "nm", "wt", "vol"),
@@ -43,6 +45,9 @@ class Amount:
         moles: of all portions; None if they are not stated.
         portions: number of portions, 1 unless written as "2 x 40 mL".
         ice: grams of ice in addition.
+        equivalents: moles per mole of the limiting reagent, of all portions; "5 mol%" is 0.05.
+        molarity: mol/L of a solution; normality counts as molarity.
+        percent: mass percent of a solution.
         unread: numbers with a unit that is not known, as written.
     """
 
@@ -51,6 +56,9 @@ class Amount:
     moles: float | None = None
     portions: int = 1
     ice: float = 0.0
+    equivalents: float | None = None
+    molarity: float | None = None
+    percent: float | None = None
     unread: tuple[str, ...] = ()
 
 
@@ -62,6 +70,10 @@ def read_amount(text: str) -> Amount:
     volume = next((item for item in others if item.dimension == "volume"), None)
     mass = next((item for item in others if item.dimension == "mass"), None)
     moles = next((item for item in others if item.dimension == "substance"), None)
+    ratio = next((item for item in others if item.unit in EQUIVALENTS), None)
+    concentration = _CONCENTRATION.search(text)
+    strong = float(concentration[1]) if concentration else None
+    share = concentration is not None and concentration[2] == "%"
     portioned = volume or mass
     rest = text
     for item in quantities:
@@ -72,6 +84,9 @@ def read_amount(text: str) -> Amount:
         moles=moles.base if moles else None,
         portions=portioned.portions if portioned else 1,
         ice=ice[0].base if ice else 0.0,
+        equivalents=ratio.value * EQUIVALENTS[ratio.unit] if ratio else None,
+        molarity=None if share else strong,
+        percent=strong if share else None,
         unread=tuple(match[0] for match in _NUMBERED.finditer(rest) if match[1] not in _NO_UNITS),
     )
 
@@ -100,9 +115,8 @@ def moles_of(asset: Asset, amount: str) -> float | None:
     stated, chemistry = read_amount(amount), asset.chemistry
     if stated.moles is not None:
         return stated.moles
-    molarity = _MOLARITY.search(amount)
-    if molarity is not None and stated.volume is not None:
-        return stated.volume * stated.portions * float(molarity[1]) / 1000.0
+    if stated.molarity is not None and stated.volume is not None:
+        return stated.volume * stated.portions * stated.molarity / 1000.0
     if chemistry is None or not chemistry.molar_mass:
         return None
     if stated.mass is not None:

@@ -119,6 +119,7 @@ APPARATUS = MappingProxyType(
         "Monitor": Apparatus(("TLCPlate", "TLCChamber"), minutes=10.0),
         "Partition": Apparatus(FUNNEL, needs=_SEPARATION),
         "PhaseSeparation": Apparatus(FUNNEL, needs=_SEPARATION),
+        "Pour": Apparatus(QUENCH, temperature=5.0),
         "Purge": Apparatus(("{vessel}", "{gas}"), minutes=10.0),
         "Purify": Apparatus(("ChromatographyColumn", "TLCPlate"), "PurificationBench", minutes=60.0, needs=(_COLUMN,)),
         "Quench": Apparatus(QUENCH, minutes=20.0, temperature=5.0),

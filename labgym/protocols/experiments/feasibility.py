@@ -24,7 +24,18 @@ Code = Literal[
 
 GASES: dict[Atmosphere, str] = {"nitrogen": "NitrogenGas", "argon": "ArgonGas", "hydrogen": "Hydrogen"}
 WORK_UP: frozenset[Verb] = frozenset(
-    ("Quench", "Extract", "Wash", "Partition", "PhaseSeparation", "CollectLayer", "Filter", "Concentrate", "AdjustPH")
+    (
+        "Quench",
+        "Extract",
+        "Wash",
+        "Partition",
+        "PhaseSeparation",
+        "CollectLayer",
+        "Filter",
+        "Concentrate",
+        "AdjustPH",
+        "Pour",
+    )
 )
 """Actions after which the mixture leaves the reaction flask or is divided."""
 HEATED_FLASKS = ("bath", "mantle", "stirrer", "reactor")
@@ -94,6 +105,7 @@ class FeasibilityFilter:
             obstacles += self._equipment(number, action)
             obstacles += self._conditions(number, action)
             obstacles += _unread(number, action)
+            obstacles += _unresolved(number, action)
             obstacles += self._masses(number, action, listed)
         obstacles += self._volume(experiment, listed)
         obstacles += _unsafe(experiment, listed)
@@ -193,6 +205,13 @@ def _unread(number: int, action: Action) -> Iterator[Obstacle]:
         for text in read_amount(portion.amount).unread:
             message = f"{text!r} of {portion.name[:80]} has a unit that is not known: use one such as g, mL or mmol"
             yield Obstacle("amount", number, message)
+
+
+def _unresolved(number: int, action: Action) -> Iterator[Obstacle]:
+    if action.verb in ("Refers", "Repeat"):
+        what = "another procedure" if action.verb == "Refers" else "earlier actions"
+        stated = f" ({action.note[:80]})" if action.note else ""
+        yield Obstacle("incomplete", number, f"it refers to {what}{stated}: write those actions out")
 
 
 def _unsafe(experiment: Experiment, listed: dict[str, str]) -> Iterator[Obstacle]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal, Self
 
@@ -30,13 +31,17 @@ Verb = Literal[
     "Irradiate",
     "MakeSolution",
     "Microwave",
+    "Monitor",
     "Partition",
     "PhaseSeparation",
+    "Pour",
     "Purge",
     "Purify",
     "Quench",
     "Recrystallize",
+    "Refers",
     "Reflux",
+    "Repeat",
     "SetTemperature",
     "Sonicate",
     "Stir",
@@ -48,12 +53,23 @@ Verb = Literal[
     "Yield",
 ]
 Role = Literal["reactant", "reagent", "catalyst", "solvent", "workup"]
-Origin = Literal["labgym", "openexp", "chemtrans", "ord", "xdl"]
+Origin = Literal["labgym", "openexp", "chemtrans", "ord", "text", "xdl"]
 Keep = Literal["organic", "aqueous", "filtrate", "precipitate", "residue", "distillate"]
+Part = Literal["organic", "aqueous", "filtrate", "precipitate", "residue", "distillate", "solution"]
 Atmosphere = Literal["nitrogen", "argon", "hydrogen", "air", "vacuum"]
 Manner = Literal["dropwise", "portionwise", "slowly", "quickly"]
 SubstanceName = Annotated[str, Field(min_length=1, max_length=200)]
+Temperature = Annotated[float, Field(ge=-273.15, le=3000.0)]
+Minutes = Annotated[float, Field(ge=0.0, le=100_000.0)]
+Span = tuple[Annotated[int, Field(ge=0)], Annotated[int, Field(ge=0)]]
+"""Start and end, in characters, in the text that an action was read from."""
 Smiles = Annotated[str, Field(max_length=2000, pattern=r"^[\x21-\x7e]*$")]
+
+
+HOLDING: frozenset[Verb] = frozenset(
+    ("Cool", "Heat", "Irradiate", "Microwave", "Reflux", "SetTemperature", "Sonicate", "Stir")
+)
+"""Verbs that keep a mixture at conditions."""
 
 
 class Material(Record):
@@ -71,38 +87,86 @@ class Material(Record):
 
 
 class Portion(Record):
-    """A material of an action with its amount as written: "5.4 g (5.2 mL), 50 mmol", "3 x 30 mL", "10 mL of 2 M"."""
+    """A material of an action.
+
+    Attributes:
+        name: of the material.
+        amount: as written: "5.4 g (5.2 mL), 50 mmol", "3 x 30 mL", "10 mL of 2 M", "1.2 equiv"; `read_amount` gives the
+            values in base units.
+        solvent: what it is dissolved in, if the text names it without an amount of its own ("1 M in THF").
+        span: of its name in the text.
+        assumed: whether the text does not name it.
+    """
 
     name: SubstanceName
     amount: Annotated[str, Field(max_length=200)] = ""
+    solvent: Annotated[str, Field(max_length=200)] = ""
+    span: Span | None = None
+    assumed: bool = False
+
+
+class Stretch(Record):
+    """A period at one temperature.
+
+    Attributes:
+        temperature: degrees Celsius, at its beginning.
+        final_temperature: degrees Celsius, at its end, if the temperature changes during it.
+        duration: minutes.
+    """
+
+    temperature: Temperature | None = None
+    final_temperature: Temperature | None = None
+    duration: Minutes | None = None
 
 
 class Action(Record):
-    """One atomic action.
+    """One atomic action; its temperature and duration are those of its first period.
 
     Attributes:
         verb: what is done.
         takes: materials that are added.
-        temperature: degrees Celsius.
-        duration: minutes.
+        gives: products that are isolated, with their amounts ("3.6 g, 84 %"); they are no materials.
+        temperature, final_temperature, duration: of the first period, as `Stretch`.
+        then: further periods, in order ("50 C for 1 h, then 10 C for 2 h").
         atmosphere: gas above the mixture.
         manner: how the materials are added.
+        rate: of an addition or a change of temperature, as written.
+        part: part of the batch that the action is done to, or "solution" if a solution made aside is added.
         keep: part that is kept.
+        vessel: what the mixture is in, as written.
+        repeats: how often it is done; the amounts of the materials are of all times ("3 x 30 mL").
         ph: target of a pH adjustment.
         pressure: bar, absolute.
         note: remark in words.
+        span: of the action in the text that it was read from.
+        assumed: names of the fields that the text does not state; "verb" if it does not name the action.
     """
 
     verb: Verb
     takes: Annotated[tuple[Portion, ...], Field(max_length=30)] = ()
-    temperature: Annotated[float, Field(ge=-273.15, le=3000.0)] | None = None
-    duration: Annotated[float, Field(ge=0.0, le=100_000.0)] | None = None
+    gives: Annotated[tuple[Portion, ...], Field(max_length=10)] = ()
+    temperature: Temperature | None = None
+    final_temperature: Temperature | None = None
+    duration: Minutes | None = None
+    then: Annotated[tuple[Stretch, ...], Field(max_length=20)] = ()
     atmosphere: Atmosphere | None = None
     manner: Manner | None = None
+    rate: Annotated[str, Field(max_length=80)] = ""
+    part: Part | None = None
     keep: Keep | None = None
+    vessel: Annotated[str, Field(max_length=80)] = ""
+    repeats: Annotated[int, Field(ge=1, le=100)] = 1
     ph: Annotated[float, Field(ge=-2.0, le=16.0)] | None = None
     pressure: Annotated[float, Field(ge=0.0, le=1000.0)] | None = None
     note: Annotated[str, Field(max_length=400)] = ""
+    span: Span | None = None
+    assumed: Annotated[tuple[Annotated[str, Field(max_length=40)], ...], Field(max_length=20)] = ()
+
+    @property
+    def stretches(self) -> tuple[Stretch, ...]:
+        """All periods, in order; empty if neither a temperature nor a duration is known."""
+        first = Stretch(temperature=self.temperature, final_temperature=self.final_temperature, duration=self.duration)
+        return (first, *self.then) if first != Stretch() or self.then else ()
 
 
 class Experiment(Record):
@@ -129,6 +193,12 @@ class Experiment(Record):
     origin: Origin = "labgym"
     license: Annotated[str, Field(max_length=40)] = ""
 
+    def unrolled(self) -> Self:
+        """Return the experiment with one action per period: an action with further periods is followed by holding."""
+        if not any(action.then for action in self.actions):
+            return self
+        return self.model_copy(update={"actions": tuple(part for action in self.actions for part in _parts(action))})
+
     @model_validator(mode="after")
     def _takes_only_materials(self) -> Self:
         names = {material.name for material in self.materials}
@@ -137,6 +207,15 @@ class Experiment(Record):
                 if portion.name not in names:
                     raise ValueError(f"action {number} takes {portion.name[:80]!r}, which is not among the materials")
         return self
+
+
+def _parts(action: Action) -> Iterator[Action]:
+    yield action.model_copy(update={"then": ()}) if action.then else action
+    for stretch in action.then:
+        verb: Verb = action.verb if action.verb in HOLDING else "Stir"
+        yield Action(
+            verb=verb, atmosphere=action.atmosphere, vessel=action.vessel, span=action.span, **stretch.model_dump()
+        )
 
 
 class ExperimentFile(Document):

@@ -52,6 +52,7 @@ ROLES: dict[Verb, str] = {
     "Extract": "extraction solvent",
     "Filter": "rinse or filter aid",
     "Partition": "extraction solvent",
+    "Pour": "quench",
     "Quench": "quench",
     "Recrystallize": "recrystallization",
     "Triturate": "trituration",
@@ -71,7 +72,7 @@ def stage(experiment: Experiment, catalog: Catalog | None = None) -> Protocol:
         ProtocolError: the protocol violates rules; the error carries the findings.
     """
     assets = catalog if catalog is not None else Catalog.load()
-    verdict = FeasibilityFilter(assets).judge(experiment)
+    verdict = FeasibilityFilter(assets).judge(experiment.unrolled())
     if verdict.obstacles:
         raise RefusalError("infeasible", f"{experiment.id}: {'; '.join(item.message for item in verdict.obstacles)}")
     if experiment.reaction_type is None:
@@ -267,7 +268,7 @@ class _Stager:
             return
         beaker = vessel_for(total, self.catalog, BEAKERS, QUENCH_FILL)
         self.in_flask = False
-        if action.verb == "Quench":
+        if action.verb in ("Pour", "Quench"):
             action = _with_note(action, "pour the mixture slowly onto the water")
         bath = ("IceBath", "MagneticStirrer") if cold else ("MagneticStirrer",)
         self._do(action, names, at, verb, beaker=(beaker,), bath=bath, paper=paper, funnel=cylinder)
@@ -318,7 +319,8 @@ class _Stager:
 
 _STEPS: dict[Verb, Callable[[_Stager, Action, tuple[str, ...]], None]] = {
     **dict.fromkeys(
-        ("Chromatograph", "DrySolution", "Extract", "Filter", "Partition", "PhaseSeparation", "Purify"), _Stager._plain
+        ("Chromatograph", "DrySolution", "Extract", "Filter", "Monitor", "Partition", "PhaseSeparation", "Purify"),
+        _Stager._plain,
     ),
     **dict.fromkeys(("Irradiate", "Microwave", "Sonicate"), _Stager._with_device),
     "AdjustPH": _Stager._quench,
@@ -328,6 +330,7 @@ _STEPS: dict[Verb, Callable[[_Stager, Action, tuple[str, ...]], None]] = {
     "Distill": _Stager._distill,
     "DrySolid": _Stager._dry_solid,
     "Hydrogenate": _Stager._hydrogenate,
+    "Pour": _Stager._quench,
     "Purge": _Stager._purge,
     "Quench": _Stager._quench,
     "Recrystallize": _Stager._recrystallize,

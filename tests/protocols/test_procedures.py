@@ -1,0 +1,323 @@
+"""Procedures in English become action lists with spans; what no action owns is reported."""
+
+from __future__ import annotations
+
+import json
+import re
+import time
+
+import pytest
+
+from labgym.assets import Catalog
+from labgym.cli.app import main
+from labgym.errors import DocumentError, OptionError
+from labgym.protocols.reading import ActionList
+from labgym.protocols.reading.actions import MAX_TEXT
+from labgym.protocols.reading.explain import explained, explained_html, marks
+from labgym.protocols.reading.figures import figures, plain
+from labgym.protocols.reading.gold import GoldText, read_gold, score, tuples
+from labgym.protocols.reading.reader import read_procedure
+from labgym.protocols.stoichiometry import Use, stoichiometry, waste
+
+REDUCTION = (
+    "To a stirred solution of 4-nitrobenzaldehyde (1.51 g, 10 mmol) in methanol (30 mL) at 0 °C was added sodium "
+    "borohydride (0.38 g, 10 mmol) portionwise over 10 min. The mixture was stirred at room temperature for 2 h, then "
+    "quenched with saturated aqueous NH4Cl (20 mL) and extracted with EtOAc (3 x 30 mL). The combined organic layers "
+    "were washed with water and brine (20 mL), dried (MgSO4), filtered and evaporated in vacuo to give the alcohol "
+    "(1.4 g, 92%) as a white solid. mp 93 °C; 1H NMR (CDCl3) 4.8 (s, 2H)."
+)
+LIMIT_S = 1.0
+"""Bound on the CPU time of a text of the greatest length."""
+
+
+def brief(text: str) -> list[tuple[str, list[str]]]:
+    """Return verb and materials of each action."""
+    return [
+        (action.verb, [f"{item.name} {item.amount}".strip() for item in (*action.takes, *action.gives)])
+        for action in read_procedure(text).actions
+    ]
+
+
+def test_a_whole_procedure_is_read_in_order() -> None:
+    assert brief(REDUCTION) == [
+        ("MakeSolution", ["4-nitrobenzaldehyde 1.51 g, 10 mmol", "methanol 30 mL"]),
+        ("Add", ["sodium borohydride 0.38 g, 10 mmol"]),
+        ("Stir", []),
+        ("Quench", ["NH4Cl 20 mL of saturated"]),
+        ("Extract", ["EtOAc 3 x 30 mL"]),
+        ("Wash", ["water"]),
+        ("Wash", ["brine 20 mL"]),
+        ("DrySolution", ["MgSO4"]),
+        ("Filter", []),
+        ("Concentrate", []),
+        ("Yield", ["alcohol 1.4 g, 92 %"]),
+        ("Analyze", []),
+    ]
+
+
+def test_conditions_stand_with_their_action_and_what_is_inferred_is_marked() -> None:
+    actions = read_procedure(REDUCTION).actions
+    addition, stirring, drying = actions[1], actions[2], actions[8]
+    assert (addition.temperature, addition.duration, addition.manner) == (0.0, 10.0, "portionwise")
+    assert (stirring.temperature, stirring.duration) == (22.0, 120.0)
+    assert (drying.keep, drying.assumed) == ("filtrate", ("keep",))
+    assert actions[4].repeats == 3
+    assert actions[9].atmosphere == "vacuum"
+
+
+def test_every_span_is_the_name_that_stands_there() -> None:
+    read = read_procedure(REDUCTION)
+    for action in read.actions:
+        assert action.span is not None
+        for item in (*action.takes, *action.gives):
+            assert item.span is not None
+            assert read.text[slice(*item.span)] == item.name
+
+
+def test_a_procedure_that_names_all_amounts_and_a_product_is_complete_with_nothing_unread() -> None:
+    read = read_procedure(REDUCTION)
+    assert (read.outcome, read.unread, read.product, read.result) == ("complete", (), "alcohol", "1.4 g, 92 %")
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("The residue was dissolved in ethyl acetate/water.", [("Dissolve", ["ethyl acetate", "water"])]),
+        ("It was dried (Na2SO4) and concentrated.", [("DrySolution", ["Na2SO4"]), ("Concentrate", [])]),
+        (
+            "A mixture of aniline (1 g), acetone (2 g) and iodine (3 mg) in toluene (5 mL) was heated at 80 °C for 2 h",
+            [("MakeSolution", ["aniline 1 g", "acetone 2 g", "iodine 0.003 g", "toluene 5 mL"]), ("Heat", [])],
+        ),
+        (
+            "To a solution of aniline (1 g) in THF (5 mL), triethylamine (2 mL) and acetyl chloride (1 mL) were added.",
+            [("MakeSolution", ["aniline 1 g", "THF 5 mL"]), ("Add", ["triethylamine 2 mL", "acetyl chloride 1 mL"])],
+        ),
+        (
+            "7.2 g (22 mmol) of benzoic acid was added to 30 ml. of methanol.",
+            [("Add", ["methanol 30 mL"]), ("Add", ["benzoic acid 7.2 g, 22 mmol"])],
+        ),
+        ("The mixture was poured onto ice.", [("Pour", ["ice"])]),
+        ("2 N NaOH was added to bring the pH to 9.", [("AdjustPH", ["NaOH of 2 M"])]),
+        ("The product was purified by recrystallization from ethanol.", [("Recrystallize", ["ethanol"])]),
+        (
+            "The residue was purified by silica gel chromatography (5% MeOH/DCM).",
+            [("Chromatograph", ["silica gel", "MeOH", "DCM"])],
+        ),
+        ("Then two 50 ml. portions of ether were added.", [("Add", ["ether 2 x 50 mL"])]),
+        (
+            "The oil was distilled under reduced pressure to give 2.5 g of an oil, b.p. 80-84 °C (0.2 mm).",
+            [("Distill", []), ("Yield", ["oil 2.5 g"])],
+        ),
+    ],
+)
+def test_a_construction_is_read(text: str, expected: list[tuple[str, list[str]]]) -> None:
+    assert brief(text) == expected
+
+
+def test_periods_stay_in_sequence() -> None:
+    (heating,) = read_procedure("The mixture was heated at 50 °C for 1 h and then at 10 °C for 2 h.").actions
+    assert [(item.temperature, item.duration) for item in heating.stretches] == [(50.0, 60.0), (10.0, 120.0)]
+
+
+def test_unrolled_actions_have_one_period_each() -> None:
+    text = "Aniline (1 g) in water (10 mL) was heated at 50 °C for 1 h and then at 10 °C for 2 h to give a solid (1 g)."
+    experiment = read_procedure(text).experiment("x", "x").unrolled()
+    periods = [(action.verb, action.temperature, action.duration) for action in experiment.actions if action.duration]
+    assert periods == [("Heat", 50.0, 60.0), ("Heat", 10.0, 120.0)]
+    assert not any(action.then for action in experiment.actions)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "The title compound was prepared from aniline (1 g) by the procedure described in Example 3.",
+        "Following the general procedure A, aniline (1 g) gave the amide (1.2 g).",
+        "In a manner analogous to Example 7, Step B, the amine was obtained.",
+    ],
+)
+def test_a_text_that_leans_on_another_ends_in_refers(text: str) -> None:
+    read = read_procedure(text)
+    assert read.outcome == "refers"
+    assert any(action.verb == "Refers" for action in read.actions)
+
+
+def test_where_a_starting_material_came_from_is_no_reference() -> None:
+    read = read_procedure("The amine (1 g, prepared as described in Example 3) was dissolved in ether (5 mL).")
+    assert read.outcome != "refers"
+
+
+@pytest.mark.parametrize(
+    "lost", ["with 3.7 quux of water", "and aniline (1 g) was present", "although 5 mL remained of it"]
+)
+def test_what_no_action_owns_is_reported(lost: str) -> None:
+    read = read_procedure(REDUCTION.replace(" mp 93", f" The next day it was so {lost}. mp 93"))
+    number = re.search(r"[\d.]+", lost)
+    assert number is not None
+    assert any(number[0] in item.text for item in read.unread)
+
+
+def test_an_action_list_may_not_claim_a_span_outside_its_text() -> None:
+    with pytest.raises(ValueError, match="does not lie in the text"):
+        ActionList(text="Stir.", actions=({"verb": "Stir", "span": (0, 9)},), outcome="partial")
+
+
+@pytest.mark.parametrize(
+    ("text", "kind", "value"),
+    [
+        ("1,500 ml", "volume", 1500.0),
+        ("0°-5° C.", "temperature", 2.5),
+        ("-78 °C", "temperature", -78.0),
+        ("21/2 hours", "time", 150.0),
+        ("half an hour", "time", 30.0),
+        ("Eight grams", "mass", 8.0),
+        ("0.5 wt %", "percent", 0.5),
+        ("20mM", "molarity", 0.02),
+        ("10 mol%", "equivalents", 0.1),
+        ("740µL", "volume", 0.74),
+        ("2.6×10 -4 mol", "substance", 2.6e-4),
+        ("133 Pa", "pressure", 133e-5),
+        ("pH of 7.5-8.5", "ph", 8.0),
+        ("overnight", "time", 960.0),
+    ],
+)
+def test_a_figure_is_read_in_base_units(text: str, kind: str, value: float) -> None:
+    (figure,) = figures(plain(text))
+    assert (figure.kind, figure.value) == (kind, pytest.approx(value, rel=1e-3))
+
+
+@pytest.mark.parametrize("text", ["2-methyl-1H-indole", "[1,3]dioxane-5-one", "N-(4-chloro-2-fluoro)amide"])
+def test_numbers_in_names_are_no_figures(text: str) -> None:
+    assert figures(plain(text)) == []
+
+
+@pytest.mark.cases(3)
+@pytest.mark.parametrize(
+    "part",
+    [
+        "(", "(a ", "1 ", "1-", "1.", "5 mL ", "5 ml of water, ", "C1", "CH2", " ", "a-", "water/", "was added ",
+        "to a solution of ", "1 x ", "1:", "pH of ", "procedure of the ", "as described in the ", "2-methyl-",
+        "water and ", "0°-", "removed by ", "A. ", "such as ", "NMR ", "water, m.p. ", "[", "C 6H ", "Water (5 mL) was added and it was stirred for 2 h. ",
+    ],
+)  # fmt: skip
+def test_a_text_of_the_greatest_length_is_read_in_a_second(part: str) -> None:
+    text = (part * MAX_TEXT)[:MAX_TEXT]
+    read_procedure(REDUCTION)
+    start = time.process_time()
+    read_procedure(text)
+    assert time.process_time() - start < LIMIT_S
+
+
+def test_a_longer_text_is_refused() -> None:
+    with pytest.raises(OptionError, match="at most 20000 are read"):
+        read_procedure("a" * (MAX_TEXT + 1))
+
+
+def gold_of(text: str, read: ActionList) -> GoldText:
+    return GoldText("a", text, read.outcome, tuple(tuples(read)))
+
+
+def test_a_reading_agrees_with_itself() -> None:
+    read = read_procedure(REDUCTION)
+    result = score([(gold_of(REDUCTION, read), read)])
+    assert (result.strict, result.gold, result.conditions, result.order) == (
+        result.read,
+        result.read,
+        result.gold_conditions,
+        1.0,
+    )
+    assert (result.invented, result.lost, dict(result.grades)) == (0, 0, {"A": 1})
+
+
+def test_a_missing_and_a_changed_tuple_lower_the_score_as_counted() -> None:
+    read = read_procedure(REDUCTION)
+    changed = read.actions[1].model_copy(
+        update={"takes": (read.actions[1].takes[0].model_copy(update={"amount": "9 g"}),)}
+    )
+    worse = read.model_copy(update={"actions": (read.actions[0], changed, *read.actions[3:])})
+    result = score([(gold_of(REDUCTION, read), worse)])
+    assert (result.gold, result.read, result.strict, result.relaxed) == (13, 12, 11, 12)
+    assert result.lost == 2
+    assert result.grades["C"] == 1
+
+
+def test_swapped_actions_lower_the_order() -> None:
+    read = read_procedure(REDUCTION)
+    swapped = read.model_copy(update={"actions": tuple(reversed(read.actions))})
+    assert score([(gold_of(REDUCTION, read), swapped)]).order < -0.8
+
+
+def test_a_gold_file_is_checked_against_its_texts(tmp_path) -> None:
+    gold, texts = tmp_path / "gold.jsonl", tmp_path / "texts.jsonl"
+    line = {"id": "a", "hash": "0" * 16, "outcome": "partial", "tuples": []}
+    gold.write_text(json.dumps(line) + "\n")
+    texts.write_text(json.dumps({"id": "a", "text": "Stir."}) + "\n")
+    with pytest.raises(DocumentError, match="no text"):
+        read_gold(gold)
+    with pytest.raises(DocumentError, match="another hash"):
+        read_gold(gold, texts)
+
+
+def test_a_gold_file_is_scored_on_the_command_line(tmp_path, capsys) -> None:
+    text = "Water (5 mL) was added at 20 °C."
+    item = {
+        "order": 1, "op": "Add", "substance": "Water", "substance_span": [0, 5],
+        "amount": [{"value": 5, "unit": "mL"}], "conditions": [{"kind": "T", "value": 20}],
+    }  # fmt: skip
+    gold = tmp_path / "gold.jsonl"
+    gold.write_text(json.dumps({"id": "a", "text": text, "outcome": "partial", "tuples": [item]}) + "\n")
+    assert main(["protocols", "score-reading", str(gold)]) == 0
+    assert "strict tuple F1 1.000" in capsys.readouterr().out
+
+
+def test_an_explanation_marks_spans_and_escapes_the_text() -> None:
+    read = read_procedure("Water (5 mL) was added <b>slowly</b>. There were 3.5 quux of it.")
+    page = explained_html(read)
+    assert "<b>" not in page
+    assert 'class="substance"' in page
+    assert "[[3.5]]" in explained(read, color=False)
+    assert "\033[32mWater\033[0m" in explained(read)
+    starts = [mark.start for mark in marks(read)]
+    assert starts == sorted(set(starts))
+
+
+def test_new_explains_a_procedure_and_writes_a_page(tmp_path, capsys) -> None:
+    assert main(["protocols", "new", REDUCTION, "--explain"]) == 0
+    shown = capsys.readouterr().out
+    assert "outcome: complete" in shown
+    assert "stoichiometry" in shown
+    page = tmp_path / "page.html"
+    assert main(["protocols", "new", REDUCTION, "--explain", "--out", str(page)]) == 0
+    assert page.read_text().startswith("<!doctype html>")
+
+
+def test_equivalents_follow_from_mass_volume_and_molarity() -> None:
+    catalog = Catalog.load()
+    rows = stoichiometry(
+        [
+            Use("Benzaldehyde", "10.61 g", "reactant", catalog.get("Benzaldehyde")),
+            Use("base", "100 mL of 2 M", "base"),
+            Use("catalyst", "5 mol%", "catalyst"),
+            Use("Ethanol", "20 mL", "solvent", catalog.get("Ethanol")),
+        ]
+    )
+    assert [row.name for row in rows] == ["Benzaldehyde", "base", "catalyst"]
+    assert [row.equivalents for row in rows] == [1.0, pytest.approx(2.0, rel=2e-3), 0.05]
+    assert [row.limiting for row in rows] == [True, False, False]
+    assert rows[0].moles == pytest.approx(10.61 / 106.12, rel=1e-3)
+    assert rows[2].moles == pytest.approx(0.005, rel=1e-3)
+
+
+def test_waste_is_parted_by_what_it_is() -> None:
+    catalog = Catalog.load()
+    uses = [
+        Use("Dichloromethane", "3 x 20 mL", "extraction solvent", catalog.get("Dichloromethane")),
+        Use("Ethanol", "10 mL", "solvent", catalog.get("Ethanol")),
+        Use("DeionizedWater", "50 mL", "wash", catalog.get("DeionizedWater")),
+        Use("SodiumSulfate", "5 g", "drying agent", catalog.get("SodiumSulfate")),
+    ]
+    assert [(item.kind, item.milliliters, item.grams) for item in waste(uses)] == [
+        ("halogenated solvents", 60.0, 0.0),
+        ("organic solvents", 10.0, 0.0),
+        ("aqueous", 50.0, 0.0),
+        ("solids", 0.0, 5.0),
+    ]
