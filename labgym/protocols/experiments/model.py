@@ -55,6 +55,7 @@ Verb = Literal[
 Role = Literal["reactant", "reagent", "catalyst", "solvent", "workup"]
 Origin = Literal["labgym", "openexp", "chemtrans", "ord", "text", "xdl"]
 Keep = Literal["organic", "aqueous", "filtrate", "precipitate", "residue", "distillate"]
+Part = Literal["organic", "aqueous", "filtrate", "precipitate", "residue", "distillate", "solution"]
 Atmosphere = Literal["nitrogen", "argon", "hydrogen", "air", "vacuum"]
 Manner = Literal["dropwise", "portionwise", "slowly", "quickly"]
 SubstanceName = Annotated[str, Field(min_length=1, max_length=200)]
@@ -124,12 +125,13 @@ class Action(Record):
     Attributes:
         verb: what is done.
         takes: materials that are added.
+        gives: products that are isolated, with their amounts ("3.6 g, 84 %"); they are no materials.
         temperature, final_temperature, duration: of the first period, as `Stretch`.
         then: further periods, in order ("50 C for 1 h, then 10 C for 2 h").
         atmosphere: gas above the mixture.
         manner: how the materials are added.
         rate: of an addition or a change of temperature, as written.
-        part: part of the batch that the action is done to.
+        part: part of the batch that the action is done to, or "solution" if a solution made aside is added.
         keep: part that is kept.
         vessel: what the mixture is in, as written.
         repeats: how often it is done; the amounts of the materials are of all times ("3 x 30 mL").
@@ -142,6 +144,7 @@ class Action(Record):
 
     verb: Verb
     takes: Annotated[tuple[Portion, ...], Field(max_length=30)] = ()
+    gives: Annotated[tuple[Portion, ...], Field(max_length=10)] = ()
     temperature: Temperature | None = None
     final_temperature: Temperature | None = None
     duration: Minutes | None = None
@@ -149,7 +152,7 @@ class Action(Record):
     atmosphere: Atmosphere | None = None
     manner: Manner | None = None
     rate: Annotated[str, Field(max_length=80)] = ""
-    part: Keep | None = None
+    part: Part | None = None
     keep: Keep | None = None
     vessel: Annotated[str, Field(max_length=80)] = ""
     repeats: Annotated[int, Field(ge=1, le=100)] = 1

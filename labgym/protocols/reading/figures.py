@@ -1,0 +1,289 @@
+"""Figures: the numbers with units in a procedure, in base units, with their spans.
+
+Patterns take linear time: each begins at a digit or a number word that no letter or digit precedes.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+from labgym.quantities import ATMOSPHERE_BAR, OVERNIGHT_MIN, ROOM_TEMPERATURE
+from labgym.units import BASE, UNITS_BY_SPELLING, Dimension, compact, convert
+
+Kind = Literal[
+    "mass", "volume", "substance", "equivalents", "molarity", "percent", "parts", "temperature", "time", "pressure",
+    "ph", "ratio", "repeats", "length", "other",
+]  # fmt: skip
+AMOUNTS: frozenset[Kind] = frozenset(("mass", "volume", "substance", "equivalents", "molarity", "percent", "parts"))
+"""Kinds that say how much of a substance is taken."""
+SOME_DROPS = 3.0
+"""Meaning of "a few drops"."""
+
+_LOOKALIKES = str.maketrans(
+    {
+        **dict.fromkeys("\u00ba\u02da\u2218\u2070\u25e6", "°"),
+        **dict.fromkeys("\u00b5", "μ"),
+        **dict.fromkeys("\u2010\u2011\u2012\u2013\u2014\u2212\ufe63\uff0d", "-"),
+        **dict.fromkeys("\u2018\u2019\u02b9\u02bc\u2032\uff07", "'"),
+        **dict.fromkeys("\u201c\u201d\u2033\uff02", '"'),
+        **dict.fromkeys("\u00a0\u2002\u2003\u2009\u202f\u200b\ufeff\t\r\n", " "),
+        **{chr(0x2080 + digit): str(digit) for digit in range(10)},
+        **{chr(0xFF10 + digit): str(digit) for digit in range(10)},
+        "˜": "~",
+        "（": "(",
+        "）": ")",
+        "，": ",",
+    }
+)
+_WORDS = {
+    "half": 0.5, "one": 1, "two": 2, "three": 3, "four": 4, "five": 5, "six": 6, "seven": 7, "eight": 8, "nine": 9,
+    "ten": 10, "eleven": 11, "twelve": 12, "fifteen": 15, "twenty": 20, "thirty": 30, "a few": 3, "few": 3,
+    "several": 3, "a": 1, "an": 1, "half an": 0.5, "half a": 0.5, "one half": 0.5, "a further": 1, "another": 1,
+}  # fmt: skip
+_N = r"\d{1,3}(?:,\d{3})+(?:\.\d+)?|\d{1,9}(?:\.\d{1,9}|,\d{1,2}(?!\d))?(?:[Ee]-?\d{1,2}\b)?|\.\d{1,6}"
+_BEFORE = r"(?<![A-Za-z0-9_.\[,\u0370-\u03ff-])"
+_UNIT = {
+    "mass": r"kg|mg|μg|ug|gms?|grams?|grammes?|milligrams?|kilograms?|micrograms?|g|lbs?|pounds?|oz|ounces?",
+    "volume": r"m[lL]|ML|cc|c\.c\.|μ ?[lL]|u[lL]|[dc]l|cm3|dm3|[lL]iters?|[lL]itres?|milli[lL]it(?:er|re)s?"
+    r"|microlit(?:er|re)s?|drops?|gallons?|[lL]",
+    "substance": r"mmols?|μmols?|umols?|nmols?|kmols?|mols?|mmoles?|millimoles?|moles?|m\.? ?moles?",
+    "equivalents": r"equivalents?|equivs?|eqs?|molar equivalents?|mol(?:e|ar)?[- ]?%|mol(?:e|ar)? percent",
+    "percent": r"wt\.? ?%|w/?w ?%|%(?: ?\(?(?:w/w|w/v|v/v|wt)\)?)?|percent|mass %|w%",
+    "molarity": r"mM|M|N|molar|normal|mol/[lL]|mol\.?/lit(?:er|re)|mmol/mL",
+    "parts": r"parts?(?: by (?:weight|volume))?|vol(?:ume)?s?|ppm|mass ppm|tsps?",
+    "temperature": r"° ?[CF]|℃|o ?C|degrees? ?(?:C\b|F\b|Celsius|centigrade|Fahrenheit)?|deg\.? ?[CF]|°|C",
+    "time": r"hours?|hrs?|h|minutes?|mins?|seconds?|secs?|sec|s|days?|d|weeks?|wk",
+    "pressure": r"mbar|bars?|psig?|psia|atm(?:ospheres?)?|torr|Torr|mm\.? ?(?:of )?Hg|mm ?hg|kPa|MPa|hPa|Pa|kg/cm2|millibar",
+    "other": r"MHz|Hz|rpm|nm|W|kW|eV|mesh|V|stages|cm-1|cm|mm|mμ|μm?|Å",
+}  # fmt: skip
+_ORDER: tuple[Kind, ...] = (
+    "pressure", "equivalents", "substance", "percent", "mass", "volume", "parts", "other", "time", "temperature",
+    "molarity",
+)  # fmt: skip
+_UNITS = "|".join(f"(?P<{kind}>(?:{_UNIT[kind]})(?![A-Za-z]))" for kind in _ORDER)
+_UNIT_AT = re.compile(rf"(?:{_UNITS})")
+_APPROXIMATE = r"(?:about|approx(?:imately)?\.?|ca\.?|circa|~)"
+_VALUE = re.compile(
+    rf"{_BEFORE}(?P<sign>[-+~<>]{{0,2}})(?P<low>{_N})"
+    rf"(?P<inner> ?°(?: ?C\.?)?)?(?: ?(?:-|to|~) ?{_APPROXIMATE}? ?(?P<neg>-)?(?P<high>{_N}))?"
+)
+_HALVES = {"½": 0.5, "¼": 0.25, "¾": 0.75}
+_SPOKEN = re.compile(
+    r"(?<![A-Za-z-])(?P<word>half an?|one half|an?|(?:a )?few|several|another|a further|one|two|three|four|five|six|seven|"
+    r"eight|nine|ten|eleven|twelve|fifteen|twenty|thirty)(?: (?:and a half|to (?P<to>two|three|four|five|six|ten)|more|additional))?"
+    r" (?:(?P<mass>grams?|milligrams?|kilograms?|pounds?)|(?P<volume>drops?|milliliters?|millilitres?|liters?|litres?)|"
+    r"(?P<equivalents>equivalents?|equiv)|(?P<substance>moles?)|(?P<time>hours?|hrs?|minutes?|min|days?|weeks?|seconds?))(?![A-Za-z])",
+    re.IGNORECASE,
+)
+_MOLAR_WORD = re.compile(r"(?<![A-Za-z0-9.,-])(\d{1,3}(?:\.\d{1,4})?)[- ](?:molar|normal|[MN])(?![A-Za-z0-9-])")
+_PORTIONS = re.compile(rf"{_BEFORE}(\d{{1,2}}) ?(?:[x×*X]|times|portions of|aliquots of) ?(?=\d)")
+_PORTIONS_AFTER = re.compile(r" ?(?:each )?[x×X] ?(\d{1,2})(?![\d.,]* ?(?:m?[lL]|m?g|h|min)\b)(?![\d.])")
+_TIMES = re.compile(
+    r"(?<![A-Za-z])(?:(twice)|(thrice)|(once)|(two|three|four|five|six|seven|\d{1,2})(?: ?times|x| ?× ?(?!\d)| (?:(?:further|additional) )?(?:\d{1,4} ?m[lL] )?portions))"
+    r"(?![A-Za-z])",
+    re.IGNORECASE,
+)
+_PH = re.compile(
+    r"(?<![A-Za-z])pH(?: (?:of|to|value|was|is|about|approximately|ca\.?|reached|adjusted|brought|made|between|then|the (?:reaction )?(?:mixture|solution|suspension)))* ?[=:]? ?[~<>]?\s?"
+    r"(\d{1,2}(?:\.\d{1,2})?)(?: ?(?:-|to|and) ?(\d{1,2}(?:\.\d{1,2})?))?",
+    re.IGNORECASE,
+)
+_RATIO = re.compile(
+    r"(?<![A-Za-z0-9.,-])\d{1,4}(?:\.\d{1,3})?%?(?: ?[:/] ?\d{1,4}(?:\.\d{1,3})?%?(?![A-Za-z0-9])){1,4}"
+    r"(?: ?(?:\(?v/v\)?|by volume|vol/vol))?"
+)
+_NAMED = (
+    (
+        re.compile(
+            r"\b(?:room[- ]?(?:temperature|temp\b\.?)|ambient(?: temperature| temp\b\.?)?|r\.? ?t\b\.?|RT\b|normal temperature)"
+        ),
+        "temperature",
+        ROOM_TEMPERATURE,
+    ),
+    (re.compile(r"\bice[- ]?(?:water)?[- ]?bath|\bice[- ]cooling|\bcooling with ice|\bice and water bath"), "temperature", 0.0),
+    (re.compile(r"\b(?:overnight|over night|over-night)\b"), "time", OVERNIGHT_MIN),
+)  # fmt: skip
+_IONIZED = re.compile(r"-[A-Za-z(\[]|'?-\d|,\d")
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A number with its unit.
+
+    Attributes:
+        start, end: the span in the text.
+        kind: what it measures.
+        value: in base units (g, mL, mol, C, min, bar); equivalents, mol/L, percent and parts as they are; the mean of a
+            range.
+        text: as written.
+        portions: number of portions, as in "3 x 40 mL".
+        high: upper end of a range, or None.
+        low: lower end of a range, or the value.
+    """
+
+    start: int
+    end: int
+    kind: Kind
+    value: float
+    text: str
+    portions: int = 1
+    low: float = 0.0
+    high: float | None = None
+
+    @property
+    def is_amount(self) -> bool:
+        """Whether it says how much of a substance is taken."""
+        return self.kind in AMOUNTS
+
+
+def plain(text: str) -> str:
+    """Return a text of the same length with one spelling of each sign, so that spans stay."""
+    return text.translate(_LOOKALIKES)
+
+
+def figures(text: str) -> list[Figure]:
+    """Return the figures of a text, in order and disjoint.
+
+    Args:
+        text: as `plain` returns it.
+    """
+    taken = bytearray(len(text))
+    found: list[Figure] = []
+    for source in (_phs(text), _named(text), _spoken(text), _numbered(text), _repeats(text), _ratios(text)):
+        for figure in source:
+            if not any(taken[figure.start : figure.end]):
+                taken[figure.start : figure.end] = b"\1" * (figure.end - figure.start)
+                found.append(figure)
+    return sorted(found, key=lambda figure: figure.start)
+
+
+def _numbered(text: str) -> Iterator[Figure]:
+    portions = {match.end(): match for match in _PORTIONS.finditer(text)}
+    at = 0
+    while (match := _VALUE.search(text, at)) is not None:
+        at = match.end()
+        end, high = match.end(), match["high"]
+        unit = _UNIT_AT.match(text, end + (text[end : end + 1] in (" ", "-")))
+        if unit is not None and text[end : end + 1] == "-" and match["low"] == "1" and unit.lastgroup == "other":
+            unit = None
+        if unit is None and high is not None:
+            # The second number may belong to something else: read the first alone, then go on behind it.
+            end = match.end("inner") if match["inner"] else match.end("low")
+            at, high = end, None
+            unit = _UNIT_AT.match(text, end + (text[end : end + 1] == " "))
+        kind = unit.lastgroup if unit is not None else "temperature" if match["inner"] else None
+        if kind is None or (unit is not None and _IONIZED.match(text, unit.end())):
+            continue
+        spelled = unit[0] if unit is not None else "°"
+        if unit is not None and kind in ("time", "molarity", "mass", "temperature") and _is_label(text, end, unit):
+            continue
+        value, upper = _number(match["low"]), _number(high) if high else None
+        if "-" in match["sign"]:
+            value = -value
+        if upper is not None and match["neg"]:
+            upper = -upper
+        if upper is not None and "-" in match["sign"] and not match["neg"] and kind == "temperature":
+            upper = upper if upper > 0 and " to " in match[0] else -upper
+        stop = unit.end() if unit is not None else end
+        if kind == "temperature" and text[stop : stop + 1] == "." and text[stop + 1 : stop + 3].strip()[:1].islower():
+            stop += 1
+        start, times = match.start(), 1
+        if match.start() in portions or match.start("low") in portions:
+            before = portions.get(match.start()) or portions[match.start("low")]
+            start, times = before.start(), int(before[1])
+        after = _PORTIONS_AFTER.match(text, stop)
+        if after is not None and kind in ("mass", "volume"):
+            stop, times = after.end(), int(after[1])
+        at = max(at, stop) if unit is not None else at
+        yield _figure(start, stop, kind, spelled, value, upper, text, max(1, times))
+
+
+def _is_label(text: str, end: int, unit: re.Match[str]) -> bool:
+    """Return whether a letter after a number is no unit: "2H-pyran", "5 d, 1H", "24M" without a substance."""
+    following = text[unit.end() : unit.end() + 1]
+    return (following == "-" and len(unit[0]) == 1) or (len(unit[0]) == 1 and unit[0] in "CsdN" and following == "=")
+
+
+def _figure(
+    start: int, end: int, kind: str, spelled: str, value: float, upper: float | None, text: str, portions: int
+) -> Figure:
+    low, high = _base(kind, spelled, value), None if upper is None else _base(kind, spelled, upper)
+    if high is not None and high < low and kind != "temperature":
+        low, high = high, low
+    mean = low if high is None else (low + high) / 2.0
+    return Figure(start, end, kind, round(mean, 9), text[start:end], portions, low, high)  # type: ignore[arg-type]
+
+
+def _base(kind: str, spelled: str, value: float) -> float:
+    word = compact(spelled).rstrip(".")
+    if kind == "temperature":
+        return round((value - 32.0) / 1.8, 1) if word.endswith(("f", "fahrenheit")) else value
+    if kind == "equivalents":
+        return value * 0.01 if "%" in word or "percent" in word else value
+    if kind == "molarity":
+        return value * 1e-3 if spelled == "mM" else value
+    if kind in ("percent", "parts", "other"):
+        return value
+    return _converted(kind, word, value)  # type: ignore[arg-type]
+
+
+def _converted(kind: Dimension, word: str, value: float) -> float:
+    word = {"gms": "g", "μ l": "μl", "m.moles": "mmol", "m.mole": "mmol", "mmoles": "mmol", "kmol": "mol", "kmols": "mol",
+            "mols": "mol", "μmols": "μmol", "mm.hg": "mmhg", "mm.ofhg": "mmhg", "mmofhg": "mmhg", "millibar": "mbar",
+            "microliter": "μl", "microliters": "μl", "wk": "week", "micrograms": "μg"}.get(word, word)  # fmt: skip
+    if word == "kg/cm2":
+        return value * 0.980665
+    units = UNITS_BY_SPELLING[kind]
+    unit = units.get(word) or units.get(word.removesuffix("s")) or units.get(f"{word}s")
+    if unit is None:
+        return value
+    base = convert(value, unit, BASE[kind])
+    return round(base + ATMOSPHERE_BAR, 6) if word == "psig" else base
+
+
+def _number(text: str) -> float:
+    if re.fullmatch(r"\d{1,3}(?:,\d{3})+(?:\.\d+)?", text):
+        return float(text.replace(",", ""))
+    return float(text.replace(",", "."))
+
+
+def _spoken(text: str) -> Iterator[Figure]:
+    for match in _SPOKEN.finditer(text):
+        kind = match.lastgroup if match.lastgroup != "to" else None
+        kind = next(name for name in ("mass", "volume", "equivalents", "substance", "time") if match[name])
+        word = match["word"].lower()
+        if kind == "volume" and "drop" in match[0] and "few" in word:
+            value = SOME_DROPS
+        else:
+            value = _WORDS[word]
+        value += 0.5 if "and a half" in match[0] else 0.0
+        upper = _WORDS[match["to"].lower()] if match["to"] else None
+        yield _figure(match.start(), match.end(), kind, match[kind], value, upper, text, 1)
+
+
+def _repeats(text: str) -> Iterator[Figure]:
+    for match in _TIMES.finditer(text):
+        number = match[4] or ""
+        count = 2 if match[1] else 3 if match[2] else 1 if match[3] else int(_WORDS.get(number.lower(), 0) or number)
+        yield Figure(match.start(), match.end(), "repeats", float(count), match[0])
+
+
+def _phs(text: str) -> Iterator[Figure]:
+    for match in _PH.finditer(text):
+        low, high = float(match[1]), float(match[2]) if match[2] else None
+        mean = low if high is None else (low + high) / 2.0
+        yield Figure(match.start(), match.end(), "ph", mean, match[0], 1, low, high)
+
+
+def _ratios(text: str) -> Iterator[Figure]:
+    for match in _RATIO.finditer(text):
+        yield Figure(match.start(), match.end(), "ratio", 0.0, match[0])
+
+
+def _named(text: str) -> Iterator[Figure]:
+    for pattern, kind, value in _NAMED:
+        for match in pattern.finditer(text):
+            yield Figure(match.start(), match.end(), kind, value, match[0], 1, value)  # type: ignore[arg-type]

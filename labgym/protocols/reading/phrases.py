@@ -1,0 +1,597 @@
+"""Phrases: the parts of a clause that a preposition begins, with their substances, amounts and conditions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+from labgym.protocols.reading.figures import Figure
+from labgym.protocols.reading.lexicon import (
+    BATCH,
+    DETERMINERS,
+    GASES,
+    MANNERS,
+    PREPOSITIONS,
+    QUALITIES,
+    SOLUTIONS,
+    SOLVENT_ADJECTIVES,
+    VESSELS,
+    WORDS_OF_AMOUNT,
+    is_code,
+    is_stop,
+)
+from labgym.protocols.reading.tokens import Token
+
+_LINKS = frozenset(("of", "in", "with", "containing"))
+_TIMES = frozenset(("at", "over", "for", "during", "after", "under", "within", "before", "while"))
+"""Prepositions of circumstance."""
+_LABELS = frozenset("product compound intermediate ketone ester alcohol amine acid aldehyde salt".split())
+
+
+@dataclass
+class Substance:
+    """A name in a phrase, with its amounts.
+
+    Attributes:
+        start, end: the span of the name.
+        amounts: figures, in order.
+        words: amounts in words ("saturated", "excess").
+        weak: whether only its place says that it is a substance.
+        solvent: whether it is what the others of its phrase are dissolved in.
+        paired: whether it is mixed with the name before it, as in "EtOAc/hexane".
+    """
+
+    start: int
+    end: int
+    amounts: list[Figure] = field(default_factory=list)
+    words: list[str] = field(default_factory=list)
+    weak: bool = False
+    solvent: bool = False
+    paired: bool = False
+
+    @property
+    def is_stock(self) -> bool:
+        """Whether it is a solution of a stated concentration."""
+        kinds = {figure.kind for figure in self.amounts}
+        return bool(kinds & {"molarity", "percent"}) or "saturated" in self.words
+
+    @property
+    def is_measured(self) -> bool:
+        """Whether it has a mass, a volume, moles or equivalents."""
+        return any(figure.kind in ("mass", "volume", "substance", "equivalents", "parts") for figure in self.amounts)
+
+
+@dataclass
+class Phrase:
+    """A part of a clause.
+
+    Attributes:
+        prep: the preposition that begins it, or "".
+        solution: the noun ("solution", "suspension") whose contents the substances are, or None.
+        nouns: words for the batch or its parts, in lower case.
+        conditions: temperatures, times, pressures and pH, in order.
+        loose: amounts that no name stands with.
+    """
+
+    prep: str
+    start: int
+    end: int
+    substances: list[Substance] = field(default_factory=list)
+    solution: Token | None = None
+    nouns: list[str] = field(default_factory=list)
+    conditions: list[Figure] = field(default_factory=list)
+    ratios: list[Figure] = field(default_factory=list)
+    loose: list[Figure] = field(default_factory=list)
+    words: list[str] = field(default_factory=list)
+    repeats: int = 1
+    repeated: Figure | None = None
+    remarks: list[tuple[int, int]] = field(default_factory=list)
+    vessels: list[Figure] = field(default_factory=list)
+
+    @property
+    def is_prepared(self) -> bool:
+        """Whether it is a solution that is made here, not a stock solution."""
+        if self.solution is None or not self.substances:
+            return False
+        solutes = [item for item in self.substances if not item.solvent]
+        solvents = [item for item in self.substances if item.solvent]
+        if any(item.is_stock for item in solutes) and not any(
+            figure.kind in ("mass", "substance") for item in solutes for figure in item.amounts if len(solutes) == 1
+        ):
+            return len(solutes) > 1 and bool(solvents) and any(item.is_measured for item in solvents)
+        return bool(solvents) or len(solutes) > 1
+
+
+class PhraseReader:
+    """Reads the phrases of a sequence of tokens; each token is looked at once."""
+
+    def __init__(self, tokens: Sequence[Token], is_result: bool = False) -> None:
+        self.tokens = tokens
+        self.is_result = is_result
+        self.phrases: list[Phrase] = []
+        self._pending: list[Figure] = []
+        self._quality: list[str] = []
+        self._solution_amounts: list[Figure] = []
+        self._separated = True
+        self._in_solvent = False
+        self._last: Substance | None = None
+        self._adjacent = False
+        self._paired = False
+        self._instead = False
+        self._skip = -1
+
+    def read(self) -> list[Phrase]:
+        """Return the phrases in order."""
+        if self.tokens:
+            self._open("", self.tokens[0].start)
+        for place, token in enumerate(self.tokens):
+            getattr(self, f"_{token.kind}")(place, token)
+            self.phrases[-1].end = token.end
+        if self.phrases:
+            self._close()
+        return self.phrases
+
+    @property
+    def _phrase(self) -> Phrase:
+        return self.phrases[-1]
+
+    def _open(self, prep: str, start: int) -> None:
+        if self.phrases:
+            self._close()
+        self.phrases.append(Phrase(prep, start, start))
+        self._separated, self._in_solvent, self._last, self._adjacent = True, False, None, False
+
+    def _close(self) -> None:
+        phrase = self._phrase
+        if self._solution_amounts and phrase.substances:
+            self._share_solution_amounts(phrase)
+        phrase.loose += self._pending + self._solution_amounts
+        self._pending, self._solution_amounts, self._quality = [], [], []
+        solutes = [item for item in phrase.substances if not item.solvent]
+        solvents = [item for item in phrase.substances if item.solvent]
+        if phrase.solution is not None and len(solutes) == 1 and solvents and not solutes[0].is_measured and any(
+            figure.kind in ("molarity", "percent") for figure in solvents[-1].amounts
+        ):
+            solutes[0].amounts += solvents[-1].amounts
+            solvents[-1].amounts = []
+        if len(solutes) == 1 and solutes[0].is_stock and solvents and any(f.kind == "volume" for f in solutes[0].amounts):
+            moles = [figure for figure in solvents[-1].amounts if figure.kind in ("substance", "equivalents")]
+            solvents[-1].amounts = [figure for figure in solvents[-1].amounts if figure not in moles]
+            solutes[0].amounts += moles
+        if phrase.solution is not None and len(solutes) == 1 and solutes[0].is_stock and solvents:
+            volumes = [figure for figure in solvents[-1].amounts if figure.kind == "volume"]
+            if volumes and not any(figure.kind in ("mass", "substance") for figure in solutes[0].amounts):
+                solvents[-1].amounts = [figure for figure in solvents[-1].amounts if figure not in volumes]
+                solutes[0].amounts += volumes
+
+    def _share_solution_amounts(self, phrase: Phrase) -> None:
+        """Give the concentration of a solution to its solute, and its volume to the solvent or the only solute."""
+        solutes = [item for item in phrase.substances if not item.solvent] or phrase.substances
+        solvents = [item for item in phrase.substances if item.solvent]
+        stock = any(figure.kind in ("molarity", "percent") for figure in self._solution_amounts)
+        for figure in self._solution_amounts:
+            stronger = figure.kind in ("molarity", "percent") or stock or not solvents
+            (solutes[0] if stronger else solvents[0]).amounts.append(figure)
+        self._solution_amounts = []
+
+    def _figure(self, place: int, token: Token) -> None:
+        figure = token.figure
+        assert figure is not None
+        if figure.kind == "repeats":
+            self._phrase.repeats, self._phrase.repeated = int(figure.value), figure
+        elif figure.kind in ("temperature", "time", "pressure", "ph"):
+            self._phrase.conditions.append(figure)
+        elif figure.kind in ("ratio", "other", "length"):
+            self._phrase.ratios.append(figure)
+        elif figure.kind == "volume" and self._is_vessel(place):
+            self._phrase.vessels.append(figure)
+        elif self._is_ended():
+            self._open("", token.start)
+            self._pending.append(figure)
+        elif self._attaches_back(place):
+            assert self._last is not None
+            self._last.amounts.append(figure)
+        else:
+            self._pending.append(figure)
+        self._adjacent = False
+
+    def _is_vessel(self, place: int) -> bool:
+        """Return whether an amount is the size of a vessel: "a 250 mL round-bottomed flask"."""
+        for token in self.tokens[place + 1 : place + 7]:
+            if token.low.rstrip(".") in VESSELS:
+                return True
+            if token.kind not in ("word", "verb") and token.low != ".":
+                return False
+            if token.low == "of" and token is not self.tokens[place + 1]:
+                return False
+        return False
+
+    def _is_ended(self) -> bool:
+        """Return whether a phrase of circumstance is complete, so that a noun begins a new one."""
+        phrase = self._phrase
+        return bool(phrase.conditions) and not phrase.substances and phrase.solution is None and phrase.prep in _TIMES
+
+    def _attaches_back(self, place: int) -> bool:
+        """Return whether an amount belongs to the name before it: "n-BuLi 2.5 M in hexane"."""
+        if self._last is None or self._separated or not self._adjacent:
+            return False
+        following = next((token for token in self.tokens[place + 1 : place + 3] if token.low != "."), None)
+        if following is None:
+            return True
+        return not (following.kind == "name" or following.low in ("of", "aqueous") or following.low in SOLUTIONS)
+
+    def _name(self, place: int, token: Token) -> None:
+        if (
+            token.low in GASES
+            and self._phrase.prep in ("under", "with", "by", "in", "of")
+            and not self._pending
+            and self._is_gas(place)
+        ):
+            self._phrase.words.append(GASES[token.low])
+            self._adjacent = False
+            return
+        if token.low == "ice" and place + 1 < len(self.tokens) and self.tokens[place + 1].low in ("bath", "cooling"):
+            return
+        if token.low in SOLVENT_ADJECTIVES or token.low in QUALITIES:
+            self._word(place, token)
+            return
+        self._named(token, weak=False)
+
+    def _is_gas(self, place: int) -> bool:
+        rest = [token.low for token in self.tokens[place + 1 : place + 2]]
+        return (
+            self._phrase.prep == "under"
+            or "atmosphere" in self._phrase.words
+            or rest[:1] in (["atmosphere"], ["gas"], ["inlet"])
+        )
+
+    def _named(self, token: Token, weak: bool) -> None:
+        if self._is_ended():
+            self._open("", token.start)
+        last = self._last
+        if self._instead and last is not None:
+            self._instead = False
+            last.start, last.end, last.weak = token.start, token.end, weak
+        elif last is not None and self._adjacent and not self._separated and not self._pending:
+            last.end = token.end
+            last.weak = last.weak and weak
+        elif last is not None and self._joins_ester(token):
+            last.end = token.end
+        else:
+            last = Substance(token.start, token.end, self._pending, self._quality, weak, self._in_solvent, self._paired)
+            self._pending, self._quality = [], []
+            self._phrase.substances.append(last)
+            self._last = last
+        self._separated, self._adjacent, self._paired = False, True, False
+
+    def _joins_ester(self, token: Token) -> bool:
+        """Return whether a name goes on after a comma: "pentanoic acid, benzyl ester"."""
+        assert self._last is not None
+        at = next((k for k, other in enumerate(self.tokens) if other.start == token.start), 0)
+        after = self.tokens[at + 1].low if at + 1 < len(self.tokens) else ""
+        comma = at > 0 and self.tokens[at - 1].text == ","
+        tail = token.low in ("oxime", "hydrochloride", "dihydrochloride", "hydrobromide") or after in ("ester", "amide")
+        return comma and not self._last.amounts and tail and not self._pending
+
+    def _word(self, place: int, token: Token) -> None:
+        if place <= self._skip:
+            return
+        low = token.low.rstrip(".") if token.low not in WORDS_OF_AMOUNT else token.low
+        phrase = self._phrase
+        if low == "of" and self._last is not None and self._last.weak and not self._separated:
+            following = self.tokens[place + 1 : place + 3]
+            if len(following) == 2 and following[0].low in ("example", "step", "formula", "preparation", "structure", "intermediate"):
+                self._last.end = following[1].end
+                self._skip = place + 2
+                return
+        if low in ("of",):
+            if (
+                self._last is not None
+                and self._adjacent
+                and phrase.solution is None
+                and not self._separated
+                and not self._pending
+            ):
+                phrase.words.append("of")
+                self._adjacent = True
+                return
+            self._adjacent = False
+            return
+        if low == "in" and phrase.solution is not None and phrase.substances:
+            self._in_solvent, self._separated, self._adjacent = True, True, False
+            return
+        if (
+            low == "in"
+            and place + 1 < len(self.tokens)
+            and self.tokens[place + 1].low in ("portions", "solution", "suspension")
+        ):
+            self._adjacent = False
+            return
+        if low == "in" and phrase.substances and phrase.prep in ("", "to", "with", "of"):
+            # "A (1 g) in THF": the phrase keeps its solvent.
+            following = [
+                t for t in self.tokens[place + 1 : place + 7] if t.low not in QUALITIES and t.low not in DETERMINERS
+            ]
+            if any(t.kind == "name" or t.low in SOLUTIONS for t in following[:3]) and not any(
+                t.low in VESSELS for t in following[:4]
+            ):
+                self._in_solvent, self._separated, self._adjacent = True, True, False
+                return
+        if low == "such" and place + 1 < len(self.tokens) and self.tokens[place + 1].low == "as":
+            self._instead = self._last is not None and not self._separated
+            return
+        if low == "as" and place and self.tokens[place - 1].low == "such":
+            return
+        if low in DETERMINERS and self._is_ended():
+            self._open("", token.start)
+        if low in ("and", "or", "plus"):
+            self._separated, self._adjacent = True, False
+            if low == "or":
+                phrase.words.append("or")
+            return
+        if low in PREPOSITIONS:
+            if low == "containing" and (phrase.solution is not None):
+                self._separated, self._adjacent = True, False
+                return
+            if low == "containing" and phrase.substances:
+                self._separated, self._adjacent = True, False
+                return
+            self._open(low, token.start)
+            return
+        if low in SOLUTIONS:
+            self._solution_noun(place, token)
+            return
+        if low in SOLVENT_ADJECTIVES:
+            following = [t.low for t in self.tokens[place + 1 : place + 2]]
+            if following and following[0] in SOLUTIONS:
+                phrase.substances.append(Substance(token.start, token.end, [], [], False, True))
+            return
+        if low in WORDS_OF_AMOUNT:
+            after = self.tokens[place + 1].low if place + 1 < len(self.tokens) else ""
+            if low in ("aqueous", "aq", "aq.") and self._last is not None and not self._separated and after in SOLUTIONS:
+                return
+            self._quality.append(WORDS_OF_AMOUNT[low])
+            self._adjacent = False
+            return
+        if low in MANNERS or low in ("portions", "vacuo", "vacuum", "reflux", "reduced", "high", "pressure"):
+            phrase.words.append(low)
+            self._adjacent = False
+            return
+        if low in BATCH or low in VESSELS:
+            if self._is_label(place):
+                self._named(token, weak=True)
+                return
+            phrase.nouns.append(low)
+            self._adjacent = False
+            return
+        if low in DETERMINERS or low in QUALITIES:
+            phrase.words.append(low)
+            self._adjacent = False
+            return
+        if (
+            self._last is not None
+            and self._adjacent
+            and (
+                is_code(token.text)
+                or low in ("example", "step", "formula")
+                or low
+                in (
+                    "earth",
+                    "gel",
+                    "ester",
+                    "salt",
+                    "free",
+                    "base",
+                    "dust",
+                    "charcoal",
+                    "reagent",
+                    "catalyst",
+                    "oil",
+                    "sieves",
+                    "powder",
+                    "solid",
+                )
+                or token.text[:1].isdigit()
+            )
+        ):
+            if low in ("gel", "earth", "ester", "salt", "dust", "reagent", "sieves"):
+                self._last.end = token.end
+            return
+        if is_stop(low):
+            phrase.words.append(low)
+            self._adjacent = False
+            if low in ("title", "desired", "titled"):
+                following = self.tokens[place + 1].low if place + 1 < len(self.tokens) else ""
+                if following in BATCH and self.is_result:
+                    self._named(token, weak=True)
+                    self._separated = False
+            return
+        if self._is_label(place):
+            self._named(token, weak=True)
+            return
+        phrase.words.append(low)
+        self._adjacent = self._adjacent and token.text[:1].isupper()
+
+    def _solution_noun(self, place: int, token: Token) -> None:
+        phrase = self._phrase
+        after = self.tokens[place + 1].low if place + 1 < len(self.tokens) else ""
+        if after in ("of", "containing", "obtained", "from") and (
+            phrase.solution is None or self._in_solvent or not phrase.substances
+        ):
+            if self._last is not None and phrase.solution is None and self._adjacent_or_amount():
+                self._last.solvent = True
+            if not self._in_solvent:
+                phrase.solution = token
+                self._solution_amounts += self._pending
+                self._pending = []
+            else:
+                phrase.loose += []
+            self._separated, self._adjacent = True, False
+            return
+        if after == "()" and phrase.solution is None and not phrase.substances:
+            phrase.nouns.append(token.low)
+        elif self._last is None:
+            phrase.nouns.append(token.low)
+        self._adjacent = False
+
+    def _adjacent_or_amount(self) -> bool:
+        return not self._separated
+
+    def _is_label(self, place: int) -> bool:
+        """Return whether a word that names no substance stands for one: an amount stands with it."""
+        if self._refers_back(place):
+            return True
+        if self._pending and any(
+            figure.kind in ("mass", "volume", "substance", "equivalents", "parts") for figure in self._pending
+        ):
+            return True
+        if (
+            self.is_result
+            and not self._phrase.substances
+            and self._phrase.prep in ("", "of")
+            and self.tokens[place].low in BATCH
+        ):
+            return True
+        following = self.tokens[place + 1] if place + 1 < len(self.tokens) else None
+        return (
+            following is not None
+            and following.kind == "group"
+            and any(
+                token.figure is not None and token.figure.kind in ("mass", "volume", "substance", "equivalents")
+                for token in following.inner
+            )
+            and (self._last is None or self._separated or not self._last.amounts)
+        )
+
+    def _refers_back(self, place: int) -> bool:
+        """Return whether an amount follows the words about where a substance came from: "X from Step 8 (2 g)"."""
+        ahead = self.tokens[place + 1 : place + 11]
+        if not ahead or ahead[0].low not in ("prepared", "obtained", "from", "described", "produced", "of"):
+            return False
+        for k, token in enumerate(ahead):
+            if token.kind in ("name", "figure") or token.low in SOLUTIONS or token.low in (",", "was", "were", "in") and k > 1 and token.low != "in":
+                return False
+            if token.kind == "group":
+                if any(item.figure is not None and item.figure.kind in ("mass", "volume", "substance") for item in token.inner):
+                    self._skip = place + k
+                    return any(item.low in ("example", "step", "preparation", "intermediate", "above") for item in ahead[:k])
+                return False
+        return False
+
+    def _verb(self, place: int, token: Token) -> None:
+        """Pass a word for an operation that is used as an adjective or a noun."""
+        if token.low in WORDS_OF_AMOUNT:
+            self._quality.append(WORDS_OF_AMOUNT[token.low])
+            self._adjacent = False
+            return
+        if self._is_label(place) and token.low in BATCH:
+            self._named(token, weak=True)
+            return
+        self._phrase.words.append(token.low)
+        self._adjacent = False
+
+    def _mark(self, place: int, token: Token) -> None:
+        if token.text in ",":
+            if self._phrase.prep not in ("", "to", "with", "of", "in", "from", "between", "into", "over", "by", "using", "onto", "through") and not self._phrase.substances:
+                self._open("", token.start)
+            elif self._phrase.prep and not self._phrase.substances and (self._phrase.conditions or self._phrase.nouns) and not self._pending:
+                self._open("", token.start)
+            elif self._phrase.prep == "to" and self._phrase.solution is not None and not self._in_solvent and any(item.solvent for item in self._phrase.substances):
+                self._open("", token.start)
+            if self._in_solvent and self._phrase.prep in ("", "to", "with") and self._goes_on(place):
+                self._open("", token.start)
+            self._separated, self._adjacent = True, False
+        elif token.text in "/:-":
+            self._separated, self._adjacent, self._paired = True, False, True
+
+    def _goes_on(self, place: int) -> bool:
+        """Return whether new substances follow the comma after a solvent, not more of its phrase."""
+        following = self.tokens[place + 1 : place + 5]
+        return any(token.kind in ("name", "figure") for token in following)
+
+    def _group(self, place: int, token: Token) -> None:
+        del place
+        inner = token.inner
+        names = [item for item in inner if item.kind == "name"]
+        amounts = [item.figure for item in inner if item.figure is not None and item.figure.is_amount]
+        conditions = [
+            item.figure
+            for item in inner
+            if item.figure is not None and item.figure.kind in ("temperature", "time", "pressure", "ph")
+        ]
+        others = [
+            item.figure
+            for item in inner
+            if item.figure is not None and item.figure.kind in ("ratio", "other", "length")
+        ]
+        counts = [item.figure for item in inner if item.figure is not None and item.figure.kind == "repeats"]
+        verbs = [item for item in inner if item.kind == "verb"]
+        phrase = self._phrase
+        if (verbs and not amounts) or any(
+            item.low in ("mw", "mw=", "prepared", "example", "from", "see") or item.low.startswith("mw=")
+            for item in inner[:3]
+        ):
+            phrase.remarks.append((token.start, token.end))
+            if not amounts:
+                return
+        phrase.conditions += conditions
+        phrase.ratios += others
+        for figure in counts:
+            phrase.repeats, phrase.repeated = int(figure.value), figure
+        last = self._last
+        if self._pending and amounts and not names:
+            self._pending += amounts
+            return
+        if names and last is not None and self._is_eluent(inner):
+            last = None
+        if last is None or (not amounts and names and not last.is_measured and last.weak):
+            if names:
+                for part in PhraseReader(inner).read():
+                    phrase.substances += part.substances
+                    phrase.ratios += part.ratios
+                    phrase.loose += part.loose
+                return
+            if phrase.substances:
+                phrase.substances[-1].amounts += amounts
+            else:
+                phrase.loose += amounts
+            return
+        measured = [figure for figure in amounts if not (figure.kind == "percent" and _is_purity(inner, figure))]
+        if (
+            names
+            and any(figure.kind in ("molarity", "percent") for figure in measured)
+            and any(item.low == "in" for item in inner)
+        ):
+            solvent = next((part for part in PhraseReader(inner).read() if part.prep == "in" and part.substances), None)
+            if solvent is not None and not any(item.low in ("dispersion", "suspension") for item in inner):
+                found = solvent.substances[0]
+                found.amounts, found.solvent = [], True
+                phrase.substances.append(found)
+        while last.paired and last is not phrase.substances[0]:
+            last = phrase.substances[phrase.substances.index(last) - 1]
+        last.amounts += measured
+        last.words += [WORDS_OF_AMOUNT[item.low] for item in inner if item.low in ("excess", "catalytic", "saturated")]
+        self._adjacent = True
+
+
+    def _is_eluent(self, inner: Sequence[Token]) -> bool:
+        """Return whether a bracket after a stationary phase names eluents."""
+        named = self.text_of_last()
+        return named in ("silica", "silica gel", "sio2", "alumina", "al2o3", "celite") and any(
+            token.kind == "name" for token in inner
+        )
+
+    def text_of_last(self) -> str:
+        """Return the last name in lower case."""
+        assert self._last is not None
+        return " ".join(
+            token.low for token in self.tokens if self._last.start <= token.start and token.end <= self._last.end
+        )
+
+
+def _is_purity(inner: Iterable[Token], figure: Figure) -> bool:
+    words = [token.low for token in inner]
+    place = next((k for k, token in enumerate(inner) if token.figure is figure), 0)
+    return "purity" in words[max(0, place - 2) : place] or any(
+        word in ("ee", "pure", "purity") for word in words[place + 1 : place + 2]
+    )

@@ -1,0 +1,272 @@
+"""Tokens of a procedure: words, names, figures and brackets, by sentence, without the characterization data."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from labgym.protocols.reading.figures import Figure
+from labgym.protocols.reading.lexicon import SUBSTANCES, VerbWord, names_substance, verb_word
+
+TokenKind = Literal["word", "name", "verb", "figure", "mark", "group"]
+_CHUNK = re.compile(r"\S+")
+_OPEN, _CLOSE = "([{", ")]}"
+_OCR_TAIL = re.compile(r"^\d{1,2}(?:[A-Z(·].*)?$")
+_OCR_HEAD = re.compile(r"^[A-Za-z\d()\[\]·.-]*[A-Z][A-Za-z)]*$")
+_ABBREVIATIONS = frozenset(
+    "aq. conc. sat. satd. dil. ca. approx. i.e. e.g. no. nos. fig. ex. ref. vol. wt. temp. b.p. m.p. lit. cf. vs. abs. anh. "
+    "cat. equiv. eq. quant. r.t. r.t vac. prep. st. dr. co. inc. resp. et. al. etc. sec. tert. prim.".split()
+)
+_DATA = re.compile(
+    r"(?<![A-Za-z0-9])(?:\d{1,3} ?[HCFPN][- ]{0,2}NMR|NMR\b|[mM]\. ?[pP]\b\.?|[mM][pP]\b|[mM]elting (?:at|point|range|with)|melts\b"
+    r"|(?:ES|EI|CI|FAB|LR|HR|LC|GC|MALDI|ESI|APCI|DCI|FD)[-+/ ]{0,2}MS\b(?! (?:showed|indicated|analysis showed|revealed|confirmed))"
+    r"|MS[- ]?(?=[(:=+mME[])|HRMS|m/[ze]\b|M/[ZE]\b|IR ?(?=[(:])|I\.R\.|FT-?IR|R ?f\b ?[=:0(]|RF: |Anal(?:ysis|\.)|Elemental|TLC:|Rt ?="
+    r"|n ?D ?2[05]|nD2|[Rr]efractive index|calc(?:d|'d|ulated for)\b|[Bb]\. ?p\b\.?|[Bb]oiling point|bp\b|ultraviolet absorption"
+    r"|infrared (?:absorption )?spect|Yield ?[=:]|optical rotation|UV ?[(:]|λ|HPLC(?:[- ]purity| ?: )|[Pp]urity ?[=:]|MH\+|\[M ?[+-]"
+    r"|[Ff]ound[:,]|[Oo]verall crude yield|appearance:)"
+)
+_ROTATION = re.compile(r"\[[αa]\] ?D?")
+
+
+@dataclass(frozen=True)
+class Token:
+    """A word, name, figure or mark of a sentence, or a bracket with its tokens.
+
+    Attributes:
+        start, end: the span in the text.
+        low: the word in lower case.
+        inner: tokens of a bracket.
+    """
+
+    start: int
+    end: int
+    text: str
+    low: str
+    kind: TokenKind
+    figure: Figure | None = None
+    verb: VerbWord | None = None
+    inner: tuple[Token, ...] = ()
+
+
+@dataclass(frozen=True)
+class Sentence:
+    """A sentence: its tokens, and the span of the characterization data at its end, if there are some."""
+
+    tokens: tuple[Token, ...]
+    data: tuple[int, int] | None = None
+
+
+def sentences(text: str, figures: Sequence[Figure]) -> list[Sentence]:
+    """Return the sentences of a text.
+
+    Args:
+        text: with one spelling of each sign.
+        figures: of the text, in order.
+    """
+    flat = _joined(list(_flat(text, figures)))
+    return [_without_data(text, _grouped(part)) for part in _split(flat)]
+
+
+def _flat(text: str, figures: Sequence[Figure]) -> Iterator[Token]:
+    at = 0
+    for figure in figures:
+        yield from _words(text, at, figure.start)
+        yield Token(figure.start, figure.end, figure.text, figure.text.lower(), "figure", figure)
+        at = figure.end
+    yield from _words(text, at, len(text))
+
+
+def _words(text: str, start: int, end: int) -> Iterator[Token]:
+    for match in _CHUNK.finditer(text, start, end):
+        yield from _chunk(text, match.start(), match.end())
+
+
+def _chunk(text: str, start: int, end: int) -> Iterator[Token]:
+    """Yield the marks around a word, and the word, which keeps its balanced brackets."""
+    while start < end and (text[start] in "\"'*{}=?!~/" or (text[start] in _OPEN and _unmatched(text, start, end))):
+        yield _mark(text, start)
+        start += 1
+    tail = []
+    while start < end:
+        last = text[end - 1]
+        closing = last in _CLOSE and _unmatched_close(text, start, end)
+        opening = last in _OPEN
+        if (
+            last in ",;:\"'*?!=/"
+            or closing
+            or opening
+            or (last == "." and text[start:end].lower() not in _ABBREVIATIONS)
+        ):
+            tail.append(end - 1)
+            end -= 1
+        else:
+            break
+    if start < end and text[start] in _OPEN and text[end - 1] in _CLOSE and _encloses(text, start, end):
+        yield _mark(text, start)
+        yield from _chunk(text, start + 1, end - 1)
+        yield _mark(text, end - 1)
+    elif start < end:
+        yield from _parted(text, start, end)
+    for place in reversed(tail):
+        yield _mark(text, place)
+
+
+def _unmatched(text: str, start: int, end: int) -> bool:
+    depth = 0
+    for char in text[start:end]:
+        depth += (char in _OPEN) - (char in _CLOSE)
+        if depth == 0:
+            return False
+    return True
+
+
+def _unmatched_close(text: str, start: int, end: int) -> bool:
+    depth = 0
+    for char in reversed(text[start:end]):
+        depth += (char in _CLOSE) - (char in _OPEN)
+        if depth == 0:
+            return False
+    return True
+
+
+def _encloses(text: str, start: int, end: int) -> bool:
+    depth = 0
+    for place in range(start, end):
+        depth += (text[place] in _OPEN) - (text[place] in _CLOSE)
+        if depth == 0:
+            return place == end - 1
+    return False
+
+
+def _mark(text: str, place: int) -> Token:
+    return Token(place, place + 1, text[place], text[place], "mark")
+
+
+def _parted(text: str, start: int, end: int) -> Iterator[Token]:
+    """Yield a word, or the names of a pair such as "EtOAc/hexane" with the sign between them."""
+    cuts = list(_pair_cuts(text, start, end))
+    for first, last in zip([start, *(cut + 1 for cut in cuts)], [*cuts, end], strict=True):
+        if first > start:
+            yield _mark(text, first - 1)
+        word = text[first:last]
+        low = word.lower()
+        verb = verb_word(low)
+        kind: TokenKind = "verb" if verb is not None else "name" if names_substance(word) else "word"
+        yield Token(first, last, word, low, kind, None, verb)
+
+
+def _pair_cuts(text: str, start: int, end: int) -> Iterator[int]:
+    word = text[start:end]
+    if len(word) > 200 or not any(sign in word for sign in "/:-"):
+        return
+    for sign in "/:":
+        parts = word.split(sign)
+        if len(parts) > 1 and all(_is_partner(part) for part in parts) and word.lower() != "pd/c":
+            at = start
+            for part in parts[:-1]:
+                at += len(part)
+                yield at
+                at += 1
+            return
+    head, dash, tail = word.rpartition("-")
+    if dash and head.lower() in SUBSTANCES and tail.lower() in SUBSTANCES and len(head) > 3 and len(tail) > 3:
+        yield start + len(head)
+
+
+def _is_partner(part: str) -> bool:
+    return len(part) > 1 and names_substance(part)
+
+
+def _joined(tokens: list[Token]) -> list[Token]:
+    """Return tokens with formulas whole that spaces part: "NaHCO 3", "K 2CO 3"; and "N, N-" names."""
+    joined: list[Token] = []
+    for token in tokens:
+        last = joined[-1] if joined else None
+        split = last is not None and token.kind in ("word", "name") and last.kind in ("word", "name")
+        if split and last is not None and token.start == last.end + 1 and _continues(last.text, token.text):
+            word = f"{last.text} {token.text}"
+            solid = word.replace(" ", "")
+            joined[-1] = Token(last.start, token.end, word, solid.lower(), "name" if names_substance(solid) else "word")
+        else:
+            joined.append(token)
+    return joined
+
+
+def _continues(head: str, tail: str) -> bool:
+    if len(head) > 60 or len(tail) > 40:
+        return False
+    plain = head.replace(" ", "")
+    return (
+        _OCR_TAIL.match(tail) is not None
+        and _OCR_HEAD.match(plain) is not None
+        and len(plain) < 20
+        and _is_formula(plain)
+    )
+
+
+def _is_formula(word: str) -> bool:
+    return names_substance(f"{word}2") and (len(word) < 4 or not word.isalpha() or not word[1:].islower())
+
+
+def _split(tokens: Sequence[Token]) -> Iterator[list[Token]]:
+    """Yield the tokens of each sentence; a full stop inside brackets ends none."""
+    part: list[Token] = []
+    depth = 0
+    for place, token in enumerate(tokens):
+        part.append(token)
+        if token.kind == "mark" and token.text in _OPEN:
+            depth += 1
+        elif token.kind == "mark" and token.text in _CLOSE:
+            depth = max(0, depth - 1)
+        elif token.text in (".", ";") and token.kind == "mark":
+            follows = tokens[place + 1] if place + 1 < len(tokens) else None
+            if follows is None or (depth == 0 and _begins(follows, token)):
+                yield part
+                part, depth = [], 0
+        elif token.kind == "figure" and depth == 0 and token.text.endswith("."):
+            follows = tokens[place + 1] if place + 1 < len(tokens) else None
+            if follows is not None and follows.text[:1].isupper() and len(follows.text) > 1:
+                yield part
+                part = []
+    if part:
+        yield part
+
+
+def _begins(follows: Token, mark: Token) -> bool:
+    if mark.text == ";":
+        return not follows.low.endswith(("hydrochloride", "salt", "ester", "hydrobromide"))
+    return follows.text[:1].isupper() or follows.text[:1].isdigit() or follows.text[:1] in "[Δδ"
+
+
+def _grouped(tokens: Sequence[Token]) -> tuple[Token, ...]:
+    """Return tokens with each bracket as one token."""
+    stack: list[list[Token]] = [[]]
+    opened: list[Token] = []
+    for token in tokens:
+        if token.kind == "mark" and token.text in _OPEN and len(stack) < 20:
+            opened.append(token)
+            stack.append([])
+        elif token.kind == "mark" and token.text in _CLOSE and opened:
+            inner, first = tuple(stack.pop()), opened.pop()
+            stack[-1].append(Token(first.start, token.end, "()", "()", "group", inner=inner))
+        else:
+            stack[-1].append(token)
+    while opened:
+        inner_tokens = stack.pop()
+        stack[-1].extend(inner_tokens)
+        opened.pop()
+    return tuple(stack[0])
+
+
+def _without_data(text: str, tokens: tuple[Token, ...]) -> Sentence:
+    if not tokens:
+        return Sentence(())
+    start, end = tokens[0].start, tokens[-1].end
+    places = [match.start() for match in (_DATA.search(text, start, end), _ROTATION.search(text, start, end)) if match]
+    if not places:
+        return Sentence(tokens)
+    cut = min(places)
+    kept = tuple(token for token in tokens if token.end <= cut)
+    return Sentence(kept, (kept[-1].end if kept else start, end))
