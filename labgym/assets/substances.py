@@ -192,6 +192,8 @@ class ListedName(Record):
         asset: name of an asset of the catalog.
         smiles: its structure.
         traits: of a mixture, or of a material without one structure.
+        state: of the form in which the substance is sold, if the structure does not imply it.
+        sold: whether it may be used although no protocol may make it.
         note: why the table has it.
     """
 
@@ -199,6 +201,8 @@ class ListedName(Record):
     asset: str = ""
     smiles: str = ""
     traits: Traits | None = None
+    state: Phase | None = None
+    sold: bool = False
     note: str = ""
 
     @model_validator(mode="after")
@@ -209,18 +213,37 @@ class ListedName(Record):
 
 
 class NameTable(Document):
-    """Names of substances that name parsers and databases get wrong or do not know."""
+    """Names of substances that name parsers and databases get wrong or do not know.
+
+    Attributes:
+        generic: words for a kind or a part of a substance, which name none of their own.
+    """
 
     SCHEMA: ClassVar[str] = "labgym.names/1"
 
+    generic: tuple[Name, ...]
     entries: tuple[ListedName, ...]
 
 
 @lru_cache(maxsize=1)
+def _table() -> NameTable:
+    return NameTable.load(artefacts("assets") / "chemistry" / "names.json")
+
+
+@lru_cache(maxsize=1)
+def _generic() -> frozenset[str]:
+    return frozenset(map(normalize, _table().generic))
+
+
+def is_generic(text: str) -> bool:
+    """Return whether a text is a word for a kind of substance: "ester", "hydrochloride", "catalyst"."""
+    return normalize(text) in _generic()
+
+
+@lru_cache(maxsize=1)
 def _listed() -> dict[str, ListedName]:
-    table = NameTable.load(artefacts("assets") / "chemistry" / "names.json")
     by_name: dict[str, ListedName] = {}
-    for entry in table.entries:
+    for entry in _table().entries:
         for name in entry.names:
             if by_name.setdefault(normalize(name), entry) is not entry:
                 raise ValueError(f"names.json has {name!r} twice")
