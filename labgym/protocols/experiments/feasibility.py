@@ -151,7 +151,10 @@ class FeasibilityFilter:
             if mass is None or portion.name not in listed:
                 continue
             if self._finest is None or mass < READABLE * self._finest:
-                message = f"{mass * 1000:g} mg of {portion.name[:80]} cannot be weighed to within 10 %"
+                message = (
+                    f"{mass * 1000:g} mg of {portion.name[:80]} cannot be weighed to within 10 %: "
+                    f"{_weighable(mass, self._finest)}"
+                )
                 yield Obstacle("mass", number, message)
             elif self._heaviest is not None and mass > self._heaviest:
                 yield Obstacle("mass", number, f"{mass:g} g of {portion.name[:80]} is more than any balance can weigh")
@@ -241,6 +244,18 @@ def _poured(experiment: Experiment) -> Iterator[str]:
             amount = read_amount(portion.amount)
             if amount.volume is not None and amount.mass is None and amount.moles is None:
                 yield portion.name
+
+
+def _weighable(mass: float, finest: float | None) -> str:
+    """Return the remedies for a mass that is too small to weigh, grams."""
+    if finest is None:
+        return "the catalog has no balance"
+    least = READABLE * finest
+    stock = max(10.0 * mass, least)
+    return (
+        f"weigh {stock * 1000:.3g} mg into 10 mL of a stock solution and take {10.0 * mass / stock:.2g} mL of it, or "
+        f"make {least / mass:.2g} times the batch"
+    )
 
 
 def _best(

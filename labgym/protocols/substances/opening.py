@@ -52,9 +52,8 @@ _LABEL = re.compile(
 )
 """Names that point to another place of a text: "crude product", "compound 12a", "(iv)"."""
 MAX_FORMS = 6
-_RATIO = re.compile(
-    r"[\s(\[]*(?<![\d.])(\d{1,3}(?:\.\d{1,2})?)\s*[:/]\s*(\d{1,3}(?:\.\d{1,2})?)(?:\s*,?\s*\(?v/v\)?)?[)\]\s]*$"
-)
+_NUMBER = r"(\d{1,3}(?:\.\d{1,2})?)"
+_RATIO = re.compile(rf"[\s(\[]*(?<![\d.]){_NUMBER}\s*[:/]\s*{_NUMBER}(?:\s*,?\s*\(?v/v\)?)?[)\]\s]*$")
 _JOINTS = re.compile(r"[\s/:+\u2013-]+(?:and\s+)?")
 MAX_WORDS = 6
 """Most words of a mixture of two solvents."""
@@ -105,9 +104,9 @@ class Opened:
     """
 
     experiment: Experiment
-    substances: tuple[Substance, ...]
-    partial: tuple[str, ...]
-    resolutions: tuple[Resolution, ...]
+    substances: tuple[Substance, ...] = ()
+    partial: tuple[str, ...] = ()
+    resolutions: tuple[Resolution, ...] = ()
 
 
 class Resolver:
@@ -258,8 +257,9 @@ def opened(experiment: Experiment, resolver: Resolver) -> Opened:
         names[material.name] = same.name
         if not same.is_classified and material.role not in ("solvent", "workup"):
             partial.append(f"the structure of {material.role} {material.name[:80]!r} is not known: give its SMILES")
+    materials = tuple(material.model_copy(update={"smiles": ""}) for material in experiment.materials)
     return Opened(
-        experiment=grounded(experiment, names),
+        experiment=grounded(experiment.model_copy(update={"materials": materials}), names),
         substances=tuple(substances.values()),
         partial=tuple(partial),
         resolutions=resolutions,
@@ -308,7 +308,7 @@ def _substance(
     stated = listed.state if listed is not None else None
     try:
         inference = classify(smiles, stated or data.state or hint)
-        others = [classify(other) for _, other in resolution.others if resolution.is_disputed]
+        rivals = [classify(other) for _, other in resolution.others if resolution.is_disputed]
     except ProhibitedSubstanceError as error:
         raise RefusalError("unsafe", str(error)) from None
     chemistry = Chemistry(
@@ -320,11 +320,10 @@ def _substance(
         storage_class=inference.storage_class,
     )
     flags = {flag for flag, holds in by_rule(chemistry).items() if holds}.union(inference.flags)
-    flags.update(flag for other in others for flag in other.flags)
+    flags.update(flag for rival in rivals for flag in rival.flags)
     reasons = "; ".join(f"{group}: {why[0].why}" for group, why in inference.groups.items())
-    disputed = (
-        [f"{source} reads it as {other}" for source, other in resolution.others] if resolution.is_disputed else []
-    )
+    others = [f"{source} reads it as {other}" for source, other in resolution.others]
+    disputed = others if resolution.is_disputed else []
     return Substance(
         name=name,
         names=names,

@@ -8,7 +8,7 @@ from __future__ import annotations
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib.util import find_spec
@@ -24,6 +24,9 @@ MAX_NAME = 300
 """Longest name that is looked up, characters."""
 OPSIN_SECONDS, OPSIN_SECONDS_PER_NAME = 60.0, 0.2
 """Time limit of a batch of names: a fixed part and a part for each name, seconds."""
+MAX_ANSWERS = 20_000
+_answers: dict[str, str] = {}
+"""What the parser said to names: starting Java takes longer than a thousand names."""
 KELVIN_C = 273.15
 _ESTIMATES = frozenset({"JOBACK", "PSAT_DEFINITION", "WIKIDATA"})
 """Methods of the package whose values were not measured, or anybody may have entered."""
@@ -55,9 +58,21 @@ def database_structures(names: Iterable[str]) -> dict[str, str]:
 
 def parsed_structures(names: Iterable[str]) -> dict[str, str]:
     """Return the SMILES that OPSIN gives to systematic names, in one call; nothing without the parser or Java."""
-    asked = sorted({name for name in names if 1 < len(name) <= MAX_NAME and name.isprintable()})
+    wanted = {name for name in names if 1 < len(name) <= MAX_NAME and name.isprintable()}
     command = _opsin()
-    if not asked or command is None:
+    if command is None:
+        return {}
+    asked = sorted(wanted - _answers.keys())
+    if len(_answers) + len(asked) > MAX_ANSWERS:
+        _answers.clear()
+        asked = sorted(wanted)
+    _answers.update(_parse(command, asked))
+    return {name: smiles for name in wanted if (smiles := _answers.get(name))}
+
+
+def _parse(command: Sequence[str], asked: Sequence[str]) -> dict[str, str]:
+    """Return what OPSIN says to names, "" for those that it cannot read; nothing if it fails."""
+    if not asked:
         return {}
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "names.txt"
@@ -72,7 +87,7 @@ def parsed_structures(names: Iterable[str]) -> dict[str, str]:
     lines = done.stdout.splitlines()
     if done.returncode or len(lines) != len(asked):
         return {}
-    return {name: line for name, line in zip(asked, lines, strict=True) if line and not _is_torn(line)}
+    return {name: line if line and not _is_torn(line) else "" for name, line in zip(asked, lines, strict=True)}
 
 
 @lru_cache(maxsize=1024)

@@ -19,6 +19,7 @@ from labgym.protocols.experiments.feasibility import GASES, WORK_UP, Feasibility
 from labgym.protocols.experiments.model import Verb
 from labgym.protocols.experiments.narration import sentence
 from labgym.protocols.model import Protocol
+from labgym.protocols.substances import Opened, Resolver, opened
 from labgym.protocols.synthesis.builder import ProtocolBuilder, clean_up, groups_of, weigh_first
 from labgym.protocols.validate import ProtocolError, examine, faults
 from labgym.quantities import ROOM_RANGE
@@ -60,25 +61,25 @@ ROLES: dict[Verb, str] = {
 }
 
 
-def stage(experiment: Experiment, catalog: Catalog | None = None) -> Protocol:
+def stage(experiment: Experiment, catalog: Catalog | None = None, names: Resolver | None = None) -> Protocol:
     """Return an experiment as a protocol that passes every check.
 
     Args:
-        experiment: from the library or imported.
-        catalog: the assets that the protocol may use; the default catalog if None.
+        experiment: from the library, imported or read from a text.
+        catalog: the assets that the protocol may use; by default that of `names`, or the default catalog.
+        names: says what materials are that the catalog lacks; the protocol embeds them. Without it they are refused.
 
     Raises:
-        RefusalError: the experiment is infeasible with the catalog, or its reaction type is missing.
+        RefusalError: the experiment is infeasible with the catalog.
         ProtocolError: the protocol violates rules; the error carries the findings.
     """
-    assets = catalog if catalog is not None else Catalog.load()
-    verdict = FeasibilityFilter(assets).judge(experiment.unrolled())
+    if catalog is None:
+        catalog = Catalog.load() if names is None else names.catalog
+    open_ = Opened(experiment) if names is None else opened(experiment, names)
+    assets = catalog.including(open_.substances)
+    verdict = FeasibilityFilter(assets).judge(open_.experiment.unrolled())
     if verdict.obstacles:
         raise RefusalError("infeasible", f"{experiment.id}: {'; '.join(item.message for item in verdict.obstacles)}")
-    if experiment.reaction_type is None:
-        raise RefusalError(
-            "no-reaction", f"{experiment.id} has no reaction type; give one, for example with --type redox"
-        )
     feasible = verdict.experiment
     builder = ProtocolBuilder(assets)
     vessel = _Stager(builder, feasible).carry_out()
@@ -96,6 +97,8 @@ def stage(experiment: Experiment, catalog: Catalog | None = None) -> Protocol:
             reagents=builder.reagents,
             instruments=builder.instruments,
             steps=tuple(builder.steps),
+            substances=open_.substances,
+            partial=open_.partial,
         )
     except ValidationError as error:
         raise RefusalError("infeasible", str(document_error(feasible.id, error))) from None
