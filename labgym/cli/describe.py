@@ -180,6 +180,8 @@ def protocol_details(protocol: Protocol) -> str:
         ("reaction", protocol.reaction),
         ("product", protocol.product),
         ("reagents", ", ".join(reagents)),
+        ("substances", ", ".join(f"{s.name} ({s.smiles or 'no structure'})" for s in protocol.substances)),
+        ("partial", "; ".join(protocol.partial)),
         ("instruments", ", ".join(protocol.instruments)),
         ("route", " -> ".join(protocol.route)),
     ]

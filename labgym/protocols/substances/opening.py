@@ -47,7 +47,7 @@ _STRENGTH = re.compile(r"^\s*\d+(?:\.\d+)?\s*(?:M|N|%|wt\s?%|mol/L)\s+(?:solutio
 _LABEL = re.compile(
     r"(?:the\s+)?(?:(?:title|crude|above|resulting|resultant|desired|said|obtained|corresponding|final)\s+)*"
     r"(?:compounds?|intermediates?|products?|examples?|steps?|preparations?|material|residue|mixture|solution|solids?|"
-    r"oil|filtrate|precipitate|foam|crystals?)?[\s([]*(?:\d{1,4}[a-z]?|[ivxlc]{1,5}|[a-z])?[\s)\].]*",
+    r"oil|filtrate|precipitate|foam|crystals?)?[\s([]*(?:\d{1,4}(?:\.\d{1,3})?[\s([]*[a-z]?|[ivx]{1,5}|[a-z])?[\s)\].]*",
     re.IGNORECASE,
 )
 """Names that point to another place of a text: "crude product", "compound 12a", "(iv)"."""

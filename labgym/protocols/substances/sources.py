@@ -27,6 +27,10 @@ OPSIN_SECONDS, OPSIN_SECONDS_PER_NAME = 60.0, 0.2
 MAX_ANSWERS = 20_000
 _answers: dict[str, str] = {}
 """What the parser said to names: starting Java takes longer than a thousand names."""
+_SALT_FORMERS = frozenset(
+    {"O=S(=O)(O)O", "O=P(O)(O)O", "O=[N+]([O-])O", "O=[Cl+3]([O-])([O-])O", "[O-][Cl+3]([O-])([O-])O"}
+)
+"""Neutral acids with which bases crystallize, besides those of one heavy atom."""
 KELVIN_C = 273.15
 _ESTIMATES = frozenset({"JOBACK", "PSAT_DEFINITION", "WIKIDATA"})
 """Methods of the package whose values were not measured, or anybody may have entered."""
@@ -183,9 +187,9 @@ def _is_torn(smiles: str) -> bool:
         return True
     from rdkit import Chem
 
-    neutral = [
-        part
+    neutral = {
+        Chem.MolToSmiles(part)
         for part in Chem.GetMolFrags(structure, asMols=True)
-        if Chem.GetFormalCharge(part) == 0 and any(atom.GetSymbol() == "C" for atom in part.GetAtoms())
-    ]
-    return len({Chem.MolToSmiles(part) for part in neutral}) > 1
+        if Chem.GetFormalCharge(part) == 0 and part.GetNumAtoms() > 1
+    }
+    return len(neutral - _SALT_FORMERS) > 1
