@@ -216,7 +216,7 @@ class NameTable(Document):
     """Names of substances that name parsers and databases get wrong or do not know.
 
     Attributes:
-        generic: words for a kind or a part of a substance, which name none of their own.
+        generic: words for a kind or a part of a substance, which name no single one.
     """
 
     SCHEMA: ClassVar[str] = "labgym.names/1"

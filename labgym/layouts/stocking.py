@@ -93,7 +93,7 @@ def conflict_between(first: Cabinet, second: Cabinet, profile: Profile) -> str |
 def _compatible_groups(assets: list[Asset], profile: Profile, capacity: int) -> list[list[Asset]]:
     def clash(one: Asset, other: Asset) -> bool:
         if UNCLASSIFIED in (one.category, other.category):
-            return True  # a bottle of unknown content has a cabinet of its own
+            return True  # a bottle of unknown content shares no cabinet
         return hazard_between(one, other, profile.pairs) is not None
 
     degree = {asset.name: sum(clash(asset, other) for other in assets) for asset in assets}

@@ -61,7 +61,7 @@ MAX_WORDS = 6
 
 @dataclass(frozen=True)
 class Resolution:
-    """What a name means.
+    """The meaning of a name.
 
     Attributes:
         name: as written.
@@ -212,7 +212,7 @@ class Resolver:
 def forms(name: str) -> Iterator[str]:
     """Yield readings of a name, the most literal first: without strengths, grades, remarks. At most `MAX_FORMS`.
 
-    Words that name no substance of their own, such as "product", have none.
+    Words for a kind or a place, such as "product", have none.
     """
     text = " ".join(name.split())
     if is_generic(text) or _LABEL.fullmatch(text):
