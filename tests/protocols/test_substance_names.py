@@ -138,6 +138,20 @@ def test_an_experiment_with_unknown_materials_becomes_a_partial_protocol_that_re
     assert (solvent.smiles, solvent.state) == ("CC(=O)N(C)C", "liquid")
 
 
+def test_what_ignites_in_air_is_added_under_nitrogen_which_is_said_to_be_assumed() -> None:
+    amounts = {"anisole": "1.1 g, 10 mmol", "THF": "20 mL", "n-BuLi": "4.0 mL"}
+    adds = [Action(verb="Add", takes=(Portion(name=name, amount=amount),)) for name, amount in amounts.items()]
+    adds[-1] = adds[-1].model_copy(update={"temperature": -70.0})
+    stirred = Action(verb="Stir", temperature=-70.0, duration=30.0)
+    materials = tuple(Material(name=name, role="solvent" if name == "THF" else "reactant") for name in amounts)
+    used = Experiment(id="metal", name="a salt", product="a salt", materials=materials, actions=(*adds, stirred))
+    protocol = stage(used, names=OFFLINE, partial=("the end of the text",))
+    assert protocol.partial == ("the end of the text",)
+    (step,) = [step for step in protocol.steps if "NButyllithium" in step.uses and step.action == "Add"]
+    assert "SchlenkLine" in step.uses
+    assert "nitrogen is assumed" in step.text
+
+
 @pytest.mark.parametrize("smiles", ["O=C(Cl)Cl", "C=[N+]=[N-]", "CP(=O)(F)OC(C)C"])
 def test_a_grave_reagent_is_refused_by_its_structure(smiles) -> None:
     used = experiment(Action(verb="Add", takes=(Portion(name="reagent Q", amount="1.0 g"),)))
