@@ -34,6 +34,7 @@ from labgym.assets.reactivity import Reactivity
 from labgym.assets.search import Lookalikes
 from labgym.assets.shapes.joints import MECHANISMS
 from labgym.assets.specs import Specifications, quantity
+from labgym.assets.substances import NameTable
 from labgym.assets.usd.attributes import ATTRIBUTES
 from labgym.cards.labnav import board, headed
 from labgym.datasets.tables import episodes_schema, steps_schema
@@ -140,6 +141,7 @@ DOCUMENTS: tuple[type[Document], ...] = (
     AssetFile,
     Annotation,
     Lookalikes,
+    NameTable,
     Reactivity,
     Substructures,
     Protocol,

@@ -7,12 +7,12 @@ import hashlib
 import json
 import os
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
-from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, ValidationError
+from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, ValidationError, model_serializer
 from pydantic_core import CoreSchema
 
 from labgym.errors import DocumentError, OptionError, optional_package
@@ -76,6 +76,22 @@ class Record(BaseModel):
         for name in copy.__dict__.keys() - type(self).model_fields.keys():
             del copy.__dict__[name]
         return copy
+
+
+class Growing(Record):
+    """A record that has gained fields: they are written only if they differ from their default.
+
+    A document that does not use them keeps its bytes.
+    """
+
+    ADDED: ClassVar[frozenset[str]] = frozenset()
+    """Names of the fields that are left out at their default."""
+
+    @model_serializer(mode="wrap")
+    def _serialized(self, handler: Callable[[Any], dict[str, Any]]) -> dict[str, Any]:
+        fields = type(self).model_fields
+        plain = {name for name in self.ADDED if getattr(self, name) == fields[name].get_default()}
+        return {name: value for name, value in handler(self).items() if name not in plain}
 
 
 class Document(Record):

@@ -18,6 +18,7 @@ from labgym.assets.model import (
 )
 from labgym.assets.search import Match
 from labgym.assets.specs import Specifications
+from labgym.assets.substances import Substance
 
 __all__ = [
     "SHELL",
@@ -36,6 +37,7 @@ __all__ = [
     "Size",
     "Specifications",
     "StorageClass",
+    "Substance",
     "Surface",
     "incompatible",
     "pairs",

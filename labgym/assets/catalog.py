@@ -7,7 +7,8 @@ constructor, a public entry point) and pass the catalog on; no function of labgy
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
@@ -19,8 +20,10 @@ from labgym.assets.archive import SHAPE, find_geometry
 from labgym.assets.model import Asset, Kind
 from labgym.assets.plausibility import size_problem
 from labgym.assets.search import Match, SynonymIndex
+from labgym.assets.structures import reagent_of
+from labgym.assets.substances import Substance, weakened
 from labgym.documents import Document, canonical_hash
-from labgym.errors import DocumentError, LabgymError, UnknownNameError
+from labgym.errors import DocumentError, LabgymError, MissingDependencyError, UnknownNameError
 
 FOLDER_VARIABLE = "LABGYM_CATALOG"
 OWN_ASSETS = "assets"
@@ -50,6 +53,7 @@ class Catalog:
         folder: the user's folder that it was loaded with, absolute; None for the published catalog alone and for
             catalogs made from a list of assets.
         own: names of the assets of that folder.
+        substances: the open substances that were added to another catalog.
 
     Raises:
         DocumentError: two assets share a name.
@@ -59,6 +63,9 @@ class Catalog:
         self.assets = tuple(sorted(assets, key=lambda asset: asset.name))
         self.folder: Path | None = None
         self.own: frozenset[str] = frozenset()
+        self.substances: tuple[Substance, ...] = ()
+        self._base: Catalog | None = None
+        self._extended: dict[tuple[Substance, ...], Catalog] = {}
         self._is_loaded = False
         self._by_name = {asset.name: asset for asset in self.assets}
         if len(self._by_name) != len(self.assets):
@@ -112,6 +119,8 @@ class Catalog:
     def __reduce__(self) -> tuple[Any, ...]:
         if self._is_loaded:
             return _reloaded, (self.folder, self.digest)
+        if self._base is not None:
+            return _extended, (self._base, self.substances)
         return Catalog, (self.assets,)
 
     def __len__(self) -> int:
@@ -122,6 +131,44 @@ class Catalog:
 
     def __contains__(self, name: object) -> bool:
         return isinstance(name, str) and name in self._by_name
+
+    def including(self, substances: Iterable[Substance]) -> Catalog:
+        """Return the catalog with the open substances of a protocol added; itself if it has them all.
+
+        Raises:
+            LabgymError: a substance has the name of another asset, or a name or the structure of a reagent that has a
+                hazard which the substance lacks.
+        """
+        new = {substance.name: substance for substance in substances if substance not in self.substances}
+        for substance in new.values():
+            self._check_open(substance)
+        if not new:
+            return self
+        added = tuple(new[name] for name in sorted(new))
+        if added not in self._extended:
+            catalog = Catalog([*self.assets, *(substance.asset for substance in added)])
+            catalog._base = self
+            catalog.substances = (*self.substances, *added)
+            catalog.folder, catalog.own = self.folder, self.own
+            self._extended = {added: catalog}  # the last one: layouts of one protocol follow each other
+        return self._extended[added]
+
+    def _check_open(self, substance: Substance) -> None:
+        if substance.name in self:
+            raise LabgymError(f"open substance {substance.name!r} has the name of another asset: rename it")
+        named = [self._index.exact(name) for name in substance.names]
+        reagents = [self.get(match.name) for match in named if match is not None]
+        if substance.smiles:
+            with suppress(MissingDependencyError):
+                same = reagent_of(substance.smiles, self.of_kind("reagent"))
+                reagents += [] if same is None else [same]
+        for reagent in reagents:
+            flag = weakened(substance, reagent)
+            if flag is not None:
+                raise LabgymError(
+                    f"open substance {substance.name!r} is {reagent.name} of the catalog by name or structure, but "
+                    f"lacks its hazard {flag}: use {reagent.name}"
+                )
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -240,6 +287,10 @@ def _reloaded(folder: Path | None, digest: str) -> Catalog:
             "start again with the current catalog"
         )
     return catalog
+
+
+def _extended(base: Catalog, substances: tuple[Substance, ...]) -> Catalog:
+    return base.including(substances)
 
 
 def _file_states(folder: Path) -> FileStates:

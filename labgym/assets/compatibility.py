@@ -24,6 +24,9 @@ Profile = Literal["segregation", "boolean"]
 FLAG_TRAITS: tuple[Flag, ...] = ("flammable", "acid", "base", "oxidizer", "active_metal", "water_reactive")
 """Flags that rules may name in addition to reactive groups."""
 
+UNCLASSIFIED = "unclassified_reagent"
+"""Category of reagents of unknown structure, and the trait of them that rules may name."""
+
 
 @dataclass(frozen=True)
 class Hazard:
@@ -76,11 +79,12 @@ def rules(profile: str = "segregation") -> tuple[Rule, ...]:
 
 
 def traits(asset: Asset) -> frozenset[str]:
-    """Return the reactive groups and hazard flags of a reagent; empty for anything else."""
+    """Return the reactive groups and hazard flags of a reagent, or that it is unclassified; else nothing."""
     if asset.chemistry is None:
         return frozenset()
     flags = carried(asset)
-    return frozenset(asset.chemistry.groups) | frozenset(flag for flag in FLAG_TRAITS if flags[flag])
+    unknown = frozenset({UNCLASSIFIED} if asset.category == UNCLASSIFIED else ())
+    return unknown.union(asset.chemistry.groups, (flag for flag in FLAG_TRAITS if flags[flag]))
 
 
 def incompatible(a: Asset, b: Asset, profile: str = "segregation") -> Hazard | None:

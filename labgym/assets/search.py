@@ -130,12 +130,12 @@ class SynonymIndex:
         if len(text) > MAX_QUERY:
             return None
         size, sizeless = first_size(text)
-        match = self._exact(text)
+        match = self.exact(text)
         if match is None and size is not None:
-            match = self._equipment(self._exact(sizeless))
+            match = self._equipment(self.exact(sizeless))
         if match is None:
             strengths, grades = of_substance(text)
-            match = self._reagent(strengths, self._exact) or self._reagent(grades, self._exact)
+            match = self._reagent(strengths, self.exact) or self._reagent(grades, self.exact)
             match = match or self._both_names(text) or self._equipment(self._phrase(sizeless))
             match = match or self._equipment(self._misspelt(sizeless)) or self._reagent(grades, self._misspelt)
         if match is None or size is None or self._assets[match.name].kind == "reagent":
@@ -168,7 +168,8 @@ class SynonymIndex:
             for form in (asset.name, *asset.synonyms_en)
         )
 
-    def _exact(self, text: str) -> Match | None:
+    def exact(self, text: str) -> Match | None:
+        """Return the asset that has a text as a name, synonym or CAS number, or None."""
         query = normalize(text)
         for form in (query, *_singulars(query)):
             if form in self._forms:
@@ -184,7 +185,7 @@ class SynonymIndex:
     def _phrase(self, text: str) -> Match | None:
         """Return the equipment that a text names by a phrase in it, if maker, model and material are the rest."""
         for rest in of_equipment(text):
-            match = self._exact(rest) if rest else None
+            match = self.exact(rest) if rest else None
             if match is not None:
                 return match
             phrase = self._phrases.find(rest)
@@ -197,7 +198,7 @@ class SynonymIndex:
         parts = _BRACKETS.match(text)
         if parts is None:
             return None
-        matches = [self._exact(part) or self._reagent(of_substance(part)[1], self._exact) for part in parts.groups()]
+        matches = [self.exact(part) or self._reagent(of_substance(part)[1], self.exact) for part in parts.groups()]
         first, second = matches
         if first is None or second is None or first.name != second.name:
             return None

@@ -158,7 +158,15 @@ def match_table(matches: Sequence[Match]) -> str:
 def protocol_table(protocols: Iterable[Protocol]) -> str:
     """Return a table of protocols: id, name, type and counts."""
     rows = tuple(
-        (p.id, p.name, p.reaction_type, str(len(p.reagents)), str(len(p.instruments)), str(len(p.steps)), str(p.moves))
+        (
+            p.id,
+            p.name,
+            p.reaction_type or "-",
+            str(len(p.reagents)),
+            str(len(p.instruments)),
+            str(len(p.steps)),
+            str(p.moves),
+        )
         for p in protocols
     )
     columns = ("id", "name", "reaction type", "reagents", "instruments", "steps", "moves")
@@ -169,10 +177,12 @@ def protocol_details(protocol: Protocol) -> str:
     """Return a protocol's product, reagents, instruments, route and steps."""
     reagents = [f"{r.name}" + (f" ({r.role}{', ' + r.amount if r.amount else ''})") for r in protocol.reagents]
     facts = [
-        ("type", protocol.reaction_type.replace("_", " ")),
+        ("type", (protocol.reaction_type or "").replace("_", " ")),
         ("reaction", protocol.reaction),
         ("product", protocol.product),
         ("reagents", ", ".join(reagents)),
+        ("substances", ", ".join(f"{s.name} ({s.smiles or 'no structure'})" for s in protocol.substances)),
+        ("partial", "; ".join(protocol.partial)),
         ("instruments", ", ".join(protocol.instruments)),
         ("route", " -> ".join(protocol.route)),
     ]

@@ -188,6 +188,10 @@ def stage(
 ) -> int:
     """Turn an experiment into a protocol: assign places and apparatus to its actions, and check the result.
 
+    Materials that the catalog lacks are embedded in the protocol, with hazards by their structure. Names become
+    structures by a published table, the packages chemicals (extra chem) and OPSIN (extra opsin), and the record; a
+    substance of unknown structure is kept apart as toxic and flammable.
+
     Args:
         experiment: Id of an experiment.
         path: File or folder of experiments that contains it. If omitted, the published library.
@@ -196,6 +200,7 @@ def stage(
         overwrite: Replace a file that exists with other content.
     """
     from labgym.protocols.experiments import library, reaction_types
+    from labgym.protocols.substances import Resolver
     from labgym.protocols.synthesis import staging
 
     chosen = library.get(experiment, path)
@@ -206,7 +211,17 @@ def stage(
             print(f"labgym: {chosen.id}: reaction type {type}, because {proposal.why}", file=sys.stderr)
     if type is not None:
         chosen = chosen.model_copy(update={"reaction_type": type})
-    return _save(staging.stage(chosen), out, overwrite)
+    protocol = staging.stage(chosen, names=Resolver(Catalog.load()))
+    for substance in protocol.substances:
+        structure = substance.smiles or ("a listed mixture" if substance.is_classified else "unknown structure")
+        doubt = f", {substance.confidence} confidence" if substance.confidence == "low" else ""
+        source = f" ({substance.source}{doubt})" if substance.is_classified else ""
+        print(
+            f"labgym: {substance.names[0]}: {structure}{source}, stored as {substance.storage_class}", file=sys.stderr
+        )
+    for line in protocol.partial:
+        print(f"labgym: partial: {line}", file=sys.stderr)
+    return _save(protocol, out, overwrite)
 
 
 @refuses_idle_flags("protocols import")

@@ -206,7 +206,9 @@ def resolve_request(
     check_level(clutter)
     several = [protocol] if isinstance(protocol, (Protocol, str, Path)) else list(protocol)
     resolved = tuple(resolve_protocol(one) for one in several)
-    catalog = catalog if catalog is not None else Catalog.load()
+    catalog = (catalog if catalog is not None else Catalog.load()).including(
+        substance for one in resolved for substance in one.substances
+    )
     site = resolve_site(seed, room, floor, family)
     pinned = tuple(_pinned(placement) for placement in fixed)
     return Request(

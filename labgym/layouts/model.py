@@ -11,11 +11,10 @@ from pydantic import Field, PrivateAttr, model_validator
 
 from labgym.assets import Asset, Catalog
 from labgym.assets.model import APPARATUS_STAND
-from labgym.documents import Document, canonical_hash, read_json
+from labgym.documents import Document, Growing, canonical_hash, read_json
 from labgym.errors import DocumentError, LabgymError, check_name
 from labgym.geometry import OrientedBox
 from labgym.layouts.floor import Floor, Identifier, Room
-from labgym.layouts.floor.fields import Growing
 from labgym.layouts.placement import FLOOR, WALL, Placement, check_placements, placed_box, placed_part, resized
 from labgym.layouts.records import (
     Assignments,
@@ -35,6 +34,8 @@ OPEN_HEADROOM = 1000.0
 
 class Layout(Document, Growing):
     """A floor with placements and the protocols that it is for. Immutable; bound to a catalog.
+
+    The catalog is extended by the substances that the protocols embed.
 
     Attributes:
         protocols: the protocols that are carried out in the laboratory; the first is the one that episodes, scores and
@@ -71,11 +72,13 @@ class Layout(Document, Growing):
 
         Raises:
             pydantic.ValidationError: a field is missing, unknown or out of range.
+            LabgymError: a substance that a protocol embeds clashes with the catalog.
         """
         if catalog is not None and not isinstance(catalog, Catalog):
             fields["catalog"] = catalog  # a field of that name in a document is as unknown as any other
         super().__init__(**fields)
-        self._catalog = Catalog.load() if catalog is None else catalog
+        substances = (substance for protocol in self.protocols for substance in protocol.substances)
+        self._catalog = (Catalog.load() if catalog is None else catalog).including(substances)
 
     @model_validator(mode="after")
     def _check_protocols(self) -> Self:
@@ -105,9 +108,13 @@ class Layout(Document, Growing):
             DocumentError: names the source and the field.
         """
         if catalog is not None and isinstance(data, dict) and "catalog" not in data:
-            layout = super().parse({**data, "catalog": catalog}, source)  # an argument of the constructor, no field
-        else:
+            data = {**data, "catalog": catalog}  # an argument of the constructor, no field
+        try:
             layout = super().parse(data, source)
+        except DocumentError:
+            raise
+        except LabgymError as error:
+            raise DocumentError(source, "protocols", str(error)) from None
         layout.check_references(source)
         return layout
 

@@ -10,10 +10,10 @@ from pydantic import BeforeValidator, Field, PlainSerializer, WithJsonSchema
 from labgym.assets import Asset, Catalog
 from labgym.assets.model import Size
 from labgym.assets.plausibility import size_problem
+from labgym.documents import Growing
 from labgym.errors import DocumentError, LabgymError, UnknownNameError, check_name
 from labgym.geometry import OrientedBox, rotate
 from labgym.layouts.floor import Coordinate, Identifier
-from labgym.layouts.floor.fields import Growing
 from labgym.layouts.roles import takes_role
 
 FLOOR = "floor"

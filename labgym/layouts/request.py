@@ -90,6 +90,7 @@ def combination(protocols: Sequence[Protocol], catalog: Catalog) -> Protocol:
         raise OptionError(f"protocol {twice!r} is named twice; name each once")
     if len(protocols) == 1:
         return protocols[0]
+    substances = {substance.name: substance for protocol in protocols for substance in protocol.substances}
     reagents = {catalog.find(use.name).name: use for protocol in reversed(protocols) for use in protocol.reagents}
     instruments: Counter[str] = Counter()
     for protocol in protocols:
@@ -105,6 +106,7 @@ def combination(protocols: Sequence[Protocol], catalog: Catalog) -> Protocol:
             steps=tuple(step.model_copy(update={"index": number}) for number, step in enumerate(steps, 1)),
             chemical_constraints=tuple(dict.fromkeys(c for p in protocols for c in p.chemical_constraints)),
             spatial_constraints=tuple(dict.fromkeys(c for p in protocols for c in p.spatial_constraints)),
+            substances=tuple(substances.values()),
         )
     except ValidationError as error:
         problem = error.errors()[0]

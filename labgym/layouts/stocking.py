@@ -10,6 +10,7 @@ from itertools import count
 import numpy as np
 
 from labgym.assets import Asset
+from labgym.assets.compatibility import UNCLASSIFIED
 from labgym.errors import InfeasibleError
 from labgym.layouts.brief import Content, Unit
 from labgym.layouts.request import Request
@@ -91,6 +92,8 @@ def conflict_between(first: Cabinet, second: Cabinet, profile: Profile) -> str |
 
 def _compatible_groups(assets: list[Asset], profile: Profile, capacity: int) -> list[list[Asset]]:
     def clash(one: Asset, other: Asset) -> bool:
+        if UNCLASSIFIED in (one.category, other.category):
+            return True  # a bottle of unknown content shares no cabinet
         return hazard_between(one, other, profile.pairs) is not None
 
     degree = {asset.name: sum(clash(asset, other) for other in assets) for asset in assets}

@@ -25,7 +25,7 @@ def derive(protocol: Protocol, catalog: Catalog | None = None) -> Protocol:
     Raises:
         UnknownNameError: the protocol names an asset that the catalog lacks.
     """
-    assets = catalog if catalog is not None else Catalog.load()
+    assets = protocol.assets(catalog)
     return protocol.model_copy(
         update={
             "chemical_constraints": chemical_constraints(protocol, assets),

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from labgym.documents import Document, Record
+from labgym.assets import Catalog, Substance
+from labgym.documents import Document, Growing, Record
 
 ReactionType = Literal[
     "substitution",
@@ -70,20 +71,24 @@ class SpatialConstraint(Record):
     reason: str = ""
 
 
-class Protocol(Document):
-    """A complete protocol. All names are asset names of the catalog.
+class Protocol(Document, Growing):
+    """A complete protocol. All names are asset names of the catalog, or of the substances that it embeds.
 
     Attributes:
+        reaction_type: None if it is not one of the types.
         reaction: reaction SMILES.
         instruments: a multiset of asset names.
         synonyms: other names under which a search should find it, in English and Chinese.
+        substances: reagents that the catalog lacks, complete.
+        partial: what is not known or not carried over, one sentence each; empty for a complete protocol.
     """
 
+    ADDED: ClassVar[frozenset[str]] = frozenset({"substances", "partial"})
     SCHEMA: ClassVar[str] = "labgym.protocol/1"
 
     id: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]{0,63}$")]
     name: str
-    reaction_type: ReactionType
+    reaction_type: ReactionType | None = None
     reaction: str = ""
     product: str = ""
     description: str = ""
@@ -93,6 +98,25 @@ class Protocol(Document):
     steps: Annotated[tuple[Step, ...], Field(min_length=1, max_length=100)]
     chemical_constraints: Annotated[tuple[ChemicalConstraint, ...], Field(max_length=2000)] = ()
     spatial_constraints: Annotated[tuple[SpatialConstraint, ...], Field(max_length=2000)] = ()
+    substances: Annotated[tuple[Substance, ...], Field(max_length=60)] = ()
+    partial: Annotated[tuple[Annotated[str, Field(max_length=500)], ...], Field(max_length=100)] = ()
+
+    @model_validator(mode="after")
+    def _uses_its_substances(self) -> Self:
+        names = [substance.name for substance in self.substances]
+        used = {use.name for use in self.reagents}
+        wrong = next((name for name in names if name not in used or names.count(name) > 1), None)
+        if wrong is not None:
+            raise ValueError(f"substance {wrong!r} is embedded twice or is not among the reagents")
+        return self
+
+    def assets(self, catalog: Catalog | None = None) -> Catalog:
+        """Return a catalog, by default the loaded one, with the substances that the protocol embeds.
+
+        Raises:
+            LabgymError: a substance clashes with a reagent of the catalog.
+        """
+        return (Catalog.load() if catalog is None else catalog).including(self.substances)
 
     @property
     def route(self) -> tuple[str, ...]:

@@ -35,7 +35,7 @@ def validate(protocol: Protocol, catalog: Catalog | None = None) -> tuple[Findin
         protocol: any protocol that satisfies the schema.
         catalog: the assets that the protocol names; the default catalog if None.
     """
-    case = ProtocolCase(protocol, catalog if catalog is not None else Catalog.load())
+    case = ProtocolCase(protocol, protocol.assets(catalog))
     return tuple(finding for rule in ALL for finding in rule(case))
 
 
@@ -50,7 +50,7 @@ def examine(protocol: Protocol, catalog: Catalog | None = None) -> tuple[Finding
         protocol: any protocol that satisfies the schema.
         catalog: the assets that the protocol names; the default catalog if None.
     """
-    case = ProtocolCase(protocol, catalog if catalog is not None else Catalog.load())
+    case = ProtocolCase(protocol, protocol.assets(catalog))
     return tuple(finding for rule in (*ALL, *EQUIPMENT) for finding in rule(case))
 
 

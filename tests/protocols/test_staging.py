@@ -65,10 +65,11 @@ def test_what_is_infeasible_is_refused_with_the_reason(name: str) -> None:
         stage(experiments()[name])
 
 
-def test_an_experiment_of_unknown_type_is_refused() -> None:
+def test_an_experiment_of_unknown_type_is_a_protocol_without_a_type() -> None:
     untyped = experiments()["cyc_biginelli"].model_copy(update={"reaction_type": None})
-    with pytest.raises(RefusalError, match="--type"):
-        stage(untyped)
+    protocol = stage(untyped)
+    assert protocol.reaction_type is None
+    assert Protocol.parse(protocol.to_json()) == protocol
 
 
 def test_solids_that_moisture_spoils_are_weighed_in_the_glove_box() -> None:

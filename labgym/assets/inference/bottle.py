@@ -18,7 +18,7 @@ INFERRED_NOTE = "inferred from structure"
 """Beginning of the notes of an inferred entry."""
 STATED_NOTE = "stated by the user"
 
-_PACKS: dict[State, dict[str, Any]] = {
+PACKS: dict[State, dict[str, Any]] = {
     "liquid": {
         "size": Size(width=0.08, depth=0.08, height=0.18),
         "mass": 0.9,
@@ -99,7 +99,7 @@ def infer(
         placing="desktop",
         hazards=Hazards(**{flag: value for flag, value in flags.items() if flag not in chemical}),
         chemistry=chemistry,
-        **_PACKS[inference.state],
+        **PACKS[inference.state],
     )
 
 

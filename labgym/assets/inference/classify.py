@@ -109,7 +109,8 @@ def classify(smiles: str, state: State | None = None) -> Inference:
     if state is None:
         state = _phase(measured) if measured is not None else _state(structure, boiling, groups)
     flags = _flags(structure, groups, boiling, state)
-    storage, why = _storage(groups, flags, state)
+    phosphorus = any(reason.why == WHITE_PHOSPHORUS for reason in flags.get("pyrophoric", ()))
+    storage, why = storage_of(groups, flags, state, phosphorus)
     return Inference(
         smiles=canonical(smiles),
         formula=str(rdMolDescriptors.CalcMolFormula(original)),
@@ -191,11 +192,16 @@ def _of_volatility(flag: Flag, structure: Any, boiling: float, state: State) -> 
     return [Reason(why=why, confidence=ESTIMATED_CONFIDENCE)]
 
 
-def _storage(
-    groups: dict[str, tuple[Reason, ...]], flags: dict[Flag, tuple[Reason, ...]], state: State
+def storage_of(
+    groups: Collection[str], flags: Collection[str], state: State, phosphorus: bool = False
 ) -> tuple[StorageClass, str]:
-    """Return the first storage class whose condition holds, worst hazard first, and the reason."""
-    phosphorus = any(reason.why == WHITE_PHOSPHORUS for reason in flags.get("pyrophoric", ()))
+    """Return the first storage class whose condition holds, worst hazard first, and the reason.
+
+    Args:
+        groups, flags: names of the reactive groups and hazard flags.
+        state: at room temperature.
+        phosphorus: whether it is white phosphorus, which is kept under water.
+    """
     cold = "explosive" in flags and not any(name in groups for name in _NOT_COLD)
     choices: tuple[tuple[bool, StorageClass, str], ...] = (
         (state == "gas", "Gas", "is a gas"),

@@ -13,14 +13,13 @@ import numpy as np
 from pydantic import Field, PrivateAttr, model_validator
 
 from labgym.artefacts import artefacts
-from labgym.documents import Document, Record, canonical_hash, write_text
+from labgym.documents import Document, Growing, Record, canonical_hash, write_text
 from labgym.envs.conditions.payload import MOST_LEGS
 from labgym.envs.labnav.tasks import TaskName, condition_names
 from labgym.envs.tasks import Task
 from labgym.errors import DocumentError, OptionError, UnknownNameError
 from labgym.json_stream import stream_json
 from labgym.layouts import Layout, load_published
-from labgym.layouts.floor.fields import Growing
 from labgym.layouts.sealed import SECRET_SPLITS
 from labgym.navigation import GoalPair
 from labgym.navigation.goals import ANYWHERE

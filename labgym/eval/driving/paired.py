@@ -169,6 +169,6 @@ def _classed(
 @cache
 def _reaction_type(protocol: str | None) -> str:
     try:
-        return "other" if protocol is None else protocols.get(protocol).reaction_type
+        return "other" if protocol is None else protocols.get(protocol).reaction_type or "other"
     except LabgymError:
         return "other"

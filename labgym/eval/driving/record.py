@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 from pydantic import Field
 
-from labgym.documents import Document
+from labgym.documents import Document, Growing
 from labgym.eval.driving.episode_row import TransitionRow
 from labgym.eval.driving.files import EPISODES, SUMMARY
 from labgym.eval.driving.intervals import Estimate
 from labgym.eval.driving.navigation_metrics import VERSION, summarise
-from labgym.layouts.floor.fields import Growing
 from labgym.policies.policy import Sensors
 from labgym.policies.process.box import BUILT_IN_CODE, LONGEST_LEVEL
 from labgym.suites import Suite

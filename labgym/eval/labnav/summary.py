@@ -11,7 +11,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
-from labgym.documents import Record
+from labgym.documents import Growing, Record
 from labgym.envs.labnav.necks import RADII
 from labgym.envs.labnav.task import PRECISE
 from labgym.envs.labnav.tasks import TaskName, task_of
@@ -21,7 +21,6 @@ from labgym.eval.driving.intervals import Estimate, bounded_mean, estimate_text
 from labgym.eval.driving.record import EvaluationSummary
 from labgym.eval.labnav.figure import arithmetic, figure, mean_score, nines
 from labgym.eval.labnav.suites import LabNavSuite, is_whole
-from labgym.layouts.floor.fields import Growing
 from labgym.policies.policy import Sensors
 from labgym.policies.process.box import BUILT_IN_CODE, LONGEST_LEVEL, UNRANKED, is_rankable
 from labgym.table import Table

@@ -10,7 +10,7 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from labgym.artefacts import artefacts
-from labgym.documents import Document, Record
+from labgym.documents import Document, Growing, Record
 from labgym.envs.conditions.payload import MOST_LEGS
 from labgym.envs.labnav.task import leg_score
 from labgym.envs.labnav.tasks import task_of
@@ -23,7 +23,6 @@ from labgym.eval.labnav.figure import arithmetic, figure
 from labgym.eval.labnav.suites import PREFIX, LabNavSuite, load_labnav
 from labgym.eval.labnav.summary import LabNavSummary, TaskSummary
 from labgym.eval.leaderboard.receipts import SAME, has_alarm, published_rounds
-from labgym.layouts.floor.fields import Growing
 from labgym.policies.process.box import is_rankable
 from labgym.runs.provenance import RunProvenance
 

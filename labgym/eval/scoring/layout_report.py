@@ -7,9 +7,8 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from labgym.documents import Document, Record
+from labgym.documents import Document, Growing, Record
 from labgym.eval.scoring.judgement import DIMENSIONS, Judgement
-from labgym.layouts.floor.fields import Growing
 from labgym.layouts.rules.regulations import Ruling
 from labgym.layouts.rules.rule import FacilityIssue
 

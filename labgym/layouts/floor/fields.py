@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Annotated, Any, ClassVar
+from typing import Annotated
 
-from pydantic import Field, model_serializer
-
-from labgym.documents import Record
+from pydantic import Field
 
 Coordinate = Annotated[float, Field(ge=-100.0, le=100.0)]
 IDENTIFIER = r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,79}$"
@@ -17,22 +14,6 @@ Thickness = Annotated[float, Field(ge=0.02, le=1.0)]
 Height = Annotated[float, Field(ge=2.2, le=10.0)]
 DoorWidth = Annotated[float, Field(ge=0.6, le=4.0)]
 DoorHeight = Annotated[float, Field(ge=1.8, le=4.0)]
-
-
-class Growing(Record):
-    """A record that has gained fields: they are written only if they differ from their default.
-
-    A document that does not use them keeps its bytes.
-    """
-
-    ADDED: ClassVar[frozenset[str]] = frozenset()
-    """Names of the fields that are left out at their default."""
-
-    @model_serializer(mode="wrap")
-    def _serialized(self, handler: Callable[[Any], dict[str, Any]]) -> dict[str, Any]:
-        fields = type(self).model_fields
-        plain = {name for name in self.ADDED if getattr(self, name) == fields[name].get_default()}
-        return {name: value for name, value in handler(self).items() if name not in plain}
 
 
 NFPA_45 = 46.5

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, ValidationError, model_validator
 
+from labgym.documents import Growing
 from labgym.errors import LabgymError, UnknownNameError
 from labgym.geometry import BoxArray, OrientedBox
 from labgym.layouts.floor.checks import check_access, check_counts, check_doorways, check_enclosed, check_overlaps
 from labgym.layouts.floor.doorways import Doorway, doorways_of
-from labgym.layouts.floor.fields import Growing
 from labgym.layouts.floor.rooms import READS, Door, Room, rectangle_parts, room_of
 from labgym.layouts.floor.solids import FloorPart, solid_parts
 from labgym.layouts.floor.spaces import Column, FreeRectangles, KeepOut, Service, Space

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from labgym.documents import Record
+from labgym.documents import Growing, Record
 from labgym.geometry import Array, OrientedBox, to_local, to_world
 from labgym.geometry.frames import PlanarPose
-from labgym.layouts.floor.fields import Angle, Coordinate, Growing, Height, Identifier
+from labgym.layouts.floor.fields import Angle, Coordinate, Height, Identifier
 
 OUTSIDE = "outside"
 """What lies beyond an exit, in place of the id of a space."""

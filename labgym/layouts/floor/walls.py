@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from labgym.documents import Record
+from labgym.documents import Growing, Record
 from labgym.geometry import BoxArray, OrientedBox, pairwise_distance, rotate
 from labgym.geometry.frames import PlanarPose
-from labgym.layouts.floor.fields import Coordinate, Growing, Height, Thickness
+from labgym.layouts.floor.fields import Coordinate, Height, Thickness
 
 SHORTEST = 0.05
 """Length of the shortest wall, meters."""

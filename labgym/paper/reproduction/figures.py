@@ -7,9 +7,8 @@ import io
 from collections.abc import Iterable, Mapping, Sequence
 from typing import ClassVar, Literal
 
-from labgym.documents import Document, Record
+from labgym.documents import Document, Growing, Record
 from labgym.eval.driving.intervals import Estimate, bounded_mean, positive_mean
-from labgym.layouts.floor.fields import Growing
 from labgym.table import Table, number
 
 Scale = Literal["share", "points", "amount"]

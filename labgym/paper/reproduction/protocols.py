@@ -118,7 +118,7 @@ def count_protocols() -> ShardOutput:
             CountRow(
                 of="protocol",
                 name=protocol.id,
-                group=protocol.reaction_type,
+                group=protocol.reaction_type or "other",
                 counts=dict(
                     zip(
                         COUNTS,

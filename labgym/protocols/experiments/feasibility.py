@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal
 
 from labgym.assets import Asset, Catalog
@@ -13,7 +14,7 @@ from labgym.protocols.apparatus import APPARATUS, FILL
 from labgym.protocols.capability import capacity, cools_to, heats_to, weighs, withstands
 from labgym.protocols.contents import is_vessel
 from labgym.protocols.errors import RefusalError
-from labgym.protocols.experiments.grounding import Grounder, grounded
+from labgym.protocols.experiments.grounding import SOLVENTS, Grounder, grounded
 from labgym.protocols.experiments.model import Action, Atmosphere, Experiment, Verb
 from labgym.protocols.refusals import refuse_mixture, refuse_solvent, refuse_to_make
 from labgym.quantities import ROOM_RANGE
@@ -38,6 +39,12 @@ WORK_UP: frozenset[Verb] = frozenset(
     )
 )
 """Actions after which the mixture leaves the reaction flask or is divided."""
+PURIFYING: frozenset[Verb] = frozenset(("Chromatograph", "Distill", "Sublime"))
+"""Actions after which the batch is the product alone."""
+PASSING: frozenset[Verb] = frozenset(("DrySolution", "Wash"))
+"""Actions whose reagents leave the batch again."""
+EVAPORATED_BELOW_C = 125.0
+"""Boiling point up to which a solvent is taken to be gone after evaporation, degrees Celsius."""
 HEATED_FLASKS = ("bath", "mantle", "stirrer", "reactor")
 """Subtypes of devices that heat a reaction; ovens, burners and heat guns do not."""
 PRESSURE_VESSELS = ("vessel", "reactor")
@@ -108,7 +115,7 @@ class FeasibilityFilter:
             obstacles += _unresolved(number, action)
             obstacles += self._masses(number, action, listed)
         obstacles += self._volume(experiment, listed)
-        obstacles += _unsafe(experiment, listed)
+        obstacles += _unsafe(experiment, listed, self.catalog)
         return FeasibilityVerdict(experiment if obstacles else grounded(experiment, listed), tuple(obstacles))
 
     def _unlisted(self, experiment: Experiment, names: dict[str, str | None]) -> Iterator[Obstacle]:
@@ -151,7 +158,10 @@ class FeasibilityFilter:
             if mass is None or portion.name not in listed:
                 continue
             if self._finest is None or mass < READABLE * self._finest:
-                message = f"{mass * 1000:g} mg of {portion.name[:80]} cannot be weighed to within 10 %"
+                message = (
+                    f"{mass * 1000:g} mg of {portion.name[:80]} cannot be weighed to within 10 %: "
+                    f"{_weighable(mass, self._finest)}"
+                )
                 yield Obstacle("mass", number, message)
             elif self._heaviest is not None and mass > self._heaviest:
                 yield Obstacle("mass", number, f"{mass:g} g of {portion.name[:80]} is more than any balance can weigh")
@@ -214,22 +224,67 @@ def _unresolved(number: int, action: Action) -> Iterator[Obstacle]:
         yield Obstacle("incomplete", number, f"it refers to {what}{stated}: write those actions out")
 
 
-def _unsafe(experiment: Experiment, listed: dict[str, str]) -> Iterator[Obstacle]:
+def _unsafe(experiment: Experiment, listed: dict[str, str], catalog: Catalog) -> Iterator[Obstacle]:
+    """Yield dangerous products, and reagents that must never meet where they do meet."""
     roles = {material.name: material.role for material in experiment.materials}
-    reagents = sorted(set(listed.values()))
-    solvents = [listed[name] for name, role in roles.items() if role == "solvent" and name in listed]
-    solvents += [listed[name] for name in _poured(experiment) if name in listed]
+    solvents = {listed[name] for name, role in roles.items() if role == "solvent" and name in listed}
+    solvents |= {listed[name] for name in _poured(experiment) if name in listed}
     made = experiment.reaction.rpartition(">")[2].split(".")
-    checks: tuple[Callable[[], None], ...] = (
-        lambda: refuse_to_make(experiment.name, experiment.product, made),
-        lambda: refuse_mixture(reagents),
-        lambda: refuse_solvent(reagents, solvents),
-    )
-    for check in checks:
+    checks: list[tuple[int | None, Callable[[], None]]] = [
+        (None, partial(refuse_to_make, experiment.name, experiment.product, made))
+    ]
+    for number, present in _meetings(experiment.actions, listed, catalog):
+        alike = sorted({name for reagent in present for name in _acts_as(reagent, catalog)})
+        checks += [(number, partial(refuse_mixture, alike))]
+        checks += [(number, partial(refuse_solvent, alike, [name for name in alike if name in solvents]))]
+    seen = set()
+    for number, check in checks:
         try:
             check()
         except RefusalError as error:
-            yield Obstacle("unsafe", None, str(error))
+            if str(error) not in seen:
+                seen.add(str(error))
+                yield Obstacle("unsafe", number, str(error))
+
+
+def _meetings(
+    actions: Sequence[Action], listed: dict[str, str], catalog: Catalog
+) -> Iterator[tuple[int, frozenset[str]]]:
+    """Yield the reagents that may be in the vessel at each action that adds some; more rather than fewer.
+
+    Everything stays in the vessel except liquids that washed or dried the batch, the solvents of a batch that was
+    concentrated, and what a chromatography, a distillation or a sublimation leaves behind.
+    """
+    batch: set[str] = set()
+    for number, action in enumerate(actions, 1):
+        added = {listed[portion.name] for portion in action.takes if portion.name in listed}
+        if added:
+            yield number, frozenset(batch | added)
+        if action.verb in PURIFYING and action.keep != "residue":
+            batch = set()
+        elif action.verb == "Concentrate":
+            batch -= {name for name in batch if _evaporates(catalog.get(name))}
+        elif action.verb not in PASSING or (action.verb == "Wash" and action.keep == "aqueous"):
+            batch |= added
+
+
+def _evaporates(asset: Asset) -> bool:
+    chemistry = asset.chemistry
+    boiling = None if chemistry is None else chemistry.boiling_point
+    return asset.category in SOLVENTS and boiling is not None and boiling <= EVAPORATED_BELOW_C
+
+
+def _acts_as(name: str, catalog: Catalog) -> Iterator[str]:
+    """Yield a reagent and, for an open substance, the reagents of the catalog with exactly its reactive groups."""
+    yield name
+    if any(substance.name == name for substance in catalog.substances):
+        chemistry = catalog.get(name).chemistry
+        groups = frozenset(chemistry.groups) if chemistry is not None else frozenset()
+        yield from (
+            asset.name
+            for asset in catalog.of_kind("reagent")
+            if groups and asset.chemistry is not None and frozenset(asset.chemistry.groups) == groups
+        )
 
 
 def _poured(experiment: Experiment) -> Iterator[str]:
@@ -241,6 +296,18 @@ def _poured(experiment: Experiment) -> Iterator[str]:
             amount = read_amount(portion.amount)
             if amount.volume is not None and amount.mass is None and amount.moles is None:
                 yield portion.name
+
+
+def _weighable(mass: float, finest: float | None) -> str:
+    """Return the remedies for a mass that is too small to weigh, grams."""
+    if finest is None:
+        return "the catalog has no balance"
+    least = READABLE * finest
+    stock = max(10.0 * mass, least)
+    return (
+        f"weigh {stock * 1000:.3g} mg into 10 mL of a stock solution and take {10.0 * mass / stock:.2g} mL of it, or "
+        f"make {least / mass:.2g} times the batch"
+    )
 
 
 def _best(

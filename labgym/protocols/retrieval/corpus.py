@@ -94,7 +94,7 @@ def _search_names(name: str, catalog: Catalog) -> str:
 
 def _card(protocol: Protocol, catalog: Catalog) -> str:
     names = [f"{use.role} {_search_names(use.name, catalog)}" for use in protocol.reagents]
-    kind = protocol.reaction_type.replace("_", " ")
+    kind = (protocol.reaction_type or "").replace("_", " ")
     synonyms = "; ".join(protocol.synonyms)
     return f"{protocol.name}. {synonyms}. {kind}. {protocol.description} {protocol.product}. {'; '.join(names)}."
 

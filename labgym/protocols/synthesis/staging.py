@@ -19,7 +19,9 @@ from labgym.protocols.experiments.feasibility import GASES, WORK_UP, Feasibility
 from labgym.protocols.experiments.model import Verb
 from labgym.protocols.experiments.narration import sentence
 from labgym.protocols.model import Protocol
-from labgym.protocols.synthesis.builder import ProtocolBuilder, clean_up, groups_of, weigh_first
+from labgym.protocols.rules.hazards import INERT
+from labgym.protocols.substances import Opened, Resolver, opened
+from labgym.protocols.synthesis.builder import ProtocolBuilder, clean_up, groups_of, is_pyrophoric, weigh_first
 from labgym.protocols.validate import ProtocolError, examine, faults
 from labgym.quantities import ROOM_RANGE
 
@@ -60,25 +62,31 @@ ROLES: dict[Verb, str] = {
 }
 
 
-def stage(experiment: Experiment, catalog: Catalog | None = None) -> Protocol:
+def stage(
+    experiment: Experiment,
+    catalog: Catalog | None = None,
+    names: Resolver | None = None,
+    partial: Sequence[str] = (),
+) -> Protocol:
     """Return an experiment as a protocol that passes every check.
 
     Args:
-        experiment: from the library or imported.
-        catalog: the assets that the protocol may use; the default catalog if None.
+        experiment: from the library, imported or read from a text.
+        catalog: the assets that the protocol may use; by default that of `names`, or the default catalog.
+        names: says what materials are that the catalog lacks; the protocol embeds them. Without it they are refused.
+        partial: what the experiment lacks of the text that it was read from, one sentence each.
 
     Raises:
-        RefusalError: the experiment is infeasible with the catalog, or its reaction type is missing.
+        RefusalError: the experiment is infeasible with the catalog.
         ProtocolError: the protocol violates rules; the error carries the findings.
     """
-    assets = catalog if catalog is not None else Catalog.load()
-    verdict = FeasibilityFilter(assets).judge(experiment.unrolled())
+    if catalog is None:
+        catalog = Catalog.load() if names is None else names.catalog
+    open_ = Opened(experiment) if names is None else opened(experiment, names)
+    assets = catalog.including(open_.substances)
+    verdict = FeasibilityFilter(assets).judge(open_.experiment.unrolled())
     if verdict.obstacles:
         raise RefusalError("infeasible", f"{experiment.id}: {'; '.join(item.message for item in verdict.obstacles)}")
-    if experiment.reaction_type is None:
-        raise RefusalError(
-            "no-reaction", f"{experiment.id} has no reaction type; give one, for example with --type redox"
-        )
     feasible = verdict.experiment
     builder = ProtocolBuilder(assets)
     vessel = _Stager(builder, feasible).carry_out()
@@ -96,6 +104,8 @@ def stage(experiment: Experiment, catalog: Catalog | None = None) -> Protocol:
             reagents=builder.reagents,
             instruments=builder.instruments,
             steps=tuple(builder.steps),
+            substances=open_.substances,
+            partial=(*partial, *open_.partial),
         )
     except ValidationError as error:
         raise RefusalError("infeasible", str(document_error(feasible.id, error))) from None
@@ -154,6 +164,9 @@ class _Stager:
         if action.verb in ("Yield", "Transfer", "CollectLayer"):
             return
         names = tuple(self._take(action, portion.name, portion.amount) for portion in action.takes)
+        ignites = any(is_pyrophoric(self.catalog.get(name)) for name in names)
+        if ignites and action.atmosphere is None and not INERT.search(action.note):
+            action = _with_note(action.model_copy(update={"atmosphere": "nitrogen"}), "nitrogen is assumed")
         if not self.reacting and action.verb in ("Add", "Dissolve"):
             self.volume += self._millilitres(action)
         _STEPS.get(action.verb, _Stager._in_the_flask)(self, action, names)
