@@ -30,7 +30,7 @@ def python(wheel, tmp_path_factory) -> Path:
     venv.create(folder)
     python = folder / "bin" / "python"
     pip = [sys.executable, "-m", "pip", "--python", python]
-    subprocess.run([*pip, "install", "--quiet", "--no-deps", "--no-index", wheel], check=True)
+    subprocess.run([*pip, "install", "--quiet", "--no-compile", "--no-deps", "--no-index", wheel], check=True)
     # A path file inside a path file's folder is not followed, so the checkout's editable install stays unseen.
     packages = folder / "lib" / f"python{sys.version_info.major}.{sys.version_info.minor}" / "site-packages"
     (packages / "borrowed.pth").write_text(sysconfig.get_path("purelib") + "\n")

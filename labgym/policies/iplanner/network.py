@@ -79,7 +79,9 @@ class IPlannerNetwork(nn.Module):
         rows, columns = _halved(IMAGE_SHAPE, len(widths) + 2)
         self.body = nn.Sequential(nn.Flatten(), nn.Linear(48 * rows * columns + 3, 256), nn.ReLU())
         self.points = nn.Sequential(nn.Linear(256, 128), nn.ReLU(), nn.Linear(128, 2 * options.key_points))
-        self.register_buffer("weights", path_weights(options.key_points + 1, options.path_points), persistent=False)
+        with torch.device("cpu"):  # on "meta", torch would import its compiler for it: two seconds
+            weights = path_weights(options.key_points + 1, options.path_points)
+        self.register_buffer("weights", weights, persistent=False)
 
     def forward(self, depth: Tensor, goal: Tensor) -> Tensor:
         """Return paths from the origin: (b, path_points, 2), robot frame, meters.

@@ -60,19 +60,24 @@ CHEMTRANS = (
     "reagent(eluent): hexane & [ yield ] appearance: colorless & yield: 71% & mass(yield): 24.0 g & "
     "reagent:  ( name: the epoxide & type: pure &  )  &\n"
 )
+UNITS = ("pint",)
+TABLES = ("pint", "pandas", "pyarrow.parquet")
+"""Modules that take long to import, imported once before the forks."""
 
 
 def targets() -> Iterator[Target]:
     """Yield a target for each format."""
-    yield Target("import xdl", lambda: partial(_text, "a.xdl", XDL), partial(_import, "xdl"))
-    yield Target("import chemtrans", lambda: _chemtrans, partial(_import, "chemtrans"))
-    yield Target("import openexp", lambda: _openexp, partial(_import, "openexp"))
-    yield Target("import ord text", lambda: partial(_text, "a.pbtxt", ORD), partial(_import, "ord"))
-    yield Target("import ord json", _ord_json, partial(_import, "ord"))
-    yield Target("import ord binary container", partial(_ord_binary, False), partial(_import, "ord"), share=0.5)
-    yield Target("import ord binary fields", partial(_ord_binary, True), partial(_import, "ord"), share=0.5)
-    yield Target("import ord parquet container", partial(_ord_parquet, False), partial(_import, "ord"), share=0.5)
-    yield Target("import ord parquet content", partial(_ord_parquet, True), partial(_import, "ord"), share=0.5)
+    yield Target("import xdl", lambda: partial(_text, "a.xdl", XDL), partial(_import, "xdl"), UNITS)
+    yield Target("import chemtrans", lambda: _chemtrans, partial(_import, "chemtrans"), UNITS)
+    yield Target("import openexp", lambda: _openexp, partial(_import, "openexp"), UNITS)
+    yield Target("import ord text", lambda: partial(_text, "a.pbtxt", ORD), partial(_import, "ord"), UNITS)
+    yield Target("import ord json", _ord_json, partial(_import, "ord"), UNITS)
+    yield Target("import ord binary container", partial(_ord_binary, False), partial(_import, "ord"), UNITS, share=0.5)
+    yield Target("import ord binary fields", partial(_ord_binary, True), partial(_import, "ord"), UNITS, share=0.5)
+    yield Target(
+        "import ord parquet container", partial(_ord_parquet, False), partial(_import, "ord"), TABLES, share=0.5
+    )
+    yield Target("import ord parquet content", partial(_ord_parquet, True), partial(_import, "ord"), TABLES, share=0.5)
     yield Target("experiments", _experiments, lambda folder: read_experiments(folder))
 
 
