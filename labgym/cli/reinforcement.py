@@ -92,7 +92,7 @@ def floors(
 
     Args:
         out: Folder for the pack.
-        count: Number of floors; a floor takes 10 to 15 CPU seconds, and its episodes more.
+        count: Number of floors; a floor takes about 17 CPU seconds.
         per_level: Most episodes of each task and level on a floor.
     """
     whole_number("count", count)

@@ -60,7 +60,7 @@ def make_pack(
 ) -> FloorPack:
     """Draw training floors with their episodes into a folder, or resume, and return the index.
 
-    The files depend on the numbers alone, not on the executor. A floor takes 10 to 15 CPU s, and its episodes more.
+    The files depend on the numbers alone, not on the executor. A floor takes about 17 CPU s.
 
     Args:
         out: the folder, which gets `pack.json` and `floors/00000.json.gz`.
