@@ -196,7 +196,8 @@ def test_numbers_in_names_are_no_figures(text: str) -> None:
     [
         "(", "(a ", "1 ", "1-", "1.", "5 mL ", "5 ml of water, ", "C1", "CH2", " ", "a-", "water/", "was added ",
         "to a solution of ", "1 x ", "1:", "pH of ", "procedure of the ", "as described in the ", "2-methyl-",
-        "water and ", "0°-", "removed by ", "A. ", "such as ", "NMR ", "water, m.p. ", "[", "C 6H ", "Water (5 mL) was added and it was stirred for 2 h. ",
+        "water and ", "0°-", "removed by ", "A. ", "such as ", "NMR ", "water, m.p. ", "[", "C 6H ",
+        "Water (5 mL) was added and it was stirred for 2 h. ",
     ],
 )  # fmt: skip
 def test_a_text_of_the_greatest_length_is_read_in_a_second(part: str) -> None:

@@ -42,9 +42,9 @@ class ActionList(Record):
     """
 
     text: Annotated[str, Field(max_length=MAX_TEXT)]
-    actions: Annotated[tuple[Action, ...], Field(max_length=300)]
+    actions: Annotated[tuple[Action, ...], Field(max_length=5000)]
     outcome: Outcome
-    unread: Annotated[tuple[Unread, ...], Field(max_length=2000)] = ()
+    unread: Annotated[tuple[Unread, ...], Field(max_length=MAX_TEXT)] = ()
     product: Annotated[str, Field(max_length=500)] = ""
     result: Annotated[str, Field(max_length=300)] = ""
     roles: Annotated[dict[str, Role], Field(default_factory=dict)]

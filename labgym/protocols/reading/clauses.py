@@ -345,6 +345,8 @@ class _Place:
 
 def _head(tokens: Sequence[Token], place: int, token: Token) -> Head | None:
     """Return the head that a token is, or None if it names no operation here."""
+    if token.kind not in ("verb", "figure") and token.low not in ("followed", "reduced", "made", "make"):
+        return None
     first, passive, marker = _group(tokens, place)
     at = _Place(
         tokens,

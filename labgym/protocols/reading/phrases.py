@@ -277,7 +277,7 @@ class PhraseReader:
         if token.low in SOLVENT_ADJECTIVES or token.low in QUALITIES:
             self._word(place, token)
             return
-        self._named(token, weak=False)
+        self._named(place, token, weak=False)
         self._refers_back(place)
 
     def _is_gas(self, place: int) -> bool:
@@ -288,7 +288,7 @@ class PhraseReader:
             or rest[:1] in (["atmosphere"], ["gas"], ["inlet"])
         )
 
-    def _named(self, token: Token, weak: bool) -> None:
+    def _named(self, place: int, token: Token, weak: bool) -> None:
         if self._is_ended():
             self._open("", token.start)
         last = self._last
@@ -298,7 +298,7 @@ class PhraseReader:
         elif last is not None and self._adjacent and not self._separated and not self._pending and not self._closed:
             last.end = token.end
             last.weak = last.weak and weak
-        elif last is not None and self._joins_ester(token):
+        elif last is not None and self._joins_ester(place, token):
             last.end = token.end
         else:
             last = Substance(token.start, token.end, self._pending, self._quality, weak, self._in_solvent, self._paired)
@@ -310,10 +310,9 @@ class PhraseReader:
                 self._adjective = None
         self._separated, self._adjacent, self._paired, self._closed = False, True, False, False
 
-    def _joins_ester(self, token: Token) -> bool:
+    def _joins_ester(self, at: int, token: Token) -> bool:
         """Return whether a name goes on after a comma: "pentanoic acid, benzyl ester"."""
         assert self._last is not None
-        at = next((k for k, other in enumerate(self.tokens) if other.start == token.start), 0)
         after = self.tokens[at + 1].low if at + 1 < len(self.tokens) else ""
         comma = at > 0 and self.tokens[at - 1].text == ","
         tail = token.low in ("oxime", "hydrochloride", "dihydrochloride", "hydrobromide") or after in ("ester", "amide")
@@ -336,7 +335,7 @@ class PhraseReader:
     def _acid(self, place: int, token: Token, low: str) -> bool:
         known = low.endswith("ic") and self._after(place) in ("acid", "anhydride")
         if known:
-            self._named(token, weak=False)
+            self._named(place, token, weak=False)
         return known
 
     def _of(self, place: int, token: Token, low: str) -> bool:
@@ -460,7 +459,7 @@ class PhraseReader:
         if low not in BATCH and low not in VESSELS:
             return False
         if self._is_label(place):
-            self._named(token, weak=True)
+            self._named(place, token, weak=True)
         else:
             self._phrase.nouns.append(low)
             self._adjacent = False
@@ -491,14 +490,14 @@ class PhraseReader:
         self._phrase.words.append(low)
         self._adjacent = False
         if low in ("title", "desired", "titled") and self._after(place) in BATCH and self.is_result:
-            self._named(token, weak=True)
+            self._named(place, token, weak=True)
             self._separated = False
         return True
 
     def _unknown(self, place: int, token: Token, low: str) -> bool:
         del low
         if self._is_label(place):
-            self._named(token, weak=True)
+            self._named(place, token, weak=True)
             return True
         if self._last is not None and self._adjacent and not self._separated and self._ends_name(place):
             self._last.end = token.end
@@ -600,7 +599,7 @@ class PhraseReader:
             self._adjacent = False
             return
         if self._is_label(place) and token.low in BATCH:
-            self._named(token, weak=True)
+            self._named(place, token, weak=True)
             return
         self._phrase.words.append(token.low)
         self._adjacent = False

@@ -144,6 +144,36 @@ _MONITOR = re.compile(
     r"|\bno starting material remain|\b(?:as )?(?:monitored|followed|judged|determined|indicated|"
     r"shown) by (?:TLC|HPLC|LC-?/?MS|GC|tlc)"
 )
+_NUMBERED = frozenset(
+    (
+        "example",
+        "examples",
+        "step",
+        "steps",
+        "scheme",
+        "preparation",
+        "compound",
+        "formula",
+        "intermediate",
+        "reference",
+        "section",
+        "table",
+        "method",
+        "part",
+        "procedure",
+        "figure",
+        "no.",
+        "no",
+        "vol.",
+        "page",
+        "claim",
+        "structure",
+        "number",
+        "product",
+        "ref",
+        "entry",
+    )
+)
 _NUMBER = re.compile(r"^\d{1,6}(?:[.,]\d{1,6})?$")
 _RESULTS = frozenset(("mass", "substance", "percent", "volume", "parts"))
 _LAYERS = frozenset(["layer", "layers", "phase", "phases"])
@@ -223,6 +253,7 @@ def _is_measured(amount: str) -> bool:
 
 def _unread(draft: _Draft, parts: Iterable[Sentence]) -> Iterable[Unread]:
     for sentence in parts:
+        before = {token.start: sentence.tokens[k - 1] for k, token in enumerate(sentence.tokens) if k}
         for token in _leaves(sentence.tokens):
             if any(draft.owned[token.start : token.end]):
                 continue
@@ -234,7 +265,7 @@ def _unread(draft: _Draft, parts: Iterable[Sentence]) -> Iterable[Unread]:
                     text=draft.text[token.start : token.end],
                     why=f"amount or condition ({kind}) that no action owns",
                 )
-            elif token.kind == "word" and _NUMBER.match(token.text) and not _is_numbering(sentence.tokens, token):
+            elif token.kind == "word" and _NUMBER.match(token.text) and not _is_numbering(before.get(token.start)):
                 yield Unread(
                     start=token.start, end=token.end, text=token.text, why="number without a unit that is known"
                 )
@@ -247,23 +278,9 @@ def _unread(draft: _Draft, parts: Iterable[Sentence]) -> Iterable[Unread]:
                 )
 
 
-def _is_numbering(tokens: Sequence[Token], token: Token) -> bool:
-    """Return whether a number counts something or numbers it: "Example 3", "compound 12"."""
-    place = next((k for k, other in enumerate(tokens) if other.start == token.start), None)
-    if place is None or place == 0:
-        return True
-    return tokens[place - 1].kind in ("word", "name") and tokens[place - 1].low not in (
-        "of",
-        "and",
-        "with",
-        "to",
-        "in",
-        "over",
-        "at",
-        "for",
-        "about",
-        "from",
-    )
+def _is_numbering(before: Token | None) -> bool:
+    """Return whether a number behind a token counts something or numbers it: "Example 3", "compound 12"."""
+    return before is None or before.kind in ("name", "mark", "group") or before.low in _NUMBERED
 
 
 def _leaves(tokens: Iterable[Token]) -> Iterable[Token]:
@@ -280,6 +297,7 @@ class _Reader:
     def __init__(self, draft: _Draft, text: str) -> None:
         self.draft = draft
         self.text = text
+        self._lower = text.lower()
         self._data = False
         self._solution_made = False
         self._group_words: set[str] = set()
@@ -498,9 +516,9 @@ class _Reader:
         low = clause.head.low
         start = clause.before[-1].end if clause.before else None
         if start is None and clause.after:
-            at = self.text.lower().rfind(low.split()[0], 0, clause.after[0].start)
+            at = self._lower.rfind(low.split()[0], 0, clause.after[0].start)
         else:
-            at = self.text.lower().find(low.split()[0], start or 0)
+            at = self._lower.find(low.split()[0], start or 0)
         at = max(at, 0)
         return at, at + len(low.split()[0])
 

@@ -15,6 +15,7 @@ _CHUNK = re.compile(r"\S+")
 LONGEST_BRACKET = 400
 """Longest bracket, characters; a longer one is taken for two signs that do not belong together."""
 _OPEN, _CLOSE = "([{", ")]}"
+_LEADING, _TRAILING = "\"'*{}=?!~/", ",;:\"'*?!=/([{"
 _OCR_TAIL = re.compile(r"^\d{1,2}(?:[A-Z(·].*)?$")
 _OCR_HEAD = re.compile(r"^[A-Za-z\d()\[\]·.-]*[A-Z][A-Za-z)]*$")
 _ABBREVIATIONS = frozenset(
@@ -139,59 +140,44 @@ def _words(text: str, start: int, end: int) -> Iterator[Token]:
 
 def _chunk(text: str, start: int, end: int) -> Iterator[Token]:
     """Yield the marks around a word, and the word, which keeps its balanced brackets."""
-    while start < end and (text[start] in "\"'*{}=?!~/" or (text[start] in _OPEN and _unmatched(text, start, end))):
-        yield _mark(text, start)
-        start += 1
-    tail = []
+    partners = _partners(text, start, end)
+    closed = set(partners.values())
+    tail: list[int] = []
     while start < end:
-        last = text[end - 1]
-        closing = last in _CLOSE and _unmatched_close(text, start, end)
-        opening = last in _OPEN
-        if (
-            last in ",;:\"'*?!=/"
-            or closing
-            or opening
-            or (last == "." and text[start:end].lower() not in _ABBREVIATIONS)
-        ):
-            tail.append(end - 1)
+        first, last = text[start], text[end - 1]
+        if first in _LEADING or (first in _OPEN and start not in partners):
+            yield _mark(text, start)
+            start += 1
+        elif last in _TRAILING or (last in _CLOSE and end - 1 not in closed) or _is_stop(text, start, end):
             end -= 1
+            tail.append(end)
+        elif first in _OPEN and partners[start] == end - 1:
+            yield _mark(text, start)
+            start, end = start + 1, end - 1
+            tail.append(end)
         else:
             break
-    if start < end and text[start] in _OPEN and text[end - 1] in _CLOSE and _encloses(text, start, end):
-        yield _mark(text, start)
-        yield from _chunk(text, start + 1, end - 1)
-        yield _mark(text, end - 1)
-    elif start < end:
+    if start < end:
         yield from _parted(text, start, end)
     for place in reversed(tail):
         yield _mark(text, place)
 
 
-def _unmatched(text: str, start: int, end: int) -> bool:
-    depth = 0
-    for char in text[start:end]:
-        depth += (char in _OPEN) - (char in _CLOSE)
-        if depth == 0:
-            return False
-    return True
+def _is_stop(text: str, start: int, end: int) -> bool:
+    """Return whether a word ends with a full stop that is no part of an abbreviation."""
+    return text[end - 1] == "." and not (end - start < 10 and text[start:end].lower() in _ABBREVIATIONS)
 
 
-def _unmatched_close(text: str, start: int, end: int) -> bool:
-    depth = 0
-    for char in reversed(text[start:end]):
-        depth += (char in _CLOSE) - (char in _OPEN)
-        if depth == 0:
-            return False
-    return True
-
-
-def _encloses(text: str, start: int, end: int) -> bool:
-    depth = 0
+def _partners(text: str, start: int, end: int) -> dict[int, int]:
+    """Return the places of closing brackets by those of their opening ones."""
+    opened: list[int] = []
+    found: dict[int, int] = {}
     for place in range(start, end):
-        depth += (text[place] in _OPEN) - (text[place] in _CLOSE)
-        if depth == 0:
-            return place == end - 1
-    return False
+        if text[place] in _OPEN:
+            opened.append(place)
+        elif text[place] in _CLOSE and opened:
+            found[opened.pop()] = place
+    return found
 
 
 def _mark(text: str, place: int) -> Token:
