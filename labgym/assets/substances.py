@@ -8,13 +8,13 @@ least the hazards that follow from its own data, from its structure and from the
 from __future__ import annotations
 
 from functools import cached_property, lru_cache
-from typing import Annotated, Any, ClassVar, Literal, Self, get_args
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
 from labgym.artefacts import artefacts
 from labgym.assets.compatibility import UNCLASSIFIED, rulebook
-from labgym.assets.flags import Flag, by_rule, carried
+from labgym.assets.flags import FLAGS, Flag, by_rule, carried
 from labgym.assets.inference.bottle import CATEGORY, PACKS, canonical_name
 from labgym.assets.inference.classify import classify, storage_of
 from labgym.assets.inference.prohibited import ProhibitedSubstanceError
@@ -128,7 +128,9 @@ class Substance(Traits):
         unknown = sorted(set(self.groups) - set(rulebook().groups))
         if unknown:
             raise ValueError(f"{self.name}: {unknown[0]!r} is no reactive group")
-        self._carries(tuple(flag for flag, holds in by_rule(self.asset.chemistry).items() if holds), (), "its data")
+        chemistry = self.asset.chemistry
+        if chemistry is not None:
+            self._carries(tuple(flag for flag, holds in by_rule(chemistry).items() if holds), (), "its data")
         listed = [entry.traits for name in self.names if (entry := listed_name(name)) is not None]
         for traits in listed:
             if traits is not None:
@@ -168,7 +170,7 @@ def implied(smiles: str, state: Phase) -> tuple[tuple[Flag, ...], tuple[str, ...
 def weakened(substance: Substance, other: Asset) -> str | None:
     """Return the first hazard flag of a catalog's reagent that a substance lacks, or None."""
     flags = carried(other)
-    return next((flag for flag in get_args(Flag) if flags.get(flag) and flag not in substance.flags), None)
+    return next((flag for flag in FLAGS if flags.get(flag) and flag not in substance.flags), None)
 
 
 def entry_name(title: str, taken: Any) -> str:
