@@ -339,7 +339,7 @@ class _Reader:
                 return
             if not self.draft.actions or self.draft.actions[-1].verb != "Analyze":
                 if self.draft.actions:
-                    self._emit("Analyze", sentence.data, stated=True)
+                    self._emit("Analyze", sentence.data)
 
     def _isolated(self, tokens: Sequence[Token]) -> None:
         """Emit the result that a sentence without an operation names: "The oily product (78.4 g) was pure"."""
@@ -630,7 +630,6 @@ class _Reader:
         conditions: Sequence[Figure] = (),
         phrases: Sequence[Phrase] = (),
         ratios: Sequence[Figure] = (),
-        stated: bool = True,
         **fields: Any,
     ) -> None:
         words = {word for phrase in phrases for word in phrase.words} | (self._group_words if phrases else set())
@@ -660,8 +659,6 @@ class _Reader:
             and verb in ("Wash", "Extract", "DrySolution", "Concentrate", "Filter", "AdjustPH", "Dissolve")
         ):
             values["part"] = part
-        if not stated:
-            values["assumed"] = (*values.get("assumed", ()), "verb")
         start, end = span
         values["span"] = (start, max(end, start + 1))
         self.draft.actions.append(Action(**values))
