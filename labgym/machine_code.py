@@ -12,14 +12,15 @@ from typing import Any, TypeVar, cast
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 numba: Any
+Cache: Any
 try:
     import numba
-    from numba.core.caching import FunctionCache
+    from numba.core.caching import FunctionCache as Cache
 except ImportError:
-    numba, FunctionCache = None, object
+    numba, Cache = None, object
 
 
-class MachineCode(FunctionCache):  # type: ignore[misc, valid-type, unused-ignore]
+class MachineCode(Cache):  # type: ignore[misc]
     """The machine code of a function on disk. What cannot be read or written there is compiled again.
 
     numba's index names classes of arguments, and does not load once an update of labgym has removed one. A policy in

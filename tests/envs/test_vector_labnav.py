@@ -87,7 +87,11 @@ def test_a_task_on_the_kernel_equals_single_environments_to_the_bit(case, mode):
 def test_what_moves_by_pushing_is_refused_in_one_line():
     from labgym.envs.vector.env import VectorPointNavEnv
 
-    for task, message in (("moved", "pushable=False"), ("carry", "no condition 'payload'"), ("shift", "moves no things")):
+    for task, message in (
+        ("moved", "pushable=False"),
+        ("carry", "no condition 'payload'"),
+        ("shift", "moves no things"),
+    ):
         with pytest.raises(OptionError, match=message) as caught:
             VectorPointNavEnv(config=config_of(task, HEADLINE, layout=island_laboratory(), physics="planar"))
         assert "\n" not in str(caught.value)

@@ -170,7 +170,7 @@ def spared(places: Iterable[str | Path], further: Iterable[str] = ()) -> tuple[s
     Args:
         places: files and folders. further: absolute paths of further hidden files and folders, which need not exist.
     """
-    secret = tuple(map(os.path.realpath, (*hidden(), *further)))
+    secret = tuple(os.path.realpath(path) for path in (*map(str, hidden()), *further))
     kept = {path for place in places for path in _spared(os.path.realpath(place), secret)}
     # A folder contains what it contains: fewer rules are entered sooner.
     return tuple(sorted(path for path in kept if not any(str(parent) in kept for parent in Path(path).parents)))

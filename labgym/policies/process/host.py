@@ -173,7 +173,7 @@ class _Host:
 
 def _lead_group(process: int) -> None:
     """Make a new loader, or with 0 this process, the leader of a process group, which a boxed process cannot leave."""
-    with contextlib.suppress(OSError):  # both processes do it: whoever comes first
+    with contextlib.suppress(OSError):  # both processes do it, in either order
         os.setpgid(process, process)
 
 

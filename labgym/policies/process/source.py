@@ -112,7 +112,7 @@ class PolicySource:
         modules: names of the modules of the object's classes.
         stated: paths of the files that the object states (`Policy.files`).
         attachments: files for a process on another machine.
-        hidden: absolute paths of files and folders that the policy must not read, also in a folder of its own.
+        hidden: absolute paths of files and folders that the policy must not read, also in its folder.
     """
 
     name: str

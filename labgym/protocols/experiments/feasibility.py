@@ -233,10 +233,10 @@ def _unsafe(experiment: Experiment, listed: dict[str, str], catalog: Catalog) ->
     checks: list[tuple[int | None, Callable[[], None]]] = [
         (None, partial(refuse_to_make, experiment.name, experiment.product, made))
     ]
-    for number, present in _meetings(experiment.actions, listed, catalog):
+    for place, present in _meetings(experiment.actions, listed, catalog):
         alike = sorted({name for reagent in present for name in _acts_as(reagent, catalog)})
-        checks += [(number, partial(refuse_mixture, alike))]
-        checks += [(number, partial(refuse_solvent, alike, [name for name in alike if name in solvents]))]
+        checks += [(place, partial(refuse_mixture, alike))]
+        checks += [(place, partial(refuse_solvent, alike, [name for name in alike if name in solvents]))]
     seen = set()
     for number, check in checks:
         try:

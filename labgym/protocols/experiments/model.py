@@ -93,7 +93,7 @@ class Portion(Record):
         name: of the material.
         amount: as written: "5.4 g (5.2 mL), 50 mmol", "3 x 30 mL", "10 mL of 2 M", "1.2 equiv"; `read_amount` gives the
             values in base units.
-        solvent: what it is dissolved in, if the text names it without an amount of its own ("1 M in THF").
+        solvent: what it is dissolved in, if the text names it without an amount ("1 M in THF").
         span: of its name in the text.
         assumed: whether the text does not name it.
     """

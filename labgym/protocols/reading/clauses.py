@@ -213,7 +213,7 @@ class Clause:
 
 
 def clauses(tokens: Sequence[Token]) -> tuple[list[Clause], tuple[Token, ...]]:
-    """Return the clauses of a sentence, and the tokens before the first if there is none."""
+    """Return the clauses of a sentence, and its tokens before the first clause, all of them without a clause."""
     heads = list(_heads(tokens))
     if not heads:
         return [], tuple(tokens)

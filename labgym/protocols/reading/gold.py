@@ -1,8 +1,8 @@
 """Gold: action lists that people wrote, and how well a read one agrees with them.
 
 A gold file has one JSON object a line: `id`, `text` (or only `hash`, the first 16 hexadecimal digits of the text's
-SHA-256, with the texts in a file of their own), `outcome` and `tuples`. A tuple is one operation with one of its
-substances: `order`, `op`, `substance` (null if there is none), `substance_span`, `amount` (values in g, mL, mol, eq, M,
+SHA-256, with the texts in another file), `outcome` and `tuples`. A tuple is one operation with one of its
+substances: `order`, `op`, `substance` (null without one), `substance_span`, `amount` (values in g, mL, mol, eq, M,
 N, %, or words), `conditions` (kind, value in C, min or bar, or a word), `phase`, `repeat`, `basis`.
 
 Tuples are aligned in order. Strict: operation, substance and all amounts agree. Relaxed: operation and substance.

@@ -686,7 +686,7 @@ class PhraseReader:
         return (verbs and not has_amounts) or any(item.low in words or item.low.startswith("mw=") for item in inner[:3])
 
     def _stands_alone(self, last: Substance, inner: Sequence[Token], names: bool, has_amounts: bool) -> bool:
-        """Return whether a bracket names substances of its own: eluents after silica gel, a drying agent."""
+        """Return whether a bracket names further substances: eluents after silica gel, a drying agent."""
         if names and self._is_eluent(inner):
             return True
         return names and not has_amounts and not last.is_measured and last.weak

@@ -186,7 +186,7 @@ _COLUMN = re.compile(
 
 @dataclass
 class _Draft:
-    """What has been read so far.
+    """State of the reading: what has been read so far.
 
     Attributes:
         owned: 1 for each character that an action owns or that is remark or data.
@@ -1143,7 +1143,7 @@ class _Reader:
                 (),
                 conditions,
                 phrases,
-                **({"atmosphere": "air"} if "air" in words else {}),
+                atmosphere="air" if "air" in words else "",
             )
         else:
             self._emit("DrySolution", self._span(clause), (), conditions, phrases)
@@ -1219,8 +1219,8 @@ class _Reader:
                 item.amounts = [value for value in item.amounts if value.kind != "percent"]
         takes = self._portions(used)
         loose = [item for phrase in phrases for item in phrase.loose]
-        for item in loose:
-            self.draft.own(item.start, item.end)
+        for figure in loose:
+            self.draft.own(figure.start, figure.end)
         last = self.draft.actions[-1] if self.draft.actions else None
         if last is not None and last.verb == "Chromatograph" and clause.head.low.startswith(("elut",)):
             more = tuple(portion for portion in takes if portion.name not in {old.name for old in last.takes})

@@ -103,7 +103,8 @@ def physical_data(smiles: str) -> PhysicalData:
     import chemicals
     from rdkit import Chem
 
-    entry = database.search_InChI_key(Chem.MolToInchiKey(standard(smiles)))
+    key: Any = Chem.MolToInchiKey
+    entry = database.search_InChI_key(key(standard(smiles)))
     if not entry:
         return PhysicalData()
     values: dict[str, float] = {}
