@@ -116,7 +116,7 @@ def test_a_construction_is_read(text: str, expected: list[tuple[str, list[str]]]
 
 def test_periods_stay_in_sequence() -> None:
     (heating,) = read_procedure("The mixture was heated at 50 °C for 1 h and then at 10 °C for 2 h.").actions
-    assert [(item.temperature, item.duration) for item in heating.stretches] == [(50.0, 60.0), (10.0, 120.0)]
+    assert [(item.temperature, item.duration) for item in heating.periods] == [(50.0, 60.0), (10.0, 120.0)]
 
 
 def test_unrolled_actions_have_one_period_each() -> None:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,11 +15,13 @@ from scipy.sparse.csgraph import connected_components
 
 from labgym.envs.parts.protocols import Condition, Presence
 from labgym.envs.parts.registry import registered
-from labgym.envs.state import State
 from labgym.envs.tasks import Task
 from labgym.scenes.exact_rays import ExactRayScene
 from labgym.scenes.mesh import ROOM, SceneMesh
 from labgym.scenes.rays import RaySource
+
+if TYPE_CHECKING:
+    from labgym.envs.state import State
 
 Array = NDArray[np.float64]
 

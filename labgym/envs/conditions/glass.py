@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,6 @@ from labgym.envs.checks import count, positive
 from labgym.envs.conditions.panes import FRAMED, FRAMELESS, GlassPane, panes_of, plain, with_panes
 from labgym.envs.parts.protocols import Condition, Presence
 from labgym.envs.parts.registry import registered
-from labgym.envs.state import State
 from labgym.envs.tasks import Task
 from labgym.envs.world import World, world_of
 from labgym.errors import OptionError
@@ -29,6 +28,9 @@ from labgym.scenes import RayScene
 from labgym.scenes.exact_rays import ExactRayScene
 from labgym.scenes.mesh import MATERIAL_NAMES, ROOM, SceneMesh
 from labgym.scenes.rays import Geometry, RaySource
+
+if TYPE_CHECKING:
+    from labgym.envs.state import State
 
 PATCH, CELL = 0.2, 0.25
 """Sides of a patch of a surface and of a cell of viewing places, meters."""

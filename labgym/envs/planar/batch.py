@@ -30,7 +30,7 @@ from labgym.envs.planar.scene import (
     NO_OUTLINES,
     Beams,
     Boxes,
-    Shown,
+    ShownShapes,
     beams,
     clearance_at,
     scan,
@@ -200,7 +200,7 @@ class PlanarBatch:
             self._chunks[robot] = chunks_of(world)
         self._look(robot, robot + 1)
 
-    def accompany(self, robot: int, company: Company, shown: Shown | None, world: World, height: float) -> None:
+    def accompany(self, robot: int, company: Company, shown: ShownShapes | None, world: World, height: float) -> None:
         """Add the conditions of an episode to the scene of a robot that was placed.
 
         Args:
@@ -208,7 +208,9 @@ class PlanarBatch:
             height: of the lidar, meters.
         """
         robots = self.robots
-        panes, _, shapes, places = Shown(NO_OUTLINES, NORMAL, NO_OUTLINES, np.empty((0, 4))) if shown is None else shown
+        panes, _, shapes, places = (
+            ShownShapes(NO_OUTLINES, NORMAL, NO_OUTLINES, np.empty((0, 4))) if shown is None else shown
+        )
         walls, others = walls_at(world, height, shown), (*company, *panes, *shapes, places)
         self._conditions[robot] = (*walls, *others)
         robots.scenes[robot, 2 * WALLS : 2 * BOXES] = row_of(walls)
@@ -216,7 +218,7 @@ class PlanarBatch:
         self._places[robot] = places
         robots.times[robot] = 0.0
 
-    def show(self, robot: int, eye: Pose, shown: Shown | None) -> None:
+    def show(self, robot: int, eye: Pose, shown: ShownShapes | None) -> None:
         """Set the pose of a lidar, and where the bodies are that it sees."""
         self.robots.eyes[robot] = eye
         if shown is not None:
@@ -329,7 +331,7 @@ def _step(first: int, last: int, robots: Robots, driving: Driving, look: bool, w
                 points(row, COMPANY), points(row, COMPANY + 1), floats(row, COMPANY + 2), floats(row, COMPANY + 3)
             )
             ranks = robots.first[k, : 1 + len(company.before)]
-            robots.driven[k] = company_step(state, v, w, checks, steps, around, robots.times[k], company, ranks)
+            robots.driven[k] = company_step(state, (v, w), (checks, steps), around, robots.times[k], company, ranks)
             robots.touched[k] = ranks.max() > 0
         yaw = wrapped(state[2])
         robots.poses[k, 0], robots.poses[k, 1], robots.poses[k, 2] = state[0], state[1], yaw
@@ -362,7 +364,7 @@ def scan_row(k: int, robots: Robots, driving: Driving) -> None:
     scan(x, y, yaw, _outlines(row, WALLS), driving.beams, driving.reach, robots.ranges[k])
     if row[2 * PANES + 1] > 0 or row[2 * PLACES + 1] > 0:
         places = carray(pointer(row[2 * PLACES]), (row[2 * PLACES + 1] // 4, 4), np.float64)
-        shown = Shown(_outlines(row, PANES), driving.cosine, _outlines(row, SHAPES), places)
+        shown = ShownShapes(_outlines(row, PANES), driving.cosine, _outlines(row, SHAPES), places)
         scan_shown(x, y, yaw, shown, driving.beams, driving.reach, robots.ranges[k])
 
 

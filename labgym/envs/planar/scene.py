@@ -66,6 +66,15 @@ def diamond(x: float, y: float) -> float:
     return 2.0 - y / size if y >= 0.0 else -2.0 - y / size
 
 
+class LidarPose(NamedTuple):
+    """The pose of a lidar: x and y, meters, cosine and sine of its yaw."""
+
+    x: float
+    y: float
+    cosine: float
+    sine: float
+
+
 @compiled
 def scan(
     x: float, y: float, yaw: float, walls: Outlines, beams: Beams, reach: float, ranges: NDArray[np.float32]
@@ -73,27 +82,19 @@ def scan(
     """Write the ranges (n,) from a pose, in meters, at most `reach`."""
     for k in range(len(beams.x)):
         ranges[k] = reach
-    _sweep(x, y, math.cos(yaw), math.sin(yaw), 0, len(walls.first) - 1, walls, beams, reach, ranges)
+    _sweep(LidarPose(x, y, math.cos(yaw), math.sin(yaw)), 0, len(walls.first) - 1, walls, beams, reach, ranges)
 
 
 @inlined
 def _sweep(
-    x: float,
-    y: float,
-    cosine: float,
-    sine: float,
-    begin: int,
-    end: int,
-    walls: Outlines,
-    beams: Beams,
-    reach: float,
-    ranges: NDArray[np.float32],
+    eye: LidarPose, begin: int, end: int, walls: Outlines, beams: Beams, reach: float, ranges: NDArray[np.float32]
 ) -> None:
     """Shorten the ranges (n,) from a pose to the outlines from `begin` to `end` - 1, meters.
 
     A convex outline shows the sides whose front the robot is on. Going around counter-clockwise, their directions fall,
     so each covers the rays between those of its two ends; neighbors share an end and leave no gap.
     """
+    x, y, cosine, sine = eye
     rays = len(beams.x)
     for outline in range(begin, end):
         first, last = walls.first[outline], walls.first[outline + 1]
@@ -121,7 +122,7 @@ def _sweep(
                 _range(0, high, -gap, nx, ny, beams, ranges)
 
 
-class Shown(NamedTuple):
+class ShownShapes(NamedTuple):
     """Panes and bodies of an episode, which a lidar sees besides the walls.
 
     Attributes:
@@ -137,13 +138,12 @@ class Shown(NamedTuple):
 
 @compiled
 def scan_shown(
-    x: float, y: float, yaw: float, shown: Shown, beams: Beams, reach: float, ranges: NDArray[np.float32]
+    x: float, y: float, yaw: float, shown: ShownShapes, beams: Beams, reach: float, ranges: NDArray[np.float32]
 ) -> None:
     """Shorten the ranges (n,) from a pose to what an episode shows besides the walls, meters."""
     panes, least, shapes, places = shown
-    cosine, sine = math.cos(yaw), math.sin(yaw)
     if len(panes.first) > 1:
-        _scan_glass(x, y, cosine, sine, panes, least, beams, reach, ranges)
+        _scan_glass(LidarPose(x, y, math.cos(yaw), math.sin(yaw)), panes, least, beams, reach, ranges)
     for k in range(len(places)):
         outline = int(places[k, 3])
         dx, dy = x - places[k, 0], y - places[k, 1]
@@ -152,39 +152,22 @@ def scan_shown(
         # From the pose in the frame of the body.
         c, s = math.cos(places[k, 2]), math.sin(places[k, 2])
         turn = yaw - places[k, 2]
-        _sweep(
-            c * dx + s * dy,
-            c * dy - s * dx,
-            math.cos(turn),
-            math.sin(turn),
-            outline,
-            outline + 1,
-            shapes,
-            beams,
-            reach,
-            ranges,
-        )
+        eye = LidarPose(c * dx + s * dy, c * dy - s * dx, math.cos(turn), math.sin(turn))
+        _sweep(eye, outline, outline + 1, shapes, beams, reach, ranges)
 
 
 @compiled
 def _scan_glass(
-    x: float,
-    y: float,
-    cosine: float,
-    sine: float,
-    panes: Outlines,
-    least: float,
-    beams: Beams,
-    reach: float,
-    ranges: NDArray[np.float32],
+    eye: LidarPose, panes: Outlines, least: float, beams: Beams, reach: float, ranges: NDArray[np.float32]
 ) -> None:
     """Shorten the ranges (n,) to glass where the rays meet it near its normal; others pass all of it, meters."""
+    x, y, cosine, sine = eye
     rays = len(beams.x)
     nearest, own = np.full(rays, np.float32(reach)), np.empty(rays, np.float32)
     normal = np.zeros(rays)
     for outline in range(len(panes.first) - 1):
         own[:] = nearest
-        _sweep(x, y, cosine, sine, outline, outline + 1, panes, beams, reach, own)
+        _sweep(eye, outline, outline + 1, panes, beams, reach, own)
         for k in range(rays):
             if own[k] < nearest[k]:
                 nearest[k] = own[k]
@@ -276,7 +259,7 @@ def boxes_of(barriers: Barriers) -> Boxes:
 
 
 def ranges(
-    world: World, pose: Pose, rays: int, reach: float, height: float, shown: Shown | None = None
+    world: World, pose: Pose, rays: int, reach: float, height: float, shown: ShownShapes | None = None
 ) -> NDArray[np.float32]:
     """Return what a lidar reads from a pose: (rays,) meters, at most `reach`.
 
@@ -287,11 +270,11 @@ def ranges(
     if shown is None:
         _scan(*pose, walls_at(world, height), beams(rays), reach, readings)
     else:
-        _scan_among(*pose, walls_at(world, height, shown), shown, beams(rays), reach, readings)
+        _scan_among(pose, walls_at(world, height, shown), shown, beams(rays), reach, readings)
     return readings
 
 
-def walls_at(world: World, height: float, shown: Shown | None = None) -> Outlines:
+def walls_at(world: World, height: float, shown: ShownShapes | None = None) -> Outlines:
     """Return what a lidar sees in a plane at a height in meters; without glass if an episode shows panes apart."""
     if shown is not None and len(shown.panes.reach):
         return glass_at(world, height)[0]
@@ -321,7 +304,7 @@ def _sections(solids: Sequence[Solid], height: float) -> Outlines:
     return outlines(sections, [0.0] * len(sections))
 
 
-def shown_at(state: State, height: float) -> Shown | None:
+def shown_at(state: State, height: float) -> ShownShapes | None:
     """Return what a lidar in a plane at a height, meters, sees of the conditions of an episode; None for nothing."""
     visible = [presence for presence in state.presences.values() if presence.visible]
     if not visible:
@@ -331,7 +314,7 @@ def shown_at(state: State, height: float) -> Shown | None:
     shapes, numbers = shapes_at(tuple(dict.fromkeys(body.shape for body in bodies)), height)
     places = [(*body.pose, number) for body in bodies for number in numbers[body.shape]]
     panes = glass_at(state.world, height)[1] if glass else NO_OUTLINES
-    return Shown(panes, NORMAL, shapes, np.array(places, dtype=np.float64).reshape(-1, 4))
+    return ShownShapes(panes, NORMAL, shapes, np.array(places, dtype=np.float64).reshape(-1, 4))
 
 
 NO_OUTLINES = outlines([], [])
@@ -392,15 +375,14 @@ def _clearance(x: float, y: float, boxes: Boxes) -> float:
 
 @entry
 def _scan_among(
-    x: float,
-    y: float,
-    yaw: float,
+    pose: tuple[float, float, float],
     walls: Outlines,
-    shown: Shown,
+    shown: ShownShapes,
     beams: Beams,
     reach: float,
     readings: NDArray[np.float32],
 ) -> None:
+    x, y, yaw = pose
     scan(x, y, yaw, walls, beams, reach, readings)
     scan_shown(x, y, yaw, shown, beams, reach, readings)
 

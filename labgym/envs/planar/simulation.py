@@ -171,7 +171,8 @@ class PlanarSimulation(RobotMotion):
         """
         v, w = command
         first = np.zeros(1 + len(company.before), dtype=np.int64)
-        driven = _drive_among(self._state, v, w, self._checks, self._steps, self._around, time, company, first)
+        pace = (self._checks, self._steps)
+        driven = _drive_among(self._state, (v, w), pace, self._around, time, company, first)
         self._read()
         return driven, touched_names(first)
 
@@ -215,10 +216,8 @@ def control_step(state: Array, v: float, w: float, checks: int, steps: int, arou
 @compiled
 def company_step(
     state: Array,
-    v: float,
-    w: float,
-    checks: int,
-    steps: int,
+    command: tuple[float, float],
+    pace: tuple[int, int],
     around: StepInputs,
     time: float,
     company: Company,
@@ -227,14 +226,16 @@ def company_step(
     """Advance a state (6,) by one control step among people; return the length driven, meters.
 
     Args:
-        checks, steps: as of `control_step`; contacts are checked after each physics step.
+        command: target twist, m/s and rad/s.
+        pace: numbers of checks and of steps, as of `control_step`; contacts are checked after each physics step.
         time: of the episode at the begin, seconds.
         company: people and docking, which are measured after each physics step.
         first: (1 + n,) rank of what the robot touched, by the first physics step in which it did; 0 for nothing. First
             obstacles, then each person.
     """
     body, (before, after, sums, resting) = around.body, company
-    v, w = min(max(v, body.v_min), body.v_max), min(max(w, -body.w_max), body.w_max)
+    v, w = min(max(command[0], body.v_min), body.v_max), min(max(command[1], -body.w_max), body.w_max)
+    checks, steps = pace
     if len(before) > 0 or len(resting) > 0:
         checks, steps = checks * steps, 1
     dt, driven, rank = body.timestep, 0.0, 0
@@ -276,16 +277,14 @@ def touched_names(first: Index) -> tuple[str, ...]:
 @entry
 def _drive_among(
     state: Array,
-    v: float,
-    w: float,
-    checks: int,
-    steps: int,
+    command: tuple[float, float],
+    pace: tuple[int, int],
     around: StepInputs,
     time: float,
     company: Company,
     first: Index,
 ) -> float:
-    return company_step(state, v, w, checks, steps, around, time, company, first)
+    return company_step(state, command, pace, around, time, company, first)
 
 
 @entry

@@ -42,7 +42,7 @@ from labgym.envs.vector.columns import (
     reading,
     reads_columns,
 )
-from labgym.envs.vector.rows import EpisodeRow, KnownTasks, check_conditions
+from labgym.envs.vector.rows import EnvironmentRow, KnownTasks, OwnParts, check_conditions
 from labgym.envs.world import keep, world_of
 from labgym.errors import OptionError
 
@@ -208,7 +208,7 @@ class VectorPointNavEnv(PointNavVectorEnv):
         camera = next((sensor for sensor in self._rays if isinstance(sensor, DepthSensor)), None)
         return PlanarBatch(self.num_envs, config.control_dt, lidar, camera, threads)
 
-    def _rows_of(self, config: PointNavConfig, terms: set[str], rules: set[int]) -> list[EpisodeRow]:
+    def _rows_of(self, config: PointNavConfig, terms: set[str], rules: set[int]) -> list[EnvironmentRow]:
         """Return an episode for each environment; none if all parts read columns."""
         batched = {sensor.name for sensor in self._rays}
         sensors = [each.name for each in self._sensors if each.name not in batched and not reads_columns(each, SENSORS)]
@@ -218,8 +218,8 @@ class VectorPointNavEnv(PointNavVectorEnv):
         if plain and not (terms or rules or sensors or measures or config.conditions or config.randomizations):
             return []
         known: KnownTasks = {}
-        own = (sorted(terms), sorted(rules), measures, known)
-        return [EpisodeRow(config, self._batch, row, sensors, *own) for row in range(self.num_envs)]
+        own = OwnParts(sensors, sorted(terms), sorted(rules), measures)
+        return [EnvironmentRow(config, self._batch, row, own, known) for row in range(self.num_envs)]
 
     def _drive(self, actions: Any, active: NDArray[np.bool_]) -> None:
         """Carry out the actions of some environments."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,12 +37,21 @@ KnownTasks = dict[tuple[Any, ...], tuple[Task, Task]]
 """The task before the conditions, whose objects must live as long as their numbers count, and after them."""
 
 
-class EpisodeRow:
+class OwnParts(NamedTuple):
+    """Names of the sensors, terms and measures, and numbers of the endings, that read the state of an episode."""
+
+    sensors: Sequence[str]
+    terms: Sequence[str]
+    endings: Sequence[int]
+    measures: Sequence[str]
+
+
+class EnvironmentRow:
     """The episode of one environment, its conditions, and its own copies of the parts that read its state.
 
     Args:
         config: of the environment. batch: the robots. row: number of the environment.
-        sensors, terms, endings, measures: names of the parts that read the state.
+        own_parts: the parts that read the state.
         known: tasks that conditions have prepared, which all environments share.
 
     Attributes:
@@ -54,10 +63,7 @@ class EpisodeRow:
         config: PointNavConfig,
         batch: PlanarBatch,
         row: int,
-        sensors: Sequence[str],
-        terms: Sequence[str],
-        endings: Sequence[int],
-        measures: Sequence[str],
+        own_parts: OwnParts,
         known: KnownTasks,
     ) -> None:
         self._config, self._batch, self._row, self._known = config, batch, row, known
@@ -65,6 +71,7 @@ class EpisodeRow:
             (config.observed, config.reward_terms, config.endings, config.measures, config.actions, config.robot)
         )
         self._conditions, self._randomizations = copy.deepcopy((config.conditions, config.randomizations))
+        sensors, terms, endings, measures = own_parts
         self._all, self._names = observed, tuple(sensors)
         self.sensors = tuple(each for each in observed if each.name in sensors)
         self.terms = {each.name: each for each in own if each.name in terms}

@@ -105,7 +105,7 @@ class Portion(Record):
     assumed: bool = False
 
 
-class Stretch(Record):
+class Period(Record):
     """A period at one temperature.
 
     Attributes:
@@ -126,7 +126,7 @@ class Action(Record):
         verb: what is done.
         takes: materials that are added.
         gives: products that are isolated, with their amounts ("3.6 g, 84 %"); they are no materials.
-        temperature, final_temperature, duration: of the first period, as `Stretch`.
+        temperature, final_temperature, duration: of the first period, as `Period`.
         then: further periods, in order ("50 C for 1 h, then 10 C for 2 h").
         atmosphere: gas above the mixture.
         manner: how the materials are added.
@@ -148,7 +148,7 @@ class Action(Record):
     temperature: Temperature | None = None
     final_temperature: Temperature | None = None
     duration: Minutes | None = None
-    then: Annotated[tuple[Stretch, ...], Field(max_length=20)] = ()
+    then: Annotated[tuple[Period, ...], Field(max_length=20)] = ()
     atmosphere: Atmosphere | None = None
     manner: Manner | None = None
     rate: Annotated[str, Field(max_length=80)] = ""
@@ -163,10 +163,10 @@ class Action(Record):
     assumed: Annotated[tuple[Annotated[str, Field(max_length=40)], ...], Field(max_length=20)] = ()
 
     @property
-    def stretches(self) -> tuple[Stretch, ...]:
+    def periods(self) -> tuple[Period, ...]:
         """All periods, in order; empty if neither a temperature nor a duration is known."""
-        first = Stretch(temperature=self.temperature, final_temperature=self.final_temperature, duration=self.duration)
-        return (first, *self.then) if first != Stretch() or self.then else ()
+        first = Period(temperature=self.temperature, final_temperature=self.final_temperature, duration=self.duration)
+        return (first, *self.then) if first != Period() or self.then else ()
 
 
 class Experiment(Record):

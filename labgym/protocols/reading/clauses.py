@@ -203,7 +203,7 @@ class Head:
 
 
 @dataclass(frozen=True)
-class Clause:
+class VerbClause:
     """An operation word with the tokens before and after it that belong to it."""
 
     head: Head
@@ -212,7 +212,7 @@ class Clause:
     group: tuple[Token, ...] = ()
 
 
-def clauses(tokens: Sequence[Token]) -> tuple[list[Clause], tuple[Token, ...]]:
+def clauses(tokens: Sequence[Token]) -> tuple[list[VerbClause], tuple[Token, ...]]:
     """Return the clauses of a sentence, and its tokens before the first clause, all of them without a clause."""
     heads = list(_heads(tokens))
     if not heads:
@@ -225,11 +225,11 @@ def clauses(tokens: Sequence[Token]) -> tuple[list[Clause], tuple[Token, ...]]:
     for number, head in enumerate(heads):
         before = tuple(tokens[starts[number] : head.first])
         after = tuple(tokens[head.last + 1 : starts[number + 1]])
-        parts.append(Clause(head, before, after, tuple(tokens[head.first : head.last + 1])))
+        parts.append(VerbClause(head, before, after, tuple(tokens[head.first : head.last + 1])))
     return _reordered(parts), ()
 
 
-def _reordered(parts: list[Clause]) -> list[Clause]:
+def _reordered(parts: list[VerbClause]) -> list[VerbClause]:
     """Return clauses with what is done before a result put before it: "to give, after evaporation, 3 g of X"."""
     for k in range(len(parts) - 1):
         result, insert = parts[k], parts[k + 1]

@@ -116,9 +116,9 @@ def step(action: Action) -> str:
     parts = [", ".join(map(_portion, (*action.takes, *action.gives)))]
     if action.part == "solution":
         parts.append("the solution made before")
-    for stretch in action.stretches:
-        words = [f"at {stretch.temperature:g} C" if stretch.temperature is not None else ""]
-        words.append(f"for {stretch.duration:g} min" if stretch.duration is not None else "")
+    for period in action.periods:
+        words = [f"at {period.temperature:g} C" if period.temperature is not None else ""]
+        words.append(f"for {period.duration:g} min" if period.duration is not None else "")
         parts.append(" ".join(filter(None, words)))
     parts += [action.manner or "", f"under {action.atmosphere}" if action.atmosphere else ""]
     parts.append(f"{action.pressure:.3g} bar" if action.pressure is not None else "")

@@ -131,7 +131,7 @@ _IONIZED = re.compile(r"-[A-Za-z(\[]|'?-\d|,\d")
 
 
 @dataclass(frozen=True)
-class Figure:
+class QuantitySpan:
     """A number with its unit.
 
     Attributes:
@@ -165,14 +165,14 @@ def plain(text: str) -> str:
     return text.translate(_LOOKALIKES)
 
 
-def figures(text: str) -> list[Figure]:
+def figures(text: str) -> list[QuantitySpan]:
     """Return the figures of a text, in order and disjoint.
 
     Args:
         text: as `plain` returns it.
     """
     taken = bytearray(len(text))
-    found: list[Figure] = []
+    found: list[QuantitySpan] = []
     for source in (
         _phs(text),
         _named(text),
@@ -189,7 +189,7 @@ def figures(text: str) -> list[Figure]:
     return sorted(found, key=lambda figure: figure.start)
 
 
-def _numbered(text: str) -> Iterator[Figure]:
+def _numbered(text: str) -> Iterator[QuantitySpan]:
     portions = _portions(text)
     at = 0
     while (match := _VALUE.search(text, at)) is not None:
@@ -213,7 +213,7 @@ def _numbered(text: str) -> Iterator[Figure]:
         if after is not None and kind in ("mass", "volume"):
             stop, times = after.end(), int(after[1])
         at = max(at, stop) if unit is not None else at
-        yield _figure(start, stop, kind, unit[0] if unit is not None else "°", low, upper, text, max(1, times))
+        yield _figure((start, stop), kind, unit[0] if unit is not None else "°", low, upper, text, max(1, times))
 
 
 def _portions(text: str) -> dict[int, tuple[int, int]]:
@@ -245,13 +245,14 @@ def _is_label(text: str, unit: re.Match[str]) -> bool:
 
 
 def _figure(
-    start: int, end: int, kind: str, spelled: str, value: float, upper: float | None, text: str, portions: int
-) -> Figure:
+    place: tuple[int, int], kind: str, spelled: str, value: float, upper: float | None, text: str, portions: int
+) -> QuantitySpan:
+    start, end = place
     low, high = _base(kind, spelled, value), None if upper is None else _base(kind, spelled, upper)
     if high is not None and high < low and kind != "temperature":
         low, high = high, low
     mean = low if high is None else (low + high) / 2.0
-    return Figure(start, end, kind, round(mean, 9), text[start:end], portions, low, high)  # type: ignore[arg-type]
+    return QuantitySpan(start, end, kind, round(mean, 9), text[start:end], portions, low, high)  # type: ignore[arg-type]
 
 
 def _base(kind: str, spelled: str, value: float) -> float:
@@ -304,7 +305,7 @@ def _number(text: str) -> float:
     return float(text.replace(",", "."))
 
 
-def _spoken(text: str) -> Iterator[Figure]:
+def _spoken(text: str) -> Iterator[QuantitySpan]:
     for match in _SPOKEN.finditer(text):
         kind = match.lastgroup if match.lastgroup != "to" else None
         kind = next(name for name in ("mass", "volume", "equivalents", "substance", "time") if match[name])
@@ -312,36 +313,36 @@ def _spoken(text: str) -> Iterator[Figure]:
         value = float(_WORDS[word])
         value += 0.5 if "and a half" in match[0] else 0.0
         upper = _WORDS[match["to"].lower()] if match["to"] else None
-        yield _figure(match.start(), match.end(), kind, match[kind], value, upper, text, 1)
+        yield _figure(match.span(), kind, match[kind], value, upper, text, 1)
 
 
-def _fractions(text: str) -> Iterator[Figure]:
+def _fractions(text: str) -> Iterator[QuantitySpan]:
     for match in _FRACTION.finditer(text):
         value = float(match[1] or 0) + int(match[2]) / int(match[3])
         kind = next(name for name in ("mass", "volume", "time") if match[name])
-        yield _figure(match.start(), match.end(), kind, match[kind], value, None, text, 1)
+        yield _figure(match.span(), kind, match[kind], value, None, text, 1)
 
 
-def _repeats(text: str) -> Iterator[Figure]:
+def _repeats(text: str) -> Iterator[QuantitySpan]:
     for match in _TIMES.finditer(text):
         number = match[4] or ""
         count = 2 if match[1] else 3 if match[2] else 1 if match[3] else int(_WORDS.get(number.lower(), 0) or number)
-        yield Figure(match.start(), match.end(), "repeats", float(count), match[0])
+        yield QuantitySpan(match.start(), match.end(), "repeats", float(count), match[0])
 
 
-def _phs(text: str) -> Iterator[Figure]:
+def _phs(text: str) -> Iterator[QuantitySpan]:
     for match in _PH.finditer(text):
         low, high = float(match[1]), float(match[2]) if match[2] else None
         mean = low if high is None else (low + high) / 2.0
-        yield Figure(match.start(), match.end(), "ph", mean, match[0], 1, low, high)
+        yield QuantitySpan(match.start(), match.end(), "ph", mean, match[0], 1, low, high)
 
 
-def _ratios(text: str) -> Iterator[Figure]:
+def _ratios(text: str) -> Iterator[QuantitySpan]:
     for match in _RATIO.finditer(text):
-        yield Figure(match.start(), match.end(), "ratio", 0.0, match[0])
+        yield QuantitySpan(match.start(), match.end(), "ratio", 0.0, match[0])
 
 
-def _named(text: str) -> Iterator[Figure]:
+def _named(text: str) -> Iterator[QuantitySpan]:
     for pattern, kind, value in _NAMED:
         for match in pattern.finditer(text):
-            yield Figure(match.start(), match.end(), kind, value, match[0], 1, value)  # type: ignore[arg-type]
+            yield QuantitySpan(match.start(), match.end(), kind, value, match[0], 1, value)  # type: ignore[arg-type]

@@ -73,7 +73,7 @@ class GoldText:
 
 
 @dataclass
-class Score:
+class ReadingScore:
     """Counts over texts; the figures are micro-averages.
 
     Attributes:
@@ -250,11 +250,11 @@ def _amounts(text: str) -> Iterator[Value]:
 
 
 def _conditions(action: Action) -> Iterator[Value]:
-    for stretch in action.stretches:
-        if stretch.temperature is not None:
-            yield "T", stretch.temperature
-        if stretch.duration is not None:
-            yield "t", stretch.duration
+    for period in action.periods:
+        if period.temperature is not None:
+            yield "T", period.temperature
+        if period.duration is not None:
+            yield "t", period.duration
     if action.manner:
         yield "rate", action.manner
     if action.pressure is not None:
@@ -267,15 +267,15 @@ def _conditions(action: Action) -> Iterator[Value]:
         yield "atm", action.atmosphere
 
 
-def score(pairs: Iterable[tuple[GoldText, ActionList]]) -> Score:
+def score(pairs: Iterable[tuple[GoldText, ActionList]]) -> ReadingScore:
     """Return the agreement of read procedures with their gold."""
-    total = Score()
+    total = ReadingScore()
     for gold, actions in pairs:
         _count(total, gold, actions)
     return total
 
 
-def _count(total: Score, gold: GoldText, actions: ActionList) -> None:
+def _count(total: ReadingScore, gold: GoldText, actions: ActionList) -> None:
     ours, theirs = tuples(actions), gold.tuples
     strict = _aligned(theirs, ours, lambda a, b: _same(a, b) and _equal(a.amounts, b.amounts))
     relaxed = _aligned(theirs, ours, _same)
@@ -342,7 +342,7 @@ def _reported(text: str) -> Iterator[Value]:
             yield names[figure.kind], figure.value
 
 
-def _count_order(total: Score, theirs: Sequence[Tuple], ours: Sequence[Tuple]) -> None:
+def _count_order(total: ReadingScore, theirs: Sequence[Tuple], ours: Sequence[Tuple]) -> None:
     free = list(range(len(ours)))
     sequence = []
     for item in theirs:

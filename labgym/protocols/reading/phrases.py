@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
-from labgym.protocols.reading.figures import Figure
+from labgym.protocols.reading.figures import QuantitySpan
 from labgym.protocols.reading.lexicon import (
     BATCH,
     DETERMINERS,
@@ -34,7 +34,7 @@ _TAILS = _NAME_TAILS | frozenset(
 
 
 @dataclass
-class Substance:
+class SubstanceMention:
     """A name in a phrase, with its amounts.
 
     Attributes:
@@ -48,7 +48,7 @@ class Substance:
 
     start: int
     end: int
-    amounts: list[Figure] = field(default_factory=list)
+    amounts: list[QuantitySpan] = field(default_factory=list)
     words: list[str] = field(default_factory=list)
     weak: bool = False
     solvent: bool = False
@@ -67,7 +67,7 @@ class Substance:
 
 
 @dataclass
-class Phrase:
+class TextPhrase:
     """A part of a clause.
 
     Attributes:
@@ -81,17 +81,17 @@ class Phrase:
     prep: str
     start: int
     end: int
-    substances: list[Substance] = field(default_factory=list)
+    substances: list[SubstanceMention] = field(default_factory=list)
     solution: Token | None = None
     nouns: list[str] = field(default_factory=list)
-    conditions: list[Figure] = field(default_factory=list)
-    ratios: list[Figure] = field(default_factory=list)
-    loose: list[Figure] = field(default_factory=list)
+    conditions: list[QuantitySpan] = field(default_factory=list)
+    ratios: list[QuantitySpan] = field(default_factory=list)
+    loose: list[QuantitySpan] = field(default_factory=list)
     words: list[str] = field(default_factory=list)
     repeats: int = 1
-    repeated: Figure | None = None
+    repeated: QuantitySpan | None = None
     remarks: list[tuple[int, int]] = field(default_factory=list)
-    vessels: list[Figure] = field(default_factory=list)
+    vessels: list[QuantitySpan] = field(default_factory=list)
     is_stock: bool = False
 
     @property
@@ -126,21 +126,21 @@ class PhraseReader:
     def __init__(self, tokens: Sequence[Token], is_result: bool = False) -> None:
         self.tokens = tokens
         self.is_result = is_result
-        self.phrases: list[Phrase] = []
-        self._pending: list[Figure] = []
+        self.phrases: list[TextPhrase] = []
+        self._pending: list[QuantitySpan] = []
         self._quality: list[str] = []
-        self._solution_amounts: list[Figure] = []
+        self._solution_amounts: list[QuantitySpan] = []
         self._separated = True
         self._in_solvent = False
-        self._last: Substance | None = None
+        self._last: SubstanceMention | None = None
         self._adjacent = False
         self._paired = False
         self._instead = False
         self._skip = -1
         self._closed = False
-        self._adjective: Substance | None = None
+        self._adjective: SubstanceMention | None = None
 
-    def read(self) -> list[Phrase]:
+    def read(self) -> list[TextPhrase]:
         """Return the phrases in order."""
         if self.tokens:
             self._open("", self.tokens[0].start)
@@ -152,13 +152,13 @@ class PhraseReader:
         return self.phrases
 
     @property
-    def _phrase(self) -> Phrase:
+    def _phrase(self) -> TextPhrase:
         return self.phrases[-1]
 
     def _open(self, prep: str, start: int) -> None:
         if self.phrases:
             self._close()
-        self.phrases.append(Phrase(prep, start, start))
+        self.phrases.append(TextPhrase(prep, start, start))
         self._separated, self._in_solvent, self._last, self._adjacent = True, False, None, False
 
     def _close(self) -> None:
@@ -193,7 +193,7 @@ class PhraseReader:
                 solvents[-1].amounts = [figure for figure in solvents[-1].amounts if figure not in volumes]
                 solutes[0].amounts += volumes
 
-    def _share_solution_amounts(self, phrase: Phrase) -> None:
+    def _share_solution_amounts(self, phrase: TextPhrase) -> None:
         """Give the concentration of a solution to its solute, and its volume to the solvent or the only solute."""
         solutes = [item for item in phrase.substances if not item.solvent] or phrase.substances
         solvents = [item for item in phrase.substances if item.solvent]
@@ -301,7 +301,9 @@ class PhraseReader:
         elif last is not None and self._joins_ester(place, token):
             last.end = token.end
         else:
-            last = Substance(token.start, token.end, self._pending, self._quality, weak, self._in_solvent, self._paired)
+            last = SubstanceMention(
+                token.start, token.end, self._pending, self._quality, weak, self._in_solvent, self._paired
+            )
             self._pending, self._quality = [], []
             self._phrase.substances.append(last)
             self._last = last
@@ -438,7 +440,7 @@ class PhraseReader:
             return False
         following = self.tokens[place + 1 : place + 2]
         if following and (following[0].low in SOLUTIONS or following[0].kind == "name"):
-            adjective = Substance(token.start, token.end, [], [], False, True)
+            adjective = SubstanceMention(token.start, token.end, [], [], False, True)
             if following[0].kind == "name":
                 self._adjective = adjective
             else:
@@ -685,13 +687,13 @@ class PhraseReader:
         words = ("mw", "mw=", "prepared", "example", "from", "see")
         return (verbs and not has_amounts) or any(item.low in words or item.low.startswith("mw=") for item in inner[:3])
 
-    def _stands_alone(self, last: Substance, inner: Sequence[Token], names: bool, has_amounts: bool) -> bool:
+    def _stands_alone(self, last: SubstanceMention, inner: Sequence[Token], names: bool, has_amounts: bool) -> bool:
         """Return whether a bracket names further substances: eluents after silica gel, a drying agent."""
         if names and self._is_eluent(inner):
             return True
         return names and not has_amounts and not last.is_measured and last.weak
 
-    def _free_group(self, inner: Sequence[Token], names: bool, amounts: list[Figure]) -> None:
+    def _free_group(self, inner: Sequence[Token], names: bool, amounts: list[QuantitySpan]) -> None:
         phrase = self._phrase
         if names:
             for part in PhraseReader(inner).read():
@@ -703,7 +705,9 @@ class PhraseReader:
         else:
             phrase.loose += amounts
 
-    def _measure(self, last: Substance, inner: Sequence[Token], names: bool, amounts: list[Figure]) -> None:
+    def _measure(
+        self, last: SubstanceMention, inner: Sequence[Token], names: bool, amounts: list[QuantitySpan]
+    ) -> None:
         """Give the amounts of a bracket to the name before it: "HCl (2 M in ether, 5 mL)"."""
         phrase = self._phrase
         measured = [figure for figure in amounts if not (figure.kind == "percent" and _is_purity(inner, figure))]
@@ -757,7 +761,7 @@ _WORD_RULES = (
 """Rules for a word that is no name, in order."""
 
 
-def _is_purity(inner: Iterable[Token], figure: Figure) -> bool:
+def _is_purity(inner: Iterable[Token], figure: QuantitySpan) -> bool:
     words = [token.low for token in inner]
     place = next((k for k, token in enumerate(inner) if token.figure is figure), 0)
     return "purity" in words[max(0, place - 2) : place] or any(

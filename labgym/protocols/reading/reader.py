@@ -9,12 +9,12 @@ from typing import Any
 
 from labgym.errors import OptionError
 from labgym.protocols.amounts import figure as number
-from labgym.protocols.experiments.model import Action, Portion, Role, Stretch, Verb
+from labgym.protocols.experiments.model import Action, Period, Portion, Role, Verb
 from labgym.protocols.reading.actions import MAX_TEXT, ActionList, Outcome, Unread
-from labgym.protocols.reading.clauses import Clause, clauses
-from labgym.protocols.reading.figures import Figure, figures, plain
+from labgym.protocols.reading.clauses import VerbClause, clauses
+from labgym.protocols.reading.figures import QuantitySpan, figures, plain
 from labgym.protocols.reading.lexicon import GASES, MANNERS, QUALITIES, SOLID, SOLUTIONS
-from labgym.protocols.reading.phrases import Phrase, PhraseReader, Substance
+from labgym.protocols.reading.phrases import PhraseReader, SubstanceMention, TextPhrase
 from labgym.protocols.reading.tokens import Sentence, Token, sentences
 
 _REFERS = re.compile(
@@ -301,7 +301,7 @@ class _Reader:
         self._data = False
         self._solution_made = False
         self._group_words: set[str] = set()
-        self._early: list[Phrase] = []
+        self._early: list[TextPhrase] = []
 
     def sentence(self, sentence: Sentence) -> None:
         """Read one sentence."""
@@ -400,7 +400,7 @@ class _Reader:
             return None
         return match
 
-    def _refer(self, match: re.Match[str], tokens: Sequence[Token], parts: Sequence[Clause]) -> None:
+    def _refer(self, match: re.Match[str], tokens: Sequence[Token], parts: Sequence[VerbClause]) -> None:
         label = _REFERRED.search(self.text, match.start(), min(tokens[-1].end, match.end() + 60))
         name = self.draft.text[slice(*label.span())] if label else self.draft.text[slice(*match.span())]
         phrases = PhraseReader(tokens, True).read()
@@ -457,7 +457,7 @@ class _Reader:
 
     # -- one operation ------------------------------------------------------------------------------------------
 
-    def _clause(self, clause: Clause, first: bool) -> None:
+    def _clause(self, clause: VerbClause, first: bool) -> None:
         head = clause.head
         before = PhraseReader(clause.before, head.word.verb == "Yield" and head.passive).read()
         after = PhraseReader(clause.after, head.word.verb == "Yield").read()
@@ -477,10 +477,10 @@ class _Reader:
         _HANDLERS.get(head.word.frame, _Reader._held)(self, clause, before, after)
         self._group_words = set()
 
-    def _speaks_of_batch(self, phrases: Sequence[Phrase]) -> bool:
+    def _speaks_of_batch(self, phrases: Sequence[TextPhrase]) -> bool:
         return any(phrase.nouns for phrase in phrases)
 
-    def _waited(self, before: list[Phrase], clause: Clause) -> None:
+    def _waited(self, before: list[TextPhrase], clause: VerbClause) -> None:
         """Emit the period that a clause begins with: "After 30 min, water was added"."""
         for phrase in before:
             times = [item for item in phrase.conditions if item.kind == "time"]
@@ -497,7 +497,7 @@ class _Reader:
                 for other in near:
                     other.conditions = []
 
-    def _conditions(self, *groups: Sequence[Phrase]) -> list[Figure]:
+    def _conditions(self, *groups: Sequence[TextPhrase]) -> list[QuantitySpan]:
         return [
             item
             for phrases in groups
@@ -506,12 +506,12 @@ class _Reader:
             for item in phrase.conditions
         ]
 
-    def _span(self, clause: Clause) -> tuple[int, int]:
+    def _span(self, clause: VerbClause) -> tuple[int, int]:
         """Return the span of an operation word and of what follows it."""
         start, stop = self._found(clause)
         return start, max([token.end for token in clause.after if token.kind != "mark"] + [stop])
 
-    def _found(self, clause: Clause) -> tuple[int, int]:
+    def _found(self, clause: VerbClause) -> tuple[int, int]:
         """Return the span of an operation word, which lies between its two regions."""
         low = clause.head.low
         start = clause.before[-1].end if clause.before else None
@@ -522,10 +522,10 @@ class _Reader:
         at = max(at, 0)
         return at, at + len(low.split()[0])
 
-    def _charge(self, phrases: Sequence[Phrase], always: bool = False) -> None:
+    def _charge(self, phrases: Sequence[TextPhrase], always: bool = False) -> None:
         """Emit what the flask holds before an operation: a solution, or substances."""
-        loose: list[Substance] = []
-        solvents: list[Substance] = []
+        loose: list[SubstanceMention] = []
+        solvents: list[SubstanceMention] = []
         for phrase in phrases:
             for item in [item for item in phrase.substances if self._is_intermediate(item, phrase)]:
                 phrase.substances.remove(item)
@@ -552,7 +552,7 @@ class _Reader:
             items = loose or solvents
             self._emit("Add", (items[0].start, items[-1].end), [self._portion(item) for item in items])
 
-    def _is_intermediate(self, item: Substance, phrase: Phrase) -> bool:
+    def _is_intermediate(self, item: SubstanceMention, phrase: TextPhrase) -> bool:
         """Return whether a name is that of the batch with its mass: "The residue (21.3 g) was distilled"."""
         name = self.text[item.start : item.end].lower()
         kinds = {value.kind for value in item.amounts}
@@ -568,21 +568,21 @@ class _Reader:
             item.weak and name in _INTERMEDIATES and phrase.prep == "" and bool(self.draft.actions) and item.is_measured
         )
 
-    def _make(self, phrase: Phrase) -> None:
+    def _make(self, phrase: TextPhrase) -> None:
         items = phrase.substances
         self._own_loose(phrase)
         self._emit(
             "MakeSolution", (phrase.start, phrase.end), [self._portion(item) for item in items], ratios=phrase.ratios
         )
 
-    def _own_loose(self, phrase: Phrase) -> None:
+    def _own_loose(self, phrase: TextPhrase) -> None:
         for item in phrase.ratios:
             self.draft.own(item.start, item.end)
 
-    def _portions(self, phrases: Iterable[Phrase]) -> list[Portion]:
+    def _portions(self, phrases: Iterable[TextPhrase]) -> list[Portion]:
         return [self._portion(item, phrase) for phrase in phrases for item in phrase.substances]
 
-    def _portion(self, item: Substance, phrase: Phrase | None = None) -> Portion:
+    def _portion(self, item: SubstanceMention, phrase: TextPhrase | None = None) -> Portion:
         self.draft.own(item.start, item.end)
         repeats = phrase.repeats if phrase is not None else 1
         return Portion(
@@ -591,7 +591,7 @@ class _Reader:
             span=(item.start, item.end),
         )
 
-    def _product(self, item: Substance) -> Portion:
+    def _product(self, item: SubstanceMention) -> Portion:
         """Return a product; its percentage is the yield."""
         portion = self._portion(replace(item, amounts=[value for value in item.amounts if value.kind != "percent"]))
         shares = [value for value in item.amounts if value.kind == "percent"]
@@ -600,7 +600,7 @@ class _Reader:
         amount = ", ".join(filter(None, (portion.amount, *(_written(value, 1) for value in shares))))
         return portion.model_copy(update={"amount": amount[:200]})
 
-    def _amount(self, item: Substance, repeats: int = 1) -> str:
+    def _amount(self, item: SubstanceMention, repeats: int = 1) -> str:
         parts: list[str] = []
         strengths: list[str] = []
         for value in item.amounts:
@@ -627,9 +627,9 @@ class _Reader:
         verb: Verb,
         span: tuple[int, int],
         takes: Sequence[Portion] = (),
-        conditions: Sequence[Figure] = (),
-        phrases: Sequence[Phrase] = (),
-        ratios: Sequence[Figure] = (),
+        conditions: Sequence[QuantitySpan] = (),
+        phrases: Sequence[TextPhrase] = (),
+        ratios: Sequence[QuantitySpan] = (),
         **fields: Any,
     ) -> None:
         words = {word for phrase in phrases for word in phrase.words} | (self._group_words if phrases else set())
@@ -668,7 +668,7 @@ class _Reader:
 
     # -- frames -------------------------------------------------------------------------------------------------
 
-    def _added(self, clause: Clause, before: list[Phrase], after: list[Phrase]) -> None:
+    def _added(self, clause: VerbClause, before: list[TextPhrase], after: list[TextPhrase]) -> None:
         head = clause.head
         subject = [
             phrase for phrase in before if phrase.prep == "" and (phrase.substances or phrase.solution is not None)
@@ -756,7 +756,11 @@ class _Reader:
         del spare
 
     def _theme(
-        self, theme: Sequence[Phrase], span: tuple[int, int], circumstances: Sequence[Phrase], verb: Verb = "Add"
+        self,
+        theme: Sequence[TextPhrase],
+        span: tuple[int, int],
+        circumstances: Sequence[TextPhrase],
+        verb: Verb = "Add",
     ) -> None:
         conditions = self._conditions(circumstances)
         takes: list[Portion] = []
@@ -795,20 +799,20 @@ class _Reader:
         else:
             self._leave(circumstances)
 
-    def _leave(self, phrases: Sequence[Phrase]) -> None:
+    def _leave(self, phrases: Sequence[TextPhrase]) -> None:
         """Keep conditions of a word that is no action on the last action."""
         found = self._conditions(phrases)
         if found and self.draft.actions:
             last = self.draft.actions[-1]
             more = _held_at(found)
-            first = Stretch(
+            first = Period(
                 **{key: more[key] for key in ("temperature", "final_temperature", "duration") if key in more}
             )
             for item in found:
                 self.draft.own(item.start, item.end)
             self.draft.actions[-1] = last.model_copy(update={"then": (*last.then, first, *more.get("then", ()))[:20]})
 
-    def _with(self, clause: Clause, before: list[Phrase], after: list[Phrase]) -> None:
+    def _with(self, clause: VerbClause, before: list[TextPhrase], after: list[TextPhrase]) -> None:
         head = clause.head
         verb = head.word.verb
         if head.marker in ("", "after", "by", "to", "upon", "on") or head.passive:
@@ -846,7 +850,7 @@ class _Reader:
         else:
             self._theme(reagents, self._span(clause), [*before, *after], verb)
 
-    def _liquids(self, clause: Clause, before: list[Phrase], after: list[Phrase]) -> None:
+    def _liquids(self, clause: VerbClause, before: list[TextPhrase], after: list[TextPhrase]) -> None:
         """Emit washes and extractions: each liquid of a list is an action, a mixed liquid is one."""
         verb = clause.head.word.verb
         liquids = [
@@ -860,7 +864,7 @@ class _Reader:
         counts = [phrase for phrase in (*before, *after) if phrase.repeated is not None]
         emitted = False
         for phrase in liquids:
-            batches: list[list[Substance]] = []
+            batches: list[list[SubstanceMention]] = []
             for item in phrase.substances:
                 if batches and (
                     item.paired or (phrase.solution is not None) or (item.solvent and not emitted) or verb == "Extract"
@@ -881,7 +885,11 @@ class _Reader:
             self._emit(verb, span, (), conditions, [*before, *after])
 
     def _repeats(
-        self, phrase: Phrase, batch: Sequence[Substance], counts: Sequence[Phrase], after: Sequence[Phrase]
+        self,
+        phrase: TextPhrase,
+        batch: Sequence[SubstanceMention],
+        counts: Sequence[TextPhrase],
+        after: Sequence[TextPhrase],
     ) -> int:
         portions = max((value.portions for item in batch for value in item.amounts), default=1)
         if portions > 1:
@@ -898,7 +906,7 @@ class _Reader:
         tail = [other for other in counts if after and other is after[-1]]
         return max(1, tail[0].repeats) if tail and not tail[0].substances else 1
 
-    def _dissolved(self, clause: Clause, before: list[Phrase], after: list[Phrase]) -> None:
+    def _dissolved(self, clause: VerbClause, before: list[TextPhrase], after: list[TextPhrase]) -> None:
         verb = clause.head.word.verb
         if clause.head.low == "taken" and clause.head.last == clause.head.place:
             return self._collected(clause, before, after)
@@ -913,7 +921,7 @@ class _Reader:
         self._emit(verb, self._span(clause), takes, self._conditions(phrases), phrases, ratios)
         return None
 
-    def _poured(self, clause: Clause, before: list[Phrase], after: list[Phrase]) -> None:
+    def _poured(self, clause: VerbClause, before: list[TextPhrase], after: list[TextPhrase]) -> None:
         onto = [
             phrase
             for phrase in after
@@ -926,7 +934,7 @@ class _Reader:
         phrases = [*before, *after]
         self._emit("Pour", self._span(clause), self._portions(onto), self._conditions(phrases), phrases)
 
-    def _held(self, clause: Clause, before: list[Phrase], after: list[Phrase]) -> None:
+    def _held(self, clause: VerbClause, before: list[TextPhrase], after: list[TextPhrase]) -> None:
         """Emit an operation that holds the mixture at conditions, after what goes into it."""
         head, phrases = clause.head, [*before, *after]
         conditions = self._conditions(phrases)
@@ -954,7 +962,7 @@ class _Reader:
                 self.draft.own(token.start, token.end)
         self._emit(verb, self._span(clause), (), conditions, phrases, **fields)
 
-    def _fill(self, clause: Clause, before: list[Phrase], after: list[Phrase]) -> None:
+    def _fill(self, clause: VerbClause, before: list[TextPhrase], after: list[TextPhrase]) -> None:
         """Emit what the mixture is made of, if the text names it with the operation."""
         head = clause.head
         medium = [phrase for phrase in after if phrase.prep in ("with", "in") and phrase.is_measured]
@@ -967,7 +975,9 @@ class _Reader:
         elif head.marker not in ("by", "after", "upon", "on", "to", "while") or head.passive:
             self._charge([phrase for phrase in before if phrase.prep in ("", "of", "to", "in", "into")])
 
-    def _holding_verb(self, clause: Clause, after: list[Phrase], conditions: Sequence[Figure]) -> Verb | None:
+    def _holding_verb(
+        self, clause: VerbClause, after: list[TextPhrase], conditions: Sequence[QuantitySpan]
+    ) -> Verb | None:
         """Return the verb that a holding word means with its conditions, or None if it is no operation."""
         verb, low = clause.head.word.verb, clause.head.low
         words = {word for phrase in after for word in (*phrase.words, *phrase.nouns)}
@@ -984,7 +994,7 @@ class _Reader:
             return "AdjustPH"
         return None if verb == "SetTemperature" and not warm else verb
 
-    def _is_adjusted(self, clause: Clause, verb: Verb, conditions: Sequence[Figure]) -> bool:
+    def _is_adjusted(self, clause: VerbClause, verb: Verb, conditions: Sequence[QuantitySpan]) -> bool:
         """Merge a pH with the addition before it: "NaOH was added to bring the pH to 6"."""
         last = self.draft.actions[-1] if self.draft.actions else None
         if verb != "AdjustPH" or clause.head.marker != "to" or last is None or last.verb != "Add":
@@ -995,13 +1005,13 @@ class _Reader:
         self.draft.actions[-1] = last.model_copy(update={**merged, "verb": "AdjustPH"})
         return True
 
-    def _purging(self, clause: Clause) -> str | None:
+    def _purging(self, clause: VerbClause) -> str | None:
         names = [token for token in clause.after if token.low in GASES]
         for token in names:
             self.draft.own(token.start, token.end)
         return GASES[names[0].low] if names else "vacuum" if clause.head.low.startswith("evac") else None
 
-    def _add_to(self, clause: Clause, verb: Verb, after: list[Phrase]) -> None:
+    def _add_to(self, clause: VerbClause, verb: Verb, after: list[TextPhrase]) -> None:
         """Emit what is added with a holding word: "shaken with water"."""
         if verb not in ("Stir", "Heat", "Wait", "Reflux", "Irradiate", "Cool"):
             return
@@ -1018,7 +1028,7 @@ class _Reader:
         if takes and takes[0].span is not None and takes[-1].span is not None:
             self._emit("Add", (takes[0].span[0], takes[-1].span[1]), takes)
 
-    def _nothing(self, clause: Clause, before: list[Phrase], after: list[Phrase]) -> None:
+    def _nothing(self, clause: VerbClause, before: list[TextPhrase], after: list[TextPhrase]) -> None:
         """Emit an operation that takes no substance: evaporation, distillation, separation, purification, transfer."""
         head, verb = clause.head, clause.head.word.verb
         phrases = [*before, *after]
@@ -1066,7 +1076,7 @@ class _Reader:
         self._emit(verb, self._span(clause), takes, self._conditions(phrases), phrases)
         return None
 
-    def _is_evaporated(self, clause: Clause, phrases: Sequence[Phrase], subject: set[str]) -> bool:
+    def _is_evaporated(self, clause: VerbClause, phrases: Sequence[TextPhrase], subject: set[str]) -> bool:
         """Return whether "removed" means that a solvent is evaporated, not that a bath or a solid is taken away."""
         head = clause.head
         if head.marker == "to" and not head.passive and not self._is_first(clause):
@@ -1077,17 +1087,17 @@ class _Reader:
         solvent = not subject & _NOT_SOLVENT and (subject & _SOLVENTS or any(phrase.substances for phrase in phrases))
         return bool(solvent) or bool(head.method) or head.low == "freed"
 
-    def _is_first(self, clause: Clause) -> bool:
+    def _is_first(self, clause: VerbClause) -> bool:
         return not clause.before and clause.head.place == 0
 
-    def _own_names(self, phrases: Iterable[Phrase]) -> None:
+    def _own_names(self, phrases: Iterable[TextPhrase]) -> None:
         """Own names that an operation is done to, not what it takes: the solvent that is removed."""
         for phrase in phrases:
             for item in phrase.substances:
                 if not item.is_measured:
                     self.draft.own(item.start, item.end)
 
-    def _collected(self, clause: Clause, before: list[Phrase], after: list[Phrase]) -> None:
+    def _collected(self, clause: VerbClause, before: list[TextPhrase], after: list[TextPhrase]) -> None:
         """Emit what separates: layers, one layer, or a solid."""
         phrases = [*before, *after]
         near = {token.low for token in (clause.before if clause.head.passive or clause.before else clause.after[:6])}
@@ -1109,7 +1119,7 @@ class _Reader:
             return self._filtered(clause, before, after)
         return None
 
-    def _dried(self, clause: Clause, before: list[Phrase], after: list[Phrase]) -> None:
+    def _dried(self, clause: VerbClause, before: list[TextPhrase], after: list[TextPhrase]) -> None:
         phrases = [*before, *after]
         agents = [
             phrase for phrase in after if phrase.prep in ("over", "with", "on", "by", "using", "") and phrase.substances
@@ -1148,7 +1158,7 @@ class _Reader:
         else:
             self._emit("DrySolution", self._span(clause), (), conditions, phrases)
 
-    def _filtered(self, clause: Clause, before: list[Phrase], after: list[Phrase]) -> None:
+    def _filtered(self, clause: VerbClause, before: list[TextPhrase], after: list[TextPhrase]) -> None:
         phrases = [*before, *after]
         subject = {token.low for token in clause.before} | {token.low for token in clause.after[:5]}
         last = self.draft.actions[-1].verb if self.draft.actions else ""
@@ -1190,7 +1200,7 @@ class _Reader:
         )
         return None
 
-    def _over(self, clause: Clause, before: list[Phrase], after: list[Phrase]) -> None:
+    def _over(self, clause: VerbClause, before: list[TextPhrase], after: list[TextPhrase]) -> None:
         verb = clause.head.word.verb
         if verb == "DrySolution":
             self._dried(clause, before, after)
@@ -1199,7 +1209,7 @@ class _Reader:
         else:
             self._chromatographed(clause, before, after)
 
-    def _chromatographed(self, clause: Clause, before: list[Phrase], after: list[Phrase]) -> None:
+    def _chromatographed(self, clause: VerbClause, before: list[TextPhrase], after: list[TextPhrase]) -> None:
         phrases = [*before, *after]
         self._charge(
             [phrase for phrase in before if phrase.prep == "" and any(item.is_measured for item in phrase.substances)]
@@ -1228,7 +1238,7 @@ class _Reader:
             return
         self._emit("Chromatograph", self._span(clause), takes, self._conditions(phrases), phrases, ratios)
 
-    def _from(self, clause: Clause, before: list[Phrase], after: list[Phrase]) -> None:
+    def _from(self, clause: VerbClause, before: list[TextPhrase], after: list[TextPhrase]) -> None:
         phrases = [*before, *after]
         verb = clause.head.word.verb
         into = [phrase for phrase in after if phrase.prep in ("into", "onto") and phrase.substances]
@@ -1260,12 +1270,12 @@ class _Reader:
         self._emit(verb, self._span(clause), self._portions(used), self._conditions(phrases), phrases, ratios)
         return None
 
-    def _partitioned(self, clause: Clause, before: list[Phrase], after: list[Phrase]) -> None:
+    def _partitioned(self, clause: VerbClause, before: list[TextPhrase], after: list[TextPhrase]) -> None:
         used = [phrase for phrase in after if phrase.prep in ("between", "with", "in", "") and phrase.substances]
         phrases = [*before, *after]
         self._emit("Partition", self._span(clause), self._portions(used), self._conditions(phrases), phrases)
 
-    def _gave(self, clause: Clause, before: list[Phrase], after: list[Phrase]) -> None:
+    def _gave(self, clause: VerbClause, before: list[TextPhrase], after: list[TextPhrase]) -> None:
         """Emit a result: the name or label of the product, with its mass, moles and yield."""
         head = clause.head
         source, tokens = (before, clause.before) if head.passive else (after, clause.after)
@@ -1283,7 +1293,7 @@ class _Reader:
         if not main:
             if not loose:
                 return
-            main = [Substance(loose[0].start, loose[0].end)]
+            main = [SubstanceMention(loose[0].start, loose[0].end)]
         name = self.text[main[0].start : main[0].end].lower()
         if not main[0].amounts and not loose and name in _UNFINISHED:
             return
@@ -1301,11 +1311,11 @@ class _Reader:
         start, end = self._span(clause)
         self._emit("Yield", (min(start, main[0].start), max(end, main[-1].end)), gives=gives)
 
-    def _between(self, clause: Clause, before: list[Phrase], after: list[Phrase]) -> None:
+    def _between(self, clause: VerbClause, before: list[TextPhrase], after: list[TextPhrase]) -> None:
         self._partitioned(clause, before, after)
 
 
-def _named_result(source: Sequence[Phrase], tokens: Sequence[Token]) -> list[Substance]:
+def _named_result(source: Sequence[TextPhrase], tokens: Sequence[Token]) -> list[SubstanceMention]:
     """Return the products that a result names: with a mass, else the first name, else its label."""
     direct = [item for phrase in source if phrase.prep in ("", "of") for item in phrase.substances]
     main = [item for item in direct if any(value.kind in ("mass", "substance") for value in item.amounts)]
@@ -1314,7 +1324,7 @@ def _named_result(source: Sequence[Phrase], tokens: Sequence[Token]) -> list[Sub
     if label is None:
         return main
     if not main:
-        return [Substance(*label)]
+        return [SubstanceMention(*label)]
     first = main[0]
     overlaps = label[0] <= first.start < label[1] or label[0] <= first.end <= label[1]
     if not overlaps and first.start < label[1]:
@@ -1323,7 +1333,7 @@ def _named_result(source: Sequence[Phrase], tokens: Sequence[Token]) -> list[Sub
     named = not first.weak and first.start >= label[1]
     if named and (first.is_measured or not between & {"as", "in", "with", "which", "from", "having"}):
         return main
-    return [Substance(label[0], label[1], [value for item in main for value in item.amounts])]
+    return [SubstanceMention(label[0], label[1], [value for item in main for value in item.amounts])]
 
 
 def _label(tokens: Sequence[Token]) -> tuple[int, int] | None:
@@ -1359,7 +1369,7 @@ def _label(tokens: Sequence[Token]) -> tuple[int, int] | None:
     return None
 
 
-def _substances(phrases: Iterable[Phrase]) -> list[Substance]:
+def _substances(phrases: Iterable[TextPhrase]) -> list[SubstanceMention]:
     return [item for phrase in phrases for item in phrase.substances]
 
 
@@ -1378,7 +1388,7 @@ def _stated_by(words: set[str]) -> dict[str, Any]:
     return values
 
 
-def _held_at(conditions: Sequence[Figure]) -> dict[str, Any]:
+def _held_at(conditions: Sequence[QuantitySpan]) -> dict[str, Any]:
     """Return the periods, the pressure and the pH that conditions in order make."""
     periods: list[dict[str, float]] = []
     values: dict[str, Any] = {}
@@ -1395,18 +1405,18 @@ def _held_at(conditions: Sequence[Figure]) -> dict[str, Any]:
             periods[-1][key] = value
     if periods:
         values.update(periods[0])
-        values["then"] = tuple(Stretch(**period) for period in periods[1:])[:20]
+        values["then"] = tuple(Period(**period) for period in periods[1:])[:20]
     return values
 
 
-def _mercury(item: Figure) -> Figure:
+def _mercury(item: QuantitySpan) -> QuantitySpan:
     """Return a length of mercury as the pressure that it means: "0.2 mm"."""
     if item.kind != "other":
         return item
     return replace(item, kind="pressure", value=round(item.value * 0.00133322, 9))
 
 
-def _written(value: Figure, repeats: int) -> str:
+def _written(value: QuantitySpan, repeats: int) -> str:
     """Return an amount in base units as amounts are written: "3 x 30 mL"."""
     if value.kind == "substance":
         if value.value < 0.1:
@@ -1440,7 +1450,7 @@ def _role(verb: Verb, portion: Portion, actions: Sequence[Action]) -> Role:
     return "reactant"
 
 
-_HANDLERS: dict[str, Callable[[_Reader, Clause, list[Phrase], list[Phrase]], None]] = {
+_HANDLERS: dict[str, Callable[[_Reader, VerbClause, list[TextPhrase], list[TextPhrase]], None]] = {
     "theme": _Reader._added,
     "with": _Reader._with,
     "in": _Reader._dissolved,

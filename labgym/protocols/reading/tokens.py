@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from labgym.protocols.reading.figures import Figure
+from labgym.protocols.reading.figures import QuantitySpan
 from labgym.protocols.reading.lexicon import SUBSTANCES, VerbWord, names_substance, verb_word
 
 TokenKind = Literal["word", "name", "verb", "figure", "mark", "group"]
@@ -100,7 +100,7 @@ class Token:
     text: str
     low: str
     kind: TokenKind
-    figure: Figure | None = None
+    figure: QuantitySpan | None = None
     verb: VerbWord | None = None
     inner: tuple[Token, ...] = ()
 
@@ -113,7 +113,7 @@ class Sentence:
     data: tuple[int, int] | None = None
 
 
-def sentences(text: str, figures: Sequence[Figure]) -> list[Sentence]:
+def sentences(text: str, figures: Sequence[QuantitySpan]) -> list[Sentence]:
     """Return the sentences of a text.
 
     Args:
@@ -124,7 +124,7 @@ def sentences(text: str, figures: Sequence[Figure]) -> list[Sentence]:
     return [_without_data(text, _grouped(part)) for part in _split(flat)]
 
 
-def _flat(text: str, figures: Sequence[Figure]) -> Iterator[Token]:
+def _flat(text: str, figures: Sequence[QuantitySpan]) -> Iterator[Token]:
     at = 0
     for figure in figures:
         yield from _words(text, at, figure.start)

@@ -93,7 +93,7 @@ class Resolution:
 
 
 @dataclass(frozen=True)
-class Opened:
+class OpenedExperiment:
     """An experiment whose materials all have an entry.
 
     Attributes:
@@ -230,7 +230,7 @@ def forms(name: str) -> Iterator[str]:
     yield from seen
 
 
-def opened(experiment: Experiment, resolver: Resolver) -> Opened:
+def opened(experiment: Experiment, resolver: Resolver) -> OpenedExperiment:
     """Return an experiment with an entry for each of its materials.
 
     Raises:
@@ -258,7 +258,7 @@ def opened(experiment: Experiment, resolver: Resolver) -> Opened:
         if not same.is_classified and material.role not in ("solvent", "workup"):
             partial.append(f"the structure of {material.role} {material.name[:80]!r} is not known: give its SMILES")
     materials = tuple(material.model_copy(update={"smiles": ""}) for material in experiment.materials)
-    return Opened(
+    return OpenedExperiment(
         experiment=grounded(experiment.model_copy(update={"materials": materials}), names),
         substances=tuple(substances.values()),
         partial=tuple(partial),

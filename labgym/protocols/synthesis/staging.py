@@ -20,7 +20,7 @@ from labgym.protocols.experiments.model import Verb
 from labgym.protocols.experiments.narration import sentence
 from labgym.protocols.model import Protocol
 from labgym.protocols.rules.hazards import INERT
-from labgym.protocols.substances import Opened, Resolver, opened
+from labgym.protocols.substances import OpenedExperiment, Resolver, opened
 from labgym.protocols.synthesis.builder import ProtocolBuilder, clean_up, groups_of, is_pyrophoric, weigh_first
 from labgym.protocols.validate import ProtocolError, examine, faults
 from labgym.quantities import ROOM_RANGE
@@ -82,7 +82,7 @@ def stage(
     """
     if catalog is None:
         catalog = Catalog.load() if names is None else names.catalog
-    open_ = Opened(experiment) if names is None else opened(experiment, names)
+    open_ = OpenedExperiment(experiment) if names is None else opened(experiment, names)
     assets = catalog.including(open_.substances)
     verdict = FeasibilityFilter(assets).judge(open_.experiment.unrolled())
     if verdict.obstacles:
