@@ -7,10 +7,10 @@ from importlib import metadata
 from pathlib import Path
 
 import pytest
+from inward_rooms import inward
 
 from labgym.layouts import GENERATOR, Layout, generate
 from labgym.layouts.places import published_protocols
-from labgym.layouts.rooms import room_presets
 
 RECORD = json.loads((Path(__file__).parent / "generator.json").read_text())
 CASES = {"sub_01 bay 11": ("sub_01", 11, "bay"), "red_03 tight 12": ("red_03", 12, "tight"),
@@ -20,9 +20,7 @@ CASES = {"sub_01 bay 11": ("sub_01", 11, "bay"), "red_03 tight 12": ("red_03", 1
 
 def content_hash(case: str) -> str:
     name, seed, preset = CASES[case]
-    room = room_presets()[preset]
-    doors = tuple(door.model_copy(update={"outward": False}) for door in room.doors)
-    return layout_hash(generate(published_protocols()[name], seed, room.model_copy(update={"doors": doors})))
+    return layout_hash(generate(published_protocols()[name], seed, inward(preset)))
 
 
 def layout_hash(layout: Layout) -> str:
