@@ -1,4 +1,4 @@
-"""Preset rooms whose doors open inward: layouts of tests that were chosen before the doors of presets opened outward."""
+"""Preset rooms with doors that open inward, for layouts of tests that belong to such rooms."""
 
 from labgym.layouts import Room
 from labgym.layouts.rooms import resolve_room
