@@ -92,6 +92,7 @@ def test_the_ids_are_those_of_the_documentation() -> None:
         "LabNavDock-v0",
         "LabNavGlass-v0",
         "LabNavMoved-v0",
+        "LabNavMovedFixed-v0",
         "LabNavOdometry-v0",
         "LabNavPeople-v0",
         "LabNavShift-v0",
