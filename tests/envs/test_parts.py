@@ -230,7 +230,7 @@ ALL_KINDS = [(role, kind) for role in INTERFACES for kind in kinds_of(role)]
 WITH_MEMORY = {
     *(("sensor", kind) for kind in ("occupancy", "odometry", "odometry_velocity")),
     *(("ending", kind) for kind in ("rest", "limit", "stuck")),
-    *(("reward term", "progress"), ("actions", "velocity"), ("actions", "slipping")),
+    *(("reward term", "progress"), ("actions", "velocity"), ("actions", "slipping"), ("actions", "braking")),
 }
 """Kinds of parts that keep something during an episode."""
 
