@@ -28,7 +28,7 @@ PUBLISHED_PRESETS: dict[str, Room] = {
         ),
     )
 }
-"""Rooms of the published and of the training layouts, smallest first; they never change. All but the last have one
+"""Rooms of the published layouts, smallest first; they never change. All but the last have one
 door. 6.6 m is the standard bay of parallel benches (JGJ 91)."""
 
 

@@ -245,7 +245,7 @@ def train_layout(
         InfeasibleError: none of the rooms drawn holds its protocol.
     """
     choices = [protocol] if protocol is not None else [one for one in protocols().values() if one.moves]
-    rooms = list(PUBLISHED_PRESETS.values())
+    rooms = list(PUBLISHED_PRESETS)
     attempts = ATTEMPTS
     while True:
         choice = choices[int(generator.integers(len(choices)))]
