@@ -1147,14 +1147,8 @@ class _Reader:
             self.draft.last_solid = False
         elif airy or heated or solid:
             self._own_names(phrases)
-            self._emit(
-                "DrySolid",
-                self._span(clause),
-                (),
-                conditions,
-                phrases,
-                atmosphere="air" if "air" in words else "",
-            )
+            gas: dict[str, Any] = {"atmosphere": "air"} if "air" in words else {}
+            self._emit("DrySolid", self._span(clause), (), conditions, phrases, **gas)
         else:
             self._emit("DrySolution", self._span(clause), (), conditions, phrases)
 
