@@ -49,88 +49,20 @@ _MADE = re.compile(
 )
 _REACHING = frozenset(("reach", "attain", "come", "return", "equilibrate", "adapt"))
 _UNTIL = frozenset(("until", "till"))
-_CIRCUMSTANCE = frozenset(
-    (
-        "at",
-        "under",
-        "in",
-        "for",
-        "over",
-        "during",
-        "within",
-        "after",
-        "while",
-        "with",
-        "to",
-        "below",
-        "between",
-        "until",
-        "into",
-        "on",
-        "by",
-        "from",
-        "before",
-        "",
-        "through",
-        "without",
-        "using",
-        "since",
-        "when",
-        "once",
-        "of",
-        "than",
-        "against",
-        "as",
-    )
-)
-_SOLVENTS = frozenset(
-    [
-        "solvent",
-        "solvents",
-        "volatiles",
-        "solution",
-        "liquor",
-        "components",
-        "excess",
-        "thf",
-        "ether",
-        "ethanol",
-        "methanol",
-        "toluene",
-        "dmf",
-        "water",
-        "acetone",
-        "dichloromethane",
-        "pyridine",
-        "benzene",
-        "chloroform",
-        "dioxane",
-        "acetonitrile",
-        "reagent",
-        "tfa",
-        "chloride",
-    ]
-)
-_NOT_SOLVENT = frozenset(
-    [
-        "bath",
-        "catalyst",
-        "insolubles",
-        "solid",
-        "solids",
-        "precipitate",
-        "material",
-        "salts",
-        "salt",
-        "crystals",
-        "agent",
-        "desiccant",
-        "sulfate",
-        "celite",
-        "impurities",
-        "carbon",
-    ]
-)
+_CIRCUMSTANCE = frozenset((
+    "at", "under", "in", "for", "over", "during", "within", "after", "while", "with", "to", "below", "between",
+    "until", "into", "on", "by", "from", "before", "", "through", "without", "using", "since", "when", "once",
+    "of", "than", "against", "as",
+))  # fmt: skip
+_SOLVENTS = frozenset((
+    "solvent", "solvents", "volatiles", "solution", "liquor", "components", "excess", "thf", "ether", "ethanol",
+    "methanol", "toluene", "dmf", "water", "acetone", "dichloromethane", "pyridine", "benzene", "chloroform",
+    "dioxane", "acetonitrile", "reagent", "tfa", "chloride",
+))  # fmt: skip
+_NOT_SOLVENT = frozenset((
+    "bath", "catalyst", "insolubles", "solid", "solids", "precipitate", "material", "salts", "salt", "crystals",
+    "agent", "desiccant", "sulfate", "celite", "impurities", "carbon",
+))  # fmt: skip
 _UNFINISHED = frozenset(
     ["precipitate", "residue", "suspension", "slurry", "solution", "mixture", "phase", "layer", "layers"]
 )
@@ -144,36 +76,11 @@ _MONITOR = re.compile(
     r"|\bno starting material remain|\b(?:as )?(?:monitored|followed|judged|determined|indicated|"
     r"shown) by (?:TLC|HPLC|LC-?/?MS|GC|tlc)"
 )
-_NUMBERED = frozenset(
-    (
-        "example",
-        "examples",
-        "step",
-        "steps",
-        "scheme",
-        "preparation",
-        "compound",
-        "formula",
-        "intermediate",
-        "reference",
-        "section",
-        "table",
-        "method",
-        "part",
-        "procedure",
-        "figure",
-        "no.",
-        "no",
-        "vol.",
-        "page",
-        "claim",
-        "structure",
-        "number",
-        "product",
-        "ref",
-        "entry",
-    )
-)
+_NUMBERED = frozenset((
+    "example", "examples", "step", "steps", "scheme", "preparation", "compound", "formula", "intermediate",
+    "reference", "section", "table", "method", "part", "procedure", "figure", "no.", "no", "vol.", "page",
+    "claim", "structure", "number", "product", "ref", "entry",
+))  # fmt: skip
 _NUMBER = re.compile(r"^\d{1,6}(?:[.,]\d{1,6})?$")
 _RESULTS = frozenset(("mass", "substance", "percent", "volume", "parts"))
 _LAYERS = frozenset(["layer", "layers", "phase", "phases"])
@@ -306,7 +213,7 @@ class _Reader:
     def sentence(self, sentence: Sentence) -> None:
         """Read one sentence."""
         tokens = sentence.tokens
-        parts, _ = clauses(tokens)
+        parts = clauses(tokens)
         amounts = any(token.figure is not None and token.figure.kind in ("mass", "volume") for token in _leaves(tokens))
         if self._data and tokens and (self._is_spectrum(tokens) or (not parts and not amounts)):
             self.draft.own(tokens[0].start, tokens[-1].end)
