@@ -13,9 +13,10 @@ from labgym.cli.app import main
 from labgym.errors import DocumentError, OptionError
 from labgym.protocols.reading import ActionList
 from labgym.protocols.reading.actions import MAX_TEXT
+from labgym.protocols.reading.agreement import score
 from labgym.protocols.reading.explain import explained, explained_html, marks
 from labgym.protocols.reading.figures import figures, plain
-from labgym.protocols.reading.gold import GoldText, read_gold, score, tuples
+from labgym.protocols.reading.gold import GoldText, read_gold, tuples
 from labgym.protocols.reading.reader import read_procedure
 from labgym.protocols.stoichiometry import Use, stoichiometry, waste
 
