@@ -14,7 +14,8 @@ from labgym.protocols.reading.actions import MAX_TEXT, ActionList, Outcome, Unre
 from labgym.protocols.reading.clauses import VerbClause, clauses
 from labgym.protocols.reading.figures import QuantitySpan, figures, plain
 from labgym.protocols.reading.lexicon import GASES, MANNERS, QUALITIES, SOLID, SOLUTIONS
-from labgym.protocols.reading.phrases import PhraseReader, SubstanceMention, TextPhrase
+from labgym.protocols.reading.mentions import SubstanceMention, TextPhrase
+from labgym.protocols.reading.phrases import read_phrases
 from labgym.protocols.reading.tokens import Sentence, Token, sentences
 
 _REFERS = re.compile(
@@ -250,7 +251,7 @@ class _Reader:
 
     def _isolated(self, tokens: Sequence[Token]) -> None:
         """Emit the result that a sentence without an operation names: "The oily product (78.4 g) was pure"."""
-        phrases = PhraseReader(tokens, True).read()
+        phrases = read_phrases(tokens, True)
         subject = [item for phrase in phrases[:1] if phrase.prep == "" for item in phrase.substances]
         masses = [item for item in subject if any(value.kind in ("mass", "percent") for value in item.amounts)]
         if (
@@ -310,7 +311,7 @@ class _Reader:
     def _refer(self, match: re.Match[str], tokens: Sequence[Token], parts: Sequence[VerbClause]) -> None:
         label = _REFERRED.search(self.text, match.start(), min(tokens[-1].end, match.end() + 60))
         name = self.draft.text[slice(*label.span())] if label else self.draft.text[slice(*match.span())]
-        phrases = PhraseReader(tokens, True).read()
+        phrases = read_phrases(tokens, True)
         yields = [clause for clause in parts if clause.head.word.verb == "Yield"]
         first_yield = self._found(yields[0])[0] if yields and not yields[0].head.passive else len(self.text)
         sources = [
@@ -321,9 +322,7 @@ class _Reader:
         for place, token in enumerate(tokens):
             if token.low in ("substituting", "employing", "replacing"):
                 sources = [
-                    phrase
-                    for phrase in PhraseReader(tokens[place + 1 :]).read()
-                    if phrase.prep == "" and phrase.substances
+                    phrase for phrase in read_phrases(tokens[place + 1 :]) if phrase.prep == "" and phrase.substances
                 ][:1]
         used = [
             item
@@ -366,8 +365,8 @@ class _Reader:
 
     def _clause(self, clause: VerbClause, first: bool) -> None:
         head = clause.head
-        before = PhraseReader(clause.before, head.word.verb == "Yield" and head.passive).read()
-        after = PhraseReader(clause.after, head.word.verb == "Yield").read()
+        before = read_phrases(clause.before, head.word.verb == "Yield" and head.passive)
+        after = read_phrases(clause.after, head.word.verb == "Yield")
         for phrase in (*before, *after):
             for remark in phrase.remarks:
                 self.draft.own(*remark)
@@ -1115,7 +1114,7 @@ class _Reader:
         self._charge(
             [phrase for phrase in before if phrase.prep == "" and any(item.is_measured for item in phrase.substances)]
         )
-        inner = PhraseReader(clause.group).read() if len(clause.group) > 1 else []
+        inner = read_phrases(clause.group) if len(clause.group) > 1 else []
         phrases = [*before, *inner, *after]
         used = [
             phrase
@@ -1180,7 +1179,7 @@ class _Reader:
         """Emit a result: the name or label of the product, with its mass, moles and yield."""
         head = clause.head
         source, tokens = (before, clause.before) if head.passive else (after, clause.after)
-        others = PhraseReader(clause.after, True).read() if head.passive else []
+        others = read_phrases(clause.after, True) if head.passive else []
         phrases = [*source, *others]
         substances = [item for phrase in source if phrase.prep in ("", "of", "as", "for") for item in phrase.substances]
         if head.low.startswith(("isolat", "recover", "separat")) and not substances:
