@@ -7,7 +7,7 @@ from dataclasses import replace
 from itertools import chain
 
 from labgym.protocols.experiments.model import Period, Portion, Verb
-from labgym.protocols.reading.draft import EXTRACTS, LAYERS, Draft, Operation, with_substances
+from labgym.protocols.reading.draft import EXTRACTS, LAYERS, ActionDraft, PhrasedOperation, with_substances
 from labgym.protocols.reading.figures import QuantitySpan
 from labgym.protocols.reading.lexicon import SOLUTIONS
 from labgym.protocols.reading.mentions import SubstanceMention, TextPhrase
@@ -20,7 +20,7 @@ _MIXING = ("combin", "mix", "plac", "blend", "admix", "put", "introduc")
 """Beginnings of words behind which "in" names a solvent that is added, too."""
 
 
-def add(draft: Draft, operation: Operation) -> None:
+def add(draft: ActionDraft, operation: PhrasedOperation) -> None:
     """Append an addition, after what the flask holds before it."""
     head, before = operation.head, operation.before
     layered = [phrase for phrase in operation.phrases if set(phrase.nouns) & _PARTS and not phrase.is_measured]
@@ -62,7 +62,7 @@ def add(draft: Draft, operation: Operation) -> None:
     _take(draft, replace(operation, before=rest, after=[]), [*theme, *extra], early=early)
 
 
-def _is_batch_added(draft: Draft, operation: Operation) -> bool:
+def _is_batch_added(draft: ActionDraft, operation: PhrasedOperation) -> bool:
     """Return whether the batch itself is added to something: "The mixture was added to ice"."""
     head = operation.head
     if head.passive:
@@ -71,8 +71,8 @@ def _is_batch_added(draft: Draft, operation: Operation) -> bool:
 
 
 def _take(
-    draft: Draft,
-    operation: Operation,
+    draft: ActionDraft,
+    operation: PhrasedOperation,
     theme: Sequence[TextPhrase],
     verb: Verb = "Add",
     early: Sequence[TextPhrase] = (),
@@ -115,7 +115,7 @@ def _take(
             draft.act(verb, operation, takes, ratios)
 
 
-def _prolong(draft: Draft, held: Sequence[QuantitySpan]) -> None:
+def _prolong(draft: ActionDraft, held: Sequence[QuantitySpan]) -> None:
     """Keep conditions of a word that is no action on the last action."""
     if held and draft.actions:
         last, more = draft.actions[-1], held_at(held)
@@ -124,7 +124,7 @@ def _prolong(draft: Draft, held: Sequence[QuantitySpan]) -> None:
         draft.actions[-1] = last.model_copy(update={"then": (*last.then, first, *more.get("then", ()))[:20]})
 
 
-def treat(draft: Draft, operation: Operation) -> None:
+def treat(draft: ActionDraft, operation: PhrasedOperation) -> None:
     """Append an operation with a reagent behind its word: "treated with", "washed with", "quenched by"."""
     head, verb, after = operation.head, operation.verb, operation.after
     if head.passive or head.marker == "":
@@ -149,7 +149,7 @@ def treat(draft: Draft, operation: Operation) -> None:
         _take(draft, operation, reagents, verb)
 
 
-def _wash(draft: Draft, operation: Operation) -> None:
+def _wash(draft: ActionDraft, operation: PhrasedOperation) -> None:
     """Append washes or extractions: each liquid of a list is an action, a mixed liquid is one."""
     verb = operation.verb
     liquids = with_substances(operation.after, "with", "using", "in", "into", "by", "of", "")
@@ -181,7 +181,9 @@ def _batches(phrase: TextPhrase, together: bool, first: bool) -> list[list[Subst
     return batches
 
 
-def _repeats(draft: Draft, operation: Operation, phrase: TextPhrase, batch: Sequence[SubstanceMention]) -> int:
+def _repeats(
+    draft: ActionDraft, operation: PhrasedOperation, phrase: TextPhrase, batch: Sequence[SubstanceMention]
+) -> int:
     """Return how often a liquid is used: "3 x 20 mL", "twice with water", "with water (2 x)"."""
     portions = max((value.portions for item in batch for value in item.amounts), default=1)
     if portions > 1:
@@ -197,7 +199,7 @@ def _repeats(draft: Draft, operation: Operation, phrase: TextPhrase, batch: Sequ
     return max(1, last.repeats) if last.repeated is not None and not last.substances else 1
 
 
-def dissolve(draft: Draft, operation: Operation) -> None:
+def dissolve(draft: ActionDraft, operation: PhrasedOperation) -> None:
     """Append the dissolution or suspension of something in a solvent."""
     head = operation.head
     if head.low == "taken" and head.last == head.place:
@@ -209,14 +211,14 @@ def dissolve(draft: Draft, operation: Operation) -> None:
     draft.act(operation.verb, operation, draft.portions(used), [item for phrase in used for item in phrase.ratios])
 
 
-def pour(draft: Draft, operation: Operation) -> None:
+def pour(draft: ActionDraft, operation: PhrasedOperation) -> None:
     """Append that the batch is poured onto something."""
     onto = with_substances(operation.after, "onto", "into", "on", "to", "in", "over", "upon")
     draft.charge([phrase for phrase in operation.before if phrase.prep == "" and phrase.is_measured])
     draft.act("Pour", operation, draft.portions(onto))
 
 
-def crystallize(draft: Draft, operation: Operation) -> None:
+def crystallize(draft: ActionDraft, operation: PhrasedOperation) -> None:
     """Append a crystallization, trituration or precipitation with its solvents."""
     head = operation.head
     precipitation = head.low.startswith("precipitat")
@@ -231,7 +233,7 @@ def crystallize(draft: Draft, operation: Operation) -> None:
     draft.act(operation.verb, operation, draft.portions(used), [item for phrase in used for item in phrase.ratios])
 
 
-def partition(draft: Draft, operation: Operation) -> None:
+def partition(draft: ActionDraft, operation: PhrasedOperation) -> None:
     """Append that the batch is shared between liquids."""
     used = with_substances(operation.after, "between", "with", "in", "")
     draft.act("Partition", operation, draft.portions(used))

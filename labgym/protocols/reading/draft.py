@@ -33,7 +33,7 @@ _PURIFYING = frozenset(("Wash", "Extract", "DrySolution", "Chromatograph", "Recr
 
 
 @dataclass(frozen=True)
-class Operation:
+class PhrasedOperation:
     """An operation word with its phrases.
 
     Attributes:
@@ -88,8 +88,8 @@ def with_substances(phrases: Iterable[TextPhrase], *prepositions: str) -> list[T
 
 
 @dataclass
-class Draft:
-    """What has been read so far.
+class ActionDraft:
+    """Actions and state of a procedure while it is read.
 
     Attributes:
         text: the procedure.
@@ -214,7 +214,7 @@ class Draft:
     def act(
         self,
         verb: Verb,
-        operation: Operation,
+        operation: PhrasedOperation,
         takes: Sequence[Portion] = (),
         ratios: Sequence[QuantitySpan] = (),
         **fields: Any,

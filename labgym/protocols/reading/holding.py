@@ -5,14 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 from labgym.protocols.experiments.model import Portion, Verb
-from labgym.protocols.reading.draft import Draft, Operation, lows, substances
+from labgym.protocols.reading.draft import ActionDraft, PhrasedOperation, lows, substances
 from labgym.protocols.reading.lexicon import GASES
 from labgym.protocols.reading.stated import single
 
 _REACHING = frozenset(("reach", "attain", "come", "return", "equilibrate", "adapt"))
 
 
-def hold(draft: Draft, operation: Operation) -> None:
+def hold(draft: ActionDraft, operation: PhrasedOperation) -> None:
     """Append an operation that holds the mixture at conditions, after what goes into it."""
     head, clause, held = operation.head, operation.clause, operation.conditions
     bare = head.low in ("stirring", "heating", "cooling") and not head.passive and head.marker == ""
@@ -39,7 +39,7 @@ def hold(draft: Draft, operation: Operation) -> None:
     draft.act(verb, operation, **fields)
 
 
-def wait(draft: Draft, operation: Operation) -> None:
+def wait(draft: ActionDraft, operation: PhrasedOperation) -> None:
     """Append the period that a clause begins with: "After 30 min, water was added"."""
     head, before = operation.head, operation.before
     if head.word.frame == "hold" and head.low.endswith("ing"):
@@ -57,7 +57,7 @@ def wait(draft: Draft, operation: Operation) -> None:
                 other.conditions = []
 
 
-def _fill(draft: Draft, operation: Operation) -> None:
+def _fill(draft: ActionDraft, operation: PhrasedOperation) -> None:
     """Append what the mixture is made of, if the text names it with the operation."""
     head = operation.head
     medium = [phrase for phrase in operation.after if phrase.prep in ("with", "in") and phrase.is_measured]
@@ -71,7 +71,7 @@ def _fill(draft: Draft, operation: Operation) -> None:
         draft.charge([phrase for phrase in operation.before if phrase.prep in ("", "of", "to", "in", "into")])
 
 
-def _holding_verb(operation: Operation) -> Verb | None:
+def _holding_verb(operation: PhrasedOperation) -> Verb | None:
     """Return the verb that a holding word means with its conditions, or None if it is no operation."""
     verb, low, after = operation.verb, operation.head.low, operation.clause.after
     held = {item.kind for item in operation.conditions}
@@ -89,7 +89,7 @@ def _holding_verb(operation: Operation) -> Verb | None:
     return None if verb == "SetTemperature" and "temperature" not in held else verb
 
 
-def _is_adjusted(draft: Draft, operation: Operation) -> bool:
+def _is_adjusted(draft: ActionDraft, operation: PhrasedOperation) -> bool:
     """Merge a pH with the addition before it: "NaOH was added to bring the pH to 6"."""
     if operation.head.marker != "to" or draft.last_verb != "Add":
         return False
@@ -99,13 +99,13 @@ def _is_adjusted(draft: Draft, operation: Operation) -> bool:
     return True
 
 
-def _purging_gas(draft: Draft, operation: Operation) -> str | None:
+def _purging_gas(draft: ActionDraft, operation: PhrasedOperation) -> str | None:
     names = [token for token in operation.clause.after if token.low in GASES]
     draft.own_all(names)
     return GASES[names[0].low] if names else "vacuum" if operation.head.low.startswith("evac") else None
 
 
-def _add(draft: Draft, operation: Operation, verb: Verb) -> None:
+def _add(draft: ActionDraft, operation: PhrasedOperation, verb: Verb) -> None:
     """Append what is added with a holding word: "shaken with water"."""
     if verb not in ("Stir", "Heat", "Wait", "Reflux", "Irradiate", "Cool"):
         return

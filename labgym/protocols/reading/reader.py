@@ -9,7 +9,7 @@ from labgym.errors import OptionError
 from labgym.protocols.reading.actions import MAX_TEXT, ActionList, Outcome, Unread
 from labgym.protocols.reading.additions import add, crystallize, dissolve, partition, pour, treat
 from labgym.protocols.reading.clauses import VerbClause, clauses
-from labgym.protocols.reading.draft import EXTRACTS, LAYERS, Draft, Operation, lows, substances
+from labgym.protocols.reading.draft import EXTRACTS, LAYERS, ActionDraft, PhrasedOperation, lows, substances
 from labgym.protocols.reading.figures import figures, plain
 from labgym.protocols.reading.holding import hold, wait
 from labgym.protocols.reading.lexicon import MANNERS, QUALITIES, SOLUTIONS, Frame
@@ -33,7 +33,7 @@ _NUMBERED = frozenset((
 _NUMBER = re.compile(r"^\d{1,6}(?:[.,]\d{1,6})?$")
 _SPECTRUM = re.compile(r"[-+]?\d+(?:\.\d+)?(?:-\d+(?:\.\d+)?)? ?\(")
 """Peaks with which data go on: "3.99 (s, 3H)"."""
-_FRAMES: dict[Frame, Callable[[Draft, Operation], None]] = {
+_FRAMES: dict[Frame, Callable[[ActionDraft, PhrasedOperation], None]] = {
     "theme": add,
     "with": treat,
     "in": dissolve,
@@ -58,7 +58,7 @@ def read_procedure(text: str) -> ActionList:
         limit = f"at most {MAX_TEXT} are read: give one procedure at a time"
         raise OptionError(f"the text has {len(text)} characters, {limit}")
     simple = plain(text)
-    draft = Draft(text, simple)
+    draft = ActionDraft(text, simple)
     parts = sentences(simple, figures(simple))
     in_data = False
     for sentence in parts:
@@ -75,7 +75,7 @@ def read_procedure(text: str) -> ActionList:
     )
 
 
-def _read(draft: Draft, sentence: Sentence, in_data: bool) -> bool:
+def _read(draft: ActionDraft, sentence: Sentence, in_data: bool) -> bool:
     """Read a sentence and return whether it ends in data.
 
     Args:
@@ -98,7 +98,7 @@ def _read(draft: Draft, sentence: Sentence, in_data: bool) -> bool:
     return True
 
 
-def _is_data(draft: Draft, tokens: Sequence[Token], parts: Sequence[VerbClause]) -> bool:
+def _is_data(draft: ActionDraft, tokens: Sequence[Token], parts: Sequence[VerbClause]) -> bool:
     """Return whether a sentence continues the data before it: it has peaks, or no operation and no amount."""
     if _SPECTRUM.match(draft.plain[tokens[0].start : tokens[0].start + 60]):
         return True
@@ -106,7 +106,7 @@ def _is_data(draft: Draft, tokens: Sequence[Token], parts: Sequence[VerbClause])
     return not parts and not kinds & {"mass", "volume"}
 
 
-def _read_tokens(draft: Draft, tokens: Sequence[Token], parts: Sequence[VerbClause]) -> None:
+def _read_tokens(draft: ActionDraft, tokens: Sequence[Token], parts: Sequence[VerbClause]) -> None:
     start, end = tokens[0].start, tokens[-1].end
     if not parts:
         give_alone(draft, tokens)
@@ -133,7 +133,7 @@ def _read_tokens(draft: Draft, tokens: Sequence[Token], parts: Sequence[VerbClau
         draft.emit("Monitor", watched.span())
 
 
-def _operate(draft: Draft, clause: VerbClause, is_first: bool) -> None:
+def _operate(draft: ActionDraft, clause: VerbClause, is_first: bool) -> None:
     """Read an operation: its phrases, the period before it, and what its word does."""
     head = clause.head
     is_result = head.word.verb == "Yield"
@@ -141,7 +141,7 @@ def _operate(draft: Draft, clause: VerbClause, is_first: bool) -> None:
     after = read_phrases(clause.after, is_result)
     start, stop = draft.found(clause)
     stop = max([stop, *(token.end for token in clause.after if token.kind != "mark")])
-    operation = Operation(clause, before, after, (start, stop))
+    operation = PhrasedOperation(clause, before, after, (start, stop))
     for phrase in operation.phrases:
         for remark in phrase.remarks:
             draft.own(*remark)
@@ -155,7 +155,7 @@ def _operate(draft: Draft, clause: VerbClause, is_first: bool) -> None:
     draft.manners = set()
 
 
-def _outcome(draft: Draft, unread: Sequence[Unread]) -> Outcome:
+def _outcome(draft: ActionDraft, unread: Sequence[Unread]) -> Outcome:
     verbs = [action.verb for action in draft.actions]
     if "Refers" in verbs:
         return "refers"
@@ -170,7 +170,7 @@ def _is_measured(amount: str) -> bool:
     return bool(re.search(r"\d (?:g|mL|mol|mmol|mg|equiv|parts)\b", amount))
 
 
-def _unread(draft: Draft, parts: Iterable[Sentence]) -> Iterable[Unread]:
+def _unread(draft: ActionDraft, parts: Iterable[Sentence]) -> Iterable[Unread]:
     for sentence in parts:
         before = {token.start: sentence.tokens[k - 1] for k, token in enumerate(sentence.tokens) if k}
         for token in _leaves(sentence.tokens):

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from labgym.protocols.experiments.model import Portion
 from labgym.protocols.reading.clauses import VerbClause
-from labgym.protocols.reading.draft import Draft, lows, substances, with_substances
+from labgym.protocols.reading.draft import ActionDraft, lows, substances, with_substances
 from labgym.protocols.reading.mentions import SubstanceMention, TextPhrase
 from labgym.protocols.reading.phrases import read_phrases
 from labgym.protocols.reading.results import product_label
@@ -59,7 +59,7 @@ def reference(text: str, start: int, end: int) -> re.Match[str] | None:
 
 
 def materials(
-    draft: Draft, match: re.Match[str], tokens: Sequence[Token], parts: Sequence[VerbClause]
+    draft: ActionDraft, match: re.Match[str], tokens: Sequence[Token], parts: Sequence[VerbClause]
 ) -> list[SubstanceMention]:
     """Append the addition of what a repeated procedure takes, unless an operation takes it, and return it."""
     phrases = read_phrases(tokens, True)
@@ -86,7 +86,7 @@ def _sources(tokens: Sequence[Token], phrases: Sequence[TextPhrase]) -> list[Tex
     return [phrase for phrase in phrases if phrase.prep in _SOURCES]
 
 
-def refer(draft: Draft, match: re.Match[str], end: int) -> None:
+def refer(draft: ActionDraft, match: re.Match[str], end: int) -> None:
     """Append the reference itself, by the label of the other procedure if it has one."""
     label = _REFERRED.search(draft.plain, match.start(), min(end, match.end() + 60))
     draft.emit("Refers", match.span(), note=draft.text[slice(*(label or match).span())][:400])
@@ -94,7 +94,7 @@ def refer(draft: Draft, match: re.Match[str], end: int) -> None:
         draft.own(*found.span())
 
 
-def product(draft: Draft, tokens: Sequence[Token], used: Sequence[SubstanceMention]) -> None:
+def product(draft: ActionDraft, tokens: Sequence[Token], used: Sequence[SubstanceMention]) -> None:
     """Append the product that a reference without a result names: "Compound 3 was prepared as in Example 1"."""
     span = product_label(tokens) if tokens[0].low in ("the", "this") else None
     subject = read_phrases(tokens, True)[0]

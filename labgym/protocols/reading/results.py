@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from labgym.protocols.reading.draft import Draft, Operation, conditions, substances
+from labgym.protocols.reading.draft import ActionDraft, PhrasedOperation, conditions, substances
 from labgym.protocols.reading.figures import figures
 from labgym.protocols.reading.lexicon import SOLUTIONS
 from labgym.protocols.reading.mentions import SubstanceMention, TextPhrase
@@ -24,7 +24,7 @@ _LABELS = frozenset((
 _LABEL_QUALITIES = frozenset(("title", "desired", "titled", "above", "expected", "target"))
 
 
-def give(draft: Draft, operation: Operation) -> None:
+def give(draft: ActionDraft, operation: PhrasedOperation) -> None:
     """Append a result, if the text names the product or its amount."""
     head, clause = operation.head, operation.clause
     source, tokens = (operation.before, clause.before) if head.passive else (operation.after, clause.after)
@@ -58,7 +58,7 @@ def give(draft: Draft, operation: Operation) -> None:
     draft.emit("Yield", (min(start, main[0].start), max(end, main[-1].end)), gives=gives)
 
 
-def give_alone(draft: Draft, tokens: Sequence[Token]) -> None:
+def give_alone(draft: ActionDraft, tokens: Sequence[Token]) -> None:
     """Append the result that a sentence without an operation names: "The oily product (78.4 g) was pure"."""
     subject = read_phrases(tokens, True)[0]
     if subject.prep != "" or not draft.actions:
@@ -71,7 +71,7 @@ def give_alone(draft: Draft, tokens: Sequence[Token]) -> None:
             return
 
 
-def complete(draft: Draft, span: tuple[int, int]) -> bool:
+def complete(draft: ActionDraft, span: tuple[int, int]) -> bool:
     """Return whether data belong to the last actions, and put them there: a boiling range, or the yield."""
     words = draft.plain[slice(*span)].lstrip(" ,;:(").lower()
     values = figures(draft.plain[slice(*span)])

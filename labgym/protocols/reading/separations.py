@@ -6,7 +6,15 @@ import re
 from typing import Any
 
 from labgym.protocols.experiments.model import Portion
-from labgym.protocols.reading.draft import EXTRACTS, LAYERS, Draft, Operation, conditions, lows, with_substances
+from labgym.protocols.reading.draft import (
+    EXTRACTS,
+    LAYERS,
+    ActionDraft,
+    PhrasedOperation,
+    conditions,
+    lows,
+    with_substances,
+)
 from labgym.protocols.reading.lexicon import SOLID
 from labgym.protocols.reading.phrases import read_phrases
 
@@ -28,7 +36,7 @@ _UNWANTED = frozenset(("catalyst", "insolubles", "undissolved", "agent", "desicc
 _DRYING = frozenset(("vacuum", "vacuo", "air", "oven", "desiccator", "pressure"))
 
 
-def clear(draft: Draft, operation: Operation) -> None:
+def clear(draft: ActionDraft, operation: PhrasedOperation) -> None:
     """Append an operation that takes no substance: evaporation, distillation, separation, purification, transfer."""
     head, verb, after = operation.head, operation.verb, operation.after
     if verb == "PhaseSeparation":
@@ -57,12 +65,12 @@ def clear(draft: Draft, operation: Operation) -> None:
         draft.act(verb, operation, takes)
 
 
-def _is_on_a_column(operation: Operation) -> bool:
+def _is_on_a_column(operation: PhrasedOperation) -> bool:
     words = " ".join(token.low for token in (*operation.clause.group, *operation.clause.after))
     return bool(_COLUMN.search(words)) or any("gel" in phrase.words for phrase in operation.after)
 
 
-def _is_evaporated(draft: Draft, operation: Operation, subject: set[str]) -> bool:
+def _is_evaporated(draft: ActionDraft, operation: PhrasedOperation, subject: set[str]) -> bool:
     """Return whether "removed" means that a solvent is evaporated, not that a bath or a solid is taken away."""
     head = operation.head
     begins = not operation.clause.before and head.place == 0
@@ -75,7 +83,7 @@ def _is_evaporated(draft: Draft, operation: Operation, subject: set[str]) -> boo
     return (named and not subject & _NOT_SOLVENT) or bool(head.method) or head.low == "freed"
 
 
-def collect(draft: Draft, operation: Operation) -> None:
+def collect(draft: ActionDraft, operation: PhrasedOperation) -> None:
     """Append what separates: layers, one layer, or a solid."""
     head, clause = operation.head, operation.clause
     near = lows(clause.before if head.passive or clause.before else clause.after[:6])
@@ -96,13 +104,13 @@ def collect(draft: Draft, operation: Operation) -> None:
         _filter(draft, operation)
 
 
-def over(draft: Draft, operation: Operation) -> None:
+def over(draft: ActionDraft, operation: PhrasedOperation) -> None:
     """Append an operation over or through a solid: drying, filtration, chromatography."""
     steps = {"DrySolution": _dry, "Filter": _filter}
     steps.get(operation.verb, _chromatograph)(draft, operation)
 
 
-def _dry(draft: Draft, operation: Operation) -> None:
+def _dry(draft: ActionDraft, operation: PhrasedOperation) -> None:
     """Append the drying of a solution by an agent, or of a solid."""
     agents = [
         phrase
@@ -127,7 +135,7 @@ def _dry(draft: Draft, operation: Operation) -> None:
         draft.act("DrySolution", operation)
 
 
-def _filter(draft: Draft, operation: Operation) -> None:
+def _filter(draft: ActionDraft, operation: PhrasedOperation) -> None:
     """Append a filtration; what it keeps is assumed where the text does not say it."""
     head, clause = operation.head, operation.clause
     subject = lows(clause.before) | lows(clause.after[:5])
@@ -145,7 +153,7 @@ def _filter(draft: Draft, operation: Operation) -> None:
     draft.act("Filter", operation, draft.portions(aids), keep=keep, assumed=() if stated else ("keep",))
 
 
-def _chromatograph(draft: Draft, operation: Operation) -> None:
+def _chromatograph(draft: ActionDraft, operation: PhrasedOperation) -> None:
     """Append a chromatography with its stationary phase and eluents, or add eluents to the one before."""
     head, before, after = operation.head, operation.before, operation.after
     draft.charge([phrase for phrase in before if phrase.prep == "" and phrase.is_measured])
