@@ -66,6 +66,12 @@ def test_conditions_stand_with_their_action_and_what_is_inferred_is_marked() -> 
     assert actions[9].atmosphere == "vacuum"
 
 
+@pytest.mark.parametrize(("place", "gas"), [("in vacuo", "vacuum"), ("in air", "air"), ("in an oven", None)])
+def test_a_solid_is_dried_in_the_gas_that_the_text_names(place: str, gas: str | None) -> None:
+    drying = read_procedure(f"The solid was dried {place}.").actions[0]
+    assert (drying.verb, drying.atmosphere) == ("DrySolid", gas)
+
+
 def test_every_span_is_the_name_that_stands_there() -> None:
     read = read_procedure(REDUCTION)
     for action in read.actions:
