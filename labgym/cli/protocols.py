@@ -132,7 +132,8 @@ def score_reading(gold: Positional[Path], texts: OptionalPath = None, difference
         texts: File of the texts, if the gold holds only their hashes.
         differences: List the tuples and conditions that differ: - of the gold, + read.
     """
-    from labgym.protocols.reading.gold import read_gold, score
+    from labgym.protocols.reading.agreement import score
+    from labgym.protocols.reading.gold import read_gold
     from labgym.protocols.reading.reader import read_procedure
 
     result = score((item, read_procedure(item.text)) for item in read_gold(gold, texts))

@@ -13,9 +13,10 @@ from labgym.cli.app import main
 from labgym.errors import DocumentError, OptionError
 from labgym.protocols.reading import ActionList
 from labgym.protocols.reading.actions import MAX_TEXT
+from labgym.protocols.reading.agreement import score
 from labgym.protocols.reading.explain import explained, explained_html, marks
 from labgym.protocols.reading.figures import figures, plain
-from labgym.protocols.reading.gold import GoldText, read_gold, score, tuples
+from labgym.protocols.reading.gold import GoldText, read_gold, tuples
 from labgym.protocols.reading.reader import read_procedure
 from labgym.protocols.stoichiometry import Use, stoichiometry, waste
 
@@ -63,6 +64,12 @@ def test_conditions_stand_with_their_action_and_what_is_inferred_is_marked() -> 
     assert (drying.keep, drying.assumed) == ("filtrate", ("keep",))
     assert actions[4].repeats == 3
     assert actions[9].atmosphere == "vacuum"
+
+
+@pytest.mark.parametrize(("place", "gas"), [("in vacuo", "vacuum"), ("in air", "air"), ("in an oven", None)])
+def test_a_solid_is_dried_in_the_gas_that_the_text_names(place: str, gas: str | None) -> None:
+    drying = read_procedure(f"The solid was dried {place}.").actions[0]
+    assert (drying.verb, drying.atmosphere) == ("DrySolid", gas)
 
 
 def test_every_span_is_the_name_that_stands_there() -> None:

@@ -1,0 +1,239 @@
+"""Additions: operations that put something into the mixture, or bring it together with a liquid."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import chain
+
+from labgym.protocols.experiments.model import Period, Portion, Verb
+from labgym.protocols.reading.draft import EXTRACTS, LAYERS, ActionDraft, PhrasedOperation, with_substances
+from labgym.protocols.reading.figures import QuantitySpan
+from labgym.protocols.reading.lexicon import SOLUTIONS
+from labgym.protocols.reading.mentions import SubstanceMention, TextPhrase
+from labgym.protocols.reading.separations import collect
+from labgym.protocols.reading.stated import held_at
+
+_PARTS = LAYERS | EXTRACTS | {"filtrates"}
+_BATCHES = frozenset(("mixture", "solution", "reaction", "residue", "suspension", "slurry"))
+_MIXING = ("combin", "mix", "plac", "blend", "admix", "put", "introduc")
+"""Beginnings of words behind which "in" names a solvent that is added, too."""
+
+
+def add(draft: ActionDraft, operation: PhrasedOperation) -> None:
+    """Append an addition, after what the flask holds before it."""
+    head, before = operation.head, operation.before
+    layered = [phrase for phrase in operation.phrases if set(phrase.nouns) & _PARTS and not phrase.is_measured]
+    draft.own_names(layered)
+    after = [phrase for phrase in operation.after if phrase not in layered or phrase.prep]
+    operation = replace(operation, after=after)
+    subject = [
+        phrase
+        for phrase in before
+        if phrase.prep == "" and (phrase.substances or phrase.solution is not None) and phrase not in layered
+    ]
+    objects = with_substances(after, "", "of")
+    theme = objects if objects and not (subject and head.passive) else subject
+    extra = with_substances(after, "with", "containing", "and", "using", "by") if head.low != "adding" else []
+    if head.low in ("combined", "mixed", "combine", "mix", "combining") and not theme and not extra:
+        return
+    into = with_substances(operation.phrases, "to", "into", "onto", "in", "on")
+    targets = [phrase for phrase in into if phrase not in theme]
+    if subject and objects and not head.passive and head.marker != "followed":
+        targets = [*subject, *targets]
+    if head.low.startswith(("charg", "load", "flask")) and extra and not theme:
+        theme, extra = extra, []
+    if head.low.startswith("plac") and any(token.low in ("oven", "desiccator") for token in operation.clause.after):
+        draft.act("DrySolid", operation)
+        return
+    if head.low.startswith(_MIXING):
+        theme = [*theme, *(phrase for phrase in targets if phrase.prep == "in")]
+        targets = [phrase for phrase in targets if phrase.prep != "in"]
+    if targets and not theme and not extra and _is_batch_added(draft, operation):
+        draft.act("Pour", operation, draft.portions(targets))
+        return
+    prepared = bool(targets) and targets[0].is_prepared
+    early = [phrase for phrase in theme if prepared and phrase.is_prepared and phrase.start < targets[0].start]
+    for phrase in early:
+        draft.make(phrase)
+    for phrase in targets:
+        draft.charge([phrase], always=not draft.actions or phrase.is_measured)
+    rest = [phrase for phrase in operation.phrases if phrase not in targets]
+    _take(draft, replace(operation, before=rest, after=[]), [*theme, *extra], early=early)
+
+
+def _is_batch_added(draft: ActionDraft, operation: PhrasedOperation) -> bool:
+    """Return whether the batch itself is added to something: "The mixture was added to ice"."""
+    head = operation.head
+    if head.passive:
+        return any(set(phrase.nouns) & _BATCHES for phrase in operation.before if phrase.prep == "")
+    return head.low == "added" and not operation.before and bool(draft.actions)
+
+
+def _take(
+    draft: ActionDraft,
+    operation: PhrasedOperation,
+    theme: Sequence[TextPhrase],
+    verb: Verb = "Add",
+    early: Sequence[TextPhrase] = (),
+) -> None:
+    """Append an operation on substances, after solutions that are made for it.
+
+    Args:
+        draft: grows.
+        operation: with the phrases of its circumstances.
+        theme: what is taken.
+        verb: what is done with it.
+        early: solutions of the theme that are made already.
+    """
+    held, phrases, span = operation.conditions, operation.phrases, operation.span
+    takes: list[Portion] = []
+    made = ""
+    for phrase in theme:
+        if phrase.is_prepared:
+            if phrase not in early:
+                draft.make(phrase)
+            first = phrase.substances[0]
+            made = phrase.solution.low if phrase.solution is not None else draft.text[first.start : first.end]
+        else:
+            takes += draft.portions([phrase])
+    named = any("solution" in phrase.nouns for phrase in phrases if phrase.prep == "")
+    if made or (verb == "Add" and not theme and (draft.solution_made or named)):
+        noun = next((noun for phrase in phrases for noun in phrase.nouns if noun in SOLUTIONS), "solution")
+        draft.act(verb, operation, takes, part="solution", note=made or noun)
+    elif not takes and verb == "Add":
+        _prolong(draft, held)
+    else:
+        ratios = [item for phrase in theme for item in phrase.ratios]
+        if verb == "Add" and any(item.kind == "ph" for item in held):
+            verb = "AdjustPH"
+        stirred = any("stirring" in phrase.words for phrase in phrases) and any(item.kind == "time" for item in held)
+        if stirred and takes:
+            draft.emit(verb, span, takes, ratios=ratios)
+            draft.act("Stir", operation)
+        else:
+            draft.act(verb, operation, takes, ratios)
+
+
+def _prolong(draft: ActionDraft, held: Sequence[QuantitySpan]) -> None:
+    """Keep conditions of a word that is no action on the last action."""
+    if held and draft.actions:
+        last, more = draft.actions[-1], held_at(held)
+        first = Period(**{key: more[key] for key in ("temperature", "duration") if key in more})
+        draft.own_all(held)
+        draft.actions[-1] = last.model_copy(update={"then": (*last.then, first, *more.get("then", ()))[:20]})
+
+
+def treat(draft: ActionDraft, operation: PhrasedOperation) -> None:
+    """Append an operation with a reagent behind its word: "treated with", "washed with", "quenched by"."""
+    head, verb, after = operation.head, operation.verb, operation.after
+    if head.passive or head.marker == "":
+        held = [phrase for phrase in operation.before if phrase.prep in ("", "to", "of", "in")]
+        draft.charge(held, always=verb == "Add" and not draft.actions)
+    reagents = with_substances(after, "with", "by", "using", "of", "into", "to", "")
+    if verb == "Hydrogenate":
+        reagents = [phrase for phrase in after if phrase.substances]
+    if verb == "Add" and not reagents:
+        if head.low.startswith(("react", "condens")):
+            draft.act("Wait", operation)
+        return
+    if head.low.startswith("convert"):
+        reagents = with_substances(after, "with", "using", "by")
+    elif head.low.startswith(("react", "treat")):
+        reagents = with_substances(after, "with", "in", "of", "using", "containing", "and", "")
+    if verb in ("Wash", "Extract"):
+        _wash(draft, operation)
+    elif verb == "AdjustPH":
+        draft.act(verb, operation, draft.portions(reagents))
+    else:
+        _take(draft, operation, reagents, verb)
+
+
+def _wash(draft: ActionDraft, operation: PhrasedOperation) -> None:
+    """Append washes or extractions: each liquid of a list is an action, a mixed liquid is one."""
+    verb = operation.verb
+    liquids = with_substances(operation.after, "with", "using", "in", "into", "by", "of", "")
+    rest = [phrase for phrase in operation.phrases if phrase not in liquids]
+    held = operation.conditions
+    first = True
+    for phrase in liquids:
+        for batch in _batches(phrase, together=verb == "Extract", first=first):
+            repeats = _repeats(draft, operation, phrase, batch)
+            takes = [draft.portion(item) for item in batch]
+            if first:
+                draft.emit(verb, operation.span, takes, held, [*rest, phrase], phrase.ratios, repeats=repeats)
+            else:
+                draft.emit(verb, (batch[0].start, batch[-1].end), takes, (), rest, repeats=repeats)
+            first = False
+    if first:
+        draft.act(verb, operation)
+
+
+def _batches(phrase: TextPhrase, together: bool, first: bool) -> list[list[SubstanceMention]]:
+    """Return the liquids of a phrase, each with all substances that it is mixed of."""
+    batches: list[list[SubstanceMention]] = []
+    for item in phrase.substances:
+        mixed = together or item.paired or phrase.solution is not None or (item.solvent and first)
+        if batches and mixed:
+            batches[-1].append(item)
+        else:
+            batches.append([item])
+    return batches
+
+
+def _repeats(
+    draft: ActionDraft, operation: PhrasedOperation, phrase: TextPhrase, batch: Sequence[SubstanceMention]
+) -> int:
+    """Return how often a liquid is used: "3 x 20 mL", "twice with water", "with water (2 x)"."""
+    portions = max((value.portions for item in batch for value in item.amounts), default=1)
+    if portions > 1:
+        return portions
+    after = operation.after
+    place = after.index(phrase)
+    counted = [phrase, *(other for other in after[max(0, place - 1) : place] if not other.substances)]
+    for other in counted:
+        if other.repeated is not None:
+            draft.own_all([other.repeated])
+            return max(1, other.repeats)
+    last = after[-1]
+    return max(1, last.repeats) if last.repeated is not None and not last.substances else 1
+
+
+def dissolve(draft: ActionDraft, operation: PhrasedOperation) -> None:
+    """Append the dissolution or suspension of something in a solvent."""
+    head = operation.head
+    if head.low == "taken" and head.last == head.place:
+        collect(draft, operation)
+        return
+    solvents = with_substances(chain(operation.after, operation.before), "in", "with", "into")
+    solutes = with_substances(operation.before, "", "of") + with_substances(operation.after, "")
+    used = [*solutes, *solvents]
+    draft.act(operation.verb, operation, draft.portions(used), [item for phrase in used for item in phrase.ratios])
+
+
+def pour(draft: ActionDraft, operation: PhrasedOperation) -> None:
+    """Append that the batch is poured onto something."""
+    onto = with_substances(operation.after, "onto", "into", "on", "to", "in", "over", "upon")
+    draft.charge([phrase for phrase in operation.before if phrase.prep == "" and phrase.is_measured])
+    draft.act("Pour", operation, draft.portions(onto))
+
+
+def crystallize(draft: ActionDraft, operation: PhrasedOperation) -> None:
+    """Append a crystallization, trituration or precipitation with its solvents."""
+    head = operation.head
+    precipitation = head.low.startswith("precipitat")
+    if precipitation and with_substances(operation.after, "into", "onto"):
+        pour(draft, operation)
+        return
+    used = with_substances(operation.after, "from", "in", "with", "using", "of", "by", "")
+    used = used or with_substances(operation.before, "in", "from")
+    if precipitation and not used and not head.passive and not head.word.noun:
+        return
+    draft.last_solid = True
+    draft.act(operation.verb, operation, draft.portions(used), [item for phrase in used for item in phrase.ratios])
+
+
+def partition(draft: ActionDraft, operation: PhrasedOperation) -> None:
+    """Append that the batch is shared between liquids."""
+    used = with_substances(operation.after, "between", "with", "in", "")
+    draft.act("Partition", operation, draft.portions(used))

@@ -1,0 +1,268 @@
+"""Draft: the action list as it grows, and the operation that is read into it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from labgym.protocols.experiments.model import Action, Portion, Role, Verb
+from labgym.protocols.reading.clauses import VerbClause
+from labgym.protocols.reading.figures import QuantitySpan
+from labgym.protocols.reading.heads import Head
+from labgym.protocols.reading.mentions import SubstanceMention, TextPhrase
+from labgym.protocols.reading.stated import amount, held_at, stated_by, written
+from labgym.protocols.reading.tokens import Token
+
+LAYERS = frozenset(("layer", "layers", "phase", "phases"))
+EXTRACTS = frozenset(("extract", "extracts"))
+_CIRCUMSTANCE = frozenset((
+    "at", "under", "in", "for", "over", "during", "within", "after", "while", "with", "to", "below", "between",
+    "until", "into", "on", "by", "from", "before", "", "through", "without", "using", "since", "when", "once",
+    "of", "than", "against", "as",
+))  # fmt: skip
+"""Prepositions whose conditions are those of the operation."""
+_INTERMEDIATES = frozenset((
+    "residue", "oil", "solid", "product", "crystals", "precipitate", "material", "foam", "liquid", "powder",
+))  # fmt: skip
+_WATERY = frozenset(("organic", "aqueous"))
+_OF_A_PART = frozenset(("Wash", "Extract", "DrySolution", "Concentrate", "Filter", "AdjustPH", "Dissolve"))
+_WORKUP = frozenset(("Quench", "Extract", "Wash", "Filter", "Concentrate", "Pour", "AdjustPH", "Partition"))
+_PURIFYING = frozenset(("Wash", "Extract", "DrySolution", "Chromatograph", "Recrystallize", "Triturate"))
+
+
+@dataclass(frozen=True)
+class PhrasedOperation:
+    """An operation word with its phrases.
+
+    Attributes:
+        before, after: phrases before and after the word.
+        span: characters of the word and of what follows it.
+    """
+
+    clause: VerbClause
+    before: list[TextPhrase]
+    after: list[TextPhrase]
+    span: tuple[int, int]
+
+    @property
+    def head(self) -> Head:
+        """The operation word."""
+        return self.clause.head
+
+    @property
+    def verb(self) -> Verb:
+        """The verb that the operation word means."""
+        return self.clause.head.word.verb
+
+    @property
+    def phrases(self) -> list[TextPhrase]:
+        """All phrases, in order."""
+        return [*self.before, *self.after]
+
+    @property
+    def conditions(self) -> list[QuantitySpan]:
+        """Conditions of all phrases, in order."""
+        return conditions(self.phrases)
+
+
+def lows(tokens: Iterable[Token]) -> set[str]:
+    """Return tokens in lower case."""
+    return {token.low for token in tokens}
+
+
+def conditions(phrases: Iterable[TextPhrase]) -> list[QuantitySpan]:
+    """Return the conditions of phrases, in order."""
+    return [item for phrase in phrases if phrase.prep in _CIRCUMSTANCE for item in phrase.conditions]
+
+
+def substances(phrases: Iterable[TextPhrase]) -> list[SubstanceMention]:
+    """Return the substances of phrases, in order."""
+    return [item for phrase in phrases for item in phrase.substances]
+
+
+def with_substances(phrases: Iterable[TextPhrase], *prepositions: str) -> list[TextPhrase]:
+    """Return the phrases that begin with one of some prepositions and name a substance."""
+    return [phrase for phrase in phrases if phrase.prep in prepositions and phrase.substances]
+
+
+@dataclass
+class ActionDraft:
+    """Actions and state of a procedure while it is read.
+
+    Attributes:
+        text: the procedure.
+        plain: the procedure with simple characters, of the same length.
+        owned: 1 for each character that an action owns or that is remark or data.
+        last_solid: whether the batch is a solid.
+        solution_made: whether the last action makes a solution.
+        manners: words for the manner of the operation that no action has yet.
+    """
+
+    text: str
+    plain: str
+    actions: list[Action] = field(default_factory=list)
+    owned: bytearray = field(init=False)
+    roles: dict[str, Role] = field(default_factory=dict)
+    last_solid: bool = False
+    solution_made: bool = False
+    started_with_batch: bool = False
+    manners: set[str] = field(default_factory=set)
+    product: str = ""
+    result: str = ""
+
+    def __post_init__(self) -> None:
+        self.owned = bytearray(len(self.text))
+        self._lower = self.plain.lower()
+
+    @property
+    def last_verb(self) -> str:
+        """The verb of the last action, or ""."""
+        return self.actions[-1].verb if self.actions else ""
+
+    def found(self, clause: VerbClause) -> tuple[int, int]:
+        """Return the span of an operation word, which lies between its two regions."""
+        low = clause.head.low.split()[0]
+        if not clause.before and clause.after:
+            at = self._lower.rfind(low, 0, clause.after[0].start)
+        else:
+            at = self._lower.find(low, clause.before[-1].end if clause.before else 0)
+        at = max(at, 0)
+        return at, at + len(low)
+
+    def own(self, start: int, end: int) -> None:
+        """Note that an action owns characters."""
+        self.owned[start:end] = b"\1" * (end - start)
+
+    def own_all(self, items: Iterable[Token | QuantitySpan | SubstanceMention]) -> None:
+        """Note that an action owns tokens, figures or names."""
+        for item in items:
+            self.own(item.start, item.end)
+
+    def own_names(self, phrases: Iterable[TextPhrase]) -> None:
+        """Own names that an operation is done to, not what it takes: the solvent that is removed."""
+        self.own_all(item for item in substances(phrases) if not item.is_measured)
+
+    def portion(self, item: SubstanceMention, repeats: int = 1) -> Portion:
+        """Return a substance with its amount, and own both."""
+        self.own_all((item, *item.amounts))
+        return Portion(
+            name=self.text[item.start : item.end][:200],
+            amount=amount(item.amounts, item.words, repeats),
+            span=(item.start, item.end),
+        )
+
+    def portions(self, phrases: Iterable[TextPhrase]) -> list[Portion]:
+        """Return the substances of phrases."""
+        return [self.portion(item, phrase.repeats) for phrase in phrases for item in phrase.substances]
+
+    def yielded(self, item: SubstanceMention) -> Portion:
+        """Return a product; its percentage is the yield."""
+        shares = [value for value in item.amounts if value.kind == "percent"]
+        self.own_all(shares)
+        portion = self.portion(replace(item, amounts=[value for value in item.amounts if value.kind != "percent"]))
+        stated = ", ".join(filter(None, (portion.amount, *map(written, shares))))
+        return portion.model_copy(update={"amount": stated[:200]})
+
+    def emit(
+        self,
+        verb: Verb,
+        span: tuple[int, int],
+        takes: Sequence[Portion] = (),
+        held: Sequence[QuantitySpan] = (),
+        phrases: Sequence[TextPhrase] = (),
+        ratios: Sequence[QuantitySpan] = (),
+        **fields: Any,
+    ) -> None:
+        """Append an action.
+
+        Args:
+            verb: what is done.
+            span: the characters that say so.
+            takes: what it takes.
+            held: its conditions, in order.
+            phrases: whose words say the manner, the gas, the part and the repeats.
+            ratios: of mixed solvents.
+            fields: further fields of the action.
+        """
+        words = {word for phrase in phrases for word in phrase.words}
+        if phrases:
+            words |= self.manners
+            self.manners = set()
+        self.own_all(item for phrase in phrases for item in phrase.vessels)
+        self.own_all((*held, *ratios))
+        values = {**stated_by(words), "verb": verb, "takes": tuple(takes)[:30], **held_at(held), **fields}
+        counted = [phrase for phrase in phrases if phrase.repeated is not None]
+        if counted:
+            values.setdefault("repeats", max(1, counted[0].repeats))
+        self.own_all(phrase.repeated for phrase in counted if phrase.repeated is not None)
+        shares = {item.start: item for item in ratios if item.kind in ("ratio", "percent", "molarity")}
+        if shares:
+            ratio = ", ".join(self.text[item.start : item.end] for item in shares.values())
+            values["note"] = "; ".join(filter(None, (values.get("note", ""), ratio)))[:400]
+        part = next((noun for phrase in phrases for noun in (*phrase.words, *phrase.nouns) if noun in _WATERY), None)
+        if part and verb in _OF_A_PART:
+            values.setdefault("part", part)
+        start, end = span
+        values["span"] = (start, max(end, start + 1))
+        self.actions.append(Action(**values))
+        for portion in takes:
+            self.roles.setdefault(portion.name, _role(verb, portion, self.actions))
+        self.solution_made = verb in ("MakeSolution", "Dissolve")
+
+    def act(
+        self,
+        verb: Verb,
+        operation: PhrasedOperation,
+        takes: Sequence[Portion] = (),
+        ratios: Sequence[QuantitySpan] = (),
+        **fields: Any,
+    ) -> None:
+        """Append the action of an operation with all its conditions."""
+        self.emit(verb, operation.span, takes, operation.conditions, operation.phrases, ratios, **fields)
+
+    def make(self, phrase: TextPhrase) -> None:
+        """Append the making of a solution."""
+        self.own_all(phrase.ratios)
+        takes = [self.portion(item) for item in phrase.substances]
+        self.emit("MakeSolution", (phrase.start, phrase.end), takes, ratios=phrase.ratios)
+
+    def put(self, verb: Verb, items: Sequence[SubstanceMention]) -> None:
+        """Append an action that takes substances which lie together in the text."""
+        self.emit(verb, (items[0].start, items[-1].end), [self.portion(item) for item in items])
+
+    def charge(self, phrases: Iterable[TextPhrase], always: bool = False) -> None:
+        """Append what the flask holds before an operation: a solution, or substances."""
+        loose: list[SubstanceMention] = []
+        solvents: list[SubstanceMention] = []
+        for phrase in phrases:
+            for item in [item for item in phrase.substances if self._is_intermediate(item, phrase)]:
+                phrase.substances.remove(item)
+                self.emit("Yield", (item.start, item.end), gives=(self.yielded(item),))
+            if not phrase.substances or phrase.prep not in ("", "to", "of", "in", "into", "with"):
+                continue
+            measured = phrase.is_measured
+            dissolved = any(item.solvent for item in phrase.substances)
+            if phrase.is_prepared or (phrase.solution is not None and measured) or (dissolved and (always or measured)):
+                self.make(phrase)
+            elif always or measured:
+                (solvents if phrase.prep == "in" else loose).extend(phrase.substances)
+        if loose or solvents:
+            self.put("MakeSolution" if loose and solvents else "Add", [*loose, *solvents])
+
+    def _is_intermediate(self, item: SubstanceMention, phrase: TextPhrase) -> bool:
+        """Return whether a name is that of the batch with its mass: "The residue (21.3 g) was distilled"."""
+        if phrase.prep != "" or not self.actions:
+            return False
+        kinds = {value.kind for value in item.amounts}
+        if {"mass", "percent"} <= kinds and phrase.solution is None and {"product", "compound"} & set(phrase.nouns):
+            return True
+        return item.weak and item.is_measured and self.plain[item.start : item.end].lower() in _INTERMEDIATES
+
+
+def _role(verb: Verb, portion: Portion, actions: Sequence[Action]) -> Role:
+    if verb in _PURIFYING or any(action.verb in _WORKUP for action in actions):
+        return "workup"
+    bare = " of " not in portion.amount and not re.search(r"\d (?:g|mol|mmol|equiv)\b", portion.amount)
+    return "solvent" if bare and "mL" in portion.amount else "reactant"

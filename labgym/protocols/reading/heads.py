@@ -1,0 +1,369 @@
+"""Heads: which words of a sentence name an operation that is done, and which are adjectives, nouns or manners."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from labgym.protocols.reading.lexicon import (
+    AUXILIARIES,
+    BATCH,
+    DETERMINERS,
+    MANNERS,
+    PREPOSITIONS,
+    QUALITIES,
+    SOLUTIONS,
+    VerbWord,
+    is_stop,
+)
+from labgym.protocols.reading.tokens import Token
+
+_PARTS = frozenset((
+    "organic", "aqueous", "organics", "combined", "precipitated", "ether", "ethereal", "separated", "collected",
+    "undissolved",
+))  # fmt: skip
+_SKIPPED_ADVERBS = frozenset((
+    "then", "also", "subsequently", "thus", "finally", "further", "again", "directly", "slowly", "carefully",
+    "first", "next", "therein", "thereto", "thereafter", "quickly", "rapidly", "gradually", "vigorously",
+    "immediately", "now", "so", "still", "thoroughly", "successively", "gently", "completely", "not", "initially",
+    "briefly", "continuously", "evenly", "mainly", "only", "once", "twice", "separately", "being", "been",
+    "progressively", "simultaneously", "almost",
+)) | frozenset(MANNERS)  # fmt: skip
+_METHODS = frozenset((
+    "Purify", "Filter", "Concentrate", "Distill", "Chromatograph", "Recrystallize", "Crystallize", "Extract",
+    "Triturate", "Hydrogenate", "Sublime",
+))  # fmt: skip
+_BY_METHOD = frozenset((
+    "removed", "remove", "removing", "collected", "separated", "isolated", "recovered", "obtained", "purified",
+    "purify", "filtered", "isolate", "eliminated", "concentrated", "subjected", "evaporated", "achieved",
+    "accomplished", "carried",
+))  # fmt: skip
+_LET = frozenset(["allowed", "left", "let", "leave", "allow", "allowing", "permitted", "continued", "left"])
+_HOLDING_NOUNS = frozenset(
+    ["stirring", "heating", "cooling", "warming", "shaking", "agitation", "swirling", "refluxing", "boiling"]
+)
+
+_PARTICIPLES = ("ed", "ing", "en", "ept", "eft", "eld", "ought", "ood", "ook", "ven", "ave", "ied", "put")
+_STANDS = frozenset(("stand", "stands", "standing"))
+_NOUN_PARTNERS = frozenset((
+    "was", "is", "process", "were", "apparatus", "flask", "column", "funnel", "step", "time", "rate", "solvent",
+    "system",
+))  # fmt: skip
+_NOUN_QUALIFIERS = frozenset((
+    "flash", "column", "gel", "and", "silica", "further", "hplc", "prep", "preparative", "the", ",", "solvent",
+    "using",
+))  # fmt: skip
+_MARKERS = frozenset((
+    "to", "by", "after", "before", "upon", "on", "while", "via", "through", "without", "following", "when", "for",
+    "until",
+))  # fmt: skip
+"""Words before an operation word that say how it stands to the rest of the sentence."""
+_MANNER_WORDS = frozenset((
+    "with", "under", "while", "magnetic", "mechanical", "vigorous", "rapid", "constant", "efficient", "good",
+    "gentle", "external", "oil-bath", "for", "and",
+))  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Head:
+    """An operation word in a sentence.
+
+    Attributes:
+        place: index of its token.
+        first: index of the first token of its group ("was then", "to", "by").
+        passive: whether an auxiliary stands before it.
+        marker: "to", "by", "after" and the like before it, or "".
+        last: index of the last token of its group.
+    """
+
+    place: int
+    first: int
+    word: VerbWord
+    low: str
+    passive: bool = False
+    marker: str = ""
+    last: int = 0
+    method: str = ""
+
+
+def heads(tokens: Sequence[Token]) -> list[Head]:
+    """Return the operation words of a sentence; words that describe one operation are one head."""
+    found: list[Head] = []
+    for place, token in enumerate(tokens):
+        head = _head(tokens, place, token)
+        if head is None:
+            continue
+        last = found[-1] if found else None
+        if (
+            last is not None
+            and head.low in ("addition", "adding", "treatment")
+            and head.marker == "by"
+            and last.word.verb in ("Quench", "AdjustPH", "Crystallize")
+        ):
+            continue
+        if last is not None and _is_method(tokens, last, head):
+            found[-1] = replace(last, word=head.word, last=head.place, method=head.low)
+            continue
+        if last is not None and _is_let(tokens, last, head):
+            found[-1] = replace(head, first=last.first, passive=last.passive or head.passive, marker=last.marker)
+            continue
+        if (
+            last is not None
+            and last.low in _HOLDING_NOUNS
+            and head.low == "continued"
+            and not any(item.kind in ("name", "figure") for item in tokens[last.place + 1 : head.place])
+        ):
+            found[-1] = replace(last, last=head.place)
+            continue
+        found.append(head)
+    return found
+
+
+def _is_method(tokens: Sequence[Token], last: Head, head: Head) -> bool:
+    """Return whether an operation says how another was done: "removed by filtration"."""
+    between = tokens[last.place + 1 : head.place]
+    lows = [token.low for token in between]
+    if (
+        head.word.verb == "Chromatograph"
+        and last.word.verb in ("Chromatograph", "Purify")
+        and ("and" not in lows or head.low.startswith("elut"))
+    ):
+        return True
+    if last.low not in _BY_METHOD or head.word.verb not in _METHODS or len(between) > 12:
+        return False
+    if last.word.verb == "Yield" and head.word.verb not in ("Filter", "Chromatograph"):
+        return False
+    return (
+        any(low in ("by", "through", "to", "via", "under", "with", "out", "using") for low in lows)
+        and not any(low in ("and", "then", "was", "were") for low in lows[-4:])
+        and (head.word.noun or head.low.endswith("ing") or head.low in ("chromatography", "hplc"))
+    )
+
+
+def _is_let(tokens: Sequence[Token], last: Head, head: Head) -> bool:
+    between = [token.low for token in tokens[last.place + 1 : head.first]] + [head.marker]
+    return (
+        last.low in _LET
+        and head.marker == "to"
+        and all(low in ("to", "") or low in _SKIPPED_ADVERBS for low in between)
+    )
+
+
+@dataclass(frozen=True)
+class _Place:
+    """An operation word with its neighbors in lower case."""
+
+    tokens: Sequence[Token]
+    place: int
+    token: Token
+    previous: str
+    after: str
+    following: Token | None
+    first: int
+    passive: bool
+    marker: str
+
+    @property
+    def low(self) -> str:
+        return self.token.low
+
+    def head(self, word: VerbWord, last: int | None = None) -> Head:
+        return Head(
+            self.place, self.first, word, self.low, self.passive, self.marker, self.place if last is None else last
+        )
+
+
+def _head(tokens: Sequence[Token], place: int, token: Token) -> Head | None:
+    """Return the head that a token is, or None if it names no operation here."""
+    if token.kind not in ("verb", "figure") and token.low not in ("followed", "reduced", "made", "make"):
+        return None
+    first, passive, marker = _group(tokens, place)
+    at = _Place(
+        tokens,
+        place,
+        token,
+        tokens[place - 1].low if place else "",
+        tokens[place + 1].low if place + 1 < len(tokens) else "",
+        tokens[place + 1] if place + 1 < len(tokens) else None,
+        first,
+        passive,
+        marker,
+    )
+    special = _special(at)
+    if special is not None:
+        return special
+    if token.kind != "verb" or token.verb is None or token.low == "followed":
+        return None
+    if token.verb.noun:
+        return at.head(token.verb) if _is_useful_noun(at) else None
+    if _is_idle(at):
+        return None
+    if token.low in _HOLDING_NOUNS:
+        return at.head(token.verb) if _is_holding(at) else None
+    ed = token.low.endswith(_PARTICIPLES)
+    if (_is_adjective(at, token.verb) if ed else _is_noun(at)) and not _gives(at):
+        return None
+    return at.head(token.verb, place + 1 if token.low == "taken" and at.after == "up" else None)
+
+
+def _special(at: _Place) -> Head | None:
+    """Return the head of words that are no verbs by themselves: "followed by", "made acid", "pH adjusted to 7"."""
+    token, rest = at.token, at.tokens[at.place + 1 :]
+    if token.low == "followed" and at.after == "by":
+        verbs = any(item.kind == "verb" and item.low.endswith(("ing", "tion")) for item in rest[1:4])
+        if verbs or any(item.low in ("tlc", "hplc", "lcms", "gc") for item in rest[1:4]):
+            return None
+        add = VerbWord("Add", "theme")
+        return Head(at.place, at.place, add, "followed by", False, "followed", at.place + 1)
+    figure = token.figure
+    if (
+        figure is not None
+        and figure.kind == "ph"
+        and any(word in token.low for word in ("adjusted", "brought", "made"))
+    ):
+        return Head(at.place, at.place, VerbWord("AdjustPH", "with"), "adjusted", True, "", at.place - 1)
+    if token.low == "reduced" and at.passive and any(item.low in ("hydrogenation", "hydrogen") for item in rest):
+        return at.head(VerbWord("Hydrogenate", "with"))
+    if token.low in ("made", "make") and at.after in ("acid", "acidic", "basic", "alkaline", "neutral"):
+        return at.head(VerbWord("AdjustPH", "with"), at.place + 1)
+    if token.low == "chromatography" and at.previous in ("thin-layer", "layer"):
+        return Head(at.place, at.place, VerbWord("Monitor", "none", True), token.low, False, "", at.place)
+    return None
+
+
+def _is_useful_noun(at: _Place) -> bool:
+    """Return whether a noun stands for an operation that is done: "by filtration", not "without purification"."""
+    low = at.low
+    if at.previous in ("without", "no", "for", "of", "end", "during") or at.after in _NOUN_PARTNERS:
+        ahead = at.tokens[at.place + 2 : at.place + 3]
+        done = bool(ahead) and ahead[0].low in ("carried", "effected", "performed")
+        return at.after in ("was", "is", "were") and done and low not in ("chromatographic", "addition")
+    if low in ("chromatographic", "concentration") and (at.after == "of" or low == "chromatographic"):
+        return False
+    if low == "addition":
+        begun = at.after == "of" and at.marker in ("by", "after", "upon", "on", "following", "with")
+        return begun or at.previous in ("the", "dropwise", "slow")
+    near = [item.low for item in at.tokens[max(0, at.place - 5) : at.place]]
+    return (
+        any(word in ("by", "via", "through") for word in near)
+        or at.marker in ("by", "after", "upon", "on", "following", "through", "via", "before", "to")
+        or at.place == 0
+        or at.previous in _NOUN_QUALIFIERS
+        or at.after == "of"
+    )
+
+
+def _is_idle(at: _Place) -> bool:
+    """Return whether an operation word names no operation here, whatever its form."""
+    low, following = at.low, at.following
+    named = following is not None and following.kind == "name"
+    batch = following is not None and following.low in BATCH
+    return (
+        (low in ("dry", "combine", "separate") and (named or batch) and not (at.place == 0 and low != "dry"))
+        or low in ("sealed", "seal", "fitted", "equipped", "sealing", "prepared")
+        or (low in ("boiling", "boil", "boils") and not at.passive)
+        or (low in _STANDS and at.marker not in ("to", "on", "upon", "after", "for") and at.previous != "and")
+        or (low == "reflux" and not _is_refluxed(at))
+        or (low == "obtained" and _is_attribute(at))
+        or (low == "saturated" and at.after not in ("with", "by"))
+        or (low in ("dilute", "diluted", "concentrated") and named and not at.passive)
+    )
+
+
+def _is_refluxed(at: _Place) -> bool:
+    attribute = at.previous in ("to", "at", "under", "gentle") and not _is_imperative(at.tokens, at.place)
+    return at.marker == "to" and not attribute
+
+
+def _is_attribute(at: _Place) -> bool:
+    """Return whether "obtained" belongs to a noun: "the residue thus obtained", "the solid obtained in Step A"."""
+    source = at.after in ("in", "from", "by", "as", "according", "above") or at.previous in BATCH
+    return at.previous in ("thus", "so") or (not at.passive and source)
+
+
+def _is_holding(at: _Place) -> bool:
+    """Return whether "stirring" and the like are an operation, not the manner of another one."""
+    if at.after in ("continued", "was", "is"):
+        return True
+    after_time = at.previous in ("vigorous", "and") and at.marker in ("after", "by")
+    if at.previous in _MANNER_WORDS and not (at.previous == "while" and at.after == "at") and not after_time:
+        return False
+    alone = at.previous not in ("", ",", "hours", "h", "min", "minutes") and at.place > 0
+    if at.marker == "" and alone and not at.passive and at.tokens[at.place - 1].kind != "figure":
+        return at.after in ("was", "is", "at", "for", "continued", "in", "to")
+    return True
+
+
+def _is_adjective(at: _Place, word: VerbWord) -> bool:
+    """Return whether a participle belongs to the noun after it: "the combined organic layers"."""
+    following = at.following
+    if at.passive or following is None:
+        return False
+    noun = (
+        following.kind == "name"
+        or following.low in BATCH
+        or following.low in SOLUTIONS
+        or following.low in _PARTS
+        or (following.kind == "word" and not is_stop(following.low) and following.low not in QUALITIES)
+    )
+    determined = at.previous in DETERMINERS or at.previous in QUALITIES
+    if at.low.endswith("ing"):
+        return noun and determined
+    listed = at.previous in ("and", ",")
+    begun = (
+        determined
+        or at.previous == ""
+        or at.previous in PREPOSITIONS
+        or listed
+        or at.previous in ("resulting", "above")
+    )
+    if noun and begun and not (listed and following.kind == "name"):
+        return True
+    return at.previous in DETERMINERS and word.verb != "Yield"
+
+
+def _is_noun(at: _Place) -> bool:
+    """Return whether a word without an ending is a noun: "the extract", not "Extract with ether"."""
+    finite = at.low in ("gave", "gives", "affords", "provides", "yields", "raises", "rises", "rose", "dissolves")
+    if not (at.marker == "to" or finite or _is_imperative(at.tokens, at.place)):
+        return True
+    return (finite and at.previous in DETERMINERS) or (at.following is not None and at.after in AUXILIARIES)
+
+
+def _gives(at: _Place) -> bool:
+    """Return whether a present tense names a result: "which afford the amine"."""
+    noun = at.after in ("of", "(", "()", ")") or at.previous in DETERMINERS or at.previous == "in"
+    present = at.low in ("yield", "afford", "give", "provide", "furnish")
+    finite = at.marker == "to" or _is_imperative(at.tokens, at.place)
+    return present and not finite and not noun and at.tokens[at.place - 1].kind != "figure"
+
+
+def _is_imperative(tokens: Sequence[Token], place: int) -> bool:
+    """Return whether a verb begins its clause: "Add water and stir"."""
+    k = place - 1
+    while k >= 0 and (tokens[k].low in _SKIPPED_ADVERBS or tokens[k].low in ("please",)):
+        k -= 1
+    if k >= 1 and tokens[k].low in ("it", "this", "which") and tokens[k - 1].low == "to":
+        return True
+    return k < 0 or tokens[k].low in ("and", ",", "then", ":")
+
+
+def _group(tokens: Sequence[Token], place: int) -> tuple[int, bool, str]:
+    """Return the first index of a verb's group, whether it is passive, and the word that marks it."""
+    k, passive, marker = place - 1, False, ""
+    while k >= 0 and place - k < 7:
+        low = tokens[k].low
+        if low in AUXILIARIES or low in ("being",):
+            passive = True
+        elif low in _SKIPPED_ADVERBS or (low in QUALITIES and low.endswith("ly")):
+            pass
+        else:
+            break
+        k -= 1
+    low = tokens[k].low if k >= 0 else ""
+    if low in _MARKERS:
+        marker = low
+        k -= 1
+        if k >= 0 and tokens[k].low in ("followed", "so", "order"):
+            k -= 1
+    return k + 1, passive, marker

@@ -1,0 +1,284 @@
+"""Mentions: the phrases of a clause with the substances that they name, and the draft in which they grow."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from labgym.protocols.reading.figures import QuantitySpan
+from labgym.protocols.reading.lexicon import BATCH, SOLUTIONS
+from labgym.protocols.reading.tokens import Token
+
+STRENGTHS = frozenset(("molarity", "percent"))
+"""Kinds of figures that say how concentrated a solution is."""
+MEASURES = frozenset(("mass", "volume", "substance", "equivalents", "parts"))
+"""Kinds of figures that say how much of a substance there is."""
+_TIMES = frozenset(("at", "over", "for", "during", "after", "under", "within", "before", "while"))
+"""Prepositions of circumstance."""
+_ORIGINS = frozenset(("prepared", "obtained", "from", "described", "produced", "of"))
+"""Words that say where a substance came from."""
+_PLACES = frozenset(("example", "step", "preparation", "intermediate", "above"))
+"""Words for the place of a text where a substance was made."""
+
+
+@dataclass
+class SubstanceMention:
+    """A name in a phrase, with its amounts.
+
+    Attributes:
+        start, end: the span of the name.
+        amounts: figures, in order.
+        words: amounts in words ("saturated", "excess").
+        weak: whether only its place says that it is a substance.
+        solvent: whether it is what the others of its phrase are dissolved in.
+        paired: whether it is mixed with the name before it, as in "EtOAc/hexane".
+    """
+
+    start: int
+    end: int
+    amounts: list[QuantitySpan] = field(default_factory=list)
+    words: list[str] = field(default_factory=list)
+    weak: bool = False
+    solvent: bool = False
+    paired: bool = False
+
+    @property
+    def is_stock(self) -> bool:
+        """Whether it is a solution of a stated concentration."""
+        return any(figure.kind in STRENGTHS for figure in self.amounts) or "saturated" in self.words
+
+    @property
+    def is_measured(self) -> bool:
+        """Whether it has a mass, a volume, moles or equivalents."""
+        return any(figure.kind in MEASURES for figure in self.amounts)
+
+
+@dataclass
+class TextPhrase:
+    """A part of a clause.
+
+    Attributes:
+        prep: the preposition that begins it, or "".
+        solution: the noun ("solution", "suspension") whose contents the substances are, or None.
+        nouns: words for the batch or its parts, in lower case.
+        conditions: temperatures, times, pressures and pH, in order.
+        loose: amounts that no name stands with.
+    """
+
+    prep: str
+    start: int
+    end: int
+    substances: list[SubstanceMention] = field(default_factory=list)
+    solution: Token | None = None
+    nouns: list[str] = field(default_factory=list)
+    conditions: list[QuantitySpan] = field(default_factory=list)
+    ratios: list[QuantitySpan] = field(default_factory=list)
+    loose: list[QuantitySpan] = field(default_factory=list)
+    words: list[str] = field(default_factory=list)
+    repeats: int = 1
+    repeated: QuantitySpan | None = None
+    remarks: list[tuple[int, int]] = field(default_factory=list)
+    vessels: list[QuantitySpan] = field(default_factory=list)
+    is_stock: bool = False
+
+    @property
+    def is_measured(self) -> bool:
+        """Whether one of its substances has an amount."""
+        return any(item.is_measured for item in self.substances)
+
+    @property
+    def is_prepared(self) -> bool:
+        """Whether it is a solution that is made here, not a stock solution."""
+        solutes = [item for item in self.substances if not item.solvent]
+        solvents = [item for item in self.substances if item.solvent]
+        if self.solution is None:
+            measured = solutes and all(item.is_measured and not item.is_stock for item in solutes)
+            return bool(measured and solvents and all(item.is_measured for item in solvents))
+        if not self.substances or self.is_stock:
+            return False
+        if solvents and len(solutes) == 1:
+            return True
+        if any(item.is_stock for item in solutes) and not any(
+            figure.kind in ("mass", "substance") for item in solutes for figure in item.amounts if len(solutes) == 1
+        ):
+            return len(solutes) > 1 and bool(solvents) and any(item.is_measured for item in solvents)
+        return bool(solvents) or len(solutes) > 1
+
+
+class PhraseDraft:
+    """The phrases of a sequence of tokens as far as they are read.
+
+    Attributes:
+        is_result: whether the tokens name a product.
+        pending: amounts that wait for the name after them.
+        quality: amounts in words that wait for the name after them.
+        solution_amounts: amounts of the solution whose contents follow.
+        separated: whether the next name is another substance.
+        adjacent: whether the next name continues the last one.
+        in_solvent: whether the next name dissolves the others.
+        paired: whether the next name is mixed with the last one.
+        instead: whether the next name takes the place of the last one.
+        closed: whether the last name has its amounts in brackets.
+        skip: index of the last token to pass over.
+        adjective: a solvent as an adjective, which follows its noun.
+    """
+
+    def __init__(self, tokens: Sequence[Token], is_result: bool) -> None:
+        self.tokens = tokens
+        self.is_result = is_result
+        self.phrases: list[TextPhrase] = []
+        self.pending: list[QuantitySpan] = []
+        self.quality: list[str] = []
+        self.solution_amounts: list[QuantitySpan] = []
+        self.last: SubstanceMention | None = None
+        self.adjective: SubstanceMention | None = None
+        self.separated, self.adjacent = True, False
+        self.in_solvent = self.paired = self.instead = self.closed = False
+        self.skip = -1
+
+    @property
+    def phrase(self) -> TextPhrase:
+        """The phrase that is being read."""
+        return self.phrases[-1]
+
+    def open(self, prep: str, start: int) -> None:
+        """Begin a phrase."""
+        if self.phrases:
+            self.close()
+        self.phrases.append(TextPhrase(prep, start, start))
+        self.separate()
+        self.in_solvent, self.last = False, None
+
+    def close(self) -> None:
+        """Give amounts that wait to the substances of the phrase."""
+        phrase = self.phrase
+        if self.solution_amounts and phrase.substances:
+            self._share_solution_amounts()
+        phrase.loose += self.pending + self.solution_amounts
+        self.pending, self.solution_amounts, self.quality = [], [], []
+        _settle(phrase)
+
+    def _share_solution_amounts(self) -> None:
+        """Give the concentration of a solution to its solute, and its volume to the solvent or the only solute."""
+        solutes = [item for item in self.phrase.substances if not item.solvent] or self.phrase.substances
+        solvents = [item for item in self.phrase.substances if item.solvent]
+        stock = any(figure.kind in STRENGTHS for figure in self.solution_amounts)
+        for figure in self.solution_amounts:
+            stronger = figure.kind in STRENGTHS or stock or not solvents
+            (solutes[0] if stronger else solvents[0]).amounts.append(figure)
+        self.solution_amounts = []
+
+    def separate(self) -> None:
+        """Let the next name be another substance."""
+        self.separated, self.adjacent = True, False
+
+    def after(self, place: int) -> str:
+        """Return the token after a place in lower case, or ""."""
+        return self.tokens[place + 1].low if place + 1 < len(self.tokens) else ""
+
+    def is_ended(self) -> bool:
+        """Return whether a phrase of circumstance is complete, so that a noun begins a new one."""
+        phrase = self.phrase
+        return bool(phrase.conditions) and not phrase.substances and phrase.solution is None and phrase.prep in _TIMES
+
+    def name(self, place: int, token: Token, weak: bool) -> None:
+        """Read a name: it continues the last one, takes its place, or is another substance."""
+        if self.is_ended():
+            self.open("", token.start)
+        last = self.last
+        if self.instead and last is not None:
+            self.instead = False
+            last.start, last.end, last.weak = token.start, token.end, weak
+        elif last is not None and self.adjacent and not self.separated and not self.pending and not self.closed:
+            last.end = token.end
+            last.weak = last.weak and weak
+        elif last is not None and self._joins_ester(place, token):
+            last.end = token.end
+        else:
+            last = SubstanceMention(
+                token.start, token.end, self.pending, self.quality, weak, self.in_solvent, self.paired
+            )
+            self.pending, self.quality = [], []
+            self.phrase.substances.append(last)
+            self.last = last
+            if self.adjective is not None:
+                self.phrase.substances.append(self.adjective)
+                self.adjective = None
+        self.separated, self.adjacent, self.paired, self.closed = False, True, False, False
+
+    def _joins_ester(self, at: int, token: Token) -> bool:
+        """Return whether a name goes on after a comma: "pentanoic acid, benzyl ester"."""
+        assert self.last is not None
+        comma = at > 0 and self.tokens[at - 1].text == ","
+        salt = token.low in ("oxime", "hydrochloride", "dihydrochloride", "hydrobromide")
+        tail = salt or self.after(at) in ("ester", "amide")
+        before = all(figure.start < self.last.start for figure in self.last.amounts)
+        return comma and before and tail and not self.pending
+
+    def is_label(self, place: int) -> bool:
+        """Return whether a word that names no substance stands for one: an amount stands with it."""
+        if self.refers_back(place):
+            return True
+        if any(figure.kind in MEASURES for figure in self.pending):
+            return True
+        if (
+            self.is_result
+            and not self.phrase.substances
+            and self.phrase.prep in ("", "of")
+            and self.tokens[place].low in BATCH
+        ):
+            return True
+        following = self.tokens[place + 1] if place + 1 < len(self.tokens) else None
+        return (
+            following is not None
+            and _holds(following, ("mass", "volume", "substance", "equivalents"))
+            and (self.last is None or self.separated or not self.last.amounts)
+        )
+
+    def refers_back(self, place: int) -> bool:
+        """Return whether an amount follows the words about where a substance came from: "X from Step 8 (2 g)"."""
+        ahead = self.tokens[place + 1 : place + 11]
+        if not ahead or ahead[0].low not in _ORIGINS:
+            return False
+        for k, token in enumerate(ahead):
+            if token.kind == "group":
+                if not _holds(token, ("mass", "volume", "substance")):
+                    return False
+                self.skip = place + k
+                return any(item.low in _PLACES for item in ahead[:k])
+            ends = k > 1 and token.low in (",", "was", "were")
+            if ends or token.kind in ("name", "figure") or token.low in SOLUTIONS:
+                return False
+        return False
+
+
+def _holds(token: Token, kinds: Sequence[str]) -> bool:
+    """Return whether a token is a bracket with a figure of one of some kinds."""
+    return any(item.figure is not None and item.figure.kind in kinds for item in token.inner)
+
+
+def _settle(phrase: TextPhrase) -> None:
+    """Move amounts that stand with the solvent of a solution to the solute that they measure."""
+    solutes = [item for item in phrase.substances if not item.solvent]
+    solvents = [item for item in phrase.substances if item.solvent]
+    if len(solutes) != 1 or not solvents:
+        return
+    solute, solvent = solutes[0], solvents[-1]
+    if phrase.solution is not None and not solute.is_measured:
+        if any(figure.kind in STRENGTHS for figure in solvent.amounts):
+            solute.amounts += solvent.amounts
+            solvent.amounts = []
+    if not solute.is_stock:
+        return
+    kinds = {figure.kind for figure in solute.amounts}
+    if "volume" in kinds:
+        _move(solvent, solute, ("substance", "equivalents"))
+        kinds = {figure.kind for figure in solute.amounts}
+    if phrase.solution is not None and not kinds & {"mass", "substance"}:
+        _move(solvent, solute, ("volume",))
+
+
+def _move(source: SubstanceMention, target: SubstanceMention, kinds: Sequence[str]) -> None:
+    moved = [figure for figure in source.amounts if figure.kind in kinds]
+    source.amounts = [figure for figure in source.amounts if figure not in moved]
+    target.amounts += moved

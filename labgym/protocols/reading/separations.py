@@ -1,0 +1,179 @@
+"""Separations: operations that take something out of the mixture: layers, solids, solvents, water, by-products."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from labgym.protocols.experiments.model import Portion
+from labgym.protocols.reading.draft import (
+    EXTRACTS,
+    LAYERS,
+    ActionDraft,
+    PhrasedOperation,
+    conditions,
+    lows,
+    with_substances,
+)
+from labgym.protocols.reading.lexicon import SOLID
+from labgym.protocols.reading.phrases import read_phrases
+
+_COLUMN = re.compile(
+    r"\b(?:column|silica|chromatograph\w*|hplc|biotage|flash|tlc|spe|combiflash|isco|alumina|sio2)\b", re.IGNORECASE
+)
+_SOLVENTS = frozenset((
+    "solvent", "solvents", "volatiles", "solution", "liquor", "components", "excess", "thf", "ether", "ethanol",
+    "methanol", "toluene", "dmf", "water", "acetone", "dichloromethane", "pyridine", "benzene", "chloroform",
+    "dioxane", "acetonitrile", "reagent", "tfa", "chloride",
+))  # fmt: skip
+_NOT_SOLVENT = frozenset((
+    "bath", "catalyst", "insolubles", "solid", "solids", "precipitate", "material", "salts", "salt", "crystals",
+    "agent", "desiccant", "sulfate", "celite", "impurities", "carbon",
+))  # fmt: skip
+_LIQUIDS = LAYERS | {"fractions", "filtrates", "filtrate", "fraction", "extracts"}
+_UNWANTED = frozenset(("catalyst", "insolubles", "undissolved", "agent", "desiccant"))
+"""Words for a solid that a filtration takes away."""
+_DRYING = frozenset(("vacuum", "vacuo", "air", "oven", "desiccator", "pressure"))
+
+
+def clear(draft: ActionDraft, operation: PhrasedOperation) -> None:
+    """Append an operation that takes no substance: evaporation, distillation, separation, purification, transfer."""
+    head, verb, after = operation.head, operation.verb, operation.after
+    if verb == "PhaseSeparation":
+        collect(draft, operation)
+        return
+    if head.low.startswith(("remov", "elimin", "freed")):
+        subject = lows(operation.clause.before) | (set() if head.passive else lows(operation.clause.after[:6]))
+        if head.method and verb == "Filter" and subject & _NOT_SOLVENT:
+            _filter(draft, operation)
+            return
+        if not _is_evaporated(draft, operation, subject):
+            return
+    if verb == "Chromatograph" or (verb == "Purify" and _is_on_a_column(operation)):
+        _chromatograph(draft, operation)
+        return
+    if verb == "Purify" and any("recrystallization" in (*item.nouns, *item.words) for item in operation.phrases):
+        verb = "Recrystallize"
+    takes: list[Portion] = []
+    if head.low.startswith("azeotrop") or (verb == "Concentrate" and with_substances(after, "with")):
+        takes = draft.portions(with_substances(after, "with", "from"))
+    if (head.passive or head.marker in ("", "by")) and not head.low.startswith("remov"):
+        draft.charge([phrase for phrase in operation.before if phrase.prep == "" and phrase.is_measured])
+    draft.own_names(operation.phrases)
+    if verb != "Wait":
+        draft.last_solid = False
+        draft.act(verb, operation, takes)
+
+
+def _is_on_a_column(operation: PhrasedOperation) -> bool:
+    words = " ".join(token.low for token in (*operation.clause.group, *operation.clause.after))
+    return bool(_COLUMN.search(words)) or any("gel" in phrase.words for phrase in operation.after)
+
+
+def _is_evaporated(draft: ActionDraft, operation: PhrasedOperation, subject: set[str]) -> bool:
+    """Return whether "removed" means that a solvent is evaporated, not that a bath or a solid is taken away."""
+    head = operation.head
+    begins = not operation.clause.before and head.place == 0
+    if head.marker == "to" and not head.passive and not begins:
+        draft.own_names(operation.phrases)
+        return False
+    if "bath" in subject:
+        return False
+    named = bool(subject & _SOLVENTS) or any(phrase.substances for phrase in operation.phrases)
+    return (named and not subject & _NOT_SOLVENT) or bool(head.method) or head.low == "freed"
+
+
+def collect(draft: ActionDraft, operation: PhrasedOperation) -> None:
+    """Append what separates: layers, one layer, or a solid."""
+    head, clause = operation.head, operation.clause
+    near = lows(clause.before if head.passive or clause.before else clause.after[:6])
+    if not head.passive and not near & (LAYERS | SOLID):
+        near |= lows(clause.after[:6])
+    draft.own_names(operation.phrases)
+    if head.method == "filtration":
+        _filter(draft, operation)
+        return
+    layer = next((part for part in ("organic", "aqueous") if part in near), None)
+    if "water" in near and near & LAYERS:
+        layer = layer or "aqueous"
+    if near & {"layers", "phases"} or (near & LAYERS and layer is None) or {"organic", "aqueous"} <= near:
+        draft.act("PhaseSeparation", operation, part=None)
+    elif near & (LAYERS | EXTRACTS | {"organics"}):
+        draft.act("CollectLayer", operation, keep=layer)
+    elif near & SOLID or "crystal" in near or head.low in ("separated", "separating"):
+        _filter(draft, operation)
+
+
+def over(draft: ActionDraft, operation: PhrasedOperation) -> None:
+    """Append an operation over or through a solid: drying, filtration, chromatography."""
+    steps = {"DrySolution": _dry, "Filter": _filter}
+    steps.get(operation.verb, _chromatograph)(draft, operation)
+
+
+def _dry(draft: ActionDraft, operation: PhrasedOperation) -> None:
+    """Append the drying of a solution by an agent, or of a solid."""
+    agents = [
+        phrase
+        for phrase in with_substances(operation.after, "over", "with", "on", "by", "using", "")
+        if phrase.prep or not set(phrase.nouns) & (LAYERS | EXTRACTS | {"solution"})
+    ]
+    before = lows(operation.clause.before)
+    words = before | lows(operation.clause.after)
+    heated = any(item.kind in ("temperature", "pressure") for item in operation.conditions)
+    airy = bool(words & _DRYING)
+    solid = draft.last_solid or bool(before & (SOLID | {"residue", "foam", "powder"}))
+    if airy and not agents and before & {"filtrate", "filtrates", "solution", "eluate"}:
+        draft.act("Concentrate", operation)
+    elif agents and not (solid and airy):
+        draft.act("DrySolution", operation, draft.portions(agents))
+        draft.last_solid = False
+    elif airy or heated or solid:
+        draft.own_names(operation.phrases)
+        gas: dict[str, Any] = {"atmosphere": "air"} if "air" in words else {}
+        draft.act("DrySolid", operation, **gas)
+    else:
+        draft.act("DrySolution", operation)
+
+
+def _filter(draft: ActionDraft, operation: PhrasedOperation) -> None:
+    """Append a filtration; what it keeps is assumed where the text does not say it."""
+    head, clause = operation.head, operation.clause
+    subject = lows(clause.before) | lows(clause.after[:5])
+    if head.low.startswith("collect") and subject & _LIQUIDS and not head.method:
+        if subject & LAYERS:
+            collect(draft, operation)
+        return
+    aids = with_substances(operation.after, "over", "through", "on", "via", "with")
+    solid = bool(subject & (SOLID | {"crystals"})) and not subject & {"catalyst", "insolubles", "undissolved"}
+    cleared = bool(subject & _UNWANTED or aids) or draft.last_verb == "DrySolution"
+    keep = "filtrate" if cleared and not solid else "precipitate"
+    stated = solid or (not cleared and head.low.startswith(("collect", "isolat")))
+    draft.own_names([phrase for phrase in operation.phrases if phrase not in aids])
+    draft.last_solid = keep == "precipitate"
+    draft.act("Filter", operation, draft.portions(aids), keep=keep, assumed=() if stated else ("keep",))
+
+
+def _chromatograph(draft: ActionDraft, operation: PhrasedOperation) -> None:
+    """Append a chromatography with its stationary phase and eluents, or add eluents to the one before."""
+    head, before, after = operation.head, operation.before, operation.after
+    draft.charge([phrase for phrase in before if phrase.prep == "" and phrase.is_measured])
+    inner = read_phrases(operation.clause.group) if len(operation.clause.group) > 1 else []
+    phrases = [*before, *inner, *after]
+    used = [
+        phrase
+        for phrase in phrases
+        if phrase.substances and (phrase.prep != "" or phrase in inner or phrase in after or not head.passive)
+    ]
+    ratios = [item for phrase in phrases for item in phrase.ratios]
+    for phrase in used:
+        for item in phrase.substances:
+            ratios += [value for value in item.amounts if value.kind == "percent"]
+            item.amounts = [value for value in item.amounts if value.kind != "percent"]
+    takes = draft.portions(used)
+    draft.own_all(item for phrase in phrases for item in phrase.loose)
+    if draft.last_verb == "Chromatograph" and head.low.startswith("elut"):
+        last = draft.actions[-1]
+        more = tuple(portion for portion in takes if portion.name not in {old.name for old in last.takes})
+        draft.actions[-1] = last.model_copy(update={"takes": (*last.takes, *more)[:30]})
+    else:
+        draft.emit("Chromatograph", operation.span, takes, conditions(phrases), phrases, ratios)
