@@ -50,7 +50,7 @@ def test_a_summary_that_contradicts_its_rows_is_reported(folder, tmp_path):
     copy = tmp_path / "run"
     shutil.copytree(folder, copy)
     lines = [json.loads(line) for line in (copy / "episodes.jsonl").open()]
-    lines[0]["score"], lines[0]["success"] = 1.0, True
+    lines[0]["score"], lines[0]["ending"] = 1.0, "success"
     (copy / "episodes.jsonl").write_text("".join(json.dumps(line) + "\n" for line in lines))
     problems = " ".join(LabNavEvaluation.read(copy).problems)
     assert "does not match the rows in score of people-2, success of people-2" in problems

@@ -237,11 +237,11 @@ def test_the_summary_counts_drives_and_perfect_shifts(reached):
     suite = LabNavSuite("labnav-shift-2", (part,))
     fields = {"policy": "x", "options": {}, "track": "mapless", "sensors": "lidar", "seed": 0, "latency": 0.0}
     row = reached[1].row
-    cut = row.model_copy(update={"legs": row.legs[:1], "success": False, "floor": "other"})
+    cut = row.model_copy(update={"legs": row.legs[:1], "success": False, "ending": "stuck", "floor": "other"})
     summary = summarise(suite, [row, cut], **fields)
     (task,) = summary.tasks
     assert sum(task.legs.values()) == 6
     assert task.legs["not begun"] == 2
     assert task.success.value == float(row.success) / 2.0
-    assert "perfect shifts" in summary_table(summary).text()
+    assert "shift 2: 6 drives: " in summary_table(summary).text()
     assert suite.drives == 3
