@@ -125,7 +125,7 @@ COMMANDS = {
     ],
 }
 """Commands by the extra that they require."""
-WITHOUT = {"embed", "fast", "llm", "mesh", "onnx", "warp"}
+WITHOUT = {"opsin", "embed", "fast", "llm", "mesh", "onnx", "warp"}
 """Extras without which commands work otherwise, or that an environment, the configured model or a policy's own process
 requires."""
 DEPENDENCIES = tomllib.loads(Path(__file__).parents[1].joinpath("pyproject.toml").read_text())["project"]

