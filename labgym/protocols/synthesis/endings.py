@@ -5,7 +5,7 @@ from __future__ import annotations
 from labgym.assets import Asset, Catalog
 from labgym.protocols.experiments.feasibility import WORK_UP
 from labgym.protocols.experiments.grounding import WATER
-from labgym.protocols.experiments.model import HOLDING, Action, Experiment
+from labgym.protocols.experiments.model import HOLDING, Action, Experiment, Role
 from labgym.protocols.refusals import refusals
 
 
@@ -15,16 +15,20 @@ def ended(experiment: Experiment, catalog: Catalog) -> Experiment:
     "Water was added" after the mixture was stirred is a quench. Materials that only the work-up takes are of the
     work-up, whatever their name suggests.
     """
+    roles = {material.name: material.role for material in experiment.materials}
     actions: list[Action] = []
-    lively = held = False
+    lively = held = quenching = False
     for action in experiment.actions:
         names = [portion.name for portion in action.takes]
-        protic = bool(names) and all(name in catalog and _is_protic(catalog.get(name)) for name in names)
-        if lively and held and protic and action.verb == "Add":
+        protic = any(name in catalog and _is_protic(catalog.get(name)) for name in names)
+        fresh = any(name in refusals().destroyed_by_protic for name in names)
+        if fresh:
+            lively, held, quenching = True, False, False
+        elif action.verb == "Add" and protic and (quenching or (lively and held and _is_aside(names, roles, catalog))):
             action = action.model_copy(update={"verb": "Quench"})
-            lively = False
-        elif any(name in refusals().destroyed_by_protic for name in names):
-            lively, held = True, False
+            lively, quenching = False, True
+        elif names:
+            quenching = False
         held = held or action.verb in HOLDING or action.verb == "Wait"
         actions.append(action)
     early = {portion.name for action in actions if action.verb not in WORK_UP for portion in action.takes}
@@ -36,6 +40,12 @@ def ended(experiment: Experiment, catalog: Catalog) -> Experiment:
         for material in experiment.materials
     )
     return experiment.model_copy(update={"actions": tuple(actions), "materials": materials})
+
+
+def _is_aside(names: list[str], roles: dict[str, Role], catalog: Catalog) -> bool:
+    """Return whether nothing but solvents comes with the water of an addition."""
+    others = [name for name in names if not (name in catalog and _is_protic(catalog.get(name)))]
+    return all(roles[name] in ("solvent", "workup") for name in others)
 
 
 def _is_protic(asset: Asset) -> bool:

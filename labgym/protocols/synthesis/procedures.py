@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 from labgym.assets import Catalog
 from labgym.protocols.amounts import read_amount
+from labgym.protocols.errors import RefusalError
 from labgym.protocols.experiments.model import Action, Experiment, Material, Portion
 from labgym.protocols.language import language_of
 from labgym.protocols.model import Protocol
@@ -22,7 +23,8 @@ from labgym.protocols.reading.tokens import sentences
 from labgym.protocols.refusals import refuse_product, refuse_structures, refuse_to_make, refuse_wish
 from labgym.protocols.substances import Resolver
 from labgym.protocols.synthesis.staging import stage
-from labgym.protocols.validate import examine
+from labgym.protocols.synthesis.synthesis import INCOMPATIBLE
+from labgym.protocols.validate import ProtocolError, examine
 
 LONGEST_WISH = 500
 """Characters up to which a text may be a wish that a template fulfills."""
@@ -89,6 +91,8 @@ def compile_procedure(text: str, partial: bool = False, names: Resolver | None =
     if experiment is None or (lacks and not partial):
         return Compilation(actions, None, lacks, notes)
     protocol = stage(experiment, names=resolver, partial=lacks[:MAX_LACKS])
+    if lacks:
+        _refuse_unread(actions, experiment, resolver)
     if protocol.partial and not partial:
         return Compilation(actions, None, protocol.partial, notes)
     advice = tuple(f"{finding.message}; {finding.suggestion}" for finding in examine(protocol))
@@ -231,3 +235,37 @@ def _refuse_products(actions: ActionList, experiment: Experiment | None, resolve
     ]
     refuse_product(actions.text, used)
     refuse_to_make(actions.product, actions.product)
+
+
+def _refuse_unread(actions: ActionList, experiment: Experiment, resolver: Resolver) -> None:
+    """Raise an error if a substance that no action owns would make the procedure dangerous, were it in the vessel.
+
+    Raises:
+        RefusalError: names the substances and the hazard.
+    """
+    phrases: list[tuple[int, int]] = []
+    for item in sorted(actions.unread, key=lambda item: item.start):
+        if item.why.startswith("name"):
+            joins = phrases and item.start - phrases[-1][1] <= 1
+            phrases[-1:] = [(phrases[-1][0], item.end)] if joins else [*phrases[-1:], (item.start, item.end)]
+    taken = {material.name for material in experiment.materials}
+    words = dict.fromkeys(actions.text[start:end][:200] for start, end in phrases)
+    named = resolver.resolve([Material(name=word, role="reagent") for word in words if word not in taken])
+    known = tuple(item.name for item in named if item.asset or item.smiles)[:30]
+    if not known:
+        return
+    present = Action(verb="Add", takes=tuple(Portion(name=name) for name in known))
+    materials = (*experiment.materials, *(Material(name=name, role="reagent") for name in known))
+    shadow = experiment.model_copy(update={"actions": (present, *experiment.actions), "materials": materials})
+    try:
+        stage(shadow, names=resolver)
+    except RefusalError as error:
+        hazard = str(error)
+    except ProtocolError as error:
+        found = [item.message for item in error.findings if item.rule in INCOMPATIBLE]
+        hazard = found[0] if found else ""
+    else:
+        return
+    if hazard:
+        listed = ", ".join(repr(name[:60]) for name in known[:5])
+        raise RefusalError("unsafe", f"no action owns {listed}, and with it the procedure is dangerous: {hazard}")

@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from labgym.assets import Catalog
 from labgym.documents import document_error
 from labgym.protocols.apparatus import BEAKERS, bath_for, millilitres, usual_temperature, vessel_for
-from labgym.protocols.capability import capacity
+from labgym.protocols.capability import capacity, evacuates_to
 from labgym.protocols.constraints import derive
 from labgym.protocols.errors import RefusalError
 from labgym.protocols.experiments import Action, Experiment
@@ -37,6 +37,8 @@ REDUCED_PRESSURE_BAR = 0.9
 """Pressure below which a distillation needs a pump, bar."""
 ASIDE = ("ErlenmeyerFlask", "LargeBeaker")
 """Vessels in which a solution is made that is added to the batch, smallest first."""
+PUMPS = ("VacuumPump", "RotaryVanePump")
+"""Pumps, the coarsest first."""
 HEATED_C = 60.0
 """Temperature of a mixture that is heated to no stated temperature, if it does not boil below it, degrees Celsius."""
 BALLOON_LIMIT_BAR = 1.1
@@ -257,7 +259,7 @@ class _Stager:
         verb: str = action.verb
         if verb == "Wait":
             verb = "Stir"
-        elif verb == "SetTemperature":
+        elif verb in ("SetTemperature", "Heat") and (verb == "SetTemperature" or at is None or at <= ROOM_RANGE[1]):
             verb = "Stir" if at is None or ROOM_RANGE[0] <= at <= ROOM_RANGE[1] else _change(at)
         self._do(
             action,
@@ -266,7 +268,7 @@ class _Stager:
             verb,
             action.verb,
             vessel=(vessel,),
-            bath=_bath(at),
+            bath=(*_bath(at), *(("OverheadStirrer",) if at is not None and at > OIL_BATH_LIMIT_C else ())),
             gas=self._gas(action),
             funnel=funnel,
             condenser=(*condenser, *trap),
@@ -332,7 +334,15 @@ class _Stager:
         chemistry = [self.catalog.get(use.name).chemistry for use in self.builder.reagents]
         if any(item is not None and item.peroxide_former for item in chemistry):
             action = _with_note(action, "test for peroxides first")
-        self._do(action, names, at, vessel=(flask,), pump=("VacuumPump",) if reduced else (), bath=_bath(at))
+        self._do(
+            action, names, at, vessel=(flask,), pump=(self._pump(action.pressure),) if reduced else (), bath=_bath(at)
+        )
+
+    def _pump(self, bar: float | None) -> str:
+        """Return the first pump that reaches a pressure, the finest if none does."""
+        reach = [evacuates_to(self.catalog.get(name)) for name in PUMPS]
+        fit = (name for name, mbar in zip(PUMPS, reach, strict=True) if bar is None or (mbar or 0.0) <= 1000.0 * bar)
+        return next(fit, PUMPS[-1])
 
     def _crystallize(self, action: Action, names: tuple[str, ...]) -> None:
         at = _temperature(action)
