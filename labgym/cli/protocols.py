@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, get_args
 
@@ -12,7 +13,7 @@ from labgym import protocols
 from labgym.assets import Catalog
 from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath, OptionalWholeNumber, ProtocolName
 from labgym.cli.effects import refuses_idle_flags
-from labgym.cli.outcome import DONE, FAILED, findings, written
+from labgym.cli.outcome import DONE, FAILED, complaints, findings, written
 from labgym.cli.problems import check_installed
 from labgym.cli.saving import Overwrite, save
 from labgym.documents import folder_path, write_bytes
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
     from labgym.protocols.synthesis import Writer
 
 
+MAX_PATH = 250
+"""Longest text that may be the path of a file, characters."""
 Description = Positional[Annotated[str, arg(metavar="TEXT")]]
 OutputPath = Annotated[Path, arg(help_behavior_hint="(default: the current folder)")]
 OptionalType = Annotated[
@@ -78,30 +81,83 @@ def new(
     model: bool = False,
     repairs: int = 3,
     explain: bool = False,
+    partial: bool = False,
     overwrite: Overwrite = False,
 ) -> int:
-    """Write a protocol for a description in English or Chinese. Assumptions are printed to stderr.
+    """Write a protocol for a description in English or Chinese, or for a whole procedure in English.
 
-    A description that names unknown substances, no reaction, or something dangerous is refused.
+    Assumptions are printed to stderr. A description that names unknown substances, no reaction, or something dangerous
+    is refused. A procedure (sentences with amounts) is read action by action; what is unread or lacking is listed and
+    sets the exit code to 1.
 
     Args:
-        text: Description, such as "Reduce benzophenone with NaBH4 in methanol at 0 C for 30 min".
+        text: Description, such as "Reduce benzophenone with NaBH4 in methanol at 0 C for 30 min", a procedure, or a
+            .txt file.
         out: A .json file, or a folder for a file named after the protocol.
         keyword_only: Search the library by keywords only, without sentence embeddings.
         model: Write the protocol with the configured language model instead of templates.
         repairs: How many times a protocol with faults is returned to the model.
         explain: Print the text with what each span became, its actions, stoichiometry and waste, and write no protocol;
             with --out FILE.html, write them as a page.
+        partial: Write the protocol of a procedure although something of it is lacking; the protocol names what.
         overwrite: Replace a file that exists with other content.
     """
+    text = _text_of(text)
     if explain:
         return _explain(text, out, overwrite)
     from labgym.protocols.synthesis import synthesize
+    from labgym.protocols.synthesis.procedures import LONGEST_WISH, compile_procedure, is_procedure
 
-    result = synthesize(text, _model_writer(repairs) if model else None, keyword_only)
-    for remark in (*result.notes, *(f"advice: {line}" for line in result.advice)):
+    procedure = not model and is_procedure(text)
+    if not procedure or len(text) <= LONGEST_WISH:
+        try:
+            result = synthesize(text, _model_writer(repairs) if model else None, keyword_only)
+        except (protocols.RefusalError, protocols.ProtocolError) as error:
+            # A template cannot do everything that a procedure tells; what is dangerous stays refused.
+            if not procedure or getattr(error, "reason", "") == "unsafe":
+                raise
+        else:
+            _remark(result.notes, result.advice)
+            return _save(result.protocol, out, overwrite)
+    compilation = compile_procedure(text, partial)
+    _remark(compilation.notes, compilation.advice)
+    if compilation.protocol is None:
+        remedy = "write them out, or accept a partial protocol with --partial; --explain shows what was understood"
+        return complaints([*compilation.lacks, f"no protocol was written: {remedy}"])
+    _name_substances(compilation.protocol)
+    return _save(compilation.protocol, out, overwrite)
+
+
+def _text_of(text: str) -> str:
+    """Return a text, or the content of the .txt file that it names.
+
+    Raises:
+        OptionError: the file cannot be read as UTF-8 text.
+    """
+    if not text.endswith(".txt") or len(text) > MAX_PATH or not Path(text).is_file():
+        return text
+    try:
+        return Path(text).read_text(encoding="utf-8").strip()
+    except (OSError, UnicodeDecodeError) as error:
+        raise OptionError(f"{text} cannot be read as UTF-8 text ({type(error).__name__}): save it as UTF-8") from None
+
+
+def _remark(notes: Sequence[str], advice: Sequence[str]) -> None:
+    for remark in (*notes, *(f"advice: {line}" for line in advice)):
         print(f"labgym: {remark}", file=sys.stderr)
-    return _save(result.protocol, out, overwrite)
+
+
+def _name_substances(protocol: Protocol) -> None:
+    """Print what each embedded substance is and what a partial protocol lacks, to stderr."""
+    for substance in protocol.substances:
+        structure = substance.smiles or ("a listed mixture" if substance.is_classified else "unknown structure")
+        doubt = f", {substance.confidence} confidence" if substance.confidence == "low" else ""
+        source = f" ({substance.source}{doubt})" if substance.is_classified else ""
+        print(
+            f"labgym: {substance.names[0]}: {structure}{source}, stored as {substance.storage_class}", file=sys.stderr
+        )
+    for line in protocol.partial:
+        print(f"labgym: partial: {line}", file=sys.stderr)
 
 
 def _explain(text: str, out: Path, overwrite: bool) -> int:
@@ -213,15 +269,7 @@ def stage(
     if type is not None:
         chosen = chosen.model_copy(update={"reaction_type": type})
     protocol = staging.stage(chosen, names=Resolver(Catalog.load()))
-    for substance in protocol.substances:
-        structure = substance.smiles or ("a listed mixture" if substance.is_classified else "unknown structure")
-        doubt = f", {substance.confidence} confidence" if substance.confidence == "low" else ""
-        source = f" ({substance.source}{doubt})" if substance.is_classified else ""
-        print(
-            f"labgym: {substance.names[0]}: {structure}{source}, stored as {substance.storage_class}", file=sys.stderr
-        )
-    for line in protocol.partial:
-        print(f"labgym: partial: {line}", file=sys.stderr)
+    _name_substances(protocol)
     return _save(protocol, out, overwrite)
 
 

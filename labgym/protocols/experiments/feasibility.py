@@ -14,9 +14,9 @@ from labgym.protocols.apparatus import APPARATUS, FILL
 from labgym.protocols.capability import capacity, cools_to, heats_to, weighs, withstands
 from labgym.protocols.contents import is_vessel
 from labgym.protocols.errors import RefusalError
-from labgym.protocols.experiments.grounding import SOLVENTS, Grounder, grounded
+from labgym.protocols.experiments.grounding import SOLVENTS, WATER, Grounder, grounded
 from labgym.protocols.experiments.model import Action, Atmosphere, Experiment, Verb
-from labgym.protocols.refusals import refuse_mixture, refuse_solvent, refuse_to_make
+from labgym.protocols.refusals import refusals, refuse_mixture, refuse_solvent, refuse_to_make
 from labgym.quantities import ROOM_RANGE
 
 Code = Literal[
@@ -43,6 +43,8 @@ PURIFYING: frozenset[Verb] = frozenset(("Chromatograph", "Distill", "Sublime"))
 """Actions after which the batch is the product alone."""
 PASSING: frozenset[Verb] = frozenset(("DrySolution", "Wash"))
 """Actions whose reagents leave the batch again."""
+DESTROYING: frozenset[Verb] = frozenset(("Quench", "Pour", "AdjustPH", "Extract", "Partition"))
+"""Actions whose water or alcohol destroys what is left of a hydride."""
 EVAPORATED_BELOW_C = 125.0
 """Boiling point up to which a solvent is taken to be gone after evaporation, degrees Celsius."""
 HEATED_FLASKS = ("bath", "mantle", "stirrer", "reactor")
@@ -252,8 +254,9 @@ def _meetings(
 ) -> Iterator[tuple[int, frozenset[str]]]:
     """Yield the reagents that may be in the vessel at each action that adds some; more rather than fewer.
 
-    Everything stays in the vessel except liquids that washed or dried the batch, the solvents of a batch that was
-    concentrated, and what a chromatography, a distillation or a sublimation leaves behind.
+    Everything stays in the vessel except hydrides that water or an alcohol quenched, liquids that washed or dried the
+    batch, the solvents of a batch that was concentrated, and what a chromatography, a distillation or a sublimation
+    leaves behind.
     """
     batch: set[str] = set()
     for number, action in enumerate(actions, 1):
@@ -264,6 +267,8 @@ def _meetings(
             batch = set()
         elif action.verb == "Concentrate":
             batch -= {name for name in batch if _evaporates(catalog.get(name))}
+        elif action.verb in DESTROYING and not added.isdisjoint(refusals().protic | {WATER}):
+            batch = (batch | added) - refusals().destroyed_by_protic
         elif action.verb not in PASSING or (action.verb == "Wash" and action.keep == "aqueous"):
             batch |= added
 

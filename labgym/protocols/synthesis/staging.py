@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import count
 
@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from labgym.assets import Catalog
 from labgym.documents import document_error
 from labgym.protocols.apparatus import BEAKERS, bath_for, millilitres, usual_temperature, vessel_for
-from labgym.protocols.capability import capacity
+from labgym.protocols.capability import capacity, evacuates_to
 from labgym.protocols.constraints import derive
 from labgym.protocols.errors import RefusalError
 from labgym.protocols.experiments import Action, Experiment
@@ -19,9 +19,11 @@ from labgym.protocols.experiments.feasibility import GASES, WORK_UP, Feasibility
 from labgym.protocols.experiments.model import Verb
 from labgym.protocols.experiments.narration import sentence
 from labgym.protocols.model import Protocol
+from labgym.protocols.portions import in_portions
 from labgym.protocols.rules.hazards import INERT
 from labgym.protocols.substances import OpenedExperiment, Resolver, opened
 from labgym.protocols.synthesis.builder import ProtocolBuilder, clean_up, groups_of, is_pyrophoric, weigh_first
+from labgym.protocols.synthesis.endings import ended
 from labgym.protocols.validate import ProtocolError, examine, faults
 from labgym.quantities import ROOM_RANGE
 
@@ -33,6 +35,12 @@ QUENCH_FILL = 0.9
 """Largest share of a vessel that a quench may fill."""
 REDUCED_PRESSURE_BAR = 0.9
 """Pressure below which a distillation needs a pump, bar."""
+ASIDE = ("ErlenmeyerFlask", "LargeBeaker")
+"""Vessels in which a solution is made that is added to the batch, smallest first."""
+PUMPS = ("VacuumPump", "RotaryVanePump")
+"""Pumps, the coarsest first."""
+HEATED_C = 60.0
+"""Temperature of a mixture that is heated to no stated temperature, if it does not boil below it, degrees Celsius."""
 BALLOON_LIMIT_BAR = 1.1
 """Pressure above which a hydrogenation needs a closed apparatus, bar."""
 SECOND_FLASK_ML = 120.0
@@ -84,7 +92,7 @@ def stage(
         catalog = Catalog.load() if names is None else names.catalog
     open_ = OpenedExperiment(experiment) if names is None else opened(experiment, names)
     assets = catalog.including(open_.substances)
-    verdict = FeasibilityFilter(assets).judge(open_.experiment.unrolled())
+    verdict = FeasibilityFilter(assets).judge(ended(open_.experiment.unrolled(), assets))
     if verdict.obstacles:
         raise RefusalError("infeasible", f"{experiment.id}: {'; '.join(item.message for item in verdict.obstacles)}")
     feasible = verdict.experiment
@@ -109,7 +117,7 @@ def stage(
         )
     except ValidationError as error:
         raise RefusalError("infeasible", str(document_error(feasible.id, error))) from None
-    protocol = derive(draft, assets)
+    protocol = derive(in_portions(draft, assets), assets)
     found = faults(examine(protocol, assets))
     if found:
         raise ProtocolError(protocol.id, found)
@@ -127,6 +135,8 @@ class _Stager:
         volume: mL in the reaction flask at the end of the reaction.
         in_flask: whether the batch is still in the reaction flask.
         roles: the role of each material by name.
+        liquids: mL of the liquids that were added, by name.
+        aside: places of the actions that make a solution in a vessel of its own.
     """
 
     builder: ProtocolBuilder
@@ -137,6 +147,8 @@ class _Stager:
     volume: float = 0.0
     in_flask: bool = True
     roles: dict[str, str] = field(default_factory=dict)
+    liquids: dict[str, float] = field(default_factory=dict)
+    aside: frozenset[int] = frozenset()
 
     @property
     def catalog(self) -> Catalog:
@@ -152,13 +164,24 @@ class _Stager:
         needs_necks = any(action.manner == "dropwise" or action.atmosphere in GASES for action in reaction)
         if self.vessel == "RoundBottomFlask" and needs_necks:
             self.vessel = "ThreeNeckFlask"
+        self.aside = frozenset(_aside(actions))
         for number, action in enumerate(actions):
             if self.reacting and action.verb in WORK_UP:
                 self.reacting = False
+            if number in self.aside:
+                self._make_aside(action)
+                continue
             self._act(action, actions[number + 1].verb if number + 1 < len(actions) else None)
         if not any(action.verb == "Analyze" for action in actions):
             self._analyze(Action(verb="Analyze", note="assumed, the experiment names no analysis"), ())
         return self.vessel
+
+    def _make_aside(self, action: Action) -> None:
+        """Make a solution that a later action adds: in a flask of its own, from which it is transferred."""
+        names = tuple(self._take(action, portion.name, portion.amount) for portion in action.takes)
+        vessel = vessel_for(self._millilitres(action), self.catalog, ASIDE, QUENCH_FILL)
+        at = action.temperature
+        self._do(_with_note(action, "in a vessel of its own"), names, vessel=(vessel,), bath=_bath(at))
 
     def _act(self, action: Action, following: Verb | None) -> None:
         if action.verb in ("Yield", "Transfer", "CollectLayer"):
@@ -169,6 +192,8 @@ class _Stager:
             action = _with_note(action.model_copy(update={"atmosphere": "nitrogen"}), "nitrogen is assumed")
         if not self.reacting and action.verb in ("Add", "Dissolve"):
             self.volume += self._millilitres(action)
+        for portion, name in zip(action.takes, names, strict=True):
+            self.liquids[name] = self.liquids.get(name, 0.0) + millilitres([(self.catalog.get(name), portion.amount)])
         _STEPS.get(action.verb, _Stager._in_the_flask)(self, action, names)
         if action.verb in ("Filter", "Crystallize", "Recrystallize", "Triturate"):
             self.solid = action.keep != "filtrate" and following != "Dissolve"
@@ -214,21 +239,27 @@ class _Stager:
         self._do(action, names, vessel=(self.vessel,), gas=self._gas(action))
 
     def _in_the_flask(self, action: Action, names: tuple[str, ...]) -> None:
-        at = _temperature(action) if action.verb == "Reflux" else action.temperature
+        at = action.temperature
+        if at is None and action.verb in ("Reflux", "Heat"):
+            at = self._boiling() if action.verb == "Reflux" else min(HEATED_C, self._boiling())
+            action = _with_note(action, f"the text gives no temperature, {at:g} C is assumed")
+        if action.part == "solution" and not action.takes:
+            action = _with_note(action, "transfer the solution that was made aside")
         vessel = self.vessel
         if not self.in_flask:
             vessel = "RoundBottomFlask" if self.volume < SECOND_FLASK_ML else "LargeBeaker"
         funnel: tuple[str, ...] = ()
-        if any(self.catalog.get(name).phase == "liquid" for name in names):
+        poured = any(self.catalog.get(name).phase == "liquid" for name in names)
+        if poured or (action.part == "solution" and not names):
             dropwise = action.manner in ("dropwise", "slowly") and self.reacting
             funnel = ("GraduatedCylinder", "DroppingFunnel") if dropwise else ("GraduatedCylinder",)
-        heated = (action.temperature is not None and action.temperature > CONDENSER_FROM_C) or action.verb == "Reflux"
+        heated = (at is not None and at > CONDENSER_FROM_C) or action.verb == "Reflux"
         condenser = ("RefluxCondenser",) if heated else ()
         trap = ("DeanStarkTrap",) if "Dean-Stark" in action.note else ()
         verb: str = action.verb
         if verb == "Wait":
             verb = "Stir"
-        elif verb == "SetTemperature":
+        elif verb in ("SetTemperature", "Heat") and (verb == "SetTemperature" or at is None or at <= ROOM_RANGE[1]):
             verb = "Stir" if at is None or ROOM_RANGE[0] <= at <= ROOM_RANGE[1] else _change(at)
         self._do(
             action,
@@ -237,7 +268,7 @@ class _Stager:
             verb,
             action.verb,
             vessel=(vessel,),
-            bath=_bath(action.temperature),
+            bath=(*_bath(at), *(("OverheadStirrer",) if at is not None and at > OIL_BATH_LIMIT_C else ())),
             gas=self._gas(action),
             funnel=funnel,
             condenser=(*condenser, *trap),
@@ -303,7 +334,15 @@ class _Stager:
         chemistry = [self.catalog.get(use.name).chemistry for use in self.builder.reagents]
         if any(item is not None and item.peroxide_former for item in chemistry):
             action = _with_note(action, "test for peroxides first")
-        self._do(action, names, at, vessel=(flask,), pump=("VacuumPump",) if reduced else (), bath=_bath(at))
+        self._do(
+            action, names, at, vessel=(flask,), pump=(self._pump(action.pressure),) if reduced else (), bath=_bath(at)
+        )
+
+    def _pump(self, bar: float | None) -> str:
+        """Return the first pump that reaches a pressure, the finest if none does."""
+        reach = [evacuates_to(self.catalog.get(name)) for name in PUMPS]
+        fit = (name for name, mbar in zip(PUMPS, reach, strict=True) if bar is None or (mbar or 0.0) <= 1000.0 * bar)
+        return next(fit, PUMPS[-1])
 
     def _crystallize(self, action: Action, names: tuple[str, ...]) -> None:
         at = _temperature(action)
@@ -312,7 +351,10 @@ class _Stager:
 
     def _recrystallize(self, action: Action, names: tuple[str, ...]) -> None:
         flask = vessel_for(self._millilitres(action), self.catalog, ("ErlenmeyerFlask", "LargeBeaker"), QUENCH_FILL)
-        self._do(action, names, _temperature(action), vessel=(flask,))
+        at = _temperature(action)
+        if action.temperature is None:
+            at = min((at, *(point for name in names if (point := self._boils_at(name)) is not None)))
+        self._do(action, names, at, vessel=(flask,))
 
     def _dry_solid(self, action: Action, names: tuple[str, ...]) -> None:
         at = _temperature(action)
@@ -325,6 +367,16 @@ class _Stager:
     def _analyze(self, action: Action, names: tuple[str, ...]) -> None:
         note = action.note.lower()
         self._do(action, names, device=next(devices for word, devices in ANALYSES if word in note))
+
+    def _boiling(self) -> float:
+        """Return where the mixture boils, that is, most of its liquid; the usual temperature if that is not known."""
+        points = {name: point for name in self.liquids if (point := self._boils_at(name)) is not None}
+        main = max(points, key=lambda name: self.liquids[name], default=None)
+        return usual_temperature("Reflux") if main is None else points[main]
+
+    def _boils_at(self, name: str) -> float | None:
+        chemistry = self.catalog.get(name).chemistry
+        return None if chemistry is None else chemistry.boiling_point
 
     def _millilitres(self, action: Action) -> float:
         return millilitres((self.catalog.get(portion.name), portion.amount) for portion in action.takes)
@@ -371,6 +423,15 @@ def _joined(actions: Sequence[Action]) -> list[Action]:
         else:
             joined.append(action)
     return joined
+
+
+def _aside(actions: Sequence[Action]) -> Iterator[int]:
+    """Yield the places of the solutions that a later action adds, unless they are what the batch began with."""
+    first = next((place for place, action in enumerate(actions) if action.takes), 0)
+    for place, action in enumerate(actions):
+        if action.part == "solution" and not action.takes:
+            made = [k for k in range(first + 1, place) if actions[k].verb == "MakeSolution"]
+            yield from made[-1:]
 
 
 def _end(actions: Sequence[Action]) -> int:

@@ -1,0 +1,62 @@
+"""A procedure becomes a protocol that embeds its substances; what it lacks is named and blocks it."""
+
+from __future__ import annotations
+
+import pytest
+
+from labgym.assets import Catalog
+from labgym.errors import LabgymError
+from labgym.protocols.reading.reader import read_procedure
+from labgym.protocols.substances import Resolver
+from labgym.protocols.synthesis.procedures import compile_procedure, is_procedure, prepared
+
+NAMES = Resolver(Catalog.published(), databases=False, parser=False)
+REDUCTION = (
+    "To a solution of benzophenone (1.82 g, 10 mmol) in methanol (30 mL) at 0 °C was added sodium borohydride "
+    "(0.38 g, 10 mmol) portionwise. The mixture was stirred at 22 °C for 2 h and concentrated. The residue was "
+    "dissolved in ethyl acetate (50 mL), washed with water (20 mL) and brine (20 mL), dried over magnesium sulfate, "
+    "filtered and concentrated to give benzhydrol (1.7 g, 92%) as a white solid."
+)
+
+
+def test_a_complete_procedure_is_written_with_what_it_collects() -> None:
+    made = compile_procedure(REDUCTION, names=NAMES)
+    assert made.protocol is not None
+    assert made.lacks == ()
+    assert made.protocol.product == "benzhydrol"
+    assert any("benzhydrol 1.7 g, 92 %" in step.text for step in made.protocol.steps)
+
+
+def test_a_gap_blocks_the_protocol_or_marks_it() -> None:
+    text = f"{REDUCTION} The product was purified as described in Example 3."
+    blocked = compile_procedure(text, names=NAMES)
+    assert blocked.protocol is None
+    assert any("refers to another procedure" in line for line in blocked.lacks)
+    marked = compile_procedure(text, partial=True, names=NAMES).protocol
+    assert marked is not None
+    assert set(blocked.lacks) <= set(marked.partial)
+
+
+def test_every_unread_span_is_named() -> None:
+    read = read_procedure("The cake was kept. 467 g of copper sulfate, 780 ml; the rest. Water (5 mL) was added.")
+    assert read.unread
+    lacks = prepared(read)[2]
+    assert all(any(repr(item.text) in line for line in lacks) for item in read.unread)
+
+
+def test_a_wish_in_one_sentence_is_no_procedure() -> None:
+    assert not is_procedure("Reduce benzophenone (3.64 g) with NaBH4 (0.4 g) in methanol (30 mL) at 0 °C for 30 min")
+    assert is_procedure(REDUCTION)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Sodium azide (5 g) was dissolved in water (50 mL). Hydrochloric acid (10 mL) was added and the gas collected.",
+        "Toluene (5 g) was added to nitric acid (15 mL). After stirring for 1 h trinitrotoluene (3 g) was isolated.",
+        "Heat sodium hydride (1 g) in DMF (40 mL) at 90 C. Benzyl bromide (5 g) was added at 22 °C.",
+    ],
+)
+def test_a_dangerous_procedure_is_refused_even_as_a_partial_one(text: str) -> None:
+    with pytest.raises(LabgymError):
+        compile_procedure(text, partial=True, names=NAMES)
