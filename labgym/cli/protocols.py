@@ -76,6 +76,7 @@ def search(text: Description, count: int = 5, keyword_only: bool = False) -> int
 @refuses_idle_flags("protocols new")
 def new(
     text: Description,
+    *,
     out: OutputPath = Path(),
     keyword_only: bool = False,
     model: bool = False,
