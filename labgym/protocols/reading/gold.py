@@ -22,7 +22,7 @@ from labgym.protocols.reading.actions import ActionList
 from labgym.quantities import OVERNIGHT_MIN, ROOM_TEMPERATURE
 from labgym.units import DROP_ML
 
-_WRITTEN = re.compile(r"(?:\d{1,3} x )?(-?\d+(?:\.\d+)?) (g|mL|mmol|mol|equiv|M|%|parts)(?![A-Za-z])")
+_WRITTEN = re.compile(r"(?<![\d.])(?:\d{1,3} x )?(-?\d{1,9}(?:\.\d{1,9})?) (g|mL|mmol|mol|equiv|M|%|parts)(?![A-Za-z])")
 _WORD = re.compile(
     r"(?<![-\w])(half-concentrated|saturated|concentrated|dilute|aqueous|excess|catalytic|glacial|half-saturated|little|equal|or)\b"
 )

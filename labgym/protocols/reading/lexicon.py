@@ -112,11 +112,13 @@ _ELEMENT = (
     "Ag|Cd|In|Sn|Sb|Te|I|Cs|Ba|La|Ce|Sm|Yb|Hf|Ta|W|Re|Os|Ir|Pt|Au|Hg|Tl|Pb|Bi|Me|Et|Pr|Bu|Ph|Ac|"
     "Ts|Ms|Tf|Bn|Bz|Boc|OAc|dba|Ar|D"
 )
+_ELEMENTS = "|".join(sorted(_ELEMENT.split("|"), key=len, reverse=True))
+"""Symbols, longest first: a formula is read without going back, in linear time."""
 _FORMULA = re.compile(
-    rf"^(?:[nist]-|i|t|n)?(?:(?:{_ELEMENT})\d{{0,2}}|[()\[\]·.*+-]|\d{{1,2}}(?=[A-Z(])|(?<=\))\d|II+V?|IV|aq)+$"
+    rf"^(?:[nist]-|i|t|n)?(?>(?:{_ELEMENTS})\d{{0,2}}|[()\[\]·.*+-]|\d{{1,2}}(?=[A-Z(])|(?<=\))\d|aq)+$"
 )
 _DIGIT_LETTERS = re.compile(
-    r"\d[,\d']*-[A-Za-z(\[]|[a-z)\]]-\d|\d[A-Z]-|[(\[]\d|^[NOS],[NOS]|^[NOSRE]-[a-z]|^\((?:[RSEZ±+-]|\d)", re.ASCII
+    r"\d[,\d']{0,40}-[A-Za-z(\[]|[a-z)\]]-\d|\d[A-Z]-|[(\[]\d|^[NOS],[NOS]|^[NOSRE]-[a-z]|^\((?:[RSEZ±+-]|\d)", re.ASCII
 )
 _POSITION = re.compile(r"^\d{1,3}[A-Z]$")
 _GREEK = re.compile(r"^[α-ωΑ-Ω]")

@@ -17,7 +17,7 @@ LONGEST_BRACKET = 400
 _OPEN, _CLOSE = "([{", ")]}"
 _LEADING, _TRAILING = "\"'*{}=?!~/", ",;:\"'*?!=/([{"
 _OCR_TAIL = re.compile(r"^\d{1,2}(?:[A-Z(·].*)?$")
-_OCR_HEAD = re.compile(r"^[A-Za-z\d()\[\]·.-]*[A-Z][A-Za-z)]*$")
+_OCR_HEAD = re.compile(r"^(?:[A-Za-z)]*+[\d(\[\]·.-])*+[a-z)]*+[A-Z][A-Za-z)]*+$")
 _ABBREVIATIONS = frozenset(
     [
         "aq.",

@@ -41,19 +41,21 @@ _LEADING = re.compile(
     r"gaseous|liquid|methanolic|ethanolic|ethereal|alcoholic|commercial|granular|activated|the|an?)\b[\s,]*",
     re.IGNORECASE,
 )
-_TRAILING = re.compile(r"[\s,]+(?:solution|gas|powder|pellets|dust|turnings|salt|\(?aq\.?\)?)\s*$", re.IGNORECASE)
+_TRAILING = re.compile(
+    r"(?<![\s,])[\s,]++(?:solution|gas|powder|pellets|dust|turnings|salt|\(?aq\.?\)?)\s*$", re.IGNORECASE
+)
 _REMARK = re.compile(r"^(.*[^\s(])\s+\(([^()]*)\)$")
 _STRENGTH = re.compile(r"^\s*\d+(?:\.\d+)?\s*(?:M|N|%|wt\s?%|mol/L)\s+(?:solution\s+of\s+)?(?=\D)")
 _LABEL = re.compile(
-    r"(?:the\s+)?(?:(?:title|crude|above|resulting|resultant|desired|said|obtained|corresponding|final)\s+)*"
+    r"(?:the\s++)?(?:(?:title|crude|above|resulting|resultant|desired|said|obtained|corresponding|final)\s++)*"
     r"(?:compounds?|intermediates?|products?|examples?|steps?|preparations?|material|residue|mixture|solution|solids?|"
-    r"oil|filtrate|precipitate|foam|crystals?)?[\s([]*(?:\d{1,4}(?:\.\d{1,3})?[\s([]*[a-z]?|[ivx]{1,5}|[a-z])?[\s)\].]*",
+    r"oil|filtrate|precipitate|foam|crystals?)?[\s([]*+(?:\d{1,4}(?:\.\d{1,3})?[\s([]*+[a-z]?|[ivx]{1,5}|[a-z])?[\s)\].]*",
     re.IGNORECASE,
 )
 """Names that point to another place of a text: "crude product", "compound 12a", "(iv)"."""
 MAX_FORMS = 6
 _NUMBER = r"(\d{1,3}(?:\.\d{1,2})?)"
-_RATIO = re.compile(rf"[\s(\[]*(?<![\d.]){_NUMBER}\s*[:/]\s*{_NUMBER}(?:\s*,?\s*\(?v/v\)?)?[)\]\s]*$")
+_RATIO = re.compile(rf"(?<![\s(\[])[\s(\[]*+(?<![\d.]){_NUMBER}\s*[:/]\s*{_NUMBER}(?:\s*+,?\s*+\(?v/v\)?)?[)\]\s]*$")
 _JOINTS = re.compile(r"[\s/:+\u2013-]+(?:and\s+)?")
 MAX_WORDS = 6
 """Most words of a mixture of two solvents."""

@@ -34,7 +34,7 @@ MAX_LACKS = 90
 """Most reasons that a partial protocol carries."""
 UNNAMED = "a product that the text does not name"
 _QUANTITIES = ("mass", "volume", "substance", "parts")
-_PARTS = re.compile(r"(\d+(?:\.\d+)?) parts\b")
+_PARTS = re.compile(r"(?<![\d.])(\d{1,9}(?:\.\d{1,9})?) parts\b")
 
 
 @dataclass(frozen=True)
