@@ -136,7 +136,7 @@ class _Stager:
         in_flask: whether the batch is still in the reaction flask.
         roles: the role of each material by name.
         liquids: mL of the liquids that were added, by name.
-        aside: places of the actions that make a solution in a vessel of its own.
+        aside: places of the actions that make a solution in a separate vessel.
     """
 
     builder: ProtocolBuilder
@@ -177,11 +177,11 @@ class _Stager:
         return self.vessel
 
     def _make_aside(self, action: Action) -> None:
-        """Make a solution that a later action adds: in a flask of its own, from which it is transferred."""
+        """Make a solution that a later action adds: in a separate flask, from which it is transferred."""
         names = tuple(self._take(action, portion.name, portion.amount) for portion in action.takes)
         vessel = vessel_for(self._millilitres(action), self.catalog, ASIDE, QUENCH_FILL)
         at = action.temperature
-        self._do(_with_note(action, "in a vessel of its own"), names, vessel=(vessel,), bath=_bath(at))
+        self._do(_with_note(action, "in a separate vessel"), names, vessel=(vessel,), bath=_bath(at))
 
     def _act(self, action: Action, following: Verb | None) -> None:
         if action.verb in ("Yield", "Transfer", "CollectLayer"):
