@@ -39,7 +39,7 @@ _PARTS = re.compile(r"(?<![\d.])(\d{1,9}(?:\.\d{1,9})?) parts\b")
 
 @dataclass(frozen=True)
 class Compilation:
-    """The result of a procedure.
+    """The result of compiling a procedure.
 
     Attributes:
         actions: as read.
@@ -156,7 +156,7 @@ def _written_out(actions: Sequence[Action], lacks: list[str]) -> Iterator[Action
 
 
 def _with_layers(actions: Sequence[Action]) -> list[Action]:
-    """Return the actions with collected layers as what the separation before them keeps, or as separate ones."""
+    """Return the actions with collected layers as what the separation before them keeps, or as separations."""
     listed: list[Action] = []
     for action in actions:
         last = listed[-1] if listed else None
@@ -172,7 +172,7 @@ def _with_layers(actions: Sequence[Action]) -> list[Action]:
 def _with_collected(actions: Sequence[Action]) -> list[Action]:
     """Return the actions with the products, as the text weighs them, in the note of the analysis that follows.
 
-    A transfer is part of the note of the action that follows it.
+    A transfer goes into the note of the action that follows it.
     """
     listed: list[Action] = []
     said: list[str] = []
