@@ -14,8 +14,9 @@ from labgym.layouts import Door, Room, generate, room_presets
 from labgym.layouts.interiors import FloorProposer
 from labgym.layouts.method import Method
 from labgym.layouts.rules import rule_set
+from labgym.layouts.rules.building import swing_area
 from labgym.layouts.rules.objective import evaluate_layout
-from labgym.layouts.rules.zones import door_area, standing_in
+from labgym.layouts.rules.zones import standing_in
 from labgym.protocols import protocols
 
 ROOMS = ("default", "tight", "roomy", "two_exits")
@@ -104,8 +105,9 @@ def test_islands_keep_an_aisle(layout):
 
 def test_doors_stay_free(layout):
     arrangement = evaluate_layout(layout, rules="paper").arrangement
-    for door in layout.room.doors:
-        assert standing_in(arrangement, door_area(layout.room, door)) == ()
+    for way in layout.floor.doorways:
+        (inner,) = set(way.spaces) - {"outside"}
+        assert standing_in(arrangement, swing_area(way, inner)) == ()
 
 
 def test_the_same_arguments_give_the_same_hash_in_another_process():

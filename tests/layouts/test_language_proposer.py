@@ -8,6 +8,7 @@ from collections import Counter
 from typing import Any
 
 import pytest
+from inward_rooms import inward
 from model_answers import answers_at_random, conversation, request_for, room_answer, surface_answer
 
 from labgym.cli import main
@@ -394,7 +395,8 @@ def test_nonsense_ends_in_a_valid_layout_or_in_one_line(solved, loopback, model_
 
 def test_what_the_phases_add_to_an_empty_proposal_is_recorded(loopback, model_at):
     loopback.says(json.dumps({"refusal": "", "zones": [], "furniture": [], "steps": []}))
-    layout, _ = generate_assessed(REQUEST, Method(proposer=LanguageProposer(model_at())))
+    request = request_for(room=inward("bay"))
+    layout, _ = generate_assessed(request, Method(proposer=LanguageProposer(model_at())))
     assert layout.provenance.options[ADDED] == Counter(placement.asset for placement in layout.placements)
 
 
