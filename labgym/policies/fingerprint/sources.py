@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ast
 import os
+import site
 import sys
 import sysconfig
 from collections.abc import Iterator
@@ -88,11 +89,19 @@ def imported_modules(file: Path, package: str) -> frozenset[str]:
     return frozenset(_imports(_parsed(file), package))
 
 
+def package_folders() -> list[str]:
+    """Return the folders of the interpreter's library and of installed packages, also those that a .pth file adds."""
+    paths = sysconfig.get_paths()
+    folders = [paths[key] for key in ("stdlib", "platstdlib", "purelib", "platlib")]
+    folders += [*site.getsitepackages(), site.getusersitepackages()]
+    return [*folders, *(entry for entry in sys.path if Path(entry).name in ("site-packages", "dist-packages"))]
+
+
 def is_installed_file(file: Path) -> bool:
     """Return whether a file belongs to labgym, to the interpreter or to an installed package."""
-    paths = sysconfig.get_paths()
-    roots = [Path(paths[key]).resolve() for key in ("stdlib", "platstdlib", "purelib", "platlib")]
-    return any(file.resolve().is_relative_to(root) for root in (*roots, Path(labgym.__file__).resolve().parent))
+    roots = (*(Path(folder).resolve() for folder in package_folders()), Path(labgym.__file__).resolve().parent)
+    file = file.resolve()
+    return any(file.is_relative_to(root) for root in roots)
 
 
 def _parsed(path: Path) -> ast.Module:

@@ -8,9 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import os
-import site
 import sys
-import sysconfig
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass
 from functools import cache
@@ -21,7 +19,7 @@ import labgym
 from labgym.artefacts import artefacts, user_cache
 from labgym.confinement import NOT_BOXED, Protection, confine, confined, landlock, probe
 from labgym.confinement.landlock import PathRule
-from labgym.policies.fingerprint.sources import search_path
+from labgym.policies.fingerprint.sources import package_folders, search_path
 
 __all__ = [
     "BUILT_IN_CODE", "LONGEST_LEVEL", "NOT_BOXED", "NO_NETWORK", "UNRANKED", "Grants", "Protection", "denial", "enter",
@@ -123,10 +121,7 @@ def _rules(grants: Grants) -> Iterator[PathRule]:
 @cache
 def system_rules() -> tuple[PathRule, ...]:
     """Return the rules for the interpreter with its packages, labgym with assets and weights, and the system."""
-    paths = sysconfig.get_paths()
-    places = [*SYSTEM, *(paths[key] for key in ("stdlib", "platstdlib", "purelib", "platlib"))]
-    places += [*site.getsitepackages(), site.getusersitepackages()]
-    places += _interpreters()
+    places = [*SYSTEM, *package_folders(), *_interpreters()]
     places += _machine_code()
     places += [*map(str, (Path(labgym.__file__).parent, artefacts("assets"), artefacts("policies")))]
     devices = [str(entry) for entry in Path(DEVICES).glob(f"{GRAPHICS}*")]
