@@ -184,7 +184,7 @@ def test_a_device_that_is_missing_is_refused_in_one_line():
     assert "\n" not in str(caught.value)
     with pytest.raises(OptionError, match="threads is 2 with device 'cpu'"):
         gym.make_vec(ID, device="cpu", threads=2, **options)
-    with pytest.raises(OptionError, match="no noise, as of sensor 'lidar'"):
+    with pytest.raises(OptionError, match="no sensor LidarSensor or its noise"):
         gym.make_vec(ID, device="cpu", sensors=[{"kind": "lidar", "noise": ["gaussian"]}], **options)
 
 
