@@ -21,7 +21,7 @@ from labgym.envs.planar.plan import CELL, Cells, Index, Outlines, PlanarPlan
 from labgym.envs.planar.scene import Beams, beams, scan
 from labgym.envs.robot import ROBOT
 from labgym.envs.sensors import LIDAR_RAYS, RANGE
-from labgym.envs.simulation import CHECK_STEPS, Pose, RobotMotion
+from labgym.envs.simulation import CHECK_STEPS, Pose, RobotMotion, arc
 from labgym.geometry import Array
 
 
@@ -198,6 +198,9 @@ class PlanarSimulation(RobotMotion):
         self._move(*self._state.tolist())
 
 
+_arc = compiled(arc)
+
+
 @compiled
 def control_step(state: Array, v: float, w: float, checks: int, steps: int, around: StepInputs) -> tuple[float, bool]:
     """Advance a state (6,) by one control step; return the length driven and whether the robot touched anything."""
@@ -207,9 +210,7 @@ def control_step(state: Array, v: float, w: float, checks: int, steps: int, arou
     for _ in range(checks):
         x, y, yaw = state[0], state[1], state[2]
         touched = advance(state, v, w, steps, around)[0] > 0 or touched
-        chord = math.hypot(state[0] - x, state[1] - y)
-        half = (state[2] - yaw) / 2.0
-        driven += chord if abs(half) < 1e-6 else chord * half / math.sin(half)
+        driven += _arc(math.hypot(state[0] - x, state[1] - y), state[2] - yaw)
     return driven, touched
 
 
@@ -243,9 +244,7 @@ def company_step(
     for step in range(1, checks + 1):
         x, y, yaw = state[0], state[1], state[2]
         _, count = advance(state, v, w, steps, around)
-        chord = math.hypot(state[0] - x, state[1] - y)
-        half = (state[2] - yaw) / 2.0
-        driven += chord if abs(half) < 1e-6 else chord * half / math.sin(half)
+        driven += _arc(math.hypot(state[0] - x, state[1] - y), state[2] - yaw)
         if count > 0 and first[0] == 0:
             rank += 1
             first[0] = rank

@@ -6,17 +6,21 @@ import re
 import unicodedata
 from dataclasses import dataclass
 
+SIGNS = {
+    **dict.fromkeys("\u00ba\u02da\u2218\u2070\u25e6", "°"),
+    **dict.fromkeys("\u00b5", "μ"),
+    **dict.fromkeys("\u2010\u2011\u2012\u2013\u2212\ufe63\uff0d", "-"),
+    **dict.fromkeys("\u2018\u2019\u02b9\u02bc\u2032\uff07", "'"),
+    **dict.fromkeys("\u201c\u201d\u2033\uff02", '"'),
+    **{chr(0x2080 + digit): str(digit) for digit in range(10)},
+}
+"""Signs that look like others, with what they mean; each is one character, so that spans of a text stay."""
 _LOOKALIKES = str.maketrans(
     {
-        **dict.fromkeys("\u00ba\u02da\u2218\u2070\u25e6", "°"),
-        **dict.fromkeys("\u00b5", "μ"),
-        **dict.fromkeys("\u2010\u2011\u2012\u2013\u2212\ufe63\uff0d", "-"),
-        **dict.fromkeys("\u2018\u2019\u02b9\u02bc\u2032\uff07", "'"),
-        **dict.fromkeys("\u201c\u201d\u2033\uff02", '"'),
+        **SIGNS,
         **dict.fromkeys("\u00ad\u200b\u200c\u200d\u2060\ufeff"),
         **{chr(code): "\n" for code in (0x85, 0x2028, 0x2029)},
         **{chr(code): chr(code - 0xFEE0) for code in range(0xFF10, 0xFF5B) if chr(code).isalnum()},
-        **{chr(0x2080 + digit): str(digit) for digit in range(10)},
         **dict(zip("\uff05\uff0e\uff0b\uff0f\uff1d\uff5e", "%.+/=~", strict=True)),
         "\u2103": "°C",
         "\u2109": "°F",

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
+from labgym.protocols.language.folding import SIGNS
 from labgym.quantities import ATMOSPHERE_BAR, OVERNIGHT_MIN, ROOM_TEMPERATURE
 from labgym.units import BASE, UNITS_BY_SPELLING, Dimension, compact, convert
 
@@ -22,13 +23,9 @@ AMOUNTS: frozenset[Kind] = frozenset(("mass", "volume", "substance", "equivalent
 
 _LOOKALIKES = str.maketrans(
     {
-        **dict.fromkeys("\u00ba\u02da\u2218\u2070\u25e6", "°"),
-        **dict.fromkeys("\u00b5", "μ"),
-        **dict.fromkeys("\u2010\u2011\u2012\u2013\u2014\u2212\ufe63\uff0d", "-"),
-        **dict.fromkeys("\u2018\u2019\u02b9\u02bc\u2032\uff07", "'"),
-        **dict.fromkeys("\u201c\u201d\u2033\uff02", '"'),
+        **SIGNS,
+        "\u2014": "-",
         **dict.fromkeys("\u00a0\u2002\u2003\u2009\u202f\u200b\ufeff\t\r\n", " "),
-        **{chr(0x2080 + digit): str(digit) for digit in range(10)},
         **{chr(0xFF10 + digit): str(digit) for digit in range(10)},
         "˜": "~",
         "（": "(",
@@ -70,7 +67,6 @@ _VALUE = re.compile(
     rf"(?: ?[x×] ?10(?: ?\^)? ?(?P<power>- ?\d{{1,2}})(?![\d.]))?"
     rf"(?P<inner> ?°(?: ?C\.?)?)?(?: ?(?:-|to|~) ?{_APPROXIMATE}? ?(?P<neg>-)?(?P<high>{_N}))?"
 )
-_HALVES = {"½": 0.5, "¼": 0.25, "¾": 0.75}
 _SPOKEN = re.compile(
     r"(?<![A-Za-z-])(?P<word>half an?|one half|an?|(?:a )?few|several|another|a further|one|two|"
     r"three|four|five|six|seven|"
