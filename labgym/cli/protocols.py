@@ -88,8 +88,8 @@ def new(
     """Write a protocol for a description in English or Chinese, or for a whole procedure in English.
 
     Assumptions are printed to stderr. A description that names unknown substances, no reaction, or something dangerous
-    is refused. A procedure (sentences with amounts) is read action by action; what is unread or lacking is listed and
-    sets the exit code to 1.
+    is refused. A procedure (sentences with amounts) is read action by action; unread words and gaps are listed
+    and set the exit code to 1.
 
     Args:
         text: Description, such as "Reduce benzophenone with NaBH4 in methanol at 0 C for 30 min", a procedure, or a

@@ -1,4 +1,4 @@
-"""A procedure becomes a protocol that embeds its substances; what it lacks is named and blocks it."""
+"""A procedure becomes a protocol that embeds its substances; a gap is named and stops it."""
 
 from __future__ import annotations
 

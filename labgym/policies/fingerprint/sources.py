@@ -19,7 +19,7 @@ from labgym.documents import canonical_hash, files_digest
 
 MODULES = "LABGYM_MODULES"
 """Environment variable with a folder of modules that the processes of policies import. Others only look for files
-there: what they import, such as an optional package that is not installed, must not come from a policy's folder."""
+there: their imports, such as an optional package that is not installed, must not come from a policy's folder."""
 LONGEST = 255
 """Longest text that is tried as a path, characters."""
 

@@ -141,7 +141,7 @@ class ActionDraft:
             self.own(item.start, item.end)
 
     def own_names(self, phrases: Iterable[TextPhrase]) -> None:
-        """Own names that an operation is done to, not what it takes: the solvent that is removed."""
+        """Own the names of an operation that takes nothing of them, such as a solvent that is removed."""
         self.own_all(item for item in substances(phrases) if not item.is_measured)
 
     def portion(self, item: SubstanceMention, repeats: int = 1) -> Portion:

@@ -23,7 +23,7 @@ _STYLE = (
 
 @dataclass(frozen=True)
 class Marked:
-    """A span of a text and what it became; `action` is counted from 1, or 0 for none."""
+    """A span of a text and its meaning; `action` is counted from 1, or 0 without one."""
 
     start: int
     end: int

@@ -136,7 +136,7 @@ def _dry(draft: ActionDraft, operation: PhrasedOperation) -> None:
 
 
 def _filter(draft: ActionDraft, operation: PhrasedOperation) -> None:
-    """Append a filtration; what it keeps is assumed where the text does not say it."""
+    """Append a filtration; the phase that it keeps is assumed if the text does not name it."""
     head, clause = operation.head, operation.clause
     subject = lows(clause.before) | lows(clause.after[:5])
     if head.low.startswith("collect") and subject & _LIQUIDS and not head.method:
