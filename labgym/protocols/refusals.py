@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from functools import lru_cache
 from typing import Any, ClassVar
 
@@ -98,6 +98,33 @@ class HazardousProduct(Record):
         )
 
 
+class Making(Record):
+    """Kinds of substances that together make what must not be made, whatever the product is called.
+
+    Attributes:
+        what: they make.
+        a, b, c: patterns of the structures; one of each set must be present. `c` may be empty.
+    """
+
+    what: str
+    a: tuple[str, ...]
+    b: tuple[str, ...]
+    c: tuple[str, ...] = ()
+
+    def of(self, structures: Mapping[str, Any]) -> tuple[str, ...]:
+        """Return the names of substances that make it, one of each set, or nothing.
+
+        Args:
+            structures: RDKit molecules of the canonical forms, by name.
+        """
+        found = [
+            next((name for name, structure in structures.items() if any(matches(structure, item) for item in side)), "")
+            for side in (self.a, self.b, self.c)
+            if side
+        ]
+        return tuple(found) if all(found) else ()
+
+
 class HazardousMixture(Record):
     """Two or three sets of reagents; one of each set in the same experiment is a hazard."""
 
@@ -121,6 +148,7 @@ class Refusals(Document):
         products: kinds of substance that are refused as products by the grammar of their names. Azides of alkyl and
             benzyl groups with at least four carbon atoms are not among them: the library makes two, cold, undistilled
             and without chlorinated solvents, which rules of the validation suite enforce.
+        makings: structures that together make a dangerous product, also one that the text does not name.
         protic: protic solvents.
         destroyed_by_protic: reagents that react violently with a protic solvent.
     """
@@ -129,6 +157,7 @@ class Refusals(Document):
 
     wishes: tuple[Wish, ...]
     products: tuple[HazardousProduct, ...]
+    makings: tuple[Making, ...]
     mixtures: tuple[HazardousMixture, ...]
     protic: frozenset[str]
     destroyed_by_protic: frozenset[str]
@@ -307,6 +336,29 @@ def refuse_mixture(reagents: Iterable[str]) -> None:
             raise RefusalError(
                 "unsafe", f"{' and '.join(hazardous)} must not be part of one experiment: {mixture.hazard}"
             )
+
+
+def refuse_making(structures: Mapping[str, str]) -> None:
+    """Raise an error if the substances of an experiment together make what must not be made.
+
+    Without RDKit (extra `chem`) no structure is judged.
+
+    Args:
+        structures: SMILES by name.
+
+    Raises:
+        RefusalError: names the substances and what they make.
+    """
+    known = {}
+    for name, smiles in structures.items():
+        try:
+            known[name] = standard(smiles)
+        except (StructureError, MissingDependencyError):
+            continue
+    for making in refusals().makings:
+        names = making.of(known)
+        if names:
+            raise RefusalError("unsafe", f"{' and '.join(dict.fromkeys(names))} make {making.what}: no protocol does")
 
 
 def refuse_solvent(reagents: Iterable[str], solvents: Iterable[str]) -> None:

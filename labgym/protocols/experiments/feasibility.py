@@ -16,7 +16,7 @@ from labgym.protocols.contents import is_vessel
 from labgym.protocols.errors import RefusalError
 from labgym.protocols.experiments.grounding import SOLVENTS, WATER, Grounder, grounded
 from labgym.protocols.experiments.model import Action, Atmosphere, Experiment, Verb
-from labgym.protocols.refusals import refusals, refuse_mixture, refuse_solvent, refuse_to_make
+from labgym.protocols.refusals import refusals, refuse_making, refuse_mixture, refuse_solvent, refuse_to_make
 from labgym.quantities import ROOM_RANGE
 
 Code = Literal[
@@ -233,7 +233,8 @@ def _unsafe(experiment: Experiment, listed: dict[str, str], catalog: Catalog) ->
     solvents |= {listed[name] for name in _poured(experiment) if name in listed}
     made = experiment.reaction.rpartition(">")[2].split(".")
     checks: list[tuple[int | None, Callable[[], None]]] = [
-        (None, partial(refuse_to_make, experiment.name, experiment.product, made))
+        (None, partial(refuse_to_make, experiment.name, experiment.product, made)),
+        (None, partial(refuse_making, _structures(listed.values(), catalog))),
     ]
     for place, present in _meetings(experiment.actions, listed, catalog):
         alike = sorted({name for reagent in present for name in _acts_as(reagent, catalog)})
@@ -247,6 +248,12 @@ def _unsafe(experiment: Experiment, listed: dict[str, str], catalog: Catalog) ->
             if str(error) not in seen:
                 seen.add(str(error))
                 yield Obstacle("unsafe", number, str(error))
+
+
+def _structures(names: Iterable[str], catalog: Catalog) -> dict[str, str]:
+    """Return the SMILES of the reagents whose structure is known."""
+    known = ((name, catalog.get(name).chemistry) for name in names)
+    return {name: item.smiles for name, item in known if item is not None and item.smiles}
 
 
 def _meetings(

@@ -23,6 +23,9 @@ from labgym.protocols.reading.tokens import Token
 _ORIGINS = frozenset(("example", "step", "formula", "preparation", "structure", "intermediate"))
 _CIRCUMSTANCES = frozenset(("vacuo", "vacuum", "reflux", "reduced", "high", "pressure"))
 _NAME_TAILS = frozenset(("gel", "earth", "ester", "salt", "dust", "reagent", "sieves"))
+_LEAD_SALTS = frozenset(
+    ("acetate", "azide", "carbonate", "chloride", "dioxide", "iodide", "nitrate", "oxide", "sulfate")
+)
 _TAILS = _NAME_TAILS | frozenset(
     ("example", "step", "formula", "free", "base", "charcoal", "catalyst", "oil", "powder", "solid")
 )
@@ -51,7 +54,9 @@ def read_word(draft: PhraseDraft, place: int, token: Token) -> None:
 
 
 def _acid(draft: PhraseDraft, word: Word) -> bool:
+    """Read a word that is a name before another one: "acetic acid", "lead nitrate"."""
     known = word.low.endswith("ic") and word.after in ("acid", "anhydride")
+    known = known or (word.low == "lead" and word.after in _LEAD_SALTS)
     if known:
         draft.name(word.place, word.token, weak=False)
     return known
