@@ -22,7 +22,7 @@ STILL = ("Weigh", "Measure", "Prepare", "Monitor", "Analyze", "Clean")
 """Actions that do not move the batch."""
 CARRYING = (
     *("Extract", "Wash", "PhaseSeparation", "DrySolution", "Quench", "Acidify", "Basify", "Neutralize", "Filter"),
-    *("Concentrate", "Transfer", "Dilute", "Distill"),
+    *("Concentrate", "Transfer", "Dilute", "Distill", "Partition", "Pour"),
 )
 """Actions that move the batch into another vessel."""
 SOLID = ("DrySolid", "Recrystallize", "Chromatograph")
@@ -125,8 +125,9 @@ class _BatchTracker:
             shares |= {name: 0.0 for name in washes if name != largest}
         for name, share in shares.items():
             contents[name] = contents.get(name, 0.0) + share
-        if step.action not in STILL and (water := water_in(step.text)):
-            contents[WATER] = contents.get(WATER, 0.0) + water
+        more = water_in(step.text) - shares.get(WATER, 0.0)
+        if step.action not in STILL and more > 0.0:
+            contents[WATER] = contents.get(WATER, 0.0) + more
         return contents
 
     def _share(self, step: Step, target: str, reagent: Asset) -> float:
@@ -171,12 +172,13 @@ class _BatchTracker:
         if step.action == "Concentrate":
             limit = (step.temperature if step.temperature is not None else 40.0) + STRIPPING_MARGIN_K
             return {name: part for name, part in contents.items() if not self._boils_by(name, limit)}
-        if target == SEPARATING and step.action == "Extract":
+        if target == SEPARATING and step.action in ("Extract", "Partition"):
             organic = [asset for asset in added if not _is_aqueous(asset) and contents[asset.name] > 0.0]
             return {asset.name: self._whole(asset) for asset in organic}
         if target == SEPARATING and step.action in CARRYING:
             return {name: part for name, part in contents.items() if not _is_aqueous(self.catalog.get(name))}
-        if step.action == "Quench":
+        onto_water = any(asset.name == WATER or not _WATERY.isdisjoint(_groups(asset)) for asset in added)
+        if step.action == "Quench" or (step.action == "Pour" and onto_water):
             return {name: part for name, part in contents.items() if not _is_quenched(self.catalog.get(name))}
         return contents
 
@@ -195,6 +197,10 @@ def _is_aqueous(reagent: Asset) -> bool:
     if chemistry is None:
         return False
     return chemistry.state == "solid" or not _WATERY.isdisjoint(chemistry.groups)
+
+
+def _groups(reagent: Asset) -> tuple[str, ...]:
+    return () if reagent.chemistry is None else reagent.chemistry.groups
 
 
 def _is_quenched(reagent: Asset) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from functools import lru_cache
 from typing import Any, ClassVar
@@ -18,6 +19,17 @@ from labgym.protocols.errors import RefusalError
 
 LEAST_AZIDE_CARBONS = 4
 """Least number of carbon atoms of an alkyl azide that may be made, cold and undistilled."""
+DINITRO_BALANCE_PERCENT = -90.0
+"""Oxygen balance below which a dinitro compound is no explosive: dinitrophenol has -78, dinitrobenzene -95, TNT -74."""
+_ENERGETIC = (
+    "[NX2]=[N+]=[N-]",
+    "[N+]#N",
+    "[NX3][N+](=O)[O-]",
+    "O[N+](=O)[O-]",
+    "[OX2][OX2]",
+    "n1nnnc1",
+    "[OX1-,OX2H]c",
+)
 _CONFUSABLE = str.maketrans(
     "аеорсхуіјѕԁһҺАВСЕНІЈКМОРЅТХУАαοινρτυκΑΒΕΖΗΙΚΜΝΟΡΤΥΧ",
     "aeopcxyijsdhhABCEHIJKMOPSTXYAaoinptukABEZHIKMNOPTYX",
@@ -276,6 +288,26 @@ def refuse_structure(smiles: str) -> None:
     for product in refusals().products:
         if product.includes(structure, spelling):
             _refuse(product, smiles)
+
+
+def is_ordinary_dinitro(smiles: str) -> bool:
+    """Return whether a structure is an aromatic dinitro compound that is bought as a reagent and no explosive.
+
+    It has two nitro groups on aromatic carbon, no other group of explosives, and an oxygen balance below
+    `DINITRO_BALANCE_PERCENT`. Without RDKit (extra `chem`) none is.
+    """
+    try:
+        structure = standard(smiles)
+    except (StructureError, MissingDependencyError):
+        return False
+    nitro = [len(matches(structure, smarts)) for smarts in ("c[N+](=O)[O-]", "[N+](=O)[O-]", "[F,Cl,Br,I]")]
+    if nitro[:2] != [2, 2] or any(matches(structure, smarts) for smarts in _ENERGETIC):
+        return False
+    count = Counter(atom.GetSymbol() for atom in structure.GetAtoms())
+    hydrogens = sum(atom.GetTotalNumHs() for atom in structure.GetAtoms())
+    mass = sum(atom.GetMass() for atom in structure.GetAtoms()) + 1.008 * hydrogens
+    missing = 2.0 * count["C"] + (hydrogens - nitro[2]) / 2.0 - count["O"]
+    return -1600.0 * missing / mass < DINITRO_BALANCE_PERCENT
 
 
 def refuse_structures(text: str) -> None:

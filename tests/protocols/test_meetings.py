@@ -13,6 +13,8 @@ from labgym.protocols.experiments import Action, Experiment, Material, Portion
 from labgym.protocols.experiments.feasibility import PURIFYING, FeasibilityFilter
 from labgym.protocols.experiments.model import Verb
 from labgym.protocols.refusals import refusals
+from labgym.protocols.rules.consumption import moles, used_up
+from labgym.protocols.synthesis.endings import ended
 
 CATALOG = Catalog.published()
 FILTER = FeasibilityFilter(CATALOG)
@@ -90,3 +92,42 @@ def _flags(name: str):
     from labgym.assets.flags import carried
 
     return carried(CATALOG.get(name)).items()
+
+
+def _judge(*actions: Action) -> list[str]:
+    """Return the messages on unsafe actions of an experiment whose additions end it as the text says."""
+    return [
+        item.message for item in FILTER.judge(ended(experiment(*actions), CATALOG)).obstacles if item.code == "unsafe"
+    ]
+
+
+def _take(name: str, amount: str, verb: Verb = "Add") -> Action:
+    return Action(verb=verb, takes=(Portion(name=name, amount=amount),))
+
+
+def test_a_metal_that_an_alcohol_used_up_meets_no_acid() -> None:
+    pytest.importorskip("rdkit")
+    alcohol, acid = _take("BenzylAlcohol", "10 mL"), _take("HydrochloricAcid", "10 mL", "AdjustPH")
+    heat, pour = Action(verb="Heat", temperature=100.0, duration=30.0), _take("DeionizedWater", "100 mL", "Pour")
+    assert not _judge(alcohol, _take("Sodium", "0.368 g"), heat, pour, acid)
+    # Ten times as much sodium is not used up, and none is before the acid of the reaction itself.
+    assert _judge(alcohol, _take("Sodium", "3.68 g"), heat, pour, acid)
+    assert _judge(alcohol, _take("Sodium", "0.368 g"), _take("HydrochloricAcid", "10 mL"))
+
+
+def test_water_after_the_reaction_of_a_hydride_is_a_quench_whatever_else_is_washed_later() -> None:
+    hydride, stir = _take("LithiumAluminumHydride", "1 g"), Action(verb="Stir", duration=60.0)
+    ether, water = _take("DiethylEther", "50 mL"), _take("DeionizedWater", "5 mL")
+    assert not _judge(ether, hydride, stir, water, Action(verb="Filter"))
+    assert _judge(_take("Methanol", "50 mL"), hydride, stir)
+
+
+def test_what_uses_up_a_hydride_is_an_equimolar_acid_and_no_water() -> None:
+    pytest.importorskip("rdkit")
+    hydride, alcohol, water = (CATALOG.get(name) for name in ("SodiumHydride", "BenzylAlcohol", "DeionizedWater"))
+    assert used_up((hydride, alcohol), {"SodiumHydride": 0.1, "BenzylAlcohol": 0.1}) == {"SodiumHydride"}
+    assert not used_up((hydride, alcohol), {"SodiumHydride": 0.1, "BenzylAlcohol": 0.09})
+    assert not used_up((hydride, water), {"SodiumHydride": 0.1, "DeionizedWater": 5.0})
+    complex_hydride = CATALOG.get("LithiumAluminumHydride")
+    assert not used_up((complex_hydride, alcohol), {"LithiumAluminumHydride": 0.1, "BenzylAlcohol": 1.0})
+    assert moles(hydride, "1.2 g of 60 %; 0.4 g of 60 %") == pytest.approx(0.04, rel=0.01)

@@ -6,7 +6,9 @@ import pytest
 
 from labgym.assets import Catalog
 from labgym.errors import LabgymError
+from labgym.protocols.errors import RefusalError
 from labgym.protocols.reading.reader import read_procedure
+from labgym.protocols.refusals import is_ordinary_dinitro, refuse_to_make, refuse_wish
 from labgym.protocols.substances import Resolver
 from labgym.protocols.synthesis.procedures import compile_procedure, is_procedure, prepared
 
@@ -35,6 +37,58 @@ def test_a_gap_blocks_the_protocol_or_marks_it() -> None:
     marked = compile_procedure(text, partial=True, names=NAMES).protocol
     assert marked is not None
     assert set(blocked.lacks) <= set(marked.partial)
+
+
+def test_a_wet_layer_that_is_distilled_is_dried_and_the_drying_is_assumed() -> None:
+    text = REDUCTION.replace("dried over magnesium sulfate, filtered and concentrated", "concentrated and distilled")
+    experiment, notes, _ = prepared(read_procedure(text))
+    assert experiment is not None
+    drying = next(action for action in experiment.actions if action.verb == "DrySolution")
+    assert (drying.assumed, [item.assumed for item in drying.takes]) == (("verb",), [True])
+    assert any("is dried" in note for note in notes)
+
+
+@pytest.mark.parametrize(
+    ("text", "unread"),
+    [
+        ("N-Bromosuccinimide (NBS) (1.0 g) was added. The mixture was stirred for 1 h.", False),
+        ("The oil was dissolved in ether (5 mL). The ether solution was washed with water (5 mL).", False),
+        ("The hexane layer was washed with water (5 mL).", False),
+        ("The oil was dissolved in ether (5 mL). The aldehyde was consumed.", True),
+    ],
+)
+def test_a_name_that_describes_the_batch_or_repeats_a_name_is_read(text: str, unread: bool) -> None:
+    assert bool(read_procedure(text).unread) is unread
+
+
+def test_a_catalytic_oxidant_and_a_dinitro_reagent_are_taken_and_their_kinds_are_not_made() -> None:
+    pytest.importorskip("rdkit")
+    assert is_ordinary_dinitro("N#Cc1c([N+](=O)[O-])cccc1[N+](=O)[O-]")
+    assert not is_ordinary_dinitro("Oc1ccc([N+](=O)[O-])cc1[N+](=O)[O-]")
+    assert not is_ordinary_dinitro("Cc1c([N+](=O)[O-])cc([N+](=O)[O-])cc1[N+](=O)[O-]")
+    for product in ("osmium tetroxide", "2,6-dinitrobenzonitrile"):
+        with pytest.raises(RefusalError):
+            refuse_to_make(product, product)
+
+
+@pytest.mark.parametrize(
+    ("text", "refused"),
+    [
+        ("Copper nitrate (1 g) was dissolved in water, and benzene was added.", False),
+        ("Nitrate toluene with mixed acid.", True),
+        ("Potassium nitrate was added to toluene.", True),
+        ("A solution of \u03b1-hydroxy-\u03b3-butyrolactone in THF.", False),
+        ("Make it from \u03b3-butyrolactone.", True),
+        ("Make it from gamma-butyrolactone.", True),
+    ],
+)
+def test_a_wish_is_for_the_product_and_not_for_a_salt_or_a_derivative(text: str, refused: bool) -> None:
+    try:
+        refuse_wish(text)
+    except RefusalError:
+        assert refused
+    else:
+        assert not refused
 
 
 def test_every_unread_span_is_named() -> None:

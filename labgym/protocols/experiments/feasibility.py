@@ -17,6 +17,7 @@ from labgym.protocols.errors import RefusalError
 from labgym.protocols.experiments.grounding import SOLVENTS, WATER, Grounder, grounded
 from labgym.protocols.experiments.model import Action, Atmosphere, Experiment, Verb
 from labgym.protocols.refusals import refusals, refuse_making, refuse_mixture, refuse_solvent, refuse_to_make
+from labgym.protocols.rules.consumption import moles, used_up
 from labgym.quantities import ROOM_RANGE
 
 Code = Literal[
@@ -236,10 +237,12 @@ def _unsafe(experiment: Experiment, listed: dict[str, str], catalog: Catalog) ->
         (None, partial(refuse_to_make, experiment.name, experiment.product, made)),
         (None, partial(refuse_making, _structures(listed.values(), catalog))),
     ]
-    for place, present in _meetings(experiment.actions, listed, catalog):
+    for place, present, added in _meetings(experiment.actions, listed, catalog):
         alike = sorted({name for reagent in present for name in _acts_as(reagent, catalog)})
         checks += [(place, partial(refuse_mixture, alike))]
-        checks += [(place, partial(refuse_solvent, alike, [name for name in alike if name in solvents]))]
+        ending = added if experiment.actions[place - 1].verb in DESTROYING else frozenset()
+        media = [name for name in alike if name in solvents and name not in ending]
+        checks += [(place, partial(refuse_solvent, alike, media))]
     seen = set()
     for number, check in checks:
         try:
@@ -258,26 +261,74 @@ def _structures(names: Iterable[str], catalog: Catalog) -> dict[str, str]:
 
 def _meetings(
     actions: Sequence[Action], listed: dict[str, str], catalog: Catalog
-) -> Iterator[tuple[int, frozenset[str]]]:
-    """Yield the reagents that may be in the vessel at each action that adds some; more rather than fewer.
+) -> Iterator[tuple[int, frozenset[str], frozenset[str]]]:
+    """Yield the reagents that may be in the vessel at each action that adds some, and those added; rather too many.
 
-    Everything stays in the vessel except hydrides that water or an alcohol quenched, liquids that washed or dried the
+    Everything stays in the vessel except hydrides that water or an alcohol quenched, hydrides and metals that an acid
+    used up in an earlier action, solutions that are made aside until they are added, liquids that washed or dried the
     batch, the solvents of a batch that was concentrated, and what a chromatography, a distillation or a sublimation
     leaves behind.
     """
     batch: set[str] = set()
-    for number, action in enumerate(actions, 1):
-        added = {listed[portion.name] for portion in action.takes if portion.name in listed}
+    amounts: dict[str, str] = {}
+    aside = made_aside(actions)
+    for place, action in enumerate(actions):
+        taken = [place, *(made for made, use in aside.items() if use == place)]
+        portions = [portion for k in taken for portion in actions[k].takes if portion.name in listed]
+        added = frozenset(listed[portion.name] for portion in portions)
+        if place in aside:
+            yield place + 1, added, added
+            continue
+        if action.verb in WORK_UP:
+            batch -= _used_up(batch, amounts, catalog)
+        for portion in portions:
+            name = listed[portion.name]
+            amounts[name] = "; ".join(filter(None, (amounts.get(name), portion.amount)))
         if added:
-            yield number, frozenset(batch | added)
-        if action.verb in PURIFYING and action.keep != "residue":
-            batch = set()
-        elif action.verb == "Concentrate":
-            batch -= {name for name in batch if _evaporates(catalog.get(name))}
-        elif action.verb in DESTROYING and not added.isdisjoint(refusals().protic | {WATER}):
-            batch = (batch | added) - refusals().destroyed_by_protic
-        elif action.verb not in PASSING or (action.verb == "Wash" and action.keep == "aqueous"):
-            batch |= added
+            yield place + 1, added | batch, added
+        batch = _after(action, batch, added, catalog)
+
+
+def _used_up(batch: Iterable[str], amounts: dict[str, str], catalog: Catalog) -> frozenset[str]:
+    assets = [catalog.get(name) for name in batch]
+    known = {asset.name: moles(asset, amounts[asset.name]) for asset in assets if amounts.get(asset.name)}
+    return used_up(assets, {name: value for name, value in known.items() if value is not None})
+
+
+def _after(action: Action, batch: set[str], added: frozenset[str], catalog: Catalog) -> set[str]:
+    """Return the reagents that may be in the vessel after an action."""
+    if action.verb in PURIFYING and action.keep != "residue":
+        return set()
+    if action.verb == "Concentrate":
+        return {name for name in batch if not _evaporates(catalog.get(name))}
+    if action.verb in DESTROYING and any(_is_quencher(catalog.get(name)) for name in added):
+        return (batch | added) - refusals().destroyed_by_protic
+    if action.verb == "Wash" and action.keep != "aqueous" and WATER in added:
+        return batch - refusals().destroyed_by_protic
+    if action.verb not in PASSING or (action.verb == "Wash" and action.keep == "aqueous"):
+        return batch | added
+    return batch
+
+
+def made_aside(actions: Sequence[Action]) -> dict[int, int]:
+    """Return the place of each solution that is made in a separate vessel, with the place of the action that adds it.
+
+    What the batch begins with is not aside.
+    """
+    first = next((place for place, action in enumerate(actions) if action.takes), 0)
+    found = {}
+    for place, action in enumerate(actions):
+        if action.part == "solution" and not action.takes:
+            made = [k for k in range(first + 1, place) if actions[k].verb == "MakeSolution"]
+            if made:
+                found[made[-1]] = place
+    return found
+
+
+def _is_quencher(asset: Asset) -> bool:
+    """Return whether a reagent that ends a reaction destroys what is left of a hydride."""
+    watery = asset.chemistry is not None and "aqueous" in asset.chemistry.groups
+    return watery or asset.name in refusals().protic or asset.name == WATER
 
 
 def _evaporates(asset: Asset) -> bool:

@@ -242,7 +242,7 @@ def _is_useful_noun(at: _Place) -> bool:
         return False
     if low == "addition":
         begun = at.after == "of" and at.marker in ("by", "after", "upon", "on", "following", "with")
-        return begun or at.previous in ("the", "dropwise", "slow")
+        return begun or at.previous in ("the", "dropwise", "slow") or (at.place == 0 and at.after == "of")
     near = [item.low for item in at.tokens[max(0, at.place - 5) : at.place]]
     return (
         any(word in ("by", "via", "through") for word in near)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Sequence
+from itertools import pairwise
 
 from labgym.errors import OptionError
 from labgym.protocols.reading.actions import MAX_TEXT, ActionList, Outcome, Unread
@@ -31,6 +32,8 @@ _NUMBERED = frozenset((
     "claim", "structure", "number", "product", "ref", "entry",
 ))  # fmt: skip
 _NUMBER = re.compile(r"^\d{1,6}(?:[.,]\d{1,6})?$")
+MAX_ABBREVIATION = 8
+"""Longest name in parentheses that repeats the name before them."""
 _SPECTRUM = re.compile(r"[-+]?\d+(?:\.\d+)?(?:-\d+(?:\.\d+)?)? ?\(")
 """Peaks with which data go on: "3.99 (s, 3H)"."""
 _FRAMES: dict[Frame, Callable[[ActionDraft, PhrasedOperation], None]] = {
@@ -171,7 +174,9 @@ def _is_measured(amount: str) -> bool:
 
 
 def _unread(draft: ActionDraft, parts: Iterable[Sentence]) -> Iterable[Unread]:
+    taken = {portion.name.lower() for action in draft.actions for portion in action.takes}
     for sentence in parts:
+        _own_descriptions(draft, sentence.tokens, taken)
         before = {token.start: sentence.tokens[k - 1] for k, token in enumerate(sentence.tokens) if k}
         for token in _leaves(sentence.tokens):
             if any(draft.owned[token.start : token.end]):
@@ -195,6 +200,19 @@ def _unread(draft: ActionDraft, parts: Iterable[Sentence]) -> Iterable[Unread]:
                     text=draft.text[token.start : token.end][:1000],
                     why="name that no action owns",
                 )
+
+
+def _own_descriptions(draft: ActionDraft, tokens: Sequence[Token], taken: set[str]) -> None:
+    """Own names that describe the batch or repeat a name: "the ether solution", "N-chlorosuccinimide (NCS)"."""
+    for token, following in pairwise(tokens):
+        if token.kind == "name" and (
+            following.low in LAYERS | EXTRACTS or (following.low in SOLUTIONS and token.low in taken)
+        ):
+            draft.own(token.start, token.end)
+        inner = [item for item in following.inner if item.kind != "mark"]
+        abbreviates = len(inner) == 1 and inner[0].kind == "name" and len(inner[0].text) <= MAX_ABBREVIATION
+        if following.kind == "group" and abbreviates and draft.owned[token.end - 1]:
+            draft.own(inner[0].start, inner[0].end)
 
 
 def _is_numbering(before: Token | None) -> bool:

@@ -23,9 +23,7 @@ from labgym.protocols.reading.tokens import Token
 _ORIGINS = frozenset(("example", "step", "formula", "preparation", "structure", "intermediate"))
 _CIRCUMSTANCES = frozenset(("vacuo", "vacuum", "reflux", "reduced", "high", "pressure"))
 _NAME_TAILS = frozenset(("gel", "earth", "ester", "salt", "dust", "reagent", "sieves"))
-_LEAD_SALTS = frozenset(
-    ("acetate", "azide", "carbonate", "chloride", "dioxide", "iodide", "nitrate", "oxide", "sulfate")
-)
+_LEAD_SALTS = frozenset(("acetate", "azide", "carbonate", "chloride", "iodide", "nitrate", "oxide", "sulfate"))
 _TAILS = _NAME_TAILS | frozenset(
     ("example", "step", "formula", "free", "base", "charcoal", "catalyst", "oil", "powder", "solid")
 )

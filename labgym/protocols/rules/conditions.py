@@ -9,12 +9,16 @@ from itertools import combinations
 from labgym.assets import Asset
 from labgym.assets.mixing import Limit, limit_of
 from labgym.protocols.amounts import read_amount
-from labgym.protocols.contents import SEPARATING, STILL, Situation
+from labgym.protocols.contents import SEPARATING, SOLID, STILL, Situation
+from labgym.protocols.rules.consumption import moles, used_up
 from labgym.protocols.rules.finding import Finding, ProtocolCase, Severity
 from labgym.protocols.rules.hazards import INERT, INERT_DEVICES
 from labgym.quantities import ROOM_TEMPERATURE
 
-ENDING = ("Quench", "Acidify", "Basify", "Neutralize", "Extract", "Wash", "Filter", "Concentrate", "Clean")
+ENDING = (
+    *("Quench", "Pour", "Acidify", "Basify", "Neutralize", "Extract", "Partition", "Wash", "Filter", "Concentrate"),
+    "Clean",
+)
 """Actions in which a reagent is destroyed on purpose."""
 CHARGING = ("Add", "MakeSolution", "Dissolve", "Mix", "Charge")
 SOLVENT_SHARE = 0.25
@@ -35,6 +39,7 @@ MISCIBLE = frozenset(
     )
 )
 """Organic liquids that form no separate layer with water."""
+SOLVENTS = ("organic_solvent", "solvent")
 AZEOTROPIC = frozenset({"Toluene", "Benzene"})
 LAYERED = ("Wash", "PhaseSeparation")
 METALLIC_PALLADIUM, TOLERANCE = 106.42, 0.25
@@ -51,6 +56,8 @@ _SOLUTION = re.compile(r"\b(?:solution|suspension|slurry|dissolved|in \d|molten|
 OXIDIZERS = frozenset({"strong_oxidizer", "hypochlorite", "organic_peroxide"})
 REDUCTANTS = frozenset({"sulfite", "weak_reducer", "alcohol"})
 """Groups of what a quench destroys, and of what destroys it."""
+FAST_PARTNERS = frozenset({"acyl_halide", "aldehyde", "anhydride", "chlorosilane", "ester", "ketone"})
+"""Groups with which an organometallic has reacted when the step that brings them together is over."""
 COLD_END_C = 30.0
 """Highest temperature at which a step that ends a reaction may bring together what reacts violently."""
 
@@ -141,9 +148,14 @@ def washes_have_a_layer(case: ProtocolCase) -> Iterator[Finding]:
     A liquid that takes part in the reaction may have become the layer, as tert-butanol becomes its bromide.
     """
     solvents = {use.name for use in case.protocol.reagents if "solvent" in use.role}
+    layered = False
     for situation in case.situations:
         step, vessel = situation.step, situation.vessel
-        if step.action not in LAYERED or vessel is None or vessel.name != SEPARATING:
+        if step.action not in STILL and any(_is_layer(asset) for asset in situation.added):
+            layered = True
+        elif step.action in ("Concentrate", "Distill", *SOLID):
+            layered = False
+        if layered or step.action not in LAYERED or vessel is None or vessel.name != SEPARATING:
             continue
         organic = [n for n in situation.bulk(0.05) if not _groups(case, n) & {"aqueous", "strong_acid", "strong_base"}]
         if organic and all(name in MISCIBLE & solvents for name in organic):
@@ -152,6 +164,13 @@ def washes_have_a_layer(case: ProtocolCase) -> Iterator[Finding]:
             severity: Severity = "fault" if step.action == "Wash" else "advice"
             yield Finding("layer-missing", step.index, message, suggestion, severity)
             return
+
+
+def _is_layer(asset: Asset) -> bool:
+    """Return whether a reagent is an organic solvent that water does not dissolve, in whatever amount."""
+    if asset.chemistry is None or asset.chemistry.state != "liquid" or asset.category not in SOLVENTS:
+        return False
+    return asset.name not in MISCIBLE and "aqueous" not in asset.chemistry.groups
 
 
 def wet_layers_are_dried(case: ProtocolCase) -> Iterator[Finding]:
@@ -282,18 +301,29 @@ RULES = (
 
 
 def pairs_stay_within_their_limits(case: ProtocolCase) -> Iterator[Finding]:
-    """Every pair in a vessel satisfies the reactivity matrix at the temperatures of all its steps, in a hood or not."""
+    """Every pair in a vessel satisfies the reactivity matrix at the temperatures of all its steps, in a hood or not.
+
+    A pair counts as long as both are there: a base or metal is used up by an equimolar amount of an acid with which it
+    was together in an earlier step within the limits, an organometallic by its electrophile. An addition without a
+    temperature to a cold mixture is cold.
+    """
     met: dict[tuple[str, str], bool] = {}
     reported: set[tuple[str, str]] = set()
     destroyed: set[str] = set()
+    amounts = {use.name: moles(case.catalog.get(use.name), use.amount) for use in case.protocol.reagents}
+    known = {name: value for name, value in amounts.items() if value is not None}
+    last = ROOM_TEMPERATURE
     for situation in case.situations:
         if situation.step.action in STILL:
             continue
+        before = len(reported)
+        temperature = situation.step.temperature
+        cold = last if situation.step.action in CHARGING else ROOM_TEMPERATURE
+        celsius = min(ROOM_TEMPERATURE, cold) if temperature is None else temperature
+        last = celsius if temperature is not None or situation.step.action in CHARGING else ROOM_TEMPERATURE
         for pair, limit in _limits(case, situation):
-            if not destroyed.isdisjoint(pair):
+            if not destroyed.isdisjoint(pair) or (pair in met and _has_reacted(case, pair)):
                 continue
-            temperature = situation.step.temperature
-            celsius = ROOM_TEMPERATURE if temperature is None else temperature
             first = pair not in met
             ends = situation.step.action in ENDING and celsius <= COLD_END_C
             met.setdefault(pair, ends)
@@ -303,8 +333,16 @@ def pairs_stay_within_their_limits(case: ProtocolCase) -> Iterator[Finding]:
             if celsius > highest:
                 reported.add(pair)
                 yield _finding(situation, pair, limit, celsius, highest)
+        if len(reported) == before:
+            destroyed |= used_up(map(case.catalog.get, situation.contents), known)
         if situation.step.action in ENDING and any(_is_any_of(asset, REDUCTANTS) for asset in situation.added):
             destroyed |= {name for name in situation.contents if _is_any_of(case.catalog.get(name), OXIDIZERS)}
+
+
+def _has_reacted(case: ProtocolCase, pair: tuple[str, str]) -> bool:
+    """Return whether a pair that was brought together within its limits is an organometallic with its electrophile."""
+    first, second = (_groups(case, name) for name in pair)
+    return any("organometallic" in a and not FAST_PARTNERS.isdisjoint(b) for a, b in ((first, second), (second, first)))
 
 
 def _is_any_of(asset: Asset, groups: frozenset[str]) -> bool:

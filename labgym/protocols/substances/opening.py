@@ -32,7 +32,7 @@ from labgym.protocols.amounts import read_amount, scaled
 from labgym.protocols.errors import RefusalError
 from labgym.protocols.experiments.grounding import SOLVENTS, WATER, Grounder, grounded
 from labgym.protocols.experiments.model import Experiment, Material, Portion
-from labgym.protocols.refusals import refuse_structure
+from labgym.protocols.refusals import is_ordinary_dinitro, refuse_structure
 from labgym.protocols.substances.sources import database_structures, parsed_structures, physical_data
 
 _LEADING = re.compile(
@@ -304,7 +304,7 @@ def _substance(
     if not resolution.smiles:
         return Substance(name=name, names=names, source="none", state=hint or "solid", flags=UNKNOWN_FLAGS)
     smiles = resolution.smiles
-    if listed is None or not listed.sold:
+    if (listed is None or not listed.sold) and not is_ordinary_dinitro(smiles):
         refuse_structure(smiles)
     data = physical_data(smiles)
     stated = listed.state if listed is not None else None

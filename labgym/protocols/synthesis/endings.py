@@ -2,28 +2,45 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Sequence
+
 from labgym.assets import Asset, Catalog
 from labgym.protocols.experiments.feasibility import WORK_UP
 from labgym.protocols.experiments.grounding import WATER
-from labgym.protocols.experiments.model import HOLDING, Action, Experiment, Role
+from labgym.protocols.experiments.model import HOLDING, Action, Experiment, Portion, Role
 from labgym.protocols.refusals import refusals
+
+AQUEOUS = re.compile(r"\b(?:aqueous|saturated|dilute)\b|\bof \d[\d.]{0,8} ?[MN]\b")
+"""An amount of a solution in water."""
+_SALTS = frozenset({"AmmoniumChloride", "SodiumBicarbonate", "SodiumSulfate", "PotassiumCarbonate", "SodiumChloride"})
+"""Salts that are added in water to end a reaction."""
+_LIVELY = frozenset({"organometallic", "alkali_metal"})
+_HYDROLYZED = frozenset({"acyl_halide", "anhydride", "chlorosilane", "halogenating_agent", "lewis_acid"})
 
 
 def ended(experiment: Experiment, catalog: Catalog) -> Experiment:
     """Return an experiment whose water, after a hydride or organometallic has reacted, ends the reaction.
 
-    "Water was added" after the mixture was stirred is a quench. Materials that only the work-up takes are of the
-    work-up, whatever their name suggests.
+    "Water was added" after the mixture was stirred is a quench, also of an acyl halide or a Lewis acid if the work-up
+    follows. Materials that only the work-up takes are of the work-up, whatever their name suggests.
     """
     roles = {material.name: material.role for material in experiment.materials}
     actions: list[Action] = []
-    lively = held = quenching = False
-    for action in experiment.actions:
+    lively = hydrolyzed = held = quenching = False
+    for place, action in enumerate(experiment.actions):
         names = [portion.name for portion in action.takes]
-        protic = any(name in catalog and _is_protic(catalog.get(name)) for name in names)
-        fresh = any(name in refusals().destroyed_by_protic for name in names)
+        assets = [catalog.get(name) for name in names if name in catalog]
+        wet = any(_is_watery(catalog, portion) for portion in action.takes)
+        protic = wet or any(_is_protic(asset) for asset in assets)
+        fresh = any(asset.name in refusals().destroyed_by_protic or _has(asset, _LIVELY) for asset in assets)
         if fresh:
             lively, held, quenching = True, False, False
+        elif any(_has(asset, _HYDROLYZED) for asset in assets):
+            hydrolyzed, held, quenching = True, False, False
+        elif action.verb == "Add" and wet and hydrolyzed and held and _works_up(experiment.actions[place + 1 :]):
+            action = action.model_copy(update={"verb": "Quench"})
+            lively, hydrolyzed, quenching = False, False, True
         elif action.verb == "Add" and protic and (quenching or (lively and held and _is_aside(names, roles, catalog))):
             action = action.model_copy(update={"verb": "Quench"})
             lively, quenching = False, True
@@ -42,10 +59,28 @@ def ended(experiment: Experiment, catalog: Catalog) -> Experiment:
     return experiment.model_copy(update={"actions": tuple(actions), "materials": materials})
 
 
+def _works_up(following: Sequence[Action]) -> bool:
+    """Return whether a work-up follows, at most after some stirring."""
+    rest = (action for action in following if action.verb not in HOLDING and action.verb != "Wait")
+    return next((action.verb in WORK_UP for action in rest), False)
+
+
+def _is_watery(catalog: Catalog, portion: Portion) -> bool:
+    """Return whether a portion is water or a solution in water."""
+    if portion.name not in catalog:
+        return False
+    asset = catalog.get(portion.name)
+    return asset.name == WATER or _has(asset, frozenset({"aqueous"})) or AQUEOUS.search(portion.amount) is not None
+
+
+def _has(asset: Asset, groups: frozenset[str]) -> bool:
+    return asset.chemistry is not None and not groups.isdisjoint(asset.chemistry.groups)
+
+
 def _is_aside(names: list[str], roles: dict[str, Role], catalog: Catalog) -> bool:
     """Return whether nothing but solvents comes with the water of an addition."""
     others = [name for name in names if not (name in catalog and _is_protic(catalog.get(name)))]
-    return all(roles[name] in ("solvent", "workup") for name in others)
+    return all(roles[name] in ("solvent", "workup") or name in _SALTS for name in others)
 
 
 def _is_protic(asset: Asset) -> bool:

@@ -20,7 +20,13 @@ from labgym.protocols.reading.actions import ActionList
 from labgym.protocols.reading.figures import figures, plain
 from labgym.protocols.reading.reader import read_procedure
 from labgym.protocols.reading.tokens import sentences
-from labgym.protocols.refusals import refuse_product, refuse_structures, refuse_to_make, refuse_wish
+from labgym.protocols.refusals import (
+    is_ordinary_dinitro,
+    refuse_product,
+    refuse_structures,
+    refuse_to_make,
+    refuse_wish,
+)
 from labgym.protocols.substances import Resolver
 from labgym.protocols.synthesis.staging import stage
 from labgym.protocols.synthesis.synthesis import INCOMPATIBLE
@@ -108,7 +114,7 @@ def prepared(actions: ActionList) -> tuple[Experiment | None, tuple[str, ...], t
     lacks = list(_unread(actions))
     listed = list(_written_out(actions.actions, lacks))
     listed = _with_collected(_with_layers(listed))
-    listed = _weighed_parts(listed, notes)
+    listed = _dried(_weighed_parts(listed, notes), notes)
     if not any(action.takes for action in listed):
         return None, tuple(notes), (*lacks, "the text names no material that is added: say what reacts with what")
     if not actions.product:
@@ -153,6 +159,23 @@ def _written_out(actions: Sequence[Action], lacks: list[str]) -> Iterator[Action
         else:
             last = action
             yield action
+
+
+def _dried(actions: Sequence[Action], notes: list[str]) -> list[Action]:
+    """Return the actions with a drying, which is assumed, of a wet organic layer that is distilled later."""
+    listed = list(actions)
+    wet: int | None = None
+    for place, action in enumerate(actions):
+        if action.verb in ("Extract", "Wash", "Partition"):
+            wet = place
+        elif action.verb in ("DrySolution", "DrySolid", "Quench", "AdjustPH", "Crystallize", "Chromatograph"):
+            wet = None
+        elif action.verb == "Distill" and wet is not None:
+            portion = Portion(name="magnesium sulfate", assumed=True)
+            drying = Action(verb="DrySolution", takes=(portion,), note="assumed", assumed=("verb",))
+            notes.append("the organic layer is dried with magnesium sulfate before it is distilled")
+            return [*listed[: wet + 1], drying, *listed[wet + 1 :]]
+    return listed
 
 
 def _with_layers(actions: Sequence[Action]) -> list[Action]:
@@ -219,14 +242,16 @@ def _weighed_parts(actions: Sequence[Action], notes: list[str]) -> list[Action]:
 
 
 def _refuse_products(actions: ActionList, experiment: Experiment | None, resolver: Resolver) -> None:
-    """Raise an error if a text names what must not be made, other than as a reagent of the catalog that it takes.
+    """Raise an error if a text names what must not be made, other than as a reagent that is sold and that it takes.
 
     Raises:
         RefusalError: names the substance and the reason.
     """
     known: set[str] = set()
     if experiment is not None:
-        known = {item.name for item in resolver.resolve(experiment.materials) if item.asset}
+        named = resolver.resolve(experiment.materials)
+        known = {item.name for item in named if item.asset or (item.listed is not None and item.listed.sold)}
+        known |= {item.name for item in named if not item.is_disputed and is_ordinary_dinitro(item.smiles)}
     used = [
         portion.span
         for action in actions.actions

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+import re
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import count
 
@@ -15,12 +16,14 @@ from labgym.protocols.capability import capacity, evacuates_to
 from labgym.protocols.constraints import derive
 from labgym.protocols.errors import RefusalError
 from labgym.protocols.experiments import Action, Experiment
-from labgym.protocols.experiments.feasibility import GASES, WORK_UP, FeasibilityFilter
+from labgym.protocols.experiments.feasibility import GASES, WORK_UP, FeasibilityFilter, made_aside
+from labgym.protocols.experiments.grounding import SOLVENTS
 from labgym.protocols.experiments.model import Verb
 from labgym.protocols.experiments.narration import sentence
 from labgym.protocols.model import Protocol
 from labgym.protocols.portions import in_portions
 from labgym.protocols.rules.hazards import INERT
+from labgym.protocols.rules.temperatures import SUPERHEAT_K
 from labgym.protocols.substances import OpenedExperiment, Resolver, opened
 from labgym.protocols.synthesis.builder import ProtocolBuilder, clean_up, groups_of, is_pyrophoric, weigh_first
 from labgym.protocols.synthesis.endings import ended
@@ -39,6 +42,10 @@ ASIDE = ("ErlenmeyerFlask", "LargeBeaker")
 """Vessels in which a solution is made that is added to the batch, smallest first."""
 PUMPS = ("VacuumPump", "RotaryVanePump")
 """Pumps, the coarsest first."""
+BATH_EXCESS_K = 60.0
+"""Temperature above the boiling point that is read as that of the bath, kelvin."""
+CLOSED = re.compile(r"\b(?:seal|microwav|pressur|autoclav|bomb\b|Parr\b|Teflon|capped|screw)", re.IGNORECASE)
+"""Words for a vessel in which a liquid may be above its boiling point."""
 HEATED_C = 60.0
 """Temperature of a mixture that is heated to no stated temperature, if it does not boil below it, degrees Celsius."""
 BALLOON_LIMIT_BAR = 1.1
@@ -164,14 +171,14 @@ class _Stager:
         needs_necks = any(action.manner == "dropwise" or action.atmosphere in GASES for action in reaction)
         if self.vessel == "RoundBottomFlask" and needs_necks:
             self.vessel = "ThreeNeckFlask"
-        self.aside = frozenset(_aside(actions))
+        self.aside = frozenset(made_aside(actions))
         for number, action in enumerate(actions):
             if self.reacting and action.verb in WORK_UP:
                 self.reacting = False
             if number in self.aside:
                 self._make_aside(action)
                 continue
-            self._act(action, actions[number + 1].verb if number + 1 < len(actions) else None)
+            self._act(action, actions[number + 1] if number + 1 < len(actions) else None)
         if not any(action.verb == "Analyze" for action in actions):
             self._analyze(Action(verb="Analyze", note="assumed, the experiment names no analysis"), ())
         return self.vessel
@@ -183,7 +190,7 @@ class _Stager:
         at = action.temperature
         self._do(_with_note(action, "in a separate vessel"), names, vessel=(vessel,), bath=_bath(at))
 
-    def _act(self, action: Action, following: Verb | None) -> None:
+    def _act(self, action: Action, following: Action | None) -> None:
         if action.verb in ("Yield", "Transfer", "CollectLayer"):
             return
         names = tuple(self._take(action, portion.name, portion.amount) for portion in action.takes)
@@ -196,9 +203,17 @@ class _Stager:
             self.liquids[name] = self.liquids.get(name, 0.0) + millilitres([(self.catalog.get(name), portion.amount)])
         _STEPS.get(action.verb, _Stager._in_the_flask)(self, action, names)
         if action.verb in ("Filter", "Crystallize", "Recrystallize", "Triturate"):
-            self.solid = action.keep != "filtrate" and following != "Dissolve"
+            rinsed = action.verb == "Filter" and following is not None and self._rinses(following)
+            kept = action.keep != "filtrate" or rinsed
+            self.solid = kept and (following is None or following.verb != "Dissolve")
         elif action.verb in ("Dissolve", "Extract", "Concentrate", "Add"):
             self.solid = False
+
+    def _rinses(self, action: Action) -> bool:
+        """Return whether a washing rinses what is on a filter: of no layer, and with a solvent."""
+        categories = [self.catalog.get(portion.name).category for portion in action.takes]
+        apart = action.part in ("organic", "aqueous", "filtrate")
+        return action.verb == "Wash" and not apart and any(category in SOLVENTS for category in categories)
 
     def _take(self, action: Action, name: str, amount: str) -> str:
         role = self.roles[name] if self.reacting else ROLES.get(action.verb, "solvent")
@@ -243,6 +258,11 @@ class _Stager:
         if at is None and action.verb in ("Reflux", "Heat"):
             at = self._boiling() if action.verb == "Reflux" else min(HEATED_C, self._boiling())
             action = _with_note(action, f"the text gives no temperature, {at:g} C is assumed")
+        elif at is not None and action.verb in ("Heat", "Reflux", "Stir", "Wait", "SetTemperature"):
+            boiling = self._boils_up_to()
+            if boiling is not None and boiling + SUPERHEAT_K < at <= boiling + BATH_EXCESS_K:
+                action = _with_note(action, f"{at:g} C is taken as the temperature of the bath, the mixture boils")
+                at = boiling
         if action.part == "solution" and not action.takes:
             action = _with_note(action, "transfer the solution that was made aside")
         vessel = self.vessel
@@ -374,6 +394,15 @@ class _Stager:
         main = max(points, key=lambda name: self.liquids[name], default=None)
         return usual_temperature("Reflux") if main is None else points[main]
 
+    def _boils_up_to(self) -> float | None:
+        """Return the highest boiling point of the main liquids, or None if one is not known or the vessel is closed."""
+        if CLOSED.search(self.experiment.description):
+            return None
+        total = sum(self.liquids.values())
+        points = [self._boils_at(name) for name, volume in self.liquids.items() if volume and volume >= 0.1 * total]
+        known = [point for point in points if point is not None]
+        return max(known) if known and len(known) == len(points) else None
+
     def _boils_at(self, name: str) -> float | None:
         chemistry = self.catalog.get(name).chemistry
         return None if chemistry is None else chemistry.boiling_point
@@ -423,15 +452,6 @@ def _joined(actions: Sequence[Action]) -> list[Action]:
         else:
             joined.append(action)
     return joined
-
-
-def _aside(actions: Sequence[Action]) -> Iterator[int]:
-    """Yield the places of the solutions that a later action adds, unless they are what the batch began with."""
-    first = next((place for place, action in enumerate(actions) if action.takes), 0)
-    for place, action in enumerate(actions):
-        if action.part == "solution" and not action.takes:
-            made = [k for k in range(first + 1, place) if actions[k].verb == "MakeSolution"]
-            yield from made[-1:]
 
 
 def _end(actions: Sequence[Action]) -> int:
