@@ -114,3 +114,10 @@ def test_a_wish_in_one_sentence_is_no_procedure() -> None:
 def test_a_dangerous_procedure_is_refused_even_as_a_partial_one(text: str) -> None:
     with pytest.raises(LabgymError):
         compile_procedure(text, partial=True, names=NAMES)
+
+
+def test_a_substance_that_no_action_owns_is_there_from_its_sentence_on() -> None:
+    # The hydride is unread, and dimethylformamide is hot in the same sentence.
+    hot = "Heat sodium hydride (1 g) in DMF (40 mL) at 90 C, then add methyl iodide (5 g) and phenol (3 g)."
+    with pytest.raises(LabgymError):
+        compile_procedure(hot, partial=True, names=NAMES)

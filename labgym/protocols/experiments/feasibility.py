@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -267,9 +268,10 @@ def _meetings(
     Everything stays in the vessel except hydrides that water or an alcohol quenched, hydrides and metals that an acid
     used up in an earlier action, solutions that are made aside until they are added, liquids that washed or dried the
     batch, the solvents of a batch that was concentrated, and what a chromatography, a distillation or a sublimation
-    leaves behind.
+    leaves behind. The eluents of a chromatography do not meet inorganic reagents that an aqueous phase took away.
     """
     batch: set[str] = set()
+    washed: set[str] = set()
     amounts: dict[str, str] = {}
     aside = made_aside(actions)
     for place, action in enumerate(actions):
@@ -285,7 +287,11 @@ def _meetings(
             name = listed[portion.name]
             amounts[name] = "; ".join(filter(None, (amounts.get(name), portion.amount)))
         if added:
-            yield place + 1, added | batch, added
+            kept = {name for name in batch if action.verb != "Chromatograph" or name not in washed}
+            yield place + 1, added | kept, added
+        if action.verb in ("Extract", "Partition", "Wash") and _has_water(batch | added, catalog):
+            washed |= {name for name in batch if _is_inorganic(catalog.get(name))}
+        washed -= added
         batch = _after(action, batch, added, catalog)
 
 
@@ -303,7 +309,7 @@ def _after(action: Action, batch: set[str], added: frozenset[str], catalog: Cata
         return {name for name in batch if not _evaporates(catalog.get(name))}
     if action.verb in DESTROYING and any(_is_quencher(catalog.get(name)) for name in added):
         return (batch | added) - refusals().destroyed_by_protic
-    if action.verb == "Wash" and action.keep != "aqueous" and WATER in added:
+    if action.verb == "Wash" and action.keep != "aqueous" and _has_water(added, catalog):
         return batch - refusals().destroyed_by_protic
     if action.verb not in PASSING or (action.verb == "Wash" and action.keep == "aqueous"):
         return batch | added
@@ -325,10 +331,20 @@ def made_aside(actions: Sequence[Action]) -> dict[int, int]:
     return found
 
 
+def _has_water(names: Iterable[str], catalog: Catalog) -> bool:
+    """Return whether one of the reagents of a separation is water or, like brine, a salt or acid in water."""
+    return any(name == WATER or _is_inorganic(catalog.get(name)) for name in names)
+
+
 def _is_quencher(asset: Asset) -> bool:
     """Return whether a reagent that ends a reaction destroys what is left of a hydride."""
     watery = asset.chemistry is not None and "aqueous" in asset.chemistry.groups
     return watery or asset.name in refusals().protic or asset.name == WATER
+
+
+def _is_inorganic(asset: Asset) -> bool:
+    formula = "" if asset.chemistry is None else asset.chemistry.formula or ""
+    return bool(formula) and re.search(r"C(?![a-z])", formula) is None
 
 
 def _evaporates(asset: Asset) -> bool:

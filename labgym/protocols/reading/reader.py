@@ -14,6 +14,7 @@ from labgym.protocols.reading.draft import EXTRACTS, LAYERS, ActionDraft, Phrase
 from labgym.protocols.reading.figures import figures, plain
 from labgym.protocols.reading.holding import hold, wait
 from labgym.protocols.reading.lexicon import MANNERS, QUALITIES, SOLUTIONS, Frame
+from labgym.protocols.reading.mentions import SubstanceMention
 from labgym.protocols.reading.phrases import read_phrases
 from labgym.protocols.reading.references import materials, product, refer, reference
 from labgym.protocols.reading.results import complete, give, give_alone
@@ -152,10 +153,22 @@ def _operate(draft: ActionDraft, clause: VerbClause, is_first: bool) -> None:
         draft.started_with_batch = True
     if head.marker != "after":
         wait(draft, operation)
+    elif head.low == "addition" and _is_repeated(draft, substances(after)):
+        draft.own_all(substances(after))
+        draft.own_all(operation.conditions)
+        return
     draft.own_names([phrase for phrase in before if set(phrase.nouns) & (LAYERS | EXTRACTS | SOLUTIONS)])
     draft.manners = lows(clause.group) & MANNERS.keys()
     _FRAMES.get(head.word.frame, hold)(draft, operation)
     draft.manners = set()
+
+
+def _is_repeated(draft: ActionDraft, names: Sequence[SubstanceMention]) -> bool:
+    """Return whether all names are of substances that were taken, without an amount: "after the addition of AlCl3"."""
+    taken = {portion.name.lower() for action in draft.actions for portion in action.takes}
+    return bool(names) and all(
+        not item.is_measured and draft.text[item.start : item.end].lower() in taken for item in names
+    )
 
 
 def _outcome(draft: ActionDraft, unread: Sequence[Unread]) -> Outcome:

@@ -179,17 +179,26 @@ def _dried(actions: Sequence[Action], notes: list[str]) -> list[Action]:
 
 
 def _with_layers(actions: Sequence[Action]) -> list[Action]:
-    """Return the actions with collected layers as what the separation before them keeps, or as separations."""
+    """Return the actions with collected layers as what the separation before them keeps, or as separations.
+
+    "Quenched. Acetic acid was added" is a quench with acetic acid.
+    """
     listed: list[Action] = []
     for action in actions:
         last = listed[-1] if listed else None
-        if action.verb != "CollectLayer":
+        if last is not None and last.verb in ("Quench", "AdjustPH") and not last.takes and _is_addition(action):
+            listed[-1] = last.model_copy(update={"takes": action.takes, "part": action.part})
+        elif action.verb != "CollectLayer":
             listed.append(action)
         elif last is not None and last.verb in ("Extract", "PhaseSeparation", "Partition", "Wash") and not last.keep:
             listed[-1] = last.model_copy(update={"keep": action.keep or action.part})
         else:
             listed.append(action.model_copy(update={"verb": "PhaseSeparation"}))
     return listed
+
+
+def _is_addition(action: Action) -> bool:
+    return action.verb == "Add" and bool(action.takes)
 
 
 def _with_collected(actions: Sequence[Action]) -> list[Action]:
@@ -265,6 +274,8 @@ def _refuse_products(actions: ActionList, experiment: Experiment | None, resolve
 def _refuse_unread(actions: ActionList, experiment: Experiment, resolver: Resolver) -> None:
     """Raise an error if a substance that no action owns would make the procedure dangerous, were it in the vessel.
 
+    It is taken to be there from the sentence on that first names it.
+
     Raises:
         RefusalError: names the substances and the hazard.
     """
@@ -274,14 +285,22 @@ def _refuse_unread(actions: ActionList, experiment: Experiment, resolver: Resolv
             joins = phrases and item.start - phrases[-1][1] <= 1
             phrases[-1:] = [(phrases[-1][0], item.end)] if joins else [*phrases[-1:], (item.start, item.end)]
     taken = {material.name for material in experiment.materials}
+    simple = plain(actions.text)
+    begins = [part.tokens[0].start for part in sentences(simple, figures(simple)) if part.tokens]
+    places = {
+        actions.text[start:end][:200]: (max((at for at in begins if at <= start), default=0), end)
+        for start, end in reversed(phrases)
+    }
     words = dict.fromkeys(actions.text[start:end][:200] for start, end in phrases)
     named = resolver.resolve([Material(name=word, role="reagent") for word in words if word not in taken])
     known = tuple(item.name for item in named if item.asset or item.smiles)[:30]
     if not known:
         return
-    present = Action(verb="Add", takes=tuple(Portion(name=name) for name in known))
     materials = (*experiment.materials, *(Material(name=name, role="reagent") for name in known))
-    shadow = experiment.model_copy(update={"actions": (present, *experiment.actions), "materials": materials})
+    present = [Action(verb="Add", takes=(Portion(name=name),), span=places[name]) for name in known]
+    shadow = experiment.model_copy(
+        update={"actions": tuple(_in_order(experiment.actions, present)), "materials": materials}
+    )
     try:
         stage(shadow, names=resolver)
     except RefusalError as error:
@@ -294,3 +313,15 @@ def _refuse_unread(actions: ActionList, experiment: Experiment, resolver: Resolv
     if hazard:
         listed = ", ".join(repr(name[:60]) for name in known[:5])
         raise RefusalError("unsafe", f"no action owns {listed}, and with it the procedure is dangerous: {hazard}")
+
+
+def _in_order(actions: Sequence[Action], more: Sequence[Action]) -> Iterator[Action]:
+    """Yield actions with more actions, each before the first that begins behind it in the text."""
+    waiting = list(more)
+    for action in actions:
+        start = action.span[0] if action.span is not None else 0
+        due = [item for item in waiting if item.span is not None and item.span[0] <= start]
+        waiting = [item for item in waiting if item not in due]
+        yield from due
+        yield action
+    yield from waiting

@@ -42,6 +42,8 @@ ASIDE = ("ErlenmeyerFlask", "LargeBeaker")
 """Vessels in which a solution is made that is added to the batch, smallest first."""
 PUMPS = ("VacuumPump", "RotaryVanePump")
 """Pumps, the coarsest first."""
+PRESSURE_TUBE = "PressureTube"
+"""Vessel of a reaction above the boiling point, if the text closes it."""
 BATH_EXCESS_K = 60.0
 """Temperature above the boiling point that is read as that of the bath, kelvin."""
 CLOSED = re.compile(r"\b(?:seal|microwav|pressur|autoclav|bomb\b|Parr\b|Teflon|capped|screw)", re.IGNORECASE)
@@ -260,7 +262,12 @@ class _Stager:
             action = _with_note(action, f"the text gives no temperature, {at:g} C is assumed")
         elif at is not None and action.verb in ("Heat", "Reflux", "Stir", "Wait", "SetTemperature"):
             boiling = self._boils_up_to()
-            if boiling is not None and boiling + SUPERHEAT_K < at <= boiling + BATH_EXCESS_K:
+            closed = CLOSED.search(self.experiment.description) is not None
+            if boiling is not None and closed and boiling + SUPERHEAT_K < at and self.in_flask:
+                action = _with_note(action, "transfer the mixture to the pressure tube first")
+                self._do(action, names, at, vessel=(PRESSURE_TUBE,), bath=_bath(at), gas=self._gas(action))
+                return
+            if boiling is not None and not closed and boiling + SUPERHEAT_K < at <= boiling + BATH_EXCESS_K:
                 action = _with_note(action, f"{at:g} C is taken as the temperature of the bath, the mixture boils")
                 at = boiling
         if action.part == "solution" and not action.takes:
@@ -395,9 +402,7 @@ class _Stager:
         return usual_temperature("Reflux") if main is None else points[main]
 
     def _boils_up_to(self) -> float | None:
-        """Return the highest boiling point of the main liquids, or None if one is not known or the vessel is closed."""
-        if CLOSED.search(self.experiment.description):
-            return None
+        """Return the highest boiling point of the main liquids, or None if one is not known."""
         total = sum(self.liquids.values())
         points = [self._boils_at(name) for name, volume in self.liquids.items() if volume and volume >= 0.1 * total]
         known = [point for point in points if point is not None]
