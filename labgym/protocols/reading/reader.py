@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from itertools import pairwise
 
 from labgym.errors import OptionError
+from labgym.protocols.experiments.model import Action
 from labgym.protocols.reading.actions import MAX_TEXT, ActionList, Outcome, Unread
 from labgym.protocols.reading.additions import add, crystallize, dissolve, partition, pour, treat
 from labgym.protocols.reading.clauses import VerbClause, clauses
@@ -19,6 +20,7 @@ from labgym.protocols.reading.phrases import read_phrases
 from labgym.protocols.reading.references import materials, product, refer, reference
 from labgym.protocols.reading.results import complete, give, give_alone
 from labgym.protocols.reading.separations import clear, over
+from labgym.protocols.reading.stated import held_at
 from labgym.protocols.reading.tokens import Sentence, Token, sentences
 
 _MONITOR = re.compile(
@@ -33,6 +35,7 @@ _NUMBERED = frozenset((
     "claim", "structure", "number", "product", "ref", "entry",
 ))  # fmt: skip
 _NUMBER = re.compile(r"^\d{1,6}(?:[.,]\d{1,6})?$")
+_COLD = frozenset(("cooled", "cold", "chilled", "precooled", "pre-cooled", "ice-cold", "ice-cooled"))
 MAX_ABBREVIATION = 8
 """Longest name in parentheses that repeats the name before them."""
 _SPECTRUM = re.compile(r"[-+]?\d+(?:\.\d+)?(?:-\d+(?:\.\d+)?)? ?\(")
@@ -112,6 +115,34 @@ def _is_data(draft: ActionDraft, tokens: Sequence[Token], parts: Sequence[VerbCl
 
 def _read_tokens(draft: ActionDraft, tokens: Sequence[Token], parts: Sequence[VerbClause]) -> None:
     start, end = tokens[0].start, tokens[-1].end
+    first = len(draft.actions)
+    _read_operations(draft, tokens, parts, (start, end))
+    for token, following in pairwise(tokens):
+        if token.low in _COLD and following.kind == "group" and not draft.owned[following.start + 1]:
+            _cool(draft, following, first)
+
+
+def _cool(draft: ActionDraft, group: Token, first: int) -> None:
+    """Insert the cooling that an adjective tells, "to a cooled (0 C) solution of A", behind the making of the solution.
+
+    Args:
+        draft: grows.
+        group: the parentheses.
+        first: place of the first action of the sentence.
+    """
+    figure = group.inner[0].figure if len(group.inner) == 1 else None
+    if figure is None or figure.kind != "temperature" or len(draft.actions) == first:
+        return
+    draft.own(group.start, group.end)
+    made = draft.actions[first].verb in ("MakeSolution", "Add", "Dissolve")
+    cooling = Action(verb="Cool", span=(group.start, group.end), **held_at([figure]))
+    draft.actions.insert(first + made, cooling)
+
+
+def _read_operations(
+    draft: ActionDraft, tokens: Sequence[Token], parts: Sequence[VerbClause], place: tuple[int, int]
+) -> None:
+    start, end = place
     if not parts:
         give_alone(draft, tokens)
     watched = _MONITOR.search(draft.plain, start, end)
@@ -222,10 +253,22 @@ def _own_descriptions(draft: ActionDraft, tokens: Sequence[Token], taken: set[st
             following.low in LAYERS | EXTRACTS or (following.low in SOLUTIONS and token.low in taken)
         ):
             draft.own(token.start, token.end)
+        is_column = token.low in ("silica", "gel", "alumina") and following.low in ("column", "columns", "cartridge")
+        if is_column and any(action.verb == "Chromatograph" for action in draft.actions):
+            _own_column(draft, tokens, token)
         inner = [item for item in following.inner if item.kind != "mark"]
         abbreviates = len(inner) == 1 and inner[0].kind == "name" and len(inner[0].text) <= MAX_ABBREVIATION
         if following.kind == "group" and abbreviates and draft.owned[token.end - 1]:
             draft.own(inner[0].start, inner[0].end)
+
+
+def _own_column(draft: ActionDraft, tokens: Sequence[Token], last: Token) -> None:
+    """Own the size and the packing of a column: "a 40 g silica gel column"."""
+    place = next(k for k, token in enumerate(tokens) if token is last)
+    for token in reversed(tokens[max(0, place - 2) : place + 1]):
+        if token.low not in ("silica", "gel", "alumina") and (token.figure is None or token.figure.kind != "mass"):
+            break
+        draft.own(token.start, token.end)
 
 
 def _is_numbering(before: Token | None) -> bool:
