@@ -290,7 +290,7 @@ def _meetings(
             kept = {name for name in batch if action.verb != "Chromatograph" or name not in washed}
             yield place + 1, added | kept, added
         if action.verb in ("Extract", "Partition", "Wash") and _has_water(batch | added, catalog):
-            washed |= {name for name in batch if _is_inorganic(catalog.get(name))}
+            washed |= {name for name in batch if is_inorganic(catalog.get(name))}
         washed -= added
         batch = _after(action, batch, added, catalog)
 
@@ -333,7 +333,7 @@ def made_aside(actions: Sequence[Action]) -> dict[int, int]:
 
 def _has_water(names: Iterable[str], catalog: Catalog) -> bool:
     """Return whether one of the reagents of a separation is water or, like brine, a salt or acid in water."""
-    return any(name == WATER or _is_inorganic(catalog.get(name)) for name in names)
+    return any(name == WATER or is_inorganic(catalog.get(name)) for name in names)
 
 
 def _is_quencher(asset: Asset) -> bool:
@@ -342,7 +342,8 @@ def _is_quencher(asset: Asset) -> bool:
     return watery or asset.name in refusals().protic or asset.name == WATER
 
 
-def _is_inorganic(asset: Asset) -> bool:
+def is_inorganic(asset: Asset) -> bool:
+    """Return whether a reagent has a formula without carbon."""
     formula = "" if asset.chemistry is None else asset.chemistry.formula or ""
     return bool(formula) and re.search(r"C(?![a-z])", formula) is None
 

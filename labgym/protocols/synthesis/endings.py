@@ -6,15 +6,20 @@ import re
 from collections.abc import Sequence
 
 from labgym.assets import Asset, Catalog
-from labgym.protocols.experiments.feasibility import WORK_UP
+from labgym.protocols.experiments.feasibility import WORK_UP, is_inorganic
 from labgym.protocols.experiments.grounding import WATER
 from labgym.protocols.experiments.model import HOLDING, Action, Experiment, Portion, Role
 from labgym.protocols.refusals import refusals
 
-AQUEOUS = re.compile(r"\b(?:aqueous|saturated|dilute)\b|\bof \d[\d.]{0,8} ?[MN]\b")
+AQUEOUS = re.compile(r"\b(?:aqueous|saturated|dilute)\b|\bof \d[\d.]{0,8} ?[MN]\b|\bmL of \d[\d.]{0,8} ?%")
 """An amount of a solution in water."""
-_SALTS = frozenset({"AmmoniumChloride", "SodiumBicarbonate", "SodiumSulfate", "PotassiumCarbonate", "SodiumChloride"})
-"""Salts that are added in water to end a reaction."""
+_SALTS = frozenset(
+    (
+        *("AmmoniumChloride", "PotassiumCarbonate", "PotassiumHydroxide", "SodiumBicarbonate", "SodiumChloride"),
+        *("SodiumHydroxide", "SodiumSulfate"),
+    )
+)
+"""Salts and bases that are added in water to end a reaction."""
 _LIVELY = frozenset({"organometallic", "alkali_metal"})
 _HYDROLYZED = frozenset({"acyl_halide", "anhydride", "chlorosilane", "halogenating_agent", "lewis_acid"})
 
@@ -70,7 +75,9 @@ def _is_watery(catalog: Catalog, portion: Portion) -> bool:
     if portion.name not in catalog:
         return False
     asset = catalog.get(portion.name)
-    return asset.name == WATER or _has(asset, frozenset({"aqueous"})) or AQUEOUS.search(portion.amount) is not None
+    if asset.name == WATER or _has(asset, frozenset({"aqueous"})):
+        return True
+    return is_inorganic(asset) and AQUEOUS.search(portion.amount) is not None
 
 
 def _has(asset: Asset, groups: frozenset[str]) -> bool:
