@@ -381,7 +381,7 @@ def refuse_making(structures: Mapping[str, str]) -> None:
     Raises:
         RefusalError: names the substances and what they make.
     """
-    known = {}
+    known: dict[str, Any] = {}
     for name, smiles in structures.items():
         try:
             known[name] = standard(smiles)
