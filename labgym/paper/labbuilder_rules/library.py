@@ -17,6 +17,8 @@ from labgym.paper.labbuilder.scene import Tolerant
 FLAGS = ("flammable", "glass_container", "heat_source", "acid", "base", "oxidizer", "reactive_metal")
 """The flags that rules name."""
 REAGENT = "reagent"
+CATALOG = "catalog"
+"""Name of labgym's catalog in place of a file."""
 MAX_BYTES = 32 * 1024 * 1024
 
 Side = Annotated[float, Field(gt=0.0, le=100.0)]
@@ -118,6 +120,15 @@ class Library:
     def with_entries(self, entries: Iterable[Entry]) -> Library:
         """Return the library with further assets behind its own."""
         return Library((*self.entries, *entries), self.title)
+
+
+def open_library(name: str | Path) -> Library:
+    """Return the library of a file of LabBuilder, or labgym's own for the name `catalog`.
+
+    Raises:
+        DocumentError: as `read_library`.
+    """
+    return catalog_library(Catalog.load()) if str(name) == CATALOG else read_library(name)
 
 
 def read_library(path: str | Path) -> Library:

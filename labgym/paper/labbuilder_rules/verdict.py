@@ -9,8 +9,11 @@ from labgym.paper.labbuilder_rules.chemistry import CATEGORIES, chemistry
 from labgym.paper.labbuilder_rules.geometry import collisions, height_errors, object_count, out_of_bounds
 from labgym.paper.labbuilder_rules.library import Library
 from labgym.paper.labbuilder_rules.navigation import GOAL_RULES, Navigation
-from labgym.paper.labbuilder_rules.quirks import LITERAL, MODES, QUIRKS, Mode, Reading
+from labgym.paper.labbuilder_rules.quirks import LITERAL, MODES, QUIRKS, Mode, QuirkName, Reading
 from labgym.paper.labbuilder_rules.stage import RatedScene, Stage
+
+NAVIGATION: frozenset[QuirkName] = frozenset({"room", "walls", "exact", "keys", "flip", "sizes"})
+"""Quirks that navigation depends on."""
 
 
 class Verdict(Record):
@@ -57,11 +60,17 @@ class Verdict(Record):
         return figures
 
 
-def evaluate_scene(scene: RatedScene, library: Library, reading: Reading = LITERAL) -> Verdict:
-    """Return the figures of a scene."""
+def evaluate_scene(
+    scene: RatedScene, library: Library, reading: Reading = LITERAL, paths: Mapping[str, int] | None = None
+) -> Verdict:
+    """Return the figures of a scene.
+
+    Args:
+        scene, library, reading: what is evaluated, and how.
+        paths: numbers of paths by their fields, if they are known.
+    """
     stage = Stage(scene, library, reading)
-    chemical, navigation = chemistry(stage), Navigation(stage)
-    paths = {rule: navigation.paths(rule) for rule in GOAL_RULES}
+    chemical = chemistry(stage)
     return Verdict(
         obj=object_count(stage),
         ob=len(out_of_bounds(stage)),
@@ -72,9 +81,16 @@ def evaluate_scene(scene: RatedScene, library: Library, reading: Reading = LITER
         glassware=chemical.glassware,
         glass_ceiling=chemical.ceiling,
         overall=chemical.overall,
-        **{f"paths_{rule}": each.paths for rule, each in paths.items()},
-        **{f"reachable_{rule}": each.reachable for rule, each in paths.items()},
+        **(_paths(stage) if paths is None else paths),
     )
+
+
+def _paths(stage: Stage) -> dict[str, int]:
+    navigation, numbers = Navigation(stage), {}
+    for rule in GOAL_RULES:
+        paths = navigation.paths(rule)
+        numbers |= {f"paths_{rule}": paths.paths, f"reachable_{rule}": paths.reachable}
+    return numbers
 
 
 def both_modes(scene: RatedScene, library: Library) -> Mapping[Mode, Verdict]:
@@ -82,6 +98,16 @@ def both_modes(scene: RatedScene, library: Library) -> Mapping[Mode, Verdict]:
     return {mode: evaluate_scene(scene, library, reading) for mode, reading in MODES.items()}
 
 
-def quirk_effects(scene: RatedScene, library: Library) -> Mapping[str, Verdict]:
-    """Return the figures with one quirk corrected and all others literal, by the name of the quirk."""
-    return {quirk.name: evaluate_scene(scene, library, LITERAL.correcting(quirk.name)) for quirk in QUIRKS}
+def quirk_effects(scene: RatedScene, library: Library, literal: Verdict) -> Mapping[str, Verdict]:
+    """Return the figures with one quirk corrected and all others literal, by the name of the quirk.
+
+    Args:
+        scene, library: what is evaluated. literal: its figures with no quirk corrected.
+    """
+    known = {name: value for name, value in literal.model_dump().items() if name.startswith(("paths", "reachable"))}
+    return {
+        quirk.name: evaluate_scene(
+            scene, library, LITERAL.correcting(quirk.name), None if quirk.name in NAVIGATION else known
+        )
+        for quirk in QUIRKS
+    }
