@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from labgym.paper.labbuilder_rules.bodies import CM, Body, excess
 from labgym.paper.labbuilder_rules.library import REAGENT
@@ -22,8 +22,7 @@ WORST = 3
 """Number of constraints that flam and incomp average, the worst ones."""
 
 
-@dataclass(frozen=True)
-class Kind:
+class Kind(NamedTuple):
     """A kind of constraint: its category, its weight in the overall score, and the flags of a pair's ends."""
 
     category: Category

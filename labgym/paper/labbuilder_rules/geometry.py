@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import combinations
 
+from labgym.layouts.placement import WALL
 from labgym.paper.labbuilder_rules.bodies import CM, excess
 from labgym.paper.labbuilder_rules.stage import CABINET, FLOOR_KINDS, Piece, Stage, key, snake
 
@@ -20,7 +21,6 @@ WORK_HEIGHT, HEIGHT_TOLERANCE = 0.8, 0.01
 LAYERS = ((("acid",), 0.8), (("base",), 1.1), (("flammable", "oxidizer", "reactive_metal"), 1.3))
 """Heights in the reagent cabinet by flag, the first that applies, meters."""
 TOP_LAYER = 1.5
-_SURFACES = {name: name for name in FLOOR_KINDS if name != CABINET}
 
 
 def object_count(stage: Stage) -> int:
@@ -37,7 +37,7 @@ def _is_out(stage: Stage, piece: Piece) -> bool:
     body = stage.body(piece)
     if stage.stands(piece):
         return excess(body, stage.interior) * CM > FLOOR_TOLERANCE_CM
-    if stage.on_wall(piece):
+    if piece.label == WALL:
         return False
     literal = stage.reading.literal("surface")
     carrier = _first_named(stage, piece.label) if literal else stage.carrier(piece)
@@ -100,11 +100,10 @@ def height_errors(stage: Stage) -> list[Piece]:
 
 def _expected_height(stage: Stage, piece: Piece) -> float | None:
     """Return the height of an item's bottom; None if none is required."""
-    snaked = not stage.reading.literal("snake")
-    if piece.label in (CABINET, "reagent_cabinet") or (snaked and key(piece.label) == key(CABINET)):
+    literal = stage.reading.literal("snake")
+    name = piece.label if literal else next((kind for kind in FLOOR_KINDS if key(kind) == key(piece.label)), "")
+    if name in (CABINET, "reagent_cabinet"):
         entry = stage.library.find(piece.id)
         flags = frozenset() if entry is None else entry.flags
         return next((height for any_of, height in LAYERS if flags.intersection(any_of)), TOP_LAYER)
-    if piece.label in _SURFACES or (snaked and key(piece.label) in map(key, _SURFACES)):
-        return WORK_HEIGHT
-    return None
+    return WORK_HEIGHT if name in FLOOR_KINDS else None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from typing import Any, Literal
 
@@ -13,7 +14,6 @@ from numpy.typing import NDArray
 
 from labgym.paper.labbuilder.frame import WALL_THICKNESS
 from labgym.paper.labbuilder.scene import key
-from labgym.paper.labbuilder_rules.library import Entry
 from labgym.paper.labbuilder_rules.stage import Piece, RatedScene, Stage
 
 GoalRule = Literal["released", "published"]
@@ -32,19 +32,6 @@ SPECIAL = {"labbench": "ExperimentalPlatform", "bench": "ExperimentalPlatform", 
 
 
 @dataclass(frozen=True)
-class Paths:
-    """Numbers of paths between the places of a protocol, and of those that the robot can drive."""
-
-    paths: int
-    reachable: int
-
-    @property
-    def share(self) -> float | None:
-        """Share of the paths that can be driven; None without paths."""
-        return self.reachable / self.paths if self.paths else None
-
-
-@dataclass(frozen=True)
 class Goal:
     """A goal: the object that it belongs to, its pose, and whether the object would be turned for it."""
 
@@ -59,31 +46,31 @@ class Navigation:
 
     def __init__(self, stage: Stage) -> None:
         self.stage = stage
-        self._labels: NDArray[Any] | None = None
 
-    def paths(self, rule: GoalRule) -> Paths:
-        """Return the numbers of paths by a rule of goals; (0, 0) if the scene does not state its room."""
+    def paths(self, rule: GoalRule) -> tuple[int, int]:
+        """Return the number of paths by a rule of goals, and of those that the robot can drive.
+
+        Both are 0 if the scene does not state its room.
+        """
         if self.stage.scene.room is None:
-            return Paths(0, 0)
+            return 0, 0
         goals = [goal for place in self.stage.scene.places if (goal := self._goal(place, rule)) is not None]
         if not self.stage.reading.literal("keys"):
             drives = [pair for pair in pairwise(goals) if not _same(*pair)]
-            return Paths(len(drives), sum(self._connected(*pair) for pair in drives))
+            return len(drives), sum(self._connected(*pair) for pair in drives)
         results = {
             (start.piece.id, end.piece.id): _same(start, end) or self._connected(start, end)
             for start, end in pairwise(goals)
         }
         further = int(any(goal.turned for goal in goals))
-        return Paths(len(results) + further, sum(results.values()) + further)
+        return len(results) + further, sum(results.values()) + further
 
     def _size(self, piece: Piece) -> tuple[float, float] | None:
         """Return the sides along x and y at 0 degrees; None if navigation does not know the object."""
         if not self.stage.reading.literal("exact"):
             return self.stage.sides(piece)[:2]
-        entry: Entry | None = self.stage.library.last(piece.id)
-        if entry is None:
-            return None
-        return self.stage.sides(piece)[:2] if not self.stage.reading.literal("sizes") else entry.sides[:2]
+        entry = self.stage.library.last(piece.id)
+        return None if entry is None else self.stage.own_sides(piece, entry)[:2]
 
     def _goal(self, place: str, rule: GoalRule) -> Goal | None:
         piece = _placed(self.stage.scene.pieces, place)
@@ -94,10 +81,9 @@ class Navigation:
         yaw = math.radians(piece.degrees)
         dx, dy = -reach * math.sin(yaw), reach * math.cos(yaw)
         ahead, behind = (piece.x + dx, piece.y + dy), (piece.x - dx, piece.y - dy)
-        flips = rule == "released" and self.stage.reading.literal("flip") and self.stage.room_piece is not None
-        if flips and not self._inside(*ahead) and self._inside(*behind):
-            return Goal(piece, *behind, turned=True)
-        return Goal(piece, *ahead)
+        room = self.stage.room_piece if rule == "released" and self.stage.reading.literal("flip") else None
+        turned = room is not None and not self._inside(room, *ahead) and self._inside(room, *behind)
+        return Goal(piece, *(behind if turned else ahead), turned)
 
     def _outline(self) -> tuple[float, float, float, float]:
         """Return the least x and y of the room, walls included, and its extents."""
@@ -107,28 +93,27 @@ class Navigation:
         x, y = (width / 2, depth / 2) if room is None else (room.x, room.y)
         return x - width / 2, y - depth / 2, width, depth
 
-    def _inside(self, x: float, y: float) -> bool:
-        left, front, width, depth = self._outline()
-        least = WALL_THICKNESS - OUTSIDE
-        return least <= x - left <= width - least and least <= y - front <= depth - least
+    def _inside(self, room: Piece, x: float, y: float) -> bool:
+        width, depth = self.stage.scene.room or (0.0, 0.0)
+        margin = WALL_THICKNESS - OUTSIDE
+        return abs(x - room.x) <= width / 2 - margin and abs(y - room.y) <= depth / 2 - margin
 
     def _connected(self, start: Goal, end: Goal) -> bool:
-        if self._labels is None:
-            self._labels = self._regions()
-        labels = [self._at(self._labels, goal.x, goal.y) for goal in (start, end)]
-        return labels[0] == labels[1] > 0
+        regions = [self._region(goal.x, goal.y) for goal in (start, end)]
+        return regions[0] == regions[1] > 0
 
     def _pixel(self, x: float, y: float) -> tuple[int, int]:
         left, front, _, depth = self._outline()
         return int((x - left) * PIXELS), int(depth * PIXELS) - 1 - int((y - front) * PIXELS)
 
-    def _at(self, labels: NDArray[Any], x: float, y: float) -> int:
+    def _region(self, x: float, y: float) -> int:
         column, row = self._pixel(x, y)
-        inside = 0 <= column < labels.shape[1] and 0 <= row < labels.shape[0]
-        return int(labels[row, column]) if inside else 0
+        inside = 0 <= column < self._regions.shape[1] and 0 <= row < self._regions.shape[0]
+        return int(self._regions[row, column]) if inside else 0
 
+    @cached_property
     def _regions(self) -> NDArray[Any]:
-        """Return the number of the region that each pixel belongs to, 0 where the robot does not fit."""
+        """The number of the region that each pixel belongs to, 0 where the robot does not fit."""
         from PIL import Image, ImageDraw
         from scipy import ndimage
 

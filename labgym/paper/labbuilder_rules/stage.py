@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from labgym.layouts import Layout
-from labgym.layouts.placement import FLOOR, WALL
+from labgym.layouts.placement import FLOOR
 from labgym.paper.labbuilder.frame import WALL_THICKNESS
 from labgym.paper.labbuilder.scene import LabBuilderScene, key
 from labgym.paper.labbuilder.writing import ROOM, scene_data
@@ -23,8 +23,8 @@ FLOOR_KINDS = (
     "GravityChromatographyColumn",
 )  # fmt: skip
 """Kinds that the released program takes as furniture on the floor."""
-ROOM_WITHOUT_OBJECT = 4.5
-"""Half of the side of the room, centered at the origin, if the scene has no object for it; meters."""
+ROOM_WITHOUT_OBJECT = (9.0, 9.0)
+"""Sides of the room, centered at the origin, if the scene has no object for it, meters."""
 STORAGE = ("Flammable", "Acid", "Base", "Oxidizer", "Toxic", "WaterReactive", "General")
 """Storage classes of the cabinets of labgym that are reagent cabinets here."""
 _WORDS = re.compile(r"(?<=.)(?=[A-Z][a-z])|(?<=[a-z0-9])(?=[A-Z])")
@@ -162,9 +162,11 @@ class Stage:
         Args:
             piece: the object. name: whose size in the library counts; by default that of its id.
         """
-        if piece.own is not None and not self.reading.literal("sizes"):
-            return piece.own
-        return self.library.sized(piece.id if name is None else name).sides
+        return self.own_sides(piece, self.library.sized(piece.id if name is None else name))
+
+    def own_sides(self, piece: Piece, entry: Entry) -> tuple[float, float, float]:
+        """Return the sides that an object states, if they count; else those of an entry."""
+        return entry.sides if piece.own is None or self.reading.literal("sizes") else piece.own
 
     def body(self, piece: Piece, name: str | None = None) -> Body:
         """Return the box of an object; `name` as in `sides`."""
@@ -220,24 +222,17 @@ class Stage:
     @cached_property
     def interior(self) -> tuple[Span, Span]:
         """The bounds of the floor inside the walls."""
-        room = self.room_piece
-        if room is None and (self.reading.literal("room") or self.scene.room is None):
-            reach = ROOM_WITHOUT_OBJECT - WALL_THICKNESS
-            return (1.0, 0.0, -reach, reach), (0.0, 1.0, -reach, reach)
-        if self.reading.literal("room") and room is not None:
-            body = self.body(room)
-            width, depth = body.width, body.depth
-        elif self.scene.room is not None:
-            width, depth = self.scene.room
+        literal, room = self.reading.literal("room"), self.room_piece
+        if room is None and (literal or self.scene.room is None):
+            x, y, width, depth = 0.0, 0.0, *ROOM_WITHOUT_OBJECT
         else:
             entry = self.library.sized(ROOM)
-            width, depth = entry.short, entry.long
-        x, y = (width / 2, depth / 2) if room is None else (room.x, room.y)
+            width, depth = self.scene.room or (entry.short, entry.long)
+            if literal and room is not None:
+                body = self.body(room)
+                width, depth = body.width, body.depth
+            x, y = (width / 2, depth / 2) if room is None else (room.x, room.y)
         return (
             (1.0, 0.0, x - width / 2 + WALL_THICKNESS, x + width / 2 - WALL_THICKNESS),
             (0.0, 1.0, y - depth / 2 + WALL_THICKNESS, y + depth / 2 - WALL_THICKNESS),
         )
-
-    def on_wall(self, piece: Piece) -> bool:
-        """Return whether an object hangs on a wall: labgym's own label."""
-        return piece.label == WALL

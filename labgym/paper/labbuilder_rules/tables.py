@@ -9,22 +9,25 @@ from labgym.paper.labbuilder_rules.verdict import Verdict
 from labgym.paper.reproduction.figures import FigureColumn, FigureLine, FigureTable, plain_cells
 
 Values = Mapping[str, float | None]
-COLUMNS = (
-    ("obj", "Obj", 1),
-    ("ob", "OB ↓", 2),
-    ("cn", "CN ↓", 2),
-    ("heights", "Heights ↓", 2),
-    ("flam", "Flam ↑", 3),
-    ("store", "Store ↑", 3),
-    ("incomp", "Incomp ↑", 3),
-    ("glass", "Glass ↑", 3),
-    ("glass_ceiling", "Glass ceiling", 3),
-    ("glassware", "Glassware ↑", 3),
-    ("overall", "Overall ↑", 3),
-    ("nav_released", "Nav, released goals ↑", 3),
-    ("nav_published", "Nav, published goals ↑", 3),
+COLUMNS = tuple(
+    FigureColumn(key=key, heading=heading, digits=digits)
+    for key, heading, digits in (
+        ("obj", "Obj", 1),
+        ("ob", "OB ↓", 2),
+        ("cn", "CN ↓", 2),
+        ("heights", "Heights ↓", 2),
+        ("flam", "Flam ↑", 3),
+        ("store", "Store ↑", 3),
+        ("incomp", "Incomp ↑", 3),
+        ("glass", "Glass ↑", 3),
+        ("glass_ceiling", "Glass ceiling", 3),
+        ("glassware", "Glassware ↑", 3),
+        ("overall", "Overall ↑", 3),
+        ("nav_released", "Nav, released goals ↑", 3),
+        ("nav_published", "Nav, published goals ↑", 3),
+    )
 )
-"""Figures by their key: heading and decimals."""
+"""The figures."""
 NOTES = (
     "Glass ceiling: the greatest Glass that the surfaces admit. Glassware: Glass without reagents.",
     "Nav: share of the paths that a disc of 0.30 m can drive, by the goals of the program and of the published files.",
@@ -46,7 +49,7 @@ def rules_table(title: str, lines: Mapping[str, Sequence[Values]], key: str = "l
         key=key,
         title=title,
         first="Reading",
-        columns=_columns(COLUMNS),
+        columns=COLUMNS,
         lines=tuple(FigureLine(name=name, cells=plain_cells(_means(group))) for name, group in lines.items()),
         notes=NOTES,
     )
@@ -63,30 +66,26 @@ def quirk_table(title: str, scenes: Sequence[Mapping[str, Values]], key: str) ->
     lines = []
     for number, quirk in enumerate(QUIRKS, 1):
         changed = _means([scene[quirk.name] for scene in scenes])
-        cells = {name: _difference(changed[name], value) for name, value in literal.items()}
+        cells = plain_cells({name: _difference(changed[name], value) for name, value in literal.items()})
         detail = f"{quirk.literal}; corrected: {quirk.corrected}"
-        lines.append(FigureLine(name=f"{number} {quirk.name}", detail=detail, cells=plain_cells(cells)))
+        lines.append(FigureLine(name=f"{number} {quirk.name}", detail=detail, cells=cells))
     return FigureTable(
         key=key,
         title=title,
         first="Quirk",
         second="Literal and corrected",
-        columns=_columns(COLUMNS),
+        columns=COLUMNS,
         lines=tuple(lines),
         notes=("Change of the mean of the literal mode if this quirk alone is corrected.",),
     )
 
 
-def _columns(columns: Sequence[tuple[str, str, int]]) -> tuple[FigureColumn, ...]:
-    return tuple(FigureColumn(key=key, heading=heading, digits=digits) for key, heading, digits in columns)
-
-
 def _means(group: Sequence[Values]) -> dict[str, float | None]:
     """Return the means of the figures; scenes to which one does not apply are left out."""
     means = {}
-    for name, _, _ in COLUMNS:
-        values = [value for figures in group if (value := figures.get(name)) is not None]
-        means[name] = sum(values) / len(values) if values else None
+    for column in COLUMNS:
+        values = [value for figures in group if (value := figures.get(column.key)) is not None]
+        means[column.key] = sum(values) / len(values) if values else None
     return means
 
 

@@ -9,7 +9,7 @@ from labgym.paper.labbuilder_rules.chemistry import CATEGORIES, chemistry
 from labgym.paper.labbuilder_rules.geometry import collisions, height_errors, object_count, out_of_bounds
 from labgym.paper.labbuilder_rules.library import Library
 from labgym.paper.labbuilder_rules.navigation import GOAL_RULES, Navigation
-from labgym.paper.labbuilder_rules.quirks import LITERAL, MODES, QUIRKS, Mode, QuirkName, Reading
+from labgym.paper.labbuilder_rules.quirks import LITERAL, MODES, QUIRKS, QuirkName, Reading
 from labgym.paper.labbuilder_rules.stage import RatedScene, Stage
 
 NAVIGATION: frozenset[QuirkName] = frozenset({"room", "walls", "exact", "keys", "flip", "sizes"})
@@ -88,12 +88,11 @@ def evaluate_scene(
 def _paths(stage: Stage) -> dict[str, int]:
     navigation, numbers = Navigation(stage), {}
     for rule in GOAL_RULES:
-        paths = navigation.paths(rule)
-        numbers |= {f"paths_{rule}": paths.paths, f"reachable_{rule}": paths.reachable}
+        numbers[f"paths_{rule}"], numbers[f"reachable_{rule}"] = navigation.paths(rule)
     return numbers
 
 
-def both_modes(scene: RatedScene, library: Library) -> Mapping[Mode, Verdict]:
+def both_modes(scene: RatedScene, library: Library) -> Mapping[str, Verdict]:
     """Return the figures of a scene in both modes."""
     return {mode: evaluate_scene(scene, library, reading) for mode, reading in MODES.items()}
 
