@@ -46,6 +46,9 @@ CASES = [
     *((f"score {LAYOUT} --regulations US {flag}", flag.split()[0]) for flag in (
         "--protocol sub_02", "--profile strict", "--rules paper", "--out scores", "--judge strict",
         "--samples 4", "--fresh", "--workers 2")),
+    (f"score {LAYOUT} --library a.json", "--library"),
+    *((f"score {LAYOUT} --rules labbuilder --library a.json {flag}", flag.split()[0]) for flag in (
+        "--protocol sub_02", "--profile strict", "--check", "--out scores", "--judge strict", "--workers 2")),
     (f"score {LAYOUT} --fresh", "--fresh"),
     (f"score {LAYOUT} --samples 4", "--samples"),
     (f"score {LAYOUT} --workers 2", "--workers"),

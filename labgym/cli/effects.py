@@ -91,9 +91,15 @@ IDLE: Mapping[str, tuple[Idle, ...]] = {
     ),
     "score": (
         Idle(
-            ("protocol", "profile", "rules", "out", "judge", "samples", "fresh", *EXECUTION),
+            ("protocol", "profile", "rules", "library", "out", "judge", "samples", "fresh", *EXECUTION),
             lambda v: v.regulations is not None,
             "with --regulations, which prints the clauses of one layout: leave one of them out",
+        ),
+        Idle(("library",), lambda v: v.rules != "labbuilder", "without --rules labbuilder: leave it out"),
+        Idle(
+            ("protocol", "profile", "check", "out", "judge", "samples", "fresh", *EXECUTION),
+            lambda v: v.rules == "labbuilder",
+            "with --rules labbuilder, which prints the figures of both modes: leave it out",
         ),
         Idle(("fresh",), lambda v: v.out is None, NO_OUT),
         Idle(("samples",), lambda v: v.judge is None, "without a judge: name its mode with --judge"),

@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-from tyro.conf import OmitArgPrefixes, Positional, arg
+from tyro.conf import OmitArgPrefixes
 
 from labgym.cli.arguments import (
     THIS_PROCESS,
     Execution,
     OptionalPath,
+    OptionalText,
     OptionalWholeNumber,
     Texts,
     allow_local_modules,
@@ -104,7 +105,9 @@ def protocols(run: Run = HERE) -> int:
 
 
 def labbuilder(
-    folder: Positional[Annotated[Path, arg(metavar="FOLDER")]],
+    *,
+    scenes: Path,
+    library: OptionalText = None,
     run: Run = HERE,
 ) -> int:
     """Scenes of LabBuilder's authors: read, scored, repaired, driven in, and written again (docs/labbuilder.md).
@@ -112,11 +115,13 @@ def labbuilder(
     Repaired scenes are in OUT/layouts, and in LabBuilder's form in OUT/labbuilder/SCENE.
 
     Args:
-        folder: Folder of scenes (.json), with asset_bboxes.json and goal_pairs.json for all of them if there are any.
+        scenes: Folder of scenes (.json), with asset_bboxes.json and goal_pairs.json for all of them if there are any.
+        library: Also evaluate scenes and published layouts by the rule set labbuilder, with LabBuilder's
+            assets_annotated.json, or catalog, for labgym's sizes and flags.
     """
     from labgym.paper.labbuilder.study import LabBuilderStudy
 
-    return _reproduced(LabBuilderStudy(folder), run)
+    return _reproduced(LabBuilderStudy(scenes, library), run)
 
 
 def comparison(scope: Scope = WHOLE, judge: OptionalMode = None, run: Run = HERE) -> int:

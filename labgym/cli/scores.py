@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 OptionalMode = Annotated[
     Literal["strict", "medium", "lenient"] | None, arg(metavar="{strict,medium,lenient}", help_behavior_hint="")
 ]
+LABBUILDER = "labbuilder"
+"""Rule set of the evaluator that LabBuilder's authors released."""
 MAX_LISTED = 20
 """Largest number of layouts that are named as failing."""
 
@@ -32,6 +34,7 @@ def score(
     protocol: OptionalText = None,
     profile: str = "default",
     rules: str = "touchstone",
+    library: OptionalText = None,
     regulations: OptionalText = None,
     as_json: Annotated[bool, arg(name="json")] = False,
     check: bool = False,
@@ -49,7 +52,9 @@ def score(
         layout: A layout's .json file, or the id of a published layout; also several, or folders of layouts.
         protocol: Id or .json file of the protocol to score the layouts for; by default the layout's own.
         profile: Thresholds: default, strict, paper or code.
-        rules: Rule set: touchstone, or paper, the definitions of the paper's columns.
+        rules: Rule set: touchstone; paper, the definitions of the paper's columns; or labbuilder, what the evaluator
+            that the paper's authors released computes, also of their scenes (docs/labbuilder.md).
+        library: With --rules labbuilder, LabBuilder's assets_annotated.json, or catalog, for labgym's sizes and flags.
         regulations: Print what each clause of a profile says about one layout: US, EN or CN.
         as_json: Print the whole report as JSON; of several layouts the means.
         check: Exit 1 if a layout has a violation or a facility error, or lacks a required asset.
@@ -66,6 +71,8 @@ def score(
         raise OptionError("no layout; name a file, a published layout or a folder of layouts")
     if regulations is not None:
         return _rulings(layout, regulations, as_json, check)
+    if rules == LABBUILDER:
+        return _labbuilder(layout, library, as_json)
     options = None if judge is None else JudgeOptions(judge, samples)
     if options is not None:
         LanguageModelConfig.from_environment()  # before anything is computed
@@ -96,6 +103,31 @@ def score(
             report = Judge(model, options).completed(report, named, protocol)
     print(json.dumps(report.to_json(), indent=1, ensure_ascii=False) if as_json else layout_score(report))
     return DONE if report.passed or not check else FAILED
+
+
+def _labbuilder(names: Sequence[str], library: str | None, as_json: bool) -> int:
+    from labgym.paper.labbuilder_rules.inputs import rated_scenes
+    from labgym.paper.labbuilder_rules.library import open_library
+    from labgym.paper.labbuilder_rules.quirks import MODES
+    from labgym.paper.labbuilder_rules.tables import rules_table, verdict_values
+    from labgym.paper.labbuilder_rules.verdict import both_modes
+
+    if library is None:
+        raise OptionError(
+            "--rules labbuilder takes sizes and flags from a library: add --library FILE, LabBuilder's "
+            "assets_annotated.json, or --library catalog for labgym's own"
+        )
+    assets = open_library(library)
+    verdicts = {name: both_modes(scene, assets) for name, scene in rated_scenes(names, assets)}
+    if as_json:
+        listed = {name: {mode: each.model_dump() for mode, each in both.items()} for name, both in verdicts.items()}
+        print(json.dumps({"rules": assets.title, "scenes": listed}, indent=1, ensure_ascii=False))
+        return DONE
+    values = [verdict_values(both) for both in verdicts.values()]
+    title = next(iter(verdicts)) if len(verdicts) == 1 else f"Means over {len(verdicts)} layouts"
+    lines = {mode: [each[mode] for each in values] for mode in MODES}
+    print(rules_table(f"{title}: {assets.title}", lines).table().text())
+    return DONE
 
 
 def _rulings(names: Sequence[str], regulations: str, as_json: bool, check: bool) -> int:

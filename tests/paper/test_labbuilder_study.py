@@ -61,7 +61,7 @@ def scenes(tmp_path_factory):
 def results(scenes, tmp_path_factory):
     """One scene through all stages, with drives by astar: 2 s."""
     out = tmp_path_factory.mktemp("reproduce") / "labbuilder"
-    assert main(["reproduce", "labbuilder", str(scenes), "--out", str(out)]) == 0
+    assert main(["reproduce", "labbuilder", "--scenes", str(scenes), "--out", str(out)]) == 0
     return out
 
 

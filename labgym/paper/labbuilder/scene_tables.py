@@ -41,7 +41,7 @@ MEANS = (
 
 
 class SceneRow(Record):
-    """A scene, as its authors wrote it and repaired.
+    """A scene, as its authors wrote it and repaired; or a published layout of labgym.
 
     Attributes:
         scene: name of its file. query: the request that it was generated for.
@@ -53,6 +53,9 @@ class SceneRow(Record):
             with contacts.
         moved: number of objects that the repair moved.
         error: why the scene could not be read or processed.
+        published: whether it is a layout that labgym publishes, which has only `before` and `readings`.
+        readings: figures under the rule set `labbuilder` by reading: both modes, and each quirk corrected alone; with a
+            library.
     """
 
     scene: str
@@ -70,6 +73,8 @@ class SceneRow(Record):
     touching: int = 0
     moved: int = 0
     error: str | None = None
+    published: bool = False
+    readings: dict[str, dict[str, float | None]] = Field(default_factory=dict)
 
 
 def mean_table(rows: Sequence[SceneRow]) -> FigureTable:

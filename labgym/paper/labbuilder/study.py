@@ -12,7 +12,7 @@ from labgym.errors import DocumentError, LabgymError, OptionError
 from labgym.eval.driving.drive import drive_layout
 from labgym.eval.driving.episode_row import TransitionRow
 from labgym.eval.scoring.score import score
-from labgym.layouts import Layout
+from labgym.layouts import Layout, load_published, published
 from labgym.layouts.repairs import repair_layout
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.layouts.rules.rule_sets import PAPER
@@ -30,7 +30,13 @@ from labgym.paper.labbuilder.scene_tables import (
 )
 from labgym.paper.labbuilder.sizes import SIZES_FILE
 from labgym.paper.labbuilder.writing import SCENE_FILE, pairs_data, scene_data, sizes_data
-from labgym.paper.reproduction.figures import PublishedFigures
+from labgym.paper.labbuilder_rules.inputs import scene_from_file
+from labgym.paper.labbuilder_rules.library import CATALOG, Library, open_library
+from labgym.paper.labbuilder_rules.quirks import MODES
+from labgym.paper.labbuilder_rules.stage import RatedScene, layout_scene
+from labgym.paper.labbuilder_rules.tables import quirk_table, rules_table, verdict_values
+from labgym.paper.labbuilder_rules.verdict import both_modes, quirk_effects
+from labgym.paper.reproduction.figures import FigureTable, PublishedFigures
 from labgym.paper.reproduction.measures import report_metrics
 from labgym.paper.reproduction.page import StudySection
 from labgym.paper.reproduction.plans import layout_plate
@@ -43,6 +49,8 @@ from labgym.runs.manifest import file_digest
 from labgym.suites import suite_of
 
 MAX_SCENES = 200
+SPLIT = "test"
+"""Split of the published layouts that stand beside the scenes."""
 
 
 @dataclass(frozen=True)
@@ -51,9 +59,12 @@ class LabBuilderStudy(Study[SceneRow]):
 
     Attributes:
         folder: with a .json file for each scene, and asset_bboxes.json and goal_pairs.json for all.
+        library: file of LabBuilder's assets, or `catalog`; with it, the scenes and the layouts that labgym publishes
+            are also evaluated by the rule set `labbuilder`.
     """
 
     folder: Path
+    library: str | None = None
     name: ClassVar[str] = "labbuilder"
     unit: ClassVar[str] = "scene"
     row: ClassVar[type[Record]] = SceneRow
@@ -76,18 +87,25 @@ class LabBuilderStudy(Study[SceneRow]):
     def inputs(self) -> dict[str, Any]:
         """Return the hashes of the files."""
         shared = [path for name in (SIZES_FILE, PAIRS_FILE) if (path := self.folder / name).is_file()]
+        library = self.library
         return {
             "scenes": {path.name: file_digest(path) for path in (*self.scenes(), *shared)},
             "policy": POLICY,
+            "library": library if library in (None, CATALOG) else file_digest(Path(str(library))),
         }
 
     def shards(self) -> Sequence[Shard]:
-        """Return a shard for each scene."""
-        return tuple(Shard(path.stem, measure_scene, (path,)) for path in self.scenes())
+        """Return a shard for each scene, and with a library for each published layout."""
+        scenes = [Shard(path.stem, measure_scene, (path, self.library)) for path in self.scenes()]
+        if self.library is None:
+            return scenes
+        return [*scenes, *(Shard(name, measure_published, (name, self.library)) for name in published(SPLIT))]
 
     def figures(self, rows: Sequence[SceneRow]) -> PublishedFigures:
         """Return the table of the scenes as they are and repaired, with the paper's means."""
         close_shared_process()  # Of the policy, if the scenes ran in this process.
+        of_labgym = [row for row in rows if row.published]
+        rows = [row for row in rows if not row.published]
         read = [row for row in rows if row.error is None]
         summary = [
             f"{len(read)} of {len(rows)} scenes were read; "
@@ -110,14 +128,32 @@ class LabBuilderStudy(Study[SceneRow]):
                 "policy": POLICY,
                 **code_facts(),
             },
-            tables=(mean_table(read), scene_table(read)),
+            tables=(mean_table(read), scene_table(read), *self._rules_tables(read, of_labgym)),
+        )
+
+    def _rules_tables(self, scenes: Sequence[SceneRow], layouts: Sequence[SceneRow]) -> tuple[FigureTable, ...]:
+        """Return scenes and published layouts under both rule sets and modes, and what each quirk is worth."""
+        groups = {name: rows for name, rows in (("scenes", scenes), ("published layouts", layouts)) if rows}
+        if self.library is None or not groups:
+            return ()
+        title = open_library(self.library).title
+        lines = {}
+        for name, rows in groups.items():
+            lines[f"{name}, paper"] = [row.before for row in rows]
+            lines |= {f"{name}, {title}, {mode}": [row.readings[mode] for row in rows] for mode in MODES}
+        return (
+            rules_table("Both rule sets", lines),
+            *(
+                quirk_table(f"Quirks of the released evaluator: {name}", [row.readings for row in rows], f"quirks-{n}")
+                for n, (name, rows) in enumerate(groups.items(), 1)
+            ),
         )
 
     def sections(self, rows: Sequence[SceneRow], folder: Path) -> Sequence[StudySection]:
         """Return the plans of each scene before and after the repair, and the notes of the import."""
         plates = []
         for row in rows:
-            if row.error is not None:
+            if row.error is not None or row.published:
                 continue
             for state in STATES:
                 layout = Layout.load(folder / _file(row.scene, state))
@@ -131,10 +167,27 @@ class LabBuilderStudy(Study[SceneRow]):
         )
 
 
-def measure_scene(path: Path) -> ShardOutput:
+def measure_published(name: str, library: str) -> ShardOutput:
+    """Return the row of a layout that labgym publishes, under the rule sets `paper` and `labbuilder`."""
+    layout = load_published(SPLIT, name)
+    assets = open_library(library)
+    before = report_metrics(score(layout, rules=PAPER, contacts=False))
+    readings = _readings(layout_scene(layout, assets), assets)
+    return rows_output(name, [SceneRow(scene=name, published=True, before=before, readings=readings)])
+
+
+def _readings(scene: RatedScene, library: Library) -> dict[str, dict[str, float | None]]:
+    modes = both_modes(scene, library)
+    return verdict_values({**modes, **quirk_effects(scene, library, modes["literal"])})
+
+
+def measure_scene(path: Path, library: str | None = None) -> ShardOutput:
     """Return the row of a scene, both layouts, and the repaired scene in LabBuilder's form."""
     try:
         row, files = _measured(path)
+        if library is not None:
+            assets = open_library(library)
+            row = row.model_copy(update={"readings": _readings(scene_from_file(path, assets), assets)})
     except LabgymError as error:
         row, files = SceneRow(scene=path.stem, error=str(error)[:500]), {}
     return rows_output(path.stem, [row], files)
