@@ -24,12 +24,15 @@ from labgym.protocols.reading.gold import read_gold
 from labgym.protocols.reading.reader import read_procedure
 from labgym.training.hyperparameters import FOLDER, Hyperparameters
 
-ENVIRONMENT = """observation: lidar
-split: train
-max_steps: 300
-sensors: [goal, velocity, {kind: lidar, beams: 31, max_range: 8.0}]
-weights: {progress: 1.0, collision: -2}
-onward: []
+ENVIRONMENT = """split: train
+control_dt: 0.1
+training: rooms
+resident_mb: 200
+sensors: [goal, velocity, {kind: lidar, rays: 90, reach: 8.0, noise: [{kind: gaussian, sigma: 0.03}]}]
+weights: {progress: 1.0, collision: -2, time: -0.01}
+measures: [success, spl]
+actions: velocity
+loose: false
 """
 GOLD: tuple[dict[str, Any], ...] = (
     {
