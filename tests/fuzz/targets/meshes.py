@@ -20,7 +20,6 @@ from fuzz.mutation import HOSTILE, mutated_bytes, mutated_data, mutated_file, mu
 from fuzz.target import Case, Target, one_file
 from labgym.assets import archive
 from labgym.assets.catalog import Catalog
-from labgym.assets.forge import OwnAssets
 from labgym.assets.meshes.model import LIMITS, MeshError
 from labgym.assets.meshes.reading import from_raw, read_mesh
 from labgym.errors import LabgymError
@@ -116,7 +115,6 @@ def Xform "Thing" (
 def targets() -> Iterator[Target]:
     """Yield a target for each format."""
     yield Target("mesh obj", lambda: _obj, _read_first)
-    yield Target("assets add obj", lambda: _obj, _add, ("coacd",), share=0.5)
     yield Target("mesh mtl", lambda: _mtl, _read_first, share=0.5)
     yield Target("mesh stl text", _stl_text, _read_first, share=0.5)
     yield Target("mesh stl binary", _stl_binary, _read_first, share=0.5)
@@ -134,14 +132,6 @@ def _read_first(folder: Path) -> None:
     """Read the file of the case as `labgym assets add` does."""
     (path,) = (path for path in folder.iterdir() if path.suffix != ".mtl")
     read_mesh(path)
-
-
-def _add(folder: Path) -> None:
-    """Add an OBJ file to a catalog of one's own as `labgym assets add` does, and load its entry and its geometry."""
-    (addition,) = OwnAssets(folder / "own").add_files([folder / "a.obj"])
-    if addition.problem:
-        raise LabgymError(addition.problem)
-    _load_catalog(folder / "own")
 
 
 def _read_stage(folder: Path) -> None:

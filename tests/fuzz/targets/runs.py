@@ -4,24 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator
-from functools import partial
 from pathlib import Path
 from random import Random
-from types import SimpleNamespace
 from typing import Any
-
-from labnav_folders import write_folder
-from laboratories import small_laboratory
 
 from fuzz.mutation import mutated_bytes, mutated_data
 from fuzz.target import Case, Target
-from labgym.errors import LabgymError
-from labgym.eval.drawing.film import film
-from labgym.eval.driving.runner import policy_source
-from labgym.eval.labnav import replay
-from labgym.eval.labnav.evaluation import LabNavEvaluation, is_labnav_run
-from labgym.eval.labnav.suites import load_labnav
-from labgym.eval.reports.results import ResultsFolder, recorded_drive
+from labgym.eval.reports.results import ResultsFolder
 from labgym.runs.folder import RunFolder
 from labgym.runs.identity import RunIdentity, read_identity
 from labgym.runs.ledger import Ledger
@@ -72,8 +61,6 @@ def targets() -> Iterator[Target]:
     """Yield the targets of run folders."""
     yield Target("run folder", _prepare, _open)
     yield Target("results", lambda: _results, _report)
-    yield Target("record of a drive", _drive, _film, ("labgym.eval.drawing.film",), share=0.5)
-    yield Target("record of a LabNav episode", _labnav, _film_labnav, ("labgym.eval.labnav.replay",), share=0.5)
 
 
 def _identity() -> RunIdentity:
@@ -147,60 +134,6 @@ def _results(rng: Random | None) -> Case:
         name = rng.choice(sorted(files))
         files[name] = _changed(rng, name, files[name])
     return files
-
-
-def _drive() -> Callable[[Random | None], Case]:
-    """Return a maker of results on a small room, of which a file, such as the layout or the routes, is changed."""
-    room = small_laboratory("a")
-    row = {**ROW, "layout_hash": room.hash, "pair": 0}
-    sound = {
-        **_results(None),
-        "episodes.jsonl": json.dumps(row).encode() + b"\n",
-        "routes.jsonl": json.dumps(ROUTE).encode() + b"\n",
-        "times.jsonl": json.dumps(TIME).encode() + b"\n",
-        "summary.json": json.dumps({**SUMMARY, "layouts": {"a": room.hash}, "episodes": 1, "expected": 1}).encode(),
-        "layouts/a.json": json.dumps(room.to_json()).encode(),
-    }
-    return partial(_one_changed, sound)
-
-
-def _one_changed(sound: Case, rng: Random | None) -> Case:
-    files = dict(sound)
-    if rng is not None:
-        name = rng.choice(sorted(files))
-        files[name] = _changed(rng, name, files[name])
-    return files
-
-
-def _film(folder: Path) -> None:
-    """Read a drive as `labgym record` does, and film its first two poses."""
-    layout, _, route = recorded_drive(folder, "a/0")
-    for picture in film(layout, route[:2], 96, 96):
-        assert picture.shape == (96, 96, 3)
-
-
-def _labnav() -> Callable[[Random | None], Case]:
-    """Return a maker of results of a published LabNav suite, of which a file is changed."""
-    place = Path("seed-labnav").absolute()
-    write_folder(place, load_labnav("labnav-mini"), "still", "mapless", lambda *_: 0.0)
-    return partial(_one_changed, {path.name: path.read_bytes() for path in place.iterdir()})
-
-
-def _film_labnav(folder: Path) -> None:
-    """Read an episode as `labgym record` does, up to its drive: policy, options, suite, episode, row and route."""
-    if not is_labnav_run(folder):
-        raise LabgymError("the command takes the folder for one of drives")
-    evaluation = LabNavEvaluation.read(folder)
-    row = evaluation.rows[0] if evaluation.rows else None
-    if row is None:
-        raise LabgymError("no rows")
-    suite = load_labnav(evaluation.summary.suite)
-    part = next((one for one in suite.parts if (one.task, one.level) == (row.task, row.level)), None)
-    if part is not None:
-        replay._episode(part, row)
-    policy_source(replay.driver_name(evaluation), dict(evaluation.summary.options))
-    shots = (replay.Shot((0.0, 0.0, 0.0), (), 1.0),)
-    replay._difference(evaluation, row, SimpleNamespace(row=row, shots=shots))  # type: ignore[arg-type]
 
 
 def _report(folder: Path) -> None:
