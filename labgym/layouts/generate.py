@@ -45,6 +45,8 @@ ADDED = "added"
 """Provenance option: assets that the proposal lacked and the phases added, with their numbers."""
 CLUTTER_STREAM = 0xC1
 """Sub-stream of the seed from which clutter is drawn."""
+CLUTTER_DRAWS = 8
+"""Greatest number of draws of clutter: another one is taken if a draw cuts off an extinguisher or an eyewash."""
 
 
 def generate(
@@ -111,15 +113,13 @@ def generate_assessed(
         tidy, assessment = dressed(layout, assessment, request)
     if solved and method.repairs and request.holdings is None:
         tidy, assessment = phases.repaired(tidy, assessment)
-    layout = add_clutter(tidy, request.clutter, np.random.default_rng([request.seed, CLUTTER_STREAM]))
-    if request.clutter:
-        assessment = evaluate_layout(layout, protocol, request.rules, navigation=True, earlier=assessment)
+    layout, assessment, is_clutter_at_fault = _cluttered(tidy, assessment, request)
     if trace is not None:
         trace.update("dress", None, tidy)
         trace.update("clutter", None, layout)
     problems = failures(assessment)
     if problems and method.on_failure == "raise":
-        raise _unrepaired(assessment, request, problems)
+        raise _unrepaired(assessment, request, problems, is_clutter_at_fault)
     options: dict[str, Any] = {"room": request.floor.name, "profile": request.profile.name}
     options["rules"] = request.rules.name
     options |= {"family": request.family} if request.family else {}
@@ -141,6 +141,25 @@ def generate_assessed(
         },
     )
     return layout.replace(provenance=provenance), assessment
+
+
+def _cluttered(tidy: Layout, assessment: Assessment, request: Request) -> tuple[Layout, Assessment, bool]:
+    """Return a layout with its clutter, the assessment, and whether the clutter broke a rule that the layout kept.
+
+    The first draw that breaks none is taken; if all do, the first.
+    """
+    if not request.clutter:
+        return tidy, assessment, False
+    first = None
+    for draw in range(CLUTTER_DRAWS):
+        generator = np.random.default_rng([request.seed, CLUTTER_STREAM, *([draw] if draw else [])])
+        layout = add_clutter(tidy, request.clutter, generator)
+        judged = evaluate_layout(layout, request.protocol, request.rules, navigation=True, earlier=assessment)
+        first = first or (layout, judged, True)
+        if not failures(judged) or failures(assessment):
+            return layout, judged, False
+    assert first is not None
+    return first
 
 
 def _counts(layout: Layout) -> Counter[str]:
@@ -236,9 +255,15 @@ def _pinned(placement: Placement) -> Placement:
     return placement.model_copy(update={"fixed": True})
 
 
-def _unrepaired(assessment: Assessment, request: Request, problems: Mapping[str, Any]) -> UnrepairedError:
+def _unrepaired(
+    assessment: Assessment, request: Request, problems: Mapping[str, Any], is_clutter_at_fault: bool
+) -> UnrepairedError:
     """Return the error for a layout that still violates rules or lacks assets."""
     protocol, floor = request.protocol.id, assessment.arrangement.layout.floor.name
+    if is_clutter_at_fault:
+        what = f"clutter of level {request.clutter} on floor {floor!r} breaks a rule in each of {CLUTTER_DRAWS} draws"
+        remedy = "try another seed or a lower level, or keep the layout: on_failure='keep', --keep"
+        return UnrepairedError(what, [*problems["violations"], *problems["errors"]], None, remedy=remedy)
     what = f"the proposed layout of protocol {protocol!r} on floor {floor!r} could not be repaired"
     missing = [f"not placed: {', '.join(problems['missing'])}"] if problems["missing"] else []
     conflicts = [*problems["violations"], *problems["errors"], *missing]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections import Counter
 
 import numpy as np
@@ -11,12 +12,13 @@ import shapely
 from scipy import ndimage
 from shapely.geometry import Point, Polygon
 
-from labgym.errors import OptionError
+from labgym.errors import OptionError, UnrepairedError
 from labgym.geometry import OrientedBox
 from labgym.layouts import Door, Layout, Placement, Room, generate, load_published, published
 from labgym.layouts.clutter import LEVELS, add_clutter
 from labgym.layouts.clutter.ways import NEAR, RADII, Ways
 from labgym.layouts.floors import draw_floor
+from labgym.layouts.moves import lifted
 from labgym.layouts.rules.building import building_of
 from labgym.layouts.rules.objective import evaluate_layout
 from labgym.navigation import goal_pose
@@ -213,6 +215,27 @@ def test_generate_adds_clutter_last_and_its_provenance_makes_the_layout_again(si
     assert len(used.placements) > len(bare.placements)
     made = used.provenance
     assert generate(used.protocols, made.seed, **site, clutter=made.options["clutter"]).hash == used.hash
+
+
+@pytest.mark.parametrize("spoilt_draws", [0, 2, 99])
+def test_generate_draws_clutter_again_that_breaks_a_rule(monkeypatch, spoilt_draws):
+    draws = []
+
+    def drawn(layout, level, generator):
+        draws.append(generator.bit_generator.seed_seq.entropy)
+        after = add_clutter(layout, level, generator)
+        shower = next(piece.id for piece in after.placements if piece.asset == "EmergencyShower")
+        return lifted(after, shower, 0.3) if len(draws) <= spoilt_draws else after
+
+    monkeypatch.setattr(sys.modules["labgym.layouts.generate"], "add_clutter", drawn)
+    if spoilt_draws > 8:
+        with pytest.raises(UnrepairedError, match=r"clutter of level 1 on floor .* breaks a rule in each of 8 draws"):
+            generate("sub_01", 3, room="bay", clutter=1)
+        assert len(draws) == 8
+        return
+    layout = generate("sub_01", 3, room="bay", clutter=1)
+    assert draws == [[3, 0xC1], [3, 0xC1, 1], [3, 0xC1, 2]][: spoilt_draws + 1]
+    assert evaluate_layout(layout, layout.protocol, navigation=True).v == 0
 
 
 def test_generate_refuses_other_levels():

@@ -43,6 +43,10 @@ RINSE_WALK_M = 16.8
 """Longest walk to a shower and an eyewash: 10 s (ANSI/ISEA Z358.1-2014)."""
 REAGENT_BASE_M = 1.40
 """Highest base of a reagent above the floor: below the eyes of a small person (ISO 7250-3)."""
+FASTENED_GAP_M = 0.1
+"""Sinks, eyewashes and showers stand at most this far from a wall or from low furniture (IPC 405.4)."""
+LOW_M = 1.5
+"""Furniture below this height carries pipes between benches that stand back to back."""
 LIGHT_GAS_DETECTOR_M = 1.8
 """Lowest center of a detector for a gas lighter than air."""
 SQUARE_TURN = math.radians(2.0)
@@ -323,8 +327,8 @@ def faults(data: dict[str, Any]) -> list[Fault]:
     """Return all faults of a layout document."""
     laboratory = Laboratory(data)
     checks = (
-        _wet, _at_exits, _at_heat, _extinguishers, _rinsing, _washing, _detecting, _over_openings, _heights, _standing,
-        _skewed, _too_many, _unsound,
+        _wet, _at_exits, _at_heat, _extinguishers, _rinsing, _washing, _unfastened, _detecting, _over_openings,
+        _heights, _standing, _skewed, _too_many, _unsound,
     )  # fmt: skip
     return [fault for check in checks for fault in check(laboratory)]
 
@@ -408,6 +412,22 @@ def _washing(lab: Laboratory) -> Iterator[Fault]:
             yield Fault("sink", (place.id,), "hazardous work in a room without a sink to wash hands")
     if places and all(item.entry["name"] != "HandWashSink" for item in lab.items):
         yield Fault("sink", (), "hazardous work without a hand-wash sink")
+    for item in lab.items:
+        if item.entry["name"] == "HandWashSink" and not lab.entered(item):
+            yield Fault("sink reach", (item.id,), "no way leads to it from a door of its room")
+
+
+def _unfastened(lab: Laboratory) -> Iterator[Fault]:
+    walls = shapely.union_all([part.polygon for part in lab.plan.building if not part.owner.endswith(" leaf")])
+    low = [i for i in lab.items if i.support == "floor" and i.height < LOW_M and i.entry["subtype"] not in LOOSE]
+    for item in lab.items:
+        if item.entry["subtype"] not in ("sink", "eyewash", "shower") or item.support != "floor":
+            continue
+        back = item.rectangle(-item.width / 2, item.width / 2, -item.depth / 2, -item.depth / 2 + 0.01)
+        near = [other.footprint for other in low if other.id != item.id] if item.height < LOW_M else []
+        gap = back.distance(shapely.union_all([walls, *near]))
+        if gap > FASTENED_GAP_M + 1e-3:
+            yield Fault("unfastened", (item.id,), f"{gap:.2f} m from a wall, at most {FASTENED_GAP_M} m")
 
 
 def _detecting(lab: Laboratory) -> Iterator[Fault]:

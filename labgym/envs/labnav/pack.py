@@ -10,12 +10,12 @@ from collections import Counter
 from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, ValidationError, model_validator
 
-from labgym.documents import Document, canonical_hash, json_bytes, parse_json, read_json
+from labgym.documents import Document, canonical_hash, document_error, json_bytes, parse_json, read_json
 from labgym.envs.labnav.drawing import draw_floor
 from labgym.envs.labnav.episodes import LabNavEpisode
 from labgym.envs.labnav.tasks import TASKS
@@ -37,6 +37,7 @@ DRAWS = 60
 MAX_FLOOR_BYTES = 64 * 2**20
 """Largest size of an unpacked floor."""
 FLOORS_IN_MEMORY = 64
+FloorName = Annotated[str, Field(pattern=r"^floors/\d{5}\.json\.gz$")]
 
 
 class FloorPack(Document):
@@ -50,9 +51,16 @@ class FloorPack(Document):
 
     SCHEMA: ClassVar[str] = "labgym.floor-pack/1"
 
-    floors: Annotated[tuple[str, ...], Field(min_length=1, max_length=100_000)]
-    episodes: Annotated[dict[str, tuple[int, ...]], Field(max_length=1000)]
+    floors: Annotated[tuple[FloorName, ...], Field(min_length=1, max_length=100_000)]
+    episodes: Annotated[dict[str, tuple[Annotated[int, Field(ge=0)], ...]], Field(max_length=1000)]
     digest: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        for name, counts in self.episodes.items():
+            if len(counts) != len(self.floors):
+                raise ValueError(f"episodes of {name[:40]!r} are counted on {len(counts)} of {len(self.floors)} floors")
+        return self
 
 
 def make_pack(
@@ -147,7 +155,7 @@ def _floor(path: Path) -> tuple[Layout, dict[str, Any]]:
     except (OSError, zlib.error) as error:
         raise DocumentError(path, "", f"cannot be read ({error})") from None
     data = parse_json(raw, path)
-    if not isinstance(data, Mapping) or set(data) != {"layout", "episodes"}:
+    if not isinstance(data, Mapping) or set(data) != {"layout", "episodes"} or not isinstance(data["episodes"], dict):
         raise DocumentError(path, "", "is no floor of a pack: expected layout and episodes")
     return Layout.parse(data["layout"], path), data["episodes"]
 
@@ -192,12 +200,17 @@ class PackTasks:
             raise UnknownNameError(f"floor with episodes of {self._name}", place, map(str, self._floors))
         path = self._folder / self._pack.floors[place]
         layout, episodes = _floor(path)
-        drawn = episodes[self._name]
+        drawn = episodes.get(self._name)
+        if not isinstance(drawn, list) or not drawn:
+            raise DocumentError(path, f"episodes.{self._name}", "expected a list of episodes, as the index counts them")
         number = options.get("episode")
         number = int(rng.integers(len(drawn))) if number is None else number
         if number not in range(len(drawn)):
             raise UnknownNameError("episode", number, map(str, range(len(drawn))))
-        episode = LabNavEpisode.model_validate(drawn[number])
+        try:
+            episode = LabNavEpisode.model_validate(drawn[number])
+        except ValidationError as error:
+            raise document_error(path, error, "episodes", self._name, number) from None
         keep(layout, self._resident_mb)
         return episode.task(layout)
 

@@ -27,7 +27,9 @@ class LidarSensor(NoisySensor):
     straight ahead. It sees the solid boxes that stop the robot.
 
     Attributes:
-        rays: number of rays. reach: largest reading, meters. height: of the plane above the floor, meters.
+        rays: number of rays. reach: largest reading, meters.
+        height: of the plane above the floor, meters. At the height of a top, such as 0.9 for worktops, rays run in a
+            face: MuJoCo's environments may see it or not, the planar kernels do not. Choose another height.
         forward, left: place in the robot frame, meters. yaw: turn in it, radians, counter-clockwise.
     """
 

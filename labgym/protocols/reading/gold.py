@@ -9,13 +9,13 @@ N, %, or words), `conditions` (kind, value in C, min or bar, or a word), `phase`
 from __future__ import annotations
 
 import hashlib
-import json
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from labgym.documents import MAX_BYTES, parse_json, read_bytes
 from labgym.errors import DocumentError
 from labgym.protocols.experiments.model import Action
 from labgym.protocols.reading.actions import ActionList
@@ -74,38 +74,45 @@ def read_gold(path: str | Path, texts: str | Path | None = None) -> list[GoldTex
     Raises:
         DocumentError: a line is not a gold text, has no text, or its text has another hash.
     """
-    known = {line["id"]: line["text"] for line in _lines(texts)} if texts is not None else {}
+    known = {_text(texts, number, line, "id"): _text(texts, number, line, "text") for number, line in _lines(texts)}
     found = []
-    for number, line in enumerate(_lines(path), 1):
-        text = line.get("text") or known.get(line.get("id", ""))
+    for number, line in _lines(path):
+        name = _text(path, number, line, "id")
+        text = _text(path, number, line, "text") if line.get("text") else known.get(name)
         if text is None:
             raise DocumentError(path, f"line {number}", "has no text: name the file of the texts")
-        if "hash" in line and hashlib.sha256(text.encode()).hexdigest()[: len(line["hash"])] != line["hash"]:
+        digest = hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
+        if "hash" in line and not (line["hash"] and digest.startswith(str(line["hash"]))):
             raise DocumentError(
-                path, f"line {number}", f"the text of {line['id']} has another hash: take the texts that were annotated"
+                path,
+                f"line {number}",
+                f"the text of {name[:80]!r} has another hash: take the texts that were annotated",
             )
         try:
             tuples = tuple(_gold_tuple(item) for item in line["tuples"])
-            found.append(GoldText(line["id"], text, line["outcome"], tuples))
-        except (KeyError, TypeError, ValueError) as error:
-            raise DocumentError(path, f"line {number}", f"not a gold text: {error!r}") from None
+            hash(tuples)
+        except (AttributeError, KeyError, IndexError, TypeError, ValueError) as error:
+            reason = f"{type(error).__name__}: {' '.join(str(error).split())[:120]}"
+            raise DocumentError(path, f"line {number}", f"not a gold text ({reason})") from None
+        found.append(GoldText(name, text, _text(path, number, line, "outcome"), tuples))
     return found
 
 
-def _lines(path: str | Path) -> Iterator[dict[str, Any]]:
-    try:
-        content = Path(path).read_text(encoding="utf-8")
-    except OSError as error:
-        raise DocumentError(path, "", f"cannot be read: {error.strerror}") from None
-    for number, line in enumerate(content.splitlines(), 1):
+def _text(source: str | Path | None, number: int, line: dict[str, Any], name: str) -> str:
+    text = line.get(name)
+    if not isinstance(text, str):
+        raise DocumentError(source, f"line {number}.{name}", "expected a text")
+    return text
+
+
+def _lines(path: str | Path | None) -> Iterator[tuple[int, dict[str, Any]]]:
+    """Yield the number and the object of each line that is not empty; nothing without a file."""
+    for number, line in enumerate(read_bytes(path, MAX_BYTES).splitlines(), 1) if path is not None else ():
         if line.strip():
-            try:
-                data = json.loads(line)
-            except ValueError:
-                raise DocumentError(path, f"line {number}", "not JSON") from None
+            data = parse_json(line, f"{path} line {number}")
             if not isinstance(data, dict):
                 raise DocumentError(path, f"line {number}", "expected a JSON object")
-            yield data
+            yield number, data
 
 
 def _gold_tuple(item: dict[str, Any]) -> Tuple:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import json
 
 import gymnasium as gym
 import numpy as np
@@ -95,3 +96,19 @@ def test_a_pack_without_the_task_a_damaged_floor_and_idle_arguments_are_refused(
             path.write_bytes(damaged)
         with pytest.raises(DocumentError):
             gym.make("LabNavGlass-v0", level=1, floors=str(folder)).reset(seed=0)
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("floors", ["../floors/00000.json.gz", "floors/00001.json.gz"]),
+        ("episodes", {"odometry-0": [2, 2, 2]}),
+        ("episodes", {"odometry-0": [2, -1]}),
+    ],
+)
+def test_an_index_that_does_not_fit_its_floors_is_refused(packed, field, value):
+    folder, _ = packed()
+    index = json.loads((folder / INDEX).read_text())
+    (folder / INDEX).write_text(json.dumps({**index, field: value}))
+    with pytest.raises(DocumentError):
+        read_pack(folder)

@@ -18,6 +18,7 @@ import labgym
 from fuzz.mutation import mutated_json
 from fuzz.target import Case, Target
 from labgym.documents import Document
+from labgym.envs.labnav.pack import FloorPack
 from labgym.eval.leaderboard.receipts import PASSED, FreshReceipt
 from labgym.layouts import Layout, load_published, published
 from labgym.layouts.rules import PAPER
@@ -70,6 +71,8 @@ def _prepare(kind: type[Document]) -> Callable[[Random | None], Case]:
         seeds = [recorder.trace().to_json()]
     if kind is FloorFile:
         seeds = [FloorFile(**two_rooms().model_dump()).to_json()]
+    if kind is FloorPack:
+        seeds = [{**_sample_of(kind), "floors": ["floors/00000.json.gz"], "episodes": {"aisle-2": [2]}}]
     if kind is FreshReceipt and not seeds:
         seeds = [{**_sample_of(kind), "verdict": PASSED}]  # as its gain says
     seeds = [_trimmed(kind, data) for data in seeds] or [_sample_of(kind)]

@@ -316,10 +316,18 @@ def test_a_person_can_walk_to_every_extinguisher(asset: str, gap: float) -> None
         group.distance(Point(0.14, 4.5)) < 0.9 and group.distance(Point(6.0, 0.6)) < 0.1 for group in groups
     )
     assert reachable == (gap > 0.5)
-    own = [issue.ids for issue in issues(layout, "extinguisher_reach", navigation=True)]
+    own = [issue.ids for issue in issues(layout, "equipment_reach", navigation=True)]
     assert own == ([] if reachable else [("extinguisher",)])
     seen = {fault.who for fault in faults(layout.to_json()) if fault.kind == "extinguisher reach"}
     assert seen == (set() if reachable else {("extinguisher",)})
+
+
+@pytest.mark.parametrize("gap", [0.3, 0.9])
+def test_a_person_can_walk_to_the_sink_for_hands(gap: float) -> None:
+    layout = pocket(gap, put("hands", "HandWashSink", 0.24, 4.5, yaw=-HALF), put("extinguisher", "Carton", 5.0, 1.0))
+    own = [issue.ids for issue in issues(layout, "equipment_reach", navigation=True)]
+    assert own == ([("hands",)] if gap < 0.5 else [])
+    assert [f.who for f in faults(layout.to_json()) if f.kind == "sink reach"] == own
 
 
 @pytest.mark.cases(1)
@@ -436,6 +444,46 @@ def test_furniture_is_square_within_two_degrees(degrees: float) -> None:
 def test_what_hangs_on_a_wall_has_its_back_to_it(x: float, yaw: float, wrong: bool) -> None:
     layout = orderly_laboratory(put("detector", "GasDetector", x, 7.0, 2.0, yaw=yaw, on="wall"))
     assert [issue.ids for issue in issues(layout, "square")] == ([("detector",)] if wrong else [])
+
+
+FIXTURES = (
+    ("hands", "HandWashSink"),
+    ("hands", "SinkBench"),
+    ("eyewash", "EyewashStation"),
+    ("shower", "EmergencyShower"),
+)
+
+
+def fixture(name: str, asset: str, gap: float) -> Placement:
+    """Return a fixture with its back to the right wall of the orderly laboratory, `gap` meters from it."""
+    return put(name, asset, 8.0 - gap - CATALOG.find(asset).size.depth / 2.0, 2.0, yaw=HALF)
+
+
+@pytest.mark.parametrize(("name", "asset"), FIXTURES)
+@pytest.mark.parametrize("gap", [0.01, 0.06, 0.095, 0.105, 0.11, 0.14, 0.3, 1.5])
+def test_what_is_plumbed_stands_at_a_wall(name: str, asset: str, gap: float) -> None:
+    layout = orderly_laboratory(fixture(name, asset, gap), without=() if name == "hands" else ("hands",))
+    measured = footprint(layout, name).distance(LineString([(8.0, 0.0), (8.0, 8.0)]))
+    assert measured == pytest.approx(gap, abs=1e-6)
+    own = issues(layout, "square")
+    assert [(issue.ids, issue.value) for issue in own] == ([((name,), pytest.approx(gap))] if gap > 0.1 else [])
+    assert {f.who for f in faults(layout.to_json()) if f.kind == "unfastened"} == {issue.ids for issue in own}
+
+
+@pytest.mark.parametrize(("gap", "wrong"), [(0.02, False), (0.09, False), (0.12, True)])
+def test_a_sink_bench_may_stand_back_to_back_with_a_bench(gap: float, wrong: bool) -> None:
+    depth = CATALOG.find("LabBench").size.depth
+    sink = put("hands", "SinkBench", 4.0, 3.5 + depth + gap)
+    layout = orderly_laboratory(sink, put("other", "LabBench", 4.0, 3.5, yaw=math.pi))
+    gap_between = footprint(layout, "hands").distance(footprint(layout, "other"))
+    assert (gap_between > 0.1) == wrong
+    assert [issue.ids for issue in issues(layout, "square")] == ([("hands",)] if wrong else [])
+
+
+def test_repair_fastens_a_sink_that_stands_off_its_wall() -> None:
+    result = repair_layout(orderly_laboratory(fixture("hands", "HandWashSink", 0.11)), rules=V2)
+    assert (result.before.v, result.after.v, result.problems) == (1, 0, ())
+    assert faults(result.layout.to_json()) == []
 
 
 def test_the_adjuster_hangs_what_is_off_its_wall_with_its_back_to_one() -> None:

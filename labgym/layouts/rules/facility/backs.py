@@ -51,11 +51,10 @@ def one_sided(arrangement: Arrangement, row: int) -> bool:
 
 def _check(site: Site) -> Iterator[Breach]:
     arrangement = site.arrangement
-    neighbors = _back_neighbors(arrangement)
     rows = [row for row in arrangement.standing if one_sided(arrangement, row)]
     for row, gap in zip(rows, back_distances(arrangement, rows), strict=True):
         placement = arrangement.placements[row]
-        if gap > BACK_GAP and not _back_to_back(arrangement, row, neighbors):
+        if gap > BACK_GAP and not back_to_back(arrangement, row, BACK_GAP):
             distance = None if math.isinf(gap) else gap
             what = "faces no wall" if distance is None else f"is {gap:.2f} m from a wall, over {BACK_GAP:g} m"
             message = f"the back of {placement.id} {what}"
@@ -75,21 +74,22 @@ def _back_neighbors(arrangement: Arrangement) -> NDArray[np.intp]:
     return np.array(rows, dtype=np.intp)
 
 
-def _back_to_back(arrangement: Arrangement, row: int, neighbors: NDArray[np.intp]) -> bool:
-    """Whether low furniture stands with its back against the back or the side of other low furniture."""
+def back_to_back(arrangement: Arrangement, row: int, gap: float) -> bool:
+    """Whether low furniture stands with its back at most `gap` meters from the back or side of other low furniture."""
     if arrangement.assets[row].size.height >= TALL:
         return False
+    neighbors = _back_neighbors(arrangement)
     box = arrangement.box(row)
     (ax, ay), (bx, by) = box.corners()[:2]
     ends = BoxArray.of([OrientedBox(x, y, 0.0, 0.0, 0.0) for x, y in ((ax, ay), (bx, by))])
     low, high = (corners[neighbors, :2] for corners in arrangement.bounds)
-    reach = BACK_GAP + ROUNDING
+    reach = gap + ROUNDING
     near = [((low <= end + reach) & (high >= end - reach)).all(axis=1) for end in ends.centre]
     boxes = [arrangement.box(int(other)) for other in neighbors[near[0] | near[1]] if other != row]
     others = [other for other in boxes if _shows_back(other, box)]
     if not others:
         return False
-    return bool((pairwise_distance(ends, BoxArray.of(others)) <= BACK_GAP).any(axis=1).all())
+    return bool((pairwise_distance(ends, BoxArray.of(others)) <= gap).any(axis=1).all())
 
 
 def _shows_back(other: OrientedBox, box: OrientedBox) -> bool:

@@ -1,4 +1,4 @@
-"""Square: furniture is parallel to a wall of its room or to the axes of its space."""
+"""Square: furniture is parallel to a wall of its room or to the axes of its space; what is plumbed is at its wall."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.bounds import back_gap, wall_gap
 from labgym.layouts.rules.earlier import standing
+from labgym.layouts.rules.facility.backs import back_distances, back_to_back, one_sided
 from labgym.layouts.rules.rule import Breach, FacilityRule
 from labgym.layouts.rules.site import Site
 from labgym.layouts.rules.thresholds import MOVABLE, WALL_TOLERANCE
@@ -19,6 +20,12 @@ SKEW_LIMIT_RAD = math.radians(2.0)
 """Greatest angle of furniture to a wall of its room or the axes of its space, radians."""
 ROUND = frozenset({"gas_cylinder"})
 """Subtypes that look alike from all sides."""
+PLUMBED = frozenset({"sink", "eyewash", "shower"})
+"""Subtypes of fixtures that are fastened where their pipes come out."""
+PLUMBED_GAP_M = 0.10
+"""Greatest distance of a plumbed fixture's back from its wall, or from low furniture with the pipes, meters (IPC 405.4
+and 405.5: fixtures are fastened, and their joints with walls sealed; the distance is ours, for cladding and oblique
+walls)."""
 
 
 def furniture_rows(arrangement: Arrangement) -> list[int]:
@@ -43,6 +50,19 @@ def _check(site: Site) -> Iterator[Breach]:
         )
         yield Breach((own,), angles[k], SKEW_LIMIT_RAD, message, f"turn it by {degrees:.1f} degrees")
     yield from _sideways(arrangement, [row for k, row in enumerate(rows) if angles[k] <= SKEW_LIMIT_RAD + 1e-6])
+    yield from _unfastened(arrangement)
+
+
+def _unfastened(arrangement: Arrangement) -> Iterator[Breach]:
+    """Yield the plumbed fixtures that stand off every wall."""
+    rows = [row for row in arrangement.standing if arrangement.assets[row].subtype in PLUMBED]
+    rows = [row for row in rows if one_sided(arrangement, row)]
+    for row, gap in zip(rows, back_distances(arrangement, rows), strict=True):
+        if gap > PLUMBED_GAP_M + 1e-9 and not back_to_back(arrangement, row, PLUMBED_GAP_M):
+            own, distance = arrangement.placements[row].id, None if math.isinf(gap) else gap
+            what = "faces no wall" if distance is None else f"is {gap:.2f} m from a wall, over {PLUMBED_GAP_M:g} m"
+            message = f"the back of {own}, a plumbed fixture, {what}"
+            yield Breach((own,), distance, PLUMBED_GAP_M, message, "fasten it to a wall")
 
 
 def _sideways(arrangement: Arrangement, rows: list[int]) -> Iterator[Breach]:
@@ -60,9 +80,10 @@ def _sideways(arrangement: Arrangement, rows: list[int]) -> Iterator[Breach]:
 RULES = (
     FacilityRule(
         name="square",
-        requires="Furniture and wall items are parallel to the nearest wall or to the axes of their space",
-        limit=f"{math.degrees(SKEW_LIMIT_RAD):g} degrees",
-        source="planning practice: modules of benches, service lines and ways run in parallel",
+        requires="Furniture and wall items are parallel to the nearest wall or to the axes of their space; sinks, "
+        "eyewashes and showers have their back at a wall",
+        limit=f"{math.degrees(SKEW_LIMIT_RAD):g} degrees; {PLUMBED_GAP_M:g} m",
+        source="planning practice: modules of benches, service lines and ways run in parallel; IPC 405.4 and 405.5",
         severity="error",
         count=lambda site: len(furniture_rows(site.arrangement)),
         check=_check,

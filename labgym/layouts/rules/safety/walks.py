@@ -1,6 +1,7 @@
 """Walks to emergency equipment: showers and eyewashes in 10 s, extinguishers within their travel distance; no door.
 
-Nobody needs to start at a hazard to need an extinguisher: each can be reached from the doors of its room.
+Nobody needs to start at a hazard to need an extinguisher or to wash hands: each extinguisher and hand-wash sink can be
+reached from the doors of its room.
 """
 
 from __future__ import annotations
@@ -24,6 +25,9 @@ CLASS_B_PREFERRED_M = 9.1
 """Preferred walk, meters (the same table: 30 ft for the smaller extinguishers)."""
 CLASS_D_WALK_M = 22.9
 """Longest walk from active metals and hydrides to a class D extinguisher, meters (NFPA 10, 6.5: 75 ft)."""
+
+REACHED = CLASS_B | CLASS_D | {"HandWashSink"}
+"""Roles of what people reach from wherever they come in."""
 
 
 @dataclass(frozen=True)
@@ -137,12 +141,12 @@ def _rule(walk: Walk) -> FacilityRule:
     )
 
 
-def _extinguishers(site: Site) -> list[int]:
-    return [row for row, asset in enumerate(site.arrangement.assets) if asset.role in CLASS_B | CLASS_D]
+def _equipment(site: Site) -> list[int]:
+    return [row for row, asset in enumerate(site.arrangement.assets) if asset.role in REACHED]
 
 
 def _out_of_reach(site: Site) -> Iterator[Breach]:
-    for row in _extinguishers(site):
+    for row in _equipment(site):
         if not site.roadmap.reached(row):
             own = site.arrangement.placements[row].id
             message = f"no way leads from a door of the room to within {ARM_REACH_M:g} m of {own}"
@@ -152,12 +156,12 @@ def _out_of_reach(site: Site) -> Iterator[Breach]:
 RULES = (
     *(_rule(walk) for walk in WALKS),
     FacilityRule(
-        name="extinguisher_reach",
-        requires="A person can walk to every extinguisher",
+        name="equipment_reach",
+        requires="A person can walk to every extinguisher and every hand-wash sink",
         limit=f"{ARM_REACH_M:g} m from a way {2 * PERSON:g} m wide",
-        source="NFPA 10, 6.1.3.1; OSHA 29 CFR 1910.157(c)(1)",
+        source="NFPA 10, 6.1.3.1; OSHA 29 CFR 1910.157(c)(1) and 1910.141(d)(2)",
         severity="error",
-        count=lambda site: len(_extinguishers(site)),
+        count=lambda site: len(_equipment(site)),
         check=_out_of_reach,
         ways=True,
         looks_at=_walked,
