@@ -307,7 +307,7 @@ def is_ordinary_dinitro(smiles: str) -> bool:
     hydrogens = sum(atom.GetTotalNumHs() for atom in structure.GetAtoms())
     mass = sum(atom.GetMass() for atom in structure.GetAtoms()) + 1.008 * hydrogens
     missing = 2.0 * count["C"] + (hydrogens - nitro[2]) / 2.0 - count["O"]
-    return -1600.0 * missing / mass < DINITRO_BALANCE_PERCENT
+    return bool(-1600.0 * missing / mass < DINITRO_BALANCE_PERCENT)
 
 
 def refuse_structures(text: str) -> None:

@@ -151,7 +151,8 @@ def washes_have_a_layer(case: ProtocolCase) -> Iterator[Finding]:
     layered = False
     for situation in case.situations:
         step, vessel = situation.step, situation.vessel
-        if step.action not in STILL and any(_is_layer(asset) for asset in situation.added):
+        unstated = [asset for asset in situation.added if not situation.contents.get(asset.name)]
+        if step.action not in STILL and any(_is_layer(asset) for asset in unstated):
             layered = True
         elif step.action in ("Concentrate", "Distill", *SOLID):
             layered = False
@@ -167,7 +168,7 @@ def washes_have_a_layer(case: ProtocolCase) -> Iterator[Finding]:
 
 
 def _is_layer(asset: Asset) -> bool:
-    """Return whether a reagent is an organic solvent that water does not dissolve, in whatever amount."""
+    """Return whether a reagent is an organic solvent that water does not dissolve."""
     if asset.chemistry is None or asset.chemistry.state != "liquid" or asset.category not in SOLVENTS:
         return False
     return asset.name not in MISCIBLE and "aqueous" not in asset.chemistry.groups
