@@ -50,7 +50,7 @@ from labgym.suites import suite_of
 
 MAX_SCENES = 200
 SPLIT = "test"
-"""Split of the published layouts that stand beside the scenes."""
+"""Split of the published layouts that the table shows next to the scenes."""
 
 
 @dataclass(frozen=True)

@@ -8,10 +8,11 @@ from dataclasses import dataclass
 from itertools import product
 from typing import Literal, NamedTuple
 
+from labgym.paper.labbuilder.scene import key
 from labgym.paper.labbuilder_rules.bodies import CM, Body, excess
 from labgym.paper.labbuilder_rules.library import REAGENT
 from labgym.paper.labbuilder_rules.quirks import Reading
-from labgym.paper.labbuilder_rules.stage import CABINET, FLOOR_KINDS, Piece, Stage, key, names_cabinet, snake
+from labgym.paper.labbuilder_rules.stage import CABINET, FLOOR_KINDS, Piece, Stage, names_cabinet, snake
 
 Category = Literal["flam", "store", "incomp", "glass"]
 DISTANCE_CM, EDGE_CM = 150.0, 30.0
@@ -74,7 +75,7 @@ class Chemistry:
     """
 
     constraints: tuple[Constraint, ...]
-    scores: Mapping[Category, float | None]
+    scores: Mapping[str, float | None]
     glassware: float | None
     ceiling: float | None
     overall: float | None
@@ -100,7 +101,7 @@ def chemistry(stage: Stage) -> Chemistry:
     """Return the chemical scores of a scene."""
     constraints = tuple(_constraints(stage))
     empty = 1.0 if stage.reading.literal("empty") else None
-    scores: dict[Category, float | None] = {}
+    scores: dict[str, float | None] = {}
     for category in CATEGORIES:
         values = [each.satisfaction for each in constraints if KINDS[each.kind].category == category]
         if category in ("flam", "incomp"):

@@ -6,8 +6,9 @@ from collections.abc import Iterator
 from itertools import combinations
 
 from labgym.layouts.placement import WALL
+from labgym.paper.labbuilder.scene import key
 from labgym.paper.labbuilder_rules.bodies import CM, excess
-from labgym.paper.labbuilder_rules.stage import CABINET, FLOOR_KINDS, Piece, Stage, key, snake
+from labgym.paper.labbuilder_rules.stage import CABINET, FLOOR_KINDS, Piece, Stage, snake
 
 FLOOR_TOLERANCE_CM, SURFACE_TOLERANCE_CM = 0.5, 1.0
 """How far furniture may extend beyond the room, and an item beyond what carries it."""

@@ -1,4 +1,4 @@
-"""What the rules are applied to: scene files of LabBuilder, and layouts of labgym."""
+"""Inputs of the rules: scene files of LabBuilder, and layouts of labgym."""
 
 from __future__ import annotations
 

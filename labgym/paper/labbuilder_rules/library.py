@@ -106,7 +106,7 @@ class Library:
         return self._folded.get(name.lower()) or self._exact.get(pascal)
 
     def sized(self, name: str) -> Entry:
-        """Return the asset of a name, `UNKNOWN` if there is none."""
+        """Return the asset of a name, `UNKNOWN` for a name that the library lacks."""
         return self.find(name) or UNKNOWN
 
     def flagged(self, name: str) -> Entry:
