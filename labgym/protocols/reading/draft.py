@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from labgym.protocols.experiments.model import Action, Portion, Role, Verb
+from labgym.protocols.reading.actions import Unread
 from labgym.protocols.reading.clauses import VerbClause
 from labgym.protocols.reading.figures import QuantitySpan
 from labgym.protocols.reading.heads import Head
@@ -98,6 +99,7 @@ class ActionDraft:
         last_solid: whether the batch is a solid.
         solution_made: whether the last action makes a solution.
         manners: words for the manner of the operation that no action has yet.
+        doubts: spans of which the text does not tell what they mean for the actions.
     """
 
     text: str
@@ -111,6 +113,7 @@ class ActionDraft:
     manners: set[str] = field(default_factory=set)
     product: str = ""
     result: str = ""
+    doubts: list[Unread] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.owned = bytearray(len(self.text))
@@ -134,6 +137,11 @@ class ActionDraft:
     def own(self, start: int, end: int) -> None:
         """Note that an action owns characters."""
         self.owned[start:end] = b"\1" * (end - start)
+
+    def doubt(self, span: tuple[int, int], why: str) -> None:
+        """Report a span whose meaning for the actions is not clear; the actions are then partial."""
+        start, end = span
+        self.doubts.append(Unread(start=start, end=end, text=self.text[start:end][:1000], why=why))
 
     def own_all(self, items: Iterable[Token | QuantitySpan | SubstanceMention]) -> None:
         """Note that an action owns tokens, figures or names."""

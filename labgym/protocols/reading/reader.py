@@ -13,6 +13,7 @@ from labgym.protocols.reading.additions import add, crystallize, dissolve, parti
 from labgym.protocols.reading.clauses import VerbClause, clauses
 from labgym.protocols.reading.draft import EXTRACTS, LAYERS, ActionDraft, PhrasedOperation, lows, substances
 from labgym.protocols.reading.figures import figures, plain
+from labgym.protocols.reading.filtrations import settle_filtrations
 from labgym.protocols.reading.holding import hold, wait
 from labgym.protocols.reading.lexicon import MANNERS, QUALITIES, SOLUTIONS, Frame
 from labgym.protocols.reading.mentions import SubstanceMention
@@ -70,7 +71,8 @@ def read_procedure(text: str) -> ActionList:
     in_data = False
     for sentence in parts:
         in_data = _read(draft, sentence, in_data)
-    unread = tuple(_unread(draft, parts))
+    settle_filtrations(draft)
+    unread = tuple(sorted((*_unread(draft, parts), *draft.doubts), key=lambda item: item.start))
     return ActionList(
         text=text,
         actions=tuple(draft.actions),
@@ -210,7 +212,8 @@ def _outcome(draft: ActionDraft, unread: Sequence[Unread]) -> Outcome:
     measured = any(_is_measured(portion.amount) for action in before for portion in action.takes)
     quantities = any(item.why.startswith("amount") for item in unread)
     ends = "Yield" in verbs
-    return "complete" if measured and ends and not draft.started_with_batch and not quantities else "partial"
+    is_clear = not (draft.started_with_batch or quantities or draft.doubts)
+    return "complete" if measured and ends and is_clear else "partial"
 
 
 def _is_measured(amount: str) -> bool:

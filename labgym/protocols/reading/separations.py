@@ -30,9 +30,18 @@ _NOT_SOLVENT = frozenset((
     "bath", "catalyst", "insolubles", "solid", "solids", "precipitate", "material", "salts", "salt", "crystals",
     "agent", "desiccant", "sulfate", "celite", "impurities", "carbon",
 ))  # fmt: skip
-_LIQUIDS = LAYERS | {"fractions", "filtrates", "filtrate", "fraction", "extracts"}
-_UNWANTED = frozenset(("catalyst", "insolubles", "undissolved", "agent", "desiccant"))
+_UNWANTED = frozenset((
+    "catalyst", "agent", "desiccant", "sieves", "impurities", "by-product", "by-products", "byproduct", "byproducts",
+    "charcoal", "carbon", "urea", "inorganics", "salts",
+))  # fmt: skip
 """Words for a solid that a filtration takes away."""
+_UNDISSOLVED = frozenset(("insolubles", "insoluble", "undissolved"))
+"""Words for a solid that may be the product or not."""
+_REMOVING = re.compile(
+    r",? (?:(?:in order |so as )?to (?:remove|eliminate|clarify)|removing)\b|,? (?:(?:was|were) )?(?:and )?discarded\b"
+)
+"""Words behind a filtration that takes a solid away."""
+_LIQUIDS = LAYERS | {"fractions", "filtrates", "filtrate", "fraction", "extracts"}
 _DRYING = frozenset(("vacuum", "vacuo", "air", "oven", "desiccator", "pressure"))
 
 
@@ -144,13 +153,16 @@ def _filter(draft: ActionDraft, operation: PhrasedOperation) -> None:
             collect(draft, operation)
         return
     aids = with_substances(operation.after, "over", "through", "on", "via", "with")
-    solid = bool(subject & (SOLID | {"crystals"})) and not subject & {"catalyst", "insolubles", "undissolved"}
-    cleared = bool(subject & _UNWANTED or aids) or draft.last_verb == "DrySolution"
-    keep = "filtrate" if cleared and not solid else "precipitate"
-    stated = solid or (not cleared and head.low.startswith(("collect", "isolat")))
+    is_collected = head.low.startswith(("collect", "isolat", "recover"))
+    is_unwanted = bool(subject & _UNWANTED) or head.low.startswith(("remov", "eliminat", "freed"))
+    is_unwanted = is_unwanted or _REMOVING.match(draft.plain, operation.span[1]) is not None
+    solid = bool(subject & (SOLID | {"crystals"})) and not subject & _UNDISSOLVED and not is_unwanted
+    cleared = (is_unwanted or bool(aids) or draft.last_verb == "DrySolution") and not is_collected and not solid
+    keep = "filtrate" if cleared else "precipitate"
     draft.own_names([phrase for phrase in operation.phrases if phrase not in aids])
-    draft.last_solid = keep == "precipitate"
-    draft.act("Filter", operation, draft.portions(aids), keep=keep, assumed=() if stated else ("keep",))
+    draft.last_solid = not cleared
+    is_named = solid or (is_collected and not cleared)
+    draft.act("Filter", operation, draft.portions(aids), keep=keep, assumed=() if is_named else ("keep",))
 
 
 def _chromatograph(draft: ActionDraft, operation: PhrasedOperation) -> None:
