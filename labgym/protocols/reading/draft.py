@@ -30,6 +30,8 @@ _INTERMEDIATES = frozenset((
 _WATERY = frozenset(("organic", "aqueous"))
 _OF_A_PART = frozenset(("Wash", "Extract", "DrySolution", "Concentrate", "Filter", "AdjustPH", "Dissolve"))
 _WORKUP = frozenset(("Quench", "Extract", "Wash", "Filter", "Concentrate", "Pour", "AdjustPH", "Partition"))
+_UNREPEATED = frozenset(("Stir", "Heat", "Reflux", "Wait", "Cool", "Yield", "Analyze"))
+"""Operations that are not counted; a number of times beside them is of something else."""
 _PURIFYING = frozenset(("Wash", "Extract", "DrySolution", "Chromatograph", "Recrystallize", "Triturate"))
 
 
@@ -201,10 +203,11 @@ class ActionDraft:
         self.own_all(item for phrase in phrases for item in phrase.vessels)
         self.own_all((*held, *ratios))
         values = {**stated_by(words), "verb": verb, "takes": tuple(takes)[:30], **held_at(held), **fields}
-        counted = [phrase for phrase in phrases if phrase.repeated is not None]
-        if counted:
-            values.setdefault("repeats", max(1, counted[0].repeats))
-        self.own_all(phrase.repeated for phrase in counted if phrase.repeated is not None)
+        if verb not in _UNREPEATED:
+            counts = [item.repeated for item in (*phrases, *substances(phrases)) if item.repeated is not None]
+            if counts:
+                values.setdefault("repeats", max(1, int(counts[0].value)))
+            self.own_all(counts)
         shares = {item.start: item for item in ratios if item.kind in ("ratio", "percent", "molarity")}
         if shares:
             ratio = ", ".join(self.text[item.start : item.end] for item in shares.values())

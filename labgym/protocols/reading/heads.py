@@ -38,6 +38,13 @@ _BY_METHOD = frozenset((
     "purify", "filtered", "isolate", "eliminated", "concentrated", "subjected", "evaporated", "achieved",
     "accomplished", "carried",
 ))  # fmt: skip
+_OBTAINED = frozenset(("obtained", "given", "produced", "generated"))
+_SUPPLIERS = frozenset((
+    "aldrich", "sigma", "sigma-aldrich", "fluka", "merck", "tci", "acros", "alfa", "commercial", "commercially",
+    "supplier", "suppliers",
+))  # fmt: skip
+_FORMING = frozenset(("Dissolve", "MakeSolution", "Crystallize", "PhaseSeparation"))
+"""Operations whose words also say what happens by itself."""
 _LET = frozenset(["allowed", "left", "let", "leave", "allow", "allowing", "permitted", "continued", "left"])
 _HOLDING_NOUNS = frozenset(
     ["stirring", "heating", "cooling", "warming", "shaking", "agitation", "swirling", "refluxing", "boiling"]
@@ -241,6 +248,9 @@ def _is_useful_noun(at: _Place) -> bool:
     if low in ("chromatographic", "concentration") and (at.after == "of" or low == "chromatographic"):
         return False
     if low == "addition":
+        earlier = at.tokens[at.place - 2].low if at.place > 1 else ""
+        if at.previous in ("the", "a", "dropwise", "slow") and earlier in ("for", "of", "during", "throughout"):
+            return False
         begun = at.after == "of" and at.marker in ("by", "after", "upon", "on", "following", "with")
         return begun or at.previous in ("the", "dropwise", "slow") or (at.place == 0 and at.after == "of")
     near = [item.low for item in at.tokens[max(0, at.place - 5) : at.place]]
@@ -264,7 +274,8 @@ def _is_idle(at: _Place) -> bool:
         or (low in ("boiling", "boil", "boils") and not at.passive)
         or (low in _STANDS and at.marker not in ("to", "on", "upon", "after", "for") and at.previous != "and")
         or (low == "reflux" and not _is_refluxed(at))
-        or (low == "obtained" and _is_attribute(at))
+        or (low in _OBTAINED and (_is_attribute(at) or _is_bought(at)))
+        or (at.token.verb is not None and at.token.verb.verb in _FORMING and _is_observed(at))
         or (low == "saturated" and at.after not in ("with", "by"))
         or (low in ("dilute", "diluted", "concentrated") and named and not at.passive)
     )
@@ -278,7 +289,28 @@ def _is_refluxed(at: _Place) -> bool:
 def _is_attribute(at: _Place) -> bool:
     """Return whether "obtained" belongs to a noun: "the residue thus obtained", "the solid obtained in Step A"."""
     source = at.after in ("in", "from", "by", "as", "according", "above") or at.previous in BATCH
+    if at.low != "obtained":
+        source = at.after in ("above", "previously", "earlier")
     return at.previous in ("thus", "so") or (not at.passive and source)
+
+
+def _is_bought(at: _Place) -> bool:
+    """Return whether "obtained" says where a material was bought: "was obtained from Aldrich"."""
+    ahead = [item.low for item in at.tokens[at.place + 1 : at.place + 5]]
+    return bool(ahead) and ahead[0] in ("from", "commercially") and bool(_SUPPLIERS & set(ahead))
+
+
+def _is_observed(at: _Place) -> bool:
+    """Return whether words say what happens by itself: "the oil which separated", "until the sodium dissolved"."""
+    near = [item.low for item in at.tokens[max(0, at.first - 8) : at.first]]
+    if near and near[-1] in ("which", "that"):
+        return at.after not in ("from", "in", "with", "by")
+    for low in reversed(near):
+        if low in (",", "and"):
+            return False
+        if low in ("until", "till"):
+            return True
+    return False
 
 
 def _is_holding(at: _Place) -> bool:

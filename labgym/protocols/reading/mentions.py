@@ -32,6 +32,7 @@ class SubstanceMention:
         weak: whether only its place says that it is a substance.
         solvent: whether it is what the others of its phrase are dissolved in.
         paired: whether it is mixed with the name before it, as in "EtOAc/hexane".
+        repeated: how often it is used, if that is said of it alone: "brine (2 x)".
     """
 
     start: int
@@ -41,6 +42,7 @@ class SubstanceMention:
     weak: bool = False
     solvent: bool = False
     paired: bool = False
+    repeated: QuantitySpan | None = None
 
     @property
     def is_stock(self) -> bool:
@@ -120,6 +122,7 @@ class PhraseDraft:
         instead: whether the next name takes the place of the last one.
         closed: whether the last name has its amounts in brackets.
         skip: index of the last token to pass over.
+        ahead: how often what the next phrase names is used: "twice with water".
         adjective: a solvent as an adjective, which follows its noun.
     """
 
@@ -135,6 +138,7 @@ class PhraseDraft:
         self.separated, self.adjacent = True, False
         self.in_solvent = self.paired = self.instead = self.closed = False
         self.skip = -1
+        self.ahead: QuantitySpan | None = None
 
     @property
     def phrase(self) -> TextPhrase:
@@ -146,6 +150,9 @@ class PhraseDraft:
         if self.phrases:
             self.close()
         self.phrases.append(TextPhrase(prep, start, start))
+        if self.ahead is not None:
+            self.phrase.repeats, self.phrase.repeated = int(self.ahead.value), self.ahead
+            self.ahead = None
         self.separate()
         self.in_solvent, self.last = False, None
 

@@ -14,7 +14,7 @@ from labgym.protocols.reading.clauses import VerbClause, clauses
 from labgym.protocols.reading.draft import EXTRACTS, LAYERS, ActionDraft, PhrasedOperation, lows, substances
 from labgym.protocols.reading.figures import figures, plain
 from labgym.protocols.reading.filtrations import settle_filtrations
-from labgym.protocols.reading.holding import hold, wait
+from labgym.protocols.reading.holding import hold, is_adjusted, wait
 from labgym.protocols.reading.lexicon import MANNERS, QUALITIES, SOLUTIONS, Frame
 from labgym.protocols.reading.mentions import SubstanceMention
 from labgym.protocols.reading.phrases import read_phrases
@@ -36,6 +36,8 @@ _NUMBERED = frozenset((
     "claim", "structure", "number", "product", "ref", "entry",
 ))  # fmt: skip
 _NUMBER = re.compile(r"^\d{1,6}(?:[.,]\d{1,6})?$")
+_EFFECTS = frozenset(("Quench", "Dissolve", "MakeSolution", "Add", "AdjustPH", "Crystallize"))
+"""Operations that an infinitive names as the effect of another one."""
 _COLD = frozenset(("cooled", "cold", "chilled", "precooled", "pre-cooled", "ice-cold", "ice-cooled"))
 MAX_ABBREVIATION = 8
 """Longest name in parentheses that repeats the name before them."""
@@ -191,9 +193,30 @@ def _operate(draft: ActionDraft, clause: VerbClause, is_first: bool) -> None:
         draft.own_all(operation.conditions)
         return
     draft.own_names([phrase for phrase in before if set(phrase.nouns) & (LAYERS | EXTRACTS | SOLUTIONS)])
+    if _is_intended(draft, operation, is_first):
+        return
     draft.manners = lows(clause.group) & MANNERS.keys()
     _FRAMES.get(head.word.frame, hold)(draft, operation)
     draft.manners = set()
+
+
+def _is_intended(draft: ActionDraft, operation: PhrasedOperation, is_first: bool) -> bool:
+    """Return whether an infinitive says what another operation is done for, and merge it: "to destroy excess A".
+
+    An acidity is a target of the addition before it: "HCl was added to adjust the pH to 3".
+    """
+    head = operation.head
+    if head.marker != "to" or head.passive or head.word.verb not in _EFFECTS:
+        return False
+    is_alone = is_first and not any(token.kind == "mark" for token in operation.clause.after)
+    if is_alone or any(phrase.is_measured for phrase in operation.phrases):
+        return False
+    if head.word.verb == "AdjustPH" and (is_first or not is_adjusted(draft, operation)):
+        return False
+    if operation.conditions and head.word.verb != "AdjustPH":
+        return False
+    draft.own_names(operation.phrases)
+    return True
 
 
 def _is_repeated(draft: ActionDraft, names: Sequence[SubstanceMention]) -> bool:
@@ -229,7 +252,7 @@ def _unread(draft: ActionDraft, parts: Iterable[Sentence]) -> Iterable[Unread]:
             if any(draft.owned[token.start : token.end]):
                 continue
             kind = token.figure.kind if token.figure is not None else None
-            if kind is not None and kind not in ("other", "length", "ratio", "repeats"):
+            if kind is not None and kind not in ("other", "length", "ratio") and not _is_once(token):
                 yield Unread(
                     start=token.start,
                     end=token.end,
@@ -247,6 +270,10 @@ def _unread(draft: ActionDraft, parts: Iterable[Sentence]) -> Iterable[Unread]:
                     text=draft.text[token.start : token.end][:1000],
                     why="name that no action owns",
                 )
+
+
+def _is_once(token: Token) -> bool:
+    return token.figure is not None and token.figure.kind == "repeats" and token.figure.value == 1.0
 
 
 def _own_descriptions(draft: ActionDraft, tokens: Sequence[Token], taken: set[str]) -> None:
