@@ -53,11 +53,11 @@ def _kept(draft: ActionDraft, place: int) -> tuple[KeptPart, bool]:
     cleared, named = action.keep == "filtrate", "keep" not in action.assumed
     default: KeptPart = "filtrate" if cleared else "precipitate"
     is_solid_used = washed = False
-    for following, words in _after(draft, place):
+    for following, words, inside in _after(draft, place):
         thrown = _THROWN.search(words)
         if thrown is not None and not is_solid_used:
             return ("precipitate" if thrown[1] else "filtrate"), True
-        if _FILTRATE.search(words):
+        if _FILTRATE.search(f"{words} {inside}"):
             return ("precipitate", False) if is_solid_used else ("filtrate", True)
         if following.verb == "Filter":
             break
@@ -88,12 +88,12 @@ def _kept(draft: ActionDraft, place: int) -> tuple[KeptPart, bool]:
     return ("precipitate" if is_solid_used else default), True
 
 
-def _after(draft: ActionDraft, place: int) -> Iterator[tuple[Action, str]]:
-    """Yield the actions behind a filtration, each with the words between the action before it and its own."""
+def _after(draft: ActionDraft, place: int) -> Iterator[tuple[Action, str, str]]:
+    """Yield the actions behind a filtration, each with the words before it, and its own if it is done to a liquid."""
     actions: Sequence[Action] = draft.actions
     end = actions[place].span[1] if actions[place].span is not None else 0
     for following in actions[place + 1 :]:
         start, stop = following.span or (end, end)
-        inside = stop if following.verb in _OF_LIQUIDS else start
-        yield following, draft.plain[min(end, start) : inside].lower()
+        inside = draft.plain[start:stop].lower() if following.verb in _OF_LIQUIDS else ""
+        yield following, draft.plain[min(end, start) : start].lower(), inside
         end = max(end, stop)

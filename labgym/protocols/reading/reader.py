@@ -10,7 +10,7 @@ from labgym.errors import OptionError
 from labgym.protocols.experiments.model import Action
 from labgym.protocols.reading.actions import MAX_TEXT, ActionList, Outcome, Unread
 from labgym.protocols.reading.additions import add, crystallize, dissolve, partition, pour, treat
-from labgym.protocols.reading.clauses import VerbClause, clauses
+from labgym.protocols.reading.clauses import VerbClause, clauses, is_state
 from labgym.protocols.reading.draft import EXTRACTS, LAYERS, ActionDraft, PhrasedOperation, lows, substances
 from labgym.protocols.reading.figures import figures, plain
 from labgym.protocols.reading.filtrations import settle_filtrations
@@ -155,13 +155,12 @@ def _read_operations(
         draft.emit("Monitor", watched.span())
     match = reference(draft.plain, start, end)
     if match is None:
-        for clause in parts:
-            _operate(draft, clause, clause is parts[0])
+        _operate_all(draft, tokens, parts)
     else:
         results = [clause for clause in parts if clause.head.word.verb == "Yield"]
         used = materials(draft, match, tokens, parts)
         for clause in parts:
-            if clause not in results:
+            if clause not in results and clause.head.word.verb != "Repeat":
                 _operate(draft, clause, clause is parts[0])
         refer(draft, match, end)
         for clause in results:
@@ -170,6 +169,19 @@ def _read_operations(
             product(draft, tokens, used)
     if watched is not None and not early and draft.last_verb != "Monitor":
         draft.emit("Monitor", watched.span())
+
+
+def _operate_all(draft: ActionDraft, tokens: Sequence[Token], parts: Sequence[VerbClause]) -> None:
+    """Read operations; how something is held to which another is added comes before the addition."""
+    begin = len(draft.actions)
+    for earlier, clause in zip([None, *parts], parts, strict=False):
+        end = len(draft.actions)
+        _operate(draft, clause, clause is parts[0])
+        if earlier is not None and end > begin and is_state(tokens, earlier, clause):
+            held, draft.actions[end:] = draft.actions[end:], []
+            made = end - begin > 1 and draft.actions[begin].verb in ("MakeSolution", "Add", "Dissolve")
+            draft.actions[begin + made : begin + made] = held
+        begin = end
 
 
 def _operate(draft: ActionDraft, clause: VerbClause, is_first: bool) -> None:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from labgym.protocols.reading.draft import ActionDraft, PhrasedOperation, conditions, substances
+from labgym.protocols.reading.draft import EXTRACTS, LAYERS, ActionDraft, PhrasedOperation, conditions, lows, substances
 from labgym.protocols.reading.figures import figures
 from labgym.protocols.reading.lexicon import SOLUTIONS
 from labgym.protocols.reading.mentions import SubstanceMention, TextPhrase
 from labgym.protocols.reading.phrases import read_phrases
+from labgym.protocols.reading.separations import collect
 from labgym.protocols.reading.stated import mercury, single, written
 from labgym.protocols.reading.tokens import Token
 
@@ -31,8 +32,16 @@ def give(draft: ActionDraft, operation: PhrasedOperation) -> None:
     others = operation.after if head.passive else []
     phrases = [*source, *others]
     named = substances(phrase for phrase in source if phrase.prep in ("", "of", "as", "for"))
+    if head.low.startswith(("isolat", "recover", "separat")) and lows(clause.before) & (LAYERS | EXTRACTS):
+        collect(draft, operation)
+        return
     if head.low.startswith(("isolat", "recover", "separat")) and not named:
         return
+    if head.passive:
+        used = [item for phrase in others if phrase.prep in ("from", "by", "with") for item in phrase.substances]
+        if any(item.is_measured for item in used):
+            draft.put("Add", used)
+        others = [phrase for phrase in others if phrase.prep not in ("from", "by", "with")]
     main = _named_result(source, tokens) or named[:1]
     loose = [value for phrase in phrases for value in phrase.loose if value.kind in _RESULTS]
     draft.own_all(substances(phrases))
