@@ -11,8 +11,10 @@ from labgym.protocols.reading.draft import EXTRACTS, LAYERS, ActionDraft, Phrase
 from labgym.protocols.reading.figures import QuantitySpan
 from labgym.protocols.reading.lexicon import SOLID, SOLUTIONS
 from labgym.protocols.reading.mentions import SubstanceMention, TextPhrase
+from labgym.protocols.reading.phrases import read_phrases
 from labgym.protocols.reading.separations import collect
 from labgym.protocols.reading.stated import held_at
+from labgym.protocols.reading.tokens import Token
 
 _PARTS = LAYERS | EXTRACTS | {"filtrates"}
 _BATCHES = frozenset(("mixture", "solution", "reaction", "residue", "suspension", "slurry"))
@@ -46,6 +48,11 @@ def add(draft: ActionDraft, operation: PhrasedOperation) -> None:
     if head.low.startswith("plac") and any(token.low in ("oven", "desiccator") for token in operation.clause.after):
         draft.act("DrySolid", operation)
         return
+    if targets and not theme and not extra and head.passive:
+        parted = _parted(operation.clause.before)
+        if parted:
+            add(draft, replace(operation, before=parted))
+            return
     if head.low.startswith(_MIXING):
         theme = [*theme, *(phrase for phrase in targets if phrase.prep == "in")]
         targets = [phrase for phrase in targets if phrase.prep != "in"]
@@ -56,6 +63,17 @@ def add(draft: ActionDraft, operation: PhrasedOperation) -> None:
         draft.charge([phrase], always=not draft.actions or phrase.is_measured)
     rest = [phrase for phrase in operation.phrases if phrase not in targets]
     _take(draft, replace(operation, before=rest, after=[]), [*theme, *extra])
+
+
+def _parted(tokens: Sequence[Token]) -> list[TextPhrase]:
+    """Return the phrases of "to A, B and C, D was added" with D as the subject, or none if no comma ends the list."""
+    commas = [place for place, token in enumerate(tokens) if token.text == ","]
+    joint = next((place for place, token in enumerate(tokens) if token.low == "and"), None)
+    ends = [place for place in commas if joint is not None and place > joint] or (commas if len(commas) == 1 else [])
+    if not ends or tokens[0].low != "to" or not any(token.kind == "name" for token in tokens[ends[0] :]):
+        return []
+    subject = read_phrases(tokens[ends[0] + 1 :])
+    return [*read_phrases(tokens[: ends[0]]), *subject] if with_substances(subject, "") else []
 
 
 def _is_batch_added(draft: ActionDraft, operation: PhrasedOperation) -> bool:
@@ -153,7 +171,7 @@ def _wash(draft: ActionDraft, operation: PhrasedOperation) -> None:
     for phrase in liquids:
         for batch in _batches(phrase, together=verb == "Extract", first=first):
             repeats = _repeats(draft, operation, phrase, batch)
-            takes = [draft.portion(item) for item in batch]
+            takes = [draft.portion(item, repeats) for item in batch]
             if first:
                 draft.emit(verb, operation.span, takes, held, [*rest, phrase], phrase.ratios, repeats=repeats)
             else:

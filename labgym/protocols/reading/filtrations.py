@@ -50,8 +50,6 @@ def settle_filtrations(draft: ActionDraft) -> None:
 def _kept(draft: ActionDraft, place: int) -> tuple[KeptPart, bool]:
     """Return the part that a filtration keeps, and whether that is clear."""
     action = draft.actions[place]
-    cleared, named = action.keep == "filtrate", "keep" not in action.assumed
-    default: KeptPart = "filtrate" if cleared else "precipitate"
     is_solid_used = washed = False
     for following, words, inside in _after(draft, place):
         thrown = _THROWN.search(words)
@@ -65,27 +63,40 @@ def _kept(draft: ActionDraft, place: int) -> tuple[KeptPart, bool]:
             continue
         if following.verb in _OF_EITHER:
             washed = washed or following.verb == "Wash"
-        elif _SOLID.search(words) and following.verb != "Crystallize":
-            is_solid_used = True
-        elif cleared:
-            is_solid_used = following.verb == "DrySolid"
-            if not is_solid_used:
-                return "filtrate", True
-        elif following.verb in _OF_SOLIDS or (named and following.verb == "DrySolution"):
-            is_solid_used = True
-        elif following.verb == "Crystallize":
-            is_solid_used = bool(following.takes) or named
-            if not is_solid_used:
-                return "filtrate", True
-        elif _LIQUID.search(words):
-            return "filtrate", following.verb in _OF_LIQUIDS or not named
-        elif named:
-            return "precipitate", following.verb not in _OF_LIQUIDS
-        elif following.verb in _OF_LIQUIDS:
+            continue
+        part = _used(action, following, words)
+        if part == "filtrate":
             return "filtrate", True
-        else:
-            return ("precipitate" if washed else "filtrate"), False
-    return ("precipitate" if is_solid_used else default), True
+        if part is None:
+            return _guessed(action, following, words, washed)
+        is_solid_used = True
+    return ("filtrate" if action.keep == "filtrate" and not is_solid_used else "precipitate"), True
+
+
+def _used(action: Action, following: Action, words: str) -> KeptPart | None:
+    """Return the part of a filtration that an action behind it is clearly done to, or None."""
+    named = "keep" not in action.assumed
+    if _SOLID.search(words) and following.verb != "Crystallize":
+        return "precipitate"
+    if action.keep == "filtrate":
+        return "precipitate" if following.verb == "DrySolid" else "filtrate"
+    if following.verb in _OF_SOLIDS or (named and following.verb == "DrySolution"):
+        return "precipitate"
+    if following.verb == "Crystallize":
+        return "precipitate" if following.takes or named else "filtrate"
+    if following.verb in _OF_LIQUIDS and (not named or _LIQUID.search(words)):
+        return "filtrate"
+    return None
+
+
+def _guessed(action: Action, following: Action, words: str, washed: bool) -> tuple[KeptPart, bool]:
+    """Return the more likely part where an action may be done to either, and whether it is nearly certain."""
+    named = "keep" not in action.assumed
+    if _LIQUID.search(words):
+        return "filtrate", not named
+    if named:
+        return "precipitate", following.verb not in _OF_LIQUIDS
+    return ("precipitate" if washed else "filtrate"), False
 
 
 def _after(draft: ActionDraft, place: int) -> Iterator[tuple[Action, str, str]]:

@@ -393,6 +393,10 @@ def _group(tokens: Sequence[Token], place: int) -> tuple[int, bool, str]:
             break
         k -= 1
     low = tokens[k].low if k >= 0 else ""
+    verb = tokens[place].verb
+    if low == "the" and k and verb is not None and verb.noun and tokens[k - 1].low in ("after", "before", "following"):
+        k -= 1
+        low = tokens[k].low
     if low in _MARKERS:
         marker = low
         k -= 1

@@ -69,7 +69,7 @@ def _figure(draft: PhraseDraft, place: int, token: Token) -> None:
 
 
 def _count(draft: PhraseDraft, place: int, figure: QuantitySpan) -> None:
-    """Note how often something is used: what follows "twice with", the name before "twice, ...", or the whole phrase."""
+    """Note how often something is used: what follows "twice with", the name before "twice, ", or all of the phrase."""
     after = draft.after(place)
     if after in ("with", "using") and draft.phrase.substances:
         draft.ahead = figure

@@ -15,7 +15,7 @@ from labgym.protocols.reading.draft import EXTRACTS, LAYERS, ActionDraft, Phrase
 from labgym.protocols.reading.figures import figures, plain
 from labgym.protocols.reading.filtrations import settle_filtrations
 from labgym.protocols.reading.holding import hold, is_adjusted, wait
-from labgym.protocols.reading.lexicon import MANNERS, QUALITIES, SOLUTIONS, Frame
+from labgym.protocols.reading.lexicon import MANNERS, QUALITIES, SOLUTIONS, VESSELS, Frame
 from labgym.protocols.reading.mentions import SubstanceMention
 from labgym.protocols.reading.phrases import read_phrases
 from labgym.protocols.reading.references import materials, product, refer, reference
@@ -196,7 +196,8 @@ def _operate(draft: ActionDraft, clause: VerbClause, is_first: bool) -> None:
     for phrase in operation.phrases:
         for remark in phrase.remarks:
             draft.own(*remark)
-    if is_first and not draft.actions and any(phrase.nouns for phrase in before) and not substances(before):
+    nouns = {noun for phrase in before for noun in phrase.nouns} - VESSELS
+    if is_first and not draft.actions and nouns and not substances(before):
         draft.started_with_batch = True
     if head.marker != "after":
         wait(draft, operation)
@@ -246,7 +247,7 @@ def _outcome(draft: ActionDraft, unread: Sequence[Unread]) -> Outcome:
     before = [action for action in draft.actions if action.verb in ("Add", "MakeSolution", "Dissolve", "Hydrogenate")]
     measured = any(_is_measured(portion.amount) for action in before for portion in action.takes)
     quantities = any(item.why.startswith("amount") for item in unread)
-    ends = "Yield" in verbs
+    ends = "Yield" in verbs or next((verb for verb in reversed(verbs) if verb != "Analyze"), "") == "DrySolid"
     is_clear = not (draft.started_with_batch or quantities or draft.doubts)
     return "complete" if measured and ends and is_clear else "partial"
 

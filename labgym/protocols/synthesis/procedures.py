@@ -158,8 +158,15 @@ def _written_out(actions: Sequence[Action], lacks: list[str]) -> Iterator[Action
         elif action.verb == "Repeat":
             lacks.append(f"the text repeats earlier actions ({action.note[:80]}): write them out")
         else:
-            last = action
-            yield action
+            last = _counted(action)
+            yield last
+
+
+def _counted(action: Action) -> Action:
+    """Return an action with the number of times in its note, unless its amounts state it ("3 x 20 mL")."""
+    if action.repeats == 1 or any(" x " in portion.amount for portion in action.takes):
+        return action
+    return action.model_copy(update={"note": "; ".join(filter(None, (action.note, f"{action.repeats} times")))[:400]})
 
 
 def _is_repeatable(last: Action, repeat: Action) -> bool:
