@@ -222,6 +222,8 @@ def _special(at: _Place) -> Head | None:
             return None
         add = VerbWord("Add", "theme")
         return Head(at.place, at.place, add, "followed by", False, "followed", at.place + 1)
+    if token.low in ("leaving", "leave", "left") and not at.passive and _leaves(at):
+        return at.head(VerbWord("Yield", "result"))
     figure = token.figure
     if (
         figure is not None
@@ -236,6 +238,17 @@ def _special(at: _Place) -> Head | None:
     if token.low == "chromatography" and at.previous in ("thin-layer", "layer"):
         return Head(at.place, at.place, VerbWord("Monitor", "none", True), token.low, False, "", at.place)
     return None
+
+
+def _leaves(at: _Place) -> bool:
+    """Return whether a mass of what an operation leaves follows: "leaving 2 g of an oil"."""
+    for item in at.tokens[at.place + 1 : at.place + 9]:
+        parts = item.inner if item.kind == "group" else (item,)
+        if any(part.figure is not None and part.figure.kind == "mass" for part in parts):
+            return True
+        if item.kind in ("mark", "figure", "verb") or (item.low in PREPOSITIONS and item.low not in ("of", "as")):
+            return False
+    return False
 
 
 def _is_useful_noun(at: _Place) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from labgym.protocols.experiments.model import Portion
 from labgym.protocols.reading.draft import EXTRACTS, LAYERS, ActionDraft, PhrasedOperation, conditions, lows, substances
 from labgym.protocols.reading.figures import figures
 from labgym.protocols.reading.lexicon import SOLUTIONS
@@ -28,8 +29,9 @@ _LABEL_QUALITIES = frozenset(("title", "desired", "titled", "above", "expected",
 def give(draft: ActionDraft, operation: PhrasedOperation) -> None:
     """Append a result, if the text names the product or its amount."""
     head, clause = operation.head, operation.clause
-    source, tokens = (operation.before, clause.before) if head.passive else (operation.after, clause.after)
-    others = operation.after if head.passive else []
+    is_before = head.passive and [token.low for token in clause.before[:1]] != ["there"]
+    source, tokens = (operation.before, clause.before) if is_before else (operation.after, clause.after)
+    others = operation.after if is_before else []
     phrases = [*source, *others]
     named = substances(phrase for phrase in source if phrase.prep in ("", "of", "as", "for"))
     if head.low.startswith(("isolat", "recover", "separat")) and lows(clause.before) & (LAYERS | EXTRACTS):
@@ -92,6 +94,11 @@ def complete(draft: ActionDraft, span: tuple[int, int]) -> bool:
             stated = ", ".join(filter(None, (first.amount, written(share))))
             gives = (first.model_copy(update={"amount": stated}), *rest)
             actions[-1] = actions[-1].model_copy(update={"gives": gives})
+        return True
+    measured = [item for item in values if item.kind in ("mass", "percent")]
+    if words.startswith("yield") and measured and actions and actions[-1].verb not in ("Analyze", "Refers"):
+        product = Portion(name="product", amount=", ".join(map(written, measured[:2])), assumed=True)
+        draft.emit("Yield", span, gives=(product,), assumed=("gives",))
         return True
     if words.startswith(("b.p", "bp", "boiling", "b. p")):
         near = range(len(actions) - 1, max(-1, len(actions) - 4), -1)
