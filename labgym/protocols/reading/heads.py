@@ -207,7 +207,7 @@ def _head(tokens: Sequence[Token], place: int, token: Token) -> Head | None:
         return None
     if token.low in _HOLDING_NOUNS:
         return at.head(token.verb) if _is_holding(at) else None
-    ed = token.low.endswith(_PARTICIPLES)
+    ed = token.low.endswith(_PARTICIPLES) and token.low != "yield"
     if (_is_adjective(at, token.verb) if ed else _is_noun(at)) and not _gives(at):
         return None
     return at.head(token.verb, place + 1 if token.low == "taken" and at.after == "up" else None)
