@@ -110,6 +110,35 @@ def test_a_procedure_that_names_all_amounts_and_a_product_is_complete_with_nothi
             "The residue was purified by silica gel chromatography (5% MeOH/DCM).",
             [("Chromatograph", ["silica gel", "MeOH", "DCM"])],
         ),
+        ("Methanol (5 mL) was added to destroy the excess of sodium borohydride.", [("Add", ["Methanol 5 mL"])]),
+        ("Ethanol (2 mL) was added to dissolve the precipitated sodium chloride.", [("Add", ["Ethanol 2 mL"])]),
+        (
+            "It was treated with sodium hydroxide (2 g) in water (10 mL) and hydrogen peroxide (30%, 12 mL).",
+            [
+                ("MakeSolution", ["sodium hydroxide 2 g", "water 10 mL"]),
+                ("Add", ["hydrogen peroxide 12 mL of 30 %"]),
+            ],
+        ),
+        (
+            "Benzyl alcohol was obtained from benzaldehyde (10.6 g) by treatment with sodium borohydride (1.9 g).",
+            [
+                ("Add", ["benzaldehyde 10.6 g"]),
+                ("Add", ["sodium borohydride 1.9 g"]),
+                ("Yield", ["Benzyl alcohol"]),
+            ],
+        ),
+        (
+            "Before adding hydrazine (5 mL), the mixture was cooled to 5 °C.",
+            [("Cool", []), ("Add", ["hydrazine 5 mL"])],
+        ),
+        (
+            "The ester (2 g) was added to LiAlH4 (0.5 g) in ether (20 mL), previously cooled to 0 °C.",
+            [("MakeSolution", ["LiAlH4 0.5 g", "ether 20 mL"]), ("Cool", []), ("Add", ["ester 2 g"])],
+        ),
+        (
+            "The ethyl acetate layer was isolated and the heptane solution was separated.",
+            [("CollectLayer", []), ("CollectLayer", [])],
+        ),
         ("Then two 50 ml. portions of ether were added.", [("Add", ["ether 2 x 50 mL"])]),
         (
             "The oil was distilled under reduced pressure to give 2.5 g of an oil, b.p. 80-84 °C (0.2 mm).",
@@ -246,6 +275,55 @@ def test_a_missing_and_a_changed_tuple_lower_the_score_as_counted() -> None:
     assert (result.gold, result.read, result.strict, result.relaxed) == (13, 12, 11, 12)
     assert result.lost == 2
     assert result.grades["C"] == 1
+
+
+def test_a_lost_part_or_repeat_lowers_its_own_figure_alone() -> None:
+    read = read_procedure("The mixture was filtered and the solid washed twice with ether.")
+    gold = gold_of(read.text, read)
+    lost = [action.model_copy(update={"keep": None, "repeats": 1}) for action in read.actions]
+    right, wrong = (score([(gold, item)]) for item in (read, read.model_copy(update={"actions": tuple(lost)})))
+    assert (right.kept, right.repeats) == ((1, 1), (1, 1))
+    assert (wrong.kept, wrong.repeats, wrong.strict) == ((1, 0), (1, 0), right.strict)
+
+
+@pytest.mark.parametrize(
+    "text, keep",
+    [
+        ("The mixture was filtered. The filtrate was concentrated.", "filtrate"),
+        ("The solid was filtered and washed with ether, and the filtrates were evaporated.", "filtrate"),
+        ("The mixture was filtered to remove the catalyst, and cooled to 0 °C.", "filtrate"),
+        ("The undissolved material was filtered off and dried in vacuo.", "precipitate"),
+        ("The filter cake was discarded after the urea was removed by filtration.", "filtrate"),
+        ("The mixture was filtered and the solid was recrystallized from ethanol.", "precipitate"),
+    ],
+)
+def test_a_filtration_keeps_the_part_that_goes_on(text: str, keep: str) -> None:
+    assert [action.keep for action in read_procedure(text).actions if action.verb == "Filter"] == [keep]
+
+
+@pytest.mark.parametrize(
+    "end",
+    [
+        "The mixture was filtered and heated at 50 °C for 1 h to give anisole (3 g).",
+        "The solid was filtered and dried to give anisole (3 g). The filtrate was concentrated.",
+        "Zinc chloride was separated. The mixture was concentrated to give anisole (3 g).",
+    ],
+)
+def test_where_it_is_not_clear_which_part_goes_on_the_text_is_partial(end: str) -> None:
+    begin = "Phenol (9.4 g) was added to methanol (50 mL). "
+    read = read_procedure(begin + end)
+    assert read.outcome == "partial"
+    assert any("not clear" in item.why for item in read.unread)
+    assert (
+        read_procedure(f"{begin}The mixture was filtered and evaporated to yield anisole (3 g).").outcome == "complete"
+    )
+
+
+def test_the_repeats_of_a_list_belong_to_their_liquid() -> None:
+    text = "It was washed with water (50 mL), twice with 1 N NaOH (25 mL) and with brine (3 x)."
+    washes = read_procedure(text).actions
+    assert [(wash.takes[0].name, wash.repeats) for wash in washes] == [("water", 1), ("NaOH", 2), ("brine", 3)]
+    assert washes[1].takes[0].amount == "2 x 25 mL of 1 M"
 
 
 def test_swapped_actions_lower_the_order() -> None:

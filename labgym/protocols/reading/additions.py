@@ -7,12 +7,14 @@ from dataclasses import replace
 from itertools import chain
 
 from labgym.protocols.experiments.model import Period, Portion, Verb
-from labgym.protocols.reading.draft import EXTRACTS, LAYERS, ActionDraft, PhrasedOperation, with_substances
+from labgym.protocols.reading.draft import EXTRACTS, LAYERS, ActionDraft, PhrasedOperation, lows, with_substances
 from labgym.protocols.reading.figures import QuantitySpan
-from labgym.protocols.reading.lexicon import SOLUTIONS
+from labgym.protocols.reading.lexicon import SOLID, SOLUTIONS
 from labgym.protocols.reading.mentions import SubstanceMention, TextPhrase
+from labgym.protocols.reading.phrases import read_phrases
 from labgym.protocols.reading.separations import collect
 from labgym.protocols.reading.stated import held_at
+from labgym.protocols.reading.tokens import Token
 
 _PARTS = LAYERS | EXTRACTS | {"filtrates"}
 _BATCHES = frozenset(("mixture", "solution", "reaction", "residue", "suspension", "slurry"))
@@ -46,20 +48,32 @@ def add(draft: ActionDraft, operation: PhrasedOperation) -> None:
     if head.low.startswith("plac") and any(token.low in ("oven", "desiccator") for token in operation.clause.after):
         draft.act("DrySolid", operation)
         return
+    if targets and not theme and not extra and head.passive:
+        parted = _parted(operation.clause.before)
+        if parted:
+            add(draft, replace(operation, before=parted))
+            return
     if head.low.startswith(_MIXING):
         theme = [*theme, *(phrase for phrase in targets if phrase.prep == "in")]
         targets = [phrase for phrase in targets if phrase.prep != "in"]
     if targets and not theme and not extra and _is_batch_added(draft, operation):
         draft.act("Pour", operation, draft.portions(targets))
         return
-    prepared = bool(targets) and targets[0].is_prepared
-    early = [phrase for phrase in theme if prepared and phrase.is_prepared and phrase.start < targets[0].start]
-    for phrase in early:
-        draft.make(phrase)
     for phrase in targets:
         draft.charge([phrase], always=not draft.actions or phrase.is_measured)
     rest = [phrase for phrase in operation.phrases if phrase not in targets]
-    _take(draft, replace(operation, before=rest, after=[]), [*theme, *extra], early=early)
+    _take(draft, replace(operation, before=rest, after=[]), [*theme, *extra])
+
+
+def _parted(tokens: Sequence[Token]) -> list[TextPhrase]:
+    """Return the phrases of "to A, B and C, D was added" with D as the subject, or none if no comma ends the list."""
+    commas = [place for place, token in enumerate(tokens) if token.text == ","]
+    joint = next((place for place, token in enumerate(tokens) if token.low == "and"), None)
+    ends = [place for place in commas if joint is not None and place > joint] or (commas if len(commas) == 1 else [])
+    if not ends or tokens[0].low != "to" or not any(token.kind == "name" for token in tokens[ends[0] :]):
+        return []
+    subject = read_phrases(tokens[ends[0] + 1 :])
+    return [*read_phrases(tokens[: ends[0]]), *subject] if with_substances(subject, "") else []
 
 
 def _is_batch_added(draft: ActionDraft, operation: PhrasedOperation) -> bool:
@@ -75,7 +89,6 @@ def _take(
     operation: PhrasedOperation,
     theme: Sequence[TextPhrase],
     verb: Verb = "Add",
-    early: Sequence[TextPhrase] = (),
 ) -> None:
     """Append an operation on substances, after solutions that are made for it.
 
@@ -84,15 +97,13 @@ def _take(
         operation: with the phrases of its circumstances.
         theme: what is taken.
         verb: what is done with it.
-        early: solutions of the theme that are made already.
     """
     held, phrases, span = operation.conditions, operation.phrases, operation.span
     takes: list[Portion] = []
     made = ""
     for phrase in theme:
         if phrase.is_prepared:
-            if phrase not in early:
-                draft.make(phrase)
+            draft.make(phrase)
             first = phrase.substances[0]
             made = phrase.solution.low if phrase.solution is not None else draft.text[first.start : first.end]
         else:
@@ -156,10 +167,11 @@ def _wash(draft: ActionDraft, operation: PhrasedOperation) -> None:
     rest = [phrase for phrase in operation.phrases if phrase not in liquids]
     held = operation.conditions
     first = True
+    draft.last_solid = draft.last_solid or bool(lows(operation.clause.before) & SOLID)
     for phrase in liquids:
         for batch in _batches(phrase, together=verb == "Extract", first=first):
             repeats = _repeats(draft, operation, phrase, batch)
-            takes = [draft.portion(item) for item in batch]
+            takes = [draft.portion(item, repeats) for item in batch]
             if first:
                 draft.emit(verb, operation.span, takes, held, [*rest, phrase], phrase.ratios, repeats=repeats)
             else:
@@ -188,6 +200,10 @@ def _repeats(
     portions = max((value.portions for item in batch for value in item.amounts), default=1)
     if portions > 1:
         return portions
+    counts = [item.repeated for item in batch if item.repeated is not None]
+    if counts:
+        draft.own_all(counts)
+        return max(1, int(counts[0].value))
     after = operation.after
     place = after.index(phrase)
     counted = [phrase, *(other for other in after[max(0, place - 1) : place] if not other.substances)]
@@ -227,7 +243,8 @@ def crystallize(draft: ActionDraft, operation: PhrasedOperation) -> None:
         return
     used = with_substances(operation.after, "from", "in", "with", "using", "of", "by", "")
     used = used or with_substances(operation.before, "in", "from")
-    if precipitation and not used and not head.passive and not head.word.noun:
+    effected = head.passive or (head.word.noun and head.marker in ("by", "after", "upon", "via", "through", "on"))
+    if precipitation and not used and not effected:
         return
     draft.last_solid = True
     draft.act(operation.verb, operation, draft.portions(used), [item for phrase in used for item in phrase.ratios])

@@ -25,6 +25,11 @@ _UNITS = {
 }  # fmt: skip
 
 
+Agreed = tuple[int, int]
+"""How many there are, and how many of them agree."""
+_KEEPING = ("Filter", "CollectLayer")
+
+
 @dataclass
 class ReadingScore:
     """Counts over texts; the figures are micro-averages.
@@ -36,6 +41,9 @@ class ReadingScore:
         lost: quantities of the gold that are neither in a read tuple nor unread.
         unread: spans that no action owns.
         pairs, ordered: pairs of tuples in both, and those in the same sequence.
+        kept: filtrations and layers in both whose kept part the gold names, and those that are read with that part.
+        worked: other tuples in both whose part the gold names, and those that are read with that part.
+        repeats: tuples in both that one of them repeats, and those that both repeat as often.
         grades: texts by grade: A all tuples and conditions, B nearly all and nothing invented, C the rest.
     """
 
@@ -56,6 +64,9 @@ class ReadingScore:
     lost: int = 0
     quantities: int = 0
     unread: int = 0
+    kept: Agreed = (0, 0)
+    worked: Agreed = (0, 0)
+    repeats: Agreed = (0, 0)
     outcomes: Counter[tuple[str, str]] = field(default_factory=Counter)
     grades: Counter[str] = field(default_factory=Counter)
     differences: list[str] = field(default_factory=list)
@@ -79,6 +90,8 @@ class ReadingScore:
             f"order (Kendall) {self.order:.3f}",
             f"invented tuples {self.invented}; quantities lost in silence {self.lost} of {self.quantities}; "
             f"unread spans {self.unread}",
+            f"part kept {self.kept[1]} of {self.kept[0]}; part worked on {self.worked[1]} of {self.worked[0]}; "
+            f"repeats {self.repeats[1]} of {self.repeats[0]}",
             f"outcome equal {same} of {self.texts}; refers found {self.outcomes['refers', 'refers']} of {refers}",
             f"grades A {self.grades['A']}, B {self.grades['B']}, C {self.grades['C']}",
         ]
@@ -134,6 +147,7 @@ def _count(total: ReadingScore, gold: GoldText, actions: ActionList) -> None:
     total.lost += lost
     total.unread += len(actions.unread)
     _count_order(total, theirs, ours)
+    _count_parts(total, gold.id, [(theirs[i], ours[j]) for i, j in relaxed])
     total.outcomes[gold.outcome, actions.outcome] += 1
     perfect = len(strict) == len(theirs) == len(ours) and pooled == len(wanted) == len(stated)
     near = f1(len(strict), len(theirs), len(ours)) >= GRADE_B and not invented and not lost
@@ -158,6 +172,25 @@ def _count_order(total: ReadingScore, theirs: Sequence[Tuple], ours: Sequence[Tu
     pairs = [(a, b) for k, a in enumerate(sequence) for b in sequence[k + 1 :]]
     total.pairs += len(pairs)
     total.ordered += sum(a < b for a, b in pairs)
+
+
+def _count_parts(total: ReadingScore, name: str, both: Sequence[tuple[Tuple, Tuple]]) -> None:
+    """Count kept parts, parts that are worked on, and repeats of tuples that both have; note kept parts that differ."""
+    keeping = [(a.phase, b.phase) for a, b in both if a.op in _KEEPING and a.phase is not None]
+    working = [(a.phase, b.phase) for a, b in both if a.op not in _KEEPING and a.phase is not None]
+    repeated = [(a.repeat, b.repeat) for a, b in both if (a.repeat, b.repeat) != (1, 1)]
+    total.kept = _added(total.kept, keeping)
+    total.worked = _added(total.worked, working)
+    total.repeats = _added(total.repeats, repeated)
+    for a, b in both:
+        if a.op in _KEEPING and a.phase not in (None, b.phase):
+            total.differences.append(f"{name} keeps {a.order:2d} {a.op} {a.phase}, read {b.phase}")
+        if a.repeat != b.repeat:
+            total.differences.append(f"{name} repeats {a.order:2d} {a.op} {a.repeat}, read {b.repeat}")
+
+
+def _added(agreed: Agreed, more: Sequence[tuple[object, object]]) -> Agreed:
+    return agreed[0] + len(more), agreed[1] + sum(a == b for a, b in more)
 
 
 def _differences(

@@ -37,7 +37,7 @@ def clauses(tokens: Sequence[Token]) -> list[VerbClause]:
     for head, start, stop in zip(operations, starts, starts[1:], strict=False):
         before, after = tuple(tokens[start : head.first]), tuple(tokens[head.last + 1 : stop])
         parts.append(VerbClause(head, before, after, tuple(tokens[head.first : head.last + 1])))
-    return _reordered(parts)
+    return _with_results_last(_with_earlier_first(_reordered(parts), tokens))
 
 
 def _reordered(parts: list[VerbClause]) -> list[VerbClause]:
@@ -56,6 +56,49 @@ def _reordered(parts: list[VerbClause]) -> list[VerbClause]:
                 parts[k] = replace(insert, after=insert.after[:cut])
                 parts[k + 1] = replace(result, after=insert.after[cut + 1 :])
     return parts
+
+
+def _with_earlier_first(parts: list[VerbClause], tokens: Sequence[Token]) -> list[VerbClause]:
+    """Return clauses with what is done first put first: "before adding A, it was cooled", "A was added after B"."""
+    if len(parts) < 2:
+        return parts
+    begin = [token.low for token in tokens[: parts[0].head.place]]
+    if begin[:1] == ["before"] or begin[:2] == ["prior", "to"]:
+        return [parts[1], parts[0], *parts[2:]]
+    head = parts[-1].head
+    joint = tokens[head.first - 1].low if head.first else ""
+    if head.marker in ("after", "following") and joint not in ("and", "then", ";", "but"):
+        return [*parts[:-2], parts[-1], parts[-2]]
+    return parts
+
+
+def _with_results_last(parts: list[VerbClause]) -> list[VerbClause]:
+    """Return clauses with a product behind what makes it: "B was obtained from A (2 g) by treatment with C"."""
+    for k in range(len(parts) - 1):
+        result, making = parts[k], parts[k + 1]
+        if result.head.word.verb == "Yield" and result.head.passive and making.head.marker in ("by", "via", "through"):
+            source = result.after
+            if source and source[0].low == "from":
+                making = replace(making, head=replace(making.head, marker=""), before=source[1:])
+                source = ()
+            parts[k : k + 2] = [making, replace(result, after=source)]
+    return parts
+
+
+def is_state(tokens: Sequence[Token], earlier: VerbClause, later: VerbClause) -> bool:
+    """Return whether a clause says how what something is added to is held: "A was added to B, previously cooled"."""
+    head = later.head
+    before = tokens[head.first - 1] if head.first else None
+    return (
+        before is not None
+        and head.word.verb in ("Cool", "Heat", "Stir", "SetTemperature", "Wait")
+        and head.low.endswith(("ed", "held", "kept"))
+        and not head.passive
+        and head.marker == ""
+        and (before.kind in _NOMINAL or before.low in ("previously", "already", "beforehand"))
+        and earlier.head.word.frame == "theme"
+        and any(token.low == "to" for token in earlier.after)
+    )
 
 
 def _start(tokens: Sequence[Token], earlier: Head, later: Head) -> int:

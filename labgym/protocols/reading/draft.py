@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from labgym.protocols.experiments.model import Action, Portion, Role, Verb
+from labgym.protocols.reading.actions import Unread
 from labgym.protocols.reading.clauses import VerbClause
 from labgym.protocols.reading.figures import QuantitySpan
 from labgym.protocols.reading.heads import Head
@@ -29,6 +30,11 @@ _INTERMEDIATES = frozenset((
 _WATERY = frozenset(("organic", "aqueous"))
 _OF_A_PART = frozenset(("Wash", "Extract", "DrySolution", "Concentrate", "Filter", "AdjustPH", "Dissolve"))
 _WORKUP = frozenset(("Quench", "Extract", "Wash", "Filter", "Concentrate", "Pour", "AdjustPH", "Partition"))
+_PORTIONS = re.compile(r"(\d{1,2}) x ")
+_REPEATED = frozenset(("Concentrate", "Triturate"))
+"""Operations that are done once with each portion of what they take, besides those that say so themselves."""
+_UNREPEATED = frozenset(("Stir", "Heat", "Reflux", "Wait", "Cool", "Yield", "Analyze"))
+"""Operations that are not counted; a number of times beside them is of something else."""
 _PURIFYING = frozenset(("Wash", "Extract", "DrySolution", "Chromatograph", "Recrystallize", "Triturate"))
 
 
@@ -98,6 +104,7 @@ class ActionDraft:
         last_solid: whether the batch is a solid.
         solution_made: whether the last action makes a solution.
         manners: words for the manner of the operation that no action has yet.
+        doubts: spans of which the text does not tell what they mean for the actions.
     """
 
     text: str
@@ -111,6 +118,7 @@ class ActionDraft:
     manners: set[str] = field(default_factory=set)
     product: str = ""
     result: str = ""
+    doubts: list[Unread] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.owned = bytearray(len(self.text))
@@ -134,6 +142,11 @@ class ActionDraft:
     def own(self, start: int, end: int) -> None:
         """Note that an action owns characters."""
         self.owned[start:end] = b"\1" * (end - start)
+
+    def doubt(self, span: tuple[int, int], why: str) -> None:
+        """Report a span whose meaning for the actions is not clear; the actions are then partial."""
+        start, end = span
+        self.doubts.append(Unread(start=start, end=end, text=self.text[start:end][:1000], why=why))
 
     def own_all(self, items: Iterable[Token | QuantitySpan | SubstanceMention]) -> None:
         """Note that an action owns tokens, figures or names."""
@@ -193,10 +206,12 @@ class ActionDraft:
         self.own_all(item for phrase in phrases for item in phrase.vessels)
         self.own_all((*held, *ratios))
         values = {**stated_by(words), "verb": verb, "takes": tuple(takes)[:30], **held_at(held), **fields}
-        counted = [phrase for phrase in phrases if phrase.repeated is not None]
-        if counted:
-            values.setdefault("repeats", max(1, counted[0].repeats))
-        self.own_all(phrase.repeated for phrase in counted if phrase.repeated is not None)
+        if verb not in _UNREPEATED:
+            counts = [item.repeated for item in (*phrases, *substances(phrases)) if item.repeated is not None]
+            portions = _PORTIONS.match(takes[0].amount) if takes and verb in _REPEATED else None
+            if counts or portions is not None:
+                values.setdefault("repeats", max(1, int(counts[0].value if counts else portions[1])))
+            self.own_all(counts)
         shares = {item.start: item for item in ratios if item.kind in ("ratio", "percent", "molarity")}
         if shares:
             ratio = ", ".join(self.text[item.start : item.end] for item in shares.values())

@@ -91,7 +91,8 @@ _WORD_PORTIONS = re.compile(
 _PORTIONS_AFTER = re.compile(r" ?(?:each )?[x×X] ?(\d{1,2})(?![\d.,]* ?(?:m?[lL]|m?g|h|min)\b)(?![\d.])")
 _TIMES = re.compile(
     r"(?<![A-Za-z])(?:(twice)|(thrice)|(once)|(two|three|four|five|six|seven|\d{1,2})(?: ?times|"
-    r"x| ?× ?(?!\d)| (?:(?:further|additional) )?(?:\d{1,4} ?m[lL] )?portions))"
+    r" (?:more|additional|further) times|x| [xX](?! ?\d)| ?× ?(?!\d)|"
+    r" (?:(?:further|additional) )?(?:\d{1,4} ?m[lL] )?portions))"
     r"(?![A-Za-z])",
     re.IGNORECASE,
 )

@@ -38,6 +38,13 @@ _BY_METHOD = frozenset((
     "purify", "filtered", "isolate", "eliminated", "concentrated", "subjected", "evaporated", "achieved",
     "accomplished", "carried",
 ))  # fmt: skip
+_OBTAINED = frozenset(("obtained", "given", "produced", "generated"))
+_SUPPLIERS = frozenset((
+    "aldrich", "sigma", "sigma-aldrich", "fluka", "merck", "tci", "acros", "alfa", "commercial", "commercially",
+    "supplier", "suppliers",
+))  # fmt: skip
+_FORMING = frozenset(("Dissolve", "MakeSolution", "Crystallize", "PhaseSeparation"))
+"""Operations whose words also say what happens by itself."""
 _LET = frozenset(["allowed", "left", "let", "leave", "allow", "allowing", "permitted", "continued", "left"])
 _HOLDING_NOUNS = frozenset(
     ["stirring", "heating", "cooling", "warming", "shaking", "agitation", "swirling", "refluxing", "boiling"]
@@ -200,7 +207,7 @@ def _head(tokens: Sequence[Token], place: int, token: Token) -> Head | None:
         return None
     if token.low in _HOLDING_NOUNS:
         return at.head(token.verb) if _is_holding(at) else None
-    ed = token.low.endswith(_PARTICIPLES)
+    ed = token.low.endswith(_PARTICIPLES) and token.low != "yield"
     if (_is_adjective(at, token.verb) if ed else _is_noun(at)) and not _gives(at):
         return None
     return at.head(token.verb, place + 1 if token.low == "taken" and at.after == "up" else None)
@@ -215,6 +222,8 @@ def _special(at: _Place) -> Head | None:
             return None
         add = VerbWord("Add", "theme")
         return Head(at.place, at.place, add, "followed by", False, "followed", at.place + 1)
+    if token.low in ("leaving", "leave", "left") and not at.passive and _leaves(at):
+        return at.head(VerbWord("Yield", "result"))
     figure = token.figure
     if (
         figure is not None
@@ -231,6 +240,17 @@ def _special(at: _Place) -> Head | None:
     return None
 
 
+def _leaves(at: _Place) -> bool:
+    """Return whether a mass of what an operation leaves follows: "leaving 2 g of an oil"."""
+    for item in at.tokens[at.place + 1 : at.place + 9]:
+        parts = item.inner if item.kind == "group" else (item,)
+        if any(part.figure is not None and part.figure.kind == "mass" for part in parts):
+            return True
+        if item.kind in ("mark", "figure", "verb") or (item.low in PREPOSITIONS and item.low not in ("of", "as")):
+            return False
+    return False
+
+
 def _is_useful_noun(at: _Place) -> bool:
     """Return whether a noun stands for an operation that is done: "by filtration", not "without purification"."""
     low = at.low
@@ -241,6 +261,9 @@ def _is_useful_noun(at: _Place) -> bool:
     if low in ("chromatographic", "concentration") and (at.after == "of" or low == "chromatographic"):
         return False
     if low == "addition":
+        earlier = at.tokens[at.place - 2].low if at.place > 1 else ""
+        if at.previous in ("the", "a", "dropwise", "slow") and earlier in ("for", "of", "during", "throughout"):
+            return False
         begun = at.after == "of" and at.marker in ("by", "after", "upon", "on", "following", "with")
         return begun or at.previous in ("the", "dropwise", "slow") or (at.place == 0 and at.after == "of")
     near = [item.low for item in at.tokens[max(0, at.place - 5) : at.place]]
@@ -264,7 +287,8 @@ def _is_idle(at: _Place) -> bool:
         or (low in ("boiling", "boil", "boils") and not at.passive)
         or (low in _STANDS and at.marker not in ("to", "on", "upon", "after", "for") and at.previous != "and")
         or (low == "reflux" and not _is_refluxed(at))
-        or (low == "obtained" and _is_attribute(at))
+        or (low in _OBTAINED and (_is_attribute(at) or _is_bought(at)))
+        or (at.token.verb is not None and at.token.verb.verb in _FORMING and _is_observed(at))
         or (low == "saturated" and at.after not in ("with", "by"))
         or (low in ("dilute", "diluted", "concentrated") and named and not at.passive)
     )
@@ -278,7 +302,28 @@ def _is_refluxed(at: _Place) -> bool:
 def _is_attribute(at: _Place) -> bool:
     """Return whether "obtained" belongs to a noun: "the residue thus obtained", "the solid obtained in Step A"."""
     source = at.after in ("in", "from", "by", "as", "according", "above") or at.previous in BATCH
+    if at.low != "obtained":
+        source = at.after in ("above", "previously", "earlier")
     return at.previous in ("thus", "so") or (not at.passive and source)
+
+
+def _is_bought(at: _Place) -> bool:
+    """Return whether "obtained" says where a material was bought: "was obtained from Aldrich"."""
+    ahead = [item.low for item in at.tokens[at.place + 1 : at.place + 5]]
+    return bool(ahead) and ahead[0] in ("from", "commercially") and bool(_SUPPLIERS & set(ahead))
+
+
+def _is_observed(at: _Place) -> bool:
+    """Return whether words say what happens by itself: "the oil which separated", "until the sodium dissolved"."""
+    near = [item.low for item in at.tokens[max(0, at.first - 8) : at.first]]
+    if near and near[-1] in ("which", "that"):
+        return at.after not in ("from", "in", "with", "by")
+    for low in reversed(near):
+        if low in (",", "and"):
+            return False
+        if low in ("until", "till"):
+            return True
+    return False
 
 
 def _is_holding(at: _Place) -> bool:
@@ -361,6 +406,10 @@ def _group(tokens: Sequence[Token], place: int) -> tuple[int, bool, str]:
             break
         k -= 1
     low = tokens[k].low if k >= 0 else ""
+    verb = tokens[place].verb
+    if low == "the" and k and verb is not None and verb.noun and tokens[k - 1].low in ("after", "before", "following"):
+        k -= 1
+        low = tokens[k].low
     if low in _MARKERS:
         marker = low
         k -= 1

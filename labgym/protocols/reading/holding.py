@@ -22,7 +22,7 @@ def hold(draft: ActionDraft, operation: PhrasedOperation) -> None:
     if clause.before and clause.before[0].low in ("while", "whilst") and not held:
         return
     verb = _holding_verb(operation)
-    if verb is None or (verb == "AdjustPH" and _is_adjusted(draft, operation)):
+    if verb is None or (verb == "AdjustPH" and is_adjusted(draft, operation)):
         return
     hydrogen = next((token for token in clause.after if token.low in ("hydrogen", "h2")), None)
     if verb == "Stir" and hydrogen is not None:
@@ -89,8 +89,8 @@ def _holding_verb(operation: PhrasedOperation) -> Verb | None:
     return None if verb == "SetTemperature" and "temperature" not in held else verb
 
 
-def _is_adjusted(draft: ActionDraft, operation: PhrasedOperation) -> bool:
-    """Merge a pH with the addition before it: "NaOH was added to bring the pH to 6"."""
+def is_adjusted(draft: ActionDraft, operation: PhrasedOperation) -> bool:
+    """Merge a pH with the addition before it, and return whether there is one: "was added to bring the pH to 6"."""
     if operation.head.marker != "to" or draft.last_verb != "Add":
         return False
     held = operation.conditions

@@ -32,6 +32,7 @@ class SubstanceMention:
         weak: whether only its place says that it is a substance.
         solvent: whether it is what the others of its phrase are dissolved in.
         paired: whether it is mixed with the name before it, as in "EtOAc/hexane".
+        repeated: how often it is used, if that is said of it alone: "brine (2 x)".
     """
 
     start: int
@@ -41,6 +42,7 @@ class SubstanceMention:
     weak: bool = False
     solvent: bool = False
     paired: bool = False
+    repeated: QuantitySpan | None = None
 
     @property
     def is_stock(self) -> bool:
@@ -120,6 +122,7 @@ class PhraseDraft:
         instead: whether the next name takes the place of the last one.
         closed: whether the last name has its amounts in brackets.
         skip: index of the last token to pass over.
+        ahead: how often what the next phrase names is used: "twice with water".
         adjective: a solvent as an adjective, which follows its noun.
     """
 
@@ -135,17 +138,31 @@ class PhraseDraft:
         self.separated, self.adjacent = True, False
         self.in_solvent = self.paired = self.instead = self.closed = False
         self.skip = -1
+        self.ahead: QuantitySpan | None = None
 
     @property
     def phrase(self) -> TextPhrase:
         """The phrase that is being read."""
         return self.phrases[-1]
 
-    def open(self, prep: str, start: int) -> None:
-        """Begin a phrase."""
+    def open(self, prep: str, start: int, keep: bool = False) -> None:
+        """Begin a phrase.
+
+        Args:
+            prep: the preposition that begins it.
+            start: its first character.
+            keep: whether amounts and qualities that wait for a name go on to wait for it.
+        """
+        waiting = (self.pending, self.quality) if keep else ([], [])
+        if keep:
+            self.pending, self.quality = [], []
         if self.phrases:
             self.close()
+        self.pending, self.quality = waiting
         self.phrases.append(TextPhrase(prep, start, start))
+        if self.ahead is not None:
+            self.phrase.repeats, self.phrase.repeated = int(self.ahead.value), self.ahead
+            self.ahead = None
         self.separate()
         self.in_solvent, self.last = False, None
 
@@ -185,6 +202,10 @@ class PhraseDraft:
         """Read a name: it continues the last one, takes its place, or is another substance."""
         if self.is_ended():
             self.open("", token.start)
+        if self.in_solvent and self.separated and self._is_reagent(place):
+            if self.phrase.solution is None and self.phrase.prep in ("with", "to", "by"):
+                self.open(self.phrase.prep, token.start, keep=True)
+            self.in_solvent = False
         last = self.last
         if self.instead and last is not None:
             self.instead = False
@@ -205,6 +226,19 @@ class PhraseDraft:
                 self.phrase.substances.append(self.adjective)
                 self.adjective = None
         self.separated, self.adjacent, self.paired, self.closed = False, True, False, False
+
+    def _is_reagent(self, place: int) -> bool:
+        """Return whether a name behind a solvent is no solvent: it has a mass, an amount of substance or a strength.
+
+        A solvent is measured by its volume: "A (2 g) in water (10 mL) and hydrogen peroxide (30%, 12 mL)".
+        """
+        measured = bool(self.phrase.substances) and self.phrase.substances[-1].solvent
+        measured = measured and self.phrase.substances[-1].is_measured
+        ahead = self.tokens[place + 1 : place + 5]
+        group = next((token for token in ahead if token.kind != "name"), None)
+        kinds = {figure.kind for figure in self.pending}
+        kinds |= {item.figure.kind for item in group.inner if item.figure is not None} if group is not None else set()
+        return measured and bool(kinds & {"mass", "substance", "equivalents", "molarity", "percent"})
 
     def _joins_ester(self, at: int, token: Token) -> bool:
         """Return whether a name goes on after a comma: "pentanoic acid, benzyl ester"."""

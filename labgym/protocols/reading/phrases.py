@@ -47,7 +47,7 @@ def _figure(draft: PhraseDraft, place: int, token: Token) -> None:
     figure = token.figure
     assert figure is not None
     if figure.kind == "repeats":
-        draft.phrase.repeats, draft.phrase.repeated = int(figure.value), figure
+        _count(draft, place, figure)
     elif figure.kind in ("temperature", "time", "pressure", "ph"):
         draft.phrase.conditions.append(figure)
     elif figure.kind in ("ratio", "other", "length") or (
@@ -66,6 +66,17 @@ def _figure(draft: PhraseDraft, place: int, token: Token) -> None:
     else:
         draft.pending.append(figure)
     draft.adjacent = False
+
+
+def _count(draft: PhraseDraft, place: int, figure: QuantitySpan) -> None:
+    """Note how often something is used: what follows "twice with", the name before "twice, ", or all of the phrase."""
+    after = draft.after(place)
+    if after in ("with", "using") and draft.phrase.substances:
+        draft.ahead = figure
+    elif draft.last is not None and not draft.separated and after in (",", "and") and _goes_on(draft, place + 1):
+        draft.last.repeated = figure
+    else:
+        draft.phrase.repeats, draft.phrase.repeated = int(figure.value), figure
 
 
 def _is_vessel(draft: PhraseDraft, place: int) -> bool:
@@ -174,10 +185,12 @@ def _group(draft: PhraseDraft, place: int, token: Token) -> None:
             return
     phrase.conditions += [figure for figure in values if figure.kind in ("temperature", "time", "pressure", "ph")]
     phrase.ratios += [figure for figure in values if figure.kind in ("ratio", "other", "length")]
-    for figure in values:
-        if figure.kind == "repeats":
-            phrase.repeats, phrase.repeated = int(figure.value), figure
     last = draft.last
+    for figure in values:
+        if figure.kind == "repeats" and last is not None and phrase.substances:
+            last.repeated = figure
+        elif figure.kind == "repeats":
+            phrase.repeats, phrase.repeated = int(figure.value), figure
     if draft.pending and amounts and not names:
         draft.pending += amounts
     elif names and draft.paired:

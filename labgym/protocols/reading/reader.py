@@ -10,11 +10,12 @@ from labgym.errors import OptionError
 from labgym.protocols.experiments.model import Action
 from labgym.protocols.reading.actions import MAX_TEXT, ActionList, Outcome, Unread
 from labgym.protocols.reading.additions import add, crystallize, dissolve, partition, pour, treat
-from labgym.protocols.reading.clauses import VerbClause, clauses
+from labgym.protocols.reading.clauses import VerbClause, clauses, is_state
 from labgym.protocols.reading.draft import EXTRACTS, LAYERS, ActionDraft, PhrasedOperation, lows, substances
 from labgym.protocols.reading.figures import figures, plain
-from labgym.protocols.reading.holding import hold, wait
-from labgym.protocols.reading.lexicon import MANNERS, QUALITIES, SOLUTIONS, Frame
+from labgym.protocols.reading.filtrations import settle_filtrations
+from labgym.protocols.reading.holding import hold, is_adjusted, wait
+from labgym.protocols.reading.lexicon import MANNERS, QUALITIES, SOLUTIONS, VESSELS, Frame
 from labgym.protocols.reading.mentions import SubstanceMention
 from labgym.protocols.reading.phrases import read_phrases
 from labgym.protocols.reading.references import materials, product, refer, reference
@@ -35,6 +36,8 @@ _NUMBERED = frozenset((
     "claim", "structure", "number", "product", "ref", "entry",
 ))  # fmt: skip
 _NUMBER = re.compile(r"^\d{1,6}(?:[.,]\d{1,6})?$")
+_EFFECTS = frozenset(("Quench", "Dissolve", "MakeSolution", "Add", "AdjustPH", "Crystallize"))
+"""Operations that an infinitive names as the effect of another one."""
 _COLD = frozenset(("cooled", "cold", "chilled", "precooled", "pre-cooled", "ice-cold", "ice-cooled"))
 MAX_ABBREVIATION = 8
 """Longest name in parentheses that repeats the name before them."""
@@ -70,7 +73,8 @@ def read_procedure(text: str) -> ActionList:
     in_data = False
     for sentence in parts:
         in_data = _read(draft, sentence, in_data)
-    unread = tuple(_unread(draft, parts))
+    settle_filtrations(draft)
+    unread = tuple(sorted((*_unread(draft, parts), *draft.doubts), key=lambda item: item.start))
     return ActionList(
         text=text,
         actions=tuple(draft.actions),
@@ -151,13 +155,12 @@ def _read_operations(
         draft.emit("Monitor", watched.span())
     match = reference(draft.plain, start, end)
     if match is None:
-        for clause in parts:
-            _operate(draft, clause, clause is parts[0])
+        _operate_all(draft, tokens, parts)
     else:
         results = [clause for clause in parts if clause.head.word.verb == "Yield"]
         used = materials(draft, match, tokens, parts)
         for clause in parts:
-            if clause not in results:
+            if clause not in results and clause.head.word.verb != "Repeat":
                 _operate(draft, clause, clause is parts[0])
         refer(draft, match, end)
         for clause in results:
@@ -166,6 +169,19 @@ def _read_operations(
             product(draft, tokens, used)
     if watched is not None and not early and draft.last_verb != "Monitor":
         draft.emit("Monitor", watched.span())
+
+
+def _operate_all(draft: ActionDraft, tokens: Sequence[Token], parts: Sequence[VerbClause]) -> None:
+    """Read operations; how something is held to which another is added comes before the addition."""
+    begin = len(draft.actions)
+    for earlier, clause in zip([None, *parts], parts, strict=False):
+        end = len(draft.actions)
+        _operate(draft, clause, clause is parts[0])
+        if earlier is not None and end > begin and is_state(tokens, earlier, clause):
+            held, draft.actions[end:] = draft.actions[end:], []
+            made = end - begin > 1 and draft.actions[begin].verb in ("MakeSolution", "Add", "Dissolve")
+            draft.actions[begin + made : begin + made] = held
+        begin = end
 
 
 def _operate(draft: ActionDraft, clause: VerbClause, is_first: bool) -> None:
@@ -180,7 +196,8 @@ def _operate(draft: ActionDraft, clause: VerbClause, is_first: bool) -> None:
     for phrase in operation.phrases:
         for remark in phrase.remarks:
             draft.own(*remark)
-    if is_first and not draft.actions and any(phrase.nouns for phrase in before) and not substances(before):
+    nouns = {noun for phrase in before for noun in phrase.nouns} - VESSELS
+    if is_first and not draft.actions and nouns and not substances(before):
         draft.started_with_batch = True
     if head.marker != "after":
         wait(draft, operation)
@@ -189,9 +206,30 @@ def _operate(draft: ActionDraft, clause: VerbClause, is_first: bool) -> None:
         draft.own_all(operation.conditions)
         return
     draft.own_names([phrase for phrase in before if set(phrase.nouns) & (LAYERS | EXTRACTS | SOLUTIONS)])
+    if _is_intended(draft, operation, is_first):
+        return
     draft.manners = lows(clause.group) & MANNERS.keys()
     _FRAMES.get(head.word.frame, hold)(draft, operation)
     draft.manners = set()
+
+
+def _is_intended(draft: ActionDraft, operation: PhrasedOperation, is_first: bool) -> bool:
+    """Return whether an infinitive says what another operation is done for, and merge it: "to destroy excess A".
+
+    An acidity is a target of the addition before it: "HCl was added to adjust the pH to 3".
+    """
+    head = operation.head
+    if head.marker != "to" or head.passive or head.word.verb not in _EFFECTS:
+        return False
+    is_alone = is_first and not any(token.kind == "mark" for token in operation.clause.after)
+    if is_alone or any(phrase.is_measured for phrase in operation.phrases):
+        return False
+    if head.word.verb == "AdjustPH" and (is_first or not is_adjusted(draft, operation)):
+        return False
+    if operation.conditions and head.word.verb != "AdjustPH":
+        return False
+    draft.own_names(operation.phrases)
+    return True
 
 
 def _is_repeated(draft: ActionDraft, names: Sequence[SubstanceMention]) -> bool:
@@ -209,8 +247,9 @@ def _outcome(draft: ActionDraft, unread: Sequence[Unread]) -> Outcome:
     before = [action for action in draft.actions if action.verb in ("Add", "MakeSolution", "Dissolve", "Hydrogenate")]
     measured = any(_is_measured(portion.amount) for action in before for portion in action.takes)
     quantities = any(item.why.startswith("amount") for item in unread)
-    ends = "Yield" in verbs
-    return "complete" if measured and ends and not draft.started_with_batch and not quantities else "partial"
+    ends = "Yield" in verbs or next((verb for verb in reversed(verbs) if verb != "Analyze"), "") == "DrySolid"
+    is_clear = not (draft.started_with_batch or quantities or draft.doubts)
+    return "complete" if measured and ends and is_clear else "partial"
 
 
 def _is_measured(amount: str) -> bool:
@@ -226,7 +265,7 @@ def _unread(draft: ActionDraft, parts: Iterable[Sentence]) -> Iterable[Unread]:
             if any(draft.owned[token.start : token.end]):
                 continue
             kind = token.figure.kind if token.figure is not None else None
-            if kind is not None and kind not in ("other", "length", "ratio", "repeats"):
+            if kind is not None and kind not in ("other", "length", "ratio") and not _is_once(token):
                 yield Unread(
                     start=token.start,
                     end=token.end,
@@ -244,6 +283,10 @@ def _unread(draft: ActionDraft, parts: Iterable[Sentence]) -> Iterable[Unread]:
                     text=draft.text[token.start : token.end][:1000],
                     why="name that no action owns",
                 )
+
+
+def _is_once(token: Token) -> bool:
+    return token.figure is not None and token.figure.kind == "repeats" and token.figure.value == 1.0
 
 
 def _own_descriptions(draft: ActionDraft, tokens: Sequence[Token], taken: set[str]) -> None:

@@ -30,6 +30,9 @@ _REFERS = re.compile(
     r"|(?:general|standard) (?:procedure|method)s? [A-Z\d]\b|"
     r"by (?:the )?(?:general )?(?:procedure|method|Procedure|Method) [A-Z\d]|"
     r"Prepared by Procedure"
+    r"|(?:procedure|method|process|reaction|preparation|synthesis) (?:of|in) (?:Example|EXAMPLE|example|Step|"
+    r"Preparation) [A-Z\d]\w{0,6} (?:was|is) repeated"
+    r"|(?:Example|EXAMPLE|Preparation) [A-Z\d]\w{0,6} (?:was|is) repeated"
     r"|in (?:the )?(?:procedure|process|method) of (?:Example|example)|"
     r"in accordance with (?:the )?(?:process|procedure|method|general))"
 )

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from labgym.protocols.reading.draft import ActionDraft, PhrasedOperation, conditions, substances
+from labgym.protocols.experiments.model import Portion
+from labgym.protocols.reading.draft import EXTRACTS, LAYERS, ActionDraft, PhrasedOperation, conditions, lows, substances
 from labgym.protocols.reading.figures import figures
 from labgym.protocols.reading.lexicon import SOLUTIONS
 from labgym.protocols.reading.mentions import SubstanceMention, TextPhrase
 from labgym.protocols.reading.phrases import read_phrases
+from labgym.protocols.reading.separations import collect
 from labgym.protocols.reading.stated import mercury, single, written
 from labgym.protocols.reading.tokens import Token
 
@@ -27,12 +29,21 @@ _LABEL_QUALITIES = frozenset(("title", "desired", "titled", "above", "expected",
 def give(draft: ActionDraft, operation: PhrasedOperation) -> None:
     """Append a result, if the text names the product or its amount."""
     head, clause = operation.head, operation.clause
-    source, tokens = (operation.before, clause.before) if head.passive else (operation.after, clause.after)
-    others = operation.after if head.passive else []
+    is_before = head.passive and [token.low for token in clause.before[:1]] != ["there"]
+    source, tokens = (operation.before, clause.before) if is_before else (operation.after, clause.after)
+    others = operation.after if is_before else []
     phrases = [*source, *others]
     named = substances(phrase for phrase in source if phrase.prep in ("", "of", "as", "for"))
+    if head.low.startswith(("isolat", "recover", "separat")) and lows(clause.before) & (LAYERS | EXTRACTS):
+        collect(draft, operation)
+        return
     if head.low.startswith(("isolat", "recover", "separat")) and not named:
         return
+    if head.passive:
+        used = [item for phrase in others if phrase.prep in ("from", "by", "with") for item in phrase.substances]
+        if any(item.is_measured for item in used):
+            draft.put("Add", used)
+        others = [phrase for phrase in others if phrase.prep not in ("from", "by", "with")]
     main = _named_result(source, tokens) or named[:1]
     loose = [value for phrase in phrases for value in phrase.loose if value.kind in _RESULTS]
     draft.own_all(substances(phrases))
@@ -83,6 +94,11 @@ def complete(draft: ActionDraft, span: tuple[int, int]) -> bool:
             stated = ", ".join(filter(None, (first.amount, written(share))))
             gives = (first.model_copy(update={"amount": stated}), *rest)
             actions[-1] = actions[-1].model_copy(update={"gives": gives})
+        return True
+    measured = [item for item in values if item.kind in ("mass", "percent")]
+    if words.startswith("yield") and measured and actions and actions[-1].verb not in ("Analyze", "Refers"):
+        product = Portion(name="product", amount=", ".join(map(written, measured[:2])), assumed=True)
+        draft.emit("Yield", span, gives=(product,), assumed=("gives",))
         return True
     if words.startswith(("b.p", "bp", "boiling", "b. p")):
         near = range(len(actions) - 1, max(-1, len(actions) - 4), -1)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import Any
+from typing import Any, Literal
 
 from labgym.protocols.experiments.model import Portion
 from labgym.protocols.reading.draft import (
@@ -15,7 +15,7 @@ from labgym.protocols.reading.draft import (
     lows,
     with_substances,
 )
-from labgym.protocols.reading.lexicon import SOLID
+from labgym.protocols.reading.lexicon import SOLID, SOLUTIONS
 from labgym.protocols.reading.phrases import read_phrases
 
 _COLUMN = re.compile(
@@ -30,15 +30,35 @@ _NOT_SOLVENT = frozenset((
     "bath", "catalyst", "insolubles", "solid", "solids", "precipitate", "material", "salts", "salt", "crystals",
     "agent", "desiccant", "sulfate", "celite", "impurities", "carbon",
 ))  # fmt: skip
-_LIQUIDS = LAYERS | {"fractions", "filtrates", "filtrate", "fraction", "extracts"}
-_UNWANTED = frozenset(("catalyst", "insolubles", "undissolved", "agent", "desiccant"))
+_UNWANTED = frozenset((
+    "catalyst", "agent", "desiccant", "sieves", "impurities", "by-product", "by-products", "byproduct", "byproducts",
+    "charcoal", "carbon", "urea", "inorganics", "salts",
+))  # fmt: skip
 """Words for a solid that a filtration takes away."""
+_UNDISSOLVED = frozenset(("insolubles", "insoluble", "undissolved"))
+"""Words for a solid that may be the product or not."""
+_REMOVING = re.compile(
+    r",? (?:(?:in order |so as )?to (?:remove|eliminate|clarify)|removing)\b|,? (?:(?:was|were) )?(?:and )?discarded\b"
+)
+"""Words behind a filtration that takes a solid away."""
+_LIQUIDS = LAYERS | {"fractions", "filtrates", "filtrate", "fraction", "extracts"}
+_PLACES = ("lower", "upper", "bottom", "top")
+_LIQUID_BATCHES = SOLUTIONS | {"oil", "liquid", "supernatant"}
+_DISCARDED = re.compile(r",? ?(?:and )?(?:(?:was|were|is|are) )?(?:then )?(?:discarded|rejected|thrown away)")
 _DRYING = frozenset(("vacuum", "vacuo", "air", "oven", "desiccator", "pressure"))
 
 
 def clear(draft: ActionDraft, operation: PhrasedOperation) -> None:
     """Append an operation that takes no substance: evaporation, distillation, separation, purification, transfer."""
     head, verb, after = operation.head, operation.verb, operation.after
+    takes: list[Portion]
+    if verb == "Repeat":
+        takes = draft.portions(with_substances(after, "with", "using"))
+        note = draft.text[slice(*operation.span)]
+        if operation.clause.before:
+            note = draft.text[operation.clause.before[0].start : operation.span[1]]
+        draft.act("Repeat", operation, takes, note=note[:400])
+        return
     if verb == "PhaseSeparation":
         collect(draft, operation)
         return
@@ -54,7 +74,7 @@ def clear(draft: ActionDraft, operation: PhrasedOperation) -> None:
         return
     if verb == "Purify" and any("recrystallization" in (*item.nouns, *item.words) for item in operation.phrases):
         verb = "Recrystallize"
-    takes: list[Portion] = []
+    takes = []
     if head.low.startswith("azeotrop") or (verb == "Concentrate" and with_substances(after, "with")):
         takes = draft.portions(with_substances(after, "with", "from"))
     if (head.passive or head.marker in ("", "by")) and not head.low.startswith("remov"):
@@ -93,15 +113,37 @@ def collect(draft: ActionDraft, operation: PhrasedOperation) -> None:
     if head.method == "filtration":
         _filter(draft, operation)
         return
-    layer = next((part for part in ("organic", "aqueous") if part in near), None)
-    if "water" in near and near & LAYERS:
-        layer = layer or "aqueous"
-    if near & {"layers", "phases"} or (near & LAYERS and layer is None) or {"organic", "aqueous"} <= near:
+    layer = _layer(near, operation)
+    place = next((word for word in _PLACES if word in near), None)
+    is_thrown = _DISCARDED.match(draft.plain, operation.span[1]) is not None
+    if near & {"layers", "phases"} or (near & LAYERS and not layer and not place) or {"organic", "aqueous"} <= near:
         draft.act("PhaseSeparation", operation, part=None)
+    elif near & LAYERS and is_thrown:
+        other = {"organic": "aqueous", "aqueous": "organic"}.get(layer or "")
+        draft.act("PhaseSeparation", operation, part=None, keep=other)
     elif near & (LAYERS | EXTRACTS | {"organics"}):
-        draft.act("CollectLayer", operation, keep=layer)
-    elif near & SOLID or "crystal" in near or head.low in ("separated", "separating"):
+        note = f"{place} layer" if place else ""
+        draft.act("CollectLayer", operation, keep=layer, note=note)
+    elif head.low.startswith("decant"):
+        draft.act("PhaseSeparation", operation, part=None)
+        draft.doubt(operation.span, "which part of the decantation goes on is not clear")
+    elif near & SOLID or "crystal" in near:
         _filter(draft, operation)
+    elif near & _LIQUID_BATCHES:
+        draft.act("CollectLayer" if layer else "PhaseSeparation", operation, part=None, keep=layer)
+    elif head.low in ("separated", "separating"):
+        _filter(draft, operation)
+        draft.doubt(operation.span, "whether a layer or a solid is separated is not clear")
+
+
+def _layer(near: set[str], operation: PhrasedOperation) -> Literal["organic", "aqueous"] | None:
+    """Return which layer words name: by "organic" or "aqueous", or by its solvent."""
+    if near & {"organic", "organics"}:
+        return "organic"
+    if near & {"aqueous", "water"}:
+        return "aqueous"
+    named = [item for phrase in operation.before if phrase.prep == "" for item in phrase.substances]
+    return "organic" if near & (LAYERS | SOLUTIONS) and any(not item.weak for item in named) else None
 
 
 def over(draft: ActionDraft, operation: PhrasedOperation) -> None:
@@ -144,13 +186,16 @@ def _filter(draft: ActionDraft, operation: PhrasedOperation) -> None:
             collect(draft, operation)
         return
     aids = with_substances(operation.after, "over", "through", "on", "via", "with")
-    solid = bool(subject & (SOLID | {"crystals"})) and not subject & {"catalyst", "insolubles", "undissolved"}
-    cleared = bool(subject & _UNWANTED or aids) or draft.last_verb == "DrySolution"
-    keep = "filtrate" if cleared and not solid else "precipitate"
-    stated = solid or (not cleared and head.low.startswith(("collect", "isolat")))
+    is_collected = head.low.startswith(("collect", "isolat", "recover"))
+    is_unwanted = bool(subject & _UNWANTED) or head.low.startswith(("remov", "eliminat", "freed"))
+    is_unwanted = is_unwanted or _REMOVING.match(draft.plain, operation.span[1]) is not None
+    solid = bool(subject & (SOLID | {"crystals"})) and not subject & _UNDISSOLVED and not is_unwanted
+    cleared = (is_unwanted or bool(aids) or draft.last_verb == "DrySolution") and not is_collected and not solid
+    keep = "filtrate" if cleared else "precipitate"
     draft.own_names([phrase for phrase in operation.phrases if phrase not in aids])
-    draft.last_solid = keep == "precipitate"
-    draft.act("Filter", operation, draft.portions(aids), keep=keep, assumed=() if stated else ("keep",))
+    draft.last_solid = not cleared
+    is_named = solid or (is_collected and not cleared)
+    draft.act("Filter", operation, draft.portions(aids), keep=keep, assumed=() if is_named else ("keep",))
 
 
 def _chromatograph(draft: ActionDraft, operation: PhrasedOperation) -> None:

@@ -151,14 +151,28 @@ def _written_out(actions: Sequence[Action], lacks: list[str]) -> Iterator[Action
             lacks.append(
                 f"the text refers to another procedure ({action.note[:80] or 'unnamed'}): write its actions out"
             )
-        elif action.verb == "Repeat" and last is not None and last.takes:
+        elif action.verb == "Repeat" and last is not None and _is_repeatable(last, action):
+            again = last.model_copy(update={"takes": action.takes or last.takes})
             for _ in range(action.repeats):
-                yield last
+                yield again
         elif action.verb == "Repeat":
             lacks.append(f"the text repeats earlier actions ({action.note[:80]}): write them out")
         else:
-            last = action
-            yield action
+            last = _counted(action)
+            yield last
+
+
+def _counted(action: Action) -> Action:
+    """Return an action with the number of times in its note, unless its amounts state it ("3 x 20 mL")."""
+    if action.repeats == 1 or any(" x " in portion.amount for portion in action.takes):
+        return action
+    return action.model_copy(update={"note": "; ".join(filter(None, (action.note, f"{action.repeats} times")))[:400]})
+
+
+def _is_repeatable(last: Action, repeat: Action) -> bool:
+    """Return whether a repeat is of the last action alone, a number of times."""
+    alone = last.verb in ("Wash", "Extract", "Triturate", "Recrystallize", "Concentrate", "Partition")
+    return alone and bool(last.takes) and " until " not in f"{repeat.note} "
 
 
 def _dried(actions: Sequence[Action], notes: list[str]) -> list[Action]:

@@ -1,0 +1,110 @@
+"""Filtrations: which part goes on, by what is done to which part in the sentences that follow.
+
+A filtration is read when its clause is; which part it keeps often stands behind it ("and filtered. The filtrate was
+evaporated"). Where both parts go on, or nothing says which one does, the filtration is reported as unread.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from typing import Literal
+
+from labgym.protocols.experiments.model import Action, Verb
+from labgym.protocols.reading.draft import ActionDraft
+
+KeptPart = Literal["filtrate", "precipitate"]
+_FILTRATE = re.compile(r"\b(?:filtrates?|mother liquors?|supernatant)\b")
+_SOLID = re.compile(r"\b(?:solids?|precipitates?|crystals|cake|filtercake|filter-cake|powder|product)\b")
+_LIQUID = re.compile(r"\b(?:solution|mixture|solvents?|liquors?|volatiles|(?:organic|aqueous) (?:layer|phase))\b")
+_THROWN = re.compile(
+    r"\b(?:(filtrates?|mother liquors?|supernatant)|(?:solids?|precipitates?|cake|filter-cake))"
+    r"(?: (?:was|were|is|are))?(?: then)? (?:discarded|rejected|thrown away|disposed of)\b"
+)
+_OF_LIQUIDS: frozenset[Verb] = frozenset((
+    "Concentrate", "Extract", "Partition", "PhaseSeparation", "CollectLayer", "DrySolution", "AdjustPH", "Distill",
+    "Cool",
+))  # fmt: skip
+"""Operations that are done to a liquid."""
+_OF_SOLIDS: frozenset[Verb] = frozenset((
+    "DrySolid", "Recrystallize", "Triturate", "Dissolve", "MakeSolution", "Sublime", "Yield",
+))  # fmt: skip
+"""Operations that are done to a solid."""
+_OF_EITHER: frozenset[Verb] = frozenset(("Wash", "Monitor", "Analyze", "Transfer"))
+_UNCLEAR = "which part of the filtration goes on is not clear"
+
+
+def settle_filtrations(draft: ActionDraft) -> None:
+    """Set which part each filtration keeps by what is done after it, and report those where that is not clear."""
+    for place, action in enumerate(draft.actions):
+        if action.verb != "Filter" or action.keep is None or action.span is None:
+            continue
+        keep, is_clear = _kept(draft, place)
+        if keep != action.keep:
+            assumed = tuple(dict.fromkeys((*action.assumed, "keep")))
+            draft.actions[place] = action.model_copy(update={"keep": keep, "assumed": assumed})
+        if not is_clear:
+            draft.doubt(action.span, _UNCLEAR)
+
+
+def _kept(draft: ActionDraft, place: int) -> tuple[KeptPart, bool]:
+    """Return the part that a filtration keeps, and whether that is clear."""
+    action = draft.actions[place]
+    is_solid_used = washed = False
+    for following, words, inside in _after(draft, place):
+        thrown = _THROWN.search(words)
+        if thrown is not None and not is_solid_used:
+            return ("precipitate" if thrown[1] else "filtrate"), True
+        if _FILTRATE.search(f"{words} {inside}"):
+            return ("precipitate", False) if is_solid_used else ("filtrate", True)
+        if following.verb == "Filter":
+            break
+        if is_solid_used:
+            continue
+        if following.verb in _OF_EITHER:
+            washed = washed or following.verb == "Wash"
+            continue
+        part = _used(action, following, words)
+        if part == "filtrate":
+            return "filtrate", True
+        if part is None:
+            return _guessed(action, following, words, washed)
+        is_solid_used = True
+    return ("filtrate" if action.keep == "filtrate" and not is_solid_used else "precipitate"), True
+
+
+def _used(action: Action, following: Action, words: str) -> KeptPart | None:
+    """Return the part of a filtration that an action behind it is clearly done to, or None."""
+    named = "keep" not in action.assumed
+    if _SOLID.search(words) and following.verb != "Crystallize":
+        return "precipitate"
+    if action.keep == "filtrate":
+        return "precipitate" if following.verb == "DrySolid" else "filtrate"
+    if following.verb in _OF_SOLIDS or (named and following.verb == "DrySolution"):
+        return "precipitate"
+    if following.verb == "Crystallize":
+        return "precipitate" if following.takes or named else "filtrate"
+    if following.verb in _OF_LIQUIDS and (not named or _LIQUID.search(words)):
+        return "filtrate"
+    return None
+
+
+def _guessed(action: Action, following: Action, words: str, washed: bool) -> tuple[KeptPart, bool]:
+    """Return the more likely part where an action may be done to either, and whether it is nearly certain."""
+    named = "keep" not in action.assumed
+    if _LIQUID.search(words):
+        return "filtrate", not named
+    if named:
+        return "precipitate", following.verb not in _OF_LIQUIDS
+    return ("precipitate" if washed else "filtrate"), False
+
+
+def _after(draft: ActionDraft, place: int) -> Iterator[tuple[Action, str, str]]:
+    """Yield the actions behind a filtration, each with the words before it, and its own if it is done to a liquid."""
+    actions: Sequence[Action] = draft.actions
+    end = actions[place].span[1] if actions[place].span is not None else 0
+    for following in actions[place + 1 :]:
+        start, stop = following.span or (end, end)
+        inside = draft.plain[start:stop].lower() if following.verb in _OF_LIQUIDS else ""
+        yield following, draft.plain[min(end, start) : start].lower(), inside
+        end = max(end, stop)
