@@ -34,7 +34,7 @@ _PORTIONS = re.compile(r"(\d{1,2}) x ")
 _REPEATED = frozenset(("Concentrate", "Triturate"))
 """Operations that are done once with each portion of what they take, besides those that say so themselves."""
 _UNREPEATED = frozenset(("Stir", "Heat", "Reflux", "Wait", "Cool", "Yield", "Analyze"))
-"""Operations that are not counted; a number of times beside them is of something else."""
+"""Operations that are not counted; a number of times next to them is of something else."""
 _PURIFYING = frozenset(("Wash", "Extract", "DrySolution", "Chromatograph", "Recrystallize", "Triturate"))
 
 
@@ -207,10 +207,13 @@ class ActionDraft:
         self.own_all((*held, *ratios))
         values = {**stated_by(words), "verb": verb, "takes": tuple(takes)[:30], **held_at(held), **fields}
         if verb not in _UNREPEATED:
-            counts = [item.repeated for item in (*phrases, *substances(phrases)) if item.repeated is not None]
+            told = [phrase.repeated for phrase in phrases] + [item.repeated for item in substances(phrases)]
+            counts = [count for count in told if count is not None]
             portions = _PORTIONS.match(takes[0].amount) if takes and verb in _REPEATED else None
-            if counts or portions is not None:
-                values.setdefault("repeats", max(1, int(counts[0].value if counts else portions[1])))
+            if counts:
+                values.setdefault("repeats", max(1, int(counts[0].value)))
+            elif portions is not None:
+                values.setdefault("repeats", max(1, int(portions[1])))
             self.own_all(counts)
         shares = {item.start: item for item in ratios if item.kind in ("ratio", "percent", "molarity")}
         if shares:

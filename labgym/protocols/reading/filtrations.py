@@ -102,7 +102,8 @@ def _guessed(action: Action, following: Action, words: str, washed: bool) -> tup
 def _after(draft: ActionDraft, place: int) -> Iterator[tuple[Action, str, str]]:
     """Yield the actions behind a filtration, each with the words before it, and its own if it is done to a liquid."""
     actions: Sequence[Action] = draft.actions
-    end = actions[place].span[1] if actions[place].span is not None else 0
+    own = actions[place].span
+    end = 0 if own is None else own[1]
     for following in actions[place + 1 :]:
         start, stop = following.span or (end, end)
         inside = draft.plain[start:stop].lower() if following.verb in _OF_LIQUIDS else ""
