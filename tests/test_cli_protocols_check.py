@@ -60,6 +60,14 @@ def test_bytes_that_are_no_text_are_searched_for_or_refused_in_one_line(capsys: 
     assert "UTF-8" in capsys.readouterr().err
 
 
+def test_a_text_file_that_does_not_exist_is_named(tmp_path, capsys):
+    missing = tmp_path / "procedure.txt"
+    assert main(["protocols", "new", str(missing)]) == 2
+    message = capsys.readouterr().err
+    assert f"{missing} not found" in message
+    assert message.count("\n") == 1
+
+
 def test_an_existing_protocol_is_overwritten_only_when_asked(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -133,10 +133,14 @@ def _text_of(text: str) -> str:
     """Return a text, or the content of the .txt file that it names.
 
     Raises:
-        OptionError: the file cannot be read as UTF-8 text.
+        OptionError: the file does not exist, or cannot be read as UTF-8 text.
     """
-    if not text.endswith(".txt") or len(text) > MAX_PATH or not Path(text).is_file():
+    if not text.endswith(".txt") or len(text) > MAX_PATH:
         return text
+    if not Path(text).is_file():
+        if len(text.split()) > 1:
+            return text
+        raise OptionError(f"{text} not found: pass the path of a .txt file, or the text itself in quotes")
     try:
         return Path(text).read_text(encoding="utf-8").strip()
     except (OSError, UnicodeDecodeError) as error:
