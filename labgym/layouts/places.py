@@ -150,14 +150,14 @@ class SplitPlace:
         name = f"{self.split}-development-{self.seed}" if self.development else f"{self.split}-{self.index:04d}"
         return layout.replace(id=name, provenance=provenance)
 
-    def check(self, tidy: Layout) -> None:
-        """Check that the tidy layout holds all of its protocols together by the rule set `touchstone`.
+    def check(self, layout: Layout) -> None:
+        """Check that a layout holds all of its protocols together by the rule set `touchstone`.
 
         Raises:
             InfeasibleError: a rule is broken; names the first violation.
         """
-        protocol = combination(tidy.protocols, tidy.catalog)
-        assessment = evaluate_layout(tidy, protocol)
+        protocol = combination(layout.protocols, layout.catalog)
+        assessment = evaluate_layout(layout, protocol)
         if assessment.v:
             first = next(iter(assessment.violations.items))
             raise InfeasibleError(
@@ -212,7 +212,7 @@ def place_at(split: str, index: int, first: int | None = None, attempt: int = 0)
 
 
 def furnished(split: str, index: int, first: int | None = None) -> tuple[SplitPlace, Layout]:
-    """Return a place of a split with its tidy layout: of the first seed whose floor holds its protocols.
+    """Return a place of a split with its tidy layout: of the first seed whose floor holds its protocols, tidy or not.
 
     Raises:
         UnknownNameError, OptionError: as `place_at`.
@@ -223,7 +223,7 @@ def furnished(split: str, index: int, first: int | None = None) -> tuple[SplitPl
 
 
 def furnished_with(split: str, index: int, seeds: Iterable[int]) -> tuple[SplitPlace, Layout]:
-    """Return a place with its tidy layout: of the first of `seeds` whose floor holds its protocols.
+    """Return a place with its tidy layout: of the first of `seeds` whose floor holds its protocols, tidy or not.
 
     Raises:
         UnknownNameError, OptionError: as `SplitPlace.of`.
@@ -235,6 +235,7 @@ def furnished_with(split: str, index: int, seeds: Iterable[int]) -> tuple[SplitP
             place = SplitPlace.of(split, index, seed)
             tidy = place.tidy()
             place.check(tidy)
+            place.check(place.cluttered(tidy))
             return place, tidy
         except InfeasibleError as error:
             last = error
