@@ -43,5 +43,8 @@ register(
     entry_point="labgym.envs.point_nav:LabPointNavEnv",
     vector_entry_point=_VECTOR,
     max_episode_steps=1200,
-    kwargs={"config": "LabNavMoved-v0", "conditions": ("contacts", {"kind": "changes", "pushable": False})},
+    kwargs={
+        "config": "LabNavMoved-v0",
+        "conditions": ("contacts", {"kind": "changes", "spacing": 3.0, "pushable": False}),
+    },
 )

@@ -85,7 +85,7 @@ def labnav(
     episodes: int = 2,
     tasks: Annotated[tuple[str, ...], arg(metavar="TASK [TASK ...]", help_behavior_hint="")] = (),
     level: Annotated[tuple[Literal[1, 2, 3], ...], arg(metavar="LEVEL [LEVEL ...]")] = (1, 2, 3),
-    version: int = 1,
+    version: int = 2,
     draft: bool = False,
     unfiltered: bool = True,
     seed: int = 14,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Hashable
+from collections.abc import Hashable
 from dataclasses import dataclass, replace
 
 import mujoco
@@ -109,7 +109,7 @@ def _key(robot: Robot, moving: Moving) -> Hashable | None:
 def _built(layout: Layout, robot: Robot, moving: Moving) -> Assembly:
     masses = dict(moving.pushable)
     things = tuple(_thing(layout, name, mass) for name, mass in moving.pushable)
-    static = without(layout, masses)
+    static = layout.without(masses)
     scene = to_mjcf(static, visible=moving.visible, interactive=moving.interactive, loose=moving.loose)
     attach(scene, robot)
     for thing in things:
@@ -132,13 +132,6 @@ def _built(layout: Layout, robot: Robot, moving: Moving) -> Assembly:
     single.compiler.discardvisual = True
     alone = single.compile()
     return Assembly(model, alone, OutOfReach(model, robot.size), things, quiet)
-
-
-def without(layout: Layout, names: Collection[str]) -> Layout:
-    """Return a layout without some placements."""
-    if not names:
-        return layout
-    return layout.replace(placements=tuple(each for each in layout.placements if each.id not in names))
 
 
 def _thing(layout: Layout, name: str, mass: float) -> Thing:

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from labgym.assets import Asset
 from labgym.assets.shapes import MATERIALS
-from labgym.envs.assembly import without
 from labgym.envs.conditions.bodies import Body, BodyRays, BodyShape
 from labgym.envs.pushing import PushingSimulation
 from labgym.envs.robot import BOTTOM, RobotSpec
@@ -180,7 +179,7 @@ class PushedScene:
         self.simulation = simulation
         self._radius, self._exact, self._palette = robot.chassis_radius, exact, palette
         names = [thing.name for thing in simulation.things]
-        self.fixtures: World = world_of(without(layout, names))
+        self.fixtures: World = world_of(layout.without(names))
         index = {placement.id: number for number, placement in enumerate(layout.placements)}
         self._index = np.array([number for name, number in index.items() if name not in names], dtype=np.int64)
         self._owners = [index[name] for name in names]

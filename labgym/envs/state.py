@@ -103,9 +103,12 @@ class State:
 
     @property
     def shortest_path_length(self) -> float:
-        """Length of the shortest any-angle path of the drive in progress, meters; inf if no path exists. Privileged."""
+        """Length of the shortest any-angle path of the drive in progress, meters; inf if no path exists. Privileged.
+
+        It leads through what the robot can push, so that no drive is shorter.
+        """
         if self._measured is not self.pair:
-            self._measured, world = self.pair, self.world
+            self._measured, world = self.pair, self.fixtures
             self._length = (
                 world.shortest_length(self.pair) if not self.disc else world.length_to_disc(self.pair, self.disc)
             )

@@ -53,6 +53,11 @@ class Task:
     conditions: Mapping[str, Any] = field(default_factory=dict)
     pushable: Mapping[str, float] = field(default_factory=dict)
 
+    @property
+    def fixed(self) -> Layout:
+        """The layout without what the robot can push."""
+        return self.layout.without(self.pushable)
+
 
 class TaskSource:
     """Chooses the task of each episode.

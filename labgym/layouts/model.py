@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Self
@@ -309,6 +309,12 @@ class Layout(Document, Growing):
                     yield box
                 if placement.state:
                     yield from (part for part in self.open_parts(placement.id) if part.z0 < below)
+
+    def without(self, names: Collection[str]) -> Layout:
+        """Return the layout without some placements."""
+        if not names:
+            return self
+        return self.replace(placements=tuple(each for each in self.placements if each.id not in names))
 
     def replace(self, **changes: Any) -> Layout:
         """Return a copy with some fields changed, bound to the same catalog (or to `catalog=`).

@@ -151,13 +151,13 @@ class SplitPlace:
         return layout.replace(id=name, provenance=provenance)
 
     def check(self, layout: Layout) -> None:
-        """Check that a layout holds all of its protocols together by the rule set `touchstone`.
+        """Check that a layout holds all of its protocols together by the rule set `touchstone`, with drives and ways.
 
         Raises:
             InfeasibleError: a rule is broken; names the first violation.
         """
         protocol = combination(layout.protocols, layout.catalog)
-        assessment = evaluate_layout(layout, protocol)
+        assessment = evaluate_layout(layout, protocol, navigation=True)
         if assessment.v:
             first = next(iter(assessment.violations.items))
             raise InfeasibleError(
@@ -234,7 +234,6 @@ def furnished_with(split: str, index: int, seeds: Iterable[int]) -> tuple[SplitP
         try:
             place = SplitPlace.of(split, index, seed)
             tidy = place.tidy()
-            place.check(tidy)
             place.check(place.cluttered(tidy))
             return place, tidy
         except InfeasibleError as error:

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from labgym.envs.assembly import without
 from labgym.envs.conditions.bodies import Body, BodyShape
 from labgym.envs.conditions.panes import FRAMED, FRAMELESS
 from labgym.envs.labnav.episodes import LabNavEpisode
@@ -116,7 +115,7 @@ class LabNavShow(PacedShow):
     def layout(self, number: int) -> Layout:
         """Return the true floor of an episode without the things that the robot can push."""
         task = self.episodes[number].task
-        return without(task.layout, list(task.pushable))
+        return task.fixed
 
     def description(self, number: int) -> dict[str, Any]:
         """Return ends, shortest path, plan, and what differs from the map, of an episode."""

@@ -46,7 +46,7 @@ class Changes(Condition):
         spacing: length of route per change, meters. most: largest number of changes.
         kinds: kinds of changes that are drawn, with equal weights.
         pushable: whether the robot can push things; without it, all stand fast, even those that were drawn with a mass.
-        late: whether half of those come while the robot drives.
+        late: whether half of those come while the robot drives; without `pushable` they are there from the start.
         detour: largest ratio of the shortest path on the true floor to that on the map.
     """
 
@@ -68,8 +68,6 @@ class Changes(Condition):
             raise OptionError(f"kinds of changes are empty: pass some of {', '.join(KINDS)}")
         for name in ("pushable", "late"):
             check_switch(f"Changes: {name}", getattr(self, name))
-        if self.late and not self.pushable:
-            raise OptionError("Changes: things come late only if they can be pushed: pass pushable=True")
 
     def draw(self, task: Task, rng: np.random.Generator) -> list[dict[str, Any]]:
         """Return changes on the shortest route of the task's layout."""
@@ -111,6 +109,8 @@ class Changes(Condition):
         """Return the changes of an episode; late things are away at first."""
         changes = changes_of(data)
         late = {each.id: each.after for each in changes if isinstance(each, Added) and each.after is not None}
+        if not self.pushable:
+            late = {}
         moving = state.moving if isinstance(state.moving, PushedScene) else None
         if late and (moving is None or not set(late) <= set(masses(changes))):
             raise OptionError("changes: a thing that comes late must be one that can be pushed: give its mass")

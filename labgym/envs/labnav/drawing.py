@@ -46,7 +46,7 @@ class Drawn:
 
     Attributes:
         task: before the conditions. conditions: their data by name.
-        lengths: L* of each drive on the true floor, meters.
+        lengths: L* of each drive on the true floor without what the robot can push, meters.
     """
 
     task: Task
@@ -134,7 +134,7 @@ class Drawer:
             true = condition.prepare(true, drawn)
         if self._filtered and not _complete(self._level, data):
             return None
-        paths = self._paths if true.layout is self._layout else ShortestPaths(true.layout, PLANNING_RADIUS)
+        paths = self._paths if true.fixed is self._layout else ShortestPaths(true.fixed, PLANNING_RADIUS)
         pairs = (true.pair, *true.following)
         lengths = [self._length(paths, pair) for pair in pairs]
         if not all(self._suits(length, pair) for length, pair in zip(lengths, pairs, strict=True)):

@@ -62,7 +62,8 @@ class LabNavEpisode(Growing):
         start_location, goal_location: names of the two places.
         conditions: data of the conditions by name.
         seed: of the environment: errors of sensors, and what conditions draw on the way.
-        length: L*, the shortest path of the 0.30 m disc to the success disc on the true floor, meters.
+        length: L*, the shortest path of the 0.30 m disc to the success disc on the true floor, through what the robot
+            can push, meters.
         following: the drives after the first one, in their order.
     """
 

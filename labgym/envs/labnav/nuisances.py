@@ -172,9 +172,9 @@ def _check(task: str, level: int, nuisances: Sequence[str]) -> None:
 
 
 def _measured(episode: LabNavEpisode, layout: Layout, task: str, level: int) -> LabNavEpisode:
-    """Return an episode with L* on its true floor."""
+    """Return an episode with L* of `Drawn`."""
     true, radius = prepared(task, level, episode, layout), task_of(task).radius
-    world = world_of(true.layout)
+    world = world_of(true.fixed)
     lengths = [round(world.length_to_disc(pair, radius), 6) for pair in (true.pair, *true.following)]
     following = [
         leg.model_copy(update={"length": length}) for leg, length in zip(episode.following, lengths[1:], strict=True)

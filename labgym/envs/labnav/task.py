@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Any, Literal, get_args
 
 from labgym.counts import is_whole
@@ -95,7 +94,7 @@ DEFAULT_WEIGHTS = ScoreWeights()
 
 @dataclass(frozen=True)
 class TaskProperties:
-    """The properties of a task that a policy receives at the start of a drive, whatever the level.
+    """The properties of a task at a level that a policy receives at the start of a drive.
 
     Attributes:
         rests: whether the robot must come to rest at its goal, and whether its actions come late by the policy's
@@ -284,17 +283,20 @@ class LabNavTask:
             raise UnknownNameError(f"level of task {self.name!r}", number, map(str, levels))
         return levels[number]
 
-    @cached_property
-    def properties(self) -> TaskProperties:
-        """Return the properties that policies know: those that some level of the task has."""
-        levels = self.levels.values()
+    def announced(self, number: int) -> TaskProperties:
+        """Return the properties of a level that policies know.
+
+        Raises:
+            UnknownNameError: there is no such level.
+        """
+        level = self.level(number)
         return TaskProperties(
             rests=True,
-            drift=any(level.odometry for level in levels),
-            noise=any(level.redwood for level in levels),
-            people=any(level.has("people") for level in levels),
-            glass=any(level.has("glass") for level in levels),
-            mounting=any(any(level.mounting) for level in levels),
+            drift=bool(level.odometry),
+            noise=level.redwood,
+            people=level.has("people"),
+            glass=level.has("glass"),
+            mounting=any(level.mounting),
             weights=self.weights,
             dock_slack=self.dock_slack,
         )

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.envs.assembly import without
 from labgym.envs.conditions.bodies import Body
 from labgym.envs.conditions.panes import FRAMED, FRAMELESS
 from labgym.envs.labnav.necks import RADII, widest_disc
@@ -126,7 +125,7 @@ def draw_map(axes: Axes, task: Task, loose: bool = True) -> None:
 
     before, after = task.old_map or task.layout, task.layout
     panes = [one for one in after.placements if one.asset in (FRAMED, FRAMELESS)]
-    after = without(after, [one.id for one in panes] + ([] if loose else list(task.pushable)))
+    after = after.without([one.id for one in panes] + ([] if loose else list(task.pushable)))
     draw_plan(axes, after.floor)
     for placement in before.placements:
         box = before.box(placement.id)

@@ -17,6 +17,8 @@ from labgym.policies.policy import Observation, PolicyError
 
 BYTES = 8
 """Size of an action: two float32."""
+MAX_CHARACTERS = 1_000_000
+"""Greatest length of stored actions: 93,750 actions; the longest shift has 12,000."""
 End = Literal["", "stop", "error"]
 """What followed the last action of a drive: nothing, the policy's STOP, or its error."""
 
@@ -33,7 +35,7 @@ class StoredActions(Record):
 
     stops: StrictBool
     drives: Annotated[tuple[tuple[Annotated[int, Field(ge=0)], End], ...], Field(min_length=1, max_length=MOST_LEGS)]
-    data: str
+    data: Annotated[str, Field(max_length=MAX_CHARACTERS)]
 
     @classmethod
     def of(cls, tape: ActionTape, stops: bool) -> StoredActions:

@@ -61,7 +61,7 @@ def drive_shift(
             observation = env.next_drive()
         shortest = shortest_from(state, length)
         rules = leg_endings(task)
-        last = LegDrive(env, driver, task, recorder, terms.seed, terms.limit, rules)
+        last = LegDrive(env, driver, task, terms.level, recorder, terms.seed, terms.limit, rules)
         observation = last.run(driver.reset if not legs else driver.next_goal, observation)
         if not last.parked:
             observation = last.brake(observation)
@@ -92,7 +92,7 @@ def shortest_from(state: State, otherwise: float) -> float:
         state: at the begin of the drive. otherwise: L* if the disc of 0.30 m fits nowhere near.
     """
     pair = replace(state.pair, start=state.pose)
-    return shortest_at(state.world, pair, state.disc, otherwise, state.shortest_path_length)
+    return shortest_at(state.fixtures, pair, state.disc, otherwise, state.shortest_path_length)
 
 
 def shortest_at(world: World, pair: GoalPair, disc: float, otherwise: float, length: float = math.inf) -> float:
@@ -101,7 +101,8 @@ def shortest_at(world: World, pair: GoalPair, disc: float, otherwise: float, len
     Where the disc of 0.30 m does not fit, the way to the nearest place where it fits is added.
 
     Args:
-        world: the true floor. pair: the drive. disc: radius of the success disc, meters.
+        world: the true floor without what the robot can push. pair: the drive.
+        disc: radius of the success disc, meters.
         otherwise: L* if there is no such place. length: L* from the start, if it is finite and known.
     """
     length = world.length_to_disc(pair, disc) if math.isinf(length) else length
@@ -195,7 +196,7 @@ def drive_once(
     """Drive an episode of one drive to its end and return the results."""
     observation, _ = env.reset(seed=episode.seed, options={"episode": episode.number})
     recorder.note(observation, env.state)
-    leg = LegDrive(env, driver, task_of(terms.task), recorder, terms.seed, terms.limit)
+    leg = LegDrive(env, driver, task_of(terms.task), terms.level, recorder, terms.seed, terms.limit)
     leg.run(driver.reset, observation)
     finish = leg.finish(env.state)
     row = LabNavRow(

@@ -83,7 +83,7 @@ class LegDrive(PolicyLoop):
     of all drives before.
 
     Args:
-        env: in an episode whose state has been recorded. driver: the policy. task: of LabNav.
+        env: in an episode whose state has been recorded. driver: the policy. task, level: of LabNav.
         recorder: of the episode. seed: of the policy. limit: control steps.
         rules: endings of this drive besides those of the environment.
 
@@ -99,13 +99,14 @@ class LegDrive(PolicyLoop):
         env: LabPointNavEnv,
         driver: LabNavDriver,
         task: LabNavTask,
+        level: int,
         recorder: LegRecorder,
         seed: int,
         limit: int,
         rules: Sequence[Ending] = (),
     ) -> None:
         super().__init__(env, recorder.times, recorder.tape)
-        self._driver, self._task, self._recorder = driver, task, recorder
+        self._driver, self._task, self._level, self._recorder = driver, task, level, recorder
         self._seed, self._rules, state = seed, tuple(rules), env.state
         self._origin, self._until, self._waited = recorder.reckoned, state.steps + limit, recorder.waited
         self.goal = self._local(announced_goal(state))
@@ -201,7 +202,7 @@ class LegDrive(PolicyLoop):
             goal=goal,
             rng=episode_rng(self._seed, goal),
             truth=truth,
-            task=self._task.properties,
+            task=self._task.announced(self._level),
             heading=self.goal[2] if self._task.docks else None,
             beaker=carried(state),
             world=world,

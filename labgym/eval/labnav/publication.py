@@ -26,6 +26,8 @@ from labgym.runs.folder import SHARDS
 
 MANIFEST = "suites.json"
 SEALED_MANIFEST = "sealed.json"
+VERSION = 2
+"""Of LabNav's episodes and rules; it rises with every change of a floor, an episode, a sensor stream or a drive."""
 ATTEMPTS = 1000
 """Number of drives that are drawn on a floor before the next floor takes its place."""
 UNFILTERED_PER_FLOOR = 1
@@ -126,11 +128,11 @@ class Publication:
 
     split: Split
     floors: int = 60
-    per_floor: int = 5
+    per_floor: int = 2
     tasks: tuple[str, ...] = tuple(TASKS)
     levels: tuple[int, ...] = (1, 2, 3)
     unfiltered: bool = True
-    version: int = 1
+    version: int = VERSION
     draft: bool = False
     seed: int = 14
     secret: bytes | None = None

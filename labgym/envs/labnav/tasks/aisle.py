@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from labgym.envs.labnav.levels import people
 from labgym.envs.labnav.task import EASY_LENGTHS, LabNavTask, Level, Result, register, timed
 
 
@@ -13,16 +14,23 @@ def score(result: Result, outcomes: Mapping[str, Any], conditions: Mapping[str, 
     return timed(result.success, result.shortest, result.time)
 
 
-def _level(reaches: float, stops: float) -> Level:
-    return Level(({"kind": "parked"},), detour=1.3, neck=(reaches, stops))
+def _level(reaches: float, stops: float, **others: Any) -> Level:
+    return Level(**{"conditions": (PARKED,), "detour": 1.3, "neck": (reaches, stops)} | others)
+
+
+PARKED = {"kind": "parked"}
 
 
 TASK = register(
     LabNavTask(
         "aisle",
         "drive fast through a neck that is little wider than the robot",
-        {1: _level(0.40, 0.45), 2: _level(0.35, 0.40), 3: _level(0.31, 0.35)},
+        {
+            1: _level(0.40, 0.45, detour=1.0, lengths=(4.0, 15.0)),
+            2: _level(0.35, 0.40),
+            3: _level(0.31, 0.35, conditions=(PARKED, people(20.0))),
+        },
         score,
-        easy=Level(({"kind": "parked"},), lengths=EASY_LENGTHS),
+        easy=Level((PARKED,), lengths=EASY_LENGTHS),
     )
 )

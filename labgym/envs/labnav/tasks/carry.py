@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
 from labgym.envs.conditions.payload import beaker_of
+from labgym.envs.labnav.levels import drift, locobot, people
 from labgym.envs.labnav.task import EASY_LENGTHS, LabNavTask, Level, Result, ScoreWeights, register, timed
-from labgym.envs.labnav.tasks.people import condition as people
 
 
 def carry(success: bool, shortest: float, time: float, rise: float, freeboard: float) -> float:
@@ -29,17 +28,21 @@ def score(result: Result, outcomes: Mapping[str, Any], conditions: Mapping[str, 
     return carry(result.success, result.shortest, result.time, rise, freeboard)
 
 
-def _level(freeboard: float, area: float = 20.0) -> Level:
-    return Level(({"kind": "payload", "beaker": {"freeboard": freeboard}}, people(area)))
+def _level(freeboard: float, area: float = 20.0, **others: Any) -> Level:
+    return Level(({"kind": "payload", "beaker": {"freeboard": freeboard}}, people(area)), **others)
 
 
 TASK = register(
     LabNavTask(
         "carry",
         "carry an open beaker without spilling",
-        {1: _level(0.020), 2: _level(0.010), 3: _level(0.005)},
+        {
+            1: _level(0.020),
+            2: _level(0.010),
+            3: _level(0.010, **drift(locobot("ilqr", 0.65), 2.0, lidar=0.05)),
+        },
         score,
-        easy=replace(_level(0.050, 80.0), lengths=EASY_LENGTHS),
+        easy=_level(0.050, 80.0, lengths=EASY_LENGTHS),
         weights=ScoreWeights(people=0.0),
     )
 )

@@ -26,11 +26,11 @@ def score(result: Result, outcomes: Mapping[str, Any], conditions: Mapping[str, 
     return dock(result.success, result.final_distance, result.final_heading)
 
 
-def _level(distance: float, degrees: float) -> Level:
+def _level(distance: float, degrees: float, lidar: float = 0.03) -> Level:
     return Level(
         ({"kind": "station", "distance": distance, "angle": math.radians(degrees)},),
         lengths=(4.0, 25.0),
-        lidar=0.03,
+        lidar=lidar,
         mounting=MOUNTING,
     )
 
@@ -39,9 +39,9 @@ TASK = register(
     LabNavTask(
         "dock",
         "dock at a station that is off its mapped pose",
-        {1: _level(0.05, 3.0), 2: _level(0.10, 6.0), 3: _level(0.15, 9.0)},
+        {1: _level(0.05, 3.0), 2: _level(0.15, 9.0, 0.05), 3: _level(0.20, 12.0, 0.08)},
         score,
-        easy=replace(_level(0.01, 0.5), lengths=EASY_LENGTHS, lidar=0.003, mounting=(0.002, 0.15)),
+        easy=replace(_level(0.01, 0.5, 0.003), lengths=EASY_LENGTHS, mounting=(0.002, 0.15)),
         docks=True,
     )
 )

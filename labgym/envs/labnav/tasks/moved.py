@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
 from typing import Any
 
+from labgym.envs.labnav.levels import robothor
 from labgym.envs.labnav.task import EASY_LENGTHS, LabNavTask, Level, Result, register, spl
 from labgym.envs.robot import ROBOT
 
@@ -34,17 +34,25 @@ def score(result: Result, outcomes: Mapping[str, Any], conditions: Mapping[str, 
     return moved(result.success, result.shortest, result.path_length, pushes)
 
 
-def level(**changes: Any) -> Level:
-    """Return a level with the arguments of the condition "changes"."""
-    return Level(({"kind": "changes", **changes},), lengths=(4.0, 25.0))
+def changes(**arguments: Any) -> dict[str, Any]:
+    """Return the condition "changes" with its arguments."""
+    return {"kind": "changes", **arguments}
+
+
+def _level(condition: Mapping[str, Any], **others: Any) -> Level:
+    return Level((condition,), **{"lengths": (4.0, 25.0)} | others)
 
 
 TASK = register(
     LabNavTask(
         "moved",
         "drive by a map from before things moved",
-        {1: level(most=1), 2: level(), 3: level(late=True)},
+        {
+            1: _level(changes(most=1)),
+            2: _level(changes(spacing=3.0, late=True), odometry=robothor(1.0), lidar=0.03),
+            3: _level(changes(spacing=2.0, late=True), odometry=robothor(2.0), lidar=0.05),
+        },
         score,
-        easy=replace(level(most=1, kinds=("stool",)), lengths=EASY_LENGTHS),
+        easy=_level(changes(most=1, kinds=("stool",)), lengths=EASY_LENGTHS),
     )
 )

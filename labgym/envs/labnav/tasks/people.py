@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from labgym.envs.labnav.levels import people as walking
 from labgym.envs.labnav.task import EASY_LENGTHS, LabNavTask, Level, Result, ScoreWeights, ideal_time, register
 
 WEIGHTS = (0.4, 0.3, 0.3)
@@ -31,23 +32,17 @@ def score(result: Result, outcomes: Mapping[str, Any], conditions: Mapping[str, 
     return people(result.success, result.shortest, result.time, float(outcomes["people"]["close_seconds"]))
 
 
-def condition(area: float, group: int = 1) -> dict[str, Any]:
-    """Return the condition "people" with one person per `area` m², in groups of `group`."""
-    return {"kind": "people", "density": 1.0 / area, "group": group}
-
-
-def level(area: float, group: int = 1, lengths: tuple[float, float] = (4.0, 10.0)) -> Level:
-    """Return a level with people, as `condition`."""
-    return Level((condition(area, group),), lengths=lengths)
+def _level(area: float, lengths: tuple[float, float] = (4.0, 10.0), **others: Any) -> Level:
+    return Level((walking(area, **others),), lengths=lengths)
 
 
 TASK = register(
     LabNavTask(
         "people",
         "drive among people, half of whom do not see the robot",
-        {1: level(20.0), 2: level(8.0), 3: level(8.0, group=3, lengths=(8.0, 16.0))},
+        {1: _level(20.0), 2: _level(8.0), 3: _level(8.0, (8.0, 16.0), yielding=0.25, speed=1.2)},
         score,
-        easy=level(80.0, lengths=EASY_LENGTHS),
+        easy=_level(80.0, EASY_LENGTHS),
         weights=ScoreWeights(WEIGHTS[1], WEIGHTS[2]),
     )
 )

@@ -7,8 +7,9 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
+from labgym.envs.labnav.levels import drift, people, robothor
 from labgym.envs.labnav.task import LabNavTask, Level, Result, ScoreWeights, leg_score, register
-from labgym.envs.labnav.tasks import moved, odometry, people
+from labgym.envs.labnav.tasks import moved, odometry
 
 
 def score(result: Result, outcomes: Mapping[str, Any], conditions: Mapping[str, Any]) -> float:  # noqa: ARG001
@@ -17,27 +18,27 @@ def score(result: Result, outcomes: Mapping[str, Any], conditions: Mapping[str, 
     return math.fsum(scores) / result.goals
 
 
-def _level(drift: Level, changes: Level, freeboard: float, crowd: Level | None) -> Level:
-    """Return a level with the errors, changes and people of levels of other tasks."""
+def _level(errors: Level, freeboard: float, changes: Mapping[str, Any], *walking: Mapping[str, Any]) -> Level:
+    """Return a level with the errors of another one, a beaker, and the conditions "changes" and "people"."""
     payload = {"kind": "leg_payload", "beaker": {"freeboard": freeboard}}
-    walking = () if crowd is None else crowd.conditions
-    conditions = (*changes.conditions, payload, *walking)
-    return replace(drift, conditions=conditions, lengths=(0.5, 60.0), detour=0.0, goals=(5, 10), rooms=(2, 4))
+    conditions = (changes, payload, *walking)
+    return replace(errors, conditions=conditions, lengths=(0.5, 60.0), detour=0.0, goals=(5, 10), rooms=(2, 4))
 
 
-_HALF, _WHOLE = odometry.level(odometry.robothor(0.5), 0.5), odometry.level(odometry.robothor(1.0), 1.0)
+_HALF, _WHOLE = Level(**drift(robothor(0.5), 0.5)), Level(**drift(robothor(1.0), 1.0))
+_ONE = moved.changes(most=1)
 
 TASK = register(
     LabNavTask(
         "shift",
         "drive to all places of a protocol, without a reset",
         {
-            1: _level(_HALF, moved.level(most=1), 0.020, None),
-            2: _level(_HALF, moved.level(most=1), 0.020, people.level(20.0)),
-            3: _level(_WHOLE, moved.level(), 0.010, people.level(8.0)),
+            1: _level(_HALF, 0.020, _ONE),
+            2: _level(_HALF, 0.020, _ONE, people(20.0)),
+            3: _level(_WHOLE, 0.010, moved.changes(), people(8.0)),
         },
         score,
-        easy=replace(_level(odometry.TASK.easy, moved.TASK.easy, 0.050, None), goals=(2, 4), rooms=(1, 3)),
+        easy=replace(_level(odometry.TASK.easy, 0.050, *moved.TASK.easy.conditions), goals=(2, 4), rooms=(1, 3)),
         touched=("person",),
         docks=True,
         chain=True,
