@@ -121,7 +121,7 @@ def drive(
             rng=np.random.default_rng(seed),
             robot=ROBOT,
             truth=GroundTruth(old or true, pair, start) if policy.privileged else None,
-            task=task_of(task).properties,
+            task=task_of(task).announced(2),
             heading=wrap_angle(mapped[2] - start[2]) if docking else None,
             beaker=beaker,
         )

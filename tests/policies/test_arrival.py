@@ -18,7 +18,7 @@ from labgym.policies.reckoning import DeadReckoning
 LAYOUT = island_laboratory()
 PAIRS = goal_pairs(LAYOUT)
 AROUND, DIRECT = PAIRS[1], PAIRS[2]
-AISLE = task_of("aisle").properties
+AISLE = task_of("aisle").announced(2)
 
 
 @pytest.fixture(scope="module")

@@ -103,7 +103,7 @@ def test_the_next_goal_keeps_the_map_and_the_estimated_pose():
         return EpisodeStart(
             goal=(1.0, 0.0),
             rng=np.random.default_rng(0),
-            task=task_of("shift").properties,
+            task=task_of("shift").announced(2),
             truth=GroundTruth(LAYOUT, pair, at),
         )
 

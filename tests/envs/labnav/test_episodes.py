@@ -193,16 +193,16 @@ def test_every_task_has_an_environment_at_every_level(task, level, observation):
 
 def test_odometry_has_the_published_errors_of_an_action():
     """RoboTHOR's 5 mm and 0.5 degrees, and those of the LoCoBot under "ilqr" in Habitat, halved."""
-    two, three = (task_of("odometry").level(level).odometry for level in (2, 3))
-    assert two["along"] * math.sqrt(0.25) == pytest.approx(0.005)
-    assert two["heading"] * math.sqrt(0.25) == pytest.approx(0.5)
-    assert two["turning"] * math.sqrt(30.0 / 360.0) == pytest.approx(0.5)
-    assert three["along"] ** 2 * 0.25 == pytest.approx(0.25 * 0.006)
-    assert math.radians(three["heading"]) ** 2 * 0.25 == pytest.approx(0.25 * 0.004)
-    assert math.radians(three["turning"]) ** 2 * 30.0 / 360.0 == pytest.approx(0.25 * 0.012)
-    assert three["stretch"] * 0.25 == pytest.approx(0.007)
-    assert math.radians(three["veer"]) * 0.25 == pytest.approx(0.004)
-    assert three["overturn"] * math.pi / 6.0 == pytest.approx(0.0115)
+    one, two = task_of("odometry").level(1).odometry, task_of("odometry").level(2).odometry
+    assert one["along"] * math.sqrt(0.25) == pytest.approx(0.005)
+    assert one["heading"] * math.sqrt(0.25) == pytest.approx(0.5)
+    assert one["turning"] * math.sqrt(30.0 / 360.0) == pytest.approx(0.5)
+    assert two["along"] ** 2 * 0.25 == pytest.approx(0.25 * 0.006)
+    assert math.radians(two["heading"]) ** 2 * 0.25 == pytest.approx(0.25 * 0.004)
+    assert math.radians(two["turning"]) ** 2 * 30.0 / 360.0 == pytest.approx(0.25 * 0.012)
+    assert two["stretch"] * 0.25 == pytest.approx(0.007)
+    assert math.radians(two["veer"]) * 0.25 == pytest.approx(0.004)
+    assert two["overturn"] * math.pi / 6.0 == pytest.approx(0.0115)
 
 
 def test_an_unfiltered_draw_accepts_every_drive_with_a_path():

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from labgym.envs.labnav.episodes import EpisodeTasks, published_episodes
+from labgym.envs.labnav.levels import locobot, robothor
 from labgym.envs.labnav.nuisances import (
     CONDITIONS,
     NUISANCES,
@@ -17,7 +18,6 @@ from labgym.envs.labnav.nuisances import (
     properties_without,
 )
 from labgym.envs.labnav.tasks import TASKS, config_of
-from labgym.envs.labnav.tasks.odometry import locobot, robothor
 from labgym.envs.parts.actuation import LOCOBOT
 from labgym.envs.parts.odometry import OdometrySensor
 from labgym.envs.point_nav import LabPointNavEnv
@@ -152,9 +152,14 @@ def test_the_errors_of_odometry_are_the_published_ones_of_an_action():
 
 def test_the_levels_of_odometry_err_as_the_suites_state():
     levels = TASKS["odometry"].levels
-    expected = {1: (robothor(0.5), 0.5), 2: (robothor(1.0), 1.0), 3: (locobot("ilqr", 0.5), 2.0)}
-    for number, (errors, wheels) in expected.items():
+    expected = {
+        1: (robothor(1.0), 1.0, 0.03, 8.0),
+        2: (locobot("ilqr", 0.5), 2.0, 0.05, 12.0),
+        3: (locobot("ilqr", 0.65), 2.0, 0.05, 12.0),
+    }
+    for number, (errors, wheels, lidar, least) in expected.items():
         level = levels[number]
         assert level.odometry == errors
         assert level.slip == pytest.approx((0.03 * wheels, 2.0 * wheels))
-        assert (level.lidar, level.color, level.redwood) == (0.03, 25.5, True)
+        assert (level.lidar, level.color, level.redwood) == (lidar, 25.5, True)
+        assert level.lengths == (least, 25.0)

@@ -104,11 +104,11 @@ def test_every_task_of_the_figure_scores_its_results():
         assert task_of(name).score(result, outcomes, {"payload": beaker}) == pytest.approx(score), name
 
 
-def test_the_properties_that_policies_are_told_are_those_of_some_level():
-    told = {name: task_of(name).properties for name in FIGURE_TASKS}
+def test_the_properties_that_policies_are_told_are_those_of_the_level():
+    told = {name: task_of(name).announced(2) for name in FIGURE_TASKS}
     assert all(each.rests for each in told.values())
     expected = {
-        "drift": {"odometry", "shift"},
+        "drift": {"moved", "odometry", "shift"},
         "noise": {"odometry", "shift"},
         "people": {"people", "carry", "shift"},
         "glass": {"glass"},
@@ -120,6 +120,10 @@ def test_the_properties_that_policies_are_told_are_those_of_some_level():
     weights = {task: (each.weights.time, each.weights.people, each.weights.length) for task, each in told.items()}
     special = {"people": (0.3, 0.3, 0.0), "carry": (1.0, 0.0, 0.0), "shift": (0.1, 0.0, 1.0)}
     assert weights == dict.fromkeys(FIGURE_TASKS, (1.0, 0.1, 0.0)) | special
+    peopled = {name: [number for number in (1, 2, 3) if task_of(name).announced(number).people] for name in TASKS}
+    assert {name: levels for name, levels in peopled.items() if levels} == {
+        "aisle": [3], "people": [1, 2, 3], "carry": [1, 2, 3], "shift": [2, 3],
+    }  # fmt: skip
 
 
 def test_the_environment_of_each_task_is_registered_with_its_time_limit():

@@ -44,7 +44,7 @@ def test_a_ninth_task_is_drawn_driven_scored_and_checked(ninth, tmp_path):
 
 
 def test_policies_are_told_the_properties_of_a_ninth_task(ninth):
-    told = ninth.properties
+    told = ninth.announced(2)
     assert (told.rests, told.drift, told.people, told.noise) == (True, True, False, False)
     assert "ninth" not in FIGURE_TASKS
 

@@ -109,7 +109,7 @@ def test_the_next_goal_finds_what_the_policy_remembers_and_reset_does_not(proces
 def test_task_heading_and_beaker_reach_the_policy(processes):
     process = processes(Plain())
     assert (process.stops, process.latency) == (False, 0.0)
-    process.reset(start(task=task_of("carry").properties, heading=0.5, beaker=Beaker(freeboard=0.25)))
+    process.reset(start(task=task_of("carry").announced(2), heading=0.5, beaker=Beaker(freeboard=0.25)))
     assert process.decide({}).tolist() == [0.25, 0.5]
 
 
