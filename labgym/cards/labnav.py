@@ -22,6 +22,7 @@ FAILURES: dict[str, tuple[Ending, ...]] = {
     "has an error": ("error",),
 }
 """Failures in words, and the endings of rows that they stand for."""
+UNDRIVEN = "Not driven in this version of LabNav yet."
 MOST_KINDS = 5
 """Greatest number of kinds of things that a card names."""
 
@@ -38,7 +39,7 @@ def headed(card: str, results: Sequence[LabNavResult] | None = None) -> str:
         rest = rest.partition(END)[2]
     results = published_results() if results is None else results
     result = next((each for each in results if each.summary.policy == name), None)
-    text = "Not driven in LabNav yet." if result is None else head(result)
+    text = UNDRIVEN if result is None else head(result)
     return f"{title}\n\n{BEGIN}\n\n{text}\n\n{END}\n\n{rest.lstrip()}"
 
 

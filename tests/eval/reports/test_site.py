@@ -8,7 +8,7 @@ import re
 from collections import Counter
 from functools import partial
 from html.parser import HTMLParser
-from itertools import combinations
+from itertools import combinations, cycle, islice
 from pathlib import Path
 from statistics import fmean
 from typing import get_args
@@ -368,7 +368,7 @@ def test_any_number_of_policies_has_rows_sections_and_looks_of_their_own(tmp_pat
     results = published_results()
     more = [
         one.model_copy(update={"summary": one.summary.model_copy(update={"policy": f"another-policy-{number}"})})
-        for number, one in enumerate(results[: 21 - len(results)])
+        for number, one in enumerate(islice(cycle(results), 21 - len(results)))
     ]
     entries = ranked_entries([Entry.of_result(one) for one in [*results, *more]])
     site = site_of(entries, "labnav", tmp_path)
