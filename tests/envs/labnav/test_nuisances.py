@@ -28,9 +28,16 @@ from labgym.navigation.lengths import length_to_disc
 EACH = [(task, name) for task in TASKS for name in nuisances_of(task, 2)]
 
 
+ROOM = 1.1
+"""Radius of a disc that is free where the drives of these tests begin, meters."""
+
+
 def first(task):
+    """Return the first episode of a task that begins with room around the robot, if there is one, and its floor."""
     part = published_episodes(task, 2, development=True)
-    return part.layout(part.episodes[0].floor), part.episodes[0]
+    roomy = (one for one in part.episodes if ShortestPaths(part.layout(one.floor), ROOM).free(*one.start[:2]))
+    episode = next(roomy, part.episodes[0])
+    return part.layout(episode.floor), episode
 
 
 def drive(task, off=(), seconds=3.0):

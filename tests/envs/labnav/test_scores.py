@@ -137,9 +137,10 @@ def test_without_a_beaker_carrying_is_a_drive_in_time():
     assert task_of("carry").score(result, {}, {}) == timed(True, 10.0, 25.0) == 0.4
 
 
-def test_the_levels_of_carrying_leave_2_1_and_half_a_centimeter_of_freeboard():
+def test_the_levels_of_carrying_leave_2_or_1_centimeter_of_freeboard_and_the_third_errs():
     beakers = [task_of("carry").level(number).conditions[0]["beaker"]["freeboard"] for number in (1, 2, 3)]
-    assert beakers == [0.020, 0.010, 0.005]
+    assert beakers == [0.020, 0.010, 0.010]
+    assert [bool(task_of("carry").level(number).odometry) for number in (1, 2, 3)] == [False, False, True]
     assert len({str(task_of("carry").level(number).conditions[1]) for number in (1, 2, 3)}) == 1
 
 

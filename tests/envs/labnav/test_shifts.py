@@ -56,7 +56,7 @@ def test_its_lengths_are_those_of_the_true_floor_and_it_has_all_conditions(drawn
         assert len(legs) == round(0.5 * len(one.lengths))
         true = Changes().prepare(task, one.conditions["changes"])
         for pair, length in zip((true.pair, *true.following), one.lengths, strict=True):
-            assert length == pytest.approx(world_of(true.layout).length_to_disc(pair, 0.36), abs=1e-5)
+            assert length == pytest.approx(world_of(true.fixed).length_to_disc(pair, 0.36), abs=1e-5)
             assert length >= 0.5
 
 
