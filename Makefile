@@ -1,6 +1,7 @@
 # make run      create .venv, install, and run the whole pipeline; writes runs/default/report.html
 # make test     create .venv, install, and run the test suite
-# make test-all  run the slow tests, too
+# make test-long run the tests of more than a moment, which the CI runs after the others
+# make test-all  run all tests, the slow ones too
 # make install  create .venv and install labgym with all extras
 # make install-locked  create .venv and install the exact environment of the published results, checked by hashes
 # make lock     remake requirements.lock
@@ -20,7 +21,7 @@ STAMP := $(VENV)/.installed
 ARGS ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help run test test-all install install-locked lock lowest fuzz lint docs site clean
+.PHONY: help run test test-long test-all install install-locked lock lowest fuzz lint docs site clean
 
 help:
 	@sed -n 's/^# //p' Makefile
@@ -34,6 +35,9 @@ run: install
 test: install
 	@$(BIN)/python -m compileall -q -j 0 $(VENV)/lib labgym >/dev/null 2>&1 || true
 	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n auto --dist worksteal $(EXTENT) $(ARGS)
+
+test-long: EXTENT := -m "long and not slow"
+test-long: test
 
 test-all: EXTENT := -m "" --fuzz-cases 40
 test-all: test

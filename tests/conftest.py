@@ -6,6 +6,7 @@ import threading
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -31,9 +32,17 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption("--fuzz-out", default="", help="folder for the cases that fail; default: the temporary folder")
 
 
+LONG = Path(__file__).with_name("long_tests.txt")
+"""The tests that `make test` leaves to `make test-long`; `.ci/long_tests` chooses them by their measured times."""
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark all cases of a test as slow but the number that its mark `cases` states."""
+    """Mark the long tests, and as slow all cases of a test but the number that its mark `cases` states."""
+    long = set(LONG.read_text(encoding="utf-8").split())
+    for item in items:
+        if item.nodeid.partition("[")[0] in long:
+            item.add_marker("long")
     tests: dict[str, list[pytest.Item]] = {}
     for item in items:
         if item.get_closest_marker("cases"):
