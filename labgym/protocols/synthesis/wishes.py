@@ -20,16 +20,23 @@ from labgym.artefacts import artefacts
 from labgym.assets import Catalog
 from labgym.assets.inference.substructures import matches
 from labgym.assets.search import normalize
-from labgym.assets.structures import standard
+from labgym.assets.structures import canonical, standard
 from labgym.documents import Document, Record
-from labgym.errors import MissingDependencyError
+from labgym.errors import LabgymError, MissingDependencyError
 from labgym.protocols.errors import RefusalError
 from labgym.protocols.experiments.grounding import SOLVENTS, WATER
 from labgym.protocols.experiments.model import Action, Experiment, Material, Portion, Role
 from labgym.protocols.language import language_of
 from labgym.protocols.language.vocabulary import is_ordinary
 from labgym.protocols.model import Protocol, ReactionType
-from labgym.protocols.refusals import refuse_product, refuse_structure, refuse_structures, refuse_to_make, refuse_wish
+from labgym.protocols.refusals import (
+    refusals,
+    refuse_product,
+    refuse_structure,
+    refuse_structures,
+    refuse_to_make,
+    refuse_wish,
+)
 from labgym.protocols.substances import Resolver
 from labgym.protocols.substances.opening import Resolution
 from labgym.protocols.synthesis.equations import backward, forward, molar_mass, same
@@ -43,20 +50,30 @@ MAX_MENTIONS = 8
 ANY = "ANY"
 """Class of a slot that takes every substance."""
 MMOL = re.compile(r"^(\d+(?:\.\d+)?) mmol$")
+_AMOUNT = re.compile(
+    r"(?<![\w.,(-])-?\d{1,6}(?:\.\d{1,4})?\s?(?:[mkµ]?g|[mµ]?[Ll]|m?mol|equiv|eq|h|hours?|min|minutes?|days?|bar|°\s?C|C|K)\b"
+    r"(?![-\w])|\b(?:overnight|room temperature|reflux)\b"
+)
 _STRENGTH = re.compile(r"^(\d{1,3}(?:\.\d{1,3})?)\s?(M|N|%)$")
 _BREAKER = re.compile(
     r"(?:\w+-)*(?:\w{2,24}(?:ation|ition|ution|ction|lysis|olysis|ission|rangement|pling)s?|removal|metathesis|drying|"
     r"(?:de|re)?(?:reduc|oxidi[sz]|protect|hydroly[sz]|hydrogenat|coupl|alkylat|acylat|methylat|brominat|chlorinat|"
-    r"iodinat|condens|cycli[sz]|esterif|mesylat|tosylat|silylat|epoxid|distil|recrystalli[sz]|crystalli[sz]|purif|"
-    r"dissol|dehydrat|saponif|aminat|substitut|formylat|remov|cleav|dri|nitrat|olefinat|isolat|chromatograph)\w*|"
+    r"iodinat|condens|cycli[sz]|esterif|(?:mes|tos)ylat(?!e)|silylat|epoxid|distil|recrystalli[sz]|crystalli[sz]|purif|"
+    r"dissol|dehydrat|saponif|aminat|substitut|formylat|remov|cleav|dried|olefinat|isolat|chromatograph)\w*|(?:reflux|heat|stirr|warm|cool)ing|"
     r"n?-?boc|fmoc|cbz|tbs|tbdms|tips|swern|suzuki\S*|sonogashira|heck|buchwald\S*|stille|negishi|grignard|wittig|hwe|"
     r"horner\S*|aldol|mannich\S*|knoevenagel|michael|aza-michael|williamson|mitsunobu|snar|appel|diels-alder|steglich|"
     r"fischer|biginelli|hofmann|hantzsch\S*|claisen\S*|gabriel|thermal(?:ly)?|reductive(?:ly)?|"
-    r"catalytic|radical|basic|acidic|aromatic|nucleophilic|regioselective|selective(?:ly)?)",
+    r"catalytic|radical|basic|acidic|aromatic|nucleophilic|(?:regio|chemo|stereo|enantio)?selective(?:ly)?)",
     re.IGNORECASE,
 )
+_QUALIFIER = re.compile(r".*(?:ly|al|ive|ic)$|(?:reflux|heat|stirr|warm|cool)ing$", re.IGNORECASE)
 """Words of transformations, which end the name of a substance."""
-_OPEN_ENDING = re.compile(r"\s*\b(?:derivative|intermediate|precursor|compound|analog(?:ue)?|substrate|moiety|ring)s?$", re.IGNORECASE)
+_OPEN_ENDING = re.compile(
+    r"\s*\b(?:derivative|intermediate|precursor|compound|analog(?:ue)?|substrate|moiety|ring)s?$", re.IGNORECASE
+)
+_SMILES = re.compile(r"(?=\S*[A-Z])(?:[BCNOPSFIHbcnops\d=#@+\\/()\[\].%-]|Cl|Br|Si|Hg|Ag|Pb|Ni|Na|Li|Sn|Mg|Zn){4,300}")
+_SALT = re.compile(r"(?<=\S) (?:hydrochloride|hydrobromide|salt|group)s?$", re.IGNORECASE)
+_BRACKET = re.compile(r"\([A-Za-z-]{2,30}\)?$")
 _PRODUCT_BEFORE = re.compile(
     r"(?:\b(?:to|into|as|giving|affording|forming|yielding)|"
     r"\bto (?:form|give|yield|afford|obtain|synthesi[sz]e|make|prepare)|"
@@ -98,7 +115,7 @@ class GeneralProcedure(Record):
 
     Attributes:
         words: pattern of the words that name the transformation.
-        named: whether the wish has to contain such a word.
+        named: whether the wish has to contain such a word. dry: whether a protic solvent is dangerous or spoils it.
         solvent: that is assumed; "" if there is none.
         product: class of the product.
         equations: reaction SMARTS, of which the first that applies gives the product.
@@ -119,6 +136,7 @@ class GeneralProcedure(Record):
     hazards: tuple[str, ...] = ()
     source: str
     named: bool = False
+    dry: bool = False
 
 
 class GeneralProcedures(Document):
@@ -143,7 +161,8 @@ class Mention:
 
     Attributes:
         part: "product", "solvent" or "substance", by the words before it.
-        aside: whether it stands in the title of a wish that has a sentence after it.
+        aside: whether it may say again what something else says: in a title, in brackets, or "the" class.
+        loose: whether its words say that it is not all of its name ("a pyridine derivative").
         strength: of a solution, as "4 M".
         meaning: None if it names a class or nothing that is known.
         classes: by its words.
@@ -154,6 +173,7 @@ class Mention:
     end: int
     part: str
     aside: bool = False
+    loose: bool = False
     strength: str = ""
     meaning: Resolution | None = None
     classes: frozenset[str] = frozenset()
@@ -185,8 +205,13 @@ class Fulfillment:
     advice: tuple[str, ...]
 
 
-def fulfill(text: str, names: Resolver | None = None) -> Fulfillment:
+def fulfill(text: str, partial: bool = False, names: Resolver | None = None) -> Fulfillment:
     """Write the protocol of a wish by the general procedure that fits best.
+
+    Args:
+        text: one English line without amounts.
+        partial: whether a protocol is written although words have no effect on it; its `partial` names them.
+        names: says what the names mean; by default with all sources that are installed.
 
     Raises:
         RefusalError: no procedure takes everything that the wish names, or it asks for something dangerous.
@@ -196,6 +221,9 @@ def fulfill(text: str, names: Resolver | None = None) -> Fulfillment:
     refuse_structures(text)
     if len(text) > MAX_WISH or language_of(text) != "en":
         raise RefusalError("language", f"a wish is one English line of at most {MAX_WISH} characters")
+    amount = _AMOUNT.search(text)
+    if amount is not None:
+        raise RefusalError("unaccounted", f"a wish has no amounts or conditions ({amount[0]!r}): write a procedure")
     resolver = names if names is not None else Resolver(Catalog.load())
     mentions = _mentions(text, resolver)
     used = [(m.start, m.end) for m in mentions if m.part != "product" and m.meaning is not None and _is_sold(m.meaning)]
@@ -211,9 +239,46 @@ def fulfill(text: str, names: Resolver | None = None) -> Fulfillment:
     experiment, notes = _experiment(text, best, resolver)
     refuse_to_make(experiment.name, experiment.product, filter(None, [best.product]))
     unread = [f"unread: {word!r} has no effect on the general procedure" for word in best.unread]
+    if unread and not partial:
+        raise RefusalError(
+            "unaccounted", f"{best.procedure.name}: {'; '.join(unread)}: leave it out, or accept it with --partial"
+        )
     protocol = stage(experiment, names=resolver, partial=unread)
+    _refuse_hazards(best, protocol, resolver)
     advice = tuple(f"{finding.message}; {finding.suggestion}" for finding in examine(protocol))
     return Fulfillment(protocol, notes, advice)
+
+
+def _refuse_hazards(fit: Fit, protocol: Protocol, resolver: Resolver) -> None:
+    """Raise an error if a solvent that the wish names, or an operation without a reaction, meets what it must not meet.
+
+    Raises:
+        RefusalError: names both.
+    """
+    item, stated = fit.procedure, fit.filled.get("S")
+    solvent = stated.meaning.asset if stated is not None and stated.meaning is not None else ""
+    if item.dry and solvent in refusals().protic:
+        raise RefusalError("unsafe", f"{item.name} tolerates no {solvent}: name an aprotic solvent")
+    assets = protocol.assets(resolver.catalog)
+    uses = [(use, assets.get(use.name).hazards) for use in protocol.reagents]
+    oxidizers = [use.name for use, hazards in uses if hazards.oxidizer or hazards.explosive]
+    if (
+        oxidizers
+        and solvent
+        and solvent != WATER
+        and assets.get(solvent).hazards.flammable
+        and not _is_usual(fit, solvent)
+    ):
+        raise RefusalError(
+            "unsafe", f"{oxidizers[0]} must not meet {solvent}, which is flammable: leave the solvent out"
+        )
+    others = [use.name for use, hazards in uses if use.role == "reactant" and not hazards.oxidizer]
+    if item.type is None and oxidizers and (others or not item.id.startswith("solution")):
+        raise RefusalError("unsafe", f"{item.name}: {oxidizers[0]} is an oxidizer or explosive; write a procedure")
+
+
+def _is_usual(fit: Fit, solvent: str) -> bool:
+    return solvent in _accepted((fit.procedure.solvent,), Catalog.load())
 
 
 def _is_sold(meaning: Resolution) -> bool:
@@ -227,22 +292,36 @@ def _mentions(text: str, resolver: Resolver) -> tuple[Mention, ...]:
         raise RefusalError("no-reaction", f"a wish names at most {MAX_MENTIONS} substances: write a procedure")
     closed = [draft for draft, is_open in drafts if not is_open]
     spellings = {form for draft in closed for form in _spellings(draft.text)}
-    known = {item.name: item for item in resolver.resolve([Material(name=s[:200], role="reagent") for s in sorted(spellings)])}
+    known = {
+        item.name: item
+        for item in resolver.resolve([Material(name=s[:200], role="reagent") for s in sorted(spellings)])
+    }
     mentions: dict[str, Mention] = {}
     for draft, is_open in drafts:
         meaning = None
         if not is_open:
             meaning = next((known[form] for form in _spellings(draft.text) if known[form].is_known), None)
-        bare = _OPEN_ENDING.sub("", draft.text)
+            meaning = meaning or _drawn(draft.text)
+        bare = _SALT.sub("", _OPEN_ENDING.sub("", draft.text))
         found = frozenset(name for name, item in general_procedures().classes.items() if _ends_with(item.words, bare))
         if meaning is None and not found and all(is_ordinary(word) for word in draft.text.split()) and not is_open:
             found = frozenset(("?",))
         mention = replace(draft, meaning=meaning, classes=found)
         identity = (meaning.asset or meaning.smiles) if meaning is not None else normalize(bare)
         if identity in mentions and mentions[identity].aside and not mention.aside:
-            mention = replace(mention, part=mentions.pop(identity).part if mention.part == "substance" else mention.part)
+            del mentions[identity]
         mentions.setdefault(identity, mention)
     return tuple(mentions.values())
+
+
+def _drawn(text: str) -> Resolution | None:
+    """Return the meaning of a SMILES, or None if a text is none."""
+    if _SMILES.fullmatch(text) is None:
+        return None
+    try:
+        return Resolution(text, smiles=canonical(text), source="user")
+    except LabgymError:
+        return None
 
 
 def _spellings(phrase: str) -> tuple[str, ...]:
@@ -282,17 +361,23 @@ def _phrases(text: str) -> Iterator[tuple[Mention, bool]]:
             is_class = article is not None and phrase.lower().removesuffix("s") in general_procedures().classes
             indefinite = article is not None and article[1] in ("a", "an")
             is_open = indefinite or is_class or _OPEN_ENDING.search(phrase) is not None
-            yield Mention(phrase, start, end, part, 0 <= start < title_ends, strength), is_open
+            aside = start < title_ends or is_class or text[max(0, start - 1) : start] == "("
+            loose = _OPEN_ENDING.search(phrase) is not None
+            yield Mention(phrase, start, end, part, aside, loose, strength), is_open
             last_part, strength, before = part, "", ""
         run.clear()
         before = f"{before} {end_of_before}"[-60:]
 
     for match in re.finditer(r"\S+", text):
         word = match[0].rstrip(".,;:")
+        begin = match.start()
+        if _BRACKET.match(word):
+            yield from flushed("")
+            word, begin = word[1:], begin + 1
         if word.endswith(")") and word.count(")") > word.count("("):
             word = word[:-1]
-        end = match.start() + len(word)
-        ends = match[0][len(word) :] != ""
+        end = begin + len(word)
+        ends = text[end : match.end()] != ""
         pair = text[match.start() : match.end() + 2].strip()
         if _STRENGTH.match(pair) or _STRENGTH.match(word):
             yield from flushed("")
@@ -300,19 +385,17 @@ def _phrases(text: str) -> Iterator[tuple[Mention, bool]]:
         elif word in ("M", "N", "%") and strength:
             continue
         elif word == "on" and run:
-            run.append((word, match.start(), end))
+            run.append((word, begin, end))
         elif not word or word.lower() in fillers or _BREAKER.fullmatch(word):
             yield from flushed(word)
         else:
-            run.append((word, match.start(), end))
+            run.append((word, begin, end))
             if ends:
                 yield from flushed("")
     yield from flushed("")
 
 
-def _fits(
-    item: GeneralProcedure, text: str, mentions: Sequence[Mention], resolver: Resolver
-) -> Iterator[Fit]:
+def _fits(item: GeneralProcedure, text: str, mentions: Sequence[Mention], resolver: Resolver) -> Iterator[Fit]:
     """Yield the best way in which the substances of a wish fill the slots of a procedure, if there is one."""
     spans = [m.span() for m in re.finditer(rf"(?<![\w-])(?:{item.words})(?![\w-])", text, re.IGNORECASE)]
     if item.named and not spans:
@@ -329,20 +412,28 @@ def _fits(
             continue
         open_ = sum(slot.role == "reactant" and not slot.default for slot in empty)
         accepted = any(_accepts(slot, filled[slot.key], resolver) for slot in item.slots if slot.key in filled)
-        if not spans and not (accepted and fit.score > score) and open_:
+        sure = [dict(_places(item, mention, resolver, False)).get(key, 0.0) >= 2.0 for key, mention in filled.items()]
+        if not spans and not (all(sure) and (not open_ or (accepted and fit.score > score))):
             continue
         words = [m for m in re.finditer(r"[^\s.,;:]+", text) if _BREAKER.fullmatch(m[0])]
         unread = [w[0] for w in words if not any(s <= w.start() and w.end() <= e for s, e in spans)]
         unread = [word for word in unread if word.lower() not in general_procedures().fillers]
+        if any(not _QUALIFIER.fullmatch(word) for word in unread):
+            continue
         score = fit.score + 3.0 * bool(spans) - 1.0 * open_ - 1.5 * len(unread) - 0.1 * len(empty)
         unread += [m.strength for key, m in filled.items() if m.strength and not _has_strength(item, key, m.strength)]
+        unread += [m.text for m in products if m.classes == {"?"} or not (m.loose or m.meaning or m.classes)]
         unread += [m.text for m in rest if m not in filled.values() and m.classes == {"?"}]
         yield replace(fit, score=score, unread=tuple(dict.fromkeys(unread)))
 
 
 def _has_strength(item: GeneralProcedure, key: str, strength: str) -> bool:
     portions = [p for action in item.actions for p in action.takes if p.name == key]
-    return any(p.amount.endswith(f"of {' '.join(_STRENGTH.match(strength).groups())}") for p in portions if _STRENGTH.match(strength))
+    return any(
+        p.amount.endswith(f"of {' '.join(_STRENGTH.match(strength).groups())}")
+        for p in portions
+        if _STRENGTH.match(strength)
+    )
 
 
 def _assignments(
@@ -353,13 +444,11 @@ def _assignments(
         yield 0.0, {}
         return
     first, others = mentions[0], mentions[1:]
-    placed = False
     for key, worth in _places(item, first, resolver, named):
         for score, filled in _assignments(item, others, resolver, named):
             if key not in filled:
-                placed = True
                 yield score + worth, {key: first, **filled}
-    if first.classes == {"?"} or (first.aside and first.meaning is None) or not placed and first.aside and first.meaning is None:
+    if first.classes == {"?"} or (first.aside and (first.meaning is None or first.end < 0)):
         yield from _assignments(item, others, resolver, named)
 
 
@@ -381,20 +470,25 @@ def _places(item: GeneralProcedure, mention: Mention, resolver: Resolver, named:
         elif mention.meaning is None and slot.role == "reactant" and slot.classes:
             if mention.classes & set(slot.classes):
                 yield slot.key, 2.0
-            elif mention.classes != {"?"} or ANY in slot.classes:
+            elif mention.loose or not mention.classes or ANY in slot.classes:
                 yield slot.key, 0.3
-    category = resolver.catalog.get(mention.meaning.asset).category if mention.meaning is not None and mention.meaning.asset else ""
-    if item.solvent and (category in SOLVENTS or mention.part == "solvent") and mention.meaning is not None:
+    category = (
+        resolver.catalog.get(mention.meaning.asset).category
+        if mention.meaning is not None and mention.meaning.asset
+        else ""
+    )
+    if item.solvent and category in SOLVENTS:
         yield "S", 3.0 if mention.part == "solvent" else 0.2
     if mention.meaning is not None and mention.meaning.asset == WATER:
-        yield WATER, 0.5
+        yield WATER, 2.0
 
 
 def _accepts(slot: Slot, mention: Mention, resolver: Resolver) -> bool:
-    if not slot.accepts or mention.meaning is None:
+    if not slot.accepts:
         return False
     known = _accepted(slot.accepts, resolver.catalog)
-    return bool({mention.meaning.asset, mention.meaning.smiles} & known - {""}) or normalize(mention.text) in known
+    meant = {mention.meaning.asset, mention.meaning.smiles} if mention.meaning is not None else set()
+    return bool(meant & known - {""}) or normalize(mention.text) in known
 
 
 @lru_cache(maxsize=1024)
@@ -438,12 +532,17 @@ def _with_product(fit: Fit, products: Sequence[Mention], resolver: Resolver) -> 
     if not item.equations:
         return replace(fit, score=score, structures=structures, product=wanted, named_product=named)
     if all(key in structures for key in core):
-        made = forward(item.equations, [structures[key] for key in core])
-        chosen = [smiles for smiles in made if same(smiles, wanted)] if wanted else list(made)
+        reactants = [structures[key] for key in core]
+        made = [smiles for equation in item.equations for smiles in forward([equation], reactants)]
+        chosen = (
+            [smiles for smiles in made if same(smiles, wanted)] if wanted else list(forward(item.equations, reactants))
+        )
         if not chosen:
             return None
         product = chosen[0] if len(chosen) == 1 else ""
-        return replace(fit, score=score + 5.0 * bool(wanted), structures=structures, product=product, named_product=named)
+        return replace(
+            fit, score=score + 5.0 * bool(wanted), structures=structures, product=product, named_product=named
+        )
     if wanted and item.retro:
         known_keys = [(place, structures[key]) for place, key in enumerate(core) if key in structures]
         ways = [way for way in backward(item.retro, wanted) if len(way) == len(core)]
@@ -507,7 +606,9 @@ def _experiment(text: str, fit: Fit, resolver: Resolver) -> tuple[Experiment, tu
     meanings = Resolver(resolver.catalog, parser=False).resolve(materials.values())
     weights = dict(zip(materials, (_molar_mass(meaning, resolver) for meaning in meanings), strict=True))
     actions = [
-        action.model_copy(update={"takes": tuple(_portion(p, materials[p.name], weights[p.name]) for p in action.takes)})
+        action.model_copy(
+            update={"takes": tuple(_portion(p, materials[p.name], weights[p.name]) for p in action.takes)}
+        )
         for action in item.actions
     ]
     if len([key for key in fit.structures if key in {s.key for s in item.slots if s.in_equation}]) and not fit.product:
@@ -518,9 +619,11 @@ def _experiment(text: str, fit: Fit, resolver: Resolver) -> tuple[Experiment, tu
         id=f"wish_{item.id[:30]}_{hashlib.sha256(text.encode()).hexdigest()[:10]}",
         name=(product and f"{item.name}: {product}" or item.name)[:300],
         reaction_type=item.type,
-        reaction=f"{'.'.join(core)}>>{fit.product}" if fit.product and all(core) else "",
+        reaction=f"{'.'.join(core)}>>{fit.product}" if fit.product and all(core) and item.type is not None else "",
         product=f"{product or item.product}{f' ({fit.product})' if fit.product else ''}"[:500],
-        description=f"{text} General procedure, amounts and conditions assumed: {item.source}. {'. '.join(item.hazards)}"[:4000],
+        description=f"{text} General procedure, amounts and conditions assumed: {item.source}. {'. '.join(item.hazards)}"[
+            :4000
+        ],
         materials=tuple(reversed(distinct.values())),
         actions=tuple(actions),
         origin="text",
