@@ -48,7 +48,7 @@ def molar_mass(smiles: str) -> float:
 
 @lru_cache(maxsize=2048)
 def _run(equation: str, reactants: tuple[str, ...], size: int) -> tuple[tuple[str, ...], ...]:
-    """Return the outcomes of a reaction; with `size`, only those of so many molecules."""
+    """Return the outcomes of a reaction; with `size`, only outcomes of `size` molecules."""
     try:
         from rdkit.Chem import AllChem, MolFromSmiles, MolToSmiles
         from rdkit.RDLogger import DisableLog  # type: ignore[attr-defined]

@@ -1,8 +1,8 @@
 """Wishes: one line that names a transformation, substances or their classes, reagents and perhaps a solvent.
 
-A wish is carried out by a general procedure of `assets/synthesis/general_procedures.json`. Its substances fill the slots
-of the procedure; what it leaves open is assumed and named in the notes. A class without a name becomes an unclassified
-placeholder, which the protocol lists in `partial`. The product is what the reaction gives.
+A general procedure carries out a wish. The substances of the wish fill its slots; what the wish leaves open is assumed
+and named in the notes. A class without a name becomes an unclassified placeholder, which the protocol lists in
+`partial`. The product is what the reaction gives.
 """
 
 from __future__ import annotations
@@ -12,23 +12,17 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Annotated, ClassVar
 
-from pydantic import Field
-
-from labgym.artefacts import artefacts
 from labgym.assets import Catalog
 from labgym.assets.inference.substructures import matches
 from labgym.assets.search import normalize
-from labgym.assets.structures import canonical, standard
-from labgym.documents import Document, Record
-from labgym.errors import LabgymError, MissingDependencyError
+from labgym.assets.structures import standard
+from labgym.errors import MissingDependencyError
 from labgym.protocols.errors import RefusalError
 from labgym.protocols.experiments.grounding import SOLVENTS, WATER
-from labgym.protocols.experiments.model import Action, Experiment, Material, Portion, Role
+from labgym.protocols.experiments.model import Experiment, Material, Portion
 from labgym.protocols.language import language_of
-from labgym.protocols.language.vocabulary import is_ordinary
-from labgym.protocols.model import Protocol, ReactionType
+from labgym.protocols.model import Protocol
 from labgym.protocols.refusals import (
     refusals,
     refuse_product,
@@ -40,152 +34,28 @@ from labgym.protocols.refusals import (
 from labgym.protocols.substances import Resolver
 from labgym.protocols.substances.opening import Resolution
 from labgym.protocols.synthesis.equations import backward, forward, molar_mass, same
+from labgym.protocols.synthesis.general_procedures import ANY, GeneralProcedure, Slot, general_procedures
 from labgym.protocols.synthesis.staging import stage
+from labgym.protocols.synthesis.wish_mentions import STRENGTH, Mention, is_qualifier, is_transformation, mentions_of
 from labgym.protocols.validate import examine
 
 MAX_WISH = 500
 """Most characters of a wish."""
-MAX_MENTIONS = 8
-"""Most substances of a wish."""
-ANY = "ANY"
-"""Class of a slot that takes every substance."""
 MMOL = re.compile(r"^(\d+(?:\.\d+)?) mmol$")
 _AMOUNT = re.compile(
     r"(?<![\w.,(-])-?\d{1,6}(?:\.\d{1,4})?\s?(?:[mkµ]?g|[mµ]?[Ll]|m?mol|equiv|eq|h|hours?|min|minutes?|days?|bar|°\s?C|C|K)\b"
     r"(?![-\w])|\b(?:overnight|room temperature|reflux)\b"
 )
-_STRENGTH = re.compile(r"^(\d{1,3}(?:\.\d{1,3})?)\s?(M|N|%)$")
-_BREAKER = re.compile(
-    r"(?:\w+-)*(?:\w{2,24}(?:ation|ition|ution|ction|lysis|olysis|ission|rangement|pling)s?|removal|metathesis|drying|"
-    r"(?:de|re)?(?:reduc|oxidi[sz]|protect|hydroly[sz]|hydrogenat|coupl|alkylat|acylat|methylat|brominat|chlorinat|"
-    r"iodinat|condens|cycli[sz]|esterif|(?:mes|tos)ylat(?!e)|silylat|epoxid|distil|recrystalli[sz]|crystalli[sz]|purif|"
-    r"dissol|dehydrat|saponif|aminat|substitut|formylat|remov|cleav|dried|olefinat|isolat|chromatograph)\w*|(?:reflux|heat|stirr|warm|cool)ing|"
-    r"n?-?boc|fmoc|cbz|tbs|tbdms|tips|swern|suzuki\S*|sonogashira|heck|buchwald\S*|stille|negishi|grignard|wittig|hwe|"
-    r"horner\S*|aldol|mannich\S*|knoevenagel|michael|aza-michael|williamson|mitsunobu|snar|appel|diels-alder|steglich|"
-    r"fischer|biginelli|hofmann|hantzsch\S*|claisen\S*|gabriel|thermal(?:ly)?|reductive(?:ly)?|"
-    r"catalytic|radical|basic|acidic|aromatic|nucleophilic|(?:regio|chemo|stereo|enantio)?selective(?:ly)?)",
-    re.IGNORECASE,
-)
-_QUALIFIER = re.compile(r".*(?:ly|al|ive|ic)$|(?:reflux|heat|stirr|warm|cool)ing$", re.IGNORECASE)
-"""Words of transformations, which end the name of a substance."""
-_OPEN_ENDING = re.compile(
-    r"\s*\b(?:derivative|intermediate|precursor|compound|analog(?:ue)?|substrate|moiety|ring)s?$", re.IGNORECASE
-)
-_SMILES = re.compile(r"(?=\S*[A-Z])(?:[BCNOPSFIHbcnops\d=#@+\\/()\[\].%-]|Cl|Br|Si|Hg|Ag|Pb|Ni|Na|Li|Sn|Mg|Zn){4,300}")
-_SALT = re.compile(r"(?<=\S) (?:hydrochloride|hydrobromide|salt|group)s?$", re.IGNORECASE)
-_BRACKET = re.compile(r"\([A-Za-z-]{2,30}\)?$")
-_PRODUCT_BEFORE = re.compile(
-    r"(?:\b(?:to|into|as|giving|affording|forming|yielding)|"
-    r"\bto (?:form|give|yield|afford|obtain|synthesi[sz]e|make|prepare)|"
-    r"\b(?:synthesis|preparation|formation) of|^(?:make|prepare|synthesi[sz]e|form))(?: (?:the|an?|its|desired|corresponding))*$",
-    re.IGNORECASE,
-)
-_FOLLOWED_AS_PRODUCT = re.compile(r"^\s*(?:synthesis|formation)\b", re.IGNORECASE)
-_SOLVENT_BEFORE = re.compile(r"\b(?:in|in refluxing|in dry|in anhydrous)$", re.IGNORECASE)
-_ADDS = re.compile(r"\baddition\b|\badd(?:ed|ing)?\b|\bbound\b", re.IGNORECASE)
-
-
-class SubstanceClass(Record):
-    """A class of substances: a pattern of its words, and SMARTS of which one must match."""
-
-    words: str
-    smarts: tuple[str, ...]
-
-
-class Slot(Record):
-    """A substance that a general procedure takes.
-
-    Attributes:
-        key: name of it in the actions.
-        classes: which substances fill it, "ANY" for all. accepts: names of substances that fill it.
-        default: what is assumed if the wish names nothing; "" if the wish must, or a placeholder stands for it.
-        in_equation: whether the equations of the procedure have it among the reactants, in the order of the slots.
-    """
-
-    key: str
-    classes: tuple[str, ...] = ()
-    accepts: tuple[str, ...] = ()
-    default: str = ""
-    role: Role
-    in_equation: bool
-
-
-class GeneralProcedure(Record):
-    """A general procedure; its amounts are for 10 mmol of the substrate.
-
-    Attributes:
-        words: pattern of the words that name the transformation.
-        named: whether the wish has to contain such a word. dry: whether a protic solvent is dangerous or spoils it.
-        solvent: that is assumed; "" if there is none.
-        product: class of the product.
-        equations: reaction SMARTS, of which the first that applies gives the product.
-        retro: reaction SMARTS from the product to the substrates, if it leads back without doubt.
-        actions: with the keys of the slots, "S" for the solvent, or names as materials.
-    """
-
-    id: Annotated[str, Field(pattern=r"^[a-z0-9_]{1,40}$")]
-    name: str
-    type: ReactionType | None = None
-    words: str
-    slots: tuple[Slot, ...]
-    solvent: str = ""
-    product: str
-    equations: tuple[str, ...] = ()
-    retro: str = ""
-    actions: tuple[Action, ...]
-    hazards: tuple[str, ...] = ()
-    source: str
-    named: bool = False
-    dry: bool = False
-
-
-class GeneralProcedures(Document):
-    """The table; `fillers` are words without chemical content."""
-
-    SCHEMA: ClassVar[str] = "labgym.general_procedures/1"
-
-    fillers: frozenset[str]
-    classes: dict[str, SubstanceClass]
-    procedures: tuple[GeneralProcedure, ...]
-
-
-@lru_cache(maxsize=1)
-def general_procedures() -> GeneralProcedures:
-    """Return the published table; it is read once per process."""
-    return GeneralProcedures.load(artefacts("assets") / "synthesis" / "general_procedures.json")
-
-
-@dataclass(frozen=True)
-class Mention:
-    """A substance, or a class of substances, that a wish names.
-
-    Attributes:
-        part: "product", "solvent" or "substance", by the words before it.
-        aside: whether it may say again what something else says: in a title, in brackets, or "the" class.
-        loose: whether its words say that it is not all of its name ("a pyridine derivative").
-        strength: of a solution, as "4 M".
-        meaning: None if it names a class or nothing that is known.
-        classes: by its words.
-    """
-
-    text: str
-    start: int
-    end: int
-    part: str
-    aside: bool = False
-    loose: bool = False
-    strength: str = ""
-    meaning: Resolution | None = None
-    classes: frozenset[str] = frozenset()
-
-    @property
-    def smiles(self) -> str:
-        return self.meaning.smiles if self.meaning is not None else ""
 
 
 @dataclass(frozen=True)
 class Fit:
-    """A general procedure with what fills its slots, by key; "S" is the solvent."""
+    """A general procedure with what fills its slots, by key; "S" is the solvent.
+
+    Attributes:
+        structures: SMILES by key. product: SMILES.
+        unread: words that have no effect. echoes: phrases that are taken to say again what something else says.
+    """
 
     procedure: GeneralProcedure
     filled: dict[str, Mention]
@@ -194,6 +64,7 @@ class Fit:
     product: str = ""
     named_product: Mention | None = None
     unread: tuple[str, ...] = ()
+    echoes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -225,7 +96,7 @@ def fulfill(text: str, partial: bool = False, names: Resolver | None = None) -> 
     if amount is not None:
         raise RefusalError("unaccounted", f"a wish has no amounts or conditions ({amount[0]!r}): write a procedure")
     resolver = names if names is not None else Resolver(Catalog.load())
-    mentions = _mentions(text, resolver)
+    mentions = mentions_of(text, resolver)
     used = [(m.start, m.end) for m in mentions if m.part != "product" and m.meaning is not None and _is_sold(m.meaning)]
     refuse_product(text, used)
     for mention in mentions:
@@ -285,116 +156,6 @@ def _is_sold(meaning: Resolution) -> bool:
     return bool(meaning.asset) or (meaning.listed is not None and meaning.listed.sold)
 
 
-def _mentions(text: str, resolver: Resolver) -> tuple[Mention, ...]:
-    """Return the substances and classes that a wish names, each once."""
-    drafts = list(_phrases(text))[: MAX_MENTIONS + 1]
-    if len(drafts) > MAX_MENTIONS:
-        raise RefusalError("no-reaction", f"a wish names at most {MAX_MENTIONS} substances: write a procedure")
-    closed = [draft for draft, is_open in drafts if not is_open]
-    spellings = {form for draft in closed for form in _spellings(draft.text)}
-    known = {
-        item.name: item
-        for item in resolver.resolve([Material(name=s[:200], role="reagent") for s in sorted(spellings)])
-    }
-    mentions: dict[str, Mention] = {}
-    for draft, is_open in drafts:
-        meaning = None
-        if not is_open:
-            meaning = next((known[form] for form in _spellings(draft.text) if known[form].is_known), None)
-            meaning = meaning or _drawn(draft.text)
-        bare = _SALT.sub("", _OPEN_ENDING.sub("", draft.text))
-        found = frozenset(name for name, item in general_procedures().classes.items() if _ends_with(item.words, bare))
-        if meaning is None and not found and all(is_ordinary(word) for word in draft.text.split()) and not is_open:
-            found = frozenset(("?",))
-        mention = replace(draft, meaning=meaning, classes=found)
-        identity = (meaning.asset or meaning.smiles) if meaning is not None else normalize(bare)
-        if identity in mentions and mentions[identity].aside and not mention.aside:
-            del mentions[identity]
-        mentions.setdefault(identity, mention)
-    return tuple(mentions.values())
-
-
-def _drawn(text: str) -> Resolution | None:
-    """Return the meaning of a SMILES, or None if a text is none."""
-    if _SMILES.fullmatch(text) is None:
-        return None
-    try:
-        return Resolution(text, smiles=canonical(text), source="user")
-    except LabgymError:
-        return None
-
-
-def _spellings(phrase: str) -> tuple[str, ...]:
-    lowered = " ".join(word if sum(map(str.isupper, word)) > 1 else word.lower() for word in phrase.split())
-    return tuple(dict.fromkeys((phrase[:200], lowered[:200])))
-
-
-def _ends_with(words: str, phrase: str) -> bool:
-    return re.search(rf"(?<![\w-])(?:\S+-)?(?:{words})$", phrase, re.IGNORECASE) is not None
-
-
-def _phrases(text: str) -> Iterator[tuple[Mention, bool]]:
-    """Yield the phrases between words without content, and whether each is left open ("a ketone", "an X derivative")."""
-    title_ends = text.find(": ")
-    fillers = general_procedures().fillers
-    run: list[tuple[str, int, int]] = []
-    before = ""
-    strength = ""
-    last_part = "substance"
-
-    def flushed(end_of_before: str) -> Iterator[tuple[Mention, bool]]:
-        nonlocal before, strength, last_part
-        if run and _OPEN_ENDING.sub("", text[run[0][1] : run[-1][2]]):
-            start, end = run[0][1], run[-1][2]
-            lead = before.strip()
-            part = "substance"
-            if _PRODUCT_BEFORE.search(lead) and not (lead.endswith("to") and _ADDS.search(text[:start])):
-                part = "product"
-            elif _SOLVENT_BEFORE.search(lead):
-                part = "solvent"
-            elif lead.endswith("and"):
-                part = last_part
-            if _FOLLOWED_AS_PRODUCT.match(text[end:]):
-                part = "product"
-            phrase = text[start:end]
-            article = re.search(r"\b(an?|the|its)$", lead)
-            is_class = article is not None and phrase.lower().removesuffix("s") in general_procedures().classes
-            indefinite = article is not None and article[1] in ("a", "an")
-            is_open = indefinite or is_class or _OPEN_ENDING.search(phrase) is not None
-            aside = start < title_ends or is_class or text[max(0, start - 1) : start] == "("
-            loose = _OPEN_ENDING.search(phrase) is not None
-            yield Mention(phrase, start, end, part, aside, loose, strength), is_open
-            last_part, strength, before = part, "", ""
-        run.clear()
-        before = f"{before} {end_of_before}"[-60:]
-
-    for match in re.finditer(r"\S+", text):
-        word = match[0].rstrip(".,;:")
-        begin = match.start()
-        if _BRACKET.match(word):
-            yield from flushed("")
-            word, begin = word[1:], begin + 1
-        if word.endswith(")") and word.count(")") > word.count("("):
-            word = word[:-1]
-        end = begin + len(word)
-        ends = text[end : match.end()] != ""
-        pair = text[match.start() : match.end() + 2].strip()
-        if _STRENGTH.match(pair) or _STRENGTH.match(word):
-            yield from flushed("")
-            strength = pair if _STRENGTH.match(pair) else word
-        elif word in ("M", "N", "%") and strength:
-            continue
-        elif word == "on" and run:
-            run.append((word, begin, end))
-        elif not word or word.lower() in fillers or _BREAKER.fullmatch(word):
-            yield from flushed(word)
-        else:
-            run.append((word, begin, end))
-            if ends:
-                yield from flushed("")
-    yield from flushed("")
-
-
 def _fits(item: GeneralProcedure, text: str, mentions: Sequence[Mention], resolver: Resolver) -> Iterator[Fit]:
     """Yield the best way in which the substances of a wish fill the slots of a procedure, if there is one."""
     spans = [m.span() for m in re.finditer(rf"(?<![\w-])(?:{item.words})(?![\w-])", text, re.IGNORECASE)]
@@ -415,25 +176,23 @@ def _fits(item: GeneralProcedure, text: str, mentions: Sequence[Mention], resolv
         sure = [dict(_places(item, mention, resolver, False)).get(key, 0.0) >= 2.0 for key, mention in filled.items()]
         if not spans and not (all(sure) and (not open_ or (accepted and fit.score > score))):
             continue
-        words = [m for m in re.finditer(r"[^\s.,;:]+", text) if _BREAKER.fullmatch(m[0])]
+        words = [m for m in re.finditer(r"[^\s.,;:]+", text) if is_transformation(m[0])]
         unread = [w[0] for w in words if not any(s <= w.start() and w.end() <= e for s, e in spans)]
         unread = [word for word in unread if word.lower() not in general_procedures().fillers]
-        if any(not _QUALIFIER.fullmatch(word) for word in unread):
+        if any(not is_qualifier(word) for word in unread):
             continue
         score = fit.score + 3.0 * bool(spans) - 1.0 * open_ - 1.5 * len(unread) - 0.1 * len(empty)
         unread += [m.strength for key, m in filled.items() if m.strength and not _has_strength(item, key, m.strength)]
         unread += [m.text for m in products if m.classes == {"?"} or not (m.loose or m.meaning or m.classes)]
         unread += [m.text for m in rest if m not in filled.values() and m.classes == {"?"}]
-        yield replace(fit, score=score, unread=tuple(dict.fromkeys(unread)))
+        echoes = tuple(m.text for m in rest if m not in filled.values() and m.classes != {"?"})
+        yield replace(fit, score=score, unread=tuple(dict.fromkeys(unread)), echoes=echoes)
 
 
 def _has_strength(item: GeneralProcedure, key: str, strength: str) -> bool:
+    stated = STRENGTH.match(strength)
     portions = [p for action in item.actions for p in action.takes if p.name == key]
-    return any(
-        p.amount.endswith(f"of {' '.join(_STRENGTH.match(strength).groups())}")
-        for p in portions
-        if _STRENGTH.match(strength)
-    )
+    return stated is not None and any(p.amount.endswith(f"of {stated[1]} {stated[2]}") for p in portions)
 
 
 def _assignments(
@@ -448,7 +207,7 @@ def _assignments(
         for score, filled in _assignments(item, others, resolver, named):
             if key not in filled:
                 yield score + worth, {key: first, **filled}
-    if first.classes == {"?"} or (first.aside and (first.meaning is None or first.end < 0)):
+    if first.classes == {"?"} or (first.aside and first.meaning is None):
         yield from _assignments(item, others, resolver, named)
 
 
@@ -545,13 +304,15 @@ def _with_product(fit: Fit, products: Sequence[Mention], resolver: Resolver) -> 
         )
     if wanted and item.retro:
         known_keys = [(place, structures[key]) for place, key in enumerate(core) if key in structures]
-        ways = [way for way in backward(item.retro, wanted) if len(way) == len(core)]
-        ways = [way for way in ways if all(same(way[place], smiles) for place, smiles in known_keys)]
-        ways = list({frozenset(way): way for way in ways}.values())
-        if not ways:
+        outcomes = [way for way in backward(item.retro, wanted) if len(way) == len(core)]
+        outcomes = [way for way in outcomes if all(same(way[place], smiles) for place, smiles in known_keys)]
+        outcomes = list({frozenset(way): way for way in outcomes}.values())
+        if not outcomes:
             return None
-        if len(ways) == 1:
-            structures.update({key: smiles for key, smiles in zip(core, ways[0], strict=True) if key not in structures})
+        if len(outcomes) == 1:
+            structures.update(
+                {key: smiles for key, smiles in zip(core, outcomes[0], strict=True) if key not in structures}
+            )
         score += 4.0
     return replace(fit, score=score, structures=structures, product=wanted, named_product=named)
 
@@ -575,6 +336,7 @@ def _experiment(text: str, fit: Fit, resolver: Resolver) -> tuple[Experiment, tu
     """Return the experiment of a wish, with its assumptions and hazards, one sentence each."""
     item = fit.procedure
     notes = [f"written as: {item.name} ({item.source})", "amounts for 10 mmol of the substrate, assumed"]
+    notes += [f"{phrase!r} is taken to name a substance that the text names again" for phrase in fit.echoes]
     product = fit.named_product.text if fit.named_product is not None else ""
     title = product or fit.product or item.product
     materials: dict[str, Material] = {}
@@ -617,11 +379,11 @@ def _experiment(text: str, fit: Fit, resolver: Resolver) -> tuple[Experiment, tu
     distinct = {material.name: material for material in reversed(list(materials.values()))}
     experiment = Experiment(
         id=f"wish_{item.id[:30]}_{hashlib.sha256(text.encode()).hexdigest()[:10]}",
-        name=(product and f"{item.name}: {product}" or item.name)[:300],
+        name=(f"{item.name}: {product}" if product else item.name)[:300],
         reaction_type=item.type,
         reaction=f"{'.'.join(core)}>>{fit.product}" if fit.product and all(core) and item.type is not None else "",
         product=f"{product or item.product}{f' ({fit.product})' if fit.product else ''}"[:500],
-        description=f"{text} General procedure, amounts and conditions assumed: {item.source}. {'. '.join(item.hazards)}"[
+        description=" ".join((text, f"General procedure: {item.source}; all not stated is assumed.", *item.hazards))[
             :4000
         ],
         materials=tuple(reversed(distinct.values())),
