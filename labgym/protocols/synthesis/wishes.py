@@ -236,9 +236,13 @@ def _places(item: GeneralProcedure, mention: Mention, resolver: Resolver, named:
         if mention.meaning is not None and mention.meaning.asset
         else ""
     )
-    if item.solvent and category in SOLVENTS:
+    asset = mention.meaning.asset if mention.meaning is not None else ""
+    meant = {asset, mention.smiles} - {""}
+    if item.solvent and (category in SOLVENTS or meant & _accepted((item.solvent,), resolver.catalog)):
         yield "S", 3.0 if mention.part == "solvent" else 0.2
-    if mention.meaning is not None and mention.meaning.asset == WATER:
+    if asset == WATER and item.type is None and item.solvent:
+        yield "S", 1.0
+    elif asset == WATER and any(portion.name == "water" for action in item.actions for portion in action.takes):
         yield WATER, 2.0
 
 
