@@ -33,6 +33,17 @@ def backward(retro: str, product: str) -> tuple[tuple[str, ...], ...]:
     return tuple(dict.fromkeys(_run(retro, (product,), 0)))
 
 
+def may_be_product(equations: Sequence[str], product: str) -> bool:
+    """Return whether a product has the groups that one of the equations makes; True without RDKit."""
+    try:
+        from rdkit.Chem import MolFromSmarts, MolFromSmiles
+    except ImportError:
+        return True
+    molecule = MolFromSmiles(product)
+    parts = [MolFromSmarts(equation.rpartition(">>")[2]) for equation in equations]
+    return molecule is not None and any(part is not None and molecule.HasSubstructMatch(part) for part in parts)
+
+
 def same(a: str, b: str) -> bool:
     """Return whether two structures agree, apart from stereochemistry, small ions and charges."""
     return _core(a) == _core(b)

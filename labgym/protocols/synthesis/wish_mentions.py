@@ -60,6 +60,7 @@ class Mention:
         part: "product", "solvent" or "substance", by the words before it.
         aside: whether it may say again what something else says: in a title, in brackets, or "the" class.
         loose: whether its words say that it is not all of its name ("a pyridine derivative").
+        in_title, in_brackets: where it stands.
         strength: of a solution, as "4 M".
         meaning: None if it names a class or nothing that is known.
         classes: by its words.
@@ -71,6 +72,8 @@ class Mention:
     part: Part
     aside: bool = False
     loose: bool = False
+    in_title: bool = False
+    in_brackets: bool = False
     strength: str = ""
     meaning: Resolution | None = None
     classes: frozenset[str] = frozenset()
@@ -99,7 +102,10 @@ def mentions_of(text: str, resolver: Resolver) -> tuple[Mention, ...]:
             meaning = next((known[form] for form in _spellings(draft.text) if known[form].is_known), None)
             meaning = meaning or _drawn(draft.text)
         bare = _SALT.sub("", _OPEN_ENDING.sub("", draft.text))
-        found = frozenset(name for name, item in general_procedures().classes.items() if _ends_with(item.words, bare))
+        table = general_procedures().classes
+        found = frozenset(name for name, item in table.items() if _ends_with(item.words, bare))
+        if is_open and not found & {"amine"}:
+            found |= {name for name in ("amine",) if re.search(r"(?<![\w-])amino(?![\w-])", bare, re.IGNORECASE)}
         if meaning is None and not found and all(is_ordinary(word) for word in draft.text.split()) and not is_open:
             found = frozenset(("?",))
         mention = replace(draft, meaning=meaning, classes=found)
@@ -185,8 +191,10 @@ def _draft(text: str, start: int, end: int, lead: str, last: Part) -> tuple[Ment
     is_class = article is not None and phrase.lower().removesuffix("s") in general_procedures().classes
     indefinite = article is not None and article[1] in ("a", "an")
     loose = _OPEN_ENDING.search(phrase) is not None
-    aside = start < text.find(": ") or is_class or text[max(0, start - 1) : start] == "("
-    return Mention(phrase, start, end, part, aside, loose), indefinite or is_class or loose
+    in_title, in_brackets = start < text.find(": "), text[max(0, start - 1) : start] == "("
+    aside = in_title or in_brackets or is_class
+    mention = Mention(phrase, start, end, part, aside, loose, in_title, in_brackets)
+    return mention, indefinite or is_class or loose
 
 
 def is_strength_of(word: str) -> bool:

@@ -33,7 +33,7 @@ from labgym.protocols.refusals import (
 )
 from labgym.protocols.substances import Resolver
 from labgym.protocols.substances.opening import Resolution
-from labgym.protocols.synthesis.equations import backward, forward, molar_mass, same
+from labgym.protocols.synthesis.equations import backward, forward, may_be_product, molar_mass, same
 from labgym.protocols.synthesis.general_procedures import ANY, GeneralProcedure, Slot, general_procedures
 from labgym.protocols.synthesis.staging import stage
 from labgym.protocols.synthesis.wish_mentions import STRENGTH, Mention, is_qualifier, is_transformation, mentions_of
@@ -162,8 +162,9 @@ def _fits(item: GeneralProcedure, text: str, mentions: Sequence[Mention], resolv
     if item.named and not spans:
         return
     owned = [m for m in mentions if any(start <= m.start and m.end <= end for start, end in spans)]
-    products = [m for m in mentions if m.part == "product" and m not in owned]
-    rest = [m for m in mentions if m.part != "product" and m not in owned]
+    handled = item.type is None
+    products = [m for m in mentions if m.part == "product" and m not in owned and not (handled and m.meaning)]
+    rest = [m for m in mentions if m not in products and m not in owned]
     for score, filled in sorted(_assignments(item, rest, resolver, bool(spans)), key=lambda pair: -pair[0])[:1]:
         fit = _with_product(Fit(item, filled, score, {}), products, resolver)
         if fit is None:
@@ -173,6 +174,11 @@ def _fits(item: GeneralProcedure, text: str, mentions: Sequence[Mention], resolv
             continue
         open_ = sum(slot.role == "reactant" and not slot.default for slot in empty)
         accepted = any(_accepts(slot, filled[slot.key], resolver) for slot in item.slots if slot.key in filled)
+        echoes = [m for m in rest if m not in filled.values() and m.classes != {"?"}]
+        if not all(_is_echo(m, fit) for m in echoes):
+            continue
+        if not accepted and any(not (m.meaning or m.classes or m.loose) for m in filled.values()):
+            continue
         sure = [dict(_places(item, mention, resolver, False)).get(key, 0.0) >= 2.0 for key, mention in filled.items()]
         if not spans and not (all(sure) and (not open_ or (accepted and fit.score > score))):
             continue
@@ -185,8 +191,21 @@ def _fits(item: GeneralProcedure, text: str, mentions: Sequence[Mention], resolv
         unread += [m.strength for key, m in filled.items() if m.strength and not _has_strength(item, key, m.strength)]
         unread += [m.text for m in products if m.classes == {"?"} or not (m.loose or m.meaning or m.classes)]
         unread += [m.text for m in rest if m not in filled.values() and m.classes == {"?"}]
-        echoes = tuple(m.text for m in rest if m not in filled.values() and m.classes != {"?"})
-        yield replace(fit, score=score, unread=tuple(dict.fromkeys(unread)), echoes=echoes)
+        spoken = tuple(m.text for m in echoes)
+        yield replace(fit, score=score, unread=tuple(dict.fromkeys(unread)), echoes=spoken)
+
+
+def _is_echo(mention: Mention, fit: Fit) -> bool:
+    """Return whether a phrase that fills no slot may say again what the substrate is."""
+    head = fit.procedure.slots[0]
+    smiles = fit.structures.get(head.key, "")
+    if not smiles and head.key not in fit.filled:
+        return False
+    if mention.loose or mention.in_title or not mention.classes:
+        return True
+    table = general_procedures().classes
+    patterns = [smarts for name in mention.classes for smarts in table[name].smarts]
+    return _has(smiles, patterns) if smiles else bool(mention.classes & set(head.classes))
 
 
 def _has_strength(item: GeneralProcedure, key: str, strength: str) -> bool:
@@ -207,7 +226,7 @@ def _assignments(
         for score, filled in _assignments(item, others, resolver, named):
             if key not in filled:
                 yield score + worth, {key: first, **filled}
-    if first.classes == {"?"} or (first.aside and first.meaning is None):
+    if first.classes == {"?"} or (first.aside and (first.meaning is None or first.in_brackets)):
         yield from _assignments(item, others, resolver, named)
 
 
@@ -229,7 +248,7 @@ def _places(item: GeneralProcedure, mention: Mention, resolver: Resolver, named:
         elif mention.meaning is None and slot.role == "reactant" and slot.classes:
             if mention.classes & set(slot.classes):
                 yield slot.key, 2.0
-            elif mention.loose or not mention.classes or ANY in slot.classes:
+            elif ANY in slot.classes or (slot == item.slots[0] and (mention.loose or not mention.classes)):
                 yield slot.key, 0.3
     category = (
         resolver.catalog.get(mention.meaning.asset).category
@@ -318,6 +337,10 @@ def _with_product(fit: Fit, products: Sequence[Mention], resolver: Resolver) -> 
                 {key: smiles for key, smiles in zip(core, outcomes[0], strict=True) if key not in structures}
             )
         score += 4.0
+    elif wanted and any(key not in structures and key not in fit.filled for key in core):
+        return None
+    if wanted and not may_be_product(item.equations, wanted):
+        return None
     return replace(fit, score=score, structures=structures, product=wanted, named_product=named)
 
 
