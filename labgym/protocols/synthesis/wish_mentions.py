@@ -139,7 +139,8 @@ def _phrases(text: str) -> Iterator[tuple[Mention, bool]]:
     """Yield the phrases between words without content, and whether each is left open: "a ketone", "an X derivative"."""
     fillers = general_procedures().fillers
     run: list[tuple[int, int]] = []
-    before, strength, part = "", "", "substance"
+    before, strength = "", ""
+    part: Part = "substance"
     for begin, end, ends in (*_words(text), (len(text), len(text), True)):
         word = text[begin:end]
         pair = text[begin : end + 2].strip()

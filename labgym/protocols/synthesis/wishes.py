@@ -177,6 +177,8 @@ def _fits(item: GeneralProcedure, text: str, mentions: Sequence[Mention], resolv
         echoes = [m for m in rest if m not in filled.values() and m.classes != {"?"}]
         if not all(_is_echo(m, fit) for m in echoes):
             continue
+        if "S" in filled and filled["S"].part != "solvent" and item.slots[0].key not in filled:
+            continue
         if not accepted and any(not (m.meaning or m.classes or m.loose) for m in filled.values()):
             continue
         sure = [dict(_places(item, mention, resolver, False)).get(key, 0.0) >= 2.0 for key, mention in filled.items()]
@@ -232,37 +234,36 @@ def _assignments(
 
 def _places(item: GeneralProcedure, mention: Mention, resolver: Resolver, named: bool) -> Iterator[tuple[str, float]]:
     """Yield the slots that a substance may fill, with what that is worth."""
-    table = general_procedures().classes
     for slot in item.slots:
-        if _accepts(slot, mention, resolver):
-            yield slot.key, 4.0
-        elif mention.smiles or (mention.meaning is not None and mention.meaning.asset):
-            smiles = mention.smiles or _asset_smiles(mention, resolver)
-            patterns = [smarts for name in slot.classes if name != ANY for smarts in table[name].smarts]
-            if smiles and _has(smiles, patterns):
-                yield slot.key, 3.0
-            elif ANY in slot.classes:
-                yield slot.key, 1.0
-            elif named and item.retro and slot == item.slots[0] and smiles and len(backward(item.retro, smiles)) == 1:
-                yield slot.key, 1.5
-        elif mention.meaning is None and slot.role == "reactant" and slot.classes:
-            if mention.classes & set(slot.classes):
-                yield slot.key, 2.0
-            elif ANY in slot.classes or (slot == item.slots[0] and (mention.loose or not mention.classes)):
-                yield slot.key, 0.3
-    category = (
-        resolver.catalog.get(mention.meaning.asset).category
-        if mention.meaning is not None and mention.meaning.asset
-        else ""
-    )
+        worth = _worth(item, slot, mention, resolver, named)
+        if worth:
+            yield slot.key, worth
     asset = mention.meaning.asset if mention.meaning is not None else ""
     meant = {asset, mention.smiles} - {""}
-    if item.solvent and (category in SOLVENTS or meant & _accepted((item.solvent,), resolver.catalog)):
+    is_solvent = bool(asset) and resolver.catalog.get(asset).category in SOLVENTS
+    if item.solvent and (is_solvent or meant & _accepted((item.solvent,), resolver.catalog)):
         yield "S", 3.0 if mention.part == "solvent" else 0.2
     if asset == WATER and item.type is None and item.solvent:
         yield "S", 1.0
     elif asset == WATER and any(portion.name == "water" for action in item.actions for portion in action.takes):
         yield WATER, 2.0
+
+
+def _worth(item: GeneralProcedure, slot: Slot, mention: Mention, resolver: Resolver, named: bool) -> float:
+    """Return how well a substance fills a slot; 0 if it does not."""
+    if _accepts(slot, mention, resolver):
+        return 4.0
+    is_first, smiles = slot == item.slots[0], mention.smiles or _asset_smiles(mention, resolver)
+    if smiles and _is_of(slot, smiles):
+        return 3.0
+    if mention.meaning is not None:
+        returns = named and is_first and item.retro and smiles and len(backward(item.retro, smiles)) == 1
+        return 1.0 if ANY in slot.classes else 1.5 if returns else 0.0
+    if slot.role != "reactant" or not slot.classes:
+        return 0.0
+    if mention.classes & set(slot.classes):
+        return 2.0
+    return 0.3 if ANY in slot.classes or (is_first and (mention.loose or not mention.classes)) else 0.0
 
 
 def _accepts(slot: Slot, mention: Mention, resolver: Resolver) -> bool:
