@@ -78,6 +78,7 @@ from labgym.protocols.language.concepts import Words
 from labgym.protocols.language.vocabulary import Vocabulary
 from labgym.protocols.reading.lexicon import ProcedureWords
 from labgym.protocols.refusals import Refusals
+from labgym.protocols.synthesis.general_procedures import GeneralProcedures
 from labgym.protocols.synthesis.operations import Operations
 from labgym.protocols.synthesis.transformations import Transformations
 from labgym.scenes.tracing import trace
@@ -168,6 +169,7 @@ DOCUMENTS: tuple[type[Document], ...] = (
     ProcedureWords,
     Vocabulary,
     Operations,
+    GeneralProcedures,
     Transformations,
     Refusals,
 )

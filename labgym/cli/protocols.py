@@ -24,6 +24,7 @@ from labgym.protocols.importers import Format, ImportSource
 if TYPE_CHECKING:
     from labgym.protocols.experiments.collection import Tally
     from labgym.protocols.synthesis import Writer
+    from labgym.protocols.synthesis.wishes import Fulfillment
 
 
 MAX_PATH = 250
@@ -110,6 +111,11 @@ def new(
     from labgym.protocols.synthesis.procedures import LONGEST_WISH, compile_procedure, is_procedure
 
     procedure = not model and is_procedure(text)
+    wish = None if model or procedure else _wish(text, partial)
+    if wish is not None:
+        _remark(wish.notes, wish.advice)
+        _name_substances(wish.protocol)
+        return _save(wish.protocol, out, overwrite)
     if not procedure or len(text) <= LONGEST_WISH:
         try:
             result = synthesize(text, _model_writer(repairs) if model else None, keyword_only)
@@ -127,6 +133,24 @@ def new(
         return complaints([*compilation.lacks, f"no protocol was written: {remedy}"])
     _name_substances(compilation.protocol)
     return _save(compilation.protocol, out, overwrite)
+
+
+def _wish(text: str, partial: bool) -> Fulfillment | None:
+    """Return the protocol of a wish, or None if no general procedure carries it out.
+
+    Raises:
+        RefusalError: the wish asks for something dangerous.
+    """
+    from labgym.protocols.synthesis.wishes import fulfill
+
+    try:
+        return fulfill(text, partial)
+    except protocols.RefusalError as error:
+        if error.reason == "unsafe":
+            raise
+    except protocols.ProtocolError:
+        pass
+    return None
 
 
 def _text_of(text: str) -> str:

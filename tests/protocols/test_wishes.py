@@ -1,0 +1,138 @@
+"""A wish in one line becomes a protocol by a general procedure; what it says is used, reported or refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("rdkit")
+pytest.importorskip("chemicals")
+
+from labgym.assets import Catalog
+from labgym.assets.structures import canonical
+from labgym.cli import main
+from labgym.errors import LabgymError
+from labgym.protocols import Protocol, RefusalError
+from labgym.protocols.experiments.model import Material
+from labgym.protocols.substances import Resolver
+from labgym.protocols.synthesis.equations import backward, forward
+from labgym.protocols.synthesis.general_procedures import ANY, GeneralProcedure, general_procedures
+from labgym.protocols.synthesis.wishes import fulfill
+
+NAMES = Resolver(Catalog.published(), parser=False)
+TABLE = general_procedures()
+PRODUCTS = [
+    ("Couple benzoic acid with benzylamine using EDC and HOBt", "O=C(NCc1ccccc1)c1ccccc1"),
+    ("Acid chloride formation from benzoic acid with thionyl chloride", "O=C(Cl)c1ccccc1"),
+    ("Suzuki coupling of bromobenzene with phenylboronic acid", "c1ccc(-c2ccccc2)cc1"),
+    ("Wittig olefination of cyclohexanone with methyltriphenylphosphonium bromide", "C=C1CCCCC1"),
+    ("Reduction of acetophenone using sodium borohydride", "CC(O)c1ccccc1"),
+    ("Boc deprotection of N-Boc-piperazine using HCl in dioxane", "C1CNCCN1"),
+    ("Reductive amination of benzaldehyde with piperidine", "c1ccc(CN2CCCCC2)cc1"),
+    ("Alkylation of phenol with benzyl bromide and potassium carbonate in acetone", "c1ccc(COc2ccccc2)cc1"),
+    ("Swern oxidation of cyclohexanol", "O=C1CCCCC1"),
+]
+"""Wishes of named substances with the structure that a chemist expects, drawn by hand."""
+
+
+@pytest.mark.parametrize(("text", "product"), PRODUCTS)
+def test_the_product_is_what_the_reaction_gives(text: str, product: str) -> None:
+    protocol = fulfill(text, names=NAMES).protocol
+    assert canonical(protocol.reaction.rpartition(">")[2]) == canonical(product)
+    assert protocol.partial == ()
+
+
+def test_a_class_without_a_name_becomes_an_unclassified_bottle_that_the_protocol_marks() -> None:
+    protocol = fulfill(
+        "Conversion of the carboxylic acid to the acid chloride using oxalyl chloride", names=NAMES
+    ).protocol
+    (bottle,) = protocol.substances
+    assert bottle.names == ("unnamed carboxylic acid",)
+    assert (bottle.is_classified, bottle.storage_class) == (False, "Toxic")
+    assert any("unnamed carboxylic acid" in line for line in protocol.partial)
+    assert "OxalylChloride" in {use.name for use in protocol.reagents}
+
+
+def test_the_substrate_follows_from_the_name_of_the_product() -> None:
+    text = "Preparation of benzoyl chloride: Reaction of the carboxylic acid with thionyl chloride."
+    done = fulfill(text, names=NAMES)
+    assert done.protocol.reaction == f"{canonical('OC(=O)c1ccccc1')}>>{canonical('O=C(Cl)c1ccccc1')}"
+    assert any("follows from the product, assumed" in note for note in done.notes)
+
+
+def test_what_the_wish_leaves_open_is_named_as_assumed() -> None:
+    notes = fulfill("Mesylation of cyclohexanol", names=NAMES).notes
+    for what in ("amounts", "methanesulfonyl chloride", "triethylamine", "dichloromethane"):
+        assert any(what in note and "assumed" in note for note in notes)
+
+
+def test_a_word_without_effect_stops_the_protocol_or_marks_it() -> None:
+    text = "Regioselective alkylation of phenol with benzyl bromide"
+    with pytest.raises(RefusalError, match="'Regioselective'"):
+        fulfill(text, names=NAMES)
+    assert any("'Regioselective'" in line for line in fulfill(text, partial=True, names=NAMES).protocol.partial)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Alkylation of a piperazine derivative followed by reduction with sodium borohydride",
+        "Reduction of the sulfonyl chloride with lithium aluminum hydride",
+        "Preparation of benzyl alcohol: Oxidation of benzaldehyde with manganese dioxide",
+        "Boc deprotection of cyclohexane using TFA",
+        "Reduce 5 g of acetophenone with NaBH4",
+        "Recite a poem about benzene",
+    ],
+)
+def test_a_wish_that_no_procedure_carries_out_as_written_is_refused(text: str) -> None:
+    with pytest.raises(RefusalError):
+        fulfill(text, partial=True, names=NAMES)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Methylation of benzoic acid with diazomethane",
+        "Acylation of aniline with phosgene",
+        "Synthesis of ClC#C: Reaction of the alcohol with thionyl chloride",
+        "Synthesis of ClCCSCCCl: Reaction of the alcohol with thionyl chloride",
+        "Grignard addition of phenylmagnesium bromide to acetone in ethanol",
+        "Dissolving chromium trioxide in acetone",
+        "Reduction of benzophenone with LiAlH4 in methanol",
+        "Distillation of tert-butyl hydroperoxide",
+        "Chlorination of 2,2'-thiodiethanol using thionyl chloride",
+    ],
+)
+def test_a_dangerous_wish_is_refused_in_one_line(text: str) -> None:
+    with pytest.raises(LabgymError) as refusal:
+        fulfill(text, partial=True, names=NAMES)
+    assert "\n" not in str(refusal.value)
+
+
+@pytest.mark.parametrize("item", TABLE.procedures, ids=lambda item: item.id)
+def test_a_general_procedure_is_consistent(item: GeneralProcedure) -> None:
+    taken = {portion.name for action in item.actions for portion in action.takes}
+    keys = [slot.key for slot in item.slots]
+    assert set(keys) <= taken
+    assert len(set(keys)) == len(keys)
+    assert ("S" in taken) == bool(item.solvent)
+    assert item.source
+    assert {name for slot in item.slots for name in slot.classes} <= {ANY, *TABLE.classes}
+    fixed = [name for name in (*taken - {*keys, "S"}, item.solvent, *(slot.default for slot in item.slots)) if name]
+    named = NAMES.resolve([Material(name=name, role="reagent") for name in fixed])
+    assert [meaning.name for meaning in named if not meaning.is_known] == []
+
+
+def test_equations_lead_forward_and_back() -> None:
+    acid, chloride = "OC(=O)c1ccccc1", "O=C(Cl)c1ccccc1"
+    item = next(item for item in TABLE.procedures if item.id == "acid_chloride_thionyl")
+    assert forward(item.equations, [acid]) == (canonical(chloride),)
+    assert backward(item.retro, chloride) == ((canonical(acid),),)
+
+
+def test_a_wish_is_saved_and_reloads(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "wish.json"
+    assert main(["protocols", "new", "Boc deprotection using HCl in dioxane", "--out", str(file)]) == 0
+    assert "unnamed Boc amine" in capsys.readouterr().err
+    assert Protocol.load(file).partial
