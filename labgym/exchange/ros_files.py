@@ -100,9 +100,10 @@ def _pixels(fields: Mapping[str, Any], path: Path) -> tuple[NDArray[np.float64],
     name = fields.get("image")
     if not isinstance(name, str) or not name or "\0" in name:
         raise DocumentError(path, "image", f"expected the name of the image, got {str(name)[:40]!r}")
-    place = path.parent / (
-        PureWindowsPath(name).name if PureWindowsPath(name).is_absolute() or name[0] == "/" else name
-    )
+    place = path.parent / name
+    beside = path.parent / PureWindowsPath(name).name
+    if PureWindowsPath(name).root and beside.is_file():  # map_saver writes absolute paths
+        place = beside
     try:
         inside = place.resolve().is_relative_to(path.parent.resolve())
     except (OSError, RuntimeError):

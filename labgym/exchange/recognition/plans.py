@@ -52,6 +52,8 @@ ROOM_AREA = 4.0
 """Area of the smallest closed line that is read as a room, square meters."""
 ALONG, PLACES = 0.3, 40
 """Distance within which a closed line runs along others, meters, and the number of places at which that is tested."""
+FRAME = 1.8
+"""Largest distance of the outline of a floor from its walls, meters."""
 GAPS = (1.1, 1.6, 2.2, 3.2)
 """Widths of gaps in the outer walls that are closed, meters; the first that leaves enough inside counts."""
 INSIDE = 0.5
@@ -195,10 +197,20 @@ def _along_walls(rooms: Sequence[Line], walls: Sequence[Line], unit: float) -> l
     for index, line in enumerate(rooms, start=len(walls)):
         ring = LineString(line.points * unit)
         places = line_interpolate_point(ring, np.linspace(0.0, 1.0, PLACES, endpoint=False), normalized=True)
+        if _frames(line, walls, unit):
+            kept.append(line)
+            continue
         place, hit = tree.query(places, predicate="dwithin", distance=ALONG)
         if len(set(place[hit != index].tolist())) >= 0.6 * PLACES:
             kept.append(line)
     return kept
+
+
+def _frames(line: Line, walls: Sequence[Line], unit: float) -> bool:
+    """Return whether a closed line is the outline of a floor: just around all walls."""
+    points = np.concatenate([wall.points for wall in walls])
+    beyond = np.array([points.min(axis=0) - line.points.min(axis=0), line.points.max(axis=0) - points.max(axis=0)])
+    return bool((beyond * unit >= -ALONG).all() and (beyond * unit <= FRAME).all())
 
 
 def _drawn(walls: Sequence[Line], lines: Sequence[Line], unit: float) -> Picture:

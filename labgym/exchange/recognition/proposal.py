@@ -74,7 +74,7 @@ class Answers(Document):
 
 @dataclass(frozen=True)
 class Proposal:
-    """What was recognized of a file.
+    """A floor recognized from a file.
 
     Attributes:
         floor: the floor, along the main direction, with its lower left corner as origin.

@@ -11,14 +11,22 @@ from scipy import ndimage
 
 from labgym.exchange.recognition.picture import Mask, Picture, closed, components, opened
 
-DOOR_WIDTHS = (1.1, 1.6, 2.1, 2.6)
-"""Widths of openings at which rooms are divided, meters; the wider ones only where a wall makes them."""
+DOOR_WIDTH = 1.1
+"""Width of openings at which rooms are divided, meters."""
+WIDEST_GAP = 3.6
+"""Width of the widest gap between two walls on one line at which rooms are divided, meters."""
+WIDEST_END = 2.2
+"""Width of the widest gap between the end of a wall and a wall across, meters."""
+OFFSET = 0.05
+"""Distance by which walls on one line may be off it, meters."""
+STUB = 0.5
+"""Length of the shortest wall at a wide gap, meters."""
 LEAST_AREA = 2.0
 """Area of the smallest room, square meters."""
 LARGE = 6.0
 """Area of the smallest room behind a wide opening, square meters."""
 DEEPEST_NECK = 0.7
-"""Longest way through a wide opening, meters; what is longer is a corridor."""
+"""Thickness of the thickest wall between rooms that are merged, meters."""
 CLOSET = 0.65
 """Width of the narrowest room of a drawing, meters."""
 NOTCH = 1.6
@@ -52,16 +60,14 @@ def rooms_of(picture: Picture, merged: Sequence[Sequence[int]] = ()) -> tuple[La
 
 def _divided(picture: Picture) -> Labels:
     """Return parts of the free area that are wider than doors, and those of a drawing that are wider than closets."""
-    first, *wider = (picture.cells(width, 2) for width in DOOR_WIDTHS)
-    _, labels, stats = components(opened(picture.free, first))
+    free = picture.free & ~_bridges(picture)
+    _, labels, stats = components(opened(free, picture.cells(DOOR_WIDTH, 2)))
     least = LEAST_AREA / picture.cell**2
     keep = stats[:, cv2.CC_STAT_AREA] >= least
     keep[0] = False
     labels = np.where(keep[labels], labels, 0).astype(np.int32)
-    for size in wider:
-        labels = _divided_at(picture, labels, size)
     if picture.drawn:
-        rest = opened(picture.free & ~ndimage.binary_dilation(labels > 0), picture.cells(CLOSET, 2))
+        rest = opened(free & ~ndimage.binary_dilation(labels > 0), picture.cells(CLOSET, 2))
         _, small, stats = components(rest)
         large = stats[:, cv2.CC_STAT_AREA] * picture.cell**2 >= 0.5 * LEAST_AREA
         large[0] = False
@@ -69,44 +75,58 @@ def _divided(picture: Picture) -> Labels:
     return labels
 
 
-def _divided_at(picture: Picture, labels: Labels, size: int) -> Labels:
-    """Return labels in which rooms are divided at openings of up to some cells that a wall makes."""
-    result, following = labels.copy(), int(labels.max(initial=0)) + 1
-    slices = ndimage.find_objects(labels)
-    for label, window in enumerate(slices, start=1):
-        if window is None:
-            continue
-        own = np.pad(labels[window] == label, 1)
-        core = opened(own, size)
-        count, parts, stats = components(core)
-        large = [p for p in range(1, count + 1) if stats[p, cv2.CC_STAT_AREA] * picture.cell**2 >= LARGE]
-        if len(large) < 2:
-            continue
-        # What the square does not reach is a neck if it lies between two large parts, and a niche otherwise.
-        fringe = picture.cells(0.15)
-        _, necks, neck_stats = components(opened(own & ~core, fringe))
-        near = ndimage.grey_dilation(np.where(np.isin(parts, large), parts, 0), size=(2 * fringe + 1, 2 * fringe + 1))
-        if len(neck_stats) < 2:
-            continue
-        index = np.arange(1, len(neck_stats))
-        lowest = ndimage.labeled_comprehension(
-            np.where(near > 0, near, count + 1), necks, index, np.min, np.int64, count + 1
-        )
-        highest = ndimage.labeled_comprehension(near, necks, index, np.max, np.int64, 0)
-        depths = np.minimum(neck_stats[1:, cv2.CC_STAT_WIDTH], neck_stats[1:, cv2.CC_STAT_HEIGHT]) * picture.cell
-        shallow = np.concatenate([[False], (lowest < highest) & (depths <= DEEPEST_NECK)])
-        cut = ndimage.binary_dilation(shallow[necks], iterations=fringe) & ~core
-        _, joined, _ = components(own & ~cut)
-        joined_count = int(joined.max(initial=0))
-        inner = joined[1:-1, 1:-1]
-        target = result[window]
-        target[labels[window] == label] = 0
-        for part in range(1, joined_count + 1):
-            cells = inner == part
-            if cells.sum() * picture.cell**2 >= LEAST_AREA:
-                target[cells] = label if part == 1 else following
-                following += part > 1
-    return result
+def _bridges(picture: Picture) -> Mask:
+    """Return the wide gaps between walls on one line that divide a free area into two large ones."""
+    free = picture.free
+    bridges = np.zeros(free.shape, dtype=np.bool_)
+    for axis in (0, 1, 0, 1):  # a gap may end at another one
+        free = picture.free & ~bridges
+        narrow = ~opened(free, picture.cells(THICKEST_WALL))
+        thin = narrow & ~_along(narrow, picture.cells(THICKEST_WALL) + 1, 1 - axis, cv2.MORPH_OPEN)
+        walls = _along(thin, picture.cells(STUB), axis, cv2.MORPH_OPEN)
+        walls = _along(walls, 2 * picture.cells(OFFSET) + 1, 1 - axis, cv2.MORPH_DILATE)
+        bridges |= _gaps(picture, walls, free, axis)
+    core = opened(picture.free & ~bridges, picture.cells(DOOR_WIDTH, 2))
+    _, parts, stats = components(core)
+    large = stats[:, cv2.CC_STAT_AREA] * picture.cell**2 >= LARGE
+    large[0] = False
+    reach = 2 * picture.cells(0.3) + 1
+    grown = cv2.dilate(np.where(large[parts], parts, 0).astype(np.float32), np.ones((reach, reach), np.uint8))
+    inverse = np.where(large[parts], len(stats) - parts, 0).astype(np.float32)
+    lowest = len(stats) - cv2.dilate(inverse, np.ones((reach, reach), np.uint8))
+    _, labels, _ = components(bridges)
+    index = np.arange(1, int(labels.max(initial=0)) + 1)
+    if not len(index):
+        return bridges
+    different = ndimage.maximum(grown, labels, index) > ndimage.minimum(lowest, labels, index)
+    return np.asarray(np.concatenate([[False], different])[labels])
+
+
+def _gaps(picture: Picture, walls: Mask, free: Mask, axis: int) -> Mask:
+    """Return the gaps between thin walls along an axis, and between the end of one and what it points to.
+
+    Where another wall crosses the end of a wall there is no gap: what lies beyond is a corridor.
+    """
+    between = _along(walls, picture.cells(WIDEST_GAP), axis, cv2.MORPH_CLOSE) & ~walls
+    _, labels, stats = components(between)
+    whole = np.bincount(labels[free], minlength=len(stats)) >= 0.95 * stats[:, cv2.CC_STAT_AREA]
+    whole[0] = False
+    most = picture.cells(WIDEST_END)
+    beyond = _along(walls, 2 * most + 1, axis, cv2.MORPH_DILATE) & free & ~walls
+    _, ends, stats = components(beyond)
+    touching = np.zeros(len(stats), dtype=np.bool_)
+    touching[np.unique(ends[_along(walls, 3, axis, cv2.MORPH_DILATE)])] = True
+    length, width = (stats[:, cv2.CC_STAT_HEIGHT], stats[:, cv2.CC_STAT_WIDTH])[:: 1 if axis == 0 else -1]
+    touching &= (length < most) & (width * picture.cell < 2.0 * THICKEST_WALL)
+    touching[0] = False
+    return np.asarray((whole[labels] & free) | touching[ends])
+
+
+def _along(mask: Mask, size: int, axis: int, operation: int) -> Mask:
+    """Return a morphological operation along the rows (axis 1) or the columns (axis 0) of a mask."""
+    kernel = np.ones((1, size) if axis else (size, 1), np.uint8)
+    result = cv2.morphologyEx(mask.astype(np.uint8), operation, kernel, borderType=cv2.BORDER_CONSTANT, borderValue=0)
+    return np.asarray(result > 0)
 
 
 def _enclosed(picture: Picture, labels: Labels) -> tuple[Labels, list[tuple[int, int]]]:

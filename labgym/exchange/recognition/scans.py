@@ -6,7 +6,6 @@ import math
 
 import cv2
 import numpy as np
-from scipy import ndimage
 
 from labgym.exchange.recognition.picture import (
     MAX_PIXELS,
@@ -21,11 +20,16 @@ from labgym.exchange.ros_files import RosMap
 
 BEAM = 0.3
 """Free parts that are narrower belong to single beams of a lidar, meters."""
+LEAST_PART = 5.0
+"""Area of the smallest free part without a way to the others, square meters."""
+SPECK = 4
+"""Number of cells of the largest speck."""
 LARGEST_FURNITURE = 14.0
 """Area of the largest object that stands free and is taken for furniture, square meters."""
-THICKEST_WALL = 0.35
-LONGEST_SHORT = 1.5
+THICKEST_WALL, LONGEST_SHORT = 0.45, 1.5
 """A free-standing object that is thinner and longer than these is a wall, meters."""
+MOSTLY_THIN = 0.2
+"""Largest share of a wall that may be thicker."""
 
 
 def picture_of(grid: RosMap) -> Picture:
@@ -34,7 +38,7 @@ def picture_of(grid: RosMap) -> Picture:
     points = np.asarray((np.column_stack([columns, rows]) + 0.5) * grid.resolution, dtype=np.float64)
     yaw = main_direction(points, grid.resolution)
     picture = _turned(grid, yaw)
-    free = _without_furniture(_without_beams(picture.free, picture.cells(BEAM, 2)), picture)
+    free = _without_furniture(_without_beams(picture), picture)
     return Picture(free, picture.solid & ~free, picture.outside, picture.cell, picture.x, picture.y, picture.yaw)
 
 
@@ -67,20 +71,24 @@ def _turned(grid: RosMap, yaw: float) -> Picture:
     return Picture(free, solid, nowhere, step, float(at[0]), float(at[1]), angle + yaw)
 
 
-def _without_beams(free: Mask, width: int) -> Mask:
-    """Return the largest free part, without parts that are narrower than some cells."""
+def _without_beams(picture: Picture) -> Mask:
+    """Return the large free parts, without parts that are narrower than some cells."""
     # Small specks in the free area do not make beams of what is around them.
-    wide = opened(ndimage.binary_closing(free, iterations=1), width)
-    count, labels, stats = components(wide)
-    if not count:
-        return wide
-    return np.asarray(labels == 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax()))
+    free = picture.free
+    _, parts, stats, _ = cv2.connectedComponentsWithStats((~free).astype(np.uint8), connectivity=8)
+    specks = stats[:, cv2.CC_STAT_AREA] <= SPECK
+    specks[0] = False
+    wide = opened(free | specks[parts], picture.cells(BEAM, 2))
+    _, labels, stats = components(wide)
+    large = stats[:, cv2.CC_STAT_AREA] * picture.cell**2 >= LEAST_PART
+    large[0] = False
+    return np.asarray(large[labels])
 
 
 def _without_furniture(free: Mask, picture: Picture) -> Mask:
     """Return the free area with the objects in it that are no walls."""
     count, labels, stats = components(~free)
-    sizes = ndimage.distance_transform_cdt(~free)
+    thick = opened(~free, picture.cells(THICKEST_WALL) + 1)
     result = free.copy()
     height, width = free.shape
     for part in range(1, count + 1):
@@ -90,7 +98,7 @@ def _without_furniture(free: Mask, picture: Picture) -> Mask:
             continue
         window = np.s_[y : y + h, x : x + w]
         own = labels[window] == part
-        thickness = (2.0 * float(sizes[window][own].max()) - 1.0) * picture.cell
-        if not (thickness <= THICKEST_WALL and max(w, h) * picture.cell >= LONGEST_SHORT):
+        thin = float((thick[window] & own).sum()) <= MOSTLY_THIN * area
+        if not (thin and max(w, h) * picture.cell >= LONGEST_SHORT):
             result[window] |= own
     return result
