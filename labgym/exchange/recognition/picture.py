@@ -125,7 +125,8 @@ def opened(mask: Mask, size: int) -> Mask:
     """Return the cells of a mask that a square of some cells within it covers."""
     kernel = np.ones((size, size), np.uint8)
     padded = cv2.copyMakeBorder(mask.astype(np.uint8), size, size, size, size, cv2.BORDER_CONSTANT, value=0)
-    result = cv2.morphologyEx(padded, cv2.MORPH_OPEN, kernel, borderType=cv2.BORDER_CONSTANT, borderValue=0)
+    # The anchors of an even square are opposite, or the result is off by a cell.
+    result = cv2.dilate(cv2.erode(padded, kernel), kernel, anchor=(size - 1 - size // 2,) * 2)
     return np.asarray(result[size:-size, size:-size] > 0)
 
 

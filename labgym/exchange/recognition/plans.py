@@ -31,8 +31,8 @@ from labgym.exchange.strips import Point
 
 CELL = 0.025
 """Side of a cell, meters; in large drawings it is greater."""
-MARGIN = 3.0
-"""Empty space around the drawing, meters."""
+MARGIN = 4.0
+"""Empty space around the drawing, meters; wider than the gaps that are closed."""
 OTHERS = re.compile(
     r"FURN|CHAIR|TABLE|DESK|SEAT|TOILET|SANIT|WC|STAIR|TREPPE|ESCAL|ELEV|LIFT|TEXT|ANNO|DIM|HATCH|GRID|AXIS|ACHSE|DEFPOINTS"
     r"|PLANT|TREE|ROOF|SITE|TITLE|FRAME|BORDER|JOURNEY|WAYPOINT|DISTRIB|EXIT|PEOPLE|VOID|EQPM|EQUIP|LIGHT|ELEC|HVAC",

@@ -125,6 +125,13 @@ def recognize(path: str | Path, answers: Answers | None = None) -> Proposal:
 
 
 def _picture(path: Path, answers: Answers) -> tuple[Picture, _Notes]:
+    """Return the picture of a file with the walls of --split, and what is noted about it."""
+    picture, notes = _file_picture(path, answers)
+    lines = tuple(((x0, y0), (x1, y1)) for x0, y0, x1, y1 in answers.splits)
+    return picture.with_walls(lines, DRAWN_WALL), notes
+
+
+def _file_picture(path: Path, answers: Answers) -> tuple[Picture, _Notes]:
     if path.suffix.lower() == ".dxf":
         from labgym.exchange.recognition.plans import picture_of_drawing
 
@@ -148,8 +155,7 @@ def _scale_of(picture: Picture, ratio: float) -> float:
 
 def _labels(picture: Picture, answers: Answers, notes: _Notes) -> Labels:
     """Return the room of each cell."""
-    lines = tuple(((x0, y0), (x1, y1)) for x0, y0, x1, y1 in answers.splits)
-    labels, dropped = rooms_of(picture.with_walls(lines, DRAWN_WALL), answers.merges)
+    labels, dropped = rooms_of(picture, answers.merges)
     for column, row in dropped:
         at = np.array([[picture.x + (column + 0.5) * picture.cell, picture.y + (row + 0.5) * picture.cell]])
         x, y = picture.to_file(at)[0].tolist()

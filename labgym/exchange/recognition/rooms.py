@@ -27,8 +27,8 @@ LARGE = 6.0
 """Area of the smallest room behind a wide opening, square meters."""
 DEEPEST_NECK = 0.7
 """Thickness of the thickest wall between rooms that are merged, meters."""
-CLOSET = 0.65
-"""Width of the narrowest room of a drawing, meters."""
+NARROW = {False: (0.75, 2.5), True: (0.65, 1.0)}
+"""Width and area of the smallest narrow room of a map and of a drawing, meters and square meters."""
 NOTCH = 1.6
 """Width of the widest piece of furniture at a wall behind which the room goes on, meters."""
 PILASTER = 0.45
@@ -66,13 +66,12 @@ def _divided(picture: Picture) -> Labels:
     keep = stats[:, cv2.CC_STAT_AREA] >= least
     keep[0] = False
     labels = np.where(keep[labels], labels, 0).astype(np.int32)
-    if picture.drawn:
-        rest = opened(free & ~ndimage.binary_dilation(labels > 0), picture.cells(CLOSET, 2))
-        _, small, stats = components(rest)
-        large = stats[:, cv2.CC_STAT_AREA] * picture.cell**2 >= 0.5 * LEAST_AREA
-        large[0] = False
-        labels = np.where(large[small], small + labels.max(initial=0), labels).astype(np.int32)
-    return labels
+    width, least = NARROW[picture.drawn]
+    rest = opened(free & ~ndimage.binary_dilation(labels > 0), picture.cells(width, 2))
+    _, small, stats = components(rest)
+    large = stats[:, cv2.CC_STAT_AREA] * picture.cell**2 >= least
+    large[0] = False
+    return np.where(large[small], small + labels.max(initial=0), labels).astype(np.int32)
 
 
 def _bridges(picture: Picture) -> Mask:
@@ -124,6 +123,7 @@ def _gaps(picture: Picture, walls: Mask, free: Mask, axis: int) -> Mask:
 
 def _along(mask: Mask, size: int, axis: int, operation: int) -> Mask:
     """Return a morphological operation along the rows (axis 1) or the columns (axis 0) of a mask."""
+    size |= 1  # an even kernel shifts the result
     kernel = np.ones((1, size) if axis else (size, 1), np.uint8)
     result = cv2.morphologyEx(mask.astype(np.uint8), operation, kernel, borderType=cv2.BORDER_CONSTANT, borderValue=0)
     return np.asarray(result > 0)
