@@ -42,11 +42,12 @@ MAX_SIZE = 100.0
 """Greatest extent of a floor, meters."""
 HEIGHT, DOOR_HEIGHT = 3.0, 2.1
 """Heights of walls and openings, meters."""
-ROUNDS = 16
+ROUNDS = 24
 """Largest number of parts that are left out until the rest forms a floor."""
 DRAWN_WALL = 0.1
 """Thickness of a wall of --split, meters."""
 ROOM = re.compile(r"space '(room_[0-9]{1,3})'")
+ACCESS = re.compile(r"has no door|no way leads")
 BLOCKED = re.compile(r"position ([0-9.e+-]{1,20}) m of wall ([0-9]{1,4}) is blocked")
 
 
@@ -221,7 +222,7 @@ def _assembled(path: Path, picture: Picture, labels: Labels, answers: Answers, n
                     dropped_openings.add(wall.point(min(middles, key=lambda middle: abs(middle - along))))
                 elif room is not None or isinstance(error, _RoomError):
                     label = error.label if isinstance(error, _RoomError) else int(room[1][5:] if room else 0)
-                    if coarse.get(label, 0) < 2:
+                    if coarse.get(label, 0) < 2 and ACCESS.search(message) is None:
                         coarse[label] = coarse.get(label, 0) + 1
                         continue
                     reason = message.splitlines()[-2 if isinstance(error, ValidationError) else -1].strip()[:160]

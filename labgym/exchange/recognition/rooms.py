@@ -17,8 +17,10 @@ WIDEST_GAP = 3.6
 """Width of the widest gap between two walls on one line at which rooms are divided, meters."""
 WIDEST_END = 2.2
 """Width of the widest gap between the end of a wall and a wall across, meters."""
-OFFSET = 0.05
-"""Distance by which walls on one line may be off it, meters."""
+OFFSET = {False: 0.1, True: 0.05}
+"""Distance by which walls of a map and of a drawing on one line may be off it, meters."""
+CLEAR = {False: 0.7, True: 0.95}
+"""Least share of a gap between two walls that is free."""
 STUB = 0.5
 """Length of the shortest wall at a wide gap, meters."""
 LEAST_AREA = 2.0
@@ -83,7 +85,7 @@ def _bridges(picture: Picture) -> Mask:
         narrow = ~opened(free, picture.cells(THICKEST_WALL))
         thin = narrow & ~_along(narrow, picture.cells(THICKEST_WALL) + 1, 1 - axis, cv2.MORPH_OPEN)
         walls = _along(thin, picture.cells(STUB), axis, cv2.MORPH_OPEN)
-        walls = _along(walls, 2 * picture.cells(OFFSET) + 1, 1 - axis, cv2.MORPH_DILATE)
+        walls = _along(walls, 2 * picture.cells(OFFSET[picture.drawn]) + 1, 1 - axis, cv2.MORPH_DILATE)
         bridges |= _gaps(picture, walls, free, axis)
     core = opened(picture.free & ~bridges, picture.cells(DOOR_WIDTH, 2))
     _, parts, stats = components(core)
@@ -108,7 +110,7 @@ def _gaps(picture: Picture, walls: Mask, free: Mask, axis: int) -> Mask:
     """
     between = _along(walls, picture.cells(WIDEST_GAP), axis, cv2.MORPH_CLOSE) & ~walls
     _, labels, stats = components(between)
-    whole = np.bincount(labels[free], minlength=len(stats)) >= 0.95 * stats[:, cv2.CC_STAT_AREA]
+    whole = np.bincount(labels[free], minlength=len(stats)) >= CLEAR[picture.drawn] * stats[:, cv2.CC_STAT_AREA]
     whole[0] = False
     most = picture.cells(WIDEST_END)
     beyond = _along(walls, 2 * most + 1, axis, cv2.MORPH_DILATE) & free & ~walls
