@@ -56,6 +56,7 @@ from labgym.eval.leaderboard.tables import correlation_tables, published_table
 from labgym.eval.reports.comparison import Comparison
 from labgym.eval.reports.tables import layout_table, leaderboard
 from labgym.exchange.inventory import Inventory
+from labgym.exchange.recognition.proposal import Answers
 from labgym.layouts import Layout, Placement, generate, load_published, published
 from labgym.layouts.clutter import add_clutter
 from labgym.layouts.floor import Floor, Opening, Space, Wall
@@ -151,6 +152,7 @@ DOCUMENTS: tuple[type[Document], ...] = (
     RoomFile,
     FloorFile,
     Inventory,
+    Answers,
     FloorPack,
     Commitment,
     FreshReceipt,

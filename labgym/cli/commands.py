@@ -95,7 +95,7 @@ COMMANDS: Mapping[str, str | CommandGroup] = {
     "play": "viewing:play",
     "move": "engineering:move",
     "repair": "repairs:repair",
-    "outline": "engineering:outline",
+    "outline": "outlines:outline",
     "import": CommandGroup("Read laboratories that other programs wrote.", {"labbuilder": "imports:labbuilder"}),
     "eval": "evaluation:eval_",
     "leaderboard": "leaderboard:leaderboard",

@@ -1,8 +1,7 @@
-"""The commands for engineers: compile, view, move and outline."""
+"""The commands for engineers: compile, view and move."""
 
 from __future__ import annotations
 
-import sys
 from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -176,36 +175,6 @@ def move(
     second = evaluate_layout(after, after.protocol, navigation=True, earlier=first)
     print(_comparison(id, after, first, second).text(), end="\n\n")
     return save(after, out, overwrite)
-
-
-def outline(
-    file: Positional[Annotated[Path, arg(metavar="FILE")]],
-    out: Path,
-    unit: OptionalText = None,
-    thickness: Annotated[float | None, arg(metavar="METERS", help_behavior_hint="")] = None,
-    crop: OptionalText = None,
-    overwrite: Overwrite = False,
-) -> int:
-    """Read the floor of a DXF drawing or of a ROS map, and write it as a layout without objects.
-
-    docs/engineers.md says which layers and blocks of a drawing are read, and what of a map.
-
-    Args:
-        file: A .dxf drawing, or the map.yaml of a ROS map next to its image.
-        out: The .json file of the layout.
-        unit: Unit of the drawing, in place of the one that it names: in, ft, mm, cm, dm or m.
-        thickness: Thickness of walls that the file does not show, meters. Default: 0.2 for a drawing without walls; of
-            a map what it shows.
-        crop: X0,Y0,X1,Y1: the part of a drawing that is read, in its units, such as a plan next to an elevation.
-        overwrite: Replace OUT if it exists with other content.
-    """
-    from labgym.exchange.formats import empty_layout, read_floor
-
-    out = layout_path(out)
-    layout = empty_layout(read_floor(file, unit, thickness, numbers("crop", crop)))
-    for space in layout.floor.spaces:
-        print(f"{space.id}: {space.use}, {space.area:.1f} m²", file=sys.stderr)
-    return save(layout, out, overwrite)
 
 
 def _place(layout: Layout, placement_id: str, to: str | None, by: str | None) -> tuple[float, float, float]:

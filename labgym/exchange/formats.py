@@ -141,6 +141,8 @@ def read_floor(
         if unit is not None or crop is not None:
             raise OptionError("--unit and --crop are for drawings; a map of ROS is in meters")
         return read_ros_map(path, thickness)
+    if suffix == ".dwg":
+        raise OptionError(f"{path.name!r} is in a format that only its own programs read: save it as DXF")
     raise OptionError(f"floor {path.name!r} must end in .dxf, or .yaml for a map of ROS")
 
 

@@ -63,11 +63,19 @@ def region_of(polygon: Polygon, yaw: float | None = None) -> tuple[Frame, tuple[
     low_x, low_y = min(slab[0] for slab in slabs), min(slab[1] for slab in slabs)
     cosine, sine = math.cos(yaw), math.sin(yaw)
     frame = (low_x * cosine - low_y * sine, low_x * sine + low_y * cosine, yaw)
-    rectangles = tuple(
-        Rectangle(x0=tidy(x0 - low_x), y0=tidy(y0 - low_y), x1=tidy(x1 - low_x), y1=tidy(y1 - low_y))
-        for x0, y0, x1, y1 in slabs
-    )
-    return (tidy(frame[0]), tidy(frame[1]), frame[2]), rectangles
+    rectangles = []
+    for x0, y0, x1, y1 in slabs:
+        (left, right), (low, high) = _extent(x0 - low_x, x1 - low_x), _extent(y0 - low_y, y1 - low_y)
+        rectangles.append(Rectangle(x0=left, y0=low, x1=right, y1=high))
+    return (tidy(frame[0]), tidy(frame[1]), frame[2]), tuple(rectangles)
+
+
+def _extent(low: float, high: float) -> tuple[float, float]:
+    """Return the ends of a side of a rectangle, rounded; a side of 5 cm does not become shorter by rounding."""
+    low, high = tidy(low), tidy(high)
+    while high - low < NARROWEST:
+        high += 1e-6
+    return low, high
 
 
 def direction(polygon: Polygon) -> float:

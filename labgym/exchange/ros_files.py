@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PureWindowsPath
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,8 @@ MAX_IMAGE = 32 * 1024 * 1024
 MAX_CELLS = 16_000_000
 FORMATS = ("PNG", "PPM", "BMP", "TIFF")
 """Formats of Pillow that are read; PPM includes PGM."""
+UNKNOWN, DARK = 205, 160
+"""Gray values of unknown cells in maps of map_saver, and below which cells are occupied in maps of probabilities."""
 RESOLUTIONS = (0.005, 0.5)
 """Sides of a cell that are read, meters."""
 
@@ -50,10 +52,15 @@ class RosMap:
         return values
 
 
-def open_ros_map(path: str | Path) -> RosMap:
+def open_ros_map(path: str | Path, lenient: bool = False) -> RosMap:
     """Return the map that a map.yaml describes, interpreted as map_server does in its modes trinary and scale.
 
-    The image must lie in the folder of the file or below it.
+    The image must lie in the folder of the file or below it. An absolute path, as map_saver writes it, stands for the
+    image of that name next to the file.
+
+    Args:
+        lenient: whether the gray values decide where the thresholds contradict them: cells of the 205 that map_saver
+            writes are unknown, and darker ones than 160 occupied.
 
     Raises:
         DocumentError: a file is missing, too large or damaged, or a field is invalid.
@@ -72,6 +79,9 @@ def open_ros_map(path: str | Path) -> RosMap:
     gray, opaque = _pixels(fields, path)
     negate = bool(_number(fields, "negate", path, 0.0))
     occupancy = (gray if negate else 255.0 - gray) / 255.0
+    if lenient:
+        opaque &= gray != UNKNOWN
+        occupied_above = min(occupied_above, 1.0 - DARK / 255.0)
     occupied, free = (occupancy > occupied_above) & opaque, (occupancy < free_below) & opaque
     return RosMap(occupied[::-1], free[::-1], resolution, origin)
 
@@ -91,6 +101,9 @@ def _pixels(fields: Mapping[str, Any], path: Path) -> tuple[NDArray[np.float64],
     if not isinstance(name, str) or not name or "\0" in name:
         raise DocumentError(path, "image", f"expected the name of the image, got {str(name)[:40]!r}")
     place = path.parent / name
+    beside = path.parent / PureWindowsPath(name).name
+    if PureWindowsPath(name).root and beside.is_file():  # map_saver writes absolute paths
+        place = beside
     try:
         inside = place.resolve().is_relative_to(path.parent.resolve())
     except (OSError, RuntimeError):

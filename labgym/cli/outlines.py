@@ -1,0 +1,156 @@
+"""The command outline: the floor of a drawing or a map, read strictly or recognized."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import ValidationError
+from tyro.conf import Positional, UseAppendAction, arg
+
+from labgym.cli.arguments import OptionalNumber, OptionalPath, OptionalText, numbers
+from labgym.cli.outcome import written
+from labgym.cli.saving import Overwrite, layout_path, refuse_other_content, save
+from labgym.documents import write_bytes
+from labgym.errors import DocumentError, OptionError
+
+if TYPE_CHECKING:
+    from labgym.exchange.recognition.proposal import Answers, Proposal
+    from labgym.layouts.floor import Floor
+
+Points = UseAppendAction[Annotated[tuple[str, ...], arg(metavar="X,Y")]]
+Lines = UseAppendAction[Annotated[tuple[str, ...], arg(metavar="X0,Y0,X1,Y1")]]
+Numbers = UseAppendAction[Annotated[tuple[str, ...], arg(metavar="N,M")]]
+
+
+def outline(
+    file: Positional[Annotated[Path, arg(metavar="FILE")]],
+    out: Path,
+    unit: OptionalText = None,
+    thickness: Annotated[float | None, arg(metavar="METERS", help_behavior_hint="")] = None,
+    crop: OptionalText = None,
+    scale: OptionalNumber = None,
+    area: OptionalNumber = None,
+    layers: OptionalText = None,
+    door: Points = (),
+    split: Lines = (),
+    merge: Numbers = (),
+    answers: OptionalPath = None,
+    overwrite: Overwrite = False,
+) -> int:
+    """Read the floor of a DXF drawing or of a ROS map, and write it as a layout without objects.
+
+    A file that cannot be read exactly is recognized: the command proposes a floor, lists what it left out and what it
+    is not certain of, and writes a picture of what it recognized (OUT with the suffix .png) and the answers so far
+    (.answers.json). The options from --scale on answer its questions. docs/engineers.md says what is read.
+
+    Args:
+        file: A .dxf drawing, or the map.yaml of a ROS map next to its image.
+        out: The .json file of the layout.
+        unit: Unit of the drawing, in place of the one that it names: in, ft, mm, cm, dm or m.
+        thickness: Thickness of walls that the file does not show, meters. Default: 0.2 for a drawing without walls; of
+            a map what it shows.
+        crop: X0,Y0,X1,Y1: the part of a drawing that is read, in its units, such as a plan next to an elevation.
+        scale: Meters per unit of a drawing, or a factor on the resolution of a map.
+        area: Area of all rooms in square meters, from which the scale follows.
+        layers: Layers of a drawing with its walls, with commas between them.
+        door: Place of a door, meters; repeat --door for several. Write --door=X,Y for negative numbers.
+        split: A wall that divides a room, meters; repeat --split for several.
+        merge: Numbers of rooms in the picture that are one room; repeat --merge for several.
+        answers: Answers that an earlier run wrote, in place of the six options above.
+        overwrite: Replace OUT, its picture and its answers if they exist with other content.
+    """
+    from labgym.exchange.formats import empty_layout, read_floor
+
+    out = layout_path(out)
+    given = _answers(unit, (scale, area, layers), (door, split, merge), answers)
+    proposal: Proposal | None = None
+    floor: Floor
+    try:
+        if given is not None:
+            raise DocumentError(file, "", "answers are for recognition")
+        floor = read_floor(file, unit, thickness, numbers("crop", crop))
+    except DocumentError as error:
+        if thickness is not None or crop is not None or not file.is_file():
+            raise
+        proposal = _recognized(file, given or _unit_only(unit), "" if given is not None else str(error))
+        floor = proposal.floor
+    layout = empty_layout(floor)
+    for space in layout.floor.spaces:
+        print(f"{space.id}: {space.use}, {space.area:.1f} m²", file=sys.stderr)
+    if proposal is not None:
+        _save_proposal(proposal, given or _unit_only(unit), out, overwrite)
+    return save(layout, out, overwrite)
+
+
+def _answers(
+    unit: str | None,
+    values: tuple[float | None, float | None, str | None],
+    places: tuple[Sequence[str], Sequence[str], Sequence[str]],
+    file: Path | None,
+) -> Answers | None:
+    """Return the answers of the command line or of a file, None without any."""
+    from labgym.exchange.recognition.proposal import Answers
+
+    (scale, area, layers), (door, split, merge) = values, places
+    if file is not None:
+        if any(value is not None for value in values) or any(places):
+            raise OptionError(
+                "--answers replaces --scale, --area, --layers, --door, --split and --merge: give one form"
+            )
+        return Answers.load(file)
+    if not (any(value is not None for value in values) or any(places)):
+        return None
+    if scale is not None and (area is not None or unit is not None):
+        raise OptionError("--scale, --area and --unit exclude each other")
+    try:
+        return Answers(
+            scale=_unit_only(unit).scale if scale is None else scale,
+            area=area,
+            layers=tuple(part.strip() for part in layers.split(",")) if layers else (),
+            doors=tuple(numbers("door", text) for text in door),
+            splits=tuple(numbers("split", text) for text in split),
+            merges=tuple(tuple(int(number) for number in numbers("merge", text) or ()) for text in merge),
+        )
+    except ValidationError as error:
+        place, problem = error.errors()[0]["loc"], error.errors()[0]["msg"]
+        raise OptionError(f"--{str(place[0]).rstrip('s')}: {problem}") from None
+
+
+def _unit_only(unit: str | None) -> Answers:
+    """Return the answers of --unit alone."""
+    from labgym.exchange.dxf.opening import UNITS
+    from labgym.exchange.recognition.proposal import Answers
+
+    if unit is not None and unit not in UNITS:
+        raise OptionError(f"unit {unit[:20]!r} must be one of {', '.join(UNITS)}")
+    return Answers(scale=None if unit is None else UNITS[unit])
+
+
+def _recognized(file: Path, answers: Answers, refusal: str) -> Proposal:
+    """Return the proposal for a file, and print why it is one, what was left out, and its questions."""
+    from labgym.exchange.recognition.proposal import recognize
+
+    proposal = recognize(file, answers)
+    if refusal:
+        print(f"recognized, because it cannot be read exactly: {refusal}", file=sys.stderr)
+    for part in proposal.skipped:
+        print(f"left out: {part}", file=sys.stderr)
+    for question in proposal.questions:
+        print(f"question: {question}", file=sys.stderr)
+    return proposal
+
+
+def _save_proposal(proposal: Proposal, answers: Answers, out: Path, overwrite: bool) -> None:
+    """Write the picture and the answers next to the layout; other content is replaced only with `overwrite`."""
+    from labgym.exchange.recognition.overlay import overlay_png
+
+    picture, answered = out.with_suffix(".png"), out.with_suffix(".answers.json")
+    content = overlay_png(proposal)
+    refuse_other_content(answers, answered, overwrite)
+    if picture.exists() and not overwrite and picture.read_bytes() != content:
+        raise OptionError(f"{picture} exists with other content: name another --out, or replace it with --overwrite")
+    written(write_bytes(picture, content))
+    save(answers, answered, overwrite)

@@ -1,0 +1,1 @@
+"""Proposals of floors from maps and drawings that the strict readers refuse."""

@@ -1,0 +1,336 @@
+"""Proposals of floors from files that no strict reader takes: a floor, what was left out, and questions."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Annotated, ClassVar, Literal
+
+import numpy as np
+from pydantic import Field, ValidationError
+from shapely import Polygon
+from shapely.affinity import translate
+
+from labgym.documents import Document
+from labgym.errors import DocumentError, OptionError
+from labgym.exchange.recognition.picture import Picture
+from labgym.exchange.recognition.rooms import Labels, rooms_of
+from labgym.exchange.recognition.sides import outlines
+from labgym.exchange.recognition.walls import (
+    WIDEST_DOOR,
+    PlanWall,
+    add_door,
+    add_openings,
+    longest_wall,
+    reached,
+    trimmed,
+    walls_around,
+)
+from labgym.exchange.regions import region_of
+from labgym.exchange.strips import tidy_point
+from labgym.layouts.floor import Floor, Opening, Space, Wall
+from labgym.layouts.floor.changes import closed_doors, walls_with
+
+Pair = tuple[float, float]
+Line = tuple[float, float, float, float]
+MAX_ROOMS = 60
+"""Largest number of rooms of a proposal."""
+MAX_SIZE = 100.0
+"""Greatest extent of a floor, meters."""
+HEIGHT, DOOR_HEIGHT = 3.0, 2.1
+"""Heights of walls and openings, meters."""
+ROUNDS = 24
+"""Largest number of parts that are left out until the rest forms a floor."""
+DRAWN_WALL = 0.1
+"""Thickness of a wall of --split, meters."""
+ROOM = re.compile(r"space '(room_[0-9]{1,3})'")
+ACCESS = re.compile(r"has no door|no way leads")
+BLOCKED = re.compile(r"position ([0-9.e+-]{1,20}) m of wall ([0-9]{1,4}) is blocked")
+
+
+class Answers(Document):
+    """Answers to the questions of a proposal; with them a run repeats.
+
+    Attributes:
+        scale: meters per unit of a drawing, or a factor on the resolution of a map.
+        area: area of all rooms, from which the scale follows, square meters.
+        layers: layers of a drawing with its walls.
+        doors: places of doors in the frame of the file, meters.
+        splits: walls that divide rooms, x0, y0, x1, y1 in the frame of the file, meters.
+        merges: numbers of rooms that are one room.
+    """
+
+    SCHEMA: ClassVar[str] = "labgym.outline-answers/1"
+
+    scale: Annotated[float, Field(gt=0.0, le=1000.0)] | None = None
+    area: Annotated[float, Field(gt=0.0, le=10_000.0)] | None = None
+    layers: Annotated[tuple[str, ...], Field(max_length=50)] = ()
+    doors: Annotated[tuple[Pair, ...], Field(max_length=100)] = ()
+    splits: Annotated[tuple[Line, ...], Field(max_length=100)] = ()
+    merges: Annotated[tuple[tuple[int, ...], ...], Field(max_length=50)] = ()
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """A floor recognized from a file.
+
+    Attributes:
+        floor: the floor, along the main direction, with its lower left corner as origin.
+        shift: position of the floor's origin in the turned frame of the picture, meters.
+        rooms: outlines in that frame. walls: in that frame, with openings.
+        skipped: parts that were left out. questions: what is not certain, each with the option that answers it.
+    """
+
+    floor: Floor
+    picture: Picture
+    rooms: Mapping[str, Polygon]
+    walls: Sequence[PlanWall]
+    shift: Pair
+    skipped: tuple[str, ...] = ()
+    questions: tuple[str, ...] = ()
+
+    @property
+    def origin(self) -> tuple[float, float, float]:
+        """Pose x, y, yaw of the floor's frame in that of the file, meters and radians."""
+        x, y = self.picture.to_file(np.array([self.shift]))[0].tolist()
+        return x, y, self.picture.yaw
+
+
+@dataclass
+class _Notes:
+    skipped: list[str] = field(default_factory=list)
+    questions: list[str] = field(default_factory=list)
+
+
+def recognize(path: str | Path, answers: Answers | None = None) -> Proposal:
+    """Return the floor that a map of ROS or a DXF drawing probably shows.
+
+    Unlike the strict readers it guesses: the unit and the layers of a drawing, rooms behind furniture, doors that are
+    not seen. Everything that it guesses or leaves out is listed.
+
+    Raises:
+        DocumentError: the file is missing, damaged, too large, or shows no room.
+        OptionError: an answer does not fit the file.
+        MissingDependencyError: the extra `cad` is not installed.
+    """
+    path, answers = Path(path), answers or Answers()
+    picture, notes = _picture(path, answers)
+    if answers.area is not None and answers.scale is None:
+        found = sum(room.area for room in _rooms(path, picture, _labels(picture, answers, _Notes())).values())
+        picture, notes = _picture(path, answers.model_copy(update={"scale": _scale_of(picture, answers.area / found)}))
+    labels = _labels(picture, answers, notes)
+    return _assembled(path, picture, labels, answers, notes)
+
+
+def _picture(path: Path, answers: Answers) -> tuple[Picture, _Notes]:
+    """Return the picture of a file with the walls of --split, and what is noted about it."""
+    picture, notes = _file_picture(path, answers)
+    lines = tuple(((x0, y0), (x1, y1)) for x0, y0, x1, y1 in answers.splits)
+    return picture.with_walls(lines, DRAWN_WALL), notes
+
+
+def _file_picture(path: Path, answers: Answers) -> tuple[Picture, _Notes]:
+    if path.suffix.lower() == ".dxf":
+        from labgym.exchange.recognition.plans import picture_of_drawing
+
+        picture, skipped, questions = picture_of_drawing(path, answers.scale, answers.layers)
+        return picture, _Notes(list(skipped), list(questions))
+    from labgym.exchange.recognition.scans import picture_of
+    from labgym.exchange.ros_files import open_ros_map
+
+    grid = open_ros_map(path, lenient=True)
+    if answers.layers:
+        raise OptionError("--layers is for drawings; a map of ROS has none")
+    factor = answers.scale or 1.0
+    origin = (grid.origin[0] * factor, grid.origin[1] * factor, grid.origin[2])
+    return picture_of(replace(grid, resolution=grid.resolution * factor, origin=origin)), _Notes()
+
+
+def _scale_of(picture: Picture, ratio: float) -> float:
+    """Return the scale with which areas grow by a ratio."""
+    return picture.unit * math.sqrt(ratio)
+
+
+def _labels(picture: Picture, answers: Answers, notes: _Notes) -> Labels:
+    """Return the room of each cell."""
+    labels, dropped = rooms_of(picture, answers.merges)
+    for column, row in dropped:
+        at = np.array([[picture.x + (column + 0.5) * picture.cell, picture.y + (row + 0.5) * picture.cell]])
+        x, y = picture.to_file(at)[0].tolist()
+        notes.skipped.append(f"the area at ({x:.1f}, {y:.1f}) m: few walls around it")
+    rest = int(labels.max(initial=0)) - MAX_ROOMS
+    if rest > 0:
+        notes.skipped.append(f"the {rest} smallest rooms: at most {MAX_ROOMS} are proposed")
+        labels = np.where(labels <= MAX_ROOMS, labels, 0).astype(np.int32)
+    return labels
+
+
+def _rooms(path: Path, picture: Picture, labels: Labels, coarse: Mapping[int, int] | None = None) -> dict[int, Polygon]:
+    """Return the outlines of rooms by number, in the turned frame; those of some rooms with fewer corners."""
+    rooms = outlines(picture, labels, coarse)
+    if not rooms:
+        raise DocumentError(path, "", _nothing(picture, labels))
+    return rooms
+
+
+def _nothing(picture: Picture, labels: Labels) -> str:
+    remedy = (
+        "give the layers of the walls with --layers, or the scale with --scale"
+        if picture.drawn
+        else ("draw the walls as occupied, or give the scale with --scale")
+    )
+    width, depth = (extent * picture.cell for extent in labels.shape[::-1])
+    return f"no room of 2 m² or more is enclosed by walls in {width:.3g} x {depth:.3g} m: {remedy}"
+
+
+def _assembled(path: Path, picture: Picture, labels: Labels, answers: Answers, notes: _Notes) -> Proposal:
+    """Return the proposal; rooms and openings that do not fit a floor are left out one after another."""
+    dropped_openings: set[tuple[float, float]] = set()
+    coarse: dict[int, int] = {}
+    left_out: set[int] = set()
+    for _ in range(ROUNDS):
+        rooms = {label: room for label, room in _rooms(path, picture, labels, coarse).items() if label not in left_out}
+        if not rooms:
+            break
+        bounds = [room.bounds for room in rooms.values()]
+        x0, y0 = min(b[0] for b in bounds), min(b[1] for b in bounds)
+        size = max(b[2] for b in bounds) - x0, max(b[3] for b in bounds) - y0
+        if max(size) > MAX_SIZE - 1.0:
+            raise DocumentError(
+                path, "", f"the rooms cover {size[0]:.0f} x {size[1]:.0f} m, over {MAX_SIZE:g} m: give --scale"
+            )
+        here = _Notes(list(notes.skipped), list(notes.questions))
+        walls = _with_doors(picture, rooms, answers, here)
+        for label in sorted(set(rooms) - reached(walls, list(rooms))):
+            notes.skipped.append(f"{_named(picture, label, rooms[label])}: no wall has place for a door")
+            left_out.add(label)
+            break
+        else:
+            for wall in walls:
+                wall.openings = [o for o in wall.openings if wall.point(sum(o) / 2.0) not in dropped_openings]
+            try:
+                floor = _floor(path, rooms, walls, (x0, y0))
+            except (ValidationError, OptionError) as error:
+                message = str(error)
+                room = ROOM.search(message)
+                if isinstance(error, _BlockedError):
+                    wall, along = walls[error.wall], error.position
+                    middles = [sum(each) / 2.0 for each in wall.openings]
+                    dropped_openings.add(wall.point(min(middles, key=lambda middle: abs(middle - along))))
+                elif room is not None or isinstance(error, _RoomError):
+                    label = error.label if isinstance(error, _RoomError) else int(room[1][5:] if room else 0)
+                    if coarse.get(label, 0) < 2 and ACCESS.search(message) is None:
+                        coarse[label] = coarse.get(label, 0) + 1
+                        continue
+                    reason = message.splitlines()[-2 if isinstance(error, ValidationError) else -1].strip()[:160]
+                    notes.skipped.append(f"{_named(picture, label, rooms[label])}: {reason}")
+                    left_out.add(label)
+                else:
+                    raise DocumentError(path, "", f"the recognized rooms form no floor ({message[:200]})") from None
+                continue
+            outlines_ = {f"room_{label}": room for label, room in rooms.items()}
+            return Proposal(floor, picture, outlines_, walls, (x0, y0), tuple(here.skipped), tuple(here.questions))
+    last = f" ({notes.skipped[-1]})" if notes.skipped else ""
+    raise DocumentError(path, "", f"no recognized room can be part of a floor{last}: give --layers, --scale or --door")
+
+
+class _RoomError(OptionError):
+    """A room whose outline gives no region."""
+
+    def __init__(self, label: int, message: str) -> None:
+        super().__init__(message)
+        self.label = label
+
+
+class _BlockedError(OptionError):
+    """An opening at a position of a wall that another wall blocks."""
+
+    def __init__(self, wall: int, position: float) -> None:
+        super().__init__(f"an opening of wall {wall} is blocked")
+        self.wall, self.position = wall, position
+
+
+def _with_doors(picture: Picture, rooms: Mapping[int, Polygon], answers: Answers, notes: _Notes) -> list[PlanWall]:
+    """Return the walls with the doors that are seen, answered or proposed."""
+    walls = walls_around(rooms)
+    add_openings(picture, walls)
+    for start, end in picture.doors:
+        middle = ((start[0] + end[0]) / 2.0, (start[1] + end[1]) / 2.0)
+        add_door(walls, middle, float(np.hypot(end[0] - start[0], end[1] - start[1])), 0.4)
+    for point in answers.doors:
+        x, y = picture.from_file(np.array([point]))[0].tolist()
+        if not add_door(walls, (x, y)):
+            raise OptionError(f"--door {point[0]:g},{point[1]:g}: no wall with place for a door lies within 0.8 m")
+    inside = set(rooms)
+    if not any(wall.openings and 0 in wall.rooms for wall in walls):
+        first = next(iter(rooms))
+        wall = longest_wall(walls, {first}, {0}) or longest_wall(walls, inside, {0})
+        if wall is not None:
+            _propose(picture, wall, "no exit is seen; one is proposed", notes)
+    while True:
+        there = reached(walls, list(rooms))
+        missing = inside - there
+        wall = longest_wall(walls, missing, there & inside) or longest_wall(walls, missing, {0})
+        if not missing or wall is None:
+            return walls
+        label = wall.rooms[0] if wall.rooms[0] in missing else wall.rooms[1]
+        _propose(picture, wall, f"no door to room {label} is seen; one is proposed", notes)
+
+
+def _propose(picture: Picture, wall: PlanWall, what: str, notes: _Notes) -> None:
+    at = wall.length / 2.0
+    part = wall.free_part(at, 1.0)
+    if part is not None:
+        wall.openings.append(part)
+        x, y = picture.to_file(np.array([wall.point(sum(part) / 2.0)]))[0].tolist()
+        notes.questions.append(f"{what} at ({x:.2f}, {y:.2f}) m: give its place with --door X,Y")
+
+
+def _named(picture: Picture, label: int, room: Polygon) -> str:
+    point = room.representative_point()
+    x, y = picture.to_file(np.array([(point.x, point.y)]))[0].tolist()
+    return f"room {label} at ({x:.1f}, {y:.1f}) m of {room.area:.1f} m²"
+
+
+def _floor(path: Path, rooms: Mapping[int, Polygon], walls: Sequence[PlanWall], corner: Pair) -> Floor:
+    """Return the floor of rooms and walls, with a corner as its origin."""
+    spaces = []
+    for label, room in rooms.items():
+        try:
+            (x, y, yaw), region = region_of(translate(room, -corner[0], -corner[1]))
+        except OptionError as error:
+            raise _RoomError(label, str(error)) from None
+        spaces.append(Space(id=f"room_{label}", x=x, y=y, yaw=yaw, region=region, ceiling=HEIGHT))
+    parts = [
+        Wall(
+            start=tidy_point((wall.start[0] - corner[0], wall.start[1] - corner[1])),
+            end=tidy_point((wall.end[0] - corner[0], wall.end[1] - corner[1])),
+            thickness=round(max(wall.thickness, 0.05), 4),
+            height=HEIGHT,
+            openings=tuple(_opening(low, high) for low, high in sorted(wall.openings)),
+        )
+        for wall in walls
+    ]
+    kept = trimmed(parts, [translate(room, -corner[0], -corner[1]) for room in rooms.values()])
+    name = path.parent.name if path.stem == "map" else path.stem
+    try:
+        floor = Floor(name=name[:80], walls=tuple(kept.values()), spaces=tuple(spaces))
+    except ValidationError as error:
+        blocked = BLOCKED.search(str(error))
+        if blocked is None:
+            raise
+        raise _BlockedError(list(kept)[int(blocked[2])], float(blocked[1])) from None
+    closed = closed_doors(floor)
+    if closed:
+        floor = Floor(name=name[:80], walls=walls_with(floor, closed, state="open"), spaces=tuple(spaces))
+    return floor
+
+
+def _opening(low: float, high: float) -> Opening:
+    """Return a door for an opening as wide as one, else a passage; outer doors open inwards."""
+    kind: Literal["door", "passage"] = "door" if high - low <= WIDEST_DOOR else "passage"
+    middle, width = round((low + high) / 2.0, 4), round(high - low - 1e-4, 4)
+    return Opening(kind=kind, position=middle, width=width, height=DOOR_HEIGHT, swing="left")

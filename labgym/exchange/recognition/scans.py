@@ -1,0 +1,104 @@
+"""Pictures of floors from maps of ROS: turned to the main direction, without beams, with furniture filled."""
+
+from __future__ import annotations
+
+import math
+
+import cv2
+import numpy as np
+
+from labgym.exchange.recognition.picture import (
+    MAX_PIXELS,
+    Mask,
+    Picture,
+    components,
+    main_direction,
+    opened,
+    turned,
+)
+from labgym.exchange.ros_files import RosMap
+
+BEAM = 0.3
+"""Free parts that are narrower belong to single beams of a lidar, meters."""
+LEAST_PART = 5.0
+"""Area of the smallest free part without a way to the others, square meters."""
+SPECK = 4
+"""Number of cells of the largest speck."""
+LARGEST_FURNITURE = 14.0
+"""Area of the largest object that stands free and is taken for furniture, square meters."""
+THICKEST_WALL, LONGEST_SHORT = 0.45, 1.5
+"""A free-standing object that is thinner and longer than these is a wall, meters."""
+MOSTLY_THIN = 0.2
+"""Largest share of a wall that may be thicker."""
+
+
+def picture_of(grid: RosMap) -> Picture:
+    """Return the picture of a map. Free-standing furniture is free in it."""
+    rows, columns = np.nonzero(grid.occupied)
+    points = np.asarray((np.column_stack([columns, rows]) + 0.5) * grid.resolution, dtype=np.float64)
+    yaw = main_direction(points, grid.resolution)
+    picture = _turned(grid, yaw)
+    free = _without_furniture(_without_beams(picture), picture)
+    return Picture(free, picture.solid & ~free, picture.outside, picture.cell, picture.x, picture.y, picture.yaw)
+
+
+def _turned(grid: RosMap, yaw: float) -> Picture:
+    """Return the cells of a map on a grid along a direction of the map's own grid."""
+    ny, nx = grid.occupied.shape
+    cell = grid.resolution
+    bounds = turned(np.array([(0.0, 0.0), (nx, 0.0), (nx, ny), (0.0, ny)]) * cell, -yaw)
+    low, high = bounds.min(axis=0), bounds.max(axis=0)
+    step = max(cell, math.sqrt(float(np.prod(high - low)) / MAX_PIXELS))
+    width, height = (math.ceil(extent / step) for extent in high - low)
+    # Row and column of the map for the center of each cell of the picture, as an affine map of OpenCV.
+    cosine, sine = math.cos(yaw), math.sin(yaw)
+    ratio = step / cell
+    linear = np.array([[cosine, -sine], [sine, cosine]]) * ratio
+    start = turned((low + step / 2.0)[None], yaw)[0] / cell - 0.5
+    matrix = np.column_stack([linear, start])
+
+    def warped(mask: Mask) -> Mask:
+        values = cv2.warpAffine(
+            mask.astype(np.float32), matrix, (width, height), flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+        )
+        return np.asarray(values > 0.4)
+
+    solid = warped(grid.occupied)
+    free = warped(grid.free) & ~solid
+    x0, y0, angle = grid.origin
+    at = turned(np.array([[x0, y0]]), -(angle + yaw))[0] + low
+    nowhere = np.zeros(free.shape, dtype=np.bool_)
+    return Picture(free, solid, nowhere, step, float(at[0]), float(at[1]), angle + yaw)
+
+
+def _without_beams(picture: Picture) -> Mask:
+    """Return the large free parts, without parts that are narrower than some cells."""
+    # Small specks in the free area do not make beams of what is around them.
+    free = picture.free
+    _, parts, stats, _ = cv2.connectedComponentsWithStats((~free).astype(np.uint8), connectivity=8)
+    specks = stats[:, cv2.CC_STAT_AREA] <= SPECK
+    specks[0] = False
+    wide = opened(free | specks[parts], picture.cells(BEAM, 2))
+    _, labels, stats = components(wide)
+    large = stats[:, cv2.CC_STAT_AREA] * picture.cell**2 >= LEAST_PART
+    large[0] = False
+    return np.asarray(large[labels])
+
+
+def _without_furniture(free: Mask, picture: Picture) -> Mask:
+    """Return the free area with the objects in it that are no walls."""
+    count, labels, stats = components(~free)
+    thick = opened(~free, picture.cells(THICKEST_WALL) + 1)
+    result = free.copy()
+    height, width = free.shape
+    for part in range(1, count + 1):
+        x, y, w, h, area = (int(value) for value in stats[part])
+        at_border = x == 0 or y == 0 or x + w == width or y + h == height
+        if at_border or area * picture.cell**2 > LARGEST_FURNITURE:
+            continue
+        window = np.s_[y : y + h, x : x + w]
+        own = labels[window] == part
+        thin = float((thick[window] & own).sum()) <= MOSTLY_THIN * area
+        if not (thin and max(w, h) * picture.cell >= LONGEST_SHORT):
+            result[window] |= own
+    return result
