@@ -169,8 +169,7 @@ def _film_labnav(shown: Replay, out: Path, size: tuple[int | None, int | None], 
 
 
 def _save(pictures: Iterable[Picture], count: int, out: Path) -> int:
-    from tqdm import tqdm
-
     from labgym.eval.drawing.film import save_film
+    from labgym.progress import progress_bar
 
-    return written(save_film(tqdm(pictures, "film", count), out))
+    return written(save_film(progress_bar(pictures, "film", count), out))

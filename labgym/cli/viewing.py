@@ -149,12 +149,11 @@ def _first(episodes: Sequence[ViewerEpisode], pair: int) -> int:
 
 
 def _film(layout: Layout, drive: TransitionDrive, path: Path) -> None:
-    from tqdm import tqdm
-
     from labgym.eval.drawing import film
+    from labgym.progress import progress_bar
 
     pictures = film.film(layout, drive.route, 640, 480)
-    written(film.save_film(tqdm(pictures, "film", len(drive.route)), path))
+    written(film.save_film(progress_bar(pictures, "film", len(drive.route)), path))
 
 
 def opened(url: str) -> None:
