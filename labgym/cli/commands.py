@@ -122,7 +122,11 @@ COMMANDS: Mapping[str, str | CommandGroup] = {
     "floors": "splits:floors",
     "labnav": "splits:labnav",
     "describe": CommandGroup("Describe splits of floors.", {"splits": "splits:splits"}),
-    "submit": CommandGroup("Check results that others submit.", {"check": "submission:check"}),
+    "submit": CommandGroup(
+        "Write the folder and text of a submission; check results that others submit.",
+        {"pack": "submission:pack", "check": "submission:check"},
+        alike={"write": "pack", "prepare": "pack", "new": "pack", "verify": "check"},
+    ),
     "data": "training_data:data",
     "train": CommandGroup(
         "Train a policy, or resume an interrupted training run.",

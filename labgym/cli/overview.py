@@ -14,7 +14,7 @@ SECTIONS: Mapping[str, Mapping[str, str]] = {
         "report": "write tables and pages of results",
         "compare": "compare two policies over the same episodes",
         "leaderboard": "show the published results",
-        "submit": "check a result before it is handed in",
+        "submit": "write the folder and text of a submission; check one",
         "policies": "list the policies",
         "serve": "serve a policy over HTTP",
     },

@@ -59,7 +59,7 @@ def record(
         policy: Policy: a name, module:Class, a file or a URL (see labgym eval --help); by default astar, and for a
             folder the one that drove.
         pair: Index of the goal pair, in the order of the protocol's steps.
-        out: The film, .mp4 or .gif.
+        out: The film, .mp4, .gif or .webp.
         seed: Random seed of the policy.
         width: Width in pixels; by default 480, of a LabNav episode 960.
         height: Height in pixels; by default 360, of a LabNav episode 540.
