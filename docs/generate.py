@@ -3,7 +3,8 @@
 `python docs/generate.py` writes pages. With `--check` it writes nothing and exits 1 if a file is out of date. With
 `--rooms` it also scores the published rooms for the tables of layouts (a minute); with `--floors` it draws the plans of
 the families of floors; with `--pictures` the rendered laboratories of the README and of docs/floors.md; with `--labnav`
-the pictures of LabNav's tasks, or of the tasks named after it. The site has the JSON Schemas of `DOCUMENTS`.
+the pictures of LabNav's tasks, or of the tasks named after it; with `--film` the film of the README. The site has the
+JSON Schemas of `DOCUMENTS`.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import json
 import re
 import sys
 import typing
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Literal
 
@@ -47,8 +48,12 @@ from labgym.envs.labnav.tasks import FIGURE_TASKS, HEADLINE
 from labgym.envs.presets import configured, labnav_id
 from labgym.errors import LabgymError
 from labgym.eval import LayoutReport, LayoutSummary, aggregate, score
+from labgym.eval.drawing.episode_film import episode_film
 from labgym.eval.drawing.episode_picture import EpisodeWorld, episode_picture, save_episode_picture
+from labgym.eval.drawing.film import Picture, save_film
 from labgym.eval.driving.record import NavigationSummary
+from labgym.eval.labnav.replay import drive_again
+from labgym.eval.labnav.suites import MINI, VAL, published_episode
 from labgym.eval.leaderboard.lab30 import Lab30Result, published_lab30
 from labgym.eval.leaderboard.labnav import LabNavResult, published_results
 from labgym.eval.leaderboard.receipts import FreshReceipt, published_rounds
@@ -122,6 +127,21 @@ EPISODES = {
     "aisle": 4, "moved": 5, "people": 8, "odometry": 10, "dock": 5, "glass": 7, "carry": 15, "shift": 11,
 }  # fmt: skip
 """Random seeds of the LabNav episodes in docs/labnav.md, on floors of floors-val."""
+
+FILM = {
+    "people": (VAL, "floors-val-0009/0", 33),
+    "glass": (VAL, "floors-val-0008/2", 30),
+    "aisle": (VAL, "floors-val-0006/2", 25),
+    "moved": (VAL, "floors-val-0001/1", 30),
+    "carry": (VAL, "floors-val-0001/1", 0),
+    "dock": (VAL, "floors-val-0004/0", 33),
+    "odometry": (VAL, "floors-val-0009/2", 30),
+    "shift": (MINI, "floors-val-0005/0", 20),
+}
+"""The README's film by task: suite, episode, and the control step at which its shot begins."""
+FILM_SIZE, FILM_STEPS, FILM_STRIDE, FILM_RATE = (640, 360), 90, 3, 10.0
+"""Size in pixels, control steps of a shot, steps between two pictures, and pictures per second."""
+FILM_POLICY = "stack"
 
 USES = {
     "laboratory": "#fff4d8",
@@ -521,6 +541,15 @@ def draw_episodes(folder: Path, tasks: Sequence[str] = ()) -> None:
         save_episode_picture(picture, folder / f"labnav_{task}.jpg")
 
 
+def film_pictures(tasks: Iterable[str] = FILM) -> Iterator[Picture]:
+    """Yield the pictures of the README's film, a shot of each task after the other."""
+    for task in tasks:
+        suite, key, first = FILM[task]
+        part, episode, seconds = published_episode(suite, f"{task}-{HEADLINE}/{key}")
+        shown = drive_again(FILM_POLICY, part, episode, seconds=seconds)
+        yield from episode_film(shown, *FILM_SIZE, steps=range(first, first + FILM_STEPS, FILM_STRIDE))
+
+
 def main() -> int:
     """Write or check the generated files and return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -529,6 +558,7 @@ def main() -> int:
     parser.add_argument("--floors", action="store_true")
     parser.add_argument("--pictures", action="store_true")
     parser.add_argument("--labnav", nargs="*", choices=list(EPISODES))
+    parser.add_argument("--film", action="store_true")
     arguments = parser.parse_args()
     if arguments.floors:
         draw_families(DOCS / "pictures" / "floors.png")
@@ -536,6 +566,8 @@ def main() -> int:
         draw_laboratories(DOCS / "pictures")
     if arguments.labnav is not None:
         draw_episodes(DOCS / "pictures", arguments.labnav)
+    if arguments.film:
+        save_film(film_pictures(), DOCS / "pictures" / "labnav.webp", FILM_RATE)
     files = pages()
     if arguments.rooms:
         table = rooms_table()

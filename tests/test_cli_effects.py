@@ -64,6 +64,7 @@ CASES = [
     *((f"view {LAYOUT} {flag}", flag.split()[0]) for flag in (
         "--suite val", "--policy bug2", "--pair 1", "--options a=1", "--port 1", "--seed 1", "--width 9")),
     ("view --task people --episode floors-val-0003/1 --seed 1", "--seed"),
+    ("view --task people-1 --level 3", "--level"),
     ("play --suite labnav-val-people --protocol sub_01", "--protocol"),
     ("play --suite labnav-val-people --film a.gif", "--film"),
     (f"play {LAYOUT} --suite val", "--suite"),

@@ -28,6 +28,7 @@ from labgym.cli.arguments import (
 from labgym.cli.commands import COMMANDS, CommandGroup, command_app, refuse_unknown_command
 from labgym.cli.effects import refuses_idle_flags
 from labgym.cli.outcome import BAD_INPUT, DONE, FAILED, SIGNALED, complaints
+from labgym.cli.overview import overview
 from labgym.cli.problems import problem_line
 from labgym.errors import LabgymError, MissingDependencyError
 from labgym.pipeline import RunConfig
@@ -150,22 +151,21 @@ def bench(rounds: int = 15, growth: bool = False, thinking: bool = False) -> int
         growth: Measure instead how the cost of each task grows with the size of a laboratory or of a suite.
         thinking: Measure instead how long the actions of the built-in policies take, as LabNav charges foreign ones.
     """
-    from tqdm import tqdm
-
     import labgym.bench
     import labgym.growth
     import labgym.throughput
+    from labgym.progress import progress_bar
 
     if growth:
-        measured = tqdm(labgym.growth.growth(), "growth", total=len(labgym.growth.tasks()))
+        measured = progress_bar(labgym.growth.growth(), "growth", total=len(labgym.growth.tasks()))
         print(labgym.growth.growth_table(list(measured)).text())
         return DONE
     if thinking:
-        print(labgym.bench.thinking_table(list(tqdm(labgym.bench.thinking(), "thinking"))).text())
+        print(labgym.bench.thinking_table(list(progress_bar(labgym.bench.thinking(), "thinking"))).text())
         return DONE
-    print(labgym.bench.bench_table(list(tqdm(labgym.bench.bench(rounds), "bench"))).text())
+    print(labgym.bench.bench_table(list(progress_bar(labgym.bench.bench(rounds), "bench"))).text())
     try:
-        speeds = list(tqdm(labgym.throughput.throughput(rounds), "environments"))
+        speeds = list(progress_bar(labgym.throughput.throughput(rounds), "environments"))
     except MissingDependencyError as error:
         print(f"\nEnvironments are not compared: {error}")
     else:
@@ -190,19 +190,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
     try:
-        group = COMMANDS.get(words[0]) if words else None
+        if not words or words[0] in ("-h", "--help"):
+            print(overview(), end="")
+            return DONE
+        group = COMMANDS.get(words[0])
         if isinstance(group, CommandGroup):
             words[1:] = group.named(words[1:])
         refuse_unknown_command(words)
         with raise_termination():
             parser = command_app(words)
-            return int(
-                parser.cli(prog="labgym", description=__doc__, args=words or ["--help"], config=(FlagCreatePairsOff,))
-            )
+            return int(parser.cli(prog="labgym", description=__doc__, args=words, config=(FlagCreatePairsOff,)))
     except LabgymError as error:
         return _fail(str(error))
     except (ImportError, MemoryError, RuntimeError, SystemError, ValueError) as error:
-        line = problem_line(error, f"labgym {words[0]}" if words else "labgym")
+        line = problem_line(error, f"labgym {words[0]}")
         if line is None:
             raise
         return _fail(line)

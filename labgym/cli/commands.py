@@ -122,7 +122,11 @@ COMMANDS: Mapping[str, str | CommandGroup] = {
     "floors": "splits:floors",
     "labnav": "splits:labnav",
     "describe": CommandGroup("Describe splits of floors.", {"splits": "splits:splits"}),
-    "submit": CommandGroup("Check results that others submit.", {"check": "submission:check"}),
+    "submit": CommandGroup(
+        "Write the folder and text of a submission; check results that others submit.",
+        {"pack": "submission:pack", "check": "submission:check"},
+        alike={"write": "pack", "prepare": "pack", "new": "pack", "verify": "check"},
+    ),
     "data": "training_data:data",
     "train": CommandGroup(
         "Train a policy, or resume an interrupted training run.",
@@ -166,6 +170,25 @@ COMMANDS: Mapping[str, str | CommandGroup] = {
     "doctor": "app:doctor",
 }
 """Functions of the commands, as MODULE:FUNCTION in `labgym.cli`, and groups of commands, by name."""
+
+
+ALIKE: Mapping[str, str] = {
+    "evaluate": "eval", "evaluation": "eval", "test": "eval", "benchmark": "eval", "drive": "eval",
+    "film": "record", "video": "record", "gif": "record", "replay": "record",
+    "show": "view", "draw": "view", "plot": "view", "render": "view", "watch": "view", "web": "view",
+    "teleop": "play", "keyboard": "play",
+    "check": "score", "validate": "score", "metrics": "score", "violations": "score", "safety": "score",
+    "create": "generate", "new": "generate", "layout": "generate", "layouts": "generate", "laboratory": "generate",
+    "export": "compile", "convert": "compile", "usd": "compile", "dxf": "compile", "ros": "compile",
+    "fix": "repair", "asset": "assets", "catalog": "assets", "reagents": "assets",
+    "protocol": "protocols", "experiments": "protocols", "procedure": "protocols",
+    "results": "report", "site": "report", "html": "report", "diff": "compare",
+    "ranking": "leaderboard", "publish": "leaderboard", "submission": "submit",
+    "dataset": "data", "learn": "train", "ppo": "train", "baselines": "policies", "models": "policies",
+    "server": "serve", "install": "doctor", "info": "doctor", "start": "run", "pipeline": "run",
+    "speed": "bench", "suites": "labnav", "splits": "describe",
+}  # fmt: skip
+"""Commands by other words for what they do."""
 
 
 def command_function(reference: str) -> Callable[..., int]:
@@ -232,15 +255,16 @@ def refuse_unknown_command(words: Sequence[str]) -> None:
         OptionError: names the command, the nearest one and all.
     """
     commands: Mapping[str, str | CommandGroup] = COMMANDS
+    alike = ALIKE
     for word in words:
         if word.startswith("-"):
             return
         if word not in commands:
-            raise OptionError(_unknown(word, commands, {}))
+            raise OptionError(_unknown(word, commands, alike))
         entry = commands[word]
         if not isinstance(entry, CommandGroup):
             return
-        commands = entry.commands
+        commands, alike = entry.commands, entry.alike
 
 
 def _unknown(word: str, commands: Mapping[str, object], alike: Mapping[str, str]) -> str:

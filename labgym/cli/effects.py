@@ -109,6 +109,7 @@ IDLE: Mapping[str, tuple[Idle, ...]] = {
     "view": (
         Idle(("layouts", "suite", "protocol", "camera", "pair"), lambda v: v.task, "with --task, an episode of LabNav"),
         Idle(("level", "episode"), lambda v: v.task is None, "without --task: name a task of LabNav"),
+        Idle(("level",), lambda v: v.task and v.task[-1].isdigit(), "with a --task that names its level"),
         Idle(("out", "camera", "width", "height"), lambda v: v.web, "with --web, which draws no picture"),
         Idle(("suite", "policy", "pair", "options", "port"), lambda v: not v.web, PICTURE),
         Idle(("seed",), lambda v: not v.web and v.task is None, "on the picture of a layout: add --web or --task"),

@@ -17,7 +17,7 @@ from labgym.cli.arguments import (
     numbers,
 )
 from labgym.cli.effects import refuses_idle_flags
-from labgym.cli.episodes import view_episode, watch_episode
+from labgym.cli.episodes import task_and_level, view_episode, watch_episode
 from labgym.cli.outcome import DONE, written
 from labgym.cli.saving import Overwrite, layout_path, refuse_other_content, save
 from labgym.cli.viewing import watch
@@ -99,9 +99,9 @@ def view(
         width: Width of a rendered view in pixels; by default 1280, with --task 900.
         height: Height of a rendered view in pixels; by default 720, with --task 560.
         protocol: Id or .json file of the protocol whose goal poses are drawn; by default the layout's.
-        task: Task of LabNav: aisle, moved, people, odometry, dock, glass, carry or shift. The episode is drawn on a
-            floor of floors-val by --seed.
-        level: Level of the task, 1 to 3.
+        task: Task of LabNav: aisle, moved, people, odometry, dock, glass, carry or shift, or with its level people-2.
+            The episode is drawn on a floor of floors-val by --seed.
+        level: Level of the task, 1 to 3, if --task does not name it.
         episode: With --task, a published episode in place of a drawn one, such as floors-val-0003/1.
         web: Serve the laboratories on 127.0.0.1 with a robot that drives their goal pairs, or the episode of --task,
             and its sensors, until Ctrl-C; nothing is written. The arguments below are for --web.
@@ -117,6 +117,7 @@ def view(
     from labgym.layouts.rules import evaluate_layout
 
     if task is not None:
+        task, level = task_and_level(task, level)
         if web:
             return watch_episode(task, level, episode, seed, policy, options, port)
         return view_episode(task, level, episode, seed, out, (width, height))

@@ -19,6 +19,16 @@ SIZE = (900, 560)
 """Size of the rendered view, pixels."""
 
 
+def task_and_level(name: str, level: int) -> tuple[str, int]:
+    """Return the task and level that a name such as "people-2" or "labnav-people-2" names.
+
+    Args:
+        name: of the task, with or without the level. level: of a name without one.
+    """
+    task, _, number = name.removeprefix("labnav-").rpartition("-")
+    return (task, int(number)) if task and number in ("1", "2", "3") else (name.removeprefix("labnav-"), level)
+
+
 def view_episode(
     task: str, level: int, episode: str | None, seed: int, out: Path | None, size: tuple[int | None, int | None]
 ) -> int:

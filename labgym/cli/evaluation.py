@@ -126,7 +126,7 @@ def _failures(errors: Mapping[str, str | None]) -> list[str]:
 
 
 @refuses_idle_flags("report")
-def report(folders: Folders, workers: int = 1) -> int:
+def report(folders: Folders, workers: int = 1, out: OptionalPath = None) -> int:
     """Draw the routes and write tables and report.html for the results in folders.
 
     For folders of LabNav (labgym eval --suite labnav), report.html is a site: a leaderboard with the published results
@@ -137,15 +137,16 @@ def report(folders: Folders, workers: int = 1) -> int:
     changed.
 
     Args:
-        folders: Folders written by labgym run or labgym eval, for example runs/default. The report is written into the
-            first and shows the policies of all.
+        folders: Folders written by labgym run or labgym eval, for example runs/default. The report shows
+            the policies of all.
         workers: Number of processes that draw.
+        out: Folder for tables, pictures and report; by default the first of the folders.
     """
     from labgym.pipeline.run import report_folders
 
     if not folders:
         raise OptionError("no folder of results; name one, for example runs/default")
-    outcome = report_folders(folders, workers)
+    outcome = report_folders(folders, workers, out)
     for table in outcome.tables:
         print(f"\n{table.text()}\n")
     print("Written:", *outcome.paths, sep="\n  ")
@@ -185,11 +186,10 @@ def coverage(evaluations: int = 4000, seed: int = 0) -> int:
         evaluations: Number of simulated evaluations per cell of the table.
         seed: Random seed of the simulation.
     """
-    from tqdm import tqdm
-
     from labgym.eval.driving import coverage as simulation
+    from labgym.progress import progress_bar
 
     scenarios = list(simulation.scenarios())
-    rows = [simulation.coverage_row(scenario, evaluations, seed) for scenario in tqdm(scenarios, "coverage")]
+    rows = [simulation.coverage_row(scenario, evaluations, seed) for scenario in progress_bar(scenarios, "coverage")]
     print(simulation.coverage_table(rows, evaluations, seed).text())
     return DONE

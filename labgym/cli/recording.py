@@ -59,7 +59,7 @@ def record(
         policy: Policy: a name, module:Class, a file or a URL (see labgym eval --help); by default astar, and for a
             folder the one that drove.
         pair: Index of the goal pair, in the order of the protocol's steps.
-        out: The film, .mp4 or .gif.
+        out: The film, .mp4, .gif or .webp.
         seed: Random seed of the policy.
         width: Width in pixels; by default 480, of a LabNav episode 960.
         height: Height in pixels; by default 360, of a LabNav episode 540.
@@ -169,8 +169,7 @@ def _film_labnav(shown: Replay, out: Path, size: tuple[int | None, int | None], 
 
 
 def _save(pictures: Iterable[Picture], count: int, out: Path) -> int:
-    from tqdm import tqdm
-
     from labgym.eval.drawing.film import save_film
+    from labgym.progress import progress_bar
 
-    return written(save_film(tqdm(pictures, "film", count), out))
+    return written(save_film(progress_bar(pictures, "film", count), out))

@@ -1,4 +1,4 @@
-"""The command that checks results which others submit."""
+"""`labgym submit`: folder and text of a submission, and the check of results that others submit."""
 
 from __future__ import annotations
 
@@ -19,6 +19,88 @@ from labgym.cli.arguments import (
 )
 from labgym.cli.effects import refuses_idle_flags
 from labgym.cli.outcome import complaints, written
+
+SUBMISSIONS = Path("submissions")
+"""Folder of a checkout in which a pull request brings results."""
+PULL_REQUEST = """\
+**Policy**: {policy} - one sentence on how it works
+
+**Code and weights**: {code}
+
+**Track**: {track}
+
+**Command**:
+
+```
+labgym eval --policy {named} --suite {suite} --seed {seed}
+```
+
+**Figure**:
+
+{table}
+
+**Training**: floors, splits and other data that the policy was trained or tuned on
+
+- [ ] the folder of `labgym eval` is in `{folder}`, complete and unedited
+- [ ] `labgym submit check {folder}` passes here{extra}
+- [ ] the policy was neither trained nor tuned on `floors-test`, `floors-sealed` or the suite
+- [ ] the row may be published under Apache-2.0
+"""
+
+
+def pack(folder: Annotated[Positional[Path], arg(metavar="FOLDER")], out: OptionalPath = None) -> int:
+    """Write the folder of a submission, and the text of its pull request next to it.
+
+    Copies the files that labgym eval wrote, without reports and films. Exit 1 if they contradict each other.
+
+    Args:
+        folder: Folder written by labgym eval.
+        out: Folder of the submission; by default submissions/NAME of the evaluation's folder.
+    """
+    import shutil
+
+    from labgym.documents import write_text
+    from labgym.errors import DocumentError, OptionError
+    from labgym.eval import read_evaluation
+    from labgym.eval.labnav.evaluation import LabNavEvaluation
+    from labgym.eval.reports.tables import evaluation_table
+    from labgym.policies.registry import BUILT_IN
+    from labgym.runs.manifest import MANIFEST_FILE, RunManifest
+
+    evaluation = read_evaluation(folder)
+    manifest = RunManifest.read(folder)
+    if manifest is None:
+        raise DocumentError(folder, MANIFEST_FILE, "missing: only a finished evaluation can be submitted")
+    if evaluation.problems:
+        return complaints(evaluation.problems)
+    manifest.check(folder)
+    out = SUBMISSIONS / folder.resolve().name if out is None else out
+    if out.exists():
+        raise OptionError(f"{out} exists: name another folder with --out, or remove it")
+    out.mkdir(parents=True)
+    for path in sorted(folder.iterdir()):
+        if path.suffix in (".json", ".jsonl") and path.is_file():
+            shutil.copyfile(path, out / path.name)
+    summary = evaluation.summary
+    known = summary.policy in BUILT_IN
+    labnav = isinstance(evaluation, LabNavEvaluation)
+    text = out.with_name(f"{out.name}.md")
+    write_text(
+        text,
+        PULL_REQUEST.format(
+            policy=summary.policy,
+            code="built in" if known else "where they are, with commit and license",
+            track=evaluation.summary.track if labnav else "-",
+            named=summary.policy if known else "module:Class",
+            suite=evaluation.summary.suite if labnav else evaluation.summary.suite.label,
+            seed=summary.seed,
+            table=evaluation_table(evaluation).markdown(),
+            folder=out.as_posix(),
+            extra="" if known else ", with --policy",
+        ),
+    )
+    written(out)
+    return written(text)
 
 
 @refuses_idle_flags("submit check")

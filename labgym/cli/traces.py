@@ -38,12 +38,11 @@ def trace(
         protocol: Of a layout: id or .json file of the protocol; by default the layout's.
         save: Of a layout: also write its trace to this .json file.
     """
-    from tqdm import tqdm
-
     from labgym.eval.drawing import film
     from labgym.eval.drawing.trace_frames import trace_pictures, trace_states
     from labgym.eval.reports.trace_page import write_trace_page
     from labgym.layouts.trace import Trace
+    from labgym.progress import progress_bar
 
     if out.suffix not in (".html", ".gif", ".mp4"):
         raise OptionError(f"drawing {out.name!r} must end in .html, .gif or .mp4")
@@ -52,8 +51,8 @@ def trace(
         written(document.save(save))
     states = trace_states(document)
     if out.suffix == ".html":
-        return written(write_trace_page(document, tqdm(states, "states"), out))
-    return written(film.save_film(tqdm(trace_pictures(document, states), "film", len(states)), out, rate=1.0))
+        return written(write_trace_page(document, progress_bar(states, "states"), out))
+    return written(film.save_film(progress_bar(trace_pictures(document, states), "film", len(states)), out, rate=1.0))
 
 
 def is_trace(source: str) -> bool:

@@ -75,7 +75,7 @@ def play(
         protocol: Id or .json file of the protocol to drive for in the layouts; by default the one they embed.
         out: Folder for the finished episodes, in the files of labgym eval, so that labgym report reads it. An episode
             that is driven again replaces its row.
-        film: A .mp4 or .gif file for a film of the last finished episode.
+        film: A .mp4, .gif or .webp file for a film of the last finished episode.
         name: Name of the driver in the rows.
         port: Port of the page on 127.0.0.1; 0 takes a free port.
     """
@@ -149,12 +149,11 @@ def _first(episodes: Sequence[ViewerEpisode], pair: int) -> int:
 
 
 def _film(layout: Layout, drive: TransitionDrive, path: Path) -> None:
-    from tqdm import tqdm
-
     from labgym.eval.drawing import film
+    from labgym.progress import progress_bar
 
     pictures = film.film(layout, drive.route, 640, 480)
-    written(film.save_film(tqdm(pictures, "film", len(drive.route)), path))
+    written(film.save_film(progress_bar(pictures, "film", len(drive.route)), path))
 
 
 def opened(url: str) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from labgym.documents import canonical_hash
@@ -89,7 +89,7 @@ def run_pipeline(config: RunConfig, executor: ExecutorOptions | None = None) -> 
         pictures = draw_pictures(results, here, folder)
         render_views(results, here, folder, config.views)
         folder.finish({}, unlisted=(PICTURES, VIEWS))
-        tables, paths, differing = _write(results, pictures)
+        tables, paths, differing = _write(results, pictures, config.folder)
     problems = tuple(
         f"policy {report.summary.policy}: {report.summary.errors} episodes failed"
         for report in reports
@@ -104,12 +104,13 @@ def run_pipeline(config: RunConfig, executor: ExecutorOptions | None = None) -> 
     )
 
 
-def report_folders(folders: Sequence[Path], processes: int = 1) -> RunOutcome:
-    """Write tables and report of folders of results into the first; of transitions the routes are drawn, too.
+def report_folders(folders: Sequence[Path], processes: int = 1, out: Path | None = None) -> RunOutcome:
+    """Write tables and report of folders of results into one; of transitions the routes are drawn, too.
 
     Args:
         folders: written by `labgym run` or `labgym eval`.
         processes: number of processes that draw.
+        out: where the report is written; by default the first folder.
 
     Raises:
         DocumentError: a folder holds no results, or a file in it is broken.
@@ -122,9 +123,12 @@ def report_folders(folders: Sequence[Path], processes: int = 1) -> RunOutcome:
         for folder in folders:
             if folder not in of_labnav:
                 raise OptionError(f"{of_labnav[0]} is of LabNav and {folder} is not: report them separately")
-        return RunOutcome(*report_labnav(folders))
+        return RunOutcome(*report_labnav(folders, out=out))
     results = ResultsFolder.read(folders[0], others=folders[1:])
-    tables, paths, differing = _write(results, draw_pictures(results, ExecutorOptions(workers=processes)))
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)
+        results = replace(results, folder=out)
+    tables, paths, differing = _write(results, draw_pictures(results, ExecutorOptions(workers=processes)), folders[0])
     return RunOutcome(tables, paths, (*results.problems, *differing))
 
 
@@ -141,11 +145,11 @@ def _identity(config: RunConfig, jobs: Sequence[LayoutJob]) -> RunIdentity:
 
 
 def _write(
-    results: ResultsFolder, pictures: dict[str, Path]
+    results: ResultsFolder, pictures: dict[str, Path], source: Path
 ) -> tuple[tuple[Table, ...], tuple[Path, ...], tuple[str, ...]]:
-    """Write tables and report; return the tables, the paths, and what differs from the published results."""
-    views = {path.stem: path for path in sorted((results.folder / VIEWS).glob("*.png"))}
-    published, differing = published_tables(results.folder)
+    """Write tables and report of a folder of results; return tables, paths, and what differs from published results."""
+    views = {path.stem: path for path in sorted((source / VIEWS).glob("*.png"))}
+    published, differing = published_tables(source)
     tables, paths = write_results(results, pictures, views, published)
     folders = sorted({path.parent for path in (*pictures.values(), *views.values())})
     return tables, (*folders, *paths), differing

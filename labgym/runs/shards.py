@@ -10,9 +10,8 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field
 from typing import Any
 
-from tqdm import tqdm
-
 from labgym.errors import LabgymError
+from labgym.progress import progress_bar
 from labgym.runs.executors import ExecutorOptions, Workers, open_executor
 from labgym.runs.folder import RunFolder
 from labgym.runs.identity import code_digest
@@ -139,7 +138,7 @@ def run_shards(
     if total is None and isinstance(shards, Sequence):
         total = sum(shard.size for shard in shards)
     run = _Run(iter(shards), folder, executor or ExecutorOptions(), guard or {})
-    with tqdm(total=total, desc=title, unit=unit, disable=not progress) as bar, run.stack:
+    with progress_bar(desc=title, total=total, unit=unit, disable=not progress) as bar, run.stack:
         for shard, output, ran in run:
             if not ran and not bar.disable:
                 bar.initial += shard.size  # The bar's rate counts only shards that ran.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 
 import cv2
 import numpy as np
@@ -53,12 +53,15 @@ FINE = 4
 Array = NDArray[np.float64]
 
 
-def episode_film(shown: Replay, width: int = 960, height: int = 540, quality: Quality = "fast") -> Iterator[Picture]:
+def episode_film(
+    shown: Replay, width: int = 960, height: int = 540, quality: Quality = "fast", steps: Container[int] | None = None
+) -> Iterator[Picture]:
     """Yield a picture (height, width, 3) for each control step of an episode; the last one is repeated for 1.5 s.
 
     Args:
         shown: the episode. width, height: of the film, pixels.
         quality: "fast", or "fine" with shadows and reflections, which takes about ten times as long without a GPU.
+        steps: numbers of the control steps that are shown, without repetition of the last one; by default all.
 
     Raises:
         OptionError: the film is too small, or larger than the scene's off-screen buffer.
@@ -71,12 +74,15 @@ def episode_film(shown: Replay, width: int = 960, height: int = 540, quality: Qu
     whole: Picture | None = None
     try:
         for step, shot in enumerate(shown.shots):
+            panel.moved(shot.pose)
+            if steps is not None and step not in steps:
+                continue
             chase = view.picture(shown.fixtures, rays, shot.pose, bodies=shot.bodies)
             seen = [body for body in shot.bodies if body.name not in PASSENGERS]
             color, _ = camera.colour_and_depth(BodyRays(rays, len(rays.mesh.faces), seen), shot.pose)
             whole = np.hstack([chase, panel.picture(step, shot, color)])
             yield whole
-        for _ in range(HOLD if whole is not None else 0):
+        for _ in range(HOLD if whole is not None and steps is None else 0):
             assert whole is not None
             yield whole
     finally:
@@ -110,6 +116,10 @@ class FilmPanel:
         self._base = self._background()
         self._trail: list[Pose] = []
 
+    def moved(self, pose: Pose) -> None:
+        """Add a pose to the way that was driven."""
+        self._trail.append(pose)
+
     def picture(self, step: int, shot: Shot, color: Picture) -> Picture:
         """Return the panel at a control step, (height, width, 3)."""
         picture = self._base.copy()
@@ -124,7 +134,6 @@ class FilmPanel:
 
     def _draw_map(self, picture: Picture, shot: Shot) -> None:
         task = self._shown.task
-        self._trail.append(shot.pose)
         if len(self._trail) > 1:
             cv2.polylines(
                 picture, [self._pixels(np.array(self._trail)[:, :2])], False, rgb(DRIVEN), 2, cv2.LINE_AA, FINE
@@ -157,7 +166,7 @@ class FilmPanel:
         width, height = self._size
         image = Image.new("RGB", (width, height), "#ffffff")
         draw, row = ImageDraw.Draw(image), self._shown.row
-        draw.text((MARGIN, MARGIN), f"{row.task} {row.level}", palette.INK, font(round(1.35 * self._line), True))
+        draw.text((MARGIN, MARGIN), f"{row.task}-{row.level}", palette.INK, font(round(1.35 * self._line), True))
         small = font(round(0.82 * self._line), False)
         words = f"{row.policy}   {row.floor}, episode {row.number}"
         draw.text((MARGIN, MARGIN + round(1.8 * self._line)), words, palette.MUTED, small)

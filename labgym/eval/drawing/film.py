@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 import cv2
@@ -27,6 +27,9 @@ INSET = 0.28
 BORDER = 3
 COLORS = 128
 """Colors of each picture of a GIF."""
+
+WEBP_QUALITY = 45
+"""Quality of an animated WebP, of 100."""
 
 NO_PICTURE = "a film needs at least one picture, and the drive has none"
 
@@ -63,13 +66,13 @@ def film(
 
 
 def check_film_path(path: Path) -> None:
-    """Raise OptionError if a film path ends in neither .mp4 nor .gif."""
-    if path.suffix not in (".mp4", ".gif"):
-        raise OptionError(f"film {path.name!r} must end in .mp4 or .gif")
+    """Raise OptionError if a film path does not end in .mp4, .gif or .webp."""
+    if path.suffix not in WRITERS:
+        raise OptionError(f"film {path.name!r} must end in .mp4, .gif or .webp")
 
 
 def save_film(pictures: Iterable[Picture], path: str | Path, rate: float = 10.0) -> Path:
-    """Write pictures of one size as .mp4 or .gif, by the path's suffix. A failure leaves no file behind.
+    """Write pictures of one size as .mp4, .gif or .webp, by the path's suffix. A failure leaves no file behind.
 
     Args:
         rate: pictures per second.
@@ -83,7 +86,7 @@ def save_film(pictures: Iterable[Picture], path: str | Path, rate: float = 10.0)
     path.parent.mkdir(parents=True, exist_ok=True)
     with temporary_folder(path.parent) as temporary:
         unfinished = temporary / f"film{path.suffix}"
-        (_write_mp4 if path.suffix == ".mp4" else _write_gif)(iter(pictures), unfinished, rate)
+        WRITERS[path.suffix](iter(pictures), unfinished, rate)
         unfinished.replace(path)
     return path
 
@@ -121,3 +124,28 @@ def _write_gif(pictures: Iterator[Picture], path: Path, rate: float) -> None:
     first, *others = frames
     duration = round(1000.0 / rate)
     first.save(path, format="GIF", save_all=True, append_images=others, duration=duration, loop=0, optimize=True)
+
+
+def _write_webp(pictures: Iterator[Picture], path: Path, rate: float) -> None:
+    first = next(pictures, None)
+    if first is None:
+        raise LabgymError(NO_PICTURE)
+    Image.fromarray(first).save(
+        path,
+        format="WEBP",
+        save_all=True,
+        append_images=map(Image.fromarray, pictures),
+        duration=round(1000.0 / rate),
+        loop=0,
+        quality=WEBP_QUALITY,
+        method=4,
+        minimize_size=True,
+    )
+
+
+WRITERS: Mapping[str, Callable[[Iterator[Picture], Path, float], None]] = {
+    ".mp4": _write_mp4,
+    ".gif": _write_gif,
+    ".webp": _write_webp,
+}
+"""Functions that write films, by suffix."""

@@ -24,13 +24,14 @@ from labgym.table import Table
 
 
 def report_labnav(
-    folders: Sequence[str | Path], published: Sequence[LabNavResult] | None = None
+    folders: Sequence[str | Path], published: Sequence[LabNavResult] | None = None, out: str | Path | None = None
 ) -> tuple[tuple[Table, ...], tuple[Path, ...], tuple[str, ...]]:
-    """Write the report on evaluations into the first folder; return its tables, its files, and contradictions.
+    """Write the report on evaluations into a folder; return its tables, its files, and contradictions.
 
     Args:
         folders: of evaluations of one suite.
         published: results that the page shows, too; by default the published ones of the same episodes.
+        out: where the report is written; by default the first folder.
 
     Raises:
         DocumentError: a folder holds no finished evaluation of LabNav.
@@ -47,7 +48,8 @@ def report_labnav(
         if not one.summary.tasks:
             raise DocumentError(one.folder, "tasks", f"none; the tasks of LabNav are {', '.join(FIGURE_TASKS)}")
     tables = labnav_tables(evaluations)
-    home = Path(folders[0])
+    home = Path(folders[0] if out is None else out)
+    home.mkdir(parents=True, exist_ok=True)
     results = published_results() if published is None else published
     problems = tuple(problem for one in evaluations for problem in one.problems)
     entries = with_published(evaluations, results)

@@ -349,6 +349,19 @@ def test_the_exit_code_tells_pass_fail_and_bad_input(submission, suite_file, cap
     assert main(["submit", "check", str(tmp_path / "nothing")]) == 2
 
 
+def test_a_packed_submission_passes_the_check_and_has_its_text(submission, suite_file, capsys, tmp_path):
+    (submission.folder / "report.html").write_text("a page")
+    out = tmp_path / "submissions" / "mini"
+    assert main(["submit", "pack", str(submission.folder), "--out", str(out)]) == 0
+    assert capsys.readouterr().out.splitlines() == [str(out), f"{out}.md"]
+    assert not (out / "report.html").exists()
+    assert main(["submit", "check", str(out), "--suite", str(suite_file), "--seed", "7"]) == 0
+    text = out.with_name("mini.md").read_text()
+    assert f"labgym submit check {out.as_posix()}" in text
+    assert "{" not in text
+    assert main(["submit", "pack", str(submission.folder), "--out", str(out)]) == 2
+
+
 CHECK_ALL = """
 import resource, sys
 from labgym.eval.submission.check import check_submission
