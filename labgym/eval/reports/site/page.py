@@ -169,7 +169,7 @@ class SiteContent:
 
     @property
     def failures(self) -> tuple[tuple[Section, str, str, str], ...]:
-        """A drive of each ending without success of each policy of one's own.
+        """The first drive of each ending without success, for each policy that is not a published result.
 
         Each is (policy, address of the episode, its key, how it ended).
         """

@@ -1,7 +1,7 @@
 """Replays in 3D: what stands on an episode's floor and what moves there, as scripts that the page loads when needed.
 
 The page also works from a file, where it cannot fetch data: each script calls `labgymReplay(name, data)`. Shapes are
-scripts of their own, which episodes share. Lengths are in meters in the room frame, angles in radians.
+separate scripts, which episodes share. Lengths are in meters in the room frame, angles in radians.
 """
 
 from __future__ import annotations

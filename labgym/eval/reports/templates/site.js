@@ -195,7 +195,7 @@ async function load(episode, policy) {
     moveSpace();
   } catch (error) {
     if (state.episode !== number) return;
-    if (!byId('space').dataset.plan) showPlan(episode, policy);
+    if (byId('space').dataset.plan !== episode.key) showPlan(episode, policy);
     byId('space').dataset.state = 'failed';
     note(`The scene cannot be shown: ${error.message}`);
   }
@@ -212,6 +212,7 @@ function moveSpace() {
   const drive = shownInSpace(), episode = data.episodes[state.episode];
   byId('again').textContent = (drive && drive.command) || '';
   byId('again').parentNode.hidden = !(drive && drive.command);
+  byId('still-things').hidden = !(drive && !drive.things && episode.changes.some(([kind]) => kind === 'movable'));
   if (state.ready !== state.episode) return;
   if (!drive) {
     const [x, y, yaw] = episode.start;
