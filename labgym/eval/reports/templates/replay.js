@@ -183,7 +183,7 @@ class Stage {
     if (mode !== 'follow') {
       const tall = Math.tan(this.camera.fov * Math.PI / 360), reach = 1.05 * Math.max((x1 - x0) / 2 / (tall * this.camera.aspect), (y1 - y0) / 2 / tall);
       this.orbit.target.set(x, 0, -y);
-      this.camera.position.set(x, mode === 'above' ? reach + 2 : 0.75 * reach, -y + (mode === 'above' ? 0.01 : 0.75 * reach));
+      this.camera.position.set(x, mode === 'above' ? reach + 2 : 0.9 * reach, -y + (mode === 'above' ? 0.01 : 0.9 * reach));
       this.orbit.update();
     } else if (this.pose) this.follow();
     this.draw();
