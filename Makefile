@@ -9,7 +9,7 @@
 # make fuzz     read 10 000 damaged and hostile files per loader; ARGS="--fuzz-seed 7 -k onnx" chooses others
 # make lint     check formatting, lint, types, the import contract and the English
 # make docs     regenerate the environment page and tables in docs/
-# make site     build the documentation as a site in runs/site; open runs/site/index.html
+# make site     build documentation, leaderboard with replays in 3D, gallery and model zoo; open runs/site/index.html
 # make clean    remove .venv, caches and runs
 # Pass arguments with ARGS: make run ARGS="--seed 1", make test ARGS="-k layouts"
 # Choose the interpreter with PYTHON: make run PYTHON=python3.12
@@ -62,6 +62,7 @@ docs: install
 	$(BIN)/python docs/generate.py
 
 site: install
+	$(BIN)/labgym leaderboard --out runs/site/leaderboard
 	$(BIN)/python -m sphinx -q -W --keep-going -c docs . runs/site
 
 install: $(STAMP)

@@ -1,7 +1,7 @@
 """Settings of the documentation's site: `make site` builds it with Sphinx, and warnings are errors.
 
 The repository's root is Sphinx's source folder, so that the links of a page lead to the same files here and on a code
-host. docs/site has the extensions, the style and the page that forwards from the site's root.
+host. docs/site has the extensions, among them the front page, and the style.
 """
 
 from __future__ import annotations
@@ -32,6 +32,7 @@ extensions = [
     "commands",
     "contents",
     "docstrings",
+    "front",
     "mathml",
     "repository",
     "schemas",
@@ -58,11 +59,28 @@ pygments_dark_style = "github-dark"
 html_title = f"labgym {release}"
 html_static_path = ["site/static"]
 html_css_files = ["style.css"]
-html_extra_path = ["site/root"]
 html_math_renderer = "mathml"
 html_copy_source = False
 html_show_sphinx = False
-html_theme_options = {
-    "light_css_variables": {"color-brand-primary": "#0b6e4f", "color-brand-content": "#0b6e4f"},
-    "dark_css_variables": {"color-brand-primary": "#5fd3a6", "color-brand-content": "#5fd3a6"},
+html_theme_options = {  # the colors of labgym/eval/reports/templates/site.css
+    "light_css_variables": {
+        "color-brand-primary": "#00639c",
+        "color-brand-content": "#00639c",
+        "color-brand-visited": "#00639c",
+        "color-background-primary": "#ffffff",
+        "color-background-secondary": "#f6f5f1",
+        "color-background-border": "#dedbd3",
+        "color-foreground-primary": "#1d2329",
+        "color-foreground-secondary": "#5b656e",
+    },
+    "dark_css_variables": {
+        "color-brand-primary": "#72bdec",
+        "color-brand-content": "#72bdec",
+        "color-brand-visited": "#72bdec",
+        "color-background-primary": "#1c2126",
+        "color-background-secondary": "#14171a",
+        "color-background-border": "#333a41",
+        "color-foreground-primary": "#e6e9eb",
+        "color-foreground-secondary": "#9fa9b1",
+    },
 }

@@ -53,7 +53,7 @@ def test_the_wheel_holds_every_artefact_and_the_type_marker(wheel):
         assert {f"labgym/_artefacts/{path}" for path in tracked.splitlines()} <= inside
         assert any(name.startswith(f"labgym/_artefacts/{folder}/") for name in inside)
     assert "labgym/py.typed" in zipfile.ZipFile(wheel).namelist()
-    assert "labgym/eval/reports/templates/report.html.j2" in zipfile.ZipFile(wheel).namelist()
+    assert "labgym/eval/reports/templates/site.html.j2" in zipfile.ZipFile(wheel).namelist()
     assert not [name for name in zipfile.ZipFile(wheel).namelist() if name.startswith(("tests/", "docs/", "runs/"))]
 
 

@@ -13,21 +13,25 @@ from labgym.eval import score
 from labgym.eval.drawing.pictures import picture_bytes, topdown, view_bytes
 from labgym.eval.drawing.plan_drawing import DrivenPath
 from labgym.eval.driving.episode_row import LabNavRow
-from labgym.eval.driving.files import EPISODES, read_records
-from labgym.eval.labnav.suites import CHECK, MINI_GOALS, MINI_SECONDS, load_labnav
+from labgym.eval.driving.files import EPISODES, SUMMARY, read_records
+from labgym.eval.labnav.foresight import track_of
+from labgym.eval.labnav.suites import CHECK, MINI_GOALS, MINI_SECONDS, LabNavSuite, load_labnav
+from labgym.eval.labnav.summary import summarise
 from labgym.eval.labnav.together import FOLDER, drive_together
 from labgym.eval.leaderboard.lab30 import published_lab30
 from labgym.eval.leaderboard.labnav import agreement, published_results
 from labgym.eval.leaderboard.receipts import published_rounds
 from labgym.eval.leaderboard.tables import published_table
-from labgym.eval.reports.report import write_report, write_tables
+from labgym.eval.reports.report import write_tables
 from labgym.eval.reports.results import ResultsFolder
-from labgym.eval.reports.run_report import result_tables, run_report
+from labgym.eval.reports.run_report import result_tables, run_entries, run_site
+from labgym.eval.reports.site.page import write_site
 from labgym.eval.reports.tables import leaderboard
 from labgym.layouts import Layout, generate, load_published
 from labgym.layouts.batch import catalog_digest
 from labgym.layouts.splits import manifest
 from labgym.pipeline.config import LABNAV, SHOWN
+from labgym.policies.process import PolicyProcess, PolicySource
 from labgym.protocols import Protocol, protocols, resolve
 from labgym.runs import ExecutorOptions, RunFolder, Shard, ShardOutput, run_shards
 from labgym.scenes.files import mjcf_files
@@ -118,10 +122,28 @@ def make_layout(job: LayoutJob) -> ShardOutput:
 
 
 def drive_mini(policies: Sequence[str], folder: RunFolder, executor: ExecutorOptions) -> None:
-    """Drive the small suite by all policies, and write rows and routes into the run's folder."""
-    for policy, files in drive_together(policies, load_labnav(CHECK), folder, executor).items():
+    """Drive the small suite by all policies, and write summary, rows and routes into the run's folder."""
+    suite = load_labnav(CHECK)
+    driven = drive_together(policies, suite, folder, executor)
+    for policy, (label, files) in zip(policies, driven.items(), strict=True):
         for name, content in files.items():
-            write_bytes(folder.path / FOLDER / policy / name, content)
+            write_bytes(folder.path / FOLDER / label / name, content)
+        write_mini_summary(policy, label, suite, folder.path / FOLDER / label)
+
+
+def write_mini_summary(policy: str, label: str, suite: LabNavSuite, folder: Path) -> None:
+    """Write the summary of a policy's rows into their folder.
+
+    Args:
+        policy: name for `make_policy`. label: in the rows. suite: of the rows.
+    """
+    driver = PolicyProcess(PolicySource.named(policy))
+    try:
+        facts = {"track": track_of(driver), "sensors": driver.observation, "latency": driver.latency}
+    finally:
+        driver.close()
+    rows = tuple(read_records(folder / EPISODES, LabNavRow).values())
+    summarise(suite, rows, policy=label, options={}, seed=0, **facts).save(folder / SUMMARY)
 
 
 def published_tables(folder: Path) -> tuple[tuple[Table, ...], tuple[str, ...]]:
@@ -218,7 +240,8 @@ def write_results(
         first: tables that come before those of the results.
     """
     tables = (*first, *result_tables(results))
-    page = write_report(run_report(results, pictures, views, first), results.folder / "report.html")
+    site = run_site(results, pictures, views, first, run_entries(results.folder))
+    page = write_site(site, results.folder / "report.html")
     paths = [*write_tables(tables, results.folder), page]
     return tables, paths
 

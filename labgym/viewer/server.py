@@ -46,8 +46,9 @@ TYPES = {
     ".txt": "text/plain; charset=utf-8",
 }
 
-PAGE = {"/": "index.html"} | {f"/{name}": name for name in ("viewer.js", "plan.js", "viewer.css", "three.min.js")}
-"""File of each path of the page."""
+PAGE = {"/": ("labgym.viewer", "page/index.html"), "/three.min.js": ("labgym.eval.reports", "templates/three.min.js")}
+PAGE |= {f"/{name}": ("labgym.viewer", f"page/{name}") for name in ("viewer.js", "plan.js", "viewer.css")}
+"""Package and file of each path of the page."""
 
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self' blob:; img-src 'self' data: blob:; "
@@ -135,8 +136,8 @@ class _Handler(BoundedHandler):
             return
         path = self.path.partition("?")[0]
         if path in PAGE:
-            name = PAGE[path]
-            self._answer(HTTPStatus.OK, files("labgym.viewer").joinpath("page", name).read_bytes(), _type(name))
+            package, name = PAGE[path]
+            self._answer(HTTPStatus.OK, files(package).joinpath(name).read_bytes(), _type(name))
         elif path == "/robot.glb":
             self._answer(HTTPStatus.OK, robot_glb(), "model/gltf-binary")
         elif path == "/episodes.json":

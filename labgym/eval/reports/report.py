@@ -1,10 +1,10 @@
-"""The report: a self-contained HTML page with embedded pictures, without scripts or external resources."""
+"""Parts that pages share: the environment of their templates, pictures, sections on layouts, and table files."""
 
 from __future__ import annotations
 
 import base64
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -37,14 +37,6 @@ def page_environment(*packages: str) -> Environment:
 
 
 @dataclass(frozen=True)
-class Tile:
-    """A headline number."""
-
-    label: str
-    value: str
-
-
-@dataclass(frozen=True)
 class Picture:
     """A PNG picture embedded in the page."""
 
@@ -62,7 +54,7 @@ class Card:
     """The section on one layout.
 
     Attributes:
-        id: id of the layout.
+        id: id of the layout. picture: its plan, relative to the page; "" without.
         metrics: names and printed values.
         violations: one sentence each; None if the layout was not scored.
         episodes: table of the episodes in the layout.
@@ -71,33 +63,10 @@ class Card:
     id: str
     title: str
     subtitle: str
-    picture: Picture | None = None
+    picture: str = ""
     metrics: tuple[tuple[str, str], ...] = ()
     violations: tuple[str, ...] | None = None
     episodes: Table | None = None
-
-
-@dataclass(frozen=True)
-class Report:
-    """The contents of the page, in order.
-
-    Attributes:
-        problems: contradictions in the results, one sentence each; shown at the top.
-    """
-
-    title: str
-    subtitle: str
-    tiles: tuple[Tile, ...] = ()
-    tables: tuple[Table, ...] = ()
-    views: tuple[Picture, ...] = ()
-    cards: tuple[Card, ...] = ()
-    provenance: tuple[tuple[str, str], ...] = field(default=())
-    problems: tuple[str, ...] = ()
-
-
-def render_report(report: Report) -> str:
-    """Return the page as HTML; all text is escaped."""
-    return page_environment().get_template("report.html.j2").render(report=report)
 
 
 def write_tables(tables: Sequence[Table], folder: Path) -> tuple[Path, Path]:
@@ -106,8 +75,3 @@ def write_tables(tables: Sequence[Table], folder: Path) -> tuple[Path, Path]:
         write_text(folder / "tables.txt", "\n\n\n".join(table.text() for table in tables) + "\n"),
         write_text(folder / "tables.md", "\n\n".join(table.titled_markdown() for table in tables) + "\n"),
     )
-
-
-def write_report(report: Report, path: str | Path) -> Path:
-    """Write the page atomically and return its path."""
-    return write_text(path, render_report(report))

@@ -14,6 +14,7 @@ from labgym.eval.drawing.plan_drawing import DrivenPath
 from labgym.eval.driving.drive import Route
 from labgym.eval.driving.episode_row import TransitionRow
 from labgym.eval.driving.evaluation import UNFINISHED, Evaluation, TransitionEvaluation, is_unfinished
+from labgym.eval.labnav.evaluation import is_labnav_run
 from labgym.eval.scoring.layout_report import LayoutReport
 from labgym.layouts import Layout
 
@@ -52,7 +53,8 @@ class ResultsFolder:
         folders = [folder, *map(Path, others)]
         for place in folders:
             _check_has_results(place)
-        paths = [path.parent for each in folders for path in sorted(each.glob("**/summary.json"))]
+        found = [path.parent for each in folders for path in sorted(each.glob("**/summary.json"))]
+        paths = [path for path in found if not is_labnav_run(path)]
         places = {path.resolve(): path for path in paths}
         evaluations = sorted(map(TransitionEvaluation.read, places.values()), key=lambda one: one.name)
         if policies:

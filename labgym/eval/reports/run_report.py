@@ -1,16 +1,23 @@
-"""The contents of the report page, from a folder of results."""
+"""The site of a folder of results."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
+from urllib.parse import quote
 
 from labgym.eval.drawing.plan_labels import readable_name
 from labgym.eval.drawing.plan_panel import floor_size
 from labgym.eval.driving.evaluation import TransitionEvaluation
-from labgym.eval.driving.record import NavigationSummary
-from labgym.eval.reports.report import Card, Picture, Report, Tile
+from labgym.eval.driving.files import SUMMARY
+from labgym.eval.labnav.evaluation import LabNavEvaluation
+from labgym.eval.labnav.suites import CHECK
+from labgym.eval.labnav.together import FOLDER
+from labgym.eval.reports.report import Card
 from labgym.eval.reports.results import ResultsFolder
+from labgym.eval.reports.site.entries import Entry, ranked_entries
+from labgym.eval.reports.site.page import SiteContent, site_of
 from labgym.eval.reports.tables import LAYOUT_COLUMNS, layout_table, leaderboard, navigation_table
 from labgym.eval.scoring.layout_report import LayoutReport
 from labgym.eval.scoring.score import aggregate
@@ -35,62 +42,57 @@ def _navigation(evaluations: Sequence[TransitionEvaluation]) -> Table:
     return leaderboard(evaluations)
 
 
-def run_report(
-    results: ResultsFolder, pictures: Mapping[str, Path], views: Mapping[str, Path], first: Sequence[Table] = ()
-) -> Report:
-    """Return the report on a folder of results.
+def run_site(
+    results: ResultsFolder,
+    pictures: Mapping[str, Path],
+    views: Mapping[str, Path],
+    first: Sequence[Table] = (),
+    entries: Sequence[Entry] = (),
+) -> SiteContent:
+    """Return the site of a folder of results.
 
     Args:
         results: the results.
-        pictures: top-down pictures, PNG, by layout id.
-        views: rendered views, PNG, by layout id.
-        first: tables that come before those of the results.
+        pictures, views: top-down pictures and rendered views in the folder, by layout id.
+        first: the published tables and the check of LabNav; the page shows them after those of the results.
+        entries: policies that drove the small suite of LabNav, which come first.
     """
-    plans = {name: Picture(name, path.read_bytes()) for name, path in pictures.items()}
-    return Report(
+    site = site_of(
+        ranked_entries(entries),
+        CHECK,
+        results.folder,
         title=f"labgym: {results.folder.resolve().name}",
-        subtitle="Laboratories generated from chemistry protocols, and robot navigation in them",
-        tiles=_tiles(results),
-        tables=(*first, *result_tables(results)),
-        views=tuple(Picture(_view_caption(results, name), path.read_bytes()) for name, path in views.items()),
-        cards=tuple(_card(results, layout, plans.get(layout.id)) for layout in results.layouts),
-        provenance=_provenance(results),
         problems=results.problems,
+        facts=_provenance(results),
+    )
+    return replace(
+        site,
+        subtitle="Laboratories generated from chemistry protocols, and robot navigation in them",
+        tables=(*result_tables(results), *reversed(first)),
+        views=tuple((_view_caption(results, name), _address(results, path)) for name, path in views.items()),
+        cards=tuple(
+            _card(results, layout, _address(results, pictures[layout.id]) if layout.id in pictures else "")
+            for layout in results.layouts
+        ),
     )
 
 
-def _tiles(results: ResultsFolder) -> tuple[Tile, ...]:
-    tiles = [Tile("layouts", str(len(results.layouts)))]
-    if results.scores:
-        tiles.append(Tile("objects per layout", number(aggregate(results.scores.values()).mean("obj"), 1)))
-        tiles.append(Tile("hard violations", str(sum(score.v for score in results.scores.values()))))
-    best = _best(results.evaluations)
-    if best is not None:
-        navdp = best.summary.suite.metrics == "navdp"
-        first = ("success", "SR") if navdp else ("collision_free", "Collision-free SR")
-        for name, heading in (first, ("spl", "SPL")):
-            label = f"{heading} of {best.name}{' (NavDP rules)' if navdp else ''}"
-            tiles.append(Tile(label, number(_headline(best.summary, name), 3)))
-    return tuple(tiles)
+def run_entries(folder: Path) -> tuple[Entry, ...]:
+    """Return the policies that drove the small suite of LabNav in a run's folder.
+
+    Raises:
+        DocumentError: a file is broken.
+    """
+    places = sorted(path.parent for path in (folder / FOLDER).glob(f"*/{SUMMARY}"))
+    return tuple(Entry.driven(LabNavEvaluation.read(place)) for place in places)
 
 
-def _best(evaluations: Sequence[TransitionEvaluation]) -> TransitionEvaluation | None:
-    """Return the evaluation with most drives without contact, then SPL; without the true map, if there are any."""
-    candidates = [one for one in evaluations if not one.summary.privileged] or evaluations
-    return max(candidates, key=lambda one: _merit(one.summary), default=None)
+def _address(results: ResultsFolder, path: Path) -> str:
+    """Return the address of a file of the folder, relative to the page."""
+    return quote(path.relative_to(results.folder).as_posix())
 
 
-def _merit(summary: NavigationSummary) -> tuple[float, float]:
-    first = "success" if summary.suite.metrics == "navdp" else "collision_free"
-    return _headline(summary, first) or 0.0, _headline(summary, "spl") or 0.0
-
-
-def _headline(summary: NavigationSummary, metric: str) -> float | None:
-    prefix = "navdp_" if summary.suite.metrics == "navdp" else ""
-    return summary.metrics[prefix + metric].value
-
-
-def _card(results: ResultsFolder, layout: Layout, picture: Picture | None) -> Card:
+def _card(results: ResultsFolder, layout: Layout, picture: str) -> Card:
     score = results.scores.get(layout.id)
     return Card(
         id=layout.id,

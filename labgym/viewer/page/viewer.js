@@ -1,6 +1,5 @@
-// The page of the viewer: the scene in three.js, the figures, and the keys of a person who drives.
+// The page of the viewer: the scene in three.js (the global THREE), the figures, and the keys of a person who drives.
 
-import * as THREE from './three.min.js';
 import { Plan } from './plan.js';
 
 const element = (id) => document.getElementById(id);

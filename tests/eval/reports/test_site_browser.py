@@ -10,6 +10,7 @@ from headless_browser import Tab, browser, chromium
 from labnav_folders import line_to_goal, write_folder
 
 from labgym.envs.labnav.episodes import published_episodes
+from labgym.eval.labnav.evaluation import LabNavEvaluation
 from labgym.eval.labnav.suites import LabNavSuite
 from labgym.eval.leaderboard.labnav import published_results
 from labgym.eval.reports.labnav_report import report_labnav, write_leaderboard
@@ -270,6 +271,37 @@ def test_people_and_robots_move_with_the_slider_and_the_play_button(tab, page):
     assert tab.value("Number(document.getElementById('clock').value) === Number(document.getElementById('clock').max)")
     assert tab.value(robot) == last[1]
     assert tab.errors == []
+
+
+def test_an_episode_replays_in_3d_where_its_route_leads(tab, page):
+    opened(tab, page, "e0")
+    canvas = "document.getElementById('space')"
+    tab.wait(f"{canvas}.dataset.state === 'ready' && {canvas}.dataset.triangles > 10000", seconds=60)
+    key, name = tab.value("[data.episodes[0].key, data.policies[document.getElementById('crowd').value]]")
+    route = LabNavEvaluation.read(page.parent.parent / name).routes[key]
+    pictures = []
+    for time, pose in (("0", route[0]), ("1e6", route[-1])):
+        before = tab.value(f"{canvas}.toDataURL()")
+        changed(tab, "clock", time)
+        x, y = pose[:2]
+        near = f"Math.hypot(JSON.parse({canvas}.dataset.pose)[0] - {x}, JSON.parse({canvas}.dataset.pose)[1] - {y})"
+        tab.wait(f"{near} < 0.01", seconds=30)
+        pictures.append(tab.value(f"{canvas}.toDataURL()"))
+        assert len(before) > 10_000
+    assert pictures[0] != pictures[1]
+    assert tab.value("document.getElementById('again').textContent").startswith(f"labgym record {page.parent.parent}")
+    assert tab.errors == []
+
+
+def test_without_the_folder_of_replays_the_plan_stays_and_a_sentence_says_why(tab, page, tmp_path):
+    alone = tmp_path / "alone.html"
+    alone.write_bytes(page.read_bytes())
+    opened(tab, alone, "e0")
+    tab.wait("document.getElementById('space').dataset.state === 'failed'")
+    assert "copy the folder replays/" in tab.value("document.getElementById('space-note').textContent")
+    assert tab.value("document.querySelectorAll('#plan .goal').length") == 1
+    assert any("ERR_FILE_NOT_FOUND" in str(error) for error in tab.errors)
+    tab.errors.clear()
 
 
 def test_routes_zoom_and_the_choice_of_episodes(tab, page):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -20,7 +21,9 @@ from labgym.eval.labnav.shown_drive import ShownDrive
 from labgym.eval.labnav.suites import load_labnav, suite_names
 from labgym.eval.reports.site.entries import Entry
 from labgym.eval.reports.site.plans import plan_of_map, thing_name, world_of_episode
+from labgym.eval.reports.site.replays import Replay, things_along
 from labgym.layouts import Layout
+from labgym.policies.registry import BUILT_IN
 
 MOST_EPISODES = 60
 """Greatest number of episodes in the viewer."""
@@ -28,6 +31,8 @@ TELLING = 2
 """Episodes of each task on which the policies differ most."""
 FILMS = "films"
 """Folder in that of an evaluation where its films are, named after their episodes."""
+MOVES = ("route", "people", "things")
+"""Names of what moves in a drive."""
 
 
 @dataclass
@@ -35,13 +40,31 @@ class Shown:
     """The episodes in the viewer, and their floors.
 
     Attributes:
-        episodes: in the order of the suite, as the page holds them. plans: floors by their key.
+        episodes: in the order of the suite, with what moves in each drive. plans: floors by their key.
+        tasks: of the episodes, after their conditions.
         problems: a sentence for each task whose episodes cannot be shown.
     """
 
     episodes: list[dict[str, Any]] = field(default_factory=list)
     plans: dict[str, dict[str, Any]] = field(default_factory=dict)
+    tasks: list[Task] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
+
+    @property
+    def outlines(self) -> list[dict[str, Any]]:
+        """The episodes without what moves in their drives, which the page loads when it shows an episode."""
+        return [
+            {**one, "runs": [{name: run[name] for name in run if name not in MOVES} for run in one["runs"]]}
+            for one in self.episodes
+        ]
+
+    @property
+    def replays(self) -> list[Replay]:
+        """The episodes as they are replayed."""
+        return [
+            Replay(task, {run["policy"]: {name: run[name] for name in MOVES if name in run} for run in one["runs"]})
+            for one, task in zip(self.episodes, self.tasks, strict=True)
+        ]
 
     @property
     def keys(self) -> frozenset[str]:
@@ -85,6 +108,7 @@ def episodes_shown(entries: Sequence[Entry], suite: str, home: Path, most: int =
         if name not in shown.plans:
             shown.plans[name] = plan_of_map(task.old_map or task.layout)
         shown.episodes.append(_episode(key, part, episode, task, name, entries, home))
+        shown.tasks.append(task)
     return shown
 
 
@@ -145,7 +169,7 @@ def _episode(
             "policy": number,
             "score": round(one.scores[key], 3),
             "ending": one.endings[key],
-            **_drive(one, key, task, home),
+            **_drive(one, key, part, episode, task, home),
         }
         for number, one in enumerate(entries)
         if key in one.outcomes
@@ -165,12 +189,19 @@ def _episode(
     }
 
 
-def _drive(one: Entry, key: str, task: Task, home: Path) -> dict[str, Any]:
-    """Return what the page holds of a drive: score, ending, facts, route, people and film."""
+def _drive(
+    one: Entry, key: str, part: LabNavEpisodes, episode: LabNavEpisode, task: Task, home: Path
+) -> dict[str, Any]:
+    """Return what the page holds of a drive: score, ending, facts, route, people, things, film and command."""
     row, outcome = one.rows.get(key), one.outcomes[key]
     shown = one.drives.get(key) if row is None else ShownDrive.of(row, one.routes.get(key, ()), task)
     drive: dict[str, Any] = {"score": round(outcome.score, 3), "ending": outcome.ending, "time": round(outcome.time, 1)}
     drive |= {} if shown is None else _facts_of(shown)
+    if one.evaluation is not None and row is not None and task.pushable:
+        things = things_along(one.evaluation, part, episode, row)
+        drive |= {} if things is None else {"things": things}
+    if command := command_of(one, key):
+        drive["command"] = command
     film = film_of(one, key, home)
     return drive if film is None else {**drive, "film": film}
 
@@ -188,6 +219,18 @@ def _facts_of(shown: ShownDrive) -> dict[str, Any]:
     parts = {"route": shown.route, "people": shown.people}
     facts |= {name: part.model_dump(mode="json") for name, part in parts.items() if part is not None}
     return {name: value for name, value in facts.items() if value not in ("", [])}
+
+
+def command_of(one: Entry, key: str) -> str:
+    """Return the command that drives an episode again and films it; "" for a policy that is not installed."""
+    if one.evaluation is not None:
+        return shlex.join(["labgym", "record", str(one.evaluation.folder), "--episode", key, "--out", "drive.mp4"])
+    policy, options = one.summary.policy, one.summary.options
+    if policy not in BUILT_IN:
+        return ""
+    given = [f"{name}={value}" for name, value in options.items()]
+    command = ["labgym", "record", one.summary.suite, "--episode", key, "--policy", policy, "--out", "drive.mp4"]
+    return shlex.join([*command, "--seed", str(one.summary.seed), *(["--options", *given] if given else [])])
 
 
 def film_of(one: Entry, key: str, home: Path) -> str | None:

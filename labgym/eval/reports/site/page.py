@@ -20,15 +20,17 @@ from labgym.eval.driving.intervals import Estimate, estimate_text
 from labgym.eval.labnav.figure import differences, paired_difference
 from labgym.eval.labnav.summary import DIFFICULTIES, TaskSummary
 from labgym.eval.reports.labnav_tables import tasks_of
-from labgym.eval.reports.report import PACKAGE, page_environment
+from labgym.eval.reports.report import PACKAGE, Card, page_environment
 from labgym.eval.reports.site.entries import KINDS, Entry, Kind, card_of
 from labgym.eval.reports.site.episodes import Shown, episodes_shown
 from labgym.eval.reports.site.notes import MEANINGS, card_html, detail_of, reading_notes, swapped, versions_of
 from labgym.eval.reports.site.plans import CLASSES as FURNITURE
 from labgym.eval.reports.site.plans import thing_name
+from labgym.eval.reports.site.replays import FOLDER as REPLAYS
+from labgym.eval.reports.site.replays import write_replays
 from labgym.table import Table
 
-SCRIPT, STYLE = "site.js", "site.css"
+SCRIPTS, STYLE = ("replay.js", "site.js"), "site.css"
 COLORS, LINES = 7, ("", "dashed", "dotted")
 """Number of colors of routes, and how their lines are drawn."""
 MOST_CONTACTS = 8
@@ -143,6 +145,7 @@ class SiteContent:
         headline: name of the figure. tasks: names. boards: the policies of each task. tracks: with their sections.
         pairs: all of them. swapped: those that the figure orders differently.
         shown: the episodes of the viewer. other: tables of other suites. facts: provenance.
+        tables, cards: of laboratories and of routes in them. views: captions and addresses of pictures.
     """
 
     title: str
@@ -160,6 +163,26 @@ class SiteContent:
     problems: tuple[str, ...]
     other: tuple[Table, ...]
     facts: tuple[tuple[str, str], ...]
+    tables: tuple[Table, ...] = ()
+    views: tuple[tuple[str, str], ...] = ()
+    cards: tuple[Card, ...] = ()
+
+    @property
+    def failures(self) -> tuple[tuple[Section, str, str, str], ...]:
+        """The first drive of each ending without success, for each policy that is not a published result.
+
+        Each is (policy, address of the episode, its key, how it ended).
+        """
+        failures: dict[tuple[int, str], tuple[Section, str, str, str]] = {}
+        for index, episode in enumerate(self.shown.episodes):
+            for run in episode["runs"]:
+                one, ending = self.sections[run["policy"]], run["ending"]
+                if ending == "success" or one.entry.published:
+                    continue
+                words = f"{ending} with {run['contact']}" if run.get("contact") else ending
+                address = f"#e{index}.p{one.number}"
+                failures.setdefault((one.number, ending), (one, address, episode["key"], words))
+        return tuple(failures[key] for key in sorted(failures))
 
     @property
     def choice(self) -> str:
@@ -211,7 +234,7 @@ class SiteContent:
             "looks": [one.look for one in self.sections],
             "furniture": dict(FURNITURE.values()),
             "plans": self.shown.plans,
-            "episodes": self.shown.episodes,
+            "episodes": self.shown.outlines,
         }
 
 
@@ -230,7 +253,7 @@ def site_of(
         entries: in the order of the page. suite: name of that of their episodes. home: folder of the page.
         title: heading. problems: contradictions in the results. other: tables of other suites. facts: provenance.
     """
-    shown = episodes_shown(entries, suite, home)
+    shown = episodes_shown(entries, suite, home) if entries else Shown()
     tasks = tasks_of([one.summary for one in entries])
     own = [one for one in entries if not one.published] or entries
     most = max((one.most_episodes for one in own), default=0)
@@ -263,7 +286,7 @@ def site_of(
         pairs=pairs,
         swapped=swapped(complete, [(pair.first.entry, pair.second.entry) for pair in pairs]),
         shown=shown,
-        notes=reading_notes(entries, whole),
+        notes=reading_notes(entries, whole) if entries else (),
         problems=(*problems, *shown.problems),
         other=tuple(other),
         facts=tuple(facts),
@@ -272,7 +295,8 @@ def site_of(
 
 def render_site(site: SiteContent) -> str:
     """Return the page as HTML; all text is escaped, and the script and the data are part of it."""
-    script, style = (files(PACKAGE).joinpath("templates", name).read_text("utf-8") for name in (SCRIPT, STYLE))
+    *scripts, style = (files(PACKAGE).joinpath("templates", name).read_text("utf-8") for name in (*SCRIPTS, STYLE))
+    script = "".join(scripts)
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
     template = page_environment().get_template("site.html.j2")
     return template.render(
@@ -281,7 +305,9 @@ def render_site(site: SiteContent) -> str:
 
 
 def write_site(site: SiteContent, path: str | Path) -> Path:
-    """Write the page atomically and return its path."""
+    """Write the replays and then the page, each atomically, and return the page's path."""
+    if site.shown.episodes:
+        write_replays(site.shown.replays, Path(path).parent / REPLAYS)
     return write_text(path, render_site(site))
 
 

@@ -1,5 +1,5 @@
+
 // Enhances the page: views by address, tables that sort, filters, and the viewer of episodes. All lengths are centimeters.
-'use strict';
 const data = JSON.parse(document.getElementById('data').textContent);
 const byId = (id) => document.getElementById(id);
 const all = (selector, root = document) => [...root.querySelectorAll(selector)];
@@ -79,7 +79,7 @@ function filterBoard() {
 }
 for (const input of all('input[name="track"], input[name="kind"]')) input.addEventListener('change', filterBoard);
 // A new address that leaves the focus in the list; the hash alone would move it to the card.
-for (const id of Object.values(cards)) {
+for (const id of Object.values(cards).filter(byId)) {
   byId(id).addEventListener('change', () => {
     history.pushState(null, '', '#' + byId(id).value);
     show(byId(id).value);
@@ -164,24 +164,92 @@ function openEpisode(index, policy) {
   if (changed || policy !== null) load(data.episodes[index], policy);
 }
 
-function load(episode, policy) {
+// ---- The scene in 3D: the drive that is chosen under it, with its people and things.
+
+let stage = null;
+
+function note(words) {
+  byId('space-note').textContent = words;
+  byId('space-note').hidden = !words;
+}
+
+async function load(episode, policy) {
   stop();
+  const number = data.episodes.indexOf(episode);
+  state.ready = '';
+  byId('space').dataset.state = 'loading';
+  note('Loading the laboratory …');
+  try {
+    const scene = await loadData(`episodes/${number}`);
+    if (state.episode !== number) return;
+    showPlan({ ...episode, runs: episode.runs.map((run) => ({ ...run, ...scene.moves[run.policy] })) }, policy);
+    const names = [...new Set([scene.building, scene.robot, ...scene.people, ...[...scene.placed, ...scene.things].map((each) => each[0])])];
+    const [contents] = await Promise.all([Promise.all(names.map(loadData)), loadThree()]);
+    if (state.episode !== number) return;
+    stage = stage || new Stage(byId('space'));
+    stage.show(scene, new Map(names.map((name, place) => [name, contents[place]])), episode, data.plans[episode.plan].bounds);
+    stage.resize();
+    state.ready = number;
+    byId('space').dataset.state = 'ready';
+    note('');
+    moveSpace();
+  } catch (error) {
+    if (state.episode !== number) return;
+    if (byId('space').dataset.plan !== episode.key) showPlan(episode, policy);
+    byId('space').dataset.state = 'failed';
+    note(`The scene cannot be shown: ${error.message}`);
+  }
+}
+
+const between = (rows, dt, time) => {
+  const place = Math.min(time / dt, rows.length - 1), low = Math.floor(place), next = rows[Math.min(low + 1, rows.length - 1)];
+  return rows[low].map((value, k) => value + (next[k] - value) * (place - low));
+};
+
+const shownInSpace = () => state.drives.find((drive) => String(drive.policy) === byId('crowd').value);
+
+function moveSpace() {
+  const drive = shownInSpace(), episode = data.episodes[state.episode];
+  byId('again').textContent = (drive && drive.command) || '';
+  byId('again').parentNode.hidden = !(drive && drive.command);
+  byId('still-things').hidden = !(drive && !drive.things && episode.changes.some(([kind]) => kind === 'movable'));
+  if (state.ready !== state.episode) return;
+  if (!drive) {
+    const [x, y, yaw] = episode.start;
+    stage.move([x / 100, y / 100, yaw * Math.PI / 180], [], new Map());
+    return;
+  }
+  const [x, y, yaw] = poseAt(drive, state.time), people = [], things = new Map();
+  if (drive.crowd.length) {
+    const { dt } = drive.people, here = between(drive.crowd, dt, state.time), next = between(drive.crowd, dt, state.time + 0.6);
+    const before = between(drive.crowd, dt, Math.max(0, state.time - 0.6));
+    for (let i = 0; i < here.length; i += 2) people.push([here[i] / 100, here[i + 1] / 100, Math.atan2(next[i + 1] - before[i + 1], next[i] - before[i])]);
+  }
+  if (drive.things) {
+    const places = between(drive.moved, drive.things.dt, state.time);
+    drive.things.names.forEach((name, i) => things.set(name, state.time < drive.things.since[i] ? null : [places[3 * i] / 100, places[3 * i + 1] / 100, places[3 * i + 2] / 100]));
+  }
+  stage.move([x / 100, y / 100, yaw * Math.PI / 180], people, things);
+}
+
+function showPlan(episode, policy) {
+  byId('space').dataset.plan = episode.key;
   state.drives = episode.runs.map((run) => ({
     ...run,
     name: data.policies[run.policy],
     poses: run.route ? unpacked(run.route.poses, 3) : [],
     crowd: run.people ? unpacked(run.people.places, 2 * run.people.yields.length) : [],
+    moved: run.things ? unpacked(run.things.places, 3 * run.things.names.length) : [],
   })).sort((a, b) => !a.poses.length - !b.poses.length);
   const withRoute = state.drives.filter((drive) => drive.poses.length);
   state.hidden = new Set(withRoute.filter((drive, place) => (policy === null ? place >= 6 : drive.policy !== policy)).map((drive) => drive.policy));
   if (policy !== null && !withRoute.some((drive) => drive.policy === policy)) state.hidden = new Set();
   byId('about-episode').textContent = `${episode.task}, level ${episode.level}: ${episode.words}. Shortest path ${episode.length.toFixed(2)} m` +
     (episode.goals.length > 1 ? `, ${episode.goals.length} goals` : '') + goalWords(episode) + `. Episode ${episode.key}.`;
-  const crowds = state.drives.filter((drive) => drive.crowd.length);
   byId('crowd').replaceChildren();
-  for (const drive of crowds) write(byId('crowd'), 'option', `${drive.name}, which took ${drive.route.seconds.toFixed(1)} s`).value = drive.policy;
-  byId('crowd-choice').hidden = !crowds.length;
-  if (crowds.some((drive) => drive.policy === policy)) byId('crowd').value = policy;
+  for (const drive of withRoute) write(byId('crowd'), 'option', `${drive.name}: ${endingWords(drive)}`).value = drive.policy;
+  byId('crowd-choice').hidden = !withRoute.length;
+  if (withRoute.some((drive) => drive.policy === policy)) byId('crowd').value = policy;
   drawFloor(episode);
   listRuns();
   listLegend(episode);
@@ -295,6 +363,7 @@ function moveTo(time) {
   byId('now').textContent = `${state.time.toFixed(1)} s`;
   clock.setAttribute('aria-valuetext', `${state.time.toFixed(1)} of ${state.end.toFixed(1)} seconds`);
   drawMoving();
+  moveSpace();
 }
 
 function drawMoving() {
@@ -321,7 +390,7 @@ function drawMoving() {
 }
 
 function drawCrowd(group) {
-  const drive = state.drives.find((each) => String(each.policy) === byId('crowd').value);
+  const drive = shownInSpace();
   if (!drive || !drive.crowd.length) return;
   const place = Math.min(state.time / drive.people.dt, drive.crowd.length - 1), low = Math.floor(place), share = place - low;
   const here = drive.crowd[low], next = drive.crowd[Math.min(low + 1, drive.crowd.length - 1)];
@@ -492,7 +561,8 @@ if (data.episodes.length) {
   byId('next').addEventListener('click', () => step(1));
   byId('play').addEventListener('click', () => { if (state.playing === null) play(); else stop(); });
   byId('clock').addEventListener('input', () => { stop(); moveTo(Number(byId('clock').value)); });
-  byId('crowd').addEventListener('change', () => drawMoving());
+  byId('crowd').addEventListener('change', () => moveTo(state.time));
+  byId('camera').addEventListener('change', () => { if (state.ready === state.episode) { stage.turn(byId('camera').value); moveSpace(); } });
   window.addEventListener('resize', () => { if (state.box) zoomTo(state.box); });
   for (const form of all('form')) form.addEventListener('submit', (event) => event.preventDefault());
 }

@@ -1,8 +1,8 @@
-// The parts of three.js that viewer.js uses; docs/viewer.md has the command that bundles them into three.min.js.
+// The parts of three.js that the pages use, as the global THREE; docs/viewer.md has the command that bundles them into three.min.js.
 
 export {
   BufferAttribute, BufferGeometry, CircleGeometry, Color, CylinderGeometry, DirectionalLight, DoubleSide, Group, HemisphereLight,
-  Mesh, MeshBasicMaterial, NeutralToneMapping, PCFShadowMap, PerspectiveCamera, PMREMGenerator, Points, PointsMaterial, RingGeometry,
+  Mesh, MeshBasicMaterial, MeshLambertMaterial, NeutralToneMapping, PCFShadowMap, PerspectiveCamera, PMREMGenerator, Points, PointsMaterial, RingGeometry,
   Scene, Vector3, WebGLRenderer,
 } from 'three';
 export { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
