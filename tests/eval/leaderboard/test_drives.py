@@ -73,7 +73,7 @@ def test_a_broken_file_is_named(published, tmp_path):
     broken.write_bytes(written.path.read_bytes() + b'{"key": 1}\n')
     with pytest.raises(DocumentError, match=r"straight\.jsonl.*line 3"):
         published_drives(RESULTS["straight"], tmp_path)
-    assert published_drives(RESULTS["still"], tmp_path) == {}
+    assert published_drives(RESULTS["stack"], tmp_path) == {}
 
 
 def test_the_site_shows_the_published_routes(published, tmp_path):

@@ -146,12 +146,12 @@ def few_episodes(monkeypatch):
 
 @pytest.mark.usefixtures("few_episodes")
 def test_a_kind_and_a_track_can_be_chosen_together(tab, tmp_path):
-    results = [one for one in published_results() if one.summary.policy in ("stack", "ppo", "still")]
+    results = [one for one in published_results() if one.summary.policy in ("stack", "ppo", "straight")]
     opened(tab, write_leaderboard(tmp_path, results))
     rows = "[...document.querySelectorAll('.board tr')].filter((one) => one.checkVisibility())"
     names = f"{rows}.flatMap((one) => [...one.querySelectorAll('th a')].map((link) => link.textContent))"
-    assert sorted(tab.value(names)) == ["ppo", "stack", "still"]
-    for kind, shown in (("classical", ["stack"]), ("reference", ["still"]), ("learned", ["ppo"])):
+    assert sorted(tab.value(names)) == ["ppo", "stack", "straight"]
+    for kind, shown in (("classical", ["stack"]), ("reference", ["straight"]), ("learned", ["ppo"])):
         tab.value(f"document.querySelector('input[value={kind}]').click()")
         assert tab.value(names) == shown
         assert tab.value(f"{rows}.length") == 3  # the headings, the track and the policy
