@@ -83,16 +83,19 @@ def pack(folder: Annotated[Positional[Path], arg(metavar="FOLDER")], out: Option
             shutil.copyfile(path, out / path.name)
     summary = evaluation.summary
     known = summary.policy in BUILT_IN
-    labnav = isinstance(evaluation, LabNavEvaluation)
+    if isinstance(evaluation, LabNavEvaluation):
+        track, suite = str(evaluation.summary.track), evaluation.summary.suite
+    else:
+        track, suite = "-", evaluation.summary.suite.label
     text = out.with_name(f"{out.name}.md")
     write_text(
         text,
         PULL_REQUEST.format(
             policy=summary.policy,
             code="built in" if known else "where they are, with commit and license",
-            track=evaluation.summary.track if labnav else "-",
+            track=track,
             named=summary.policy if known else "module:Class",
-            suite=evaluation.summary.suite if labnav else evaluation.summary.suite.label,
+            suite=suite,
             seed=summary.seed,
             table=evaluation_table(evaluation).markdown(),
             folder=out.as_posix(),
