@@ -22,7 +22,7 @@ MAX_MENTIONS = 8
 """Most substances of a wish."""
 STRENGTH = re.compile(r"^(\d{1,3}(?:\.\d{1,3})?)\s?(M|N|%)$")
 _BREAKER = re.compile(
-    r"(?:\w+-)*(?:\w{2,24}(?:ation|ition|ution|ction|lysis|olysis|ission|rangement|pling)s?|removal|metathesis|drying|"
+    r"(?:\w{1,20}-){0,3}(?:\w{2,24}(?:ation|ition|ution|ction|lysis|ission|rangement|pling)s?|removal|metathesis|drying|"
     r"(?:de|re)?(?:reduc|oxidi[sz]|protect|hydroly[sz]|hydrogenat|coupl|alkylat|acylat|methylat|brominat|chlorinat|"
     r"iodinat|condens|cycli[sz]|esterif|(?:mes|tos)ylat(?!e)|silylat|epoxid|distil|recrystalli[sz]|crystalli[sz]|purif|"
     r"dissol|dehydrat|saponif|aminat|substitut|formylat|remov|cleav|dried|olefinat|isolat|chromatograph)\w*|(?:reflux|heat|stirr|warm|cool)ing|"
@@ -32,12 +32,12 @@ _BREAKER = re.compile(
     r"catalytic|radical|basic|acidic|aromatic|nucleophilic|(?:regio|chemo|stereo|enantio)?selective(?:ly)?)",
     re.IGNORECASE,
 )
-_QUALIFIER = re.compile(r".*(?:ly|al|ive|ic)$|(?:reflux|heat|stirr|warm|cool)ing$", re.IGNORECASE)
+_QUALIFIER = re.compile(r"(?:ly|al|ive|ic)$|(?:reflux|heat|stirr|warm|cool)ing$", re.IGNORECASE)
 """Words of transformations, which end the name of a substance."""
 _OPEN_ENDING = re.compile(
-    r"\s*\b(?:derivative|intermediate|precursor|compound|analog(?:ue)?|substrate|moiety|ring)s?$", re.IGNORECASE
+    r"\b(?:derivative|intermediate|precursor|compound|analog(?:ue)?|substrate|moiety|ring)s?$", re.IGNORECASE
 )
-_SMILES = re.compile(r"(?=\S*[A-Z])(?:[BCNOPSFIHbcnops\d=#@+\\/()\[\].%-]|Cl|Br|Si|Hg|Ag|Pb|Ni|Na|Li|Sn|Mg|Zn){4,300}")
+_SMILES = re.compile(r"(?:[BCNOPSFIHbcnops\d=#@+\\/()\[\].%-]|Cl|Br|Si|Hg|Ag|Pb|Ni|Na|Li|Sn|Mg|Zn){4,300}")
 _SALT = re.compile(r"(?<=\S) (?:hydrochloride|hydrobromide|salt|group)s?$", re.IGNORECASE)
 _BRACKET = re.compile(r"\([A-Za-z-]{2,30}\)?$")
 _PRODUCT_BEFORE = re.compile(
@@ -101,7 +101,7 @@ def mentions_of(text: str, resolver: Resolver) -> tuple[Mention, ...]:
         if not is_open:
             meaning = next((known[form] for form in _spellings(draft.text) if known[form].is_known), None)
             meaning = meaning or _drawn(draft.text)
-        bare = _SALT.sub("", _OPEN_ENDING.sub("", draft.text))
+        bare = _SALT.sub("", _OPEN_ENDING.sub("", draft.text).strip())
         table = general_procedures().classes
         found = frozenset(name for name, item in table.items() if _ends_with(item.words, bare))
         if is_open and not found & {"amine"}:
@@ -118,7 +118,7 @@ def mentions_of(text: str, resolver: Resolver) -> tuple[Mention, ...]:
 
 def _drawn(text: str) -> Resolution | None:
     """Return the meaning of a SMILES, or None if a text is none."""
-    if _SMILES.fullmatch(text) is None:
+    if _SMILES.fullmatch(text) is None or text.islower():
         return None
     try:
         return Resolution(text, smiles=canonical(text), source="user")
@@ -210,4 +210,4 @@ def is_transformation(word: str) -> bool:
 
 def is_qualifier(word: str) -> bool:
     """Return whether a word only qualifies a transformation: "regioselective", "refluxing"."""
-    return _QUALIFIER.fullmatch(word) is not None
+    return _QUALIFIER.search(word) is not None

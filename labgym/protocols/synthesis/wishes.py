@@ -363,7 +363,10 @@ def _is_word_of(product: str, text: str) -> bool:
 def _experiment(text: str, fit: Fit, resolver: Resolver) -> tuple[Experiment, tuple[str, ...]]:
     """Return the experiment of a wish, with its assumptions and hazards, one sentence each."""
     item = fit.procedure
-    notes = [f"written as: {item.name} ({item.source})", "amounts for 10 mmol of the substrate, temperatures and times: assumed"]
+    notes = [
+        f"written as: {item.name} ({item.source})",
+        "amounts for 10 mmol of the substrate, temperatures and times: assumed",
+    ]
     notes += [f"{phrase!r} is taken to name a substance that the text names again" for phrase in fit.echoes]
     product = fit.named_product.text if fit.named_product is not None else ""
     title = product or fit.product or item.product
