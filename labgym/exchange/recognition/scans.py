@@ -28,6 +28,8 @@ LARGEST_FURNITURE = 14.0
 """Area of the largest object that stands free and is taken for furniture, square meters."""
 THICKEST_WALL, LONGEST_SHORT = 0.45, 1.5
 """A free-standing object that is thinner and longer than these is a wall, meters."""
+FRONT = 0.15
+"""Distance around an unknown area and around a free one within which solid cells are fronts of furniture, meters."""
 MOSTLY_THIN = 0.2
 """Largest share of a wall that may be thicker."""
 
@@ -101,4 +103,18 @@ def _without_furniture(free: Mask, picture: Picture) -> Mask:
         thin = float((thick[window] & own).sum()) <= MOSTLY_THIN * area
         if not (thin and max(w, h) * picture.cell >= LONGEST_SHORT):
             result[window] |= own
-    return result
+    return result | _pockets(result, picture)
+
+
+def _pockets(free: Mask, picture: Picture) -> Mask:
+    """Return the furniture at walls of which the map shows all sides: unknown areas between solid ones, with fronts."""
+    unknown = opened(~free & ~picture.solid, picture.cells(BEAM, 2))
+    _, labels, stats = components(unknown)
+    border = np.concatenate([labels[0], labels[-1], labels[:, 0], labels[:, -1]])
+    pocket = stats[:, cv2.CC_STAT_AREA] * picture.cell**2 <= LARGEST_FURNITURE
+    pocket[np.unique(border)] = False
+    pocket[0] = False
+    front = 2 * picture.cells(FRONT) + 1
+    kernel = np.ones((front, front), np.uint8)
+    around, beside = (cv2.dilate(mask.astype(np.uint8), kernel) > 0 for mask in (pocket[labels], free))
+    return np.asarray(pocket[labels] | (around & beside))
