@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from random import Random
 from typing import Any
 
+from laboratories import small_laboratory
+
 from fuzz.mutation import mutated_bytes, mutated_data
 from fuzz.target import Case, Target
-from labgym.eval.reports.results import ResultsFolder
+from labgym.eval.drawing.film import film
+from labgym.eval.reports.results import ResultsFolder, recorded_drive
 from labgym.runs.folder import RunFolder
 from labgym.runs.identity import RunIdentity, read_identity
 from labgym.runs.ledger import Ledger
@@ -61,6 +65,7 @@ def targets() -> Iterator[Target]:
     """Yield the targets of run folders."""
     yield Target("run folder", _prepare, _open)
     yield Target("results", lambda: _results, _report)
+    yield Target("record of a drive", _drive, _film, ("labgym.eval.drawing.film",), share=0.5)
 
 
 def _identity() -> RunIdentity:
@@ -134,6 +139,36 @@ def _results(rng: Random | None) -> Case:
         name = rng.choice(sorted(files))
         files[name] = _changed(rng, name, files[name])
     return files
+
+
+def _drive() -> Callable[[Random | None], Case]:
+    """Return a maker of results on a small room, of which a file, such as the layout or the routes, is changed."""
+    room = small_laboratory("a")
+    row = {**ROW, "layout_hash": room.hash, "pair": 0}
+    sound = {
+        **_results(None),
+        "episodes.jsonl": json.dumps(row).encode() + b"\n",
+        "routes.jsonl": json.dumps(ROUTE).encode() + b"\n",
+        "times.jsonl": json.dumps(TIME).encode() + b"\n",
+        "summary.json": json.dumps({**SUMMARY, "layouts": {"a": room.hash}, "episodes": 1, "expected": 1}).encode(),
+        "layouts/a.json": json.dumps(room.to_json()).encode(),
+    }
+    return partial(_one_changed, sound)
+
+
+def _one_changed(sound: Case, rng: Random | None) -> Case:
+    files = dict(sound)
+    if rng is not None:
+        name = rng.choice(sorted(files))
+        files[name] = _changed(rng, name, files[name])
+    return files
+
+
+def _film(folder: Path) -> None:
+    """Read a drive as `labgym record` does, and film its first two poses."""
+    layout, _, route = recorded_drive(folder, "a/0")
+    for picture in film(layout, route[:2], 96, 96):
+        assert picture.shape == (96, 96, 3)
 
 
 def _report(folder: Path) -> None:
