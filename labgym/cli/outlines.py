@@ -27,6 +27,7 @@ Numbers = UseAppendAction[Annotated[tuple[str, ...], arg(metavar="N,M")]]
 
 def outline(
     file: Positional[Annotated[Path, arg(metavar="FILE")]],
+    *,
     out: Path,
     unit: OptionalText = None,
     thickness: Annotated[float | None, arg(metavar="METERS", help_behavior_hint="")] = None,

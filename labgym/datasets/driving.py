@@ -178,9 +178,9 @@ class Drives:
 
     def _leg(self) -> RecordedLeg:
         """Return the drive to the present goal."""
-        return RecordedLeg(
-            self.env, self._driver, self._task, self._recorder, self._options.seed, self._options.max_steps
-        )
+        options = self._options
+        level = 0 if options.labnav is None else options.level
+        return RecordedLeg(self.env, self._driver, self._task, level, self._recorder, options.seed, options.max_steps)
 
     def _point(self, observation: Observation) -> dict[str, Any]:
         """Drive to one goal, at which the environment ends the episode when the robot rests."""

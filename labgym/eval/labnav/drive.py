@@ -61,7 +61,7 @@ def drive_shift(
             observation = env.next_drive()
         shortest = shortest_from(state, length)
         rules = leg_endings(task)
-        last = LegDrive(env, driver, task, terms.level, recorder, terms.seed, terms.limit, rules)
+        last = LegDrive(env, driver, task, terms.level, recorder, terms.seed, terms.limit, rules=rules)
         observation = last.run(driver.reset if not legs else driver.next_goal, observation)
         if not last.parked:
             observation = last.brake(observation)

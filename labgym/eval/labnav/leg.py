@@ -103,6 +103,7 @@ class LegDrive(PolicyLoop):
         recorder: LegRecorder,
         seed: int,
         limit: int,
+        *,
         rules: Sequence[Ending] = (),
     ) -> None:
         super().__init__(env, recorder.times, recorder.tape)

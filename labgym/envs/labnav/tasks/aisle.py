@@ -14,11 +14,12 @@ def score(result: Result, outcomes: Mapping[str, Any], conditions: Mapping[str, 
     return timed(result.success, result.shortest, result.time)
 
 
-def _level(reaches: float, stops: float, **others: Any) -> Level:
-    return Level(**{"conditions": (PARKED,), "detour": 1.3, "neck": (reaches, stops)} | others)
-
-
 PARKED = {"kind": "parked"}
+
+
+def _level(reaches: float, stops: float, **others: Any) -> Level:
+    fields: dict[str, Any] = {"conditions": (PARKED,), "detour": 1.3, "neck": (reaches, stops)}
+    return Level(**fields | others)
 
 
 TASK = register(

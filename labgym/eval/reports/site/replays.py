@@ -24,7 +24,6 @@ from labgym.assets import Asset
 from labgym.assets.articulation import State as AssetState
 from labgym.assets.shapes import MATERIALS
 from labgym.documents import write_bytes
-from labgym.envs.assembly import without
 from labgym.envs.conditions.figures import figure
 from labgym.envs.labnav.episodes import LabNavEpisode, LabNavEpisodes
 from labgym.envs.robot import ROBOT
@@ -133,7 +132,7 @@ def scene_data(task: Task, shapes: Shapes) -> dict[str, Any]:
         `building`, a shape; `placed`, each [shape, x, y, z, yaw, id]; `things` that can be pushed, likewise, where
         they are at the start; `people` and `robot`, shapes.
     """
-    fixed, names = without(task.layout, list(task.pushable)), frozenset(task.pushable)
+    fixed, names = task.fixed, frozenset(task.pushable)
     people = task.conditions.get("people", {}).get("people", ())
     return {
         "building": shapes.name(fixed.hash, lambda: _building(fixed)),
