@@ -172,9 +172,13 @@ class Drives:
         self._recorder.note(observation, state)
         drive = self._chain if self._task.chain else self._single if self._options.labnav else self._point
         results = drive(observation)
+        return EpisodeFacts(**start | self._driven() | results)
+
+    def _driven(self) -> dict[str, Any]:
+        """Return length, time and outcomes of the episode until now."""
+        state = self.env.state
         outcomes = {name: one.outcome for name, one in state.presences.items() if name != "contacts"}
-        driven = {"path_length": state.path_length, "time": round(state.time, 6), "outcomes": plain(outcomes)}
-        return EpisodeFacts(**start, **driven, **results)
+        return {"path_length": state.path_length, "time": round(state.time, 6), "outcomes": plain(outcomes)}
 
     def _leg(self) -> RecordedLeg:
         """Return the drive to the present goal."""
@@ -205,6 +209,7 @@ class Drives:
         success = finish.parked and finish.inside
         length = state.shortest_path_length
         results = {"success": success, "score": self._score(success, length), "ending": ending_of(finish)}
+        results |= self._driven()
         if finish.parked and not env.over:
             env.stop()
         return {**results, "shortest": length}
