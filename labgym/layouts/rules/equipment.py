@@ -27,14 +27,12 @@ class Requirement:
         accepted: assets that meet the requirement.
         calls: whether a reagent or a cylinder calls for it.
         source: the rule that requires it.
-        containers: if not empty, one of these must be placed, too, in bounds or not: a station alone collects nothing.
     """
 
     asset: str
     accepted: frozenset[str]
     calls: Hazard
     source: str
-    containers: frozenset[str] = frozenset()
 
 
 def _liquid(reagent: Asset) -> bool:
@@ -46,11 +44,6 @@ def _class_d(reagent: Asset) -> bool:
 
 
 EXTINGUISHERS = CLASS_B | CLASS_D
-LIQUID_WASTE = frozenset({"SolventWasteContainer"})
-"""Containers for hazardous liquids."""
-CHEMICAL_WASTE = LIQUID_WASTE | {"SolidWasteBin"}
-"""Containers for hazardous waste; bins for paper and for broken glass are not."""
-COLLECTION = "40 CFR 262.15: waste is collected at or near the point of generation"
 
 REQUIREMENTS = (
     Requirement(
@@ -66,8 +59,12 @@ REQUIREMENTS = (
     Requirement("ClassDExtinguisher", CLASS_D, _class_d, "OSHA 1910.157(d)(6); NFPA 10, 5.2.4 and 6.5"),
     Requirement("GasDetector", frozenset({"GasDetector"}), calls_for_detector, "IEC 60079-29-2; TRGS 722, 2.4"),
     Requirement("SpillKit", frozenset({"SpillKit"}), _liquid, "Prudent Practices, 6.C.3; OSHA 1910.120(q)"),
-    Requirement("SolventWasteContainer", CHEMICAL_WASTE | {"WasteStation"}, _liquid, COLLECTION, LIQUID_WASTE),
-    Requirement("SolventWasteContainer", CHEMICAL_WASTE | {"WasteStation"}, hazardous, COLLECTION, CHEMICAL_WASTE),
+    Requirement(
+        "SolventWasteContainer",
+        frozenset({"SolventWasteContainer", "SolidWasteBin", "WasteStation"}),
+        hazardous,
+        "40 CFR 262.15: waste is collected at or near the point of generation",
+    ),
 )
 """What laboratories need, and the reagents and cylinders that call for it; see `safety.rooms` for each room."""
 
@@ -75,39 +72,24 @@ REQUIREMENTS = (
 def required_equipment(
     arrangement: Arrangement, protocol: Protocol | None, requirements: Iterable[Requirement] = REQUIREMENTS
 ) -> tuple[Requirement, ...]:
-    """Return those requirements that the reagents of a layout, and those that its protocol requires, call for.
-
-    Of several requirements for the same asset, only the first that is called for counts.
-    """
+    """Return those requirements that the reagents of a layout, and those that its protocol requires, call for."""
     catalog = arrangement.layout.catalog
     names = () if protocol is None else resolved(tuple(use.name for use in protocol.reagents), catalog)
     stored = [asset for asset in arrangement.assets if asset.kind == "reagent" or asset.subtype == "gas_cylinder"]
     reagents = dict.fromkeys([*stored, *map(catalog.get, names)])
-    required: dict[str, Requirement] = {}
-    for requirement in requirements:
-        if requirement.asset not in required and any(map(requirement.calls, reagents)):
-            required[requirement.asset] = requirement
-    return tuple(required.values())
+    return tuple(one for one in requirements if any(one.calls(reagent) for reagent in reagents))
 
 
 def missing_equipment(
     arrangement: Arrangement, required: Iterable[Requirement], out_of_bounds: frozenset[str]
 ) -> tuple[str, ...]:
-    """Return the assets to add: of each requirement that nothing meets. What is out of bounds meets none.
-
-    A container out of bounds still counts as one of `containers`: `OB` reports it already.
-    """
-    roles = {asset.role for asset in arrangement.assets}
+    """Return the assets to add: of each requirement that nothing meets. What is out of bounds meets none."""
     placed = {
         asset.role
         for placement, asset in zip(arrangement.placements, arrangement.assets, strict=True)
         if placement.id not in out_of_bounds
     }
-    return tuple(
-        one.asset
-        for one in required
-        if placed.isdisjoint(one.accepted) or (one.containers and roles.isdisjoint(one.containers))
-    )
+    return tuple(one.asset for one in required if placed.isdisjoint(one.accepted))
 
 
 def equipment_figures(assessment: Assessment) -> dict[str, float | None]:
