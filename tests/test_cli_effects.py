@@ -18,6 +18,7 @@ from labgym.pipeline import RunConfig
 LAYOUT = "test-sub_01"
 ALL_EFFECTIVE = {
     "compare", "move", "repair", "outline", "import labbuilder", "serve", "policies", "floors", "coverage", "doctor",
+    "submit pack",
     "assets build", "assets compat", "assets infer", "assets find", "assets add-reagent",
     "protocols search", "protocols check", "protocols stage", "protocols score-reading",
     "reproduce published", "reproduce protocols", "reproduce labbuilder", "reproduce comparison", "reproduce ablation",

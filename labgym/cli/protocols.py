@@ -144,7 +144,7 @@ def _wish(text: str, partial: bool) -> Fulfillment | None:
     from labgym.protocols.synthesis.wishes import fulfill
 
     try:
-        return fulfill(text, partial)
+        return fulfill(text.encode(errors="replace").decode(), partial)  # bytes that are no text
     except protocols.RefusalError as error:
         if error.reason == "unsafe":
             raise

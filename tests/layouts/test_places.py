@@ -82,6 +82,7 @@ def test_a_floor_can_be_published_and_made_again_from_its_place(tmp_path):
 def test_the_next_seed_is_taken_where_a_floor_does_not_hold_its_protocols(monkeypatch):
     tidy = object()
     monkeypatch.setattr(places.SplitPlace, "check", lambda place, layout: None)
+    monkeypatch.setattr(places.SplitPlace, "cluttered", lambda place, layout: layout)
     monkeypatch.setattr(places.SplitPlace, "tidy", lambda place: tidy if place.seed > 3 * PLACES else _fail())
     place, layout = furnished("floors-train", 5, first=0)
     assert (place.seed, layout) == (5 + 3 * PLACES, tidy)

@@ -71,4 +71,4 @@ def test_a_film_of_another_kind_is_refused_before_the_drive(
     played: Callable[..., tuple[int, Path]], capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert played("--film", "drive.avi")[0] == 2
-    assert "must end in .mp4 or .gif" in capsys.readouterr().err
+    assert "must end in .mp4, .gif or .webp" in capsys.readouterr().err

@@ -160,8 +160,6 @@ def test_options_out_of_range_are_refused():
     for options in ({"spacing": 0.0}, {"most": 0}, {"detour": -1.0}, {"kinds": ()}, {"late": 1}, {"pushable": None}):
         with pytest.raises(OptionError):
             Changes(**options)
-    with pytest.raises(OptionError, match="pushable=True"):
-        Changes(late=True, pushable=False)
     with pytest.raises(UnknownNameError):
         Changes(kinds=("elephant",))
 
@@ -341,4 +339,14 @@ def test_pictures_show_things_where_they_are():
     assert (np.abs(there - away).max(axis=2) > 20).mean() > 0.003
     physics.put_back("trolley")
     assert (np.abs(there - env.render()).max(axis=2) <= 2).all()
+    env.close()
+
+
+def test_without_pushing_a_late_thing_is_there_from_the_start_and_stands_fast():
+    env = environment([{**TROLLEY, "after": 5.0}], conditions=[{"kind": "changes", "late": True, "pushable": False}])
+    env.reset(seed=0)
+    for _ in range(30):
+        *_, info = env.step([0.5, 0.0])
+    assert "trolley" in info["touched"] or info["contacts"] > 0
+    assert info["outcomes"]["changes"] == {"pushed": {}, "appeared": {}}
     env.close()

@@ -56,7 +56,7 @@ def test_a_film_that_fails_leaves_no_file(tmp_path):
 
 
 def test_an_unknown_suffix_and_a_missing_pair_are_refused_before_the_drive(tmp_path, capsys):
-    with pytest.raises(OptionError, match=r"\.mp4 or \.gif"):
+    with pytest.raises(OptionError, match=r"\.mp4, \.gif or \.webp"):
         save_film(ramps(1), tmp_path / "drive.avi")
     assert main(["record", "test-sub_01", "--out", str(tmp_path / "drive.avi")]) == 2
     assert main(["record", "test-sub_01", "--pair", "99", "--out", str(tmp_path / "drive.gif")]) == 2

@@ -137,7 +137,10 @@ def test_a_receipt_states_floors_scores_and_verdict_and_reads_back(out, submissi
     assert receipt.secret == secret_hash(SECRET)
     assert [floor.id for floor in receipt.floors] == ["floors-fresh-0000", "floors-fresh-0001"]
     assert set(receipt.scores.values()) == {0.0}  # it stands still
-    assert (receipt.gain.fresh, receipt.gain.published) == (0.0, pytest.approx(0.2))  # two of five episodes a floor
+    assert (receipt.gain.fresh, receipt.gain.published) == (
+        0.0,
+        pytest.approx(0.25),
+    )  # half of the points in one of two episodes a floor
     assert receipt.verdict == "alarm"
     assert receipt.summary.suite == "labnav-floors-fresh"
     assert SECRET.hex() not in (out / "receipts" / "still.json").read_text()
@@ -211,7 +214,7 @@ def test_a_published_round_shows_fresh_scores_and_an_alarm_unranks_its_row(out, 
     table = published_table(after, [own])
     column = table.columns.index("Fresh ↑")
     assert [row[column] for row in table.rows] == ["-", "-", "-, alarm"]
-    assert any(note.startswith("still is not ranked: mean score 0.200 on published floors") for note in table.notes)
+    assert any(note.startswith("still is not ranked: mean score 0.250 on published floors") for note in table.notes)
     entries = ranked_entries([Entry.of_result(one, rounds=[own]) for one in before])
     assert (entries[-1].name, entries[-1].fresh) == ("still", receipt)
     assert receipt.sentence in write_leaderboard(tmp_path / "site", after).read_text()
