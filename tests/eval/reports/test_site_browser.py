@@ -130,7 +130,7 @@ def test_a_column_sorts_by_the_keyboard_and_says_so(tab, page):
 
 def test_a_track_can_be_chosen(tab, page):
     opened(tab, page)
-    tab.value("document.querySelector('input[value=deployed]').click()")
+    tab.value("document.querySelector('input[value=mapless]').click()")
     shown = (
         "[...document.querySelectorAll('.board tbody')].filter((one) => !one.hidden).map((one) => one.dataset.track)"
     )
