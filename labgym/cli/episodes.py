@@ -25,8 +25,9 @@ def task_and_level(name: str, level: int) -> tuple[str, int]:
     Args:
         name: of the task, with or without the level. level: of a name without one.
     """
-    task, _, number = name.removeprefix("labnav-").rpartition("-")
-    return (task, int(number)) if task and number in ("1", "2", "3") else (name.removeprefix("labnav-"), level)
+    name = name.removeprefix("labnav-")
+    task, _, number = name.rpartition("-")
+    return (task, int(number)) if task and number in ("1", "2", "3") else (name, level)
 
 
 def view_episode(

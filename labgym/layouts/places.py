@@ -211,8 +211,10 @@ def place_at(split: str, index: int, first: int | None = None, attempt: int = 0)
     return SplitPlace.of(split, index, seed_of(split, index, first, attempt))
 
 
-def furnished(split: str, index: int, first: int | None = None) -> tuple[SplitPlace, Layout]:
-    """Return a place of a split with its tidy layout: of the first seed whose floor holds its protocols, tidy or not.
+def furnished(split: str, index: int, first: int | None = None) -> tuple[SplitPlace, Layout, Layout]:
+    """Return a place of a split with its tidy layout and that with its clutter. Arguments as `seed_of`.
+
+    They are those of the first seed whose floor holds its protocols among its clutter.
 
     Raises:
         UnknownNameError, OptionError: as `place_at`.
@@ -222,8 +224,8 @@ def furnished(split: str, index: int, first: int | None = None) -> tuple[SplitPl
     return furnished_with(split, index, (seed_of(split, index, first, attempt) for attempt in range(ATTEMPTS)))
 
 
-def furnished_with(split: str, index: int, seeds: Iterable[int]) -> tuple[SplitPlace, Layout]:
-    """Return a place with its tidy layout: of the first of `seeds` whose floor holds its protocols, tidy or not.
+def furnished_with(split: str, index: int, seeds: Iterable[int]) -> tuple[SplitPlace, Layout, Layout]:
+    """Return what `furnished` returns, of the first of `seeds`.
 
     Raises:
         UnknownNameError, OptionError: as `SplitPlace.of`.
@@ -234,8 +236,9 @@ def furnished_with(split: str, index: int, seeds: Iterable[int]) -> tuple[SplitP
         try:
             place = SplitPlace.of(split, index, seed)
             tidy = place.tidy()
-            place.check(place.cluttered(tidy))
-            return place, tidy
+            layout = place.cluttered(tidy)
+            place.check(layout)
+            return place, tidy, layout
         except InfeasibleError as error:
             last = error
     raise last
@@ -243,5 +246,5 @@ def furnished_with(split: str, index: int, seeds: Iterable[int]) -> tuple[SplitP
 
 def layout_at(split: str, index: int, first: int | None = None) -> Layout:
     """Return the layout at a place of a split, with its clutter. Arguments and errors as `furnished`."""
-    place, tidy = furnished(split, index, first)
-    return place.cluttered(tidy)
+    _, _, layout = furnished(split, index, first)
+    return layout

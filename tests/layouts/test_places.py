@@ -53,7 +53,7 @@ def test_larger_floors_have_more_protocols_and_levels_of_clutter_have_the_stated
 
 
 def test_a_place_gives_the_same_layout_again_and_clutter_only_adds():
-    place, tidy = furnished("floors-train", 1, first=0)
+    place, tidy, _ = furnished("floors-train", 1, first=0)
     layout = layout_at("floors-train", 1, first=0)
     assert place.clutter > 0
     assert layout.hash == place.cluttered(tidy).hash
@@ -84,7 +84,7 @@ def test_the_next_seed_is_taken_where_a_floor_does_not_hold_its_protocols(monkey
     monkeypatch.setattr(places.SplitPlace, "check", lambda place, layout: None)
     monkeypatch.setattr(places.SplitPlace, "cluttered", lambda place, layout: layout)
     monkeypatch.setattr(places.SplitPlace, "tidy", lambda place: tidy if place.seed > 3 * PLACES else _fail())
-    place, layout = furnished("floors-train", 5, first=0)
+    place, layout, _ = furnished("floors-train", 5, first=0)
     assert (place.seed, layout) == (5 + 3 * PLACES, tidy)
     monkeypatch.setattr(places.SplitPlace, "tidy", lambda place: _fail())
     with pytest.raises(InfeasibleError):
@@ -92,11 +92,11 @@ def test_the_next_seed_is_taken_where_a_floor_does_not_hold_its_protocols(monkey
 
 
 def test_a_floor_that_breaks_a_rule_of_one_of_its_protocols_takes_its_next_seed(monkeypatch):
-    place, tidy = furnished("floors-train", 3, first=0)
+    place, tidy, _ = furnished("floors-train", 3, first=0)
     monkeypatch.setattr(
         places.SplitPlace, "tidy", lambda place: tidy if place.seed > PLACES else tidy.replace(placements=())
     )
-    again, layout = furnished("floors-train", 3, first=0)
+    again, layout, _ = furnished("floors-train", 3, first=0)
     assert (again.seed, layout) == (place.seed % PLACES + PLACES, tidy)
 
 

@@ -108,9 +108,8 @@ class Changes(Condition):
     def begin(self, state: State, data: Any, rng: np.random.Generator) -> Changed:  # noqa: ARG002
         """Return the changes of an episode; late things are away at first."""
         changes = changes_of(data)
-        late = {each.id: each.after for each in changes if isinstance(each, Added) and each.after is not None}
-        if not self.pushable:
-            late = {}
+        coming = [each for each in changes if isinstance(each, Added)] if self.pushable else []
+        late = {each.id: each.after for each in coming if each.after is not None}
         moving = state.moving if isinstance(state.moving, PushedScene) else None
         if late and (moving is None or not set(late) <= set(masses(changes))):
             raise OptionError("changes: a thing that comes late must be one that can be pushed: give its mass")

@@ -134,7 +134,8 @@ class Drawer:
             true = condition.prepare(true, drawn)
         if self._filtered and not _complete(self._level, data):
             return None
-        paths = self._paths if true.fixed is self._layout else ShortestPaths(true.fixed, PLANNING_RADIUS)
+        fixed = true.fixed
+        paths = self._paths if fixed is self._layout else ShortestPaths(fixed, PLANNING_RADIUS)
         pairs = (true.pair, *true.following)
         lengths = [self._length(paths, pair) for pair in pairs]
         if not all(self._suits(length, pair) for length, pair in zip(lengths, pairs, strict=True)):

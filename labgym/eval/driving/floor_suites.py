@@ -145,10 +145,9 @@ def make_floor(split: str, index: int, first: int | None, episodes: int, secret:
         InfeasibleError: no seed of the place gives a layout.
     """
     if secret is None:
-        place, tidy = furnished(split, index, first)
+        place, _, layout = furnished(split, index, first)
     else:
-        place, tidy = furnished_with(split, index, sealed_seeds(secret, index))
-    layout: Layout = place.cluttered(tidy)
+        place, _, layout = furnished_with(split, index, sealed_seeds(secret, index))
     drives = [SuiteDrive.of(one.pair) for one in floor_drives(layout, place.seed, episodes) if one.accepted]
     record = {"layout": layout.to_json(), "drives": [drive.model_dump(mode="json") for drive in drives]}
     return ShardOutput({f"{SHARDS}/{index:05d}.json": json.dumps(record, allow_nan=False).encode()})

@@ -140,8 +140,7 @@ def survey(split: str, index: int, first: int | None, episodes: int, published: 
         UnknownNameError: no such layout is published.
         OptionError: this version makes another layout than the published one.
     """
-    place, tidy = furnished(split, index, first)
-    layout = place.cluttered(tidy)
+    place, tidy, layout = furnished(split, index, first)
     if published:
         made, layout = layout.hash, load_published(split, layout.id)
         if made != layout.hash:

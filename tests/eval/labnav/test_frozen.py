@@ -43,8 +43,8 @@ DIGITS = 6
 
 @lru_cache(maxsize=FLOORS)
 def floor(index: int) -> Layout:
-    place, tidy = furnished_with(FRESH, index, sealed_seeds(SECRET, index))
-    return place.cluttered(tidy)
+    _, _, layout = furnished_with(FRESH, index, sealed_seeds(SECRET, index))
+    return layout
 
 
 @lru_cache(maxsize=len(FIGURE_TASKS))
