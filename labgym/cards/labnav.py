@@ -48,7 +48,7 @@ def head(result: LabNavResult) -> str:
     summary = result.summary
     rows = tuple(
         (
-            f"{task.task} {task.level}",
+            f"{task.task}-{task.level}",
             estimate_text(task.score, 2),
             estimate_text(task.success, 2),
             estimate_text(task.contacts, 2),

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from labgym.navigation.clearance import Index
 from labgym.navigation.tangent_graph import places
 from labgym.navigation.tangents import Contacts, tangents
 from labgym.navigation.visibility import ShortestPaths
@@ -81,9 +82,15 @@ class LengthsTo:
         free = self.nearest_free(x, y)
         return math.dist((x, y), free) + self.from_free(*free)
 
-    def nearest_free(self, x: float, y: float) -> tuple[float, float]:
-        """Return the free point that is nearest to a point that is not free; itself on a floor without one."""
-        free = self._graph.boundary.nearest(np.array([x, y]))
+    def nearest_free(
+        self, x: float, y: float, sides: Index | None = None, arcs: Index | None = None
+    ) -> tuple[float, float]:
+        """Return the free point that is nearest to a point that is not free; itself on a floor without one.
+
+        Args:
+            sides, arcs: pieces of the boundary, as `Boundary.nearest`.
+        """
+        free = self._graph.boundary.nearest(np.array([x, y]), sides, arcs)
         return (x, y) if free is None else (float(free[0]), float(free[1]))
 
     def from_free(self, x: float, y: float) -> float:

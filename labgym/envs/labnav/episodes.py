@@ -151,7 +151,7 @@ class LabNavEpisodes(Document):
         for episode in self.episodes:
             for name in episode.conditions:
                 if name not in names:
-                    raise ValueError(str(UnknownNameError(f"condition of {self.task} {self.level}", name, names)))
+                    raise ValueError(str(UnknownNameError(f"condition of {self.task}-{self.level}", name, names)))
         return self
 
     @classmethod

@@ -43,7 +43,7 @@ def prepared(task: str, level: int, episode: LabNavEpisode, layout: Layout) -> T
     """
     names = condition_names(task, level)
     for name in episode.conditions:
-        check_name(f"condition of {task} {level}", name, names)
+        check_name(f"condition of {task}-{level}", name, names)
     now = episode.task(layout)
     for condition in config_of(task, level).conditions:
         name = condition.name
@@ -73,7 +73,7 @@ def drawn_episode(task: str, level: int, seed: int, split: Split = "floors-val")
         episodes, _ = draw_floor(layout, task, level, 1, seed, DRAWS)
         if episodes:
             return layout, episodes[0]
-    raise OptionError(f"none of the {len(names)} floors of {split} has an episode of {task} {level} for seed {seed}")
+    raise OptionError(f"none of the {len(names)} floors of {split} has an episode of {task}-{level} for seed {seed}")
 
 
 def people_at_start(task: Task) -> tuple[Body, ...]:
@@ -168,7 +168,7 @@ def episode_without(
 def _check(task: str, level: int, nuisances: Sequence[str]) -> None:
     names = nuisances_of(task, level)
     for name in nuisances:
-        check_name(f"nuisance of {task} {level}", name, names)
+        check_name(f"nuisance of {task}-{level}", name, names)
 
 
 def _measured(episode: LabNavEpisode, layout: Layout, task: str, level: int) -> LabNavEpisode:

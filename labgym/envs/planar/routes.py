@@ -62,12 +62,15 @@ class SearchedDistanceToGo:
         self._ground, self._lengths, self._routes = ground, lengths, routes
         self._hint, self._corners = np.zeros(1, np.int64), np.empty(len(ground.corner), np.int64)
         self._goal = (float(lengths.goal[0]), float(lengths.goal[1]))
+        self._sides, self._arcs = np.empty(len(ground.starts), np.int64), np.empty(len(ground.span), np.int64)
 
     def at(self, x: float, y: float) -> float:
         """Return the remaining driving distance from a point of the floor, meters."""
         length, count = self._search(x, y, False)
         if count == BLOCKED:
-            px, py = self._lengths.nearest_free(x, y)
+            px, py, sides, arcs = _nearest_pieces(x, y, self._ground, self._sides, self._arcs)
+            if arcs > 0 or sides > 1:  # one side takes the same arithmetic here and there; functions of angles do not
+                px, py = self._lengths.nearest_free(x, y, self._sides[:sides], self._arcs[:arcs])
             return math.dist((x, y), (px, py)) + self._length(px, py, *self._search(px, py, True))
         return self._length(x, y, length, count)
 
@@ -229,31 +232,72 @@ def _nearest_free(x: float, y: float, ground: PlanarGround) -> tuple[float, floa
     """Return the point of the boundary of the free positions that is nearest to a point; itself without a boundary."""
     best, px, py = math.inf, x, y
     for k in range(len(ground.starts)):
-        ax, ay = ground.starts[k, 0], ground.starts[k, 1]
-        dx, dy = ground.ends[k, 0] - ax, ground.ends[k, 1] - ay
-        along = ((x - ax) * dx + (y - ay) * dy) / max(dx * dx + dy * dy, 1e-300)
-        along = min(max(along, 0.0), 1.0)
-        qx, qy = ax + along * dx, ay + along * dy
+        qx, qy = _on_side(x, y, k, ground)
         away = (qx - x) ** 2 + (qy - y) ** 2
         if away < best:
             best, px, py = away, qx, qy
-    radius = ground.limits[0]
     for k in range(len(ground.corner)):
-        dx, dy = x - ground.corner[k, 0], y - ground.corner[k, 1]
-        gap = abs(math.sqrt(dx * dx + dy * dy) - radius) - RESERVE
+        gap = _gap(x, y, k, ground)
         if gap > 0.0 and gap * gap >= best:
             continue
-        direction = math.atan2(dy, dx) - ground.begin[k]
         for arc in range(ground.first[k], ground.first[k + 1]):
-            middle = (ground.span[arc, 0] + ground.span[arc, 1]) / 2.0
-            half = (ground.span[arc, 1] - ground.span[arc, 0]) / 2.0
-            angle = (direction - middle + math.pi) % (2.0 * math.pi) - math.pi
-            angle = ground.begin[k] + middle + min(max(angle, -half), half)
-            qx, qy = ground.corner[k, 0] + radius * math.cos(angle), ground.corner[k, 1] + radius * math.sin(angle)
+            qx, qy = _on_arc(x, y, k, arc, ground)
             away = (qx - x) ** 2 + (qy - y) ** 2
             if away < best:
                 best, px, py = away, qx, qy
     return px, py
+
+
+@entry
+def _nearest_pieces(
+    x: float, y: float, ground: PlanarGround, sides: Index, arcs: Index
+) -> tuple[float, float, int, int]:
+    """Return the nearest point of the boundary, and how many `sides` (s,) and `arcs` (a,) are, to rounding, as near."""
+    px, py = _nearest_free(x, y, ground)
+    limit = math.hypot(px - x, py - y) + RESERVE
+    side_count = arc_count = 0
+    for k in range(len(ground.starts)):
+        qx, qy = _on_side(x, y, k, ground)
+        if math.hypot(qx - x, qy - y) <= limit:
+            sides[side_count] = k
+            side_count += 1
+    for k in range(len(ground.corner)):
+        if _gap(x, y, k, ground) > limit:
+            continue
+        for arc in range(ground.first[k], ground.first[k + 1]):
+            qx, qy = _on_arc(x, y, k, arc, ground)
+            if math.hypot(qx - x, qy - y) <= limit:
+                arcs[arc_count] = arc
+                arc_count += 1
+    return px, py, side_count, arc_count
+
+
+@compiled
+def _on_side(x: float, y: float, side: int, ground: PlanarGround) -> tuple[float, float]:
+    """Return the point of a straight side that is nearest to a point."""
+    ax, ay = ground.starts[side, 0], ground.starts[side, 1]
+    dx, dy = ground.ends[side, 0] - ax, ground.ends[side, 1] - ay
+    along = ((x - ax) * dx + (y - ay) * dy) / max(dx * dx + dy * dy, 1e-300)
+    along = min(max(along, 0.0), 1.0)
+    return ax + along * dx, ay + along * dy
+
+
+@compiled
+def _gap(x: float, y: float, corner: int, ground: PlanarGround) -> float:
+    """Return a lower bound of the distance from a point to the arcs around a corner."""
+    dx, dy = x - ground.corner[corner, 0], y - ground.corner[corner, 1]
+    return abs(math.sqrt(dx * dx + dy * dy) - ground.limits[0]) - RESERVE
+
+
+@compiled
+def _on_arc(x: float, y: float, corner: int, arc: int, ground: PlanarGround) -> tuple[float, float]:
+    """Return the point of an arc around a corner that is nearest to a point."""
+    cx, cy, begin, radius = ground.corner[corner, 0], ground.corner[corner, 1], ground.begin[corner], ground.limits[0]
+    middle = (ground.span[arc, 0] + ground.span[arc, 1]) / 2.0
+    half = (ground.span[arc, 1] - ground.span[arc, 0]) / 2.0
+    angle = (math.atan2(y - cy, x - cx) - begin - middle + math.pi) % (2.0 * math.pi) - math.pi
+    angle = begin + middle + min(max(angle, -half), half)
+    return cx + radius * math.cos(angle), cy + radius * math.sin(angle)
 
 
 @compiled

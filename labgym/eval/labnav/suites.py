@@ -188,7 +188,7 @@ clairvoyant estimated."""
 
 def cost(suite: LabNavSuite, policy: str) -> str:
     """Return a sentence on the episodes of a suite, and on the CPU time of a policy as far as it is known."""
-    tasks = ", ".join(f"{part.task} {part.level}" for part in suite.parts)
+    tasks = ", ".join(f"{part.task}-{part.level}" for part in suite.parts)
     text = f"{suite.name}: {suite.count} episodes of at most {suite.seconds:g} s simulated ({tasks})"
     each = DRIVE_CPU_S.get(policy)
     text += "." if each is None else f"; about {_hours(suite.drives * each)} of CPU time for {policy}."

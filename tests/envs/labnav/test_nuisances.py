@@ -136,7 +136,7 @@ def test_odometry_without_drift_is_the_sensor_without_errors():
 
 
 def test_a_nuisance_that_a_task_does_not_have_is_refused():
-    with pytest.raises(UnknownNameError, match="nuisance of aisle 2"):
+    with pytest.raises(UnknownNameError, match="nuisance of aisle-2"):
         properties_without("aisle", 2, ("glass",))
 
 

@@ -165,8 +165,8 @@ def test_drives_of_a_shift_that_were_not_begun_are_counted():
     summary = summed([driven(0, task="shift", legs=tuple(legs), goals=5, success=False, ending="stuck")])
     assert summary.tasks[0].legs == {"not begun": 2, "stuck": 1, "success": 2}
     table = summary_table(summary)
-    assert "shift 2: 5 drives: success 2, stuck 1, not begun 2." in table.notes
-    assert table.rows[0][:2] == ("shift 2", "1")
+    assert "shift-2: 5 drives: success 2, stuck 1, not begun 2." in table.notes
+    assert table.rows[0][:2] == ("shift-2", "1")
     whole = summary.model_copy(update={"labnav": Estimate(value=41.27, low=None, high=None, count=8, nulls=0),
                                        "arithmetic": 50.04})  # fmt: skip
     assert summary_table(whole).notes[-1] == "LabNav 41.3, arithmetic mean 50.0"

@@ -243,5 +243,5 @@ def test_the_summary_counts_drives_and_perfect_shifts(reached):
     assert sum(task.legs.values()) == 6
     assert task.legs["not begun"] == 2
     assert task.success.value == float(row.success) / 2.0
-    assert "shift 2: 6 drives: " in summary_table(summary).text()
+    assert "shift-2: 6 drives: " in summary_table(summary).text()
     assert suite.drives == 3

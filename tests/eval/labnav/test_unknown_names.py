@@ -78,10 +78,10 @@ def test_an_unknown_ending_of_a_drive_raises():
 def test_an_unknown_condition_or_one_of_another_task_raises():
     for name in ("crowd", "People", "glass"):
         strange = EPISODE.model_copy(update={"conditions": {**EPISODE.conditions, name: []}})
-        with pytest.raises(UnknownNameError, match=f"condition of people 2 '{name}' not found; .*available: people"):
+        with pytest.raises(UnknownNameError, match=f"condition of people-2 '{name}' not found; .*available: people"):
             prepared("people", 2, strange, LAYOUT)
         data = EPISODES.model_copy(update={"episodes": (strange,)}).to_json()
-        with pytest.raises(DocumentError, match=f"condition of people 2 '{name}' not found"):
+        with pytest.raises(DocumentError, match=f"condition of people-2 '{name}' not found"):
             LabNavEpisodes.parse(data, "people-2.json")
 
 
@@ -91,7 +91,7 @@ def test_an_unknown_nuisance_raises():
             lambda names=names: properties_without("people", 2, names),
             lambda names=names: episode_without(EPISODE, LAYOUT, "people", 2, names),
         ):
-            with pytest.raises(UnknownNameError, match="nuisance of people 2"):
+            with pytest.raises(UnknownNameError, match="nuisance of people-2"):
                 call()
 
 
