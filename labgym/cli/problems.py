@@ -30,6 +30,7 @@ EXTRAS = {
     "pyarrow": ("pyarrow", "data"),
     "pygame": ("pygame", "train"),
     "rdkit": ("rdkit", "chem"),
+    "rosbags": ("rosbags", "ros"),
     "safetensors": ("safetensors", "train"),
     "sb3_contrib": ("sb3-contrib", "train"),
     "stable_baselines3": ("stable-baselines3", "train"),
