@@ -17,7 +17,7 @@ from labgym.errors import LabgymError, optional_package
 from labgym.eval.driving.drive import Route
 from labgym.exchange.ros_map import FREE, OCCUPIED, RESOLUTION, UNKNOWN, ros_map
 from labgym.exchange.urdf import BASE, FRAMES, LASER, OPTICAL
-from labgym.geometry import rotate, wrap_angle
+from labgym.geometry import compose, relative, rotate, wrap_angle
 from labgym.layouts import Layout
 from labgym.scenes import RayScene
 from labgym.temporary import temporary_folder
@@ -53,7 +53,8 @@ def write_recording(
 ) -> Path:
     """Write a drive as an MCAP file of ROS 2 messages and return the path.
 
-    Frames follow REP 103 and REP 105: `map` is the floor's frame, `odom` the pose at the start, `base_link` the floor
+    Frames follow REP 103 and REP 105: `map` is the frame of the file that the floor was read from, otherwise the
+    floor's; `odom` the pose at the start, `base_link` the floor
     below the robot's axis. Times count from the start of the drive. Odometry is exact; scans and images are without
     noise. A reading beyond the reach of its sensor is infinite (REP 117, REP 118).
 
@@ -125,7 +126,8 @@ class _Recorder:
 
     def begin(self, start: Pose, known: Layout) -> None:
         """Write the map and the frames that do not move."""
-        self._start = start
+        self._start, self._origin = start, known.floor.origin
+        there = compose(self._origin, start)
         values, (x, y) = ros_map(known)
         cells = np.select([values == OCCUPIED, values == FREE, values == UNKNOWN], [100, 0, -1]).astype(np.int8)
         info = self._new(
@@ -138,14 +140,13 @@ class _Recorder:
         )
         self._write("/map", 0, header=self._header(0, MAP), info=info, data=cells.ravel())
         mounts = [self._transform(0, mount.parent, name, mount.xyz, mount.rpy) for name, mount in FRAMES.items()]
-        still = [self._transform(0, MAP, ODOMETRY, (*start[:2], 0.0), (0.0, 0.0, start[2])), *mounts]
+        still = [self._transform(0, MAP, ODOMETRY, (*there[:2], 0.0), (0.0, 0.0, there[2])), *mounts]
         self._write("/tf_static", 0, transforms=still)
 
     def step(self, step: int, poses: tuple[Pose, Pose], present: Sequence[Body], sensors: _Sensors) -> None:
         """Write the messages of a control step: the last pose and this one, what is present, and what is seen."""
         before, pose = poses
-        x0, y0, yaw0 = self._start
-        there = (*rotate(pose[0] - x0, pose[1] - y0, -yaw0), wrap_angle(pose[2] - yaw0))
+        there = relative(self._start, pose)
         moved = self._transform(step, ODOMETRY, BASE, (*there[:2], 0.0), (0.0, 0.0, there[2]))
         self._write("/tf", step, transforms=[moved])
         self._write(
@@ -182,7 +183,7 @@ class _Recorder:
     def _people(self, step: int, present: Sequence[Body]) -> None:
         first = {body.name: body for body in reversed(present) if body.name.startswith("person ")}
         numbered = sorted(first, key=lambda name: int(name.removeprefix("person ")))
-        poses = [self._pose(first[name].pose) for name in numbered]
+        poses = [self._pose(compose(self._origin, first[name].pose)) for name in numbered]
         self._write("/people", step, header=self._header(step, MAP), poses=poses)
 
     def _image(self, topic: str, step: int, pixels: Any, encoding: str) -> None:

@@ -92,12 +92,6 @@ class Proposal:
     skipped: tuple[str, ...] = ()
     questions: tuple[str, ...] = ()
 
-    @property
-    def origin(self) -> tuple[float, float, float]:
-        """Pose x, y, yaw of the floor's frame in that of the file, meters and radians."""
-        x, y = self.picture.to_file(np.array([self.shift]))[0].tolist()
-        return x, y, self.picture.yaw
-
 
 @dataclass
 class _Notes:
@@ -232,6 +226,8 @@ def _assembled(path: Path, picture: Picture, labels: Labels, answers: Answers, n
                     raise DocumentError(path, "", f"the recognized rooms form no floor ({message[:200]})") from None
                 continue
             outlines_ = {f"room_{label}": room for label, room in rooms.items()}
+            place = *picture.to_file(np.array([(x0, y0)]))[0].tolist(), picture.yaw
+            floor = floor.model_copy(update={"origin": place})
             return Proposal(floor, picture, outlines_, walls, (x0, y0), tuple(here.skipped), tuple(here.questions))
     last = f" ({notes.skipped[-1]})" if notes.skipped else ""
     raise DocumentError(path, "", f"no recognized room can be part of a floor{last}: give --layers, --scale or --door")
