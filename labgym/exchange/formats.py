@@ -41,6 +41,8 @@ def formats() -> Mapping[str, Format]:
         "pdf": Format(".pdf", _plan),
         "svg": Format(".svg", _plan),
         "bom": Format(".csv", _bill),
+        "services": Format(".services.csv", _schedule),
+        "ifc": Format(".ifc", _ifc),
         "ros": Format("", _ros),
         "labbuilder": Format("", _labbuilder),
     }
@@ -200,6 +202,18 @@ def _bill(layout: Layout, out: Path) -> Path:
     from labgym.exchange.bill import write_bill
 
     return write_bill(layout, out)
+
+
+def _schedule(layout: Layout, out: Path) -> Path:
+    from labgym.exchange.schedule import write_schedule
+
+    return write_schedule(layout, out)
+
+
+def _ifc(layout: Layout, out: Path) -> Path:
+    from labgym.exchange.ifc.writing import write_ifc
+
+    return write_ifc(layout, out)
 
 
 def _ros(layout: Layout, out: Path) -> Path:

@@ -1,21 +1,25 @@
-"""Tables in CSV files from outside: bounded in size, with a header row."""
+"""Tables in CSV files with a header row: those from outside, bounded in size, and those for spreadsheets."""
 
 from __future__ import annotations
 
 import csv
 import io
+import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 from labgym.assets import Catalog
-from labgym.documents import read_bytes
+from labgym.documents import read_bytes, write_text
 from labgym.errors import DocumentError, UnknownNameError
 
 MAX_BYTES = 1024 * 1024
 MAX_ROWS = 5000
 MAX_CELL = 200
 Remark = Callable[[str], None]
+FORMULA = ("=", "+", "-", "@", "\t", "\r")
+"""First characters of a text that spreadsheets would execute as a formula."""
+NUMBER = re.compile(r"-[0-9.]{1,40}")
 MOST_LISTED = 20
 """Greatest number of rows that a message lists."""
 
@@ -61,6 +65,19 @@ def read_table(path: str | Path) -> CsvTable:
         (number, tuple(row)) for number, row in enumerate(rows[1:], start=2) if any(cell.strip() for cell in row)
     )
     return CsvTable(path, header, body)
+
+
+def write_table(path: str | Path, header: Iterable[str], rows: Iterable[Iterable[str]]) -> Path:
+    """Write a table as CSV (UTF-8, commas) and return the path. No cell is a formula to spreadsheets."""
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(header)
+    writer.writerows([_safe(text) for text in row] for row in rows)
+    return write_text(path, stream.getvalue())
+
+
+def _safe(text: str) -> str:
+    return f"'{text}" if text.startswith(FORMULA) and not NUMBER.fullmatch(text) else text
 
 
 def cell(row: tuple[str, ...], column: int | None) -> str:
