@@ -39,6 +39,7 @@ CLASSES = {
     "refrigerator": ("IfcElectricAppliance", "REFRIGERATOR"),
     "freezer": ("IfcElectricAppliance", "FREEZER"),
     "fire": ("IfcFireSuppressionTerminal", "USERDEFINED"),
+    "ventilation": ("IfcFurniture", "USERDEFINED"),
     "seat": ("IfcFurniture", "CHAIR"),
     "desk": ("IfcFurniture", "DESK"),
     "workbench": ("IfcFurniture", "TABLE"),
@@ -91,6 +92,7 @@ class _Writer:
         self._typed: dict[int, list[Entity]] = {}
         self._zero = self._new("IfcCartesianPoint", (0.0, 0.0, 0.0))
         self._up, self._ahead = self._new("IfcDirection", (0.0, 0.0, 1.0)), self._new("IfcDirection", (1.0, 0.0, 0.0))
+        self._flat = self._new("IfcAxis2Placement2D", self._new("IfcCartesianPoint", (0.0, 0.0)), None)
         world = self._axes((0.0, 0.0, 0.0))
         context = self._new("IfcGeometricRepresentationContext", None, "Model", 3, 1e-5, world, None)
         self._contexts = {
@@ -357,7 +359,7 @@ class _Writer:
         return self._new("IfcLocalPlacement", parent.ObjectPlacement if parent else None, self._axes(pose, z))
 
     def _box(self, box: OrientedBox) -> Entity:
-        profile = self._new("IfcRectangleProfileDef", "AREA", None, None, float(box.width), float(box.depth))
+        profile = self._new("IfcRectangleProfileDef", "AREA", None, self._flat, float(box.width), float(box.depth))
         return self._extruded(profile, (box.x, box.y, box.yaw), box.z0, box.z1 - box.z0)
 
     def _prism(self, polygon: Polygon, z: float, height: float) -> Entity:
