@@ -20,8 +20,6 @@ Remark = Callable[[str], None]
 FORMULA = ("=", "+", "-", "@", "\t", "\r")
 """First characters of a text that spreadsheets would execute as a formula."""
 NUMBER = re.compile(r"-[0-9.]{1,40}")
-MOST_LISTED = 20
-"""Greatest number of rows that a message lists."""
 
 
 @dataclass(frozen=True)
@@ -83,32 +81,6 @@ def _safe(text: str) -> str:
 def cell(row: tuple[str, ...], column: int | None) -> str:
     """Return the text of a cell, empty if the row has no such column."""
     return row[column].strip() if column is not None and column < len(row) else ""
-
-
-def asset_names(table: CsvTable, column: int, catalog: Catalog, remark: Remark | None = None) -> list[str]:
-    """Return the catalog's name for each row.
-
-    Args:
-        remark: receives a sentence about each name that is taken for a misspelling.
-
-    Raises:
-        DocumentError: cells are empty or name no asset; names all of these rows.
-    """
-    names: list[str] = []
-    problems: list[tuple[int, str, DocumentError]] = []
-    for number, row in table.rows:
-        try:
-            names.append(asset_name(cell(row, column), catalog, table.path, f"row {number}", remark))
-        except DocumentError as error:
-            problems.append((number, cell(row, column), error))
-    if len(problems) == 1:
-        raise problems[0][2]
-    if problems:
-        listed = ", ".join(f"row {number} {text[:40]!r}" for number, text, _ in problems[:MOST_LISTED])
-        more = f" and {len(problems) - MOST_LISTED} more" if len(problems) > MOST_LISTED else ""
-        problem = f"{len(problems)} rows name no asset of the catalog: {listed}{more}; rename or remove them"
-        raise DocumentError(table.path, "", f"{problem} (labgym assets find NAME lists the nearest)")
-    return names
 
 
 def asset_name(text: str, catalog: Catalog, path: str | Path, where: str, remark: Remark | None = None) -> str:
