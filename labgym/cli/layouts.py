@@ -308,8 +308,8 @@ def _note(remark: str) -> None:
 
 
 def _place(room: str | None) -> tuple[str | None, Floor | None]:
-    """Return the floor in a drawing or a ROS map; other arguments unchanged, as a room."""
-    if room is None or not room.lower().endswith((".dxf", ".yaml", ".yml")):
+    """Return the floor in a drawing, a building model or a ROS map; other arguments unchanged, as a room."""
+    if room is None or not room.lower().endswith((".dxf", ".ifc", ".yaml", ".yml")):
         return room, None
     from labgym.exchange.formats import read_floor
 

@@ -115,22 +115,35 @@ def _interactive_writer(name: str, table: Mapping[str, Format]) -> Callable[[Lay
 
 
 def read_floor(
-    path: str | Path, unit: str | None = None, thickness: float | None = None, crop: Sequence[float] | None = None
+    path: str | Path,
+    unit: str | None = None,
+    thickness: float | None = None,
+    crop: Sequence[float] | None = None,
+    storey: str | None = None,
 ) -> Floor:
-    """Read a floor from a DXF drawing or from the map.yaml of a map of ROS.
+    """Read a floor from a DXF drawing, a building model (IFC) or the map.yaml of a map of ROS.
 
     Args:
         unit: of a drawing: in, ft, mm, cm, dm or m; by default its $INSUNITS.
         thickness: of walls that the file does not show, meters.
         crop: the part (x0, y0, x1, y1) of a drawing that is read, in its units; None for all of it.
+        storey: number or name of a storey of a building model; None for the one with most spaces and walls.
 
     Raises:
         OptionError: the path has another suffix, or an option is out of range.
         DocumentError: the file is missing, too large or damaged, or describes no floor.
-        MissingDependencyError: the extra `cad` is not installed.
+        MissingDependencyError: the extra `cad` or `bim` is not installed.
     """
     path = Path(path)
     suffix = path.suffix.lower()
+    if storey is not None and suffix != ".ifc":
+        raise OptionError("--storey is for building models (.ifc)")
+    if suffix == ".ifc":
+        from labgym.exchange.ifc.reading import read_ifc
+
+        if unit is not None or crop is not None or thickness is not None:
+            raise OptionError("--unit, --crop and --thickness are for drawings; a building model has its own")
+        return read_ifc(path, storey)
     if suffix == ".dxf":
         from labgym.exchange.dxf.reading import WALL_THICKNESS, read_dxf
         from labgym.exchange.dxf.sheets import Window
@@ -145,7 +158,7 @@ def read_floor(
         return read_ros_map(path, thickness)
     if suffix == ".dwg":
         raise OptionError(f"{path.name!r} is in a format that only its own programs read: save it as DXF")
-    raise OptionError(f"floor {path.name!r} must end in .dxf, or .yaml for a map of ROS")
+    raise OptionError(f"floor {path.name!r} must end in .dxf, .ifc, or .yaml for a map of ROS")
 
 
 def empty_layout(floor: Floor) -> Layout:
