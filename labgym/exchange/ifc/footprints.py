@@ -18,6 +18,8 @@ Entity = Any
 Array = NDArray[np.float64]
 MAX_DEPTH = 8
 """Deepest nesting of representations and curves."""
+MAX_CLIPPINGS = 100
+"""Largest number of parts that are cut off a solid one after another."""
 MAX_POINTS = 200_000
 """Largest number of points of a product."""
 CHORDS = 24
@@ -67,6 +69,9 @@ def _area(rings: Sequence[Array], hull: bool) -> list[Polygon]:
 
 def _parts(item: Entity, matrix: Array, depth: int) -> Iterator[tuple[list[Array], bool]]:
     """Yield rings (n, 3) of each solid or face, and whether their hull is what it covers."""
+    for _ in range(MAX_CLIPPINGS):
+        if item.is_a("IfcBooleanResult"):
+            item = item.FirstOperand
     if depth > MAX_DEPTH:
         return
     if item.is_a("IfcExtrudedAreaSolid"):
@@ -80,8 +85,6 @@ def _parts(item: Entity, matrix: Array, depth: int) -> Iterator[tuple[list[Array
             yield (low, False) if upright else ([low[0], high[0]], True)
             if upright:
                 yield high, False
-    elif item.is_a("IfcBooleanResult"):
-        yield from _parts(item.FirstOperand, matrix, depth + 1)
     elif item.is_a("IfcMappedItem"):
         from ifcopenshell.util.placement import get_mappeditem_transformation
 
@@ -156,13 +159,17 @@ def _curve(curve: Entity, depth: int) -> Array:
 def _trimmed(curve: Entity) -> Array:
     """Return points along a trimmed line or circle; its angles are degrees where they exceed a turn in radians."""
     ends = [[trim for trim in trims if hasattr(trim, "Coordinates")] for trims in (curve.Trim1, curve.Trim2)]
+    values = [
+        next((float(trim.wrappedValue) for trim in trims if not hasattr(trim, "Coordinates")), math.nan)
+        for trims in (curve.Trim1, curve.Trim2)
+    ]
     basis = curve.BasisCurve
+    if basis.is_a("IfcLine") and not all(ends):
+        start, along = np.array(_point(basis.Pnt)[:2]), np.array(basis.Dir.Orientation.DirectionRatios[:2])
+        along *= basis.Dir.Magnitude / (np.hypot(*along) or 1.0)
+        return np.array([start + value * along for value in values])
     if basis.is_a("IfcCircle"):
         place = _axes(basis.Position)
-        values = [
-            next((float(trim.wrappedValue) for trim in trims if not hasattr(trim, "Coordinates")), math.nan)
-            for trims in (curve.Trim1, curve.Trim2)
-        ]
         if any(map(math.isnan, values)):
             local = [np.linalg.solve(place[:2, :2], np.array(_point(end[0])[:2]) - place[:2, 3]) for end in ends if end]
             values = [math.atan2(y, x) for x, y in local]

@@ -4,29 +4,43 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import cv2
 import numpy as np
 
-from labgym.errors import DocumentError
+from labgym.errors import DocumentError, OptionError
 from labgym.exchange.assembly import assemble
 from labgym.exchange.drawing import Drawing, Mark, Tag
-from labgym.exchange.ifc.storeys import Room, Storey, Way, read_storey
+from labgym.exchange.ifc.storeys import Room, Storey, Wall, Way, read_storey
 from labgym.exchange.recognition.picture import MAX_PIXELS, Array, Mask, Picture, main_direction, turned
 from labgym.exchange.recognition.plans import CELL, MARGIN, outside_of, spread
+from labgym.exchange.regions import region_of
 from labgym.exchange.strips import Strip, tidy
+from labgym.geometry import to_world
 from labgym.geometry.frames import PlanarPose
-from labgym.geometry.polygons import grown, polygons, union
+from labgym.geometry.polygons import difference, grown, polygons, union
 from labgym.layouts.floor import Floor
 from labgym.layouts.floor.fields import IDENTIFIER
 
 if TYPE_CHECKING:
     from shapely import Geometry, Polygon
 
-RECTANGULAR = 0.9
-"""Least share of its smallest rectangle that the footprint of a wall covers to be read exactly."""
+RECTANGULAR, MITRED = 0.9, 0.6
+"""Least shares of its smallest rectangle that the footprint of a wall covers: of any, and of one with four corners.
+
+The ends of a mitred wall are filled; its neighbors cover what is added.
+"""
+TOUCHING, SAME = 0.01, 1e-3
+"""Rooms that are nearer than the first are one; corners within the second of a straight side are dropped, meters."""
+OFF_WALL_M = 0.05
+"""Greatest distance of a way from its wall; others are in walls that are not read."""
+MOST_PIECES = 6
+"""Largest number of rectangles of a wall that is read exactly."""
+LEAST_AREA = 1.0
+"""Area of the smallest room, square meters."""
 THICKNESS = (0.02, 1.0)
 """Thicknesses of walls that are read exactly, meters."""
 USES = {
@@ -56,10 +70,11 @@ def read_ifc(path: str | Path, storey: str | None = None) -> Floor:
     parts = read_storey(path, storey)
     drawing = Drawing(origin=parts.origin)
     for wall in parts.walls:
-        drawing.strips += [_strip(piece, wall.height, path) for piece in polygons(wall.area)]
-    drawing.marks = [[_mark(way)] for way in parts.ways]
-    names = _names(parts.rooms)
-    for room, name in zip(parts.rooms, names, strict=True):
+        drawing.strips += [strip for part in polygons(wall.area) for strip in _strips(part, wall.height, path)]
+    walls = union(wall.area for wall in parts.walls)
+    drawing.marks = [[_mark(way, top)] for way in parts.ways if (top := _top(parts.walls, way)) is not None]
+    rooms = _apart(parts.rooms, walls)
+    for room, name in zip(rooms, _names(rooms), strict=True):
         rings = (room.area.exterior, *room.area.interiors)
         drawing.outlines += [tuple((tidy(x), tidy(y)) for x, y, *_ in ring.coords[:-1]) for ring in rings]
         point = room.area.representative_point()
@@ -98,6 +113,26 @@ def picture_of_building(path: Path, storey: str | None) -> tuple[Picture, Planar
     return picture, parts.origin, skipped, questions
 
 
+def _top(walls: Sequence[Wall], way: Way) -> float | None:
+    """Return the height of the lowest wall that holds a way, None if no wall that is read holds it."""
+    from shapely import LineString
+
+    line = LineString((way.start, way.end))
+    return min((wall.height for wall in walls if grown(wall.area, OFF_WALL_M).contains(line)), default=None)
+
+
+def _apart(among: Sequence[Room], walls: Geometry) -> list[Room]:
+    """Return the rooms without their walls; rooms that no wall divides are one, with the name of the largest."""
+    rooms = [replace(room, area=area) for room in among for area in polygons(difference(room.area, walls))]
+    joined = []
+    for area in polygons(grown(grown(union(room.area for room in rooms), TOUCHING), -TOUCHING)):
+        within = [room for room in rooms if area.contains(room.area.representative_point())]
+        if area.area >= LEAST_AREA and within:
+            largest = max(within, key=lambda room: room.area.area)
+            joined.append(replace(largest, area=area.simplify(SAME)))
+    return joined
+
+
 def _name(path: Path, parts: Storey) -> str:
     name = parts.names[parts.number - 1] if len(parts.names) > 1 else ""
     return f"{path.stem} {name}".strip()
@@ -107,31 +142,43 @@ def _listed(parts: Storey) -> str:
     return ", ".join(f"{number} {name}" for number, name in enumerate(parts.names[:20], start=1))
 
 
-def _strip(area: Polygon, height: float, path: Path) -> Strip:
-    """Return the footprint of a wall as a strip.
+def _strips(area: Polygon, height: float, path: Path) -> list[Strip]:
+    """Return the footprint of a wall as strips: one, or up to `MOST_PIECES` of a wall with corners.
 
     Raises:
-        DocumentError: it is no rectangle.
+        DocumentError: it is too thick, or not made of a few rectangles.
     """
     box = area.minimum_rotated_rectangle
-    if box.geom_type != "Polygon" or area.area < RECTANGULAR * box.area:
+    mitred = len(area.simplify(SAME).exterior.coords) == 5
+    if box.geom_type == "Polygon" and area.area >= (MITRED if mitred else RECTANGULAR) * box.area:
+        return [_strip(np.array(box.exterior.coords)[:4], height, path)]
+    try:
+        frame, rectangles = region_of(area)
+    except OptionError:
+        rectangles = ()
+    if not 0 < len(rectangles) <= MOST_PIECES:
         x, y = area.representative_point().coords[0]
         raise DocumentError(path, "walls", f"the wall at ({x:.2f}, {y:.2f}) m is not straight")
-    corners = np.array(box.exterior.coords)[:4]
+    corners = [to_world([(r.x0, r.y0), (r.x1, r.y0), (r.x1, r.y1), (r.x0, r.y1)], frame) for r in rectangles]
+    return [_strip(each, height, path) for each in corners]
+
+
+def _strip(corners: Array, height: float, path: Path) -> Strip:
+    """Return a rectangle (4, 2) as a strip."""
     if np.hypot(*(corners[1] - corners[0])) < np.hypot(*(corners[2] - corners[1])):
         corners = np.roll(corners, -1, axis=0)
     start, end = (corners[0] + corners[3]) / 2.0, (corners[1] + corners[2]) / 2.0
     thickness = float(np.hypot(*(corners[3] - corners[0])))
     if not THICKNESS[0] <= thickness <= THICKNESS[1]:
-        raise DocumentError(
-            path, "walls", f"a wall is {thickness:.2f} m thick, not {THICKNESS[0]:g} to {THICKNESS[1]:g} m"
-        )
+        limits = f"{THICKNESS[0]:g} to {THICKNESS[1]:g} m"
+        raise DocumentError(path, "walls", f"a wall is {thickness:.2f} m thick, not {limits}")
     ends = [(tidy(float(x)), tidy(float(y))) for x, y in (start, end)]
     return Strip(ends[0], ends[1], tidy(thickness), tidy(min(max(height, 2.2), 10.0)))
 
 
-def _mark(way: Way) -> Mark:
-    fields: dict[str, Any] = {"height": tidy(way.height)}
+def _mark(way: Way, top: float) -> Mark:
+    """Return the opening of a way in a wall of a height, meters."""
+    fields: dict[str, Any] = {"height": tidy(min(way.height, top - way.sill))}
     if way.kind == "window":
         return Mark(way.start, way.end, "window", fields=fields | {"sill": tidy(way.sill)})
     hinge = way.hinge or way.start

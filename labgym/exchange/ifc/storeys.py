@@ -248,7 +248,7 @@ class _Reader:
         kind = {"IfcDoor": "door", "IfcWindow": "window"}.get(product.is_a().replace("StandardCase", ""), "passage")
         opening = product
         if kind == "passage":
-            if product.HasFillings:
+            if product.HasFillings or not any(v.RelatingBuildingElement.is_a("IfcWall") for v in product.VoidsElements):
                 return
         elif product.FillsVoids:
             opening = product.FillsVoids[0].RelatingOpeningElement
