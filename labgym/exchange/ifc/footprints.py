@@ -171,17 +171,16 @@ def _trimmed(curve: Entity) -> Array:
     if basis.is_a("IfcCircle"):
         place = _axes(basis.Position)
         if any(map(math.isnan, values)):
-            local = [np.linalg.solve(place[:2, :2], np.array(_point(end[0])[:2]) - place[:2, 3]) for end in ends if end]
+            local = [place[:2, :2].T @ (np.array(_point(end[0])[:2]) - place[:2, 3]) for end in ends if end]
             values = [math.atan2(y, x) for x, y in local]
         elif max(map(abs, values)) > 2.0 * math.pi + 1e-6:
             values = [math.radians(value) for value in values]
         if len(values) == 2:
             first, last = values if curve.SenseAgreement else values[::-1]
             ring = _arc((0.0, 0.0), basis.Radius, first, last + (2.0 * math.pi if last <= first else 0.0))
-            points = ring @ place[:2, :2].T + place[:2, 3]
-            return points if curve.SenseAgreement else points[::-1]
-    points = [_point(end[0])[:2] for end in ends if end]
-    return np.array(points, dtype=np.float64).reshape(-1, 2)
+            ring = ring @ place[:2, :2].T + place[:2, 3]
+            return ring if curve.SenseAgreement else ring[::-1]
+    return np.array([_point(end[0])[:2] for end in ends if end], dtype=np.float64).reshape(-1, 2)
 
 
 def _arc(center: tuple[float, float], radius: float, first: float, last: float) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -35,6 +36,8 @@ The ends of a mitred wall are filled; its neighbors cover what is added.
 """
 TOUCHING, SAME = 0.01, 1e-3
 """Rooms that are nearer than the first are one; corners within the second of a straight side are dropped, meters."""
+SAME_PLACE = 0.5
+"""Two ways are in the same place if their middles are nearer than this share of the width of the wider one."""
 OFF_WALL_M = 0.05
 """Greatest distance of a way from its wall; others are in walls that are not read."""
 MOST_PIECES = 6
@@ -72,7 +75,7 @@ def read_ifc(path: str | Path, storey: str | None = None) -> Floor:
     for wall in parts.walls:
         drawing.strips += [strip for part in polygons(wall.area) for strip in _strips(part, wall.height, path)]
     walls = union(wall.area for wall in parts.walls)
-    drawing.marks = [[_mark(way, top)] for way in parts.ways if (top := _top(parts.walls, way)) is not None]
+    drawing.marks = [[_mark(way, top)] for way in _distinct(parts.ways) if (top := _top(parts.walls, way)) is not None]
     rooms = _apart(parts.rooms, walls)
     for room, name in zip(rooms, _names(rooms), strict=True):
         rings = (room.area.exterior, *room.area.interiors)
@@ -101,11 +104,15 @@ def picture_of_building(path: Path, storey: str | None) -> tuple[Picture, Planar
     shape = (int(np.ceil((high - low)[1] / cell)), int(np.ceil((high - low)[0] / cell)))
     ends = [turned(np.array([way.start, way.end]), -yaw) for way in parts.ways if way.kind != "window"]
     solid = _filled(walls, yaw, low, cell, shape)
-    inside = _filled(rooms, yaw, low, cell, shape)
-    outside = outside_of(~solid, cell) if rooms.is_empty else ~(inside | solid)
-    free = (inside if rooms.area > 0.0 else ~outside) & ~solid
+    labels = np.zeros(shape, dtype=np.int32)
+    for number, room in enumerate(_apart(parts.rooms, walls), start=1):
+        labels[_filled(room.area, yaw, low, cell, shape) & ~solid] = number
+    inside = labels > 0
+    outside = ~(inside | solid) if labels.any() else outside_of(~solid, cell)
+    free = (inside if labels.any() else ~outside) & ~solid
     doors = tuple(((float(a[0]), float(a[1])), (float(b[0]), float(b[1]))) for a, b in ends)
     picture = Picture(free, ~free & ~outside, outside, cell, float(low[0]), float(low[1]), yaw, doors, 1.0, True)
+    picture = replace(picture, rooms=labels if labels.any() else None)
     questions = []
     if storey is None and len(parts.names) > 1:
         questions.append(f"storey {parts.number} is read: give another one with --storey ({_listed(parts)})")
@@ -113,12 +120,21 @@ def picture_of_building(path: Path, storey: str | None) -> tuple[Picture, Planar
     return picture, parts.origin, skipped, questions
 
 
+def _distinct(ways: Sequence[Way]) -> list[Way]:
+    """Return the ways without those in the same place: of the leaves of a double wall, and of windows around a door."""
+    kept: list[Way] = []
+    for way in sorted(ways, key=lambda way: way.kind):  # doors, passages, windows
+        if all(math.dist(way.middle, other.middle) > SAME_PLACE * max(way.width, other.width) for other in kept):
+            kept.append(way)
+    return kept
+
+
 def _top(walls: Sequence[Wall], way: Way) -> float | None:
-    """Return the height of the lowest wall that holds a way, None if no wall that is read holds it."""
+    """Return the height of the highest wall that holds a way, None if no wall that is read holds it."""
     from shapely import LineString
 
     line = LineString((way.start, way.end))
-    return min((wall.height for wall in walls if grown(wall.area, OFF_WALL_M).contains(line)), default=None)
+    return max((wall.height for wall in walls if grown(wall.area, OFF_WALL_M).contains(line)), default=None)
 
 
 def _apart(among: Sequence[Room], walls: Geometry) -> list[Room]:

@@ -52,6 +52,16 @@ class Way:
     sill: float
     height: float
 
+    @property
+    def middle(self) -> Point:
+        """Its middle, meters."""
+        return (self.start[0] + self.end[0]) / 2.0, (self.start[1] + self.end[1]) / 2.0
+
+    @property
+    def width(self) -> float:
+        """Its width, meters."""
+        return math.dist(self.start, self.end)
+
 
 @dataclass(frozen=True)
 class Room:
@@ -110,7 +120,7 @@ def read_storey(path: str | Path, storey: str | None = None) -> Storey:
     except (ArithmeticError, AttributeError, LookupError, RuntimeError, TypeError, ValueError) as error:
         if isinstance(error, DocumentError | UnknownNameError):
             raise
-        raise DocumentError(path, "", f"a damaged building model ({type(error).__name__})") from None
+        raise DocumentError(path, "", f"a damaged IFC file ({type(error).__name__})") from None
 
 
 def _opened(path: Path) -> Any:
@@ -293,5 +303,5 @@ def _operation(door: Entity) -> str:
     """Return how a door opens: of IFC4 its own or its type's operation, of IFC2X3 its style's."""
     own = getattr(door, "OperationType", None)
     kinds = getattr(door, "IsTypedBy", ()) or getattr(door, "IsDefinedBy", ())
-    types = [getattr(each, "RelatingType", None) for each in kinds]
-    return str(own or next((t.OperationType for t in types if getattr(t, "OperationType", None)), ""))
+    styles = [getattr(getattr(each, "RelatingType", None), "OperationType", None) for each in kinds]
+    return str(own or next(filter(None, styles), ""))
