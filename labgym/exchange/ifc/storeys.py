@@ -117,7 +117,7 @@ def read_storey(path: str | Path, storey: str | None = None) -> Storey:
         if len(found) > MAX_PRODUCTS:
             raise DocumentError(path, "", f"{len(found)} products on a storey; at most {MAX_PRODUCTS} are read")
         return _Reader(chosen, scale).read(found, names, storeys.index(chosen) + 1)
-    except (ArithmeticError, AttributeError, LookupError, RuntimeError, TypeError, ValueError) as error:
+    except (ArithmeticError, AssertionError, AttributeError, LookupError, RuntimeError, TypeError, ValueError) as error:
         if isinstance(error, DocumentError | UnknownNameError):
             raise
         raise DocumentError(path, "", f"a damaged IFC file ({type(error).__name__})") from None
