@@ -94,8 +94,9 @@ class _Grid:
         low, size = np.array(self.low), self.resolution
         for solid in solids:
             x0, y0, x1, y1 = solid.bounds
-            c0, r0 = np.floor(np.array([x0, y0]) / size + ROUNDING).astype(int) - low
-            c1, r1 = np.ceil(np.array([x1, y1]) / size - ROUNDING).astype(int) - low
+            inside = ((0, 0), self.shape[::-1])
+            c0, r0 = np.clip(np.floor(np.array([x0, y0]) / size + ROUNDING).astype(int) - low, *inside)
+            c1, r1 = np.clip(np.ceil(np.array([x1, y1]) / size - ROUNDING).astype(int) - low, *inside)
             x, y = np.meshgrid((low[0] + np.arange(c0, c1)) * size, (low[1] + np.arange(r0, r1)) * size)
             squares = shapely.box(x, y, x + size, y + size)
             cells[r0:r1, c0:c1] |= shapely.intersects(solid.buffer(-ROUNDING * size), squares)
