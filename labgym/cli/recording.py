@@ -19,6 +19,7 @@ from labgym.cli.arguments import (
 )
 from labgym.cli.effects import refuses_idle_flags
 from labgym.cli.outcome import complaints, written
+from labgym.cli.problems import check_installed
 from labgym.errors import OptionError
 
 if TYPE_CHECKING:
@@ -83,7 +84,9 @@ def record(
     from labgym.eval.labnav.suites import is_labnav
 
     allow_local_modules()
-    if out.suffix != MCAP:
+    if out.suffix == MCAP:
+        check_installed("rosbags", "--out FILE.mcap")
+    else:
         check_film_path(out)
     folder = Path(layout).is_dir()
     if not folder and not is_labnav(layout):
