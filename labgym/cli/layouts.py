@@ -80,8 +80,8 @@ class ExistingArguments:
     Attributes:
         fixed: Pieces that stay where they are: a layout's .json file, a .csv table with the columns asset, x, y and
             yaw, or a .dxf drawing with blocks of furniture (docs/engineers.md).
-        have: Inventory of what exists, a .csv file with columns such as item and quantity. It is used first; what protocols
-            and safety require beyond it is listed as to buy, and other furniture is not added.
+        have: Inventory of what exists, a .csv file with columns such as item and quantity. It is used first; what
+            protocols and safety require beyond it is listed as to buy, and other furniture is not added.
         only_have: With --have, refuse a laboratory for which something must be bought.
         extra: With --have, also add furniture that neither exists nor is required.
     """

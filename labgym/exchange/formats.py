@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -163,8 +162,7 @@ def read_floor(
 
 def empty_layout(floor: Floor) -> Layout:
     """Return a layout of a floor without objects and protocols; its id is the floor's name."""
-    name = re.sub(r"[^A-Za-z0-9_.-]+", "-", floor.name).strip("-._")
-    return Layout(id=name[:80] or "floor", floor=floor, placements=())
+    return Layout(id=floor.label, floor=floor, placements=())
 
 
 def _mjcf(layout: Layout, out: Path) -> Path:

@@ -139,6 +139,7 @@ def test_a_foreign_model_in_millimeters_is_read_with_names_uses_and_doors(tmp_pa
     assert {space.use for space in floor.spaces} == {"write-up"}
     assert [way.exit for way in floor.doorways].count(True) == 1
     assert floor.origin == pytest.approx((0.1, 0.1, 0.0))
+    assert floor.label == "house-Ground"  # a part of the ids of layouts
     (exit_,) = (way for way in floor.doorways if way.exit)
     assert (exit_.x, exit_.y, exit_.width) == pytest.approx((1.9, -0.1, 1.0), abs=1e-3)
 

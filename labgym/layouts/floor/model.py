@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from functools import cached_property
 from typing import Annotated, Any, ClassVar, Self
@@ -90,6 +91,11 @@ class Floor(Growing):
         )
         walls, space = rectangle_parts(room)
         return cls(name=name, walls=walls, spaces=(space,))
+
+    @property
+    def label(self) -> str:
+        """The name as a part of ids: letters, digits, "_", "." and "-"; "floor" if it has none of them."""
+        return re.sub(r"[^A-Za-z0-9_.-]+", "-", self.name).strip("-._") or "floor"
 
     @property
     def as_room(self) -> Room | None:
