@@ -180,16 +180,18 @@ def _rooms(path: Path, picture: Picture, labels: Labels, coarse: Mapping[int, in
     """Return the outlines of rooms by number, in the turned frame; those of some rooms with fewer corners."""
     rooms = outlines(picture, labels, coarse)
     if not rooms:
-        raise DocumentError(path, "", _nothing(picture, labels))
+        raise DocumentError(path, "", _nothing(path, picture, labels))
     return rooms
 
 
-def _nothing(picture: Picture, labels: Labels) -> str:
+def _nothing(path: Path, picture: Picture, labels: Labels) -> str:
     remedy = (
         "give the layers of the walls with --layers, or the scale with --scale"
         if picture.drawn
         else ("draw the walls as occupied, or give the scale with --scale")
     )
+    if path.suffix.lower() == ".ifc":
+        remedy = "give another storey with --storey"
     width, depth = (extent * picture.cell for extent in labels.shape[::-1])
     return f"no room of 2 m² or more is enclosed by walls in {width:.3g} x {depth:.3g} m: {remedy}"
 
