@@ -36,7 +36,7 @@ SNIPPETS = (
     "import gymnasium, labgym; gymnasium.make('LabPointNav-v0', split='test', observation='rgbd').reset(seed=0)",
     "from labgym.policies import make_policy; make_policy('navdp'); make_policy('iplanner'); make_policy('ppo-depth')",
     "import onnxruntime, coacd, pxr.Usd, distributed, submitit, stable_baselines3, diffusers, openai, google.protobuf",
-    "import ezdxf, numba, warp, yaml",
+    "import ezdxf, ifcopenshell, numba, rosbags, warp, yaml",
     "from labgym.policies.data import load_dataset; assert len(load_dataset('data')) == 2",
     "from labgym.llm import LanguageModel, LanguageModelConfig as C; LanguageModel(C(base_url='http://127.0.0.1:1/v1', "
     "model='m'))._connected().close()",

@@ -82,6 +82,8 @@ CASES = [
         "--pair 1", "--protocol sub_01", "--start 1,1,0", "--goal 1,1", "--seed 1", "--options a=1")),
     (f"record {LAYOUT} --pair 1 --start 1,1,0 --goal 2,2", "--pair"),
     (f"record {LAYOUT} --episode a/0", "--episode"),
+    *((f"record {LAYOUT} --out a.mcap {flag}", flag.split()[0]) for flag in (
+        "--width 99", "--height 99", "--quality fine")),
     ("run --out a --name b", "--name"),
     ("labnav --split floors-sealed --out a --seed 1", "--seed"),
     ("labnav --split floors-val --out a --level 1 --no-unfiltered", "--no-unfiltered"),

@@ -78,6 +78,8 @@ COMMANDS = {
         ["generate", "sub_01", "--room", "map.yaml"],
         ["generate", "sub_01", "--fixed", "a.dxf"],
     ],
+    "bim": [["compile", LAYOUT, "--format", "ifc", "--out", "o.ifc"], ["outline", "a.ifc", "--out", "o.json"]],
+    "ros": [["record", LAYOUT, "--out", "o.mcap"]],
     "chem": [["assets", "infer", "CCO"], ["assets", "add-reagent", "x", "--smiles", "CCO"]],
     "dask": [
         ["generate", "sub_01", "--count", "1", "--out", "o", *DASK],
@@ -149,7 +151,7 @@ def answers(tmp_path_factory):
     ]
     for one in plan:
         Path(one["folder"]).mkdir()
-        for name in ("a.dxf", "a.onnx", "a.safetensors", "a.usdc", "a.pbtxt"):
+        for name in ("a.dxf", "a.onnx", "a.safetensors", "a.usdc", "a.pbtxt", "a.ifc"):
             (Path(one["folder"]) / name).touch()
         (Path(one["folder"]) / "map.yaml").write_text("image: map.png\nresolution: 0.05\norigin: [0, 0, 0]\n")
     subprocess.run([sys.executable, "-c", HIDE, json.dumps(plan)], check=True, timeout=1200)

@@ -143,6 +143,11 @@ IDLE: Mapping[str, tuple[Idle, ...]] = {
             lambda v: not _episodes(v),
             "on a layout: it is for a folder of results or a suite of LabNav",
         ),
+        Idle(
+            ("width", "height", "quality"),
+            lambda v: v.out.suffix == ".mcap",
+            "on a recording of ROS 2 messages: it is for films",
+        ),
     ),
     "run": (Idle(("name",), lambda v: v.out is not None, "with --out, which names the folder"),),
     "labnav": (

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from labgym.layouts.rules.rule import FacilityIssue
     from labgym.table import Table
 
-FormatName = Literal["mjcf", "usd", "glb", "dxf", "pdf", "svg", "bom", "ros", "labbuilder"]
+FormatName = Literal["mjcf", "usd", "glb", "dxf", "pdf", "svg", "bom", "services", "ifc", "ros", "labbuilder"]
 MAX_LISTED = 20
 """Largest number of new violations that are listed."""
 
@@ -43,11 +43,12 @@ def compile_(
     loose: bool = False,
     overwrite: Overwrite = False,
 ) -> int:
-    """Compile a layout into a 3D scene, a drawing, a bill of materials or a robot map.
+    """Compile a layout into a 3D scene, a drawing, a building model, a table or files for a robot.
 
     The formats are mjcf (MuJoCo, the default), usd (OpenUSD with physics, extra usd), glb (glTF for viewers), dxf
-    (drawing for CAD programs, extra cad), pdf and svg (dimensioned plan at scale), bom (bill of materials, CSV), ros
-    (map.png and map.yaml for map_server), and labbuilder (scene, sizes and goal pairs in LabBuilder's form).
+    (drawing for CAD programs, extra cad), pdf and svg (dimensioned plan at scale), ifc (building
+    model IFC4, extra bim), bom (bill of materials, CSV), services (schedule of power, water, gas and exhaust, CSV), ros
+    (map, masks, waypoints and URDF for Nav2), and labbuilder (scene, sizes and goal pairs in LabBuilder's form).
 
     Args:
         layout: A layout's .json file, or the id of a published layout.

@@ -80,8 +80,8 @@ class ExistingArguments:
     Attributes:
         fixed: Pieces that stay where they are: a layout's .json file, a .csv table with the columns asset, x, y and
             yaw, or a .dxf drawing with blocks of furniture (docs/engineers.md).
-        have: Inventory of what exists, a .csv file with the columns asset and count. It is used first; what protocols
-            and safety require beyond it is listed as to buy, and other furniture is not added.
+        have: Inventory of what exists, a .csv file with columns such as item and quantity. It is used first; what
+            protocols and safety require beyond it is listed as to buy, and other furniture is not added.
         only_have: With --have, refuse a laboratory for which something must be bought.
         extra: With --have, also add furniture that neither exists nor is required.
     """
@@ -308,8 +308,8 @@ def _note(remark: str) -> None:
 
 
 def _place(room: str | None) -> tuple[str | None, Floor | None]:
-    """Return the floor in a drawing or a ROS map; other arguments unchanged, as a room."""
-    if room is None or not room.lower().endswith((".dxf", ".yaml", ".yml")):
+    """Return the floor in a drawing, a building model or a ROS map; other arguments unchanged, as a room."""
+    if room is None or not room.lower().endswith((".dxf", ".ifc", ".yaml", ".yml")):
         return room, None
     from labgym.exchange.formats import read_floor
 

@@ -32,6 +32,7 @@ def outline(
     unit: OptionalText = None,
     thickness: Annotated[float | None, arg(metavar="METERS", help_behavior_hint="")] = None,
     crop: OptionalText = None,
+    storey: OptionalText = None,
     scale: OptionalNumber = None,
     area: OptionalNumber = None,
     layers: OptionalText = None,
@@ -41,19 +42,21 @@ def outline(
     answers: OptionalPath = None,
     overwrite: Overwrite = False,
 ) -> int:
-    """Read the floor of a DXF drawing or of a ROS map, and write it as a layout without objects.
+    """Read the floor of a DXF drawing, a building model or a ROS map, and write it as a layout without objects.
 
     A file that cannot be read exactly is recognized: the command proposes a floor, lists what it left out and what it
     is not certain of, and writes a picture of what it recognized (OUT with the suffix .png) and the answers so far
     (.answers.json). The options from --scale on answer its questions. docs/engineers.md says what is read.
 
     Args:
-        file: A .dxf drawing, or the map.yaml of a ROS map next to its image.
+        file: A .dxf drawing, an .ifc building model, or the map.yaml of a ROS map next to its image.
         out: The .json file of the layout.
         unit: Unit of the drawing, in place of the one that it names: in, ft, mm, cm, dm or m.
         thickness: Thickness of walls that the file does not show, meters. Default: 0.2 for a drawing without walls; of
             a map what it shows.
         crop: X0,Y0,X1,Y1: the part of a drawing that is read, in its units, such as a plan next to an elevation.
+        storey: Storey of a building model: its number from the lowest, from 1, or its name. Default: the one with most
+            spaces and walls.
         scale: Meters per unit of a drawing, or a factor on the resolution of a map.
         area: Area of all rooms in square meters, from which the scale follows.
         layers: Layers of a drawing with its walls, with commas between them.
@@ -66,28 +69,29 @@ def outline(
     from labgym.exchange.formats import empty_layout, read_floor
 
     out = layout_path(out)
-    given = _answers(unit, (scale, area, layers), (door, split, merge), answers)
+    given = _answers((unit, storey), (scale, area, layers), (door, split, merge), answers)
+    plain = _plain(unit, storey)
     proposal: Proposal | None = None
     floor: Floor
     try:
         if given is not None:
             raise DocumentError(file, "", "answers are for recognition")
-        floor = read_floor(file, unit, thickness, numbers("crop", crop))
+        floor = read_floor(file, unit, thickness, numbers("crop", crop), storey)
     except DocumentError as error:
         if thickness is not None or crop is not None or not file.is_file():
             raise
-        proposal = _recognized(file, given or _unit_only(unit), "" if given is not None else str(error))
+        proposal = _recognized(file, given or plain, "" if given is not None else str(error))
         floor = proposal.floor
     layout = empty_layout(floor)
     for space in layout.floor.spaces:
         print(f"{space.id}: {space.use}, {space.area:.1f} m²", file=sys.stderr)
     if proposal is not None:
-        _save_proposal(proposal, given or _unit_only(unit), out, overwrite)
+        _save_proposal(proposal, given or plain, out, overwrite)
     return save(layout, out, overwrite)
 
 
 def _answers(
-    unit: str | None,
+    stated: tuple[str | None, str | None],
     values: tuple[float | None, float | None, str | None],
     places: tuple[Sequence[str], Sequence[str], Sequence[str]],
     file: Path | None,
@@ -95,7 +99,7 @@ def _answers(
     """Return the answers of the command line or of a file, None without any."""
     from labgym.exchange.recognition.proposal import Answers
 
-    (scale, area, layers), (door, split, merge) = values, places
+    (scale, area, layers), (door, split, merge), (unit, storey) = values, places, stated
     if file is not None:
         if any(value is not None for value in values) or any(places):
             raise OptionError(
@@ -108,7 +112,8 @@ def _answers(
         raise OptionError("--scale, --area and --unit exclude each other")
     try:
         return Answers(
-            scale=_unit_only(unit).scale if scale is None else scale,
+            scale=_plain(unit, None).scale if scale is None else scale,
+            storey=storey,
             area=area,
             layers=tuple(part.strip() for part in layers.split(",")) if layers else (),
             doors=tuple(numbers("door", text) for text in door),
@@ -120,14 +125,14 @@ def _answers(
         raise OptionError(f"--{str(place[0]).rstrip('s')}: {problem}") from None
 
 
-def _unit_only(unit: str | None) -> Answers:
-    """Return the answers of --unit alone."""
+def _plain(unit: str | None, storey: str | None) -> Answers:
+    """Return the answers of --unit and --storey alone."""
     from labgym.exchange.dxf.opening import UNITS
     from labgym.exchange.recognition.proposal import Answers
 
     if unit is not None and unit not in UNITS:
         raise OptionError(f"unit {unit[:20]!r} must be one of {', '.join(UNITS)}")
-    return Answers(scale=None if unit is None else UNITS[unit])
+    return Answers(scale=None if unit is None else UNITS[unit], storey=storey)
 
 
 def _recognized(file: Path, answers: Answers, refusal: str) -> Proposal:

@@ -21,7 +21,7 @@ SECTIONS: Mapping[str, Mapping[str, str]] = {
     "Watch": {
         "view": "draw a layout or an episode, or watch a policy (--web)",
         "play": "drive by keyboard in the browser",
-        "record": "film a policy",
+        "record": "film a policy, or record it for ROS 2",
     },
     "Train agents": {
         "train": "train a policy",

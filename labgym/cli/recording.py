@@ -1,4 +1,4 @@
-"""`labgym record`: films of drives and of episodes that were evaluated."""
+"""`labgym record`: films and ROS 2 recordings of drives and of episodes that were evaluated."""
 
 from __future__ import annotations
 
@@ -19,16 +19,21 @@ from labgym.cli.arguments import (
 )
 from labgym.cli.effects import refuses_idle_flags
 from labgym.cli.outcome import complaints, written
+from labgym.cli.problems import check_installed
 from labgym.errors import OptionError
 
 if TYPE_CHECKING:
     from labgym.eval.drawing.film import Picture
+    from labgym.eval.driving.drive import Route
     from labgym.eval.labnav.replay import Replay
+    from labgym.layouts import Layout
     from labgym.scenes import Quality
 
 Filmed = Positional[Annotated[str, arg(metavar="LAYOUT|FOLDER|SUITE")]]
 SMALL, WIDE = (480, 360), (960, 540)
 """Sizes of films in pixels: of drives, and of LabNav episodes with their panel."""
+MCAP = ".mcap"
+"""Suffix of a recording as messages of ROS 2, in place of a film."""
 
 
 @refuses_idle_flags("record")
@@ -50,6 +55,8 @@ def record(
 ) -> int:
     """Film a policy on a layout, an episode of an evaluation's folder, or an episode of a LabNav suite.
 
+    With --out FILE.mcap the drive is recorded as ROS 2 messages instead: map, frames, odometry, scans, images, people.
+
     An episode of a folder is filmed as it was: its route, and for LabNav people and things where they were. For these
     the policy drives again, and the command fails if its row or route differs from those in the folder.
 
@@ -59,7 +66,7 @@ def record(
         policy: Policy: a name, module:Class, a file or a URL (see labgym eval --help); by default astar, and for a
             folder the one that drove.
         pair: Index of the goal pair, in the order of the protocol's steps.
-        out: The film, .mp4, .gif or .webp.
+        out: The film, .mp4, .gif or .webp; or .mcap, the messages of ROS 2 for rosbag2, RViz and Foxglove.
         seed: Random seed of the policy.
         width: Width in pixels; by default 480, of a LabNav episode 960.
         height: Height in pixels; by default 360, of a LabNav episode 540.
@@ -77,7 +84,10 @@ def record(
     from labgym.eval.labnav.suites import is_labnav
 
     allow_local_modules()
-    check_film_path(out)
+    if out.suffix == MCAP:
+        check_installed("rosbags", "--out FILE.mcap")
+    else:
+        check_film_path(out)
     folder = Path(layout).is_dir()
     if not folder and not is_labnav(layout):
         return _film_pair(
@@ -125,14 +135,13 @@ def _film_pair(
     """Film a policy on a goal pair of a layout; the arguments are those of `record`."""
     from labgym.cli.describe import episode_outcome
     from labgym.envs.tasks import resolve_layout
-    from labgym.eval.drawing.film import film
     from labgym.eval.driving.drive import drive_pair
 
     scene = resolve_layout(layout, protocol)
     ends = numbers("start", start), numbers("goal", goal)
     drive = drive_pair(policy or "astar", scene, pair, seed, parse_options(options), *ends)
     print(episode_outcome(drive.row))
-    _save(film(scene, drive.route, *sized(size, SMALL), quality), len(drive.route), out)
+    _save_drive(scene, drive.route, out, size, quality)
     return complaints([drive.row.error] if drive.row.error else [])
 
 
@@ -146,7 +155,6 @@ def _film_episode(
 ) -> int:
     """Film an episode of a folder of results."""
     from labgym.cli.describe import episode_outcome
-    from labgym.eval.drawing.film import film
     from labgym.eval.labnav.evaluation import LabNavEvaluation, is_labnav_run
     from labgym.eval.labnav.replay import replay
     from labgym.eval.reports.results import recorded_drive
@@ -155,6 +163,15 @@ def _film_episode(
         return _film_labnav(replay(LabNavEvaluation.read(folder), episode, policy), out, size, quality)
     layout, row, route = recorded_drive(folder, episode, policy)
     print(episode_outcome(row))
+    return _save_drive(layout, route, out, size, quality)
+
+
+def _save_drive(layout: Layout, route: Route, out: Path, size: tuple[int | None, int | None], quality: Quality) -> int:
+    from labgym.eval.drawing.film import film
+    from labgym.exchange.recording import write_recording
+
+    if out.suffix == MCAP:
+        return written(write_recording(layout, route, out))
     return _save(film(layout, route, *sized(size, SMALL), quality), len(route), out)
 
 
@@ -164,7 +181,13 @@ def _film_labnav(shown: Replay, out: Path, size: tuple[int | None, int | None], 
 
     row = shown.row
     print(labnav_outcome(row))
-    _save(episode_film(shown, *sized(size, WIDE), quality), len(shown.shots) + HOLD, out)
+    if out.suffix == MCAP:
+        from labgym.exchange.recording import write_recording
+
+        poses, bodies = [shot.pose for shot in shown.shots], [shot.bodies for shot in shown.shots]
+        written(write_recording(shown.fixtures, tuple(poses), out, bodies, shown.task.old_map or shown.task.layout))
+    else:
+        _save(episode_film(shown, *sized(size, WIDE), quality), len(shown.shots) + HOLD, out)
     return complaints([row.error] if row.error else [])
 
 

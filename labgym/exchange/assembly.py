@@ -16,6 +16,7 @@ from labgym.exchange.strips import Point, around, tidy_point
 from labgym.exchange.structure import outline
 from labgym.exchange.structure import polygon as footprint
 from labgym.exchange.wall_lines import FRAME, TOUCHING, add_opening, wall_lines, walls_on
+from labgym.geometry.frames import compose
 from labgym.geometry.polygons import difference, grown, largest, polygons, union
 from labgym.layouts.floor import Column, Floor, KeepOut, Opening, Rectangle, Service, Space, Wall
 from labgym.layouts.floor.changes import closed_doors, walls_with
@@ -167,8 +168,9 @@ def assemble(drawing: Drawing, source: object, name: str = "drawing", thickness:
             dx, dy = _to_origin(spaces)
             walls, spaces, floor_parts = _shifted(walls, spaces, floor_parts, dx, dy)
             whole.shift = dx - here[0], dy - here[1]
+            drawing.origin = compose(drawing.origin, (-whole.shift[0], -whole.shift[1], 0.0))
         walls, spaces = squared(walls, spaces)
-        floor_parts |= {"name": name[:80], "spaces": tuple(spaces)}
+        floor_parts |= {"name": name[:80], "spaces": tuple(spaces), "origin": drawing.origin}
         floor = Floor(walls=tuple(walls), **floor_parts)
         closed = () if drawing.placed else closed_doors(floor)
         return Floor(walls=walls_with(floor, closed, state="open"), **floor_parts) if closed else floor

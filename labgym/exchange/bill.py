@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 from labgym.assets import Asset
-from labgym.documents import write_text
+from labgym.exchange.tables import write_table
+from labgym.geometry import compose
 from labgym.layouts import Layout
 from labgym.layouts.placement import FLOOR, WALL, Placement
 
@@ -28,8 +27,6 @@ COLUMNS = (
     "storage_class",
     "where",
 )
-FORMULA = ("=", "+", "-", "@", "\t", "\r")
-"""First characters of a cell that spreadsheets would execute as a formula."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +57,7 @@ def bill_of_materials(layout: Layout) -> tuple[BillLine, ...]:
     lines = []
     for group, name, size in sorted(pieces, key=lambda key: (GROUPS.index(key[0]), *key[1:])):
         placements = pieces[group, name, size]
-        where = tuple(_where(placement) for placement in placements)
+        where = tuple(_where(layout, placement) for placement in placements)
         existing = min(left.get(name, 0), len(placements))
         left[name] = left.get(name, 0) - existing
         to_buy = len(placements) - existing if inventory else None
@@ -70,11 +67,7 @@ def bill_of_materials(layout: Layout) -> tuple[BillLine, ...]:
 
 def write_bill(layout: Layout, path: str | Path) -> Path:
     """Write the bill of materials of a layout as CSV (UTF-8, lengths in meters) and return the path."""
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(COLUMNS)
-    writer.writerows([_safe(cell) for cell in _cells(line)] for line in bill_of_materials(layout))
-    return write_text(path, stream.getvalue())
+    return write_table(path, COLUMNS, map(_cells, bill_of_materials(layout)))
 
 
 def _cells(line: BillLine) -> Iterable[str]:
@@ -103,12 +96,8 @@ def _group(asset: Asset, placement: Placement) -> str:
     return {FLOOR: GROUPS[0], WALL: GROUPS[1]}.get(placement.support, GROUPS[2])
 
 
-def _where(placement: Placement) -> str:
+def _where(layout: Layout, placement: Placement) -> str:
     if placement.support in (FLOOR, WALL):
-        x, y, _ = placement.position
+        x, y, _ = compose(layout.floor.origin, (*placement.position[:2], 0.0))
         return f"{placement.id} at ({x:.2f}, {y:.2f})"
     return f"{placement.id} on {placement.support}"
-
-
-def _safe(cell: str) -> str:
-    return f"'{cell}" if cell.startswith(FORMULA) else cell

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from labgym.exchange.strips import Point, Strip
+from labgym.geometry.frames import PlanarPose
 
 
 @dataclass(frozen=True)
@@ -70,6 +71,7 @@ class Drawing:
         outlines: polygons around spaces, inside their walls; if empty, spaces are what walls enclose.
         placed: whether the drawing's coordinates are those of a floor; otherwise its lower left corner is the origin.
         shift: of the assembled floor's coordinates against the drawing's, meters.
+        origin: pose of the floor's frame in that of the file, meters and radians.
     """
 
     strips: list[Strip] = field(default_factory=list)
@@ -82,6 +84,7 @@ class Drawing:
     furniture: list[Piece] = field(default_factory=list)
     placed: bool = False
     shift: Point = (0.0, 0.0)
+    origin: PlanarPose = (0.0, 0.0, 0.0)
 
     def bounds(self) -> tuple[float, float, float, float]:
         """Return x0, y0, x1, y1 of the walls and outlines, meters; zeros without walls and outlines."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -41,6 +40,8 @@ def formats() -> Mapping[str, Format]:
         "pdf": Format(".pdf", _plan),
         "svg": Format(".svg", _plan),
         "bom": Format(".csv", _bill),
+        "services": Format(".services.csv", _schedule),
+        "ifc": Format(".ifc", _ifc),
         "ros": Format("", _ros),
         "labbuilder": Format("", _labbuilder),
     }
@@ -113,22 +114,35 @@ def _interactive_writer(name: str, table: Mapping[str, Format]) -> Callable[[Lay
 
 
 def read_floor(
-    path: str | Path, unit: str | None = None, thickness: float | None = None, crop: Sequence[float] | None = None
+    path: str | Path,
+    unit: str | None = None,
+    thickness: float | None = None,
+    crop: Sequence[float] | None = None,
+    storey: str | None = None,
 ) -> Floor:
-    """Read a floor from a DXF drawing or from the map.yaml of a map of ROS.
+    """Read a floor from a DXF drawing, a building model (IFC) or the map.yaml of a map of ROS.
 
     Args:
         unit: of a drawing: in, ft, mm, cm, dm or m; by default its $INSUNITS.
         thickness: of walls that the file does not show, meters.
         crop: the part (x0, y0, x1, y1) of a drawing that is read, in its units; None for all of it.
+        storey: number or name of a storey of a building model; None for the one with most spaces and walls.
 
     Raises:
         OptionError: the path has another suffix, or an option is out of range.
         DocumentError: the file is missing, too large or damaged, or describes no floor.
-        MissingDependencyError: the extra `cad` is not installed.
+        MissingDependencyError: the extra `cad` or `bim` is not installed.
     """
     path = Path(path)
     suffix = path.suffix.lower()
+    if storey is not None and suffix != ".ifc":
+        raise OptionError("--storey is for building models (.ifc)")
+    if suffix == ".ifc":
+        from labgym.exchange.ifc.reading import read_ifc
+
+        if unit is not None or crop is not None or thickness is not None:
+            raise OptionError("--unit, --crop and --thickness are for drawings; a building model has its own")
+        return read_ifc(path, storey)
     if suffix == ".dxf":
         from labgym.exchange.dxf.reading import WALL_THICKNESS, read_dxf
         from labgym.exchange.dxf.sheets import Window
@@ -143,13 +157,12 @@ def read_floor(
         return read_ros_map(path, thickness)
     if suffix == ".dwg":
         raise OptionError(f"{path.name!r} is in a format that only its own programs read: save it as DXF")
-    raise OptionError(f"floor {path.name!r} must end in .dxf, or .yaml for a map of ROS")
+    raise OptionError(f"floor {path.name!r} must end in .dxf, .ifc, or .yaml for a map of ROS")
 
 
 def empty_layout(floor: Floor) -> Layout:
     """Return a layout of a floor without objects and protocols; its id is the floor's name."""
-    name = re.sub(r"[^A-Za-z0-9_.-]+", "-", floor.name).strip("-._")
-    return Layout(id=name[:80] or "floor", floor=floor, placements=())
+    return Layout(id=floor.label, floor=floor, placements=())
 
 
 def _mjcf(layout: Layout, out: Path) -> Path:
@@ -200,6 +213,18 @@ def _bill(layout: Layout, out: Path) -> Path:
     from labgym.exchange.bill import write_bill
 
     return write_bill(layout, out)
+
+
+def _schedule(layout: Layout, out: Path) -> Path:
+    from labgym.exchange.schedule import write_schedule
+
+    return write_schedule(layout, out)
+
+
+def _ifc(layout: Layout, out: Path) -> Path:
+    from labgym.exchange.ifc.writing import write_ifc
+
+    return write_ifc(layout, out)
 
 
 def _ros(layout: Layout, out: Path) -> Path:

@@ -1,23 +1,25 @@
-"""Tables in CSV files from outside: bounded in size, with a header row."""
+"""Tables in CSV files with a header row: those from outside, bounded in size, and those for spreadsheets."""
 
 from __future__ import annotations
 
 import csv
 import io
+import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 from labgym.assets import Catalog
-from labgym.documents import read_bytes
+from labgym.documents import read_bytes, write_text
 from labgym.errors import DocumentError, UnknownNameError
 
 MAX_BYTES = 1024 * 1024
 MAX_ROWS = 5000
 MAX_CELL = 200
 Remark = Callable[[str], None]
-MOST_LISTED = 20
-"""Greatest number of rows that a message lists."""
+FORMULA = ("=", "+", "-", "@", "\t", "\r")
+"""First characters of a text that spreadsheets would execute as a formula."""
+NUMBER = re.compile(r"-[0-9.]{1,40}")
 
 
 @dataclass(frozen=True)
@@ -63,35 +65,22 @@ def read_table(path: str | Path) -> CsvTable:
     return CsvTable(path, header, body)
 
 
+def write_table(path: str | Path, header: Iterable[str], rows: Iterable[Iterable[str]]) -> Path:
+    """Write a table as CSV (UTF-8, commas) and return the path. No cell is a formula to spreadsheets."""
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(header)
+    writer.writerows([_safe(text) for text in row] for row in rows)
+    return write_text(path, stream.getvalue())
+
+
+def _safe(text: str) -> str:
+    return f"'{text}" if text.startswith(FORMULA) and not NUMBER.fullmatch(text) else text
+
+
 def cell(row: tuple[str, ...], column: int | None) -> str:
     """Return the text of a cell, empty if the row has no such column."""
     return row[column].strip() if column is not None and column < len(row) else ""
-
-
-def asset_names(table: CsvTable, column: int, catalog: Catalog, remark: Remark | None = None) -> list[str]:
-    """Return the catalog's name for each row.
-
-    Args:
-        remark: receives a sentence about each name that is taken for a misspelling.
-
-    Raises:
-        DocumentError: cells are empty or name no asset; names all of these rows.
-    """
-    names: list[str] = []
-    problems: list[tuple[int, str, DocumentError]] = []
-    for number, row in table.rows:
-        try:
-            names.append(asset_name(cell(row, column), catalog, table.path, f"row {number}", remark))
-        except DocumentError as error:
-            problems.append((number, cell(row, column), error))
-    if len(problems) == 1:
-        raise problems[0][2]
-    if problems:
-        listed = ", ".join(f"row {number} {text[:40]!r}" for number, text, _ in problems[:MOST_LISTED])
-        more = f" and {len(problems) - MOST_LISTED} more" if len(problems) > MOST_LISTED else ""
-        problem = f"{len(problems)} rows name no asset of the catalog: {listed}{more}; rename or remove them"
-        raise DocumentError(table.path, "", f"{problem} (labgym assets find NAME lists the nearest)")
-    return names
 
 
 def asset_name(text: str, catalog: Catalog, path: str | Path, where: str, remark: Remark | None = None) -> str:

@@ -168,15 +168,17 @@ class Layout(Document, Growing):
         """SHA-256 of canonical JSON, lengths rounded to 0.1 mm and angles to 0.1 mrad.
 
         It covers the floor, the placements, the embedded protocols, the digests of the catalog entries that are placed,
-        zones and the seed of draws. Id, provenance and the floor's name do not count, nor do fields that have their
-        default value: a field added later changes no hash.
+        zones and the seed of draws. Id, provenance, the floor's name and its origin do not count, nor do fields that
+        have their default value: a field added later changes no hash.
         """
         functions = {name: canonical(getattr(self, name)) for name in self.ADDED if getattr(self, name)}
         return canonical_hash(
             {
                 **functions,
                 "schema": self.SCHEMA,
-                "floor": {name: value for name, value in canonical(self.floor).items() if name != "name"},
+                "floor": {
+                    name: value for name, value in canonical(self.floor).items() if name not in ("name", "origin")
+                },
                 "placements": [canonical(placement) for placement in self.placements],
                 "protocols": [p.model_dump(mode="json", exclude_defaults=True) for p in self.protocols],
                 "assets": {p.asset: self.catalog.get(p.asset).digest for p in self.placements},

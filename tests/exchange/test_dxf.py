@@ -8,13 +8,15 @@ import re
 import ezdxf
 import pytest
 from laboratories import island_laboratory, put
+from shapely import Polygon
 
-from exchange.floors import FLOORS, differences, rectangle
+from exchange.floors import FLOORS, differences, rectangle, region
 from labgym.cli import main
 from labgym.errors import DocumentError, LabgymError, OptionError
 from labgym.exchange.dxf.reading import read_dxf
 from labgym.exchange.dxf.writing import write_dxf
 from labgym.exchange.formats import empty_layout
+from labgym.geometry import to_world
 from labgym.layouts import Layout, load_published, published
 from labgym.layouts.floors import FAMILIES, draw_floor
 
@@ -34,6 +36,19 @@ def test_a_floor_survives_the_round_trip_to_a_millimeter(name, tmp_path):
 def test_floors_of_every_family_survive_it(family, seed, tmp_path):
     floor = draw_floor(family, seed).floor
     assert differences(floor, read_dxf(write_dxf(empty_layout(floor), tmp_path / "plan.dxf"))) == []
+
+
+@pytest.mark.parametrize("name", FLOORS)
+def test_a_floor_from_a_file_is_drawn_in_the_frame_of_the_file_and_read_back(name, tmp_path):
+    origin = (432_100.5, -73.25, 0.6)
+    floor = FLOORS[name]().model_copy(update={"origin": origin})
+    path = write_dxf(empty_layout(floor), tmp_path / "plan.dxf")
+    again = read_dxf(path)
+    assert differences(floor, again) == []
+    assert again.origin == origin
+    (first, *_) = ezdxf.readfile(path).modelspace().query("LWPOLYLINE[layer=='A-AREA']")
+    corner = Polygon([to_world([point], origin)[0] for point in region(floor.spaces[0]).exterior.coords])
+    assert corner.hausdorff_distance(Polygon([(x, y) for x, y, *_ in first.get_points()])) < 1e-3
 
 
 @pytest.mark.parametrize("split", ["val", "test"])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 import struct
 from collections import Counter
 from collections.abc import Iterator
@@ -14,6 +15,7 @@ from labgym.documents import read_bytes
 from labgym.errors import DocumentError, OptionError
 from labgym.exchange.dxf import layers
 from labgym.exchange.dxf.layers import load_ezdxf
+from labgym.geometry.frames import PlanarPose
 
 if TYPE_CHECKING:
     from ezdxf.document import Drawing
@@ -34,6 +36,10 @@ UNITS = {"in": 0.0254, "ft": 0.3048, "mm": 0.001, "cm": 0.01, "dm": 0.1, "m": 1.
 """Meters per unit of a drawing."""
 CODES = {1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m", 14: "dm"}
 """Values of $INSUNITS that are read."""
+FARTHEST = 2e7
+"""Largest coordinate of a drawing, meters: those of national grids are below."""
+ORIGIN = "LABGYM_ORIGIN"
+"""Property of a drawing that labgym wrote: pose x, y, yaw of the floor's frame, meters and radians."""
 XREF_FLAGS = 4 | 8 | 32
 """Flags of blocks that refer to other files."""
 
@@ -113,6 +119,22 @@ def meters_per_unit(drawing: Drawing, path: str | Path, unit: str | None) -> flo
             f"the drawing has {what}: set it, or read the floor with labgym outline --unit {'|'.join(UNITS)}",
         )
     return UNITS[CODES[code]]
+
+
+def placed_at(drawing: Drawing, path: str | Path) -> PlanarPose:
+    """Return the pose of the floor's frame in a drawing that labgym wrote; zeros for other drawings.
+
+    Raises:
+        DocumentError: the property of the drawing is no pose.
+    """
+    text = str(drawing.header.custom_vars.get(ORIGIN, "0 0 0"))
+    try:
+        x, y, yaw = (float(value) for value in text[:100].split())
+    except ValueError:
+        x = y = yaw = math.nan
+    if not (abs(x) <= FARTHEST and abs(y) <= FARTHEST and abs(yaw) <= math.tau):
+        raise DocumentError(path, ORIGIN, f"{text[:40]!r} is no pose: remove this property of the drawing")
+    return x, y, yaw
 
 
 @dataclass(frozen=True)

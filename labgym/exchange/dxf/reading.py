@@ -17,6 +17,7 @@ from labgym.exchange.drawing import Drawing, Mark, Piece, Tag
 from labgym.exchange.dxf import blocks, layers
 from labgym.exchange.dxf.arcs import SAGITTA, Arc, curved_walls, flattened
 from labgym.exchange.dxf.opening import (
+    FARTHEST,
     FAULTS,
     Context,
     block_name,
@@ -25,9 +26,11 @@ from labgym.exchange.dxf.opening import (
     meters_per_unit,
     nothing_read,
     open_drawing,
+    placed_at,
 )
 from labgym.exchange.dxf.sheets import Window, advice, drawings
 from labgym.exchange.strips import THICKNESS, Point, Stroke, strips
+from labgym.geometry.frames import PlanarPose, relative
 from labgym.layouts import Placement
 from labgym.layouts.floor import Floor
 from labgym.layouts.placement import FLOOR, WALL
@@ -42,8 +45,6 @@ OUTLINE_SAGITTA = 0.004
 """Greatest distance of the arcs in outlines of rooms from their chords, meters: less than of those of walls."""
 LONGEST = 1000.0
 """Largest radius of an arc, meters."""
-FARTHEST = 2e7
-"""Largest coordinate of a drawing, meters: those of national grids are below."""
 WALL_THICKNESS = 0.2
 NOTHING_INSIDE = "no wall and no outline of a room inside the window of --crop: give it in units of the drawing"
 
@@ -121,7 +122,7 @@ def _read(path: Path, unit: str | None, thickness: float, window: Window | None 
         raise OptionError(f"wall thickness {thickness:g} m must be 0.05 to 1 m")
     drawing = open_drawing(path)
     scale = meters_per_unit(drawing, path, unit)
-    collector = _Collector(scale)
+    collector = _Collector(scale, placed_at(drawing, path))
     try:
         for context, entity in entities(drawing, path):
             if window is None or window.contains(entity):
@@ -148,14 +149,18 @@ def _read(path: Path, unit: str | None, thickness: float, window: Window | None 
 
 
 class _Collector:
-    """Sorts the entities of a drawing into the parts of a floor; `scale` is meters per unit."""
+    """Sorts the entities of a drawing into the parts of a floor.
 
-    def __init__(self, scale: float) -> None:
-        self.scale = scale
+    Args:
+        scale: meters per unit. origin: pose of the floor's frame in the drawing's, meters and radians.
+    """
+
+    def __init__(self, scale: float, origin: PlanarPose) -> None:
+        self.scale, self.origin = scale, origin
         self.walls: list[Stroke] = []
         self.arcs: list[tuple[Arc, float]] = []
         self.hatches: list[Stroke] = []
-        self.drawing = Drawing()
+        self.drawing = Drawing(origin=origin)
 
     def advice(self) -> str:
         """Return the end of a message if the sheet has several drawings."""
@@ -212,7 +217,7 @@ class _Collector:
         name = values.get("ASSET") or (block_name(insert) if furniture else "")
         if name:
             x, y = self._point(insert.dxf.insert)
-            yaw = math.radians(insert.dxf.get("rotation", 0.0))
+            yaw = math.radians(insert.dxf.get("rotation", 0.0)) - self.origin[2]
             yaw += math.pi if insert.dxf.get("yscale", 1.0) < 0.0 else 0.0  # a mirror image looks the other way
             piece = Piece(values.get("ID", ""), name, x, y, yaw, named="ASSET" in values)
             self.drawing.furniture.append(piece)
@@ -223,7 +228,8 @@ class _Collector:
         if name not in blocks.ATTRIBUTES:
             return
         values = {attribute.dxf.tag: str(attribute.dxf.text) for attribute in insert.attribs}
-        x, y, yaw = *self._point(insert.dxf.insert), math.radians(insert.dxf.get("rotation", 0.0))
+        x, y = self._point(insert.dxf.insert)
+        yaw = math.radians(insert.dxf.get("rotation", 0.0)) - self.origin[2]
         width, depth = (abs(insert.dxf.get(axis, 1.0)) * self.scale for axis in ("xscale", "yscale"))
         if name in (blocks.DOOR_LEFT, blocks.DOOR_RIGHT):
             side = 1.0 if name == blocks.DOOR_LEFT else -1.0
@@ -346,7 +352,7 @@ class _Collector:
         x, y, *_ = (float(value) * self.scale for value in point)
         if not (abs(x) <= FARTHEST and abs(y) <= FARTHEST):
             raise OptionError(f"a point at ({x:g}, {y:g}) m is too far away; check the unit of the drawing")
-        return x, y
+        return relative(self.origin, (x, y, 0.0))[:2] if any(self.origin) else (x, y)
 
 
 WINDOW_FIELDS: dict[str, Any] = {"height": 1.2, "sill": 0.9}

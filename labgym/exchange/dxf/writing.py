@@ -12,8 +12,10 @@ from labgym.errors import OptionError
 from labgym.exchange.dimensions import IdLabel, dimensions, id_label
 from labgym.exchange.dxf import blocks, layers
 from labgym.exchange.dxf.layers import load_ezdxf
+from labgym.exchange.dxf.opening import ORIGIN
 from labgym.exchange.structure import PlacedOpening, openings, outline, polygon, wall_pieces, walls_in_plan
 from labgym.geometry import OrientedBox
+from labgym.geometry.frames import PlanarPose
 from labgym.geometry.polygons import difference, largest, polygons, union
 from labgym.layouts import Layout
 from labgym.layouts.floor import Floor
@@ -38,7 +40,7 @@ def write_dxf(layout: Layout, path: str | Path) -> Path:
     """Write a layout as a DXF drawing (AutoCAD 2010, meters) and return the path.
 
     `labgym.exchange.dxf.layers` names the layers and `labgym.exchange.dxf.blocks` the blocks with their attributes.
-    `read_dxf` reads the floor back.
+    `read_dxf` reads the floor back. A floor that was read from a file is drawn in the file's frame.
 
     Raises:
         OptionError: the path does not end in .dxf.
@@ -79,7 +81,19 @@ def dxf_drawing(layout: Layout) -> Drawing:
             dimstyle=DIMENSION_STYLE,
             dxfattribs={"layer": layers.DIMENSIONS},
         ).render()
+    if any(layout.floor.origin):
+        _place(drawing, layout.floor.origin)
     return drawing
+
+
+def _place(drawing: Drawing, origin: PlanarPose) -> None:
+    """Move everything to the frame of the file that the floor was read from, and note its pose there."""
+    from ezdxf import transform
+    from ezdxf.math import Matrix44
+
+    x, y, yaw = origin
+    transform.inplace(drawing.modelspace(), Matrix44.z_rotate(yaw) * Matrix44.translate(x, y, 0.0))
+    drawing.header.custom_vars.append(ORIGIN, " ".join(map(repr, origin)))
 
 
 def _new_drawing() -> Drawing:

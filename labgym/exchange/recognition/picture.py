@@ -35,6 +35,7 @@ class Picture:
         yaw: of the turned frame in that of the file, radians.
         doors: ends of the closed leaves of doors that the file draws, in the turned frame, meters.
         unit: meters per unit of the file; 1 for a map.
+        rooms: (ny, nx) number of the room of each cell, 0 for none, if the file states the rooms.
         drawn: whether the file is a drawing, whose lines are exact and whose rooms may have closed doors.
     """
 
@@ -48,6 +49,7 @@ class Picture:
     doors: tuple[tuple[Point, Point], ...] = ()
     unit: float = 1.0
     drawn: bool = False
+    rooms: NDArray[np.int32] | None = None
 
     def cells(self, length: float, least: int = 1) -> int:
         """Return a length in meters as a number of cells."""

@@ -215,7 +215,7 @@ def _frames(line: Line, walls: Sequence[Line], unit: float) -> bool:
 
 def _drawn(walls: Sequence[Line], lines: Sequence[Line], unit: float) -> Picture:
     """Return the picture of lines of walls, with the ways through doors closed."""
-    dense = np.concatenate([_spread(line.points * unit, 0.2) for line in walls])
+    dense = np.concatenate([spread(line.points * unit, 0.2) for line in walls])
     yaw = main_direction(dense, 0.05)
     solid_lines = [turned(line.points * unit, -yaw) for line in walls]
     points = np.concatenate(solid_lines)
@@ -226,11 +226,11 @@ def _drawn(walls: Sequence[Line], lines: Sequence[Line], unit: float) -> Picture
     doors, leaves = _doors(arcs, solid_lines, unit, yaw)
     kept = [part for line in solid_lines for part in _without(line, leaves)]
     solid = _raster([*kept, *(np.array(door) for door in doors)], low, cell, shape)
-    outside = _outside(~solid, cell)
+    outside = outside_of(~solid, cell)
     return Picture(~solid & ~outside, solid, outside, cell, float(low[0]), float(low[1]), yaw, tuple(doors), unit, True)
 
 
-def _spread(points: Array, step: float) -> Array:
+def spread(points: Array, step: float) -> Array:
     """Return points along a polyline, about a step apart; their number is bounded."""
     parts = []
     for a, b in pairwise(points):
@@ -248,7 +248,7 @@ def _raster(lines: Sequence[Array], low: Array, cell: float, shape: tuple[int, .
     return image > 0
 
 
-def _outside(free: Mask, cell: float) -> Mask:
+def outside_of(free: Mask, cell: float) -> Mask:
     """Return the area around a building: what a square as wide as a gap of its walls reaches from the border."""
     ys, xs = np.nonzero(~free)
     hull = cv2.convexHull(np.column_stack([xs, ys]).astype(np.int32))

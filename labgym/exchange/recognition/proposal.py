@@ -14,7 +14,7 @@ from pydantic import Field, ValidationError
 from shapely import Polygon
 from shapely.affinity import translate
 
-from labgym.documents import Document
+from labgym.documents import Document, Growing
 from labgym.errors import DocumentError, OptionError
 from labgym.exchange.recognition.picture import Picture
 from labgym.exchange.recognition.rooms import Labels, rooms_of
@@ -31,6 +31,7 @@ from labgym.exchange.recognition.walls import (
 )
 from labgym.exchange.regions import region_of
 from labgym.exchange.strips import tidy_point
+from labgym.geometry.frames import PlanarPose, compose
 from labgym.layouts.floor import Floor, Opening, Space, Wall
 from labgym.layouts.floor.changes import closed_doors, walls_with
 
@@ -51,23 +52,26 @@ ACCESS = re.compile(r"has no door|no way leads")
 BLOCKED = re.compile(r"position ([0-9.e+-]{1,20}) m of wall ([0-9]{1,4}) is blocked")
 
 
-class Answers(Document):
+class Answers(Document, Growing):
     """Answers to the questions of a proposal; with them a run repeats.
 
     Attributes:
         scale: meters per unit of a drawing, or a factor on the resolution of a map.
         area: area of all rooms, from which the scale follows, square meters.
         layers: layers of a drawing with its walls.
+        storey: number from the lowest, from 1, or name of a storey of a building model.
         doors: places of doors in the frame of the file, meters.
         splits: walls that divide rooms, x0, y0, x1, y1 in the frame of the file, meters.
         merges: numbers of rooms that are one room.
     """
 
+    ADDED: ClassVar[frozenset[str]] = frozenset({"storey"})
     SCHEMA: ClassVar[str] = "labgym.outline-answers/1"
 
     scale: Annotated[float, Field(gt=0.0, le=1000.0)] | None = None
     area: Annotated[float, Field(gt=0.0, le=10_000.0)] | None = None
     layers: Annotated[tuple[str, ...], Field(max_length=50)] = ()
+    storey: Annotated[str, Field(max_length=80)] | None = None
     doors: Annotated[tuple[Pair, ...], Field(max_length=100)] = ()
     splits: Annotated[tuple[Line, ...], Field(max_length=100)] = ()
     merges: Annotated[tuple[tuple[int, ...], ...], Field(max_length=50)] = ()
@@ -92,21 +96,16 @@ class Proposal:
     skipped: tuple[str, ...] = ()
     questions: tuple[str, ...] = ()
 
-    @property
-    def origin(self) -> tuple[float, float, float]:
-        """Pose x, y, yaw of the floor's frame in that of the file, meters and radians."""
-        x, y = self.picture.to_file(np.array([self.shift]))[0].tolist()
-        return x, y, self.picture.yaw
-
 
 @dataclass
 class _Notes:
+    frame: PlanarPose = (0.0, 0.0, 0.0)
     skipped: list[str] = field(default_factory=list)
     questions: list[str] = field(default_factory=list)
 
 
 def recognize(path: str | Path, answers: Answers | None = None) -> Proposal:
-    """Return the floor that a map of ROS or a DXF drawing probably shows.
+    """Return the floor that a map of ROS, a DXF drawing or a building model probably shows.
 
     Unlike the strict readers it guesses: the unit and the layers of a drawing, rooms behind furniture, doors that are
     not seen. Everything that it guesses or leaves out is listed.
@@ -137,7 +136,16 @@ def _file_picture(path: Path, answers: Answers) -> tuple[Picture, _Notes]:
         from labgym.exchange.recognition.plans import picture_of_drawing
 
         picture, skipped, questions = picture_of_drawing(path, answers.scale, answers.layers)
-        return picture, _Notes(list(skipped), list(questions))
+        return picture, _Notes(skipped=list(skipped), questions=list(questions))
+    if path.suffix.lower() == ".ifc":
+        from labgym.exchange.ifc.reading import picture_of_building
+
+        if answers.layers or answers.scale is not None:
+            raise OptionError(
+                "--layers, --scale and --area are for drawings and maps; a building model states its unit"
+            )
+        picture, frame, left_out, asked = picture_of_building(path, answers.storey)
+        return picture, _Notes(frame, left_out, asked)
     from labgym.exchange.recognition.scans import picture_of
     from labgym.exchange.ros_files import open_ros_map
 
@@ -172,16 +180,18 @@ def _rooms(path: Path, picture: Picture, labels: Labels, coarse: Mapping[int, in
     """Return the outlines of rooms by number, in the turned frame; those of some rooms with fewer corners."""
     rooms = outlines(picture, labels, coarse)
     if not rooms:
-        raise DocumentError(path, "", _nothing(picture, labels))
+        raise DocumentError(path, "", _nothing(path, picture, labels))
     return rooms
 
 
-def _nothing(picture: Picture, labels: Labels) -> str:
+def _nothing(path: Path, picture: Picture, labels: Labels) -> str:
     remedy = (
         "give the layers of the walls with --layers, or the scale with --scale"
         if picture.drawn
         else ("draw the walls as occupied, or give the scale with --scale")
     )
+    if path.suffix.lower() == ".ifc":
+        remedy = "give another storey with --storey"
     width, depth = (extent * picture.cell for extent in labels.shape[::-1])
     return f"no room of 2 m² or more is enclosed by walls in {width:.3g} x {depth:.3g} m: {remedy}"
 
@@ -202,7 +212,7 @@ def _assembled(path: Path, picture: Picture, labels: Labels, answers: Answers, n
             raise DocumentError(
                 path, "", f"the rooms cover {size[0]:.0f} x {size[1]:.0f} m, over {MAX_SIZE:g} m: give --scale"
             )
-        here = _Notes(list(notes.skipped), list(notes.questions))
+        here = _Notes(notes.frame, list(notes.skipped), list(notes.questions))
         walls = _with_doors(picture, rooms, answers, here)
         for label in sorted(set(rooms) - reached(walls, list(rooms))):
             notes.skipped.append(f"{_named(picture, label, rooms[label])}: no wall has place for a door")
@@ -232,6 +242,8 @@ def _assembled(path: Path, picture: Picture, labels: Labels, answers: Answers, n
                     raise DocumentError(path, "", f"the recognized rooms form no floor ({message[:200]})") from None
                 continue
             outlines_ = {f"room_{label}": room for label, room in rooms.items()}
+            place = *picture.to_file(np.array([(x0, y0)]))[0].tolist(), picture.yaw
+            floor = floor.model_copy(update={"origin": compose(notes.frame, place)})
             return Proposal(floor, picture, outlines_, walls, (x0, y0), tuple(here.skipped), tuple(here.questions))
     last = f" ({notes.skipped[-1]})" if notes.skipped else ""
     raise DocumentError(path, "", f"no recognized room can be part of a floor{last}: give --layers, --scale or --door")

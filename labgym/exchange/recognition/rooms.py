@@ -51,8 +51,7 @@ def rooms_of(picture: Picture, merged: Sequence[Sequence[int]] = ()) -> tuple[La
     Returns:
         (ny, nx) labels, largest room first, and (column, row) of the areas left out.
     """
-    labels = _divided(picture)
-    labels, dropped = _enclosed(picture, labels)
+    labels, dropped = (picture.rooms, []) if picture.rooms is not None else _enclosed(picture, _divided(picture))
     labels = _by_size(labels)
     for group in merged:
         labels = _merged(picture, labels, group)

@@ -9,6 +9,8 @@ from pydantic import Field
 Coordinate = Annotated[float, Field(ge=-100.0, le=100.0)]
 IDENTIFIER = r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,79}$"
 Identifier = Annotated[str, Field(pattern=IDENTIFIER)]
+FarCoordinate = Annotated[float, Field(ge=-2e7, le=2e7)]
+"""Coordinates in a file: those of national grids are below."""
 Angle = Annotated[float, Field(ge=-7.0, le=7.0)]
 Thickness = Annotated[float, Field(ge=0.02, le=1.0)]
 Height = Annotated[float, Field(ge=2.2, le=10.0)]

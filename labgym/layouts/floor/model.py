@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from functools import cached_property
 from typing import Annotated, Any, ClassVar, Self
@@ -15,6 +16,7 @@ from labgym.errors import LabgymError, UnknownNameError
 from labgym.geometry import BoxArray, OrientedBox
 from labgym.layouts.floor.checks import check_access, check_counts, check_doorways, check_enclosed, check_overlaps
 from labgym.layouts.floor.doorways import Doorway, doorways_of
+from labgym.layouts.floor.fields import Angle, FarCoordinate
 from labgym.layouts.floor.rooms import READS, Door, Room, rectangle_parts, room_of
 from labgym.layouts.floor.solids import FloorPart, solid_parts
 from labgym.layouts.floor.spaces import Column, FreeRectangles, KeepOut, Service, Space
@@ -37,9 +39,11 @@ class Floor(Growing):
         columns: from floor to ceiling.
         services: where water, gas, exhaust and power are available.
         keep_outs: areas without furniture.
+        origin: pose x, y, yaw of the floor's frame in that of the drawing or map that it was read from, meters and
+            radians; exports have that frame. It does not count in a layout's hash.
     """
 
-    ADDED: ClassVar[frozenset[str]] = frozenset({"columns", "services", "keep_outs"})
+    ADDED: ClassVar[frozenset[str]] = frozenset({"columns", "services", "keep_outs", "origin"})
 
     name: Annotated[str, Field(max_length=80)] = "custom"
     walls: Annotated[tuple[Wall, ...], Field(max_length=1000)]
@@ -47,6 +51,7 @@ class Floor(Growing):
     columns: Annotated[tuple[Column, ...], Field(max_length=500)] = ()
     services: Annotated[tuple[Service, ...], Field(max_length=500)] = ()
     keep_outs: Annotated[tuple[KeepOut, ...], Field(max_length=200)] = ()
+    origin: tuple[FarCoordinate, FarCoordinate, Angle] = (0.0, 0.0, 0.0)
 
     @model_validator(mode="after")
     def _check_parts(self) -> Self:
@@ -86,6 +91,11 @@ class Floor(Growing):
         )
         walls, space = rectangle_parts(room)
         return cls(name=name, walls=walls, spaces=(space,))
+
+    @property
+    def label(self) -> str:
+        """The name as a part of ids: letters, digits, "_", "." and "-"; "floor" if it has none of them."""
+        return re.sub(r"[^A-Za-z0-9_.-]+", "-", self.name).strip("-._") or "floor"
 
     @property
     def as_room(self) -> Room | None:

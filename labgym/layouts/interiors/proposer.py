@@ -98,7 +98,7 @@ def _with_contents(plan: PosedBrief) -> tuple[Layout, dict[str, str]]:
             reasons[placements[-1].id] = content.reason
     request, level = plan.request, plan.brief.furnishing
     layout = Layout(
-        id=f"{request.protocol.id}-{request.floor.name}-{request.seed}"[:80],
+        id=f"{request.protocol.id}-{request.floor.label}-{request.seed}"[:80],
         protocols=request.protocols,
         floor=request.floor,
         placements=tuple(placements),

@@ -77,7 +77,7 @@ class LanguageProposer:
             "notes": notes,
         }
         return Layout(
-            id=f"{request.protocol.id}-{request.floor.name}-{request.seed}"[:80],
+            id=f"{request.protocol.id}-{request.floor.label}-{request.seed}"[:80],
             protocols=request.protocols,
             floor=request.floor,
             placements=tuple(placements),

@@ -28,6 +28,7 @@ def targets() -> Iterator[Target]:
     yield Target("dxf foreign", partial(_dxf, True), partial(_read_floor, "a.dxf"), ("ezdxf",))
     yield Target("ros map description", partial(_ros, True), partial(_read_floor, "map.yaml"), ("yaml",), share=0.5)
     yield Target("ros map image", partial(_ros, False), partial(_read_floor, "map.yaml"), ("yaml",), share=0.5)
+    yield Target("ifc", lambda: _ifc, partial(_read_floor, "a.ifc"), ("ifcopenshell",), share=0.5)
     yield Target("inventory csv", lambda: _inventory, lambda folder: read_inventory(folder / "a.csv"), share=0.5)
     yield Target("fixed pieces csv", lambda: _fixed, lambda folder: read_fixed(folder / "a.csv"), share=0.5)
     yield Target("labbuilder scene", _scene, _read_scene, share=0.5)
@@ -82,6 +83,11 @@ def _ros(description: bool) -> Callable[[Random | None], Case]:
     return make
 
 
+def _ifc(rng: Random | None) -> Case:
+    text = _files("ifc", "a.ifc")["a.ifc"].decode()
+    return {"a.ifc": text.encode() if rng is None else mutated_file(rng, text)}
+
+
 def _inventory(rng: Random | None) -> Case:
     return {"a.csv": TABLE.encode() if rng is None else mutated_file(rng, TABLE)}
 
@@ -91,7 +97,7 @@ def _files(form: str, name: str) -> dict[str, bytes]:
     layout = load_published("val", published("val")[0]).replace(placements=())
     with TemporaryDirectory() as place:
         folder = compile_layout(layout, Path(place) / "out" / name, [form])[0].parent
-        return {path.name: path.read_bytes() for path in folder.iterdir()}
+        return {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
 
 
 def _foreign_drawing() -> str:

@@ -1,0 +1,1 @@
+"""IFC: layouts as building models, and floors from building models."""
