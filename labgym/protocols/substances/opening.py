@@ -54,6 +54,8 @@ _LABEL = re.compile(
 )
 """Names that point to another place of a text: "crude product", "compound 12a", "(iv)"."""
 MAX_FORMS = 6
+PLACEHOLDER = "unnamed "
+"""Begin of the name of a substance that is only known by its class."""
 _NUMBER = r"(\d{1,3}(?:\.\d{1,2})?)"
 _RATIO = re.compile(rf"(?<![\s(\[])[\s(\[]*+(?<![\d.]){_NUMBER}\s*[:/]\s*{_NUMBER}(?:\s*+,?\s*+\(?v/v\)?)?[)\]\s]*$")
 _JOINTS = re.compile(r"[\s/:+\u2013-]+(?:and\s+)?")
@@ -217,7 +219,7 @@ def forms(name: str) -> Iterator[str]:
     Words for a kind or a place, such as "product", have none.
     """
     text = " ".join(name.split())
-    if is_generic(text) or _LABEL.fullmatch(text):
+    if is_generic(text) or _LABEL.fullmatch(text) or text.startswith(PLACEHOLDER):
         return
     seen: dict[str, None] = {}
     waiting = [text, of_substance(text)[1].name]

@@ -17,10 +17,17 @@ ANY = "ANY"
 
 
 class SubstanceClass(Record):
-    """A class of substances: a pattern of its words, and SMARTS of which one must match."""
+    """A class of substances.
+
+    Attributes:
+        words: pattern of the words that name it, at the end of a phrase.
+        smarts: of which one must match.
+        parts: pattern of its parts of names, anywhere in a phrase that names no structure: "hydroxymethyl thiazole".
+    """
 
     words: str
     smarts: tuple[str, ...]
+    parts: str = ""
 
 
 class Slot(Record):

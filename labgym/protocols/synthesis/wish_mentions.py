@@ -9,6 +9,7 @@ from typing import Literal
 
 from labgym.assets.search import normalize
 from labgym.assets.structures import canonical
+from labgym.assets.substances import is_generic
 from labgym.errors import LabgymError
 from labgym.protocols.errors import RefusalError
 from labgym.protocols.experiments.model import Material
@@ -32,8 +33,16 @@ _BREAKER = re.compile(
     r"catalytic|radical|basic|acidic|aromatic|nucleophilic|(?:regio|chemo|stereo|enantio)?selective(?:ly)?)",
     re.IGNORECASE,
 )
-_QUALIFIER = re.compile(r"(?:ly|al|ive|ic)$|(?:reflux|heat|stirr|warm|cool)ing$", re.IGNORECASE)
 """Words of transformations, which end the name of a substance."""
+_QUALIFIER = re.compile(r"(?:ly|al|ive|ic)$|(?:reflux|heat|stirr|warm|cool)ing$", re.IGNORECASE)
+_PARTICIPLE = re.compile(r"\w{0,12}-?\w{3,14}ed", re.IGNORECASE)
+_ARTICLES = frozenset(("a", "an", "the", "its", "crude", "dry"))
+_MEANS = re.compile(r"-(?:mediated|catalyzed|catalysed|promoted|induced|assisted|based)$", re.IGNORECASE)
+_KIND = re.compile(
+    r"^(?:(?:crude|pure|free|primary|secondary|tertiary|terminal|benzylic|allylic|aromatic|aliphatic|cyclic|final|"
+    r"intermediate|resulting|protected|substituted|methyl|ethyl|benzyl) )*",
+    re.IGNORECASE,
+)
 _OPEN_ENDING = re.compile(
     r"\b(?:derivative|intermediate|precursor|compound|analog(?:ue)?|substrate|moiety|ring)s?$", re.IGNORECASE
 )
@@ -104,8 +113,8 @@ def mentions_of(text: str, resolver: Resolver) -> tuple[Mention, ...]:
         bare = _SALT.sub("", _OPEN_ENDING.sub("", draft.text).strip())
         table = general_procedures().classes
         found = frozenset(name for name, item in table.items() if _ends_with(item.words, bare))
-        if is_open and not found & {"amine"}:
-            found |= {name for name in ("amine",) if re.search(r"(?<![\w-])amino(?![\w-])", bare, re.IGNORECASE)}
+        if is_open:
+            found |= {n for n, item in table.items() if item.parts and re.search(item.parts, bare, re.IGNORECASE)}
         if meaning is None and not found and all(is_ordinary(word) for word in draft.text.split()) and not is_open:
             found = frozenset(("?",))
         mention = replace(draft, meaning=meaning, classes=found)
@@ -148,6 +157,8 @@ def _phrases(text: str) -> Iterator[tuple[Mention, bool]]:
         breaks = is_strength or not word or word.lower() in fillers or is_transformation(word)
         if word in ("M", "N", "%") and strength:
             continue
+        if breaks and not ends and _is_adjective(word, run, before):
+            breaks = False
         if not breaks or (word == "on" and run):
             run.append((begin, end))
             if not ends:
@@ -163,6 +174,13 @@ def _phrases(text: str) -> Iterator[tuple[Mention, bool]]:
             before = f"{before} {word}"[-60:]
 
 
+def _is_adjective(word: str, run: list[tuple[int, int]], before: str) -> bool:
+    """Return whether a participle describes the substance that follows: "a protected amine", "Fmoc-protected"."""
+    if word.lower() in general_procedures().fillers or _PARTICIPLE.fullmatch(word) is None:
+        return False
+    return bool(run) or "-" in word or before.rpartition(" ")[2].lower() in _ARTICLES
+
+
 def _words(text: str) -> Iterator[tuple[int, int, bool]]:
     """Yield the places of words without punctuation, and whether a phrase ends behind each."""
     for match in re.finditer(r"\S+", text):
@@ -172,6 +190,9 @@ def _words(text: str) -> Iterator[tuple[int, int, bool]]:
             begin, word = begin + 1, word[1:]
         if word.endswith(")") and word.count(")") > word.count("("):
             word = word[:-1]
+        if means := _MEANS.search(word):
+            yield begin, begin + means.start(), True
+            continue
         yield begin, begin + len(word), begin + len(word) < match.end()
 
 
@@ -189,7 +210,8 @@ def _draft(text: str, start: int, end: int, lead: str, last: Part) -> tuple[Ment
     elif _SOLVENT_BEFORE.search(lead):
         part = "solvent"
     article = re.search(r"\b(an?|the|its)$", lead)
-    is_class = article is not None and phrase.lower().removesuffix("s") in general_procedures().classes
+    kind = _KIND.sub("", phrase).lower().removesuffix("s")
+    is_class = article is not None and (kind in general_procedures().classes or is_generic(kind))
     indefinite = article is not None and article[1] in ("a", "an")
     loose = _OPEN_ENDING.search(phrase) is not None
     in_title, in_brackets = start < text.find(": "), text[max(0, start - 1) : start] == "("

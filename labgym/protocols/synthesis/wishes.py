@@ -41,6 +41,8 @@ from labgym.protocols.validate import examine
 
 MAX_WISH = 500
 """Most characters of a wish."""
+LEAST_HEATED_C, MOST_COOLED_C = 40.0, 10.0
+"""Temperatures from which a mixture counts as heated, and up to which as cooled, degrees Celsius."""
 MMOL = re.compile(r"^(\d+(?:\.\d+)?) mmol$")
 _AMOUNT = re.compile(
     r"(?<![\w.,(-])-?\d{1,6}(?:\.\d{1,4})?\s?(?:[mkµ]?g|[mµ]?[Ll]|m?mol|equiv|eq|h|hours?|min|minutes?|days?|bar|°\s?C|C|K)\b"
@@ -187,6 +189,7 @@ def _fits(item: GeneralProcedure, text: str, mentions: Sequence[Mention], resolv
         words = [m for m in re.finditer(r"[^\s.,;:]+", text) if is_transformation(m[0])]
         unread = [w[0] for w in words if not any(s <= w.start() and w.end() <= e for s, e in spans)]
         unread = [word for word in unread if word.lower() not in general_procedures().fillers]
+        unread = [word for word in unread if not _is_done(word, fit)]
         if any(not is_qualifier(word) for word in unread):
             continue
         score = fit.score + 3.0 * bool(spans) - 1.0 * open_ - 1.5 * len(unread) - 0.1 * len(empty)
@@ -195,6 +198,22 @@ def _fits(item: GeneralProcedure, text: str, mentions: Sequence[Mention], resolv
         unread += [m.text for m in rest if m not in filled.values() and m.classes == {"?"}]
         spoken = tuple(m.text for m in echoes)
         yield replace(fit, score=score, unread=tuple(dict.fromkeys(unread)), echoes=spoken)
+
+
+def _is_done(word: str, fit: Fit) -> bool:
+    """Return whether a general procedure does what a qualifier says: "refluxing", "catalytic", "chemoselective"."""
+    lowered, actions = word.lower(), fit.procedure.actions
+    if re.match(r"reflux", lowered):
+        return any(action.verb == "Reflux" for action in actions)
+    if re.match(r"heat|warm|thermal|hot$", lowered):
+        return any(action.verb == "Reflux" or (action.temperature or 0.0) >= LEAST_HEATED_C for action in actions)
+    if re.match(r"cool|cold$", lowered):
+        return any((action.temperature or LEAST_HEATED_C) <= MOST_COOLED_C for action in actions)
+    if lowered == "catalytic":
+        return any(slot.role == "catalyst" for slot in fit.procedure.slots)
+    if re.fullmatch(r"(?:chemo)?selective(?:ly)?", lowered):
+        return bool(fit.product)
+    return lowered == "stirring"
 
 
 def _is_echo(mention: Mention, fit: Fit) -> bool:
