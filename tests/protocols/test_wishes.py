@@ -81,7 +81,9 @@ def test_a_word_without_effect_stops_the_protocol_or_marks_it() -> None:
         "Reduction of the sulfonyl chloride with lithium aluminum hydride",
         "Preparation of benzyl alcohol: Oxidation of benzaldehyde with manganese dioxide",
         "Boc deprotection of cyclohexane using TFA",
-        "Reduce 5 g of acetophenone with NaBH4",
+        "Reduce 5 g of acetophenone with NaBH4 at 0 C for 30 min and then at 25 C for 2 h",
+        "Reduce acetophenone with NaBH4 (5 g)(3 g)",
+        "Reduce 5 mL of the ketone with NaBH4",
         "Recite a poem about benzene",
     ],
 )

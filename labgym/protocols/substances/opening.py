@@ -46,6 +46,8 @@ _TRAILING = re.compile(
 )
 _REMARK = re.compile(r"^(.*[^\s(])\s+\(([^()]*)\)$")
 _STRENGTH = re.compile(r"^\s*\d+(?:\.\d+)?\s*(?:M|N|%|wt\s?%|mol/L)\s+(?:solution\s+of\s+)?(?=\D)")
+_ISOMERS = re.compile(r"^\(?(?:E/Z|Z/E|cis/trans|trans/cis|rac|RS|±|\+/-)\)?-")
+"""Begin of the name of a mixture of stereoisomers."""
 _LABEL = re.compile(
     r"(?:the\s++)?(?:(?:title|crude|above|resulting|resultant|desired|said|obtained|corresponding|final)\s++)*"
     r"(?:compounds?|intermediates?|products?|examples?|steps?|preparations?|material|residue|mixture|solution|solids?|"
@@ -229,7 +231,7 @@ def forms(name: str) -> Iterator[str]:
             continue
         seen[form] = None
         remark = _REMARK.match(form)
-        waiting += [_LEADING.sub("", form), _STRENGTH.sub("", form), _TRAILING.sub("", form)]
+        waiting += [_LEADING.sub("", form), _ISOMERS.sub("", form), _STRENGTH.sub("", form), _TRAILING.sub("", form)]
         waiting += [remark[1], remark[2]] if remark else []
     yield from seen
 

@@ -14,6 +14,7 @@ from labgym.errors import LabgymError
 from labgym.protocols.errors import RefusalError
 from labgym.protocols.experiments.model import Material
 from labgym.protocols.language.vocabulary import is_ordinary
+from labgym.protocols.reading.figures import QuantitySpan
 from labgym.protocols.substances import Resolver
 from labgym.protocols.substances.opening import Resolution
 from labgym.protocols.synthesis.general_procedures import general_procedures
@@ -71,6 +72,7 @@ class Mention:
         loose: whether its words say that it is not all of its name ("a pyridine derivative").
         in_title, in_brackets: where it stands.
         strength: of a solution, as "4 M".
+        amounts: of it that the wish states.
         meaning: None if it names a class or nothing that is known.
         classes: by its words.
     """
@@ -86,6 +88,7 @@ class Mention:
     strength: str = ""
     meaning: Resolution | None = None
     classes: frozenset[str] = frozenset()
+    amounts: tuple[QuantitySpan, ...] = ()
 
     @property
     def smiles(self) -> str:
@@ -112,7 +115,8 @@ def mentions_of(text: str, resolver: Resolver) -> tuple[Mention, ...]:
             meaning = meaning or _drawn(draft.text)
         bare = _SALT.sub("", _OPEN_ENDING.sub("", draft.text).strip())
         table = general_procedures().classes
-        found = frozenset(name for name, item in table.items() if _ends_with(item.words, bare))
+        kinds = {bare, _KIND.sub("", bare)}
+        found = frozenset(name for name, item in table.items() if any(_ends_with(item.words, k) for k in kinds))
         if is_open:
             found |= {n for n, item in table.items() if item.parts and re.search(item.parts, bare, re.IGNORECASE)}
         if meaning is None and not found and all(is_ordinary(word) for word in draft.text.split()) and not is_open:
@@ -159,7 +163,8 @@ def _phrases(text: str) -> Iterator[tuple[Mention, bool]]:
             continue
         if breaks and not ends and _is_adjective(word, run, before):
             breaks = False
-        if not breaks or (word == "on" and run):
+        belongs = word == "on" or (word.lower() == "reagent" and _is_named_after(text, run))
+        if not breaks or (belongs and run):
             run.append((begin, end))
             if not ends:
                 continue
@@ -172,6 +177,12 @@ def _phrases(text: str) -> Iterator[tuple[Mention, bool]]:
             strength = pair if is_strength_of(pair) else word
         elif breaks:
             before = f"{before} {word}"[-60:]
+
+
+def _is_named_after(text: str, run: list[tuple[int, int]]) -> bool:
+    """Return whether a phrase is a name of a person: "Lawesson's" reagent, "Jones" reagent."""
+    name = text[run[0][0] : run[-1][1]] if run else ""
+    return name.endswith("'s") or (name.isalpha() and name.istitle())
 
 
 def _is_adjective(word: str, run: list[tuple[int, int]], before: str) -> bool:
@@ -212,6 +223,7 @@ def _draft(text: str, start: int, end: int, lead: str, last: Part) -> tuple[Ment
     article = re.search(r"\b(an?|the|its)$", lead)
     kind = _KIND.sub("", phrase).lower().removesuffix("s")
     is_class = article is not None and (kind in general_procedures().classes or is_generic(kind))
+    is_class = is_class or (kind in general_procedures().classes and phrase.endswith("s"))
     indefinite = article is not None and article[1] in ("a", "an")
     loose = _OPEN_ENDING.search(phrase) is not None
     in_title, in_brackets = start < text.find(": "), text[max(0, start - 1) : start] == "("
