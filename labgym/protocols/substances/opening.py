@@ -48,6 +48,8 @@ _REMARK = re.compile(r"^(.*[^\s(])\s+\(([^()]*)\)$")
 _STRENGTH = re.compile(r"^\s*\d+(?:\.\d+)?\s*(?:M|N|%|wt\s?%|mol/L)\s+(?:solution\s+of\s+)?(?=\D)")
 _ISOMERS = re.compile(r"^\(?(?:E/Z|Z/E|cis/trans|trans/cis|rac|RS|±|\+/-)\)?-")
 """Begin of the name of a mixture of stereoisomers."""
+_THIO = re.compile(r"(?<=yl)thio(?=benz(?:o(?:yl|ic|ate|nitrile)|aldehyde))", re.IGNORECASE)
+"""An alkylthio group before the name of an acid, which parsers read as a thio acid."""
 _LABEL = re.compile(
     r"(?:the\s++)?(?:(?:title|crude|above|resulting|resultant|desired|said|obtained|corresponding|final)\s++)*"
     r"(?:compounds?|intermediates?|products?|examples?|steps?|preparations?|material|residue|mixture|solution|solids?|"
@@ -220,7 +222,7 @@ def forms(name: str) -> Iterator[str]:
 
     Words for a kind or a place, such as "product", have none.
     """
-    text = " ".join(name.split())
+    text = _THIO.sub("sulfanyl", " ".join(name.split()))
     if is_generic(text) or _LABEL.fullmatch(text) or text.startswith(PLACEHOLDER):
         return
     seen: dict[str, None] = {}
