@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from labgym.protocols.amounts import figure, scaled
 from labgym.protocols.errors import RefusalError
 from labgym.protocols.experiments.model import Action, Portion
+from labgym.protocols.language.vocabulary import unknown_measures, unmeasured
 from labgym.protocols.reading.figures import QuantitySpan, figures, plain
 from labgym.protocols.synthesis.wish_mentions import Mention
 
@@ -20,6 +21,9 @@ MMOL = re.compile(r"^(\d+(?:\.\d+)?) mmol$")
 _BRACKET = re.compile(r"\(([^()]{1,80})\)")
 _BEFORE_CONDITION = re.compile(r"\b(?:at|for|to|under)(?: about| ca\.?)? *$")
 _REFLUX = re.compile(r"\b(?:(?:at|under|to|with) +)?reflux\b(?! *\w*ing)", re.IGNORECASE)
+_BARE_NUMBER = re.compile(
+    r"(?<![\w.,\[+-])[-+]?\d{1,6}(?:\.\d{1,4})?(?! ?[MN%]\b)(?: [A-Za-z]{1,14}|[A-Za-z]{2,14})\b(?![-\d,'(\[])"
+)
 _BETWEEN = re.compile(r"[\s,;]*(?:of\s+)?(?:(?:a|an|the|dry|anhydrous)\s+)*")
 _HOLDS = ("Stir", "Heat", "Reflux")
 _WORKUP = ("Quench", "Wash", "Extract", "Filter", "Concentrate", "AdjustPH", "Distill")
@@ -51,10 +55,13 @@ def stated_wish(text: str) -> StatedWish:
     """Read the amounts and conditions of a wish.
 
     Raises:
-        RefusalError: it states several temperatures or times, or another figure, which only a procedure can.
+        RefusalError: it states several temperatures or times, or another figure, which only a procedure can; or an
+            amount that is none.
     """
     simple = plain(text)
     numbers = [item for item in figures(simple) if item.kind not in ("molarity", "percent", "ratio", "repeats")]
+    if nothing := next((item for item in numbers if item.is_amount and item.low <= 0.0), None):
+        raise RefusalError("unaccounted", f"{nothing.text!r} is not an amount: give one above 0")
     amounts: list[tuple[QuantitySpan, ...]] = []
     blank = list(text)
     for match in _BRACKET.finditer(simple):
@@ -81,8 +88,12 @@ def stated_wish(text: str) -> StatedWish:
         blank[start : item.end] = " " * (item.end - start)
     if reflux is not None:
         blank[reflux.start() : reflux.end()] = " " * (reflux.end() - reflux.start())
+    rest = "".join(blank)
+    strange = (*unmeasured(text), *unknown_measures(text), *(match[0] for match in _BARE_NUMBER.finditer(rest)))
+    if strange:
+        raise RefusalError("unaccounted", f"{strange[0]!r} is no known amount: give it in a unit such as g, mL or mmol")
     return StatedWish(
-        text="".join(blank),
+        text=rest,
         amounts=tuple(amounts),
         temperature=temperatures[0].value if temperatures else None,
         duration=times[0].value if times else None,

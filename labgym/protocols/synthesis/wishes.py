@@ -299,6 +299,8 @@ def _worth(item: GeneralProcedure, slot: Slot, mention: Mention, resolver: Resol
         return 0.0
     if mention.classes & set(slot.classes):
         return 2.0
+    if named and is_first and item.type == "protection_deprotection" and mention.classes & set(_words_of(item.product)):
+        return 0.3  # "Boc deprotection of a piperidine" names what is set free
     return 0.3 if ANY in slot.classes or (is_first and (mention.loose or not mention.classes)) else 0.0
 
 
