@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 from labgym.protocols.amounts import figure, scaled
 from labgym.protocols.errors import RefusalError
@@ -24,6 +25,10 @@ _REFLUX = re.compile(r"\b(?:(?:at|under|to|with) +)?reflux\b(?! *\w*ing)", re.IG
 _BARE_NUMBER = re.compile(
     r"(?<![\w.,\[+-])[-+]?\d{1,6}(?:\.\d{1,4})?(?! ?[MN%]\b)(?: [A-Za-z]{1,14}|[A-Za-z]{2,14})\b(?![-\d,'(\[])"
 )
+_GAS = re.compile(
+    r"\bunder (?:an? )?(?:inert )?(?:atmosphere of )?(?:(argon|ar\b)|nitrogen|n2\b|inert gas)(?: atmosphere)?",
+    re.IGNORECASE,
+)
 _BETWEEN = re.compile(r"[\s,;]*(?:of\s+)?(?:(?:a|an|the|dry|anhydrous)\s+)*")
 _HOLDS = ("Stir", "Heat", "Reflux")
 _WORKUP = ("Quench", "Wash", "Extract", "Filter", "Concentrate", "AdjustPH", "Distill")
@@ -37,6 +42,7 @@ class StatedWish:
         text: of the same length, with blanks for what is read.
         amounts: of one substance each, beside it or in brackets behind it.
         temperature: degrees Celsius. duration: minutes. reflux: whether the mixture boils under reflux.
+        atmosphere: gas above the mixture.
     """
 
     text: str
@@ -44,11 +50,12 @@ class StatedWish:
     temperature: float | None = None
     duration: float | None = None
     reflux: bool = False
+    atmosphere: Literal["nitrogen", "argon"] | None = None
 
     @property
     def states_any(self) -> bool:
         """Whether it states an amount or a condition."""
-        return bool(self.amounts) or self.reflux or not (self.temperature is None and self.duration is None)
+        return bool(self.amounts) or self.reflux or (self.temperature, self.duration, self.atmosphere) != (None,) * 3
 
 
 def stated_wish(text: str) -> StatedWish:
@@ -88,6 +95,9 @@ def stated_wish(text: str) -> StatedWish:
         blank[start : item.end] = " " * (item.end - start)
     if reflux is not None:
         blank[reflux.start() : reflux.end()] = " " * (reflux.end() - reflux.start())
+    gas = _GAS.search(simple)
+    if gas is not None:
+        blank[gas.start() : gas.end()] = " " * (gas.end() - gas.start())
     rest = "".join(blank)
     strange = (*unmeasured(text), *unknown_measures(text), *(match[0] for match in _BARE_NUMBER.finditer(rest)))
     if strange:
@@ -98,6 +108,7 @@ def stated_wish(text: str) -> StatedWish:
         temperature=temperatures[0].value if temperatures else None,
         duration=times[0].value if times else None,
         reflux=reflux is not None,
+        atmosphere=None if gas is None else "argon" if gas[1] else "nitrogen",
     )
 
 
@@ -179,9 +190,12 @@ def scaled_actions(
 
 def _held(actions: list[Action], wish: StatedWish) -> list[Action]:
     """Return actions with the conditions of a wish in the longest holding before the work-up."""
+    end = next((place for place, action in enumerate(actions) if action.verb in _WORKUP), len(actions))
+    if wish.atmosphere is not None:
+        gas = {"atmosphere": wish.atmosphere}
+        actions = [action.model_copy(update=gas) if place < end else action for place, action in enumerate(actions)]
     if wish.temperature is None and wish.duration is None and not wish.reflux:
         return actions
-    end = next((place for place, action in enumerate(actions) if action.verb in _WORKUP), len(actions))
     holds = [place for place, action in enumerate(actions[:end]) if action.verb in _HOLDS]
     if not holds:
         raise RefusalError("unaccounted", "the general procedure holds no mixture at a temperature: write a procedure")

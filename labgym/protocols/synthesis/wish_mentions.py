@@ -35,7 +35,8 @@ _BREAKER = re.compile(
     re.IGNORECASE,
 )
 """Words of transformations, which end the name of a substance."""
-_QUALIFIER = re.compile(r"(?:ly|al|ive|ic)$|(?:reflux|heat|stirr|warm|cool)ing$", re.IGNORECASE)
+_QUALIFIER = re.compile(r"(?:ly|(?<!remov)al|ive|ic)$|(?:reflux|heat|stirr|warm|cool)ing$", re.IGNORECASE)
+_IMPERATIVE = re.compile(r"[A-Za-z]{3,14}(?:ate|ify|ize|ise)")
 _PARTICIPLE = re.compile(r"\w{0,12}-?\w{3,14}ed", re.IGNORECASE)
 _ARTICLES = frozenset(("a", "an", "the", "its", "crude", "dry"))
 _MEANS = re.compile(r"-(?:mediated|catalyzed|catalysed|promoted|induced|assisted|based)$", re.IGNORECASE)
@@ -117,7 +118,7 @@ def mentions_of(text: str, resolver: Resolver) -> tuple[Mention, ...]:
         table = general_procedures().classes
         kinds = {bare, _KIND.sub("", bare)}
         found = frozenset(name for name, item in table.items() if any(_ends_with(item.words, k) for k in kinds))
-        if is_open:
+        if meaning is None:
             found |= {n for n, item in table.items() if item.parts and re.search(item.parts, bare, re.IGNORECASE)}
         if meaning is None and not found and all(is_ordinary(word) for word in draft.text.split()) and not is_open:
             found = frozenset(("?",))
@@ -158,7 +159,7 @@ def _phrases(text: str) -> Iterator[tuple[Mention, bool]]:
         word = text[begin:end]
         pair = text[begin : end + 2].strip()
         is_strength = is_strength_of(pair) or is_strength_of(word)
-        breaks = is_strength or not word or word.lower() in fillers or is_transformation(word)
+        breaks = is_strength or not word or word.lower() in fillers or is_transformation(word, first=begin == 0)
         if word in ("M", "N", "%") and strength:
             continue
         if breaks and not ends and _is_adjective(word, run, before):
@@ -237,9 +238,9 @@ def is_strength_of(word: str) -> bool:
     return STRENGTH.match(word) is not None
 
 
-def is_transformation(word: str) -> bool:
-    """Return whether a word names a transformation or qualifies one."""
-    return _BREAKER.fullmatch(word) is not None
+def is_transformation(word: str, first: bool = False) -> bool:
+    """Return whether a word names a transformation or qualifies one; the `first` of a text may be an imperative."""
+    return _BREAKER.fullmatch(word) is not None or (first and _IMPERATIVE.fullmatch(word) is not None)
 
 
 def is_qualifier(word: str) -> bool:

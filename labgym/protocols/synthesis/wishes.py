@@ -195,7 +195,7 @@ def _fits(item: GeneralProcedure, text: str, mentions: Sequence[Mention], resolv
         sure = [dict(_places(item, mention, resolver, False)).get(key, 0.0) >= 2.0 for key, mention in filled.items()]
         if not spans and not (all(sure) and (not open_ or (accepted and fit.score > score))):
             continue
-        words = [m for m in re.finditer(r"[^\s.,;:]+", text) if is_transformation(m[0])]
+        words = [m for m in re.finditer(r"[^\s.,;:]+", text) if is_transformation(m[0], first=m.start() == 0)]
         owners = [*spans, *((m.start, m.end) for m in mentions)]
         unread = [w[0] for w in words if not any(s <= w.start() and w.end() <= e for s, e in owners)]
         unread = [word for word in unread if word.lower() not in general_procedures().fillers]
@@ -276,7 +276,8 @@ def _places(item: GeneralProcedure, mention: Mention, resolver: Resolver, named:
             yield slot.key, worth
     asset = mention.meaning.asset if mention.meaning is not None else ""
     meant = {asset, mention.smiles} - {""}
-    is_solvent = bool(asset) and resolver.catalog.get(asset).category in SOLVENTS
+    is_mixture = mention.meaning is not None and bool(mention.meaning.parts)
+    is_solvent = is_mixture or (bool(asset) and resolver.catalog.get(asset).category in SOLVENTS)
     if item.solvent and (is_solvent or meant & _accepted((item.solvent,), resolver.catalog)):
         yield "S", 3.0 if mention.part == "solvent" else 0.2
     if asset == WATER and item.type is None and item.solvent:
@@ -436,9 +437,9 @@ def _experiment(text: str, fit: Fit, wish: StatedWish, resolver: Resolver) -> tu
             what = slot.classes[0] if slot.classes and slot.classes[0] != ANY else "substance"
             materials[slot.key] = Material(name=f"{PLACEHOLDER}{what}", role=slot.role)
     if item.solvent:
-        stated = fit.filled.get("S")
-        notes += [] if stated is not None else [f"solvent {item.solvent}: assumed"]
-        name = stated.meaning.name if stated is not None and stated.meaning is not None else item.solvent
+        medium = fit.filled.get("S") or next((m for m in fit.filled.values() if m.part == "solvent"), None)
+        notes += [] if medium is not None else [f"solvent {item.solvent}: assumed"]
+        name = medium.meaning.name if medium is not None and medium.meaning is not None else item.solvent
         materials["S"] = Material(name=name, role="solvent")
     taken = dict.fromkeys(portion.name for action in item.actions for portion in action.takes)
     for key in taken:
