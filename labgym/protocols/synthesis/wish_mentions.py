@@ -24,7 +24,7 @@ MAX_MENTIONS = 8
 """Most substances of a wish."""
 STRENGTH = re.compile(r"^(\d{1,3}(?:\.\d{1,3})?)\s?(M|N|%)$")
 _BREAKER = re.compile(
-    r"(?:\w{1,20}-){0,3}(?:\w{2,24}(?:ation|ition|ution|ction|lysis|ission|rangement|pling)s?|removal|metathesis|drying|"
+    r"(?:[\w,]{1,20}-){0,3}(?:\w{2,24}(?:ation|ition|ution|ction|lysis|ission|rangement|pling)s?|removal|metathesis|drying|"
     r"(?:de|re)?(?:reduc|oxidi[sz]|protect|hydroly[sz]|hydrogenat|coupl|alkylat|acylat|methylat|brominat|chlorinat|"
     r"iodinat|condens|cycli[sz]|esterif|(?:mes|tos)ylat(?!e)|silylat|epoxid|distil|recrystalli[sz]|crystalli[sz]|purif|"
     r"dissol|dehydrat|saponif|aminat|substitut|formylat|remov|cleav|dried|olefinat|isolat|chromatograph)\w*|(?:reflux|heat|stirr|warm|cool)ing|"
@@ -60,7 +60,8 @@ _PRODUCT_BEFORE = re.compile(
 )
 _FOLLOWED_AS_PRODUCT = re.compile(r"^\s*(?:synthesis|formation)\b", re.IGNORECASE)
 _SOLVENT_BEFORE = re.compile(r"\b(?:in|in refluxing|in dry|in anhydrous)$", re.IGNORECASE)
-_ADDS = re.compile(r"\baddition\b|\badd(?:ed|ing)?\b|\bbound\b", re.IGNORECASE)
+_ONTO = re.compile(r"\bto(?: (?:an?|the))?$", re.IGNORECASE)
+_ADDS = re.compile(r"\baddition\b|\badd(?:ed|ing)?\b|\bbound\b|\bcoupl\w{2,4}\b|\battach", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -72,6 +73,7 @@ class Mention:
         aside: whether it may say again what something else says: in a title, in brackets, or "the" class.
         loose: whether its words say that it is not all of its name ("a pyridine derivative").
         in_title, in_brackets: where it stands.
+        definite: whether "the" or "its" stands before it.
         strength: of a solution, as "4 M".
         amounts: of it that the wish states.
         meaning: None if it names a class or nothing that is known.
@@ -86,6 +88,7 @@ class Mention:
     loose: bool = False
     in_title: bool = False
     in_brackets: bool = False
+    definite: bool = False
     strength: str = ""
     meaning: Resolution | None = None
     classes: frozenset[str] = frozenset()
@@ -122,7 +125,8 @@ def mentions_of(text: str, resolver: Resolver) -> tuple[Mention, ...]:
             found |= {n for n, item in table.items() if item.parts and re.search(item.parts, bare, re.IGNORECASE)}
         if meaning is None and not found and all(is_ordinary(word) for word in draft.text.split()) and not is_open:
             found = frozenset(("?",))
-        mention = replace(draft, meaning=meaning, classes=found)
+        repeats = draft.definite and meaning is None and bool(found - {"?"})
+        mention = replace(draft, meaning=meaning, classes=found, aside=draft.aside or repeats)
         identity = (meaning.asset or meaning.smiles) if meaning is not None else normalize(bare)
         if identity in mentions and mentions[identity].aside and not mention.aside:
             del mentions[identity]
@@ -216,7 +220,7 @@ def _draft(text: str, start: int, end: int, lead: str, last: Part) -> tuple[Ment
     """
     phrase = text[start:end]
     part: Part = last if lead.endswith("and") else "substance"
-    adds = lead.endswith("to") and _ADDS.search(text[:start]) is not None
+    adds = _ONTO.search(lead) is not None and _ADDS.search(text[:start]) is not None
     if (_PRODUCT_BEFORE.search(lead) and not adds) or _FOLLOWED_AS_PRODUCT.match(text[end:]):
         part = "product"
     elif _SOLVENT_BEFORE.search(lead):
@@ -225,11 +229,14 @@ def _draft(text: str, start: int, end: int, lead: str, last: Part) -> tuple[Ment
     kind = _KIND.sub("", phrase).lower().removesuffix("s")
     is_class = article is not None and (kind in general_procedures().classes or is_generic(kind))
     is_class = is_class or (kind in general_procedures().classes and phrase.endswith("s"))
+    is_part = text[end:].lower().startswith((" group", " moiety")) or phrase.lower().endswith(" ether")
+    is_class = is_class or (article is not None and article[1] == "the" and is_part)
     indefinite = article is not None and article[1] in ("a", "an")
     loose = _OPEN_ENDING.search(phrase) is not None
     in_title, in_brackets = start < text.find(": "), text[max(0, start - 1) : start] == "("
     aside = in_title or in_brackets or is_class
-    mention = Mention(phrase, start, end, part, aside, loose, in_title, in_brackets)
+    definite = article is not None and article[1] in ("the", "its")
+    mention = Mention(phrase, start, end, part, aside, loose, in_title, in_brackets, definite)
     return mention, indefinite or is_class or loose
 
 

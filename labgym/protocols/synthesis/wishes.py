@@ -169,7 +169,7 @@ def _is_sold(meaning: Resolution) -> bool:
 
 def _fits(item: GeneralProcedure, text: str, mentions: Sequence[Mention], resolver: Resolver) -> Iterator[Fit]:
     """Yield the best way in which the substances of a wish fill the slots of a procedure, if there is one."""
-    spans = [m.span() for m in re.finditer(rf"(?<![\w-])(?:{item.words})(?![\w-])", text, re.IGNORECASE)]
+    spans = [m.span() for m in re.finditer(rf"(?<![\w-])(?:[CNOS]-)?(?:{item.words})(?![\w-])", text, re.IGNORECASE)]
     if item.named and not spans:
         return
     owned = [m for m in mentions if any(start <= m.start and m.end <= end for start, end in spans)]
