@@ -127,6 +127,36 @@ def test_a_reaction_without_a_procedure_needs_a_balanced_equation() -> None:
     assert balanced([acetoacetate, acetaldehyde], "CCOC(=O)C1C(C)CC(=O)C=C1CC", losses) == ()
 
 
+def test_a_reaction_without_a_procedure_is_partial_and_never_violent() -> None:
+    text = "Synthesis of ethyl 2-cyano-3-(dimethylamino)acrylate: Reaction of ethyl cyanoacetate with {}."
+    done = fulfill(text.format("N,N-dimethylformamide dimethyl acetal"), names=NAMES).protocol
+    assert "no general procedure covers" not in " ".join(done.partial)
+    product = "Synthesis of CC(=O)C=C(C)Nc1ccccc1: Reaction of CC(=O)CC(C)=O with aniline."
+    made = fulfill(product, names=NAMES).protocol
+    assert any("no general procedure covers" in line for line in made.partial)
+    with pytest.raises(RefusalError):
+        fulfill("Synthesis of CC(=O)OOC(C)=O: Reaction of acetic anhydride with hydrogen peroxide.", names=NAMES)
+
+
+@pytest.mark.parametrize(
+    ("text", "substrate"),
+    [
+        ("Mesylate cyclohexanol with MsCl", "Cyclohexanol"),
+        ("Grignard reaction: Addition of methylmagnesium bromide to benzaldehyde", "Benzaldehyde"),
+        ("Cleavage of 2-methoxynaphthalene: Cleavage of the methyl ether with boron tribromide", "2Methoxynaphthalene"),
+    ],
+)
+def test_the_substrate_is_what_the_grammar_says(text: str, substrate: str) -> None:
+    assert any(use.name.endswith(substrate) for use in fulfill(text, names=NAMES).protocol.reagents)
+
+
+def test_a_solvent_that_is_also_a_reagent_is_the_only_solvent() -> None:
+    protocol = fulfill("Tosylation of benzyl alcohol with tosyl chloride in pyridine", names=NAMES).protocol
+    uses = {use.name: use.amount for use in protocol.reagents}
+    assert "40 mL" in uses["Pyridine"]
+    assert "Dichloromethane" not in uses
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [
