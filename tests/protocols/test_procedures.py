@@ -429,6 +429,6 @@ def test_waste_is_parted_by_what_it_is() -> None:
         ("The reaction was quenched by the careful addition of water (10 mL).", "Quench", (None, None, None, "slowly")),
     ],
 )
-def test_conditions_belong_to_the_operation_that_the_text_says(text: str, verb: str, conditions: tuple[object]) -> None:
-    found = [action for action in read_procedure(text).actions if action.verb == verb]
-    assert [(item.temperature, item.duration, item.atmosphere, item.manner) for item in found] == [conditions]
+def test_conditions_belong_to_the_operation_that_the_text_says(text: str, verb: str, conditions: object) -> None:
+    (found,) = (action for action in read_procedure(text).actions if action.verb == verb)
+    assert (found.temperature, found.duration, found.atmosphere, found.manner) == conditions

@@ -40,7 +40,7 @@ class StatedWish:
 
     Attributes:
         text: of the same length, with blanks for what is read.
-        amounts: of one substance each, beside it or in brackets behind it.
+        amounts: of one substance each, next to it or in brackets after it.
         temperature: degrees Celsius. duration: minutes. reflux: whether the mixture boils under reflux.
         atmosphere: gas above the mixture.
     """
@@ -116,7 +116,7 @@ def with_amounts(wish: StatedWish, mentions: Sequence[Mention]) -> tuple[Mention
     """Return the mentions of a wish with their amounts.
 
     Raises:
-        RefusalError: an amount stands beside no substance, or beside one that has an amount.
+        RefusalError: an amount is next to no substance, or next to one that has an amount.
     """
     several = list(mentions)
     for group in wish.amounts:

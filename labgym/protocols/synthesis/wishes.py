@@ -48,7 +48,7 @@ MAX_WISH = 500
 LEAST_HEATED_C, MOST_COOLED_C = 40.0, 10.0
 """Temperatures from which a mixture counts as heated, and up to which as cooled, degrees Celsius."""
 VIOLENT: tuple[Flag, ...] = ("explosive", "oxidizer", "pyrophoric", "water_reactive", "active_metal")
-"""Flags of substances that react only by a general procedure of their own."""
+"""Flags of substances that react only by a general procedure for them."""
 
 
 @dataclass(frozen=True)
@@ -350,8 +350,8 @@ def _with_product(fit: Fit, products: Sequence[Mention], resolver: Resolver) -> 
     if item.losses is not None:
         known = [structures[key] for key in core if key in structures]
         counts = balanced(known, wanted, item.losses) if wanted and len(known) == len(core) else ()
-        made = replace(fit, counts=dict(zip(core, counts, strict=False)), product=wanted, named_product=named)
-        return replace(made, score=score, structures=structures) if counts else None
+        fit = replace(fit, counts=dict(zip(core, counts, strict=False)), product=wanted, named_product=named)
+        return replace(fit, score=score, structures=structures) if counts else None
     if not item.equations:
         return replace(fit, score=score, structures=structures, product=wanted, named_product=named)
     if all(key in structures for key in core):
