@@ -407,3 +407,28 @@ def test_waste_is_parted_by_what_it_is() -> None:
         ("aqueous", 50.0, 0.0),
         ("solids", 0.0, 5.0),
     ]
+
+
+@pytest.mark.parametrize(
+    ("text", "verb", "conditions"),
+    [
+        ("Degassed by bubbling argon through it for 20 min.", "Purge", (None, 20.0, "argon", None)),
+        (
+            "Water (5 mL) was added in small portions to an ice-cold solution of urea (1 g) in THF (10 mL).",
+            "Add",
+            (0.0, None, None, "portionwise"),
+        ),
+        ("The mixture was cooled in ice.", "Cool", (0.0, None, None, None)),
+        ("Heating at reflux was continued for 30 min.", "Reflux", (None, 30.0, None, None)),
+        (
+            "The vial was irradiated in a microwave reactor at 120 °C for 20 min.",
+            "Microwave",
+            (120.0, 20.0, None, None),
+        ),
+        ("It was stirred for 30 min before aniline (1 g) was added over 5 minutes.", "Add", (None, 5.0, None, None)),
+        ("The reaction was quenched by the careful addition of water (10 mL).", "Quench", (None, None, None, "slowly")),
+    ],
+)
+def test_conditions_belong_to_the_operation_that_the_text_says(text: str, verb: str, conditions: object) -> None:
+    (found,) = (action for action in read_procedure(text).actions if action.verb == verb)
+    assert (found.temperature, found.duration, found.atmosphere, found.manner) == conditions

@@ -7,7 +7,15 @@ from dataclasses import replace
 from itertools import chain
 
 from labgym.protocols.experiments.model import Period, Portion, Verb
-from labgym.protocols.reading.draft import EXTRACTS, LAYERS, ActionDraft, PhrasedOperation, lows, with_substances
+from labgym.protocols.reading.draft import (
+    EXTRACTS,
+    LAYERS,
+    ActionDraft,
+    PhrasedOperation,
+    conditions,
+    lows,
+    with_substances,
+)
 from labgym.protocols.reading.figures import QuantitySpan
 from labgym.protocols.reading.lexicon import SOLID, SOLUTIONS
 from labgym.protocols.reading.mentions import SubstanceMention, TextPhrase
@@ -62,6 +70,9 @@ def add(draft: ActionDraft, operation: PhrasedOperation) -> None:
     for phrase in targets:
         draft.charge([phrase], always=not draft.actions or phrase.is_measured)
     rest = [phrase for phrase in operation.phrases if phrase not in targets]
+    cold = [item for phrase in targets for item in phrase.conditions if item.kind == "temperature"]
+    if cold and theme and not any(item.kind == "temperature" for item in conditions(rest)):
+        theme[0].conditions = [*cold, *theme[0].conditions]
     _take(draft, replace(operation, before=rest, after=[]), [*theme, *extra])
 
 

@@ -10,7 +10,7 @@ from labgym.protocols.reading.heads import Head, heads
 from labgym.protocols.reading.lexicon import BATCH, DETERMINERS, PREPOSITIONS, SOLUTIONS
 from labgym.protocols.reading.tokens import Token
 
-_BREAKS = frozenset(("and", ",", "then", "while", "but", "whereupon", "when", ":", "or"))
+_BREAKS = frozenset(("and", ",", "then", "while", "but", "whereupon", "when", "before", ":", "or"))
 _NOMINAL = frozenset(("name", "figure", "group"))
 """Kinds of tokens of which a subject with a substance consists."""
 _SUBORDINATES = frozenset((

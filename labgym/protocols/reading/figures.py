@@ -118,7 +118,11 @@ _NAMED = (
         ROOM_TEMPERATURE,
     ),
     (
-        re.compile(r"\bice[- ]?(?:water)?[- ]?bath|\bice[- ]cooling|\bcooling with ice|\bice and water bath"),
+        re.compile(r"\bice[- ]?(?:water)?[- ]?bath|\bice[- ]cooling|\bcooling with ice|\bice and water bath"
+            r"|\bice[- ]cold(?= (?:stirred )?(?:solution|suspension|mixture)\b)"
+            r"|(?:(?<=cooled in )|(?<=chilled in )|(?<=cooling in )|(?<=cooled with ))ice(?:[- ]water)?\b"
+            r"(?! ?[-/]?(?:salt|bath))"
+        ),
         "temperature",
         0.0,
     ),

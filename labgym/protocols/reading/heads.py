@@ -108,6 +108,8 @@ def heads(tokens: Sequence[Token]) -> list[Head]:
             and last.word.verb in ("Quench", "AdjustPH", "Crystallize")
         ):
             continue
+        if last is not None and last.word.verb == "Purge" and head.marker == "by":
+            continue
         if last is not None and _is_method(tokens, last, head):
             found[-1] = replace(last, word=head.word, last=head.place, method=head.low)
             continue

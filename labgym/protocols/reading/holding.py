@@ -18,6 +18,12 @@ def hold(draft: ActionDraft, operation: PhrasedOperation) -> None:
     bare = head.low in ("stirring", "heating", "cooling") and not head.passive and head.marker == ""
     if bare and not held and not clause.after:
         return
+    if head.low in ("keeping", "maintaining") and held and draft.last_verb in ("Add", "Quench", "Pour"):
+        draft.own_all(held)
+        last = draft.actions[-1]
+        lacking = {key: value for key, value in single(held).items() if getattr(last, key) is None}
+        draft.actions[-1] = last.model_copy(update=lacking)
+        return
     _fill(draft, operation)
     if clause.before and clause.before[0].low in ("while", "whilst") and not held:
         return
@@ -76,7 +82,7 @@ def _holding_verb(operation: PhrasedOperation) -> Verb | None:
     verb, low, after = operation.verb, operation.head.low, operation.clause.after
     held = {item.kind for item in operation.conditions}
     named = any("reflux" in (*phrase.words, *phrase.nouns) for phrase in operation.after)
-    reflux = named or bool(lows(after[:5]) & {"reflux", "refluxing"})
+    reflux = named or bool(lows((*operation.clause.group, *after[:5])) & {"reflux", "refluxing"})
     ahead = lows(after[:6])
     if verb in ("Heat", "Wait", "SetTemperature", "Stir") and reflux:
         return "Reflux"
@@ -86,6 +92,8 @@ def _holding_verb(operation: PhrasedOperation) -> Verb | None:
         return "SetTemperature"
     if verb == "SetTemperature" and "ph" in held:
         return "AdjustPH"
+    if verb == "Irradiate" and any("microwave" in token.low for token in (*operation.clause.before, *after)):
+        return "Microwave"
     return None if verb == "SetTemperature" and "temperature" not in held else verb
 
 

@@ -90,7 +90,7 @@ MANNERS = {
     "dropwise": "dropwise", "drop-wise": "dropwise", "drop": "", "portionwise": "portionwise",
     "portion-wise": "portionwise",
     "slowly": "slowly", "gradually": "slowly", "rapidly": "quickly", "quickly": "quickly", "carefully": "slowly",
-    "progressively": "slowly",
+    "progressively": "slowly", "careful": "slowly", "cautiously": "slowly", "cautious": "slowly",
 }  # fmt: skip
 GASES = {
     "nitrogen": "nitrogen",

@@ -20,6 +20,8 @@ def stated_by(words: set[str]) -> dict[str, Any]:
     """Return how something is added, and the gas above it, as words say."""
     values: dict[str, Any] = {}
     manner = next((MANNERS[word] for word in sorted(words) if MANNERS.get(word)), None)
+    if manner is None and "portions" in words and words & {"small", "several"}:
+        manner = "portionwise"
     if manner:
         values["manner"] = manner
     gas = next((word for word in sorted(words) if word in GASES.values()), None)

@@ -46,6 +46,10 @@ _TRAILING = re.compile(
 )
 _REMARK = re.compile(r"^(.*[^\s(])\s+\(([^()]*)\)$")
 _STRENGTH = re.compile(r"^\s*\d+(?:\.\d+)?\s*(?:M|N|%|wt\s?%|mol/L)\s+(?:solution\s+of\s+)?(?=\D)")
+_ISOMERS = re.compile(r"^\(?(?:E/Z|Z/E|cis/trans|trans/cis|rac|RS|±|\+/-)\)?-")
+"""Begin of the name of a mixture of stereoisomers."""
+_THIO = re.compile(r"(?<=yl)thio(?=benz(?:o(?:yl|ic|ate|nitrile)|aldehyde))", re.IGNORECASE)
+"""An alkylthio group before the name of an acid, which parsers read as a thio acid."""
 _LABEL = re.compile(
     r"(?:the\s++)?(?:(?:title|crude|above|resulting|resultant|desired|said|obtained|corresponding|final)\s++)*"
     r"(?:compounds?|intermediates?|products?|examples?|steps?|preparations?|material|residue|mixture|solution|solids?|"
@@ -54,6 +58,8 @@ _LABEL = re.compile(
 )
 """Names that point to another place of a text: "crude product", "compound 12a", "(iv)"."""
 MAX_FORMS = 6
+PLACEHOLDER = "unnamed "
+"""Begin of the name of a substance that is only known by its class."""
 _NUMBER = r"(\d{1,3}(?:\.\d{1,2})?)"
 _RATIO = re.compile(rf"(?<![\s(\[])[\s(\[]*+(?<![\d.]){_NUMBER}\s*[:/]\s*{_NUMBER}(?:\s*+,?\s*+\(?v/v\)?)?[)\]\s]*$")
 _JOINTS = re.compile(r"[\s/:+\u2013-]+(?:and\s+)?")
@@ -216,8 +222,8 @@ def forms(name: str) -> Iterator[str]:
 
     Words for a kind or a place, such as "product", have none.
     """
-    text = " ".join(name.split())
-    if is_generic(text) or _LABEL.fullmatch(text):
+    text = _THIO.sub("sulfanyl", " ".join(name.split()))
+    if is_generic(text) or _LABEL.fullmatch(text) or text.startswith(PLACEHOLDER):
         return
     seen: dict[str, None] = {}
     waiting = [text, of_substance(text)[1].name]
@@ -227,7 +233,7 @@ def forms(name: str) -> Iterator[str]:
             continue
         seen[form] = None
         remark = _REMARK.match(form)
-        waiting += [_LEADING.sub("", form), _STRENGTH.sub("", form), _TRAILING.sub("", form)]
+        waiting += [_LEADING.sub("", form), _ISOMERS.sub("", form), _STRENGTH.sub("", form), _TRAILING.sub("", form)]
         waiting += [remark[1], remark[2]] if remark else []
     yield from seen
 

@@ -181,10 +181,15 @@ def _opsin() -> tuple[str, ...] | None:
 
 
 def _is_torn(smiles: str) -> bool:
-    """Return whether the parser read one substance as several: "ethane sulfonyl chloride" as ethane and a chloride."""
+    """Return whether the parser read one substance as several, "ethane sulfonyl chloride" as ethane and a chloride.
+
+    A carbon with an open valence is a name torn in another way.
+    """
     try:
         structure = standard(smiles)
     except LabgymError:
+        return True
+    if any(atom.GetSymbol() == "C" and atom.GetNumRadicalElectrons() for atom in structure.GetAtoms()):
         return True
     from rdkit import Chem
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Sequence
 from functools import lru_cache
+from itertools import product as product_of
 from typing import Any
 
 from labgym.assets.structures import canonical, standard
@@ -12,6 +14,8 @@ from labgym.errors import LabgymError
 
 MAX_OUTCOMES = 30
 """Most ways of one reaction that are compared."""
+MOST_EQUIVALENTS, MOST_LOST = 3, 4
+"""Most molecules of each reactant, and most small molecules, of a balanced equation."""
 
 
 def forward(equations: Sequence[str], reactants: Sequence[str]) -> tuple[str, ...]:
@@ -42,6 +46,48 @@ def may_be_product(equations: Sequence[str], product: str) -> bool:
     molecule = MolFromSmiles(product)
     parts = [MolFromSmarts(equation.rpartition(">>")[2]) for equation in equations]
     return molecule is not None and any(part is not None and molecule.HasSubstructMatch(part) for part in parts)
+
+
+def balanced(reactants: Sequence[str], product: str, losses: Sequence[str]) -> tuple[int, ...]:
+    """Return how many of each reactant, up to three, give a product and up to four molecules that are lost; or ().
+
+    Args:
+        reactants: SMILES of at most two.
+        losses: SMILES of what may be lost.
+    """
+    wanted, parts = _atoms(product), [_atoms(smiles) for smiles in reactants]
+    lost = [_atoms(smiles) for smiles in losses]
+    for counts in product_of(range(1, MOST_EQUIVALENTS + 1), repeat=len(parts)):
+        total: Counter[str] = Counter()
+        for count, atoms in zip(counts, parts, strict=True):
+            total.update({element: count * number for element, number in atoms.items()})
+        total.subtract(wanted)
+        if _is_sum_of(total, lost, MOST_LOST):
+            return counts
+    return ()
+
+
+def _is_sum_of(rest: Counter[str], lost: Sequence[Counter[str]], most: int) -> bool:
+    if not any(rest.values()):
+        return True
+    if most == 0 or min(rest.values()) < 0:
+        return False
+    return any(_is_sum_of(_less(rest, atoms), lost[place:], most - 1) for place, atoms in enumerate(lost))
+
+
+def _less(rest: Counter[str], atoms: Counter[str]) -> Counter[str]:
+    left = Counter(rest)
+    left.subtract(atoms)
+    return left
+
+
+@lru_cache(maxsize=2048)
+def _atoms(smiles: str) -> Counter[str]:
+    """Return how often each element is in a structure, hydrogen included."""
+    from rdkit.Chem import AddHs
+
+    add: Any = AddHs
+    return Counter(str(atom.GetSymbol()) for atom in add(standard(smiles)).GetAtoms())
 
 
 def same(a: str, b: str) -> bool:

@@ -17,10 +17,17 @@ ANY = "ANY"
 
 
 class SubstanceClass(Record):
-    """A class of substances: a pattern of its words, and SMARTS of which one must match."""
+    """A class of substances.
+
+    Attributes:
+        words: pattern of the words that name it, at the end of a phrase.
+        smarts: of which one must match.
+        parts: pattern of its parts of names, anywhere in a phrase that names no structure: "hydroxymethyl thiazole".
+    """
 
     words: str
     smarts: tuple[str, ...]
+    parts: str = ""
 
 
 class Slot(Record):
@@ -51,6 +58,8 @@ class GeneralProcedure(Record):
         product: class of the product.
         equations: reaction SMARTS, of which the first that applies gives the product.
         retro: reaction SMARTS from the product to the substrates, if it leads back without doubt.
+        losses: of a procedure for reactions without an own one: SMILES of what may be lost besides the product, which
+            the wish must name; the equation must balance.
         actions: with the keys of the slots, "S" for the solvent, or names as materials.
     """
 
@@ -63,6 +72,7 @@ class GeneralProcedure(Record):
     product: str
     equations: tuple[str, ...] = ()
     retro: str = ""
+    losses: tuple[str, ...] | None = None
     actions: tuple[Action, ...]
     hazards: tuple[str, ...] = ()
     source: str

@@ -9,10 +9,12 @@ from typing import Literal
 
 from labgym.assets.search import normalize
 from labgym.assets.structures import canonical
+from labgym.assets.substances import is_generic
 from labgym.errors import LabgymError
 from labgym.protocols.errors import RefusalError
 from labgym.protocols.experiments.model import Material
 from labgym.protocols.language.vocabulary import is_ordinary
+from labgym.protocols.reading.figures import QuantitySpan
 from labgym.protocols.substances import Resolver
 from labgym.protocols.substances.opening import Resolution
 from labgym.protocols.synthesis.general_procedures import general_procedures
@@ -22,7 +24,7 @@ MAX_MENTIONS = 8
 """Most substances of a wish."""
 STRENGTH = re.compile(r"^(\d{1,3}(?:\.\d{1,3})?)\s?(M|N|%)$")
 _BREAKER = re.compile(
-    r"(?:\w{1,20}-){0,3}(?:\w{2,24}(?:ation|ition|ution|ction|lysis|ission|rangement|pling)s?|removal|metathesis|drying|"
+    r"(?:[\w,]{1,20}-){0,3}(?:\w{2,24}(?:ation|ition|ution|ction|lysis|ission|rangement|pling)s?|removal|metathesis|drying|"
     r"(?:de|re)?(?:reduc|oxidi[sz]|protect|hydroly[sz]|hydrogenat|coupl|alkylat|acylat|methylat|brominat|chlorinat|"
     r"iodinat|condens|cycli[sz]|esterif|(?:mes|tos)ylat(?!e)|silylat|epoxid|distil|recrystalli[sz]|crystalli[sz]|purif|"
     r"dissol|dehydrat|saponif|aminat|substitut|formylat|remov|cleav|dried|olefinat|isolat|chromatograph)\w*|(?:reflux|heat|stirr|warm|cool)ing|"
@@ -32,8 +34,17 @@ _BREAKER = re.compile(
     r"catalytic|radical|basic|acidic|aromatic|nucleophilic|(?:regio|chemo|stereo|enantio)?selective(?:ly)?)",
     re.IGNORECASE,
 )
-_QUALIFIER = re.compile(r"(?:ly|al|ive|ic)$|(?:reflux|heat|stirr|warm|cool)ing$", re.IGNORECASE)
 """Words of transformations, which end the name of a substance."""
+_QUALIFIER = re.compile(r"(?:ly|(?<!remov)al|ive|ic)$|(?:reflux|heat|stirr|warm|cool)ing$", re.IGNORECASE)
+_IMPERATIVE = re.compile(r"[A-Za-z]{3,14}(?:ate|ify|ize|ise)")
+_PARTICIPLE = re.compile(r"\w{0,12}-?\w{3,14}ed", re.IGNORECASE)
+_ARTICLES = frozenset(("a", "an", "the", "its", "crude", "dry"))
+_MEANS = re.compile(r"-(?:mediated|catalyzed|catalysed|promoted|induced|assisted|based)$", re.IGNORECASE)
+_KIND = re.compile(
+    r"^(?:(?:crude|pure|free|primary|secondary|tertiary|terminal|benzylic|allylic|aromatic|aliphatic|cyclic|final|"
+    r"intermediate|resulting|protected|substituted|methyl|ethyl|benzyl) )*",
+    re.IGNORECASE,
+)
 _OPEN_ENDING = re.compile(
     r"\b(?:derivative|intermediate|precursor|compound|analog(?:ue)?|substrate|moiety|ring)s?$", re.IGNORECASE
 )
@@ -49,7 +60,8 @@ _PRODUCT_BEFORE = re.compile(
 )
 _FOLLOWED_AS_PRODUCT = re.compile(r"^\s*(?:synthesis|formation)\b", re.IGNORECASE)
 _SOLVENT_BEFORE = re.compile(r"\b(?:in|in refluxing|in dry|in anhydrous)$", re.IGNORECASE)
-_ADDS = re.compile(r"\baddition\b|\badd(?:ed|ing)?\b|\bbound\b", re.IGNORECASE)
+_ONTO = re.compile(r"\bto(?: (?:an?|the))?$", re.IGNORECASE)
+_ADDS = re.compile(r"\baddition\b|\badd(?:ed|ing)?\b|\bbound\b|\bcoupl\w{2,4}\b|\battach", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -61,7 +73,9 @@ class Mention:
         aside: whether it may say again what something else says: in a title, in brackets, or "the" class.
         loose: whether its words say that it is not all of its name ("a pyridine derivative").
         in_title, in_brackets: where it stands.
+        definite: whether "the" or "its" stands before it.
         strength: of a solution, as "4 M".
+        amounts: of it that the wish states.
         meaning: None if it names a class or nothing that is known.
         classes: by its words.
     """
@@ -74,9 +88,11 @@ class Mention:
     loose: bool = False
     in_title: bool = False
     in_brackets: bool = False
+    definite: bool = False
     strength: str = ""
     meaning: Resolution | None = None
     classes: frozenset[str] = frozenset()
+    amounts: tuple[QuantitySpan, ...] = ()
 
     @property
     def smiles(self) -> str:
@@ -103,12 +119,14 @@ def mentions_of(text: str, resolver: Resolver) -> tuple[Mention, ...]:
             meaning = meaning or _drawn(draft.text)
         bare = _SALT.sub("", _OPEN_ENDING.sub("", draft.text).strip())
         table = general_procedures().classes
-        found = frozenset(name for name, item in table.items() if _ends_with(item.words, bare))
-        if is_open and not found & {"amine"}:
-            found |= {name for name in ("amine",) if re.search(r"(?<![\w-])amino(?![\w-])", bare, re.IGNORECASE)}
+        kinds = {bare, _KIND.sub("", bare)}
+        found = frozenset(name for name, item in table.items() if any(_ends_with(item.words, k) for k in kinds))
+        if meaning is None:
+            found |= {n for n, item in table.items() if item.parts and re.search(item.parts, bare, re.IGNORECASE)}
         if meaning is None and not found and all(is_ordinary(word) for word in draft.text.split()) and not is_open:
             found = frozenset(("?",))
-        mention = replace(draft, meaning=meaning, classes=found)
+        repeats = draft.definite and meaning is None and bool(found - {"?"})
+        mention = replace(draft, meaning=meaning, classes=found, aside=draft.aside or repeats)
         identity = (meaning.asset or meaning.smiles) if meaning is not None else normalize(bare)
         if identity in mentions and mentions[identity].aside and not mention.aside:
             del mentions[identity]
@@ -145,10 +163,13 @@ def _phrases(text: str) -> Iterator[tuple[Mention, bool]]:
         word = text[begin:end]
         pair = text[begin : end + 2].strip()
         is_strength = is_strength_of(pair) or is_strength_of(word)
-        breaks = is_strength or not word or word.lower() in fillers or is_transformation(word)
+        breaks = is_strength or not word or word.lower() in fillers or is_transformation(word, first=begin == 0)
         if word in ("M", "N", "%") and strength:
             continue
-        if not breaks or (word == "on" and run):
+        if breaks and not ends and _is_adjective(word, run, before):
+            breaks = False
+        belongs = word == "on" or (word.lower() == "reagent" and _is_named_after(text, run))
+        if not breaks or (belongs and run):
             run.append((begin, end))
             if not ends:
                 continue
@@ -163,6 +184,19 @@ def _phrases(text: str) -> Iterator[tuple[Mention, bool]]:
             before = f"{before} {word}"[-60:]
 
 
+def _is_named_after(text: str, run: list[tuple[int, int]]) -> bool:
+    """Return whether a phrase is a name of a person: "Lawesson's" reagent, "Jones" reagent."""
+    name = text[run[0][0] : run[-1][1]] if run else ""
+    return name.endswith("'s") or (name.isalpha() and name.istitle())
+
+
+def _is_adjective(word: str, run: list[tuple[int, int]], before: str) -> bool:
+    """Return whether a participle describes the substance that follows: "a protected amine", "Fmoc-protected"."""
+    if word.lower() in general_procedures().fillers or _PARTICIPLE.fullmatch(word) is None:
+        return False
+    return bool(run) or "-" in word or before.rpartition(" ")[2].lower() in _ARTICLES
+
+
 def _words(text: str) -> Iterator[tuple[int, int, bool]]:
     """Yield the places of words without punctuation, and whether a phrase ends behind each."""
     for match in re.finditer(r"\S+", text):
@@ -172,6 +206,9 @@ def _words(text: str) -> Iterator[tuple[int, int, bool]]:
             begin, word = begin + 1, word[1:]
         if word.endswith(")") and word.count(")") > word.count("("):
             word = word[:-1]
+        if means := _MEANS.search(word):
+            yield begin, begin + means.start(), True
+            continue
         yield begin, begin + len(word), begin + len(word) < match.end()
 
 
@@ -183,18 +220,23 @@ def _draft(text: str, start: int, end: int, lead: str, last: Part) -> tuple[Ment
     """
     phrase = text[start:end]
     part: Part = last if lead.endswith("and") else "substance"
-    adds = lead.endswith("to") and _ADDS.search(text[:start]) is not None
+    adds = _ONTO.search(lead) is not None and _ADDS.search(text[:start]) is not None
     if (_PRODUCT_BEFORE.search(lead) and not adds) or _FOLLOWED_AS_PRODUCT.match(text[end:]):
         part = "product"
     elif _SOLVENT_BEFORE.search(lead):
         part = "solvent"
     article = re.search(r"\b(an?|the|its)$", lead)
-    is_class = article is not None and phrase.lower().removesuffix("s") in general_procedures().classes
+    kind = _KIND.sub("", phrase).lower().removesuffix("s")
+    is_class = article is not None and (kind in general_procedures().classes or is_generic(kind))
+    is_class = is_class or (kind in general_procedures().classes and phrase.endswith("s"))
+    is_part = text[end:].lower().startswith((" group", " moiety")) or phrase.lower().endswith(" ether")
+    is_class = is_class or (article is not None and article[1] == "the" and is_part)
     indefinite = article is not None and article[1] in ("a", "an")
     loose = _OPEN_ENDING.search(phrase) is not None
     in_title, in_brackets = start < text.find(": "), text[max(0, start - 1) : start] == "("
     aside = in_title or in_brackets or is_class
-    mention = Mention(phrase, start, end, part, aside, loose, in_title, in_brackets)
+    definite = article is not None and article[1] in ("the", "its")
+    mention = Mention(phrase, start, end, part, aside, loose, in_title, in_brackets, definite)
     return mention, indefinite or is_class or loose
 
 
@@ -203,9 +245,9 @@ def is_strength_of(word: str) -> bool:
     return STRENGTH.match(word) is not None
 
 
-def is_transformation(word: str) -> bool:
-    """Return whether a word names a transformation or qualifies one."""
-    return _BREAKER.fullmatch(word) is not None
+def is_transformation(word: str, first: bool = False) -> bool:
+    """Return whether a word names a transformation or qualifies one; the `first` of a text may be an imperative."""
+    return _BREAKER.fullmatch(word) is not None or (first and _IMPERATIVE.fullmatch(word) is not None)
 
 
 def is_qualifier(word: str) -> bool:

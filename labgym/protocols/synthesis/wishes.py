@@ -10,10 +10,11 @@ from __future__ import annotations
 import hashlib
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 from labgym.assets import Catalog
+from labgym.assets.flags import Flag, carried
 from labgym.assets.inference.substructures import matches
 from labgym.assets.search import normalize
 from labgym.assets.structures import standard
@@ -32,20 +33,22 @@ from labgym.protocols.refusals import (
     refuse_wish,
 )
 from labgym.protocols.substances import Resolver
-from labgym.protocols.substances.opening import Resolution
-from labgym.protocols.synthesis.equations import backward, forward, may_be_product, molar_mass, same
+from labgym.protocols.substances.opening import PLACEHOLDER, Resolution
+from labgym.protocols.substances.sources import physical_data
+from labgym.protocols.synthesis.equations import backward, balanced, forward, may_be_product, molar_mass, same
 from labgym.protocols.synthesis.general_procedures import ANY, GeneralProcedure, Slot, general_procedures
 from labgym.protocols.synthesis.staging import stage
+from labgym.protocols.synthesis.wish_amounts import MMOL, StatedWish, scaled_actions, stated_wish, with_amounts
 from labgym.protocols.synthesis.wish_mentions import STRENGTH, Mention, is_qualifier, is_transformation, mentions_of
 from labgym.protocols.validate import examine
 
+_SEVERAL = re.compile(r"\b(?:followed by|and then|subsequent|(?:two|three|four|multi)-step)\b", re.IGNORECASE)
 MAX_WISH = 500
 """Most characters of a wish."""
-MMOL = re.compile(r"^(\d+(?:\.\d+)?) mmol$")
-_AMOUNT = re.compile(
-    r"(?<![\w.,(-])-?\d{1,6}(?:\.\d{1,4})?\s?(?:[mkµ]?g|[mµ]?[Ll]|m?mol|equiv|eq|h|hours?|min|minutes?|days?|bar|°\s?C|C|K)\b"
-    r"(?![-\w])|\b(?:overnight|room temperature|reflux)\b"
-)
+LEAST_HEATED_C, MOST_COOLED_C = 40.0, 10.0
+"""Temperatures from which a mixture counts as heated, and up to which as cooled, degrees Celsius."""
+VIOLENT: tuple[Flag, ...] = ("explosive", "oxidizer", "pyrophoric", "water_reactive", "active_metal")
+"""Flags of substances that react only by a general procedure for them."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +57,7 @@ class Fit:
 
     Attributes:
         structures: SMILES by key. product: SMILES.
+        counts: molecules of each substrate in a balanced equation, by key; 1 if it lacks.
         unread: words that have no effect. echoes: phrases that are taken to say again what something else says.
     """
 
@@ -65,6 +69,7 @@ class Fit:
     named_product: Mention | None = None
     unread: tuple[str, ...] = ()
     echoes: tuple[str, ...] = ()
+    counts: dict[str, int] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -80,7 +85,7 @@ def fulfill(text: str, partial: bool = False, names: Resolver | None = None) -> 
     """Write the protocol of a wish by the general procedure that fits best.
 
     Args:
-        text: one English line without amounts.
+        text: one English line; amounts and conditions in it replace those of the general procedure.
         partial: whether a protocol is written although words have no effect on it; its `partial` names them.
         names: says what the names mean; by default with all sources that are installed.
 
@@ -92,28 +97,29 @@ def fulfill(text: str, partial: bool = False, names: Resolver | None = None) -> 
     refuse_structures(text)
     if len(text) > MAX_WISH or language_of(text) != "en":
         raise RefusalError("language", f"a wish is one English line of at most {MAX_WISH} characters")
-    amount = _AMOUNT.search(text)
-    if amount is not None:
-        raise RefusalError("unaccounted", f"a wish has no amounts or conditions ({amount[0]!r}): write a procedure")
+    wish = stated_wish(text)
     resolver = names if names is not None else Resolver(Catalog.load())
-    mentions = mentions_of(text, resolver)
+    mentions = with_amounts(wish, mentions_of(wish.text, resolver))
     used = [(m.start, m.end) for m in mentions if m.part != "product" and m.meaning is not None and _is_sold(m.meaning)]
     refuse_product(text, used)
     for mention in mentions:
         if mention.smiles and mention.meaning is not None and not _is_sold(mention.meaning):
             refuse_structure(mention.smiles)
-    fits = [fit for item in general_procedures().procedures for fit in _fits(item, text, mentions, resolver)]
+    fits = [fit for item in general_procedures().procedures for fit in _fits(item, wish.text, mentions, resolver)]
     if not fits:
         named = ", ".join(repr(mention.text[:60]) for mention in mentions) or "no substance"
-        raise RefusalError("no-reaction", f"no general procedure takes what the text names ({named})")
+        steps = "; write a wish for each step" if _SEVERAL.search(text) else ""
+        raise RefusalError("no-reaction", f"no general procedure takes what the text names ({named}){steps}")
     best = max(fits, key=lambda fit: fit.score)
-    experiment, notes = _experiment(text, best, resolver)
+    experiment, notes = _experiment(text, best, wish, resolver)
     refuse_to_make(experiment.name, experiment.product, filter(None, [best.product]))
     unread = [f"unread: {word!r} has no effect on the general procedure" for word in best.unread]
     if unread and not partial:
         raise RefusalError(
             "unaccounted", f"{best.procedure.name}: {'; '.join(unread)}: leave it out, or accept it with --partial"
         )
+    if best.procedure.losses is not None:
+        unread.append("no general procedure covers this reaction: solvent, temperature and time are placeholders")
     protocol = stage(experiment, names=resolver, partial=unread)
     _refuse_hazards(best, protocol, resolver)
     advice = tuple(f"{finding.message}; {finding.suggestion}" for finding in examine(protocol))
@@ -132,7 +138,8 @@ def _refuse_hazards(fit: Fit, protocol: Protocol, resolver: Resolver) -> None:
         raise RefusalError("unsafe", f"{item.name} tolerates no {solvent}: name an aprotic solvent")
     assets = protocol.assets(resolver.catalog)
     uses = [(use, assets.get(use.name).hazards) for use in protocol.reagents]
-    oxidizers = [use.name for use, hazards in uses if hazards.oxidizer or hazards.explosive]
+    handled = item.type is None
+    oxidizers = [use.name for use, hazards in uses if hazards.oxidizer or (handled and hazards.explosive)]
     if (
         oxidizers
         and solvent
@@ -144,7 +151,11 @@ def _refuse_hazards(fit: Fit, protocol: Protocol, resolver: Resolver) -> None:
             "unsafe", f"{oxidizers[0]} must not meet {solvent}, which is flammable: leave the solvent out"
         )
     others = [use.name for use, hazards in uses if use.role == "reactant" and not hazards.oxidizer]
-    if item.type is None and oxidizers and (others or not item.id.startswith("solution")):
+    if item.losses is not None:
+        violent = [use.name for use, _ in uses if any(carried(assets.get(use.name)).get(f) for f in VIOLENT)]
+        if violent:
+            raise RefusalError("unsafe", f"no general procedure covers a reaction of {violent[0]}: write a procedure")
+    if handled and oxidizers and (others or not item.id.startswith("solution")):
         raise RefusalError("unsafe", f"{item.name}: {oxidizers[0]} is an oxidizer or explosive; write a procedure")
 
 
@@ -158,7 +169,7 @@ def _is_sold(meaning: Resolution) -> bool:
 
 def _fits(item: GeneralProcedure, text: str, mentions: Sequence[Mention], resolver: Resolver) -> Iterator[Fit]:
     """Yield the best way in which the substances of a wish fill the slots of a procedure, if there is one."""
-    spans = [m.span() for m in re.finditer(rf"(?<![\w-])(?:{item.words})(?![\w-])", text, re.IGNORECASE)]
+    spans = [m.span() for m in re.finditer(rf"(?<![\w-])(?:[CNOS]-)?(?:{item.words})(?![\w-])", text, re.IGNORECASE)]
     if item.named and not spans:
         return
     owned = [m for m in mentions if any(start <= m.start and m.end <= end for start, end in spans)]
@@ -184,17 +195,42 @@ def _fits(item: GeneralProcedure, text: str, mentions: Sequence[Mention], resolv
         sure = [dict(_places(item, mention, resolver, False)).get(key, 0.0) >= 2.0 for key, mention in filled.items()]
         if not spans and not (all(sure) and (not open_ or (accepted and fit.score > score))):
             continue
-        words = [m for m in re.finditer(r"[^\s.,;:]+", text) if is_transformation(m[0])]
-        unread = [w[0] for w in words if not any(s <= w.start() and w.end() <= e for s, e in spans)]
+        words = [m for m in re.finditer(r"[^\s.,;:]+", text) if is_transformation(m[0], first=m.start() == 0)]
+        owners = [*spans, *((m.start, m.end) for m in mentions)]
+        unread = [w[0] for w in words if not any(s <= w.start() and w.end() <= e for s, e in owners)]
         unread = [word for word in unread if word.lower() not in general_procedures().fillers]
+        unread = [word for word in unread if not _is_done(word, fit)]
         if any(not is_qualifier(word) for word in unread):
             continue
-        score = fit.score + 3.0 * bool(spans) - 1.0 * open_ - 1.5 * len(unread) - 0.1 * len(empty)
+        score = (
+            fit.score
+            + 3.0 * bool(spans)
+            - 6.0 * (item.losses is not None)
+            - 1.0 * open_
+            - 1.5 * len(unread)
+            - 0.1 * len(empty)
+        )
         unread += [m.strength for key, m in filled.items() if m.strength and not _has_strength(item, key, m.strength)]
         unread += [m.text for m in products if m.classes == {"?"} or not (m.loose or m.meaning or m.classes)]
         unread += [m.text for m in rest if m not in filled.values() and m.classes == {"?"}]
         spoken = tuple(m.text for m in echoes)
         yield replace(fit, score=score, unread=tuple(dict.fromkeys(unread)), echoes=spoken)
+
+
+def _is_done(word: str, fit: Fit) -> bool:
+    """Return whether a general procedure does what a qualifier says: "refluxing", "catalytic", "chemoselective"."""
+    lowered, actions = word.lower(), fit.procedure.actions
+    if re.match(r"reflux", lowered):
+        return any(action.verb == "Reflux" for action in actions)
+    if re.match(r"heat|warm|thermal|hot$", lowered):
+        return any(action.verb == "Reflux" or (action.temperature or 0.0) >= LEAST_HEATED_C for action in actions)
+    if re.match(r"cool|cold$", lowered):
+        return any((action.temperature or LEAST_HEATED_C) <= MOST_COOLED_C for action in actions)
+    if lowered == "catalytic":
+        return any(slot.role == "catalyst" for slot in fit.procedure.slots)
+    if re.fullmatch(r"(?:chemo)?selective(?:ly)?", lowered):
+        return bool(fit.product)
+    return lowered == "stirring"
 
 
 def _is_echo(mention: Mention, fit: Fit) -> bool:
@@ -240,7 +276,8 @@ def _places(item: GeneralProcedure, mention: Mention, resolver: Resolver, named:
             yield slot.key, worth
     asset = mention.meaning.asset if mention.meaning is not None else ""
     meant = {asset, mention.smiles} - {""}
-    is_solvent = bool(asset) and resolver.catalog.get(asset).category in SOLVENTS
+    is_mixture = mention.meaning is not None and bool(mention.meaning.parts)
+    is_solvent = is_mixture or (bool(asset) and resolver.catalog.get(asset).category in SOLVENTS)
     if item.solvent and (is_solvent or meant & _accepted((item.solvent,), resolver.catalog)):
         yield "S", 3.0 if mention.part == "solvent" else 0.2
     if asset == WATER and item.type is None and item.solvent:
@@ -263,6 +300,8 @@ def _worth(item: GeneralProcedure, slot: Slot, mention: Mention, resolver: Resol
         return 0.0
     if mention.classes & set(slot.classes):
         return 2.0
+    if named and is_first and item.type == "protection_deprotection" and mention.classes & set(_words_of(item.product)):
+        return 0.3  # "Boc deprotection of a piperidine" names what is set free
     return 0.3 if ANY in slot.classes or (is_first and (mention.loose or not mention.classes)) else 0.0
 
 
@@ -307,11 +346,12 @@ def _with_product(fit: Fit, products: Sequence[Mention], resolver: Resolver) -> 
         structures.update(zip(core[:1], ways[0], strict=False) if ways else ())
     named = next((m for m in products if m.smiles or _asset_smiles(m, resolver)), None)
     wanted = (named.smiles or _asset_smiles(named, resolver)) if named is not None else ""
-    for mention in products:
-        if mention is not named:
-            agrees = mention.classes & set(_words_of(item.product)) or _is_word_of(item.product, mention.text)
-            known = mention.classes - {"?"}
-            score += 2.0 if agrees else -2.0 if known else 0.0
+    score += sum(_agreement(item, mention) for mention in products if mention is not named)
+    if item.losses is not None:
+        known = [structures[key] for key in core if key in structures]
+        counts = balanced(known, wanted, item.losses) if wanted and len(known) == len(core) else ()
+        fit = replace(fit, counts=dict(zip(core, counts, strict=False)), product=wanted, named_product=named)
+        return replace(fit, score=score, structures=structures) if counts else None
     if not item.equations:
         return replace(fit, score=score, structures=structures, product=wanted, named_product=named)
     if all(key in structures for key in core):
@@ -345,6 +385,12 @@ def _with_product(fit: Fit, products: Sequence[Mention], resolver: Resolver) -> 
     return replace(fit, score=score, structures=structures, product=wanted, named_product=named)
 
 
+def _agreement(item: GeneralProcedure, mention: Mention) -> float:
+    """Return what it is worth that a wish names the product by its class, below 0 if it is another class."""
+    agrees = mention.classes & set(_words_of(item.product)) or _is_word_of(item.product, mention.text)
+    return 2.0 if agrees else -2.0 if mention.classes - {"?"} else 0.0
+
+
 def _is_of(slot: Slot, smiles: str) -> bool:
     classes = general_procedures().classes
     patterns = [smarts for name in slot.classes if name != ANY for smarts in classes[name].smarts]
@@ -360,12 +406,14 @@ def _is_word_of(product: str, text: str) -> bool:
     return bool(words & {word.rstrip("s") for word in re.findall(r"[a-z]{4,}", product.lower())})
 
 
-def _experiment(text: str, fit: Fit, resolver: Resolver) -> tuple[Experiment, tuple[str, ...]]:
+def _experiment(text: str, fit: Fit, wish: StatedWish, resolver: Resolver) -> tuple[Experiment, tuple[str, ...]]:
     """Return the experiment of a wish, with its assumptions and hazards, one sentence each."""
     item = fit.procedure
     notes = [
         f"written as: {item.name} ({item.source})",
-        "amounts for 10 mmol of the substrate, temperatures and times: assumed",
+        "amounts and conditions that the text does not state: assumed"
+        if wish.states_any
+        else "amounts for 10 mmol of the substrate, temperatures and times: assumed",
     ]
     notes += [f"{phrase!r} is taken to name a substance that the text names again" for phrase in fit.echoes]
     product = fit.named_product.text if fit.named_product is not None else ""
@@ -381,28 +429,32 @@ def _experiment(text: str, fit: Fit, resolver: Resolver) -> tuple[Experiment, tu
             notes.append(f"{slot.classes[0]}: its structure {smiles} follows from the product, assumed")
             materials[slot.key] = Material(name=name, role=slot.role, smiles=smiles)
         elif mention is not None:
-            materials[slot.key] = Material(name=f"unnamed {mention.text}"[:200], role=slot.role)
+            materials[slot.key] = Material(name=f"{PLACEHOLDER}{mention.text}"[:200], role=slot.role)
         elif slot.default:
             notes.append(f"{slot.role} {slot.default}: assumed")
             materials[slot.key] = Material(name=slot.default, role=slot.role)
         else:
             what = slot.classes[0] if slot.classes and slot.classes[0] != ANY else "substance"
-            materials[slot.key] = Material(name=f"unnamed {what}", role=slot.role)
+            materials[slot.key] = Material(name=f"{PLACEHOLDER}{what}", role=slot.role)
     if item.solvent:
-        stated = fit.filled.get("S")
-        notes += [] if stated is not None else [f"solvent {item.solvent}: assumed"]
-        name = stated.meaning.name if stated is not None and stated.meaning is not None else item.solvent
+        medium = fit.filled.get("S") or next((m for m in fit.filled.values() if m.part == "solvent"), None)
+        notes += [] if medium is not None else [f"solvent {item.solvent}: assumed"]
+        name = medium.meaning.name if medium is not None and medium.meaning is not None else item.solvent
         materials["S"] = Material(name=name, role="solvent")
     taken = dict.fromkeys(portion.name for action in item.actions for portion in action.takes)
     for key in taken:
         materials.setdefault(key, Material(name=key, role="workup"))
     meanings = Resolver(resolver.catalog, parser=False).resolve(materials.values())
-    weights = dict(zip(materials, (_molar_mass(meaning, resolver) for meaning in meanings), strict=True))
+    known = {key: _properties(meaning, resolver) for key, meaning in zip(materials, meanings, strict=True)}
     actions = [
         action.model_copy(
-            update={"takes": tuple(_portion(p, materials[p.name], weights[p.name]) for p in action.takes)}
+            update={
+                "takes": tuple(
+                    _portion(p, materials[p.name], known[p.name][0], fit.counts.get(p.name, 1)) for p in action.takes
+                )
+            }
         )
-        for action in item.actions
+        for action in scaled_actions(item.actions, wish, fit.filled, known)
     ]
     if len([key for key in fit.structures if key in {s.key for s in item.slots if s.in_equation}]) and not fit.product:
         notes.append("the structure of the product is not known: several are possible, or a substrate is not named")
@@ -424,15 +476,19 @@ def _experiment(text: str, fit: Fit, resolver: Resolver) -> tuple[Experiment, tu
     return experiment, (*notes, *(f"hazard: {hazard}" for hazard in item.hazards))
 
 
-def _molar_mass(meaning: Resolution, resolver: Resolver) -> float | None:
+def _properties(meaning: Resolution, resolver: Resolver) -> tuple[float | None, float | None]:
+    """Return the molar mass, g/mol, and the density of a liquid, g/mL, where they are known."""
     if meaning.asset:
         chemistry = resolver.catalog.get(meaning.asset).chemistry
-        return chemistry.molar_mass if chemistry is not None else None
-    return molar_mass(meaning.smiles) if meaning.smiles else None
+        return (chemistry.molar_mass, chemistry.density) if chemistry is not None else (None, None)
+    return (molar_mass(meaning.smiles), physical_data(meaning.smiles).density) if meaning.smiles else (None, None)
 
 
-def _portion(portion: Portion, material: Material, weight: float | None) -> Portion:
-    """Return a portion of a material, with the mass of its moles."""
-    moles = MMOL.match(portion.amount)
-    amount = f"{float(moles[1]) * weight / 1000.0:.3g} g, {portion.amount}" if moles and weight else portion.amount
-    return Portion(name=material.name, amount=amount)
+def _portion(portion: Portion, material: Material, weight: float | None, count: int) -> Portion:
+    """Return a portion of a material, `count` times its moles, with their mass."""
+    stated = MMOL.match(portion.amount)
+    if stated is None:
+        return Portion(name=material.name, amount=portion.amount)
+    moles = float(stated[1]) * count
+    amount = f"{moles:g} mmol"
+    return Portion(name=material.name, amount=f"{moles * weight / 1000.0:.3g} g, {amount}" if weight else amount)
