@@ -1,16 +1,19 @@
-"""Hangs the extinguishers and gas detectors that the rooms of a layout need."""
+"""Adds equipment that safety requires: extinguishers and gas detectors on walls, containers on the waste station."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
+
 from labgym.assets import Asset
 from labgym.geometry import OrientedBox
-from labgym.layouts.fitting import Keepouts, on_wall
+from labgym.layouts.fitting import Keepouts, on_surface, on_wall
 from labgym.layouts.model import Layout
 from labgym.layouts.placement import WALL
 from labgym.layouts.request import Request
 from labgym.layouts.rules.arrangement import Arrangement
+from labgym.layouts.rules.equipment import Requirement, missing_equipment, required_equipment
 from labgym.layouts.rules.regulations.premises import PERSON
 from labgym.layouts.rules.safety.heights import gases
 from labgym.layouts.rules.safety.rooms import Lacking, lacking_equipment
@@ -21,6 +24,8 @@ STEP = 0.05
 """Gap between a person and what is taken from a wall, meters."""
 TRIES = 200
 """Places on the walls of a space for which it is asked whether a person comes there."""
+CARRIED_STREAM = 0xCA
+"""Sub-stream of the seed for the places of equipment on its carriers."""
 LOW = 0.3
 """Height of the bottom of a detector for a gas heavier than air, meters."""
 
@@ -38,6 +43,35 @@ def equipped(layout: Layout, request: Request) -> Layout:
         for height in heights(site, asset, one):
             layout = next(hung(layout, site, asset, one, height, request.protocol), layout)
     return layout
+
+
+def supplied(layout: Layout, request: Request) -> Layout:
+    """Return a layout with the equipment that it lacks on what carries it: a container on the waste station.
+
+    Nothing is added where the carriers are full, or where nothing may be bought.
+    """
+    arrangement = Arrangement.of(layout)
+    required = required_equipment(arrangement, request.protocol, request.rules.equipment)
+    absent = missing_equipment(arrangement, required, frozenset())
+    for one in required:
+        if one.asset in absent:
+            layout = next(_carried(layout, request, one), layout)
+    return layout
+
+
+def _carried(layout: Layout, request: Request, requirement: Requirement) -> Iterator[Layout]:
+    """Yield layouts with one more piece, which meets a requirement, on each free slot of what carries it."""
+    holdings, generator = request.holdings, np.random.default_rng([request.seed, CARRIED_STREAM])
+    placed = [placement.asset for placement in layout.placements]
+    for name in sorted(requirement.accepted, key=lambda name: (name != requirement.asset, name)):
+        if holdings is not None and not holdings.equips(name, placed):
+            continue
+        for carrier in (p.id for p in layout.placements if layout.asset(p.id).role == requirement.carrier):
+            for slot in range(len(layout.asset(carrier).surfaces)):
+                asset = request.catalog.get(name)
+                piece = on_surface(layout, asset, carrier, slot, request.profile, generator)
+                if piece is not None:
+                    yield layout.replace(placements=(*layout.placements, piece))
 
 
 def heights(site: Site, asset: Asset, lacking: Lacking) -> list[float]:

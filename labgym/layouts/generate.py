@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ from labgym.counts import MAX_SEED, whole_number
 from labgym.errors import OptionError, SearchLimitWarning, UnrepairedError, UnrepairedWarning
 from labgym.layouts.clutter import add_clutter, check_level
 from labgym.layouts.dressing import dress as dressed
+from labgym.layouts.equipping import supplied
 from labgym.layouts.floor import Floor, Room
 from labgym.layouts.floor.changes import closed_doors
 from labgym.layouts.habits import Habits
@@ -100,19 +102,24 @@ def generate_assessed(
         InfeasibleError, SearchLimitError, UnrepairedError: as `generate`.
     """
     proposer, protocol = method.proposes_with(), request.protocol
-    layout = proposer.propose(request)
+    arranging = replace(request, rules=request.rules.furnishing)
+    layout = proposer.propose(arranging)
     if method.zones and not layout.zones:
         layout = zoned(layout, protocol)
     solved = isinstance(proposer, FloorProposer)
-    phases = Phases(protocol, request.rules, method, trace, complete=not solved)
+    phases = Phases(protocol, arranging.rules, method, trace, complete=not solved)
     proposed = layout
     layout, assessment = phases.improved(layout)
     added = _counts(layout) - _counts(proposed)
     tidy = layout
     if method.dresses(proposer):
-        tidy, assessment = dressed(layout, assessment, request)
+        tidy, assessment = dressed(layout, assessment, arranging)
     if solved and method.repairs and request.holdings is None:
         tidy, assessment = phases.repaired(tidy, assessment)
+    assessment = replace(assessment, rules=request.rules)
+    if method.optimise and assessment.unequipped:
+        tidy = supplied(tidy, request)
+        assessment = evaluate_layout(tidy, protocol, request.rules, navigation=True, earlier=assessment)
     layout, assessment, is_clutter_at_fault = _cluttered(tidy, assessment, request)
     if trace is not None:
         trace.update("dress", None, tidy)
@@ -269,7 +276,9 @@ def _unrepaired(
     conflicts = [*problems["violations"], *problems["errors"], *missing]
     remedy = "try another seed, or keep the layout: on_failure='keep', --keep"
     closed = len(closed_doors(request.floor))
-    if closed:
+    if assessment.unequipped and request.holdings is not None and request.holdings.purchases == "none":
+        remedy = f"buy {', '.join(assessment.unequipped)}, or allow purchases"
+    elif closed:
         remedy = (
             f"the robot cannot pass the closed doors between spaces ({closed}): open them in the floor; or {remedy}"
         )

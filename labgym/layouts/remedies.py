@@ -98,7 +98,7 @@ class _Search:
             layout = FloorProposer(patience="short").propose(request)
         except (InfeasibleError, OptionError):
             return False
-        return evaluate_layout(layout, request.protocol, request.rules, navigation=True).cost == 0
+        return evaluate_layout(layout, request.protocol, request.rules.furnishing, navigation=True).cost == 0
 
     def keep(self, changes: Iterator[tuple[str, Request]]) -> Iterator[Remedy]:
         """Yield the changes that help."""

@@ -27,12 +27,14 @@ class Requirement:
         accepted: assets that meet the requirement.
         calls: whether a reagent or a cylinder calls for it.
         source: the rule that requires it.
+        carrier: asset that will carry it, which counts while furniture is arranged (see `furnishing`); or empty.
     """
 
     asset: str
     accepted: frozenset[str]
     calls: Hazard
     source: str
+    carrier: str = ""
 
 
 def _liquid(reagent: Asset) -> bool:
@@ -44,6 +46,10 @@ def _class_d(reagent: Asset) -> bool:
 
 
 EXTINGUISHERS = CLASS_B | CLASS_D
+LIQUID_WASTE = frozenset({"SolventWasteContainer"})
+CHEMICAL_WASTE = LIQUID_WASTE | {"SolidWasteBin"}
+"""Containers for hazardous waste; bins for paper and for broken glass are not."""
+COLLECTION = "40 CFR 262.15: waste is collected at or near the point of generation"
 
 REQUIREMENTS = (
     Requirement(
@@ -59,12 +65,8 @@ REQUIREMENTS = (
     Requirement("ClassDExtinguisher", CLASS_D, _class_d, "OSHA 1910.157(d)(6); NFPA 10, 5.2.4 and 6.5"),
     Requirement("GasDetector", frozenset({"GasDetector"}), calls_for_detector, "IEC 60079-29-2; TRGS 722, 2.4"),
     Requirement("SpillKit", frozenset({"SpillKit"}), _liquid, "Prudent Practices, 6.C.3; OSHA 1910.120(q)"),
-    Requirement(
-        "SolventWasteContainer",
-        frozenset({"SolventWasteContainer", "SolidWasteBin", "WasteStation"}),
-        hazardous,
-        "40 CFR 262.15: waste is collected at or near the point of generation",
-    ),
+    Requirement("SolventWasteContainer", LIQUID_WASTE, _liquid, COLLECTION, "WasteStation"),
+    Requirement("SolventWasteContainer", CHEMICAL_WASTE, hazardous, COLLECTION, "WasteStation"),
 )
 """What laboratories need, and the reagents and cylinders that call for it; see `safety.rooms` for each room."""
 
@@ -72,12 +74,19 @@ REQUIREMENTS = (
 def required_equipment(
     arrangement: Arrangement, protocol: Protocol | None, requirements: Iterable[Requirement] = REQUIREMENTS
 ) -> tuple[Requirement, ...]:
-    """Return those requirements that the reagents of a layout, and those that its protocol requires, call for."""
+    """Return those requirements that the reagents of a layout, and those that its protocol requires, call for.
+
+    Of several requirements for the same asset, only the first that is called for counts.
+    """
     catalog = arrangement.layout.catalog
     names = () if protocol is None else resolved(tuple(use.name for use in protocol.reagents), catalog)
     stored = [asset for asset in arrangement.assets if asset.kind == "reagent" or asset.subtype == "gas_cylinder"]
     reagents = dict.fromkeys([*stored, *map(catalog.get, names)])
-    return tuple(one for one in requirements if any(one.calls(reagent) for reagent in reagents))
+    required: dict[str, Requirement] = {}
+    for one in requirements:
+        if one.asset not in required and any(map(one.calls, reagents)):
+            required[one.asset] = one
+    return tuple(required.values())
 
 
 def missing_equipment(

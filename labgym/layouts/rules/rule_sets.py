@@ -72,6 +72,12 @@ class RuleSet:
         """Return the rule set without a term."""
         return replace(self, terms=tuple(one for one in self.terms if one.name != term))
 
+    @property
+    def furnishing(self) -> RuleSet:
+        """The rule set while furniture is arranged: the furniture that will carry required equipment stands for it."""
+        equipment = (replace(one, accepted=one.accepted | {one.carrier}) for one in self.equipment)
+        return replace(self, equipment=tuple(equipment))
+
     def __reduce__(self) -> str | tuple[Any, ...]:
         """Return what pickle stores: the name of a rule set of the table, its thresholds and paths; workers get it."""
         if self.name in RULE_SETS and replace(RULE_SETS[self.name], profile=self.profile, paths=self.paths) == self:
