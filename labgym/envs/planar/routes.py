@@ -286,7 +286,8 @@ def _on_side(x: float, y: float, side: int, ground: PlanarGround) -> tuple[float
 def _gap(x: float, y: float, corner: int, ground: PlanarGround) -> float:
     """Return a lower bound of the distance from a point to the arcs around a corner."""
     dx, dy = x - ground.corner[corner, 0], y - ground.corner[corner, 1]
-    return abs(math.sqrt(dx * dx + dy * dy) - ground.limits[0]) - RESERVE
+    bound: float = abs(math.sqrt(dx * dx + dy * dy) - ground.limits[0]) - RESERVE
+    return bound
 
 
 @compiled
