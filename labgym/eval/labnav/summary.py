@@ -364,7 +364,7 @@ def summary_table(summary: LabNavSummary) -> Table:
     """Return the table of a summary: a row for each task."""
     rows = [
         (
-            f"{task.task} {task.level}",
+            f"{task.task}-{task.level}",
             str(task.episodes),
             estimate_text(task.score, 3),
             estimate_text(task.success, 3),
@@ -377,7 +377,7 @@ def summary_table(summary: LabNavSummary) -> Table:
     if any(task.draft for task in summary.tasks):
         notes.append("Draft episodes: they may change, and their figures are not those of LabNav.")
     notes += [
-        f"{task.task} {task.level}: {sum(task.legs.values())} drives: {_counted(task.legs)}."
+        f"{task.task}-{task.level}: {sum(task.legs.values())} drives: {_counted(task.legs)}."
         for task in summary.tasks
         if task.legs
     ]

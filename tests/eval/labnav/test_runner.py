@@ -160,7 +160,7 @@ def test_a_suite_that_does_not_exist_is_refused_with_the_names(name):
 
 
 def test_the_cost_is_told_before_the_start(suite):
-    assert "2 episodes of at most 1 s simulated (odometry 2)" in cost(suite, "mine")
+    assert "2 episodes of at most 1 s simulated (odometry-2)" in cost(suite, "mine")
     assert "CPU time for astar" in cost(suite, "astar")
     all_tasks = load_labnav("labnav")
     assert all_tasks.figure
