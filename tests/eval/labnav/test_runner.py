@@ -84,7 +84,7 @@ def test_the_summary_counts_endings_and_has_no_figure_of_one_task(suite, report)
     assert sum(count for _, count in task.by_length.values()) == 2
     text = summary_table(summary).text()
     assert "Draft episodes" in text
-    assert "odometry 2" in text
+    assert "odometry-2" in text
 
 
 def test_a_suite_of_all_tasks_has_the_figure(suite, report):
