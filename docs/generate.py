@@ -95,7 +95,7 @@ DOCS = Path(__file__).resolve().parent
 README = DOCS.parent / "README.md"
 RESULTS = DOCS / "results.md"
 POLICIES = DOCS.parent / "policies"
-FRONT_ROWS = 8
+FRONT_ROWS = 5
 """Number of policies in the README's table of LabNav."""
 
 FRONT_COLUMNS = ("Policy", "Knows", "LabNav ↑", "Touched ↓")

@@ -10,7 +10,7 @@ from pages import blocks, run_python
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 SNIPPETS = [code for language, code in blocks(README) if language == "python"]
-WORDS = 1200
+WORDS = 1000
 """Greatest number of words of the README."""
 
 
