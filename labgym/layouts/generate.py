@@ -106,6 +106,8 @@ def generate_assessed(
     layout = proposer.propose(arranging)
     if method.zones and not layout.zones:
         layout = zoned(layout, protocol)
+    if trace is not None:
+        trace.begin(layout, protocol, request.rules)
     solved = isinstance(proposer, FloorProposer)
     phases = Phases(protocol, arranging.rules, method, trace, complete=not solved)
     proposed = layout
