@@ -54,9 +54,9 @@ def write_recording(
     """Write a drive as an MCAP file of ROS 2 messages and return the path.
 
     Frames follow REP 103 and REP 105: `map` is the frame of the file that the floor was read from, otherwise the
-    floor's; `odom` the pose at the start, `base_link` the floor
-    below the robot's axis. Times count from the start of the drive. Odometry is exact; scans and images are without
-    noise. A reading beyond the reach of its sensor is infinite (REP 117, REP 118).
+    floor's; `odom` is the pose at the start, and `base_link` lies on the floor below the robot's axis. Times count from
+    the start of the drive. Odometry is exact; scans and images have no noise. A reading beyond the reach of its sensor
+    is infinite (REP 117, REP 118).
 
     Args:
         layout: what the sensors see.
@@ -144,7 +144,7 @@ class _Recorder:
         self._write("/tf_static", 0, transforms=still)
 
     def step(self, step: int, poses: tuple[Pose, Pose], present: Sequence[Body], sensors: _Sensors) -> None:
-        """Write the messages of a control step: the last pose and this one, what is present, and what is seen."""
+        """Write the messages of a control step from its poses, before and after, and the bodies present."""
         before, pose = poses
         there = relative(self._start, pose)
         moved = self._transform(step, ODOMETRY, BASE, (*there[:2], 0.0), (0.0, 0.0, there[2]))

@@ -48,7 +48,7 @@ class Demand:
 def demands(layout: Layout) -> tuple[Demand, ...]:
     """Return the services that the objects of a layout need, by service and then in the order of its objects.
 
-    What stands on furniture needs power itself; the furniture is what is connected to water, gas and exhaust.
+    Instruments on furniture draw their own power; water, gas and exhaust are connected to the furniture.
     """
     found = (demand for placement in layout.placements for demand in _demands_of(layout, placement.id))
     return tuple(sorted(found, key=lambda demand: tuple(UNITS).index(demand.service)))

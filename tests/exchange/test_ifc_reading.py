@@ -1,4 +1,4 @@
-"""Building models are read: own ones exactly, foreign ones in their units, and what is odd is recognized or named."""
+"""Reading building models: those of labgym exactly, others in their units; odd ones are recognized or refused."""
 
 from __future__ import annotations
 
