@@ -152,9 +152,9 @@ class State:
         to_go = self.world.to_go(self.goal, method)
         if method == "grid" or find_spec("numba") is None:
             return to_go
-        from labgym.envs.planar.routes import compiled_to_go, searched_to_go
+        from labgym.envs.planar.routes import compiled_to_go
 
-        return compiled_to_go(self.world, to_go) if self.planar else searched_to_go(self.world, to_go)
+        return compiled_to_go(self.world, to_go)
 
     @property
     def fixtures(self) -> World:

@@ -30,29 +30,23 @@ class Boundary:
         self._corners, self._arcs = corners, arcs
         self.starts, self.ends = free_sides(space)
 
-    def nearest(self, point: Array, sides: Index | None = None, arcs: Index | None = None) -> Array | None:
-        """Return the point of the boundary (2,) that is nearest to a point (2,); None if there is no boundary.
-
-        Args:
-            sides, arcs: ascending indices of pieces, one of the nearest among them; all pieces if None.
-        """
-        points = np.concatenate([self._on_sides(point, sides), self._on_arcs(point, arcs)])
+    def nearest(self, point: Array) -> Array | None:
+        """Return the point of the boundary (2,) that is nearest to a point (2,); None if there is no boundary."""
+        points = np.concatenate([self._on_sides(point), self._on_arcs(point)])
         if len(points) == 0:
             return None
         return np.asarray(points[np.linalg.norm(points - point, axis=1).argmin()])
 
-    def _on_sides(self, point: Array, chosen: Index | None) -> Array:
+    def _on_sides(self, point: Array) -> Array:
         """Return the nearest point of each side, (s, 2)."""
-        which = slice(None) if chosen is None else chosen
-        starts, direction = self.starts[which], self.ends[which] - self.starts[which]
+        direction = self.ends - self.starts
         squared = np.maximum((direction**2).sum(axis=1), 1e-300)
-        along = np.clip(((point - starts) * direction).sum(axis=1) / squared, 0.0, 1.0)
-        return np.asarray(starts + along[:, None] * direction)
+        along = np.clip(((point - self.starts) * direction).sum(axis=1) / squared, 0.0, 1.0)
+        return np.asarray(self.starts + along[:, None] * direction)
 
-    def _on_arcs(self, point: Array, chosen: Index | None) -> Array:
+    def _on_arcs(self, point: Array) -> Array:
         """Return the nearest point of each arc, (a, 2)."""
-        which = slice(None) if chosen is None else chosen
-        corner, span = self._arcs.corner[which], self._arcs.span[which]
+        corner, span = self._arcs.corner, self._arcs.span
         offset = point - self._corners.centre[corner]
         middle, half = span.mean(axis=1), np.diff(span, axis=1)[:, 0] / 2.0
         angle = np.arctan2(offset[:, 1], offset[:, 0]) - self._corners.begin[corner] - middle

@@ -9,17 +9,14 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from labgym.navigation.clearance import Index
 from labgym.navigation.tangent_graph import places
-from labgym.navigation.tangents import Contacts, tangents
+from labgym.navigation.tangents import tangents
 from labgym.navigation.visibility import ShortestPaths
 
 Array = NDArray[np.float64]
 
 BATCH = 8
 """Contacts whose visibility is tested at a time, in the order of the lengths through them."""
-ROUNDING_M = 1e-9
-"""Lengths that differ by less may be equal but for rounding, meters."""
 END_SPACING_M = 0.02
 """Largest distance between two candidate ends on the circle, meters."""
 END_TOLERANCE_M = 1e-4
@@ -79,19 +76,9 @@ class LengthsTo:
             return math.inf
         if self.paths.space.holds(np.array([[x, y]]))[0]:
             return self.from_free(x, y)
-        free = self.nearest_free(x, y)
-        return math.dist((x, y), free) + self.from_free(*free)
-
-    def nearest_free(
-        self, x: float, y: float, sides: Index | None = None, arcs: Index | None = None
-    ) -> tuple[float, float]:
-        """Return the free point that is nearest to a point that is not free; itself on a floor without one.
-
-        Args:
-            sides, arcs: pieces of the boundary, as `Boundary.nearest`.
-        """
-        free = self._graph.boundary.nearest(np.array([x, y]), sides, arcs)
-        return (x, y) if free is None else (float(free[0]), float(free[1]))
+        nearest = self._graph.boundary.nearest(np.array([x, y]))
+        px, py = (x, y) if nearest is None else nearest.tolist()
+        return math.dist((x, y), (px, py)) + self.from_free(px, py)
 
     def from_free(self, x: float, y: float) -> float:
         """Return the length from a free point to a goal that can be reached, as `at`, meters."""
@@ -104,10 +91,10 @@ class LengthsTo:
 
     def _from(self, point: Array) -> float:
         """Return the length from a free point (2,); inf without a path."""
-        space, corners = self.paths.space, self._graph.corners
+        space = self.paths.space
         if space.joins(point[None], self.goal[None])[0]:
             return math.dist(point, self.goal)
-        ends, lengths = self._ends(point, np.arange(len(corners.begin)))
+        ends, lengths = self._ends(point)
         order = np.argsort(lengths)
         order = order[np.isfinite(lengths[order])]
         for first in range(0, len(order), BATCH):
@@ -117,26 +104,10 @@ class LengthsTo:
                 return float(lengths[batch[visible.argmax()]])
         return math.inf
 
-    def from_known(self, x: float, y: float, known: float, nodes: NDArray[np.intp]) -> float:
-        """Return the length from a free point that does not see the goal, as `from_free` to the bit, with less work.
-
-        Args:
-            known: the length, meters, with an error of at most `ROUNDING_M`.
-            nodes: all corners with a visible contact through which the length is `known`, to rounding.
-        """
-        point = np.array([x, y])
-        ends, lengths = self._ends(point, nodes)
-        near = np.abs(lengths - known) <= ROUNDING_M
-        ends, lengths = ends[near], lengths[near]
-        if len(lengths) > 1:
-            lengths = lengths[self.paths.space.joins(np.broadcast_to(point, ends.shape), ends)]
-        return float(lengths.min()) if len(lengths) else self.from_free(x, y)
-
-    def _ends(self, point: Array, chosen: NDArray[np.intp]) -> tuple[Array, Array]:
-        """Return the contacts of tangents at chosen corners (m, 2), and the lengths from a point through them (m,)."""
+    def _ends(self, point: Array) -> tuple[Array, Array]:
+        """Return the contacts of tangents from a point, (m, 2), and the lengths through them, (m,)."""
         corners = self._graph.corners
-        contacts = tangents(corners.at(chosen), point)
-        contacts = Contacts(chosen[contacts.corner], contacts.normal)
+        contacts = tangents(corners, point)
         arc, turn = self._graph.arcs.of(corners, contacts)
         contacts, turn, arc = contacts.at(arc >= 0), turn[arc >= 0], arc[arc >= 0]
         ends = corners.points(contacts.corner, contacts.normal)

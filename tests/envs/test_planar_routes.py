@@ -8,7 +8,7 @@ from laboratories import island_laboratory
 
 pytest.importorskip("numba")
 
-from labgym.envs.planar.routes import CompiledDistanceToGo, RouteLengths, compiled_to_go, searched_to_go
+from labgym.envs.planar.routes import CompiledDistanceToGo, RouteLengths, compiled_to_go
 from labgym.envs.world import World
 from labgym.layouts import Layout, load_published
 from labgym.layouts.places import layout_at
@@ -32,9 +32,6 @@ def test_the_lengths_agree_to_rounding_on_free_ground_near_furniture_and_in_regi
     points = points[world._barriers.inside(points)]
     expected = [exact.at(x, y) for x, y in points.tolist()]
     assert [compiled.at(x, y) for x, y in points.tolist()] == pytest.approx(expected, rel=0.0, abs=1e-9)
-    searched = searched_to_go(world, exact)
-    assert searched is not exact
-    assert [searched.at(x, y) for x, y in points.tolist()] == expected
     free = world.clearances(points, 0.30) > 0.0
     assert free.any()
     assert not free.all()
@@ -61,4 +58,3 @@ def test_distances_by_the_grid_and_to_goals_without_room_for_the_disc_stay_as_th
     world = World(island_laboratory())
     for to_go in (world.to_go((5.0, 4.2, 0.0), "grid"), world.to_go((0.01, 0.01, 0.0), "exact")):
         assert compiled_to_go(world, to_go) is to_go
-        assert searched_to_go(world, to_go) is to_go

@@ -14,7 +14,6 @@ from labgym.envs.distance_to_go import DistanceToGo, ExactDistanceToGo
 from labgym.envs.planar.compiled import compiled, entry, floats, integers, points, row_of
 from labgym.envs.planar.ground import PlanarGround, Routes, ground_of, routes_of
 from labgym.envs.world import World
-from labgym.navigation.lengths import LengthsTo
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -23,8 +22,6 @@ ARRAYS = len(PlanarGround._fields) + len(Routes._fields)
 QUARTER = math.pi / 2.0
 ON_QUARTER = math.sqrt(0.5) - 1e-9
 """Least component of a normal along the middle of its quarter."""
-SEES_GOAL, BLOCKED = -1, -2
-"""In place of a number of corners: the path is straight; the point is not free."""
 RESERVE = 1e-9
 """Reserve for rounding by which a bound must exceed a length to rule a contact out, meters."""
 
@@ -45,54 +42,6 @@ class CompiledDistanceToGo:
     def at(self, x: float, y: float) -> float:
         """Return the remaining driving distance from a point of the floor, meters."""
         return float(_length(x, y, self.ground, self.routes, self._hint))
-
-
-class SearchedDistanceToGo:
-    """An `ExactDistanceToGo` whose search is compiled: the same lengths to the bit.
-
-    The kernel finds the contacts of the shortest path; its length is then computed as without the kernel.
-
-    Args:
-        ground: of the layout. lengths: to the goal. routes: the same for the kernel.
-    """
-
-    reachable = True
-
-    def __init__(self, ground: PlanarGround, lengths: LengthsTo, routes: Routes) -> None:
-        self._ground, self._lengths, self._routes = ground, lengths, routes
-        self._hint, self._corners = np.zeros(1, np.int64), np.empty(len(ground.corner), np.int64)
-        self._goal = (float(lengths.goal[0]), float(lengths.goal[1]))
-        self._sides, self._arcs = np.empty(len(ground.starts), np.int64), np.empty(len(ground.span), np.int64)
-
-    def at(self, x: float, y: float) -> float:
-        """Return the remaining driving distance from a point of the floor, meters."""
-        length, count = self._search(x, y, False)
-        if count == BLOCKED:
-            px, py, sides, arcs = _nearest_pieces(x, y, self._ground, self._sides, self._arcs)
-            if arcs > 0 or sides > 1:  # one side takes the same arithmetic here and there; functions of angles do not
-                px, py = self._lengths.nearest_free(x, y, self._sides[:sides], self._arcs[:arcs])
-            return math.dist((x, y), (px, py)) + self._length(px, py, *self._search(px, py, True))
-        return self._length(x, y, length, count)
-
-    def _search(self, x: float, y: float, free: bool) -> tuple[float, int]:
-        result: tuple[float, int] = _search(x, y, free, self._ground, self._routes, self._hint, self._corners)
-        return result
-
-    def _length(self, x: float, y: float, length: float, count: int) -> float:
-        """Return the length from a free point with the result of its search."""
-        if count == SEES_GOAL:
-            return math.dist((x, y), self._goal)
-        if count == 0:
-            return self._lengths.from_free(x, y)
-        return self._lengths.from_known(x, y, length, self._corners[:count])
-
-
-def searched_to_go(world: World, to_go: DistanceToGo) -> DistanceToGo:
-    """Return driving distances whose exact lengths are the same to the bit, found by the kernel; others as they are."""
-    compiled = compiled_to_go(world, to_go)
-    if not isinstance(to_go, ExactDistanceToGo) or not isinstance(compiled, CompiledDistanceToGo):
-        return to_go
-    return SearchedDistanceToGo(compiled.ground, to_go.lengths, compiled.routes)
 
 
 def compiled_to_go(world: World, to_go: DistanceToGo) -> DistanceToGo:
@@ -166,30 +115,6 @@ def _length(x: float, y: float, ground: PlanarGround, routes: Routes, hint: Inde
     return length_at(x, y, ground, routes, hint)
 
 
-@entry
-def _search(
-    x: float, y: float, free: bool, ground: PlanarGround, routes: Routes, hint: Index, corners: Index
-) -> tuple[float, int]:
-    """Return the length to rounding, and the number of `corners` (k,) through which it is that; 0 if none is known.
-
-    Args:
-        free: whether the point is known to be free; otherwise the count is `BLOCKED` where it is not.
-    """
-    if not free and not _free(x, y, ground):
-        return math.inf, BLOCKED
-    if _joined(x, y, routes.goal[0], routes.goal[1], ground):
-        return math.inf, SEES_GOAL
-    length = _around(x, y, ground, routes, hint)
-    if length == math.inf:
-        return length, 0
-    limit, count = length + RESERVE, 0
-    for corner in range(len(ground.corner)):
-        if _through(x, y, corner, limit, ground, routes) < limit:
-            corners[count] = corner
-            count += 1
-    return length, count
-
-
 @compiled
 def length_at(x: float, y: float, ground: PlanarGround, routes: Routes, hint: Index) -> float:
     """Return the length from a point on the floor to the goal, meters.
@@ -248,30 +173,6 @@ def _nearest_free(x: float, y: float, ground: PlanarGround) -> tuple[float, floa
     return px, py
 
 
-@entry
-def _nearest_pieces(
-    x: float, y: float, ground: PlanarGround, sides: Index, arcs: Index
-) -> tuple[float, float, int, int]:
-    """Return the nearest point of the boundary, and how many `sides` (s,) and `arcs` (a,) are, to rounding, as near."""
-    px, py = _nearest_free(x, y, ground)
-    limit = math.hypot(px - x, py - y) + RESERVE
-    side_count = arc_count = 0
-    for k in range(len(ground.starts)):
-        qx, qy = _on_side(x, y, k, ground)
-        if math.hypot(qx - x, qy - y) <= limit:
-            sides[side_count] = k
-            side_count += 1
-    for k in range(len(ground.corner)):
-        if _gap(x, y, k, ground) > limit:
-            continue
-        for arc in range(ground.first[k], ground.first[k + 1]):
-            qx, qy = _on_arc(x, y, k, arc, ground)
-            if math.hypot(qx - x, qy - y) <= limit:
-                arcs[arc_count] = arc
-                arc_count += 1
-    return px, py, side_count, arc_count
-
-
 @compiled
 def _on_side(x: float, y: float, side: int, ground: PlanarGround) -> tuple[float, float]:
     """Return the point of a straight side that is nearest to a point."""
@@ -306,12 +207,6 @@ def _from_free(x: float, y: float, ground: PlanarGround, routes: Routes, hint: I
     """Return the length from a free point; inf without a path."""
     if _joined(x, y, routes.goal[0], routes.goal[1], ground):
         return math.hypot(x - routes.goal[0], y - routes.goal[1])
-    return _around(x, y, ground, routes, hint)
-
-
-@compiled
-def _around(x: float, y: float, ground: PlanarGround, routes: Routes, hint: Index) -> float:
-    """Return the least length through a contact from a free point; inf without a path."""
     count = len(ground.corner)
     best, chosen = math.inf, 0
     if count == 0:
