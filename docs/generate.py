@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
+from environment_ids import id_page, ids
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
@@ -236,6 +237,7 @@ def pages() -> dict[Path, str]:
         DOCS / "labnav-tasks.md": {f"reward of {labnav_id(task)}": reward_table(task) for task in FIGURE_TASKS},
     }
     files = {DOCS / "environment.md": environment_page(LabPointNavEnv, LabFloorNavGoalEnv)}
+    files |= {DOCS / "environments" / f"{name}.md": id_page(name) for name in ids()}
     for page, blocks in tables.items():
         text = page.read_text(encoding="utf-8")
         for name, block in blocks.items():
