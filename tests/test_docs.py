@@ -28,7 +28,9 @@ def schemas() -> dict[str, dict[str, object]]:
     assert spec is not None
     assert spec.loader is not None
     generate = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(generate)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(ROOT / "docs")
+        spec.loader.exec_module(generate)
     return {document.SCHEMA: generate.tagged(document.model_json_schema(), document) for document in generate.DOCUMENTS}
 
 
@@ -64,3 +66,15 @@ def test_the_environment_page_is_the_class_s_own_text():
     page = (ROOT / "docs" / "environment.md").read_text(encoding="utf-8")
     for line in (LabPointNavEnv.__doc__ or "").splitlines():
         assert line.strip() in page
+
+
+def test_every_id_has_a_page_that_names_its_spaces_and_limit():
+    import gymnasium as gym
+
+    import labgym  # noqa: F401
+
+    for name in sorted(one for one in gym.registry if one.startswith("Lab") and one != "LabNavMovedFixed-v0"):
+        page = (ROOT / "docs" / "environments" / f"{name}.md").read_text(encoding="utf-8")
+        env = gym.make(name)
+        assert all(f"| `{entry}` |" in page for entry in env.observation_space.spaces)
+        assert f"Truncated after {env.spec.max_episode_steps} actions" in page
