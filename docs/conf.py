@@ -36,6 +36,7 @@ extensions = [
     "mathml",
     "repository",
     "schemas",
+    "search",
 ]
 
 myst_enable_extensions = ["dollarmath"]

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -11,6 +13,7 @@ from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
 import pytest
+from headless_browser import browser, chromium
 
 pytest.importorskip("sphinx", reason="the extra docs is not installed")
 
@@ -113,3 +116,20 @@ def test_a_link_named_by_its_file_shows_the_title_of_the_page(site):
 def test_blocks_of_commands_are_highlighted(site):
     text = (site / "docs/training.html").read_text(encoding="utf-8")
     assert "highlight-bash" in text.partition("pip")[0]
+
+
+FOUND = "[...document.querySelectorAll('#search-results li a')].map(link => link.getAttribute('href'))"
+
+
+@pytest.mark.skipif(chromium() is None, reason="no Chromium is installed")
+def test_the_search_finds_the_guide_that_a_newcomer_means_among_its_first_three_pages(site, tmp_path):
+    words = json.loads((ROOT / "tests" / "search_words.json").read_text(encoding="utf-8"))
+    missed = []
+    with browser(tmp_path) as tab:
+        for word, guides in words.items():
+            tab.open(f"{(site / 'search.html').as_uri()}?q={word.replace(' ', '+')}", 1200, 900)
+            tab.wait("/finished|did not match/.test((document.querySelector('.search-summary') || {}).innerText)")
+            pages = dict.fromkeys(re.split("[?#]", link)[0].removesuffix(".html") for link in tab.value(FOUND))
+            if not any(page.endswith(guide) for page in list(pages)[:3] for guide in guides):
+                missed.append(word)
+    assert len(missed) <= len(words) // 10, missed

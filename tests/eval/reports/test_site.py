@@ -128,17 +128,13 @@ def test_a_hostile_label_is_text_and_the_data_is_one_element(site):
     assert embedded({"a": "</SCRIPT><!--"}).count("<") == 0
 
 
-def test_policies_are_ranked_by_the_figure_within_their_track_learned_ones_first():
+def test_policies_are_ranked_by_the_figure_within_their_track():
     entries = ranked_entries([Entry.of_result(one) for one in published_results()])
     tracks = [one.summary.track for one in entries]
     assert tracks == sorted(tracks, key=["deployed", "mapless", "privileged"].index)
     for track in set(tracks):
-        learned = [one.kind == "learned" for one in entries if one.summary.track == track]
-        assert learned == sorted(learned, reverse=True)
-        for kind in (True, False):
-            ranked = [one for one in entries if one.summary.track == track and (one.kind == "learned") == kind]
-            figures = [one.summary.headline.value for one in ranked]
-            assert figures == sorted(figures, reverse=True)
+        figures = [one.summary.headline.value for one in entries if one.summary.track == track]
+        assert figures == sorted(figures, reverse=True)
 
 
 def vars_of(entry):

@@ -173,12 +173,14 @@ def test_long_names_do_not_push_a_task_out_of_the_table(tab, tmp_path):
 
 
 @pytest.mark.usefixtures("few_episodes")
-def test_a_choice_of_the_figure_mixes_learned_and_other_policies(tab, tmp_path):
+def test_the_figure_ranks_learned_and_other_policies_together(tab, tmp_path):
     stack, astar = (one for one in published_results() if one.summary.policy in ("stack", "astar"))
     learned = astar.model_copy(update={"summary": astar.summary.model_copy(update={"policy": "local-ppo"})})
     opened(tab, write_leaderboard(tmp_path, [stack, astar, learned]))
-    assert names_in(tab, "deployed") == ["local-ppo", "stack", "astar"]
+    assert names_in(tab, "deployed") == ["stack", "astar", "local-ppo"]
     assert tab.value("document.querySelectorAll('.board [aria-sort]').length") == 0
+    tab.value("document.querySelectorAll('.board thead button')[0].click()")
+    assert names_in(tab, "deployed") == ["astar", "local-ppo", "stack"]
     tab.value("document.querySelectorAll('.board thead button')[1].click()")
     assert names_in(tab, "deployed")[0] == "stack"
     assert tab.value("document.querySelector('.board thead th:nth-child(2)').ariaSort") == "descending"

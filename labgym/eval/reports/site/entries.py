@@ -161,19 +161,18 @@ def card_of(label: str) -> Path | None:
 
 
 def ranked_entries(entries: Sequence[Entry]) -> tuple[Entry, ...]:
-    """Return entries by their track, learned policies first, then those with all tasks, then the best figure first.
+    """Return entries by their track, those with all tasks first, then the best figure first.
 
     Those with an alarm on fresh floors come last.
     """
     order = list(TRACKS)
     most = max((len(one.summary.tasks) for one in entries), default=0)
 
-    def rank(one: Entry) -> tuple[bool, int, bool, bool, float, str]:
+    def rank(one: Entry) -> tuple[bool, int, bool, float, str]:
         partial = len(one.summary.tasks) < most
         return (
             one.fresh is not None and one.fresh.verdict == ALARM,
             order.index(one.summary.track),
-            one.kind != "learned",
             partial,
             -(one.summary.headline.value or 0.0),
             one.name,
