@@ -29,6 +29,7 @@ extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
+    "accessible",
     "commands",
     "contents",
     "docstrings",
@@ -73,6 +74,7 @@ html_theme_options = {  # the colors of labgym/eval/reports/templates/site.css
         "color-background-border": "#dedbd3",
         "color-foreground-primary": "#1d2329",
         "color-foreground-secondary": "#5b656e",
+        "color-foreground-muted": "#5b656e",
     },
     "dark_css_variables": {
         "color-brand-primary": "#72bdec",
@@ -83,5 +85,6 @@ html_theme_options = {  # the colors of labgym/eval/reports/templates/site.css
         "color-background-border": "#333a41",
         "color-foreground-primary": "#e6e9eb",
         "color-foreground-secondary": "#9fa9b1",
+        "color-foreground-muted": "#9fa9b1",
     },
 }

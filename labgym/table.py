@@ -62,7 +62,7 @@ class Table:
         rows = "".join(_html_row(row, look) for row in self.rows)
         notes = f'<p class="notes">{escape(" ".join(self.notes))}</p>' if self.notes else ""
         return (
-            f'<div class="scroll"><table><caption>{escape(self.title)}</caption>'
+            f'<div class="scroll" tabindex="0"><table><caption>{escape(self.title)}</caption>'
             f"<thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>{notes}"
         )
 

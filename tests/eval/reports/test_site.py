@@ -438,7 +438,7 @@ def test_model_cards_become_html_without_links_and_markup_of_their_text():
     assert html.split("\n") == [
         "<h4>ppo: lidar</h4>",
         "<p>Uses <code>a&lt;b&gt;</code> and <b>bold</b>, see page.</p>",
-        '<div class="scroll"><table><thead><tr><th scope="col">A</th><th scope="col">B</th>'
+        '<div class="scroll" tabindex="0"><table><thead><tr><th scope="col">A</th><th scope="col">B</th>'
         '<th scope="col" class="words">C</th></tr></thead>'
         '<tbody><tr><th scope="row">&lt;i&gt;x&lt;/i&gt;</th><td>2</td><td class="words">y</td></tr></tbody>'
         "</table></div>",
