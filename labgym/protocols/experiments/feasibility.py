@@ -222,6 +222,9 @@ def _unread(number: int, action: Action) -> Iterator[Obstacle]:
 
 
 def _unresolved(number: int, action: Action) -> Iterator[Obstacle]:
+    if action.verb == "Note":
+        what = f"no verb expresses its step {action.note[:80]!r}: replace it by actions that do"
+        yield Obstacle("incomplete", number, what)
     if action.verb in ("Refers", "Repeat"):
         what = "another procedure" if action.verb == "Refers" else "earlier actions"
         stated = f" ({action.note[:80]})" if action.note else ""

@@ -32,6 +32,7 @@ Verb = Literal[
     "MakeSolution",
     "Microwave",
     "Monitor",
+    "Note",
     "Partition",
     "PhaseSeparation",
     "Pour",
@@ -123,7 +124,7 @@ class Action(Record):
     """One atomic action; its temperature and duration are those of its first period.
 
     Attributes:
-        verb: what is done.
+        verb: what is done; "Note" for a step of a record that no verb expresses, which the note tells.
         takes: materials that are added.
         gives: products that are isolated, with their amounts ("3.6 g, 84 %"); they are no materials.
         temperature, final_temperature, duration: of the first period, as `Period`.

@@ -56,8 +56,21 @@ _BY_DESCRIPTION: tuple[tuple[str, Verb], ...] = (
     ("separat", "PhaseSeparation"),
     ("partition", "Partition"),
     ("sublim", "Sublime"),
+    ("evaporat", "Concentrate"),
+    ("concentrat", "Concentrate"),
+    ("removed in vacuo", "Concentrate"),
+    ("removed under", "Concentrate"),
+    ("solvent was removed", "Concentrate"),
+    ("solvents were removed", "Concentrate"),
+    ("chromatograph", "Chromatograph"),
+    ("distill", "Distill"),
+    ("dissolv", "Dissolve"),
+    ("filter", "Filter"),
+    ("reflux", "Reflux"),
+    ("acidif", "AdjustPH"),
+    ("neutrali", "AdjustPH"),
 )
-"""Verbs of work-ups of the kind CUSTOM, by a word of their description."""
+"""Verbs of work-ups of the kind CUSTOM, by a word of their description; others become notes."""
 
 
 def files(folder: Path) -> list[Path]:
@@ -98,13 +111,14 @@ def _parsed(parse: Callable[[], Any], path: Path, number: int) -> Experiment:
 
 def _experiment(reaction: Any, path: Path, number: int) -> Experiment:
     conditions = reaction.conditions
-    if conditions.HasField("flow") or conditions.HasField("electrochemistry"):
-        raise UnreadableError("flow chemistry and electrochemistry cannot be expressed as actions")
     if len(reaction.inputs) + len(reaction.workups) > MAX_ACTIONS:
         raise UnreadableError(f"it has more than {MAX_ACTIONS} inputs and work-ups")
     materials: dict[str, Material] = {}
     entries = sorted(reaction.inputs, key=lambda entry: (entry.value.addition_order, _text(entry.key)))
     actions = [_added(entry.value, materials, "Add") for entry in entries]
+    for technique, words in (("flow", "flow chemistry"), ("electrochemistry", "electrochemistry")):
+        if conditions.HasField(technique):
+            actions.append(Action(verb="Note", note=f"the reaction is {words}"))
     actions += _reacting(conditions, reaction.outcomes)
     actions += [_worked_up(workup, materials) for workup in reaction.workups]
     product = _product(reaction.outcomes)
@@ -181,9 +195,7 @@ def _reacting(conditions: Any, outcomes: Any) -> Iterator[Action]:
 
 def _worked_up(workup: Any, materials: dict[str, Material]) -> Action:
     kind, details = _enum(workup, "type"), _text(workup.details)
-    verb = _WORKUPS.get(kind) or next((verb for word, verb in _BY_DESCRIPTION if word in details.lower()), None)
-    if verb is None:
-        raise UnreadableError(f"a work-up of kind {kind} ({details[:60]!r}) cannot be expressed as an action")
+    verb = _WORKUPS.get(kind) or next((verb for word, verb in _BY_DESCRIPTION if word in details.lower()), "Note")
     phase = _text(workup.keep_phase).lower()
     keep: Keep | None = None
     if "organic" in phase or "aqueous" in phase:
@@ -196,7 +208,7 @@ def _worked_up(workup: Any, materials: dict[str, Material]) -> Action:
         "keep": keep,
         "ph": workup.target_ph if workup.HasField("target_ph") else None,
         "atmosphere": "vacuum" if kind == "DRY_IN_VACUUM" else None,
-        "note": details[:400],
+        "note": details[:400] or (f"a work-up of the kind {kind}" if verb == "Note" else ""),
     }
     stated = {key: value for key, value in conditions.items() if value is not None}
     return _added(workup.input, materials, verb, **stated)
