@@ -47,30 +47,33 @@ _WORKUPS: dict[str, Verb] = {
     "DISSOLUTION": "Dissolve",
     "DISTILLATION": "Distill",
 }
-_BY_DESCRIPTION: tuple[tuple[str, Verb], ...] = (
-    ("recrystal", "Recrystallize"),
-    ("crystal", "Crystallize"),
-    ("precipit", "Crystallize"),
-    ("triturat", "Triturate"),
-    ("quench", "Quench"),
-    ("separat", "PhaseSeparation"),
-    ("partition", "Partition"),
-    ("sublim", "Sublime"),
-    ("evaporat", "Concentrate"),
-    ("concentrat", "Concentrate"),
-    ("removed in vacuo", "Concentrate"),
-    ("removed under", "Concentrate"),
-    ("solvent was removed", "Concentrate"),
-    ("solvents were removed", "Concentrate"),
-    ("chromatograph", "Chromatograph"),
-    ("distill", "Distill"),
-    ("dissolv", "Dissolve"),
-    ("filter", "Filter"),
-    ("reflux", "Reflux"),
-    ("acidif", "AdjustPH"),
-    ("neutrali", "AdjustPH"),
-)
-"""Verbs of work-ups of the kind CUSTOM, by a word of their description; others become notes."""
+_BY_DESCRIPTION: dict[str, Verb] = {
+    "recrystal": "Recrystallize",
+    "crystal": "Crystallize",
+    "precipit": "Crystallize",
+    "triturat": "Triturate",
+    "quench": "Quench",
+    "separat": "PhaseSeparation",
+    "partition": "Partition",
+    "sublim": "Sublime",
+    "evaporat": "Concentrate",
+    "concentrat": "Concentrate",
+    "in vacuo": "Concentrate",
+    "solvent was removed": "Concentrate",
+    "solvents were removed": "Concentrate",
+    "chromatogra": "Chromatograph",
+    "distill": "Distill",
+    "dissolv": "Dissolve",
+    "filter": "Filter",
+    "reflux": "Reflux",
+    "acidif": "AdjustPH",
+    "neutrali": "AdjustPH",
+    "sonicat": "Sonicate",
+    "stirred": "Stir",
+    "dried over": "DrySolution",
+    "dried": "DrySolid",
+}
+"""Verbs of work-ups of the kind CUSTOM, by the first of these words in their description; others become notes."""
 
 
 def files(folder: Path) -> list[Path]:
@@ -195,7 +198,7 @@ def _reacting(conditions: Any, outcomes: Any) -> Iterator[Action]:
 
 def _worked_up(workup: Any, materials: dict[str, Material]) -> Action:
     kind, details = _enum(workup, "type"), _text(workup.details)
-    verb = _WORKUPS.get(kind) or next((verb for word, verb in _BY_DESCRIPTION if word in details.lower()), "Note")
+    verb = _WORKUPS.get(kind) or _described(details)
     phase = _text(workup.keep_phase).lower()
     keep: Keep | None = None
     if "organic" in phase or "aqueous" in phase:
@@ -212,6 +215,13 @@ def _worked_up(workup: Any, materials: dict[str, Material]) -> Action:
     }
     stated = {key: value for key, value in conditions.items() if value is not None}
     return _added(workup.input, materials, verb, **stated)
+
+
+def _described(details: str) -> Verb:
+    """Return the verb of the word of a description that stands first, "Note" if it has none of those that are known."""
+    text = details.lower()
+    found = [(place, -len(word), verb) for word, verb in _BY_DESCRIPTION.items() if (place := text.find(word)) >= 0]
+    return min(found)[2] if found else "Note"
 
 
 def _equation(reaction: Any, materials: dict[str, Material], product: str) -> str:
