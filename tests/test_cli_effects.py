@@ -20,7 +20,7 @@ ALL_EFFECTIVE = {
     "compare", "move", "repair", "outline", "import labbuilder", "serve", "policies", "floors", "coverage", "doctor",
     "submit pack",
     "assets build", "assets compat", "assets infer", "assets find", "assets add-reagent",
-    "protocols search", "protocols check", "protocols stage", "protocols score-reading",
+    "protocols search", "protocols check", "protocols export", "protocols stage", "protocols score-reading",
     "reproduce published", "reproduce protocols", "reproduce labbuilder", "reproduce comparison", "reproduce ablation",
     "reproduce navigation", "reproduce repair", "reproduce nuisances", "reproduce all",
     "train ppo", "train recurrent-ppo", "train sac", "train her", "train floors",

@@ -10,6 +10,7 @@ from pydantic import Field, model_validator
 
 from labgym.documents import Document, Record
 from labgym.protocols.model import ReactionType
+from labgym.quantities import ROOM_RANGE
 
 Verb = Literal[
     "Add",
@@ -71,6 +72,13 @@ HOLDING: frozenset[Verb] = frozenset(
     ("Cool", "Heat", "Irradiate", "Microwave", "Reflux", "SetTemperature", "Sonicate", "Stir")
 )
 """Verbs that keep a mixture at conditions."""
+
+
+def holding(temperature: float | None) -> Verb:
+    """Return the verb for holding a mixture at a temperature in degrees Celsius."""
+    if temperature is None or ROOM_RANGE[0] <= temperature <= ROOM_RANGE[1]:
+        return "Stir"
+    return "Heat" if temperature > ROOM_RANGE[1] else "Cool"
 
 
 class Material(Record):
