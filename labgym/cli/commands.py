@@ -79,6 +79,7 @@ COMMANDS: Mapping[str, str | CommandGroup] = {
             "new": "protocols:new",
             "check": "protocols:check",
             "export": "protocols:export",
+            "survey": "protocols:survey",
             "experiments": "protocols:experiments",
             "stage": "protocols:stage",
             "import": "protocols:import_",

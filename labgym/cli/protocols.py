@@ -393,6 +393,49 @@ def filter_(
     return DONE
 
 
+def survey(
+    path: Positional[Annotated[Path, arg(metavar="DATA")]],
+    *,
+    laboratory: Annotated[Path, arg(metavar="LAYOUT|INVENTORY.csv")],
+    out: Path,
+    execution: Execution = THIS_PROCESS,
+    fresh: bool = False,
+) -> int:
+    """Count how many experiments a laboratory can carry out, and list the purchases that would add most.
+
+    An interrupted survey resumes after its finished files.
+
+    Args:
+        path: File or folder of experiments, such as an import.
+        laboratory: The .json file of a layout, or a .csv inventory.
+        out: Folder for survey.json, survey.png and needs.jsonl, with what each experiment lacks.
+        fresh: Move the files of the folder aside and start anew.
+    """
+    from labgym.protocols.experiments import survey as surveys
+
+    result = surveys.survey(path, laboratory.name, _assets_of(laboratory), out, None, execution.options(), fresh)
+    print(result.table().text())
+    return written(out)
+
+
+def _assets_of(laboratory: Path) -> list[str]:
+    """Return the names of the assets of a layout or an inventory.
+
+    Raises:
+        OptionError: the file is neither.
+    """
+    if laboratory.suffix.lower() == ".csv":
+        from labgym.exchange.inventory import read_inventory
+
+        counts = read_inventory(laboratory, remark=lambda text: _remark([text], [])).counts
+        return [name for name, count in counts.items() if count]
+    if laboratory.suffix.lower() != ".json":
+        raise OptionError(f"{laboratory} is neither the .json file of a layout nor a .csv inventory")
+    from labgym.layouts import Layout
+
+    return [placement.asset for placement in Layout.load(laboratory).placements]
+
+
 def _collected(tally: Tally, out: Path) -> int:
     """Print how many records were accepted, and return the exit code."""
     reasons = ", ".join(f"{count} {kind}" for kind, count in tally.reasons.most_common())
