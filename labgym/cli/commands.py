@@ -71,13 +71,15 @@ COMMANDS: Mapping[str, str | CommandGroup] = {
         alike={"search": "find", "list": "show"},
     ),
     "protocols": CommandGroup(
-        "List, show, search, write, check and import protocols. Plain `labgym protocols` lists the published ones; "
+        "List, show, search, write, check, import, export protocols. Plain `labgym protocols` lists those published; "
         "`labgym protocols sub_01` shows one (short for `show sub_01`).",
         {
             "show": "protocols:show",
             "search": "protocols:search",
             "new": "protocols:new",
             "check": "protocols:check",
+            "export": "protocols:export",
+            "survey": "protocols:survey",
             "experiments": "protocols:experiments",
             "stage": "protocols:stage",
             "import": "protocols:import_",

@@ -30,7 +30,7 @@ SECTIONS: Mapping[str, Mapping[str, str]] = {
         "card": "publish a trained policy with its model card",
     },
     "Design a laboratory": {
-        "protocols": "list, write, check, search and import protocols",
+        "protocols": "list, write, check, search, import and export protocols",
         "generate": "generate a laboratory for protocols",
         "score": "list metrics, violations and fixes of a layout",
         "repair": "repair a layout",

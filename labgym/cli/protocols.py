@@ -15,10 +15,11 @@ from labgym.cli.arguments import THIS_PROCESS, Execution, OptionalPath, Optional
 from labgym.cli.effects import refuses_idle_flags
 from labgym.cli.outcome import DONE, FAILED, complaints, findings, written
 from labgym.cli.problems import check_installed
-from labgym.cli.saving import Overwrite, save
-from labgym.documents import folder_path, write_bytes
+from labgym.cli.saving import Overwrite, save, save_text
+from labgym.documents import folder_path
 from labgym.errors import OptionError
 from labgym.protocols import Protocol, ReactionType
+from labgym.protocols.exporters import ExportFormat
 from labgym.protocols.importers import Format, ImportSource
 
 if TYPE_CHECKING:
@@ -197,11 +198,7 @@ def _explain(text: str, out: Path, overwrite: bool) -> int:
 
     actions = read_procedure(text)
     if out.suffix == ".html":
-        page = explained_html(actions).encode()
-        if out.exists() and not overwrite and out.read_bytes() != page:
-            raise OptionError(f"{out} exists with other content: name another file, or replace it with --overwrite")
-        write_bytes(out, page)
-        return written(out)
+        return save_text(explained_html(actions), out, overwrite)
     print(explained(actions, color=sys.stdout.isatty()))
     tables = batch_tables(actions.uses(Catalog.load()))
     if tables:
@@ -302,6 +299,38 @@ def stage(
     return _save(protocol, out, overwrite)
 
 
+def export(
+    protocol: ProtocolName,
+    *,
+    format: ExportFormat,  # noqa: A002
+    path: OptionalPath = None,
+    out: OutputPath = Path(),
+    overwrite: Overwrite = False,
+) -> int:
+    """Write a protocol or an experiment in the file format of another program.
+
+    Places and instruments are not exported. What the format has no field for is written as a remark that an import
+    reads back; a reaction of the Open Reaction Database has no provenance, which its depositor adds.
+
+    Args:
+        protocol: Id of a published protocol or experiment, or the .json file of a protocol.
+        format: ord (Open Reaction Database, as JSON), xdl or autoprotocol.
+        path: File or folder of experiments, such as an import, that contains the experiment PROTOCOL.
+        out: A file, or a folder for a file named after the protocol.
+        overwrite: Replace a file that exists with other content.
+    """
+    from labgym.protocols import exporters
+    from labgym.protocols.experiments import library
+
+    if path is not None or protocol in library.experiments():
+        experiment = library.get(protocol, path)
+    else:
+        experiment = exporters.as_experiment(protocols.resolve(protocol))
+    suffix = exporters.SUFFIXES[format]
+    target = out if out.suffix and suffix.endswith(out.suffix) else folder_path(out) / f"{experiment.id}{suffix}"
+    return save_text(exporters.export(experiment, format), target, overwrite)
+
+
 @refuses_idle_flags("protocols import")
 def import_(
     path: Positional[Path],
@@ -362,6 +391,49 @@ def filter_(
     judge = feasibility.FeasibilityFilter().judge
     print(verdict_table([judge(experiment) for experiment in chosen]))
     return DONE
+
+
+def survey(
+    path: Positional[Annotated[Path, arg(metavar="DATA")]],
+    *,
+    laboratory: Annotated[Path, arg(metavar="LAYOUT|INVENTORY.csv")],
+    out: Path,
+    execution: Execution = THIS_PROCESS,
+    fresh: bool = False,
+) -> int:
+    """Count how many experiments a laboratory can carry out, and list the purchases that would add most.
+
+    An interrupted survey resumes after its finished files.
+
+    Args:
+        path: File or folder of experiments, such as an import.
+        laboratory: The .json file of a layout, or a .csv inventory.
+        out: Folder for survey.json, survey.png and needs.jsonl, with what each experiment lacks.
+        fresh: Move the files of the folder aside and start anew.
+    """
+    from labgym.protocols.experiments import survey as surveys
+
+    result = surveys.survey(path, laboratory.name, _assets_of(laboratory), out, None, execution.options(), fresh)
+    print(result.table().text())
+    return written(out)
+
+
+def _assets_of(laboratory: Path) -> list[str]:
+    """Return the names of the assets of a layout or an inventory.
+
+    Raises:
+        OptionError: the file is neither.
+    """
+    if laboratory.suffix.lower() == ".csv":
+        from labgym.exchange.inventory import read_inventory
+
+        counts = read_inventory(laboratory, remark=lambda text: _remark([text], [])).counts
+        return [name for name, count in counts.items() if count]
+    if laboratory.suffix.lower() != ".json":
+        raise OptionError(f"{laboratory} is neither the .json file of a layout nor a .csv inventory")
+    from labgym.layouts import Layout
+
+    return [placement.asset for placement in Layout.load(laboratory).placements]
 
 
 def _collected(tally: Tally, out: Path) -> int:

@@ -8,7 +8,7 @@ from typing import Annotated
 from tyro.conf import arg
 
 from labgym.cli.outcome import written
-from labgym.documents import Document, folder_path, json_bytes, parse_json
+from labgym.documents import Document, folder_path, json_bytes, parse_json, write_bytes
 from labgym.errors import DocumentError, OptionError
 
 Overwrite = Annotated[bool, arg(aliases=("--replace",))]
@@ -42,6 +42,18 @@ def save(document: Document, path: Path, overwrite: bool) -> int:
     if path.exists() and not overwrite:
         return written(path)
     return written(document.save(path))
+
+
+def save_text(text: str, path: Path, overwrite: bool) -> int:
+    """Write a text, print its path, and return the exit code.
+
+    Raises:
+        OptionError: the file exists with other content, and `overwrite` is False.
+    """
+    content = text.encode()
+    if path.exists() and not overwrite and not (path.is_file() and path.read_bytes() == content):
+        raise OptionError(f"{path} exists with other content: name another file, or replace it with --overwrite")
+    return written(write_bytes(path, content))
 
 
 def refuse_other_content(document: Document, path: Path, overwrite: bool) -> None:

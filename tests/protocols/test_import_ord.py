@@ -167,18 +167,50 @@ def test_every_kind_of_work_up_gives_an_action(tmp_path: Path, kind: str) -> Non
 
 
 @pytest.mark.parametrize(
-    "extra, reason",
+    ("extra", "note"),
     [
-        ("conditions { flow { type: PLUG_FLOW_REACTOR } }", "flow chemistry"),
-        ("conditions { electrochemistry { type: CONSTANT_CURRENT } }", "electrochemistry"),
+        ("conditions { flow { type: PLUG_FLOW_REACTOR } }", "the reaction is flow chemistry"),
+        ("conditions { electrochemistry { type: CONSTANT_CURRENT } }", "the reaction is electrochemistry"),
         ("workups { type: CUSTOM details: 'sang to it' }", "sang to it"),
-        ("inputs { key: 'z' value { components { amount { mass { value: 1 units: GRAM } } } } }", "neither name"),
+        ("workups { type: CUSTOM }", "a work-up of the kind CUSTOM"),
     ],
 )
-def test_what_actions_cannot_tell_is_turned_down_with_the_reason(tmp_path: Path, extra: str, reason: str) -> None:
-    found = one(tmp_path, REACTION + extra)
+def test_a_step_that_no_verb_expresses_becomes_a_note(tmp_path: Path, extra: str, note: str) -> None:
+    found = experiment(tmp_path, REACTION + extra)
+    assert [action.note for action in found.actions if action.verb == "Note"] == [note]
+
+
+@pytest.mark.parametrize(
+    ("details", "verb"),
+    [
+        ("Evaporated, then recrystallized from ethanol", "Concentrate"),
+        ("Recrystallized from ethanol, then dried", "Recrystallize"),
+        ("dried over MgSO4", "DrySolution"),
+        ("The solvents were removed in vacuo", "Concentrate"),
+    ],
+)
+def test_the_first_word_of_a_description_gives_the_verb(tmp_path: Path, details: str, verb: str) -> None:
+    found = experiment(tmp_path, f"{REACTION} workups {{ type: CUSTOM details: '{details}' }}")
+    (action,) = [action for action in found.actions if action.note == details]
+    assert action.verb == verb
+
+
+def test_a_nameless_component_is_turned_down_with_the_reason(tmp_path: Path) -> None:
+    nameless = "inputs { key: 'z' value { components { amount { mass { value: 1 units: GRAM } } } } }"
+    found = one(tmp_path, REACTION + nameless)
     assert isinstance(found, Rejection)
-    assert reason in found.reason
+    assert "neither name" in found.reason
+
+
+def test_an_enumeration_inside_a_message_of_early_files_is_read(tmp_path: Path) -> None:
+    wrapped = b"\x22\x04\x0a\x02\x08\x04"  # illumination { type { type: LED } }
+    file = tmp_path / "d.pb"
+    reaction = dataset(f"reactions {{ {REACTION} }}").reactions[0].SerializeToString() + b"\x22\x06" + wrapped
+    number = messages()[0].DESCRIPTOR.fields_by_name["reactions"].number
+    file.write_bytes(bytes([number << 3 | 2]) + _length(reaction) + reaction)
+    (found,) = read(file, "ord")
+    assert isinstance(found, Experiment)
+    assert "Irradiate" in [action.verb for action in found.actions]
 
 
 def test_a_reaction_without_inputs_is_turned_down(tmp_path: Path) -> None:

@@ -109,7 +109,7 @@ class FeasibilityFilter:
 
     def judge(self, experiment: Experiment) -> FeasibilityVerdict:
         """Return whether an experiment is feasible, with all obstacles."""
-        names = {material.name: self._grounder.find(material) for material in experiment.materials}
+        names = self.grounded_names(experiment)
         obstacles = [*_incomplete(experiment), *self._unlisted(experiment, names)]
         listed = {name: asset for name, asset in names.items() if asset is not None}
         for number, action in enumerate(experiment.actions, 1):
@@ -121,6 +121,31 @@ class FeasibilityFilter:
         obstacles += self._volume(experiment, listed)
         obstacles += _unsafe(experiment, listed, self.catalog)
         return FeasibilityVerdict(experiment if obstacles else grounded(experiment, listed), tuple(obstacles))
+
+    def grounded_names(self, experiment: Experiment) -> dict[str, str | None]:
+        """Return the asset of the catalog that each material is, None if the catalog lacks it."""
+        return {material.name: self._grounder.find(material) for material in experiment.materials}
+
+    def equipment(self, experiment: Experiment, listed: dict[str, str]) -> list[Obstacle]:
+        """Return the obstacles that instruments or gases remove.
+
+        Args:
+            experiment: the experiment.
+            listed: assets of its materials by name, of those that the catalog has.
+        """
+        obstacles: list[Obstacle] = []
+        for number, action in enumerate(experiment.actions, 1):
+            obstacles += self._equipment(number, action)
+            obstacles += self._conditions(number, action)
+            obstacles += self._masses(number, action, listed)
+        return [*obstacles, *self._volume(experiment, listed)]
+
+    def flaws(self, experiment: Experiment, listed: dict[str, str]) -> list[Obstacle]:
+        """Return the obstacles that no laboratory removes: what is incomplete, not understood or unsafe."""
+        obstacles = [*_incomplete(experiment), *_unsafe(experiment, listed, self.catalog)]
+        for number, action in enumerate(experiment.actions, 1):
+            obstacles += [*_unread(number, action), *_unresolved(number, action)]
+        return obstacles
 
     def _unlisted(self, experiment: Experiment, names: dict[str, str | None]) -> Iterator[Obstacle]:
         for material in experiment.materials:
@@ -222,6 +247,9 @@ def _unread(number: int, action: Action) -> Iterator[Obstacle]:
 
 
 def _unresolved(number: int, action: Action) -> Iterator[Obstacle]:
+    if action.verb == "Note":
+        what = f"no verb expresses its step {action.note[:80]!r}: replace it by actions that do"
+        yield Obstacle("incomplete", number, what)
     if action.verb in ("Refers", "Repeat"):
         what = "another procedure" if action.verb == "Refers" else "earlier actions"
         stated = f" ({action.note[:80]})" if action.note else ""

@@ -47,11 +47,11 @@ def get(experiment_id: str, path: str | Path | None = None) -> Experiment:
     return library[experiment_id]
 
 
-def read_experiments(path: str | Path) -> tuple[Experiment, ...]:
-    """Return the experiments of a file, of an import, or of all JSON files in a folder in the order of their names.
+def experiment_files(path: str | Path) -> list[Path]:
+    """Return a file, the files of an import, or all JSON files in a folder in the order of their names.
 
     Raises:
-        DocumentError: no files, a file of another kind, or an id that occurs twice.
+        DocumentError: a folder without files of experiments.
     """
     path = Path(path)
     documents = sorted(path.glob("*.json")) if path.is_dir() else [path]
@@ -59,8 +59,17 @@ def read_experiments(path: str | Path) -> tuple[Experiment, ...]:
     files = collected or [file for file in documents if file.name not in OF_RUNS]
     if not files:
         raise DocumentError(path, "", "holds no files of experiments (*.json)")
+    return files
+
+
+def read_experiments(path: str | Path) -> tuple[Experiment, ...]:
+    """Return the experiments of the files that `experiment_files` returns.
+
+    Raises:
+        DocumentError: no files, a file of another kind, or an id that occurs twice.
+    """
     by_id: dict[str, Experiment] = {}
-    for file in files:
+    for file in experiment_files(path):
         for number, experiment in enumerate(ExperimentFile.load(file).experiments):
             if experiment.id in by_id:
                 raise DocumentError(

@@ -10,6 +10,7 @@ from pydantic import Field, model_validator
 
 from labgym.documents import Document, Record
 from labgym.protocols.model import ReactionType
+from labgym.quantities import ROOM_RANGE
 
 Verb = Literal[
     "Add",
@@ -32,6 +33,7 @@ Verb = Literal[
     "MakeSolution",
     "Microwave",
     "Monitor",
+    "Note",
     "Partition",
     "PhaseSeparation",
     "Pour",
@@ -70,6 +72,13 @@ HOLDING: frozenset[Verb] = frozenset(
     ("Cool", "Heat", "Irradiate", "Microwave", "Reflux", "SetTemperature", "Sonicate", "Stir")
 )
 """Verbs that keep a mixture at conditions."""
+
+
+def holding(temperature: float | None) -> Verb:
+    """Return the verb for holding a mixture at a temperature in degrees Celsius."""
+    if temperature is None or ROOM_RANGE[0] <= temperature <= ROOM_RANGE[1]:
+        return "Stir"
+    return "Heat" if temperature > ROOM_RANGE[1] else "Cool"
 
 
 class Material(Record):
@@ -123,7 +132,7 @@ class Action(Record):
     """One atomic action; its temperature and duration are those of its first period.
 
     Attributes:
-        verb: what is done.
+        verb: what is done; "Note" for a step of a record that no verb expresses, which the note tells.
         takes: materials that are added.
         gives: products that are isolated, with their amounts ("3.6 g, 84 %"); they are no materials.
         temperature, final_temperature, duration: of the first period, as `Period`.

@@ -26,6 +26,7 @@ _PHRASES: dict[Verb, str] = {
     "MakeSolution": "Make a solution of",
     "Microwave": "Heat in the microwave reactor",
     "Monitor": "Check the reaction",
+    "Note": "Carry out a step that no verb expresses",
     "Partition": "Partition between",
     "PhaseSeparation": "Separate the layers",
     "Pour": "Pour the mixture onto",

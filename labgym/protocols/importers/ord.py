@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any, get_args
 
+from pydantic import TypeAdapter
+
 from labgym.errors import DocumentError
-from labgym.protocols.experiments import Action, Experiment, Material, Portion
-from labgym.protocols.experiments.model import Atmosphere, Keep, Role, Verb
+from labgym.protocols.experiments import Action, Experiment, Material
+from labgym.protocols.experiments.model import Atmosphere, Keep, Role, Verb, holding
+from labgym.protocols.experiments.remarks import BEFORE, PORTION, read_remark
 from labgym.protocols.importers.ord_files import BINARY, JSON, PARQUET, TEXT, reactions
-from labgym.protocols.importers.records import Records, UnreadableError, holding, printable, record, slug
+from labgym.protocols.importers.records import Records, UnreadableError, printable, record, slug
 from labgym.units import BASE, SYMBOLS, Dimension, convert
 
 LICENSE = "CC-BY-SA-4.0"
@@ -47,17 +50,36 @@ _WORKUPS: dict[str, Verb] = {
     "DISSOLUTION": "Dissolve",
     "DISTILLATION": "Distill",
 }
-_BY_DESCRIPTION: tuple[tuple[str, Verb], ...] = (
-    ("recrystal", "Recrystallize"),
-    ("crystal", "Crystallize"),
-    ("precipit", "Crystallize"),
-    ("triturat", "Triturate"),
-    ("quench", "Quench"),
-    ("separat", "PhaseSeparation"),
-    ("partition", "Partition"),
-    ("sublim", "Sublime"),
-)
-"""Verbs of work-ups of the kind CUSTOM, by a word of their description."""
+_BY_DESCRIPTION: dict[str, Verb] = {
+    "recrystal": "Recrystallize",
+    "crystal": "Crystallize",
+    "precipit": "Crystallize",
+    "triturat": "Triturate",
+    "quench": "Quench",
+    "separat": "PhaseSeparation",
+    "partition": "Partition",
+    "sublim": "Sublime",
+    "evaporat": "Concentrate",
+    "concentrat": "Concentrate",
+    "in vacuo": "Concentrate",
+    "solvent was removed": "Concentrate",
+    "solvents were removed": "Concentrate",
+    "chromatogra": "Chromatograph",
+    "distill": "Distill",
+    "dissolv": "Dissolve",
+    "filter": "Filter",
+    "reflux": "Reflux",
+    "acidif": "AdjustPH",
+    "neutrali": "AdjustPH",
+    "sonicat": "Sonicate",
+    "stirred": "Stir",
+    "dried over": "DrySolution",
+    "dried": "DrySolid",
+}
+"""Verbs of work-ups of the kind CUSTOM, by the first of these words in their description; others become notes."""
+
+
+_ACTIONS = TypeAdapter(list[Action])
 
 
 def files(folder: Path) -> list[Path]:
@@ -98,13 +120,14 @@ def _parsed(parse: Callable[[], Any], path: Path, number: int) -> Experiment:
 
 def _experiment(reaction: Any, path: Path, number: int) -> Experiment:
     conditions = reaction.conditions
-    if conditions.HasField("flow") or conditions.HasField("electrochemistry"):
-        raise UnreadableError("flow chemistry and electrochemistry cannot be expressed as actions")
     if len(reaction.inputs) + len(reaction.workups) > MAX_ACTIONS:
         raise UnreadableError(f"it has more than {MAX_ACTIONS} inputs and work-ups")
     materials: dict[str, Material] = {}
     entries = sorted(reaction.inputs, key=lambda entry: (entry.value.addition_order, _text(entry.key)))
-    actions = [_added(entry.value, materials, "Add") for entry in entries]
+    actions = [action for entry in entries for action in _input(entry, materials)]
+    for technique, words in (("flow", "flow chemistry"), ("electrochemistry", "electrochemistry")):
+        if conditions.HasField(technique):
+            actions.append(Action(verb="Note", note=f"the reaction is {words}"))
     actions += _reacting(conditions, reaction.outcomes)
     actions += [_worked_up(workup, materials) for workup in reaction.workups]
     product = _product(reaction.outcomes)
@@ -124,7 +147,15 @@ def _experiment(reaction: Any, path: Path, number: int) -> Experiment:
     )
 
 
-def _added(inputs: Any, materials: dict[str, Material], verb: Verb, **conditions: Any) -> Action:
+def _input(entry: Any, materials: dict[str, Material]) -> list[Action]:
+    head, fields, note = read_remark(_text(entry.key).partition(" ")[2])
+    before = _ACTIONS.validate_python(fields.pop(BEFORE, []))
+    return [*before, _added(entry.value, materials, head or "Add", {"note": note, **fields} if head else {})]
+
+
+def _added(
+    inputs: Any, materials: dict[str, Material], verb: str, conditions: Mapping[str, Any], workup: bool = False
+) -> Action:
     takes = []
     if len(inputs.components) > MAX_COMPONENTS:
         raise UnreadableError(f"an input has more than {MAX_COMPONENTS} components")
@@ -132,9 +163,10 @@ def _added(inputs: Any, materials: dict[str, Material], verb: Verb, **conditions
         name = _name(compound)[:200]
         if not name:
             raise UnreadableError("a component has neither name nor structure")
-        role: Role = "workup" if verb != "Add" else _ROLES.get(_enum(compound, "reaction_role"), "reagent")
+        stated_role = _ROLES.get(_enum(compound, "reaction_role"), "reagent")
+        role: Role = "workup" if workup and verb != "Add" else stated_role
         materials.setdefault(name, Material(name=name, role=role, smiles=_smiles(compound)))
-        takes.append(Portion(name=name, amount=_amount(compound.amount)))
+        takes.append({"name": name, "amount": _amount(compound.amount), **_remarked(compound)})
     manner = _MANNERS.get(_enum(inputs.addition_speed, "type"))
     stated = {
         "temperature": _temperature(inputs.addition_temperature),
@@ -143,8 +175,14 @@ def _added(inputs: Any, materials: dict[str, Material], verb: Verb, **conditions
         **conditions,
     }
     return Action.model_validate(
-        {"verb": verb, "takes": takes, **{key: value for key, value in stated.items() if value not in (None, "")}}
+        {"takes": takes, **{key: value for key, value in stated.items() if value not in (None, "")}, "verb": verb}
     )
+
+
+def _remarked(compound: Any) -> dict[str, Any]:
+    """Return what a remark adds to a material."""
+    remarks = (read_remark(_text(preparation.details)) for preparation in compound.preparations)
+    return next((fields for head, fields, _ in remarks if head == PORTION), {})
 
 
 def _reacting(conditions: Any, outcomes: Any) -> Iterator[Action]:
@@ -175,15 +213,17 @@ def _reacting(conditions: Any, outcomes: Any) -> Iterator[Action]:
         "ph": conditions.ph if conditions.HasField("ph") else None,
     }
     present = {key: value for key, value in values.items() if value is not None}
-    if present or verb != "Stir" or stirred not in ("", "UNSPECIFIED", "NONE"):
-        yield Action.model_validate({"verb": verb, **present})
+    head, fields, note = read_remark(_text(conditions.details))
+    if head:
+        yield Action.model_validate({**present, "note": note, **fields, "verb": head})
+    elif present or verb != "Stir" or stirred not in ("", "UNSPECIFIED", "NONE"):
+        yield Action.model_validate({"verb": verb, **present, "note": note[:400]})
 
 
 def _worked_up(workup: Any, materials: dict[str, Material]) -> Action:
     kind, details = _enum(workup, "type"), _text(workup.details)
-    verb = _WORKUPS.get(kind) or next((verb for word, verb in _BY_DESCRIPTION if word in details.lower()), None)
-    if verb is None:
-        raise UnreadableError(f"a work-up of kind {kind} ({details[:60]!r}) cannot be expressed as an action")
+    head, fields, details = read_remark(details)
+    verb = head or _WORKUPS.get(kind) or _described(details)
     phase = _text(workup.keep_phase).lower()
     keep: Keep | None = None
     if "organic" in phase or "aqueous" in phase:
@@ -196,10 +236,17 @@ def _worked_up(workup: Any, materials: dict[str, Material]) -> Action:
         "keep": keep,
         "ph": workup.target_ph if workup.HasField("target_ph") else None,
         "atmosphere": "vacuum" if kind == "DRY_IN_VACUUM" else None,
-        "note": details[:400],
+        "note": details[:400] or (f"a work-up of the kind {kind}" if verb == "Note" else ""),
     }
     stated = {key: value for key, value in conditions.items() if value is not None}
-    return _added(workup.input, materials, verb, **stated)
+    return _added(workup.input, materials, verb, {**stated, **fields}, workup=True)
+
+
+def _described(details: str) -> Verb:
+    """Return the verb of the word of a description that stands first, "Note" if it has none of those that are known."""
+    text = details.lower()
+    found = [(place, -len(word), verb) for word, verb in _BY_DESCRIPTION.items() if (place := text.find(word)) >= 0]
+    return min(found)[2] if found else "Note"
 
 
 def _equation(reaction: Any, materials: dict[str, Material], product: str) -> str:

@@ -32,6 +32,8 @@ MAX_VALUES = 3_000_000
 MAX_MESSAGES = 10_000
 """Largest number of messages of a reaction in text; published ones have some hundred."""
 MAX_DEPTH = 50
+FIRST_FIELD = b"\x08"
+"""Tag of a number in the first field of a protocol buffer."""
 BINARY, TEXT, JSON, PARQUET = (".pb", ".binpb"), (".pbtxt", ".txtpb"), (".json",), (".parquet",)
 _TOKEN = re.compile(
     rb"(?P<opening>(?P<field>\breactions(?:\s{0,99}:)?\s{0,99})?[{<])|(?P<closing>[}>])|#[^\n]*+"
@@ -251,6 +253,8 @@ def _serialized(content: Any) -> Any:
 def _known(message: Any) -> Any:
     """Return a message if all its enumerations have known values; others are among its unknown fields.
 
+    Before ord-schema 0.3 some enumerations were the first field of a message, which is read, too.
+
     Raises:
         UnreadableError: a value is not known.
     """
@@ -259,7 +263,10 @@ def _known(message: Any) -> Any:
     for unknown in UnknownFieldSet(message):
         field = message.DESCRIPTOR.fields_by_number.get(unknown.field_number)
         if field is not None and field.enum_type is not None:
-            raise UnreadableError(f"{field.name} has the unknown value {str(unknown.data)[:40]}")
+            wrapped = unknown.data if isinstance(unknown.data, bytes) else b""
+            if wrapped[:1] != FIRST_FIELD or len(wrapped) < 2 or wrapped[1] not in field.enum_type.values_by_number:
+                raise UnreadableError(f"{field.name} has the unknown value {str(unknown.data)[:40]}")
+            setattr(message, field.name, wrapped[1])
     for field, value in message.ListFields():
         if field.message_type is not None:
             for item in value if isinstance(value, Sequence) else [value]:

@@ -51,7 +51,9 @@ _MESSAGES: dict[str, str] = {
     "ReactionInput": "1 components Compound*, 3 addition_order int32, 5 addition_speed AdditionSpeed, "
     "6 addition_duration Time, 9 addition_temperature Temperature",
     "AdditionSpeed": "1 type AdditionSpeedType",
-    "Compound": "1 identifiers CompoundIdentifier*, 2 amount Amount, 3 reaction_role ReactionRoleType",
+    "Compound": "1 identifiers CompoundIdentifier*, 2 amount Amount, 3 reaction_role ReactionRoleType, "
+    "5 preparations CompoundPreparation*",
+    "CompoundPreparation": "2 details string",
     "CompoundIdentifier": "1 type CompoundIdentifierType, 3 value string",
     "Amount": "1 mass Mass, 2 moles Moles, 3 volume Volume",
     "Mass": "1 value float, 3 units MassUnit",
@@ -62,7 +64,7 @@ _MESSAGES: dict[str, str] = {
     "Pressure": "1 value float, 3 units PressureUnit",
     "ReactionConditions": "1 temperature TemperatureConditions, 2 pressure PressureConditions, "
     "3 stirring StirringConditions, 4 illumination IlluminationConditions, 5 electrochemistry "
-    "ElectrochemistryConditions, 6 flow FlowConditions, 7 reflux bool, 8 ph float",
+    "ElectrochemistryConditions, 6 flow FlowConditions, 7 reflux bool, 8 ph float, 10 details string",
     "TemperatureConditions": "1 control TemperatureControl, 2 setpoint Temperature",
     "TemperatureControl": "1 type TemperatureControlType",
     "PressureConditions": "2 setpoint Pressure, 3 atmosphere Atmosphere",

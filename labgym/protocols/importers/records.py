@@ -20,8 +20,6 @@ from pydantic import ValidationError
 from labgym.documents import document_error
 from labgym.errors import DocumentError, OptionError
 from labgym.protocols.experiments import Experiment, Rejection
-from labgym.protocols.experiments.model import Verb
-from labgym.quantities import ROOM_RANGE
 
 Records = Iterator[Experiment | Rejection]
 Format = Literal["chemtrans", "openexp", "ord", "xdl"]
@@ -66,13 +64,6 @@ def one_line(error: object, length: int = 200) -> str:
 def slug(text: str) -> str:
     """Return a text as part of an experiment's id."""
     return re.sub(r"[^a-z0-9_-]+", "_", text.lower())
-
-
-def holding(temperature: float | None) -> Verb:
-    """Return the verb for holding a mixture at a temperature in degrees Celsius."""
-    if temperature is None or ROOM_RANGE[0] <= temperature <= ROOM_RANGE[1]:
-        return "Stir"
-    return "Heat" if temperature > ROOM_RANGE[1] else "Cool"
 
 
 @dataclass(frozen=True)

@@ -19,8 +19,9 @@ from xml.parsers import expat
 from labgym.documents import read_bytes
 from labgym.errors import DocumentError
 from labgym.protocols.experiments import Action, Experiment, Material, Portion, Rejection
-from labgym.protocols.experiments.model import Role, Verb
-from labgym.protocols.importers.records import Records, UnreadableError, holding, printable, record, slug
+from labgym.protocols.experiments.model import Role, Verb, holding
+from labgym.protocols.experiments.remarks import read_remark
+from labgym.protocols.importers.records import Records, UnreadableError, printable, record, slug
 from labgym.quantities import ROOM_TEMPERATURE, value_of
 from labgym.quantities import amounts as quantities
 
@@ -28,6 +29,9 @@ MAX_BYTES = 8 * 1024**2
 MAX_DEPTH = 40
 MAX_ELEMENTS = 20_000
 SUFFIXES = (".xdl", ".xml")
+STRUCTURE = "SMILES "
+COMMENT = "!--"
+"""Tag of the elements that comments become."""
 MAX_ACTIONS = 300
 MAX_VISITS = 20_000
 """Largest numbers of actions of an experiment and of steps including repeats."""
@@ -78,6 +82,7 @@ class _Reader:
         parser.StartElementHandler = self._start
         parser.EndElementHandler = self._end
         parser.CharacterDataHandler = self.tree.data
+        parser.CommentHandler = self._comment
         try:
             parser.Parse(content, True)
         except expat.ExpatError as error:
@@ -101,6 +106,12 @@ class _Reader:
             raise DocumentError(self.path, "", problem)
         self.tree.start(tag, attributes)
 
+    def _comment(self, text: str) -> None:
+        if self.depth:
+            self._start(COMMENT, {})
+            self.tree.data(text)
+            self._end(COMMENT)
+
     def _end(self, tag: str) -> None:
         self.depth -= 1
         self.tree.end(tag)
@@ -113,14 +124,29 @@ class _ActionList:
     actions: list[Action] = field(default_factory=list)
     uses: dict[str, set[Verb]] = field(default_factory=dict)
     visited: int = 0
+    comment: str = ""
+    joined: tuple[Portion, ...] = ()
 
     def do(self, verb: Verb, *takes: Portion, **conditions: Any) -> None:
+        """Append an action, changed by a remark in the comment of its step, or keep its materials for the next one."""
         stated = {name: value for name, value in conditions.items() if value not in (None, "")}
-        if len(self.actions) == MAX_ACTIONS:
+        head, fields, note = read_remark(self.comment)
+        self.comment = ""
+        if note:
+            stated["note"] = note[:400] if head or "note" not in stated else f"{stated['note']}; {note}"[:400]
+        joined = fields.pop("joined", False)
+        changed: dict[str, Any] = {key: fields.pop(key) for key in ("amount", "solvent") if key in fields}
+        portions = [portion.model_dump() for portion in takes]
+        portions[-1:] = [{**portion, **changed} for portion in portions[-1:]]
+        action = Action.model_validate({"takes": portions, **stated, **fields, "verb": head or verb})
+        action = action.model_copy(update={"takes": (*self.joined, *action.takes)})
+        self.joined = action.takes if joined else ()
+        for portion in action.takes:
+            self.uses.setdefault(portion.name, set()).add(action.verb)
+        if len(self.actions) == MAX_ACTIONS or len(self.joined) > MAX_ACTIONS:
             raise UnreadableError(f"it has more than {MAX_ACTIONS} actions")
-        self.actions.append(Action.model_validate({"verb": verb, "takes": takes, **stated}))
-        for portion in takes:
-            self.uses.setdefault(portion.name, set()).add(verb)
+        if not joined:
+            self.actions.append(action)
 
 
 def files(folder: Path) -> list[Path]:
@@ -164,18 +190,26 @@ def _experiment(place: str, stem: str, synthesis: Element, procedure: Element, f
     actions = _ActionList()
     for step in procedure:
         _carry_out(step, actions)
+    if actions.joined:
+        actions.do("Add")
     if not actions.uses:
         raise UnreadableError("it takes no materials")
     actions.do("Yield")
     metadata = synthesis.find("Metadata")
     fields = {} if metadata is None else metadata.attrib
     product = _product(synthesis, fields) or fallback
+    structures = {_name(reagent): _structure(reagent.get("comment", "")) for reagent in synthesis.iter("Reagent")}
     roles = {_name(reagent): reagent.get("role", "") for reagent in synthesis.iter("Reagent")}
-    materials = [Material(name=name, role=_role(roles.get(name, ""), verbs)) for name, verbs in actions.uses.items()]
+    materials = [
+        Material(name=name, role=_role(roles.get(name, ""), verbs), smiles=structures.get(name, ""))
+        for name, verbs in actions.uses.items()
+    ]
+    equation = fields.get("smarts", "")
     return Experiment(
         id=f"xdl_{slug(place.rpartition('.')[0]).strip('_-')[-100:] or 'file'}",
         name=(product or fields.get("description", "") or stem)[:300],
         product=product[:500],
+        reaction=equation if equation.count(">") == 2 and not equation.count(" ") else "",
         description=fields.get("description", "")[:4000],
         materials=tuple(materials),
         actions=tuple(actions.actions),
@@ -193,6 +227,11 @@ def _name(reagent: Element) -> str:
     return (reagent.get("name") or reagent.get("id") or "").strip()
 
 
+def _structure(comment: str) -> str:
+    """Return the SMILES that an exported reagent has in its comment, or ""."""
+    return comment.removeprefix(STRUCTURE) if comment.startswith(STRUCTURE) else ""
+
+
 def _role(stated: str, verbs: set[Verb]) -> Role:
     if stated.lower() in _ROLES:
         return _ROLES[stated.lower()]
@@ -206,7 +245,9 @@ def _carry_out(step: Element, actions: _ActionList) -> None:
     actions.visited += 1
     if actions.visited > MAX_VISITS:
         raise UnreadableError(f"it has more than {MAX_VISITS} steps, repeats included")
-    if step.tag in NESTING:
+    if step.tag == COMMENT:
+        actions.comment = (step.text or "").strip()
+    elif step.tag in NESTING:
         for inner in step:
             _carry_out(inner, actions)
     elif step.tag == "Repeat":
@@ -216,7 +257,10 @@ def _carry_out(step: Element, actions: _ActionList) -> None:
         for inner in list(step) * int(times):
             _carry_out(inner, actions)
     elif step.tag in _STEPS:
+        if not read_remark(actions.comment)[0]:
+            actions.comment = step.get("comment", "")
         _STEPS[step.tag](step, actions)
+        actions.comment = ""
     elif step.tag not in MACHINE:
         raise UnreadableError(f"step {step.tag[:60]!r} is not known")
 
