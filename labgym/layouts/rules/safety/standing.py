@@ -10,6 +10,7 @@ from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.earlier import kinds
 from labgym.layouts.rules.rule import Breach, FacilityRule
 from labgym.layouts.rules.site import Site
+from labgym.layouts.rules.storage import STORAGE_CLASSES
 
 Kind = Callable[[Asset], bool]
 
@@ -59,6 +60,14 @@ def _no_place_for_waste(asset: Asset) -> bool:
 
 def _instrument(asset: Asset) -> bool:
     return asset.subtype == "computer" or asset.category in INSTRUMENTS
+
+
+def _no_chemical(asset: Asset) -> bool:
+    return asset.kind == "instrument" and asset.subtype != "computer" and asset.heat_class not in HOT
+
+
+def _chemical_cabinet(asset: Asset) -> bool:
+    return asset.storage_class in STORAGE_CLASSES and not asset.fume_hood
 
 
 def _emergency(asset: Asset) -> bool:
@@ -154,6 +163,11 @@ MISPLACEMENTS = (
         "cartons", _subtype("carton"), "hoods, glove boxes and cabinets",
         lambda asset: _vapors(asset) or _cabinet(asset),
         "they burn and block the air", "the floor or a rack", "Prudent Practices, 9.C.2",
+    ),
+    Misplacement(
+        "water, paper, ware and instruments", _no_chemical, "reagent cabinets", _chemical_cabinet,
+        "they burn or react with what leaks, or carry it out", "a bench, a shelf or a glassware cabinet",
+        "Prudent Practices, 5.E.1",
     ),
     Misplacement(
         "laboratory ware", _labware, "waste stations", _subtype("station"),
