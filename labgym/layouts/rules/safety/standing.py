@@ -20,6 +20,10 @@ ELECTRONIC = frozenset({"computer", "balance", "spectroscopy", "mass_spectrometr
 """Subtypes of electronic instruments that no vapor and no splash may reach."""
 HOT = frozenset({"flame", "hot_surface", "bath", "oven"})
 """Heat classes of what is hot when it is used."""
+HAZARD_CABINETS = STORAGE_CLASSES - {"General", "Refrigerator"}
+"""Storage classes of cabinets for hazardous reagents alone."""
+CONTAINERS = frozenset({("glassware", "bottle"), ("glassware", "vial"), ("support", "rack")})
+"""Categories and subtypes of what holds chemicals in cabinets."""
 
 
 @dataclass(frozen=True)
@@ -62,12 +66,13 @@ def _instrument(asset: Asset) -> bool:
     return asset.subtype == "computer" or asset.category in INSTRUMENTS
 
 
-def _no_chemical(asset: Asset) -> bool:
-    return asset.kind == "instrument" and asset.subtype != "computer" and asset.heat_class not in HOT
+def _holds_no_chemical(asset: Asset) -> bool:
+    """Whether an object is water, paper, ware or an instrument; glass bottles and vials, and their racks, are none."""
+    return asset.kind == "instrument" and (asset.category, asset.subtype) not in CONTAINERS
 
 
-def _chemical_cabinet(asset: Asset) -> bool:
-    return asset.storage_class in STORAGE_CLASSES and not asset.fume_hood
+def _hazard_cabinet(asset: Asset) -> bool:
+    return asset.storage_class in HAZARD_CABINETS and not asset.fume_hood
 
 
 def _emergency(asset: Asset) -> bool:
@@ -165,7 +170,7 @@ MISPLACEMENTS = (
         "they burn and block the air", "the floor or a rack", "Prudent Practices, 9.C.2",
     ),
     Misplacement(
-        "water, paper, ware and instruments", _no_chemical, "reagent cabinets", _chemical_cabinet,
+        "water, paper, ware and instruments", _holds_no_chemical, "cabinets for hazardous reagents", _hazard_cabinet,
         "they burn or react with what leaks, or carry it out", "a bench, a shelf or a glassware cabinet",
         "Prudent Practices, 5.E.1",
     ),
