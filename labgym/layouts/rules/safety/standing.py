@@ -80,7 +80,7 @@ def _emergency(asset: Asset) -> bool:
 
 
 def _out_of_sight(asset: Asset) -> bool:
-    return asset.subtype in ("desk", "sink") or asset.fume_hood or asset.storage_class is not None
+    return asset.subtype in ("desk", "sink") or asset.fume_hood or _enclosed(asset) or _open_shelf(asset)
 
 
 def _labware(asset: Asset) -> bool:
@@ -161,7 +161,7 @@ MISPLACEMENTS = (
         "they ignite what is stored there", "a bench or a hood", "NFPA 30, 9.5; OSHA 29 CFR 1910.106(d)",
     ),
     Misplacement(
-        "extinguishers and spill kits", _emergency, "desks, sinks, hoods and cabinets", _out_of_sight,
+        "extinguishers and spill kits", _emergency, "desks, sinks, hoods, cabinets, racks and trolleys", _out_of_sight,
         "nobody finds them there", "the floor or a wall near the exit", "NFPA 10, 6.1.3.3",
     ),
     Misplacement(
