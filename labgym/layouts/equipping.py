@@ -63,7 +63,7 @@ def supplied(layout: Layout, request: Request) -> Layout:
 
 
 def marked(layout: Layout, protocol: Protocol | None, holdings: Holdings | None = None) -> Layout:
-    """Return a layout with a sign over or beside each exit that needs one; those that mark no exit are used first."""
+    """Return a layout with a sign at each exit that needs one; those that mark no exit are used first."""
     site, asset = Site(Arrangement.of(layout), protocol), layout.catalog.get(EXIT_SIGN)
     loose = [sign for sign in stray_signs(site) if may_move(layout, sign)]
     unmarked = unmarked_exits(site)

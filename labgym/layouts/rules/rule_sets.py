@@ -115,7 +115,9 @@ TOUCHSTONE = RuleSet(
         *(rule for rule in SAFETY if not rule.ways),
         *(rule for rule in SAFETY if rule.ways),
     ),
-    hard=frozenset({"egress", "door_area", "shower_clear", "no_exit", "second_exit", *(rule.name for rule in SAFETY)}),
+    hard=frozenset(
+        {"egress", "door_area", "shower_clear", "exit_width", "no_exit", "second_exit", *(rule.name for rule in SAFETY)}
+    ),
     missing_is_hard=True,
     equipment=REQUIREMENTS,
     figures=(equipment_figures, facility_figures, workflow_figures, reach_figures, regulation_figures),

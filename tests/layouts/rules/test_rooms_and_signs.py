@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import cache
 
 import pytest
@@ -47,12 +48,12 @@ def broken(layout: Layout, rule: str) -> list[tuple[str, ...]]:
     return own
 
 
-def test_a_published_floor_breaks_neither_rule():
+def test_a_published_floor_breaks_neither_rule() -> None:
     assert broken(floor(), "exit_sign") == broken(floor(), "wrong_room") == []
 
 
 @pytest.mark.parametrize(("role", "use"), WRONG)
-def test_hazards_in_corridors_and_write_up_rooms_are_named(role, use):
+def test_hazards_in_corridors_and_write_up_rooms_are_named(role: str, use: str) -> None:
     layout = floor()
     item, space = first(layout, role), next(space for space in layout.floor.spaces if space.use == use)
     middle = (space.boxes[0].x, space.boxes[0].y, 0.0)
@@ -60,7 +61,7 @@ def test_hazards_in_corridors_and_write_up_rooms_are_named(role, use):
     assert (item,) in broken(replaced(layout, {item: moved}), "wrong_room")
 
 
-def test_every_exit_of_several_spaces_needs_its_sign():
+def test_every_exit_of_several_spaces_needs_its_sign() -> None:
     layout = floor()
     exits = sum(way.exit for way in layout.floor.doorways)
     assert len(signs(layout)) == exits >= 2
@@ -69,13 +70,13 @@ def test_every_exit_of_several_spaces_needs_its_sign():
 
 
 @pytest.mark.parametrize(("meters", "marks"), [(0.5, True), (1.0, True), (3.0, False), (-3.0, False)])
-def test_a_sign_marks_its_exit_within_the_width_of_the_exit(meters, marks):
+def test_a_sign_marks_its_exit_within_the_width_of_the_exit(meters: float, marks: bool) -> None:
     sign = signs(floor())[0]
     found = broken(shifted(floor(), sign, meters), "exit_sign")
     assert found == ([] if marks else [(), (sign,)])
 
 
-def test_one_room_in_sight_needs_no_sign_but_one_that_misleads_is_named():
+def test_one_room_in_sight_needs_no_sign_but_one_that_misleads_is_named() -> None:
     room = load_published("val", "val-alk_02")
     assert broken(room, "exit_sign") == []
     kit = room.placement(first(room, "FirstAidKit"))
@@ -85,7 +86,31 @@ def test_one_room_in_sight_needs_no_sign_but_one_that_misleads_is_named():
 
 @pytest.mark.parametrize("spoil", [lambda layout: without(layout, [*signs(layout), first(layout, "FirstAidKit")]),
                                    lambda layout: shifted(layout, signs(layout)[0], 3.0)])  # fmt: skip
-def test_repair_marks_the_exits_and_hangs_the_first_aid_kit(spoil):
+def test_repair_marks_the_exits_and_hangs_the_first_aid_kit(spoil: Callable[[Layout], Layout]) -> None:
     repair = repair_layout(spoil(floor()))
     assert (repair.before.v > 0, repair.after.v, repair.after.lacking, repair.problems) == (True, 0, (), ())
     assert len(signs(repair.layout)) == len(signs(floor()))
+
+
+@pytest.mark.parametrize("role", ["FireExtinguisher", "EyewashStation", "EmergencyShower", "FirstAidKit", "SpillKit"])
+@pytest.mark.parametrize("loose", ["Carton", "LabStool", "SteelDrum"])
+def test_nothing_loose_stands_before_emergency_equipment(role: str, loose: str) -> None:
+    layout = floor()
+    item, size = first(layout, role), layout.catalog.get(loose).size
+    box = layout.box(item)
+    x, y = box.to_world(0.0, box.depth / 2.0 + size.depth / 2.0 + 0.05)
+    placement = layout.placement(item).model_copy(update={"id": "loose", "asset": loose, "support": "floor"})
+    strewn = placement.model_copy(update={"position": (x, y, 0.0)})
+    assert ("loose", item) in broken(layout.replace(placements=(*layout.placements, strewn)), "emergency_front")
+
+
+@pytest.mark.parametrize(("width", "severity"), [(0.65, "error"), (0.8, "warning"), (1.0, None)])
+def test_a_door_under_28_inches_is_no_way_out(width: float, severity: str | None) -> None:
+    layout = load_published("val", "val-alk_02")
+    (front, *others) = layout.floor.walls
+    doors = tuple(opening.model_copy(update={"width": width}) for opening in front.openings)
+    walls = (front.model_copy(update={"openings": doors}), *others)
+    narrow = layout.replace(floor=layout.floor.model_copy(update={"walls": walls}))
+    issues = [issue for issue in evaluate_layout(narrow, narrow.protocol).issues if issue.rule == "exit_width"]
+    assert [issue.severity for issue in issues] == ([] if severity is None else [severity])
+    assert len(broken(narrow, "exit_width")) == (severity == "error")

@@ -51,7 +51,7 @@ def stray_signs(site: Site) -> list[str]:
 
 def _check(site: Site) -> Iterator[Breach]:
     for way in unmarked_exits(site):
-        message = f"{way.label} has no sign over it or within its width of {way.width:.2f} m beside it"
+        message = f"{way.label} has no sign over it or within its width of {way.width:.2f} m"
         yield Breach((), 0.0, 1.0, message, f"hang an {EXIT_SIGN} over it")
     for sign in stray_signs(site):
         yield Breach((sign,), None, 0.0, f"{sign} marks no exit and misleads", "hang it over an exit, or remove it")
@@ -60,7 +60,7 @@ def _check(site: Site) -> Iterator[Breach]:
 EXIT_SIGNS = FacilityRule(
     name="exit_sign",
     requires="On a floor of several spaces, each exit is marked by a sign; no sign hangs elsewhere",
-    limit=f"the width of the exit beside it, {ABOVE_M:g} m above it",
+    limit=f"the width of the exit to its side, {ABOVE_M:g} m above it",
     source="OSHA 29 CFR 1910.37(b)(2) and (b)(5); NFPA 101, 7.10.1.2 and 7.10.1.9",
     severity="error",
     count=lambda site: len(exits_to_mark(site)),
