@@ -128,6 +128,7 @@ ORDERLY = (
     put("plate", "MagneticHotplateStirrer", 4.4, 7.55, 0.9, on="hood", slot=0),
     put("scale", "ElectronicScale", 7.6, 4.0, 0.9, on="bench", slot=0),
     put("extinguisher", "FireExtinguisher", 0.1, 2.0, 0.9, yaw=-math.pi / 2, on="wall"),
+    put("first-aid", "FirstAidKit", 0.06, 1.0, 1.4, yaw=-math.pi / 2, on="wall"),
     put("spills", "SpillKit", 0.6, 7.75, yaw=math.pi),
     put("waste", "SolventWasteContainer", 1.4, 7.75, yaw=math.pi),
     put("shower", "EmergencyShower", 6.9, 7.6, yaw=math.pi),

@@ -1,22 +1,25 @@
-"""Adds equipment that safety requires: extinguishers and gas detectors on walls, containers on the waste station."""
+"""Adds equipment that safety requires: extinguishers, detectors, kits and signs on walls, containers on stations."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 
 from labgym.assets import Asset
 from labgym.geometry import OrientedBox
-from labgym.layouts.fitting import Keepouts, on_surface, on_wall
+from labgym.layouts.fitting import Keepouts, on_surface, on_wall, over_door
 from labgym.layouts.model import Layout
+from labgym.layouts.moves import may_move, without
 from labgym.layouts.placement import WALL
-from labgym.layouts.request import Request
+from labgym.layouts.request import Holdings, Request
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.equipment import Requirement, missing_equipment, required_equipment
 from labgym.layouts.rules.regulations.premises import PERSON
 from labgym.layouts.rules.safety.heights import gases
 from labgym.layouts.rules.safety.rooms import Lacking, lacking_equipment
+from labgym.layouts.rules.safety.signs import EXIT_SIGN, EXIT_SIGNS, marks, stray_signs, unmarked_exits
 from labgym.layouts.rules.site import Site
 from labgym.protocols import Protocol
 
@@ -46,9 +49,9 @@ def equipped(layout: Layout, request: Request) -> Layout:
 
 
 def supplied(layout: Layout, request: Request) -> Layout:
-    """Return a layout with the equipment that it lacks on what carries it: a container on the waste station.
+    """Return a layout with the equipment that it lacks on walls and on what carries it, and with signs at its exits.
 
-    Nothing is added where the carriers are full, or where nothing may be bought.
+    Nothing is added where walls and carriers are full, or where nothing may be bought.
     """
     arrangement = Arrangement.of(layout)
     required = required_equipment(arrangement, request.protocol, request.rules.equipment)
@@ -56,15 +59,43 @@ def supplied(layout: Layout, request: Request) -> Layout:
     for one in required:
         if one.asset in absent:
             layout = next(_carried(layout, request, one), layout)
+    return marked(layout, request.protocol, request.holdings) if EXIT_SIGNS in request.rules.facility else layout
+
+
+def marked(layout: Layout, protocol: Protocol | None, holdings: Holdings | None = None) -> Layout:
+    """Return a layout with a sign at each exit that needs one; those that mark no exit are used first."""
+    site, asset = Site(Arrangement.of(layout), protocol), layout.catalog.get(EXIT_SIGN)
+    loose = [sign for sign in stray_signs(site) if may_move(layout, sign)]
+    unmarked = unmarked_exits(site)
+    layout = without(layout, loose)
+    for way in (way for way in layout.floor.doorways if way.exit):
+        entrance = next((one for one in unmarked if one.label == way.label), None)
+        placed = [placement.asset for placement in layout.placements]
+        if entrance is None or not (loose or holdings is None or holdings.equips(EXIT_SIGN, placed)):
+            continue
+        place = over_door(layout, asset, way, way.spaces[0]) or on_wall(
+            layout,
+            asset,
+            Keepouts.of(layout, protocol),
+            entrance.pose[:2],
+            space=way.spaces[0],
+            accept=partial(marks, way_out=entrance),
+        )
+        if place is not None:
+            layout = layout.replace(placements=(*layout.placements, place))
+            loose = loose[1:]
     return layout
 
 
 def _carried(layout: Layout, request: Request, requirement: Requirement) -> Iterator[Layout]:
-    """Yield layouts with one more piece, which meets a requirement, on each free slot of what carries it."""
+    """Yield layouts with one more piece, which meets a requirement, on a wall or on each free slot of its carrier."""
     holdings, generator = request.holdings, np.random.default_rng([request.seed, CARRIED_STREAM])
     placed = [placement.asset for placement in layout.placements]
     for name in sorted(requirement.accepted, key=lambda name: (name != requirement.asset, name)):
         if holdings is not None and not holdings.equips(name, placed):
+            continue
+        if requirement.carrier == WALL:
+            yield from added_on_wall(layout, request.catalog.get(name), request.protocol)
             continue
         for carrier in (p.id for p in layout.placements if layout.asset(p.id).role == requirement.carrier):
             for slot in range(len(layout.asset(carrier).surfaces)):
@@ -72,6 +103,14 @@ def _carried(layout: Layout, request: Request, requirement: Requirement) -> Iter
                 piece = on_surface(layout, asset, carrier, slot, request.profile, generator)
                 if piece is not None:
                     yield layout.replace(placements=(*layout.placements, piece))
+
+
+def added_on_wall(layout: Layout, asset: Asset, protocol: Protocol | None) -> list[Layout]:
+    """Return layouts with one more wall unit, each at the free place nearest to another exit."""
+    keepouts = Keepouts.of(layout, protocol)
+    doors = [way.side(way.spaces[0])[:2] for way in layout.floor.doorways if way.exit]
+    places = [on_wall(layout, asset, keepouts, door) for door in doors]
+    return [layout.replace(placements=(*layout.placements, place)) for place in places if place is not None]
 
 
 def heights(site: Site, asset: Asset, lacking: Lacking) -> list[float]:

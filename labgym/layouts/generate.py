@@ -119,9 +119,9 @@ def generate_assessed(
     if solved and method.repairs and request.holdings is None:
         tidy, assessment = phases.repaired(tidy, assessment)
     assessment = replace(assessment, rules=request.rules)
-    if method.optimise and assessment.unequipped:
-        tidy = supplied(tidy, request)
-        assessment = evaluate_layout(tidy, protocol, request.rules, navigation=True, earlier=assessment)
+    complete = supplied(tidy, request) if method.optimise else tidy
+    if complete is not tidy:
+        tidy, assessment = complete, evaluate_layout(complete, protocol, request.rules, True, earlier=assessment)
     layout, assessment, is_clutter_at_fault = _cluttered(tidy, assessment, request)
     if trace is not None:
         trace.update("dress", None, tidy)

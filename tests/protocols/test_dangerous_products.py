@@ -39,6 +39,13 @@ def test_an_ordinary_product_is_not_refused(name: str) -> None:
     refuse_product(f"Prepare {name} from its precursor.")
 
 
+@pytest.mark.parametrize("reagent", ["sodium chlorite", "potassium chlorite", "lithium perchlorate"])
+def test_salts_of_metals_that_oxidize_or_catalyze_may_be_named(reagent: str) -> None:
+    refuse_product(f"Pinnick oxidation of benzaldehyde with {reagent} to benzoic acid in tert-butanol and water.")
+    with pytest.raises(RefusalError, match="perchlorate or chlorate"):
+        refuse_product(f"Prepare {reagent.replace(reagent.split()[0], 'ammonium')}.")
+
+
 def test_a_reagent_of_the_catalog_is_not_a_product() -> None:
     text = "Oxidize styrene (1 g) with tert-butyl hydroperoxide in toluene at 40 C"
     start = text.index("tert-butyl")

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from itertools import islice
 
 from labgym.assets import Asset
-from labgym.layouts.equipping import heights, hung
+from labgym.layouts.equipping import added_on_wall, heights, hung, marked
 from labgym.layouts.habits import Habits
 from labgym.layouts.interiors.rearranging import rearrangements
 from labgym.layouts.model import Layout
@@ -16,10 +16,10 @@ from labgym.layouts.relocation import free_places
 from labgym.layouts.repairs.berths import berths
 from labgym.layouts.repairs.furniture import middles
 from labgym.layouts.repairs.rank import RepairState
-from labgym.layouts.repairs.resettling import added_on_wall
-from labgym.layouts.repairs.safeguards import faults_of
+from labgym.layouts.repairs.safeguards import broken_rules, faults_of
 from labgym.layouts.rules.equipment import missing_equipment
 from labgym.layouts.rules.safety.rooms import Lacking, lacking_equipment
+from labgym.layouts.rules.safety.signs import EXIT_SIGNS
 from labgym.layouts.rules.storage import STORAGE_CLASSES
 from labgym.layouts.rules.whereabouts import missing_assets
 from labgym.layouts.settling import free_spots, homes
@@ -66,6 +66,14 @@ def with_equipment(state: RepairState) -> RepairState:
                     break
         state = best or state
     return state
+
+
+def with_signs(state: RepairState) -> RepairState:
+    """Return the state with signs at its exits, under a rule set that asks for them."""
+    if not any(issue.rule == EXIT_SIGNS.name for issue in broken_rules(state)):
+        return state
+    signed = state.with_layout(marked(state.layout, state.protocol))
+    return signed if signed.rank < state.rank else state
 
 
 def with_cabinets(state: RepairState) -> RepairState:

@@ -11,7 +11,7 @@ from labgym.layouts.moves import may_move
 from labgym.layouts.optimise import optimise_assessed
 from labgym.layouts.refinement import refine_assessed
 from labgym.layouts.repair import fast_repair
-from labgym.layouts.repairs.additions import with_cabinets, with_equipment, with_missing
+from labgym.layouts.repairs.additions import with_cabinets, with_equipment, with_missing, with_signs
 from labgym.layouts.repairs.changes import Change, changes, moved_furniture, moved_ids, problems
 from labgym.layouts.repairs.conclusion import advised, economical, warned, widened
 from labgym.layouts.repairs.furniture import flush, placed_anew, relocated, settled, under_loads
@@ -23,6 +23,7 @@ from labgym.layouts.repairs.softening import softened, without_surplus
 from labgym.layouts.request import combination
 from labgym.layouts.rules.objective import Assessment
 from labgym.layouts.rules.rule_sets import TOUCHSTONE, RuleSet, rule_set
+from labgym.layouts.rules.safety.signs import EXIT_SIGNS
 from labgym.layouts.rules.storage import STORAGE_CLASSES
 from labgym.layouts.trace import Recorder
 from labgym.protocols import Protocol
@@ -195,7 +196,7 @@ def _round(layout: Layout, state: RepairState, adjuster: Adjuster | None, progre
     state = record("surfaces", hung(gathered(resettled(state))))
     pushed = _better(state, fast_repair(state.layout, state.profile))
     state = record("fast_repair", pushed if settled(pushed) else state)
-    state = record("additions", with_cabinets(with_missing(with_equipment(state))))
+    state = record("additions", with_cabinets(with_missing(with_signs(with_equipment(state)))))
     state = record("safeguards", safeguarded(state))
     if curable(state) and not settled(state):
         state = record("furniture", reinserted(state))
@@ -219,7 +220,8 @@ def _round(layout: Layout, state: RepairState, adjuster: Adjuster | None, progre
 def curable(state: RepairState) -> bool:
     """Whether a layout has a fault in which something takes part that may move, or lacks something."""
     assessment, layout = state.assessment, state.layout
-    if assessment.lacking or assessment.errors or any(not leg.feasible for leg in assessment.drives):
+    unmarked = any(issue.rule == EXIT_SIGNS.name for issue in broken_rules(state))
+    if assessment.lacking or unmarked or assessment.errors or any(not leg.feasible for leg in assessment.drives):
         return True
     faults: list[tuple[str, ...]] = [(fault.id,) for fault in assessment.bounds]
     faults += [collision.ids for collision in assessment.collisions]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from labgym.assets import Asset
 from labgym.assets.plausibility import size_problem
 from labgym.layouts.fitting import Keepouts, on_wall
 from labgym.layouts.model import Layout
@@ -127,14 +126,6 @@ def _hung(layout: Layout, item: str, protocol: Protocol | None) -> Layout | None
     x, y, z = place.position
     moved = lifted(apply(layout, Place(item, x, y, place.yaw)), item, z)
     return replaced(moved, {item: moved.placement(item).model_copy(update={"support": WALL, "slot": None})})
-
-
-def added_on_wall(layout: Layout, asset: Asset, protocol: Protocol | None) -> list[Layout]:
-    """Return layouts with one more wall unit, each at the free place nearest to another exit."""
-    keepouts = Keepouts.of(layout, protocol)
-    doors = [way.side(way.spaces[0])[:2] for way in layout.floor.doorways if way.exit]
-    places = [on_wall(layout, asset, keepouts, door) for door in doors]
-    return [layout.replace(placements=(*layout.placements, place)) for place in places if place is not None]
 
 
 def gathered(state: RepairState) -> RepairState:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from labgym.assets import Asset
+from labgym.layouts.placement import WALL
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.safety.hazards import CLASS_B, CLASS_D, calls_for_detector, fire_classes, hazardous
 from labgym.layouts.rules.whereabouts import resolved
@@ -27,7 +28,8 @@ class Requirement:
         accepted: assets that meet the requirement.
         calls: whether a reagent or a cylinder calls for it.
         source: the rule that requires it.
-        carrier: asset that will carry it, which counts while furniture is arranged (see `furnishing`); or empty.
+        carrier: asset that will carry it, which counts while furniture is arranged (see `furnishing`); or empty. What
+            hangs on any wall has the carrier "wall"; it does not count before.
     """
 
     asset: str
@@ -65,6 +67,9 @@ REQUIREMENTS = (
     Requirement("ClassDExtinguisher", CLASS_D, _class_d, "OSHA 1910.157(d)(6); NFPA 10, 5.2.4 and 6.5"),
     Requirement("GasDetector", frozenset({"GasDetector"}), calls_for_detector, "IEC 60079-29-2; TRGS 722, 2.4"),
     Requirement("SpillKit", frozenset({"SpillKit"}), _liquid, "Prudent Practices, 6.C.3; OSHA 1910.120(q)"),
+    Requirement(
+        "FirstAidKit", frozenset({"FirstAidKit"}), hazardous, "OSHA 1910.151(b); ANSI/ISEA Z308.1", carrier=WALL
+    ),
     Requirement("SolventWasteContainer", LIQUID_WASTE, _liquid, COLLECTION, "WasteStation"),
     Requirement("SolventWasteContainer", CHEMICAL_WASTE, hazardous, COLLECTION, "WasteStation"),
 )

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 from labgym.errors import UnknownNameError
+from labgym.layouts.placement import WALL
 from labgym.layouts.rules import facility, thresholds
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.bounds import BoundsFault, bounds_faults, support_faults
@@ -20,6 +21,7 @@ from labgym.layouts.rules.reach import reach_figures
 from labgym.layouts.rules.regulations.profiles import regulation_figures
 from labgym.layouts.rules.rule import DriveRule, FacilityRule, Term, facility_figures
 from labgym.layouts.rules.safety.rules import RULES as SAFETY
+from labgym.layouts.rules.safety.signs import EXIT_SIGNS
 from labgym.layouts.rules.separation import STORED_FLAMMABLES, STORED_INCOMPATIBLES
 from labgym.layouts.rules.storage import STORED, STORED_BY_CLASS
 from labgym.layouts.rules.thresholds import PROFILES, Profile
@@ -74,9 +76,13 @@ class RuleSet:
 
     @property
     def furnishing(self) -> RuleSet:
-        """The rule set while furniture is arranged: the furniture that will carry required equipment stands for it."""
-        equipment = (replace(one, accepted=one.accepted | {one.carrier}) for one in self.equipment)
-        return replace(self, equipment=tuple(equipment))
+        """The rule set while furniture is arranged, without what hangs on walls and marks exits in the end.
+
+        The furniture that will carry required equipment stands for it.
+        """
+        carried = (one for one in self.equipment if one.carrier != WALL)
+        equipment = tuple(replace(one, accepted=one.accepted | {one.carrier}) for one in carried)
+        return replace(self, equipment=equipment, facility=tuple(rule for rule in self.facility if rule != EXIT_SIGNS))
 
     def __reduce__(self) -> str | tuple[Any, ...]:
         """Return what pickle stores: the name of a rule set of the table, its thresholds and paths; workers get it."""
@@ -109,7 +115,9 @@ TOUCHSTONE = RuleSet(
         *(rule for rule in SAFETY if not rule.ways),
         *(rule for rule in SAFETY if rule.ways),
     ),
-    hard=frozenset({"egress", "door_area", "shower_clear", "no_exit", "second_exit", *(rule.name for rule in SAFETY)}),
+    hard=frozenset(
+        {"egress", "door_area", "shower_clear", "exit_width", "no_exit", "second_exit", *(rule.name for rule in SAFETY)}
+    ),
     missing_is_hard=True,
     equipment=REQUIREMENTS,
     figures=(equipment_figures, facility_figures, workflow_figures, reach_figures, regulation_figures),

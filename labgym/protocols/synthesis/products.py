@@ -12,8 +12,8 @@ from labgym.protocols.synthesis.unlisted import is_named_like_a_substance
 Span = tuple[int, int]
 
 _END = (
-    r"(?=(?<!\s)\s+(?:from|by|via|using|with|in|at|and|under|over|through|as|which|that|was|were|is|are)\b|[;:()\n]|,(?!\d)|"
-    r"\.(?!\d)|$)"
+    r"(?=(?<!\s)\s+(?:from|by|via|using|with|in|at|below|above|and|under|over|through|as|which|that|was|were|is|are)\b|"
+    r"[;:()\n]|,(?!\d)|\.(?!\d)|$)"
 )
 _OF = re.compile(r" of (?=[a-z0-9])", re.IGNORECASE)
 _KIND_OF_SYNTHESIS = re.compile(

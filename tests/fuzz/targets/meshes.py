@@ -21,6 +21,7 @@ from fuzz.target import Case, Target, one_file
 from labgym.assets import archive
 from labgym.assets.catalog import Catalog
 from labgym.assets.meshes.model import LIMITS, MeshError
+from labgym.assets.meshes.physical import normalize
 from labgym.assets.meshes.reading import from_raw, read_mesh
 from labgym.errors import LabgymError
 
@@ -115,6 +116,7 @@ def Xform "Thing" (
 def targets() -> Iterator[Target]:
     """Yield a target for each format."""
     yield Target("mesh obj", lambda: _obj, _read_first)
+    yield Target("mesh obj with its bodies", lambda: _obj, _read_bodies, share=0.02)
     yield Target("mesh mtl", lambda: _mtl, _read_first, share=0.5)
     yield Target("mesh stl text", _stl_text, _read_first, share=0.5)
     yield Target("mesh stl binary", _stl_binary, _read_first, share=0.5)
@@ -132,6 +134,11 @@ def _read_first(folder: Path) -> None:
     """Read the file of the case as `labgym assets add` does."""
     (path,) = (path for path in folder.iterdir() if path.suffix != ".mtl")
     read_mesh(path)
+
+
+def _read_bodies(folder: Path) -> None:
+    """Read the file of the case and decompose it, as `labgym assets add` does."""
+    normalize(read_mesh(folder / "a.obj"))
 
 
 def _read_stage(folder: Path) -> None:

@@ -138,7 +138,8 @@ def test_what_exists_is_used_first_and_nothing_is_added_beyond_it():
     counts = Counter(placement.asset for placement in layout.placements)
     required = proposed(Room(width=12.0, depth=9.0).floor, 3, holdings=Holdings())
     needed = Counter(placement.asset for placement in required.placements)
-    needed["SolventWasteContainer"] = 1  # for hazardous liquids (40 CFR 262.15); it is placed after the furniture
+    # For hazardous liquids (40 CFR 262.15) and work (29 CFR 1910.151); they are placed after the furniture.
+    needed["SolventWasteContainer"] = needed["FirstAidKit"] = 1
     assert all(counts[name] <= max(existing.get(name, 0), needed[name]) for name in counts)
     assert {name: counts[name] for name in existing} == existing
     accounts = layout.provenance.options["inventory"]

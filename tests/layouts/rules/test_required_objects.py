@@ -18,6 +18,7 @@ SAFETY = {
     "FireExtinguisher": {"FireExtinguisher", "CO2Extinguisher"},
     "GasDetector": {"GasDetector"},
     "SpillKit": {"SpillKit"},
+    "FirstAidKit": {"FirstAidKit"},
     "SolventWasteContainer": {"SolventWasteContainer"},
 }
 """What a safety officer asks for where hazardous and flammable liquids are handled, and the assets that serve."""

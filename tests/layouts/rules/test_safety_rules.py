@@ -413,6 +413,8 @@ MISPLACED = (
     ("SpillKit", "WritingDesk"), ("Carton", "FumeHood"), ("Microscope", "GeneralCabinet"),
     ("Monitor", "LabRefrigerator"), ("HydrogenBalloon", "WritingDesk"), ("UltrasonicCleaner", "WritingDesk"),
     ("Spatula", "WritingDesk"), ("TLCPlate", "WritingDesk"), ("WaterPurifier", "WritingDesk"),
+    ("WashBottle", "WaterReactiveCabinet"), ("IceBath", "WaterReactiveCabinet"), ("FilterPaper", "OxidizerCabinet"),
+    ("Beaker", "FlammableCabinet"), ("MagneticStirrer", "AcidCabinet"), ("PHPaper", "ToxicCabinet"),
 )  # fmt: skip
 IN_PLACE = (
     ("Laptop", "WritingDesk"), ("Laptop", "LabBench1800"), ("ElectronicScale", "PreparationBench"),
@@ -420,6 +422,8 @@ IN_PLACE = (
     ("OilBath", "FumeHood"), ("DryingOven", "DryingStation"), ("SyringePump", "EquipmentRack"),
     ("UVCabinet", "FumeHood"), ("Beaker", "GlasswareCabinet"), ("VacuumPump", "RotaryEvaporatorStation"),
     ("WashBottle", "SinkBench"), ("GloveDispenser", "WritingDesk"), ("Keyboard", "WritingDesk"),
+    ("SolventBottle", "FlammableCabinet"), ("BottleRack", "AcidCabinet"), ("SampleVial", "LabRefrigerator"),
+    ("Beaker", "WallCabinet"), ("SeparatoryFunnel", "FumeHood"),
 )  # fmt: skip
 
 

@@ -16,14 +16,18 @@ if TYPE_CHECKING:
 
 EXIT_WIDTH = 0.914
 """Clear width of a laboratory's exit door, meters (California Building Code, 24 CCR: 36 in)."""
+LEAST_WIDTH = 0.711
+"""Least width of a way out at any point, meters (OSHA 29 CFR 1910.36(g)(2): 28 in)."""
 
 
 def _narrow_doors(site: Site) -> Iterator[Breach]:
     for label, width in _doors(site):
-        if width < EXIT_WIDTH - 0.005:
-            yield Breach(
-                (), width, EXIT_WIDTH, f"{label} is {width:.2f} m wide; an exit needs {EXIT_WIDTH:.2f} m", "widen it"
-            )
+        if width < LEAST_WIDTH - 0.005:
+            message = f"{label} is {width:.2f} m wide; a way out needs {LEAST_WIDTH:.2f} m"
+            yield Breach((), width, LEAST_WIDTH, message, "widen it", "OSHA 29 CFR 1910.36(g)(2)", "error")
+        elif width < EXIT_WIDTH - 0.005:
+            message = f"{label} is {width:.2f} m wide; an exit needs {EXIT_WIDTH:.2f} m"
+            yield Breach((), width, EXIT_WIDTH, message, "widen it", severity="warning")
 
 
 def _doors(site: Site) -> tuple[tuple[str, float], ...]:
@@ -68,9 +72,9 @@ RULES = (
     FacilityRule(
         name="exit_width",
         requires="Doors are wide enough for an exit",
-        limit=f"{EXIT_WIDTH:g} m",
-        source="24 CCR (California Building Code)",
-        severity="warning",
+        limit=f"{EXIT_WIDTH:g} m; an error under {LEAST_WIDTH:g} m",
+        source="24 CCR (California Building Code); OSHA 29 CFR 1910.36(g)(2)",
+        severity="error",
         count=lambda site: len(_doors(site)),
         check=_narrow_doors,
         group="building",

@@ -3,7 +3,20 @@
 from __future__ import annotations
 
 from labgym.layouts.rules.rule import FacilityRule
-from labgym.layouts.rules.safety import fire, heights, pieces, planning, rooms, square, standing, walks, walls, wet
+from labgym.layouts.rules.safety import (
+    fire,
+    heights,
+    pieces,
+    planning,
+    room_uses,
+    rooms,
+    signs,
+    square,
+    standing,
+    walks,
+    walls,
+    wet,
+)
 
 RULES: tuple[FacilityRule, ...] = (
     *wet.RULES,
@@ -13,6 +26,8 @@ RULES: tuple[FacilityRule, ...] = (
     *walls.RULES,
     *heights.RULES,
     *standing.RULES,
+    *room_uses.RULES,
+    *signs.RULES,
     *square.RULES,
     *pieces.RULES,
     *planning.RULES,

@@ -10,6 +10,7 @@ from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.earlier import kinds
 from labgym.layouts.rules.rule import Breach, FacilityRule
 from labgym.layouts.rules.site import Site
+from labgym.layouts.rules.storage import STORAGE_CLASSES
 
 Kind = Callable[[Asset], bool]
 
@@ -19,6 +20,10 @@ ELECTRONIC = frozenset({"computer", "balance", "spectroscopy", "mass_spectrometr
 """Subtypes of electronic instruments that no vapor and no splash may reach."""
 HOT = frozenset({"flame", "hot_surface", "bath", "oven"})
 """Heat classes of what is hot when it is used."""
+HAZARD_CABINETS = STORAGE_CLASSES - {"General", "Refrigerator"}
+"""Storage classes of cabinets for hazardous reagents alone."""
+CONTAINERS = frozenset({("glassware", "bottle"), ("glassware", "vial"), ("support", "rack")})
+"""Categories and subtypes of what holds chemicals in cabinets."""
 
 
 @dataclass(frozen=True)
@@ -61,12 +66,21 @@ def _instrument(asset: Asset) -> bool:
     return asset.subtype == "computer" or asset.category in INSTRUMENTS
 
 
+def _holds_no_chemical(asset: Asset) -> bool:
+    """Whether an object is water, paper, ware or an instrument; glass bottles and vials, and their racks, are none."""
+    return asset.kind == "instrument" and (asset.category, asset.subtype) not in CONTAINERS
+
+
+def _hazard_cabinet(asset: Asset) -> bool:
+    return asset.storage_class in HAZARD_CABINETS and not asset.fume_hood
+
+
 def _emergency(asset: Asset) -> bool:
     return asset.subtype in ("fire", "spill")
 
 
 def _out_of_sight(asset: Asset) -> bool:
-    return asset.subtype in ("desk", "sink") or asset.fume_hood or asset.storage_class is not None
+    return asset.subtype in ("desk", "sink") or asset.fume_hood or _enclosed(asset) or _open_shelf(asset)
 
 
 def _labware(asset: Asset) -> bool:
@@ -147,13 +161,18 @@ MISPLACEMENTS = (
         "they ignite what is stored there", "a bench or a hood", "NFPA 30, 9.5; OSHA 29 CFR 1910.106(d)",
     ),
     Misplacement(
-        "extinguishers and spill kits", _emergency, "desks, sinks, hoods and cabinets", _out_of_sight,
+        "extinguishers and spill kits", _emergency, "desks, sinks, hoods, cabinets, racks and trolleys", _out_of_sight,
         "nobody finds them there", "the floor or a wall near the exit", "NFPA 10, 6.1.3.3",
     ),
     Misplacement(
         "cartons", _subtype("carton"), "hoods, glove boxes and cabinets",
         lambda asset: _vapors(asset) or _cabinet(asset),
         "they burn and block the air", "the floor or a rack", "Prudent Practices, 9.C.2",
+    ),
+    Misplacement(
+        "water, paper, ware and instruments", _holds_no_chemical, "cabinets for hazardous reagents", _hazard_cabinet,
+        "they burn or react with what leaks, or carry it out", "a bench, a shelf or a glassware cabinet",
+        "Prudent Practices, 5.E.1",
     ),
     Misplacement(
         "laboratory ware", _labware, "waste stations", _subtype("station"),

@@ -1,4 +1,4 @@
-"""Wall items: they cover no door, window or passage, and extinguishers on walls have a free front."""
+"""Wall items cover no door, window or passage; emergency equipment has a free front."""
 
 from __future__ import annotations
 
@@ -13,11 +13,13 @@ from labgym.layouts.rules.earlier import standing
 from labgym.layouts.rules.rule import Breach, FacilityRule
 from labgym.layouts.rules.safety.hazards import CLASS_B, CLASS_D
 from labgym.layouts.rules.site import Site
-from labgym.layouts.rules.thresholds import MOVABLE, WALL_TOLERANCE
+from labgym.layouts.rules.thresholds import LOOSE, MOVABLE, WALL_TOLERANCE
 from labgym.layouts.rules.zones import front_zone, standing_in_each
 
 OPENING_DEPTH_M = 0.5
 """Depth before the faces of a wall in which an item covers its openings, meters."""
+EMERGENCY = frozenset({"fire", "eyewash", "shower", "first_aid", "spill"})
+"""Subtypes of equipment that people take or use at once."""
 EXTINGUISHER_FRONT_M = 0.6
 """Depth in front of an extinguisher without furniture up to its top, meters: the catalog's clearance."""
 
@@ -81,6 +83,23 @@ def _obstructed(site: Site) -> Iterator[Breach]:
             yield Breach((own, *blockers), None, EXTINGUISHER_FRONT_M, message, f"move {own} or {names}")
 
 
+def _emergency(site: Site) -> list[int]:
+    assets = enumerate(site.arrangement.assets)
+    return [row for row, asset in assets if asset.subtype in EMERGENCY and asset.clearance > 0.0]
+
+
+def _strewn(site: Site) -> Iterator[Breach]:
+    arrangement, rows = site.arrangement, _emergency(site)
+    zones = [front_zone(arrangement.box(row), arrangement.assets[row].clearance) for row in rows]
+    standing = standing_in_each(arrangement, zones, [arrangement.spaces[row] for row in rows], loose=True)
+    for row, zone, found in zip(rows, zones, standing, strict=True):
+        own = arrangement.placements[row].id
+        loose = [one for one in found if arrangement.assets[arrangement.row(one)].subtype in LOOSE]
+        if loose:
+            message = f"{', '.join(loose)} in the {zone.depth:g} m in front of {own}"
+            yield Breach((*loose, own), None, zone.depth, message, f"move {', '.join(loose)} away")
+
+
 RULES = (
     FacilityRule(
         name="wall_opening",
@@ -101,5 +120,15 @@ RULES = (
         count=lambda site: len(_extinguishers(site)),
         check=_obstructed,
         looks_at=_standing_and_extinguishers,
+    ),
+    FacilityRule(
+        name="emergency_front",
+        requires="No carton, stool, trolley or drum stands in front of emergency equipment",
+        limit="catalog clearance",
+        source="ANSI/ISEA Z358.1-2014, 4.5.2 and 5.4.2; NFPA 10, 6.1.3.3; OSHA 29 CFR 1910.157(c)(1)",
+        severity="error",
+        count=lambda site: len(_emergency(site)),
+        check=_strewn,
+        looks_at=standing,
     ),
 )
