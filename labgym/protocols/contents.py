@@ -22,7 +22,7 @@ STILL = ("Weigh", "Measure", "Prepare", "Monitor", "Analyze", "Clean")
 """Actions that do not move the batch."""
 CARRYING = (
     *("Extract", "Wash", "PhaseSeparation", "DrySolution", "Quench", "Acidify", "Basify", "Neutralize", "Filter"),
-    *("Concentrate", "Transfer", "Dilute", "Distill", "Partition", "Pour"),
+    *("Concentrate", "Crystallize", "Transfer", "Dilute", "Distill", "Partition", "Pour"),
 )
 """Actions that move the batch into another vessel."""
 SOLID = ("DrySolid", "Recrystallize", "Chromatograph")
@@ -44,6 +44,7 @@ class Situation:
         contents: mL of each reagent in the vessel at the fullest; 0 for solids and gases.
         added: the reagents that the step itself uses.
         devices: the instruments that it uses.
+        source: name of the vessel in which the batch is before the step, or "".
     """
 
     step: Step
@@ -52,6 +53,7 @@ class Situation:
     contents: Mapping[str, float]
     added: tuple[Asset, ...] = ()
     devices: tuple[Asset, ...] = ()
+    source: str = ""
 
     @property
     def volume(self) -> float:
@@ -65,7 +67,7 @@ class Situation:
 
 def is_vessel(asset: Asset) -> bool:
     """Return whether an asset can hold a batch: flasks, beakers, reactors, tubes and dishes of known capacity."""
-    return capacity(asset) is not None and (asset.subtype in VESSELS or asset.name == SEPARATING)
+    return capacity(asset) is not None and (asset.subtype in VESSELS or asset.family == SEPARATING)
 
 
 def situations(protocol: Protocol, catalog: Catalog) -> tuple[Situation, ...]:
@@ -96,20 +98,26 @@ class _BatchTracker:
             contents = self._during(step, target, added)
             place = self.catalog.get(step.location) if step.location in self.catalog else None
             vessel = self.catalog.get(target) if target else None
-            yield Situation(step, place, vessel, dict(contents), added, devices)
+            yield Situation(step, place, vessel, dict(contents), added, devices, self.batch)
             self._after(step, target, contents, added, devices)
 
     def _target(self, step: Step, devices: tuple[Asset, ...]) -> str:
         """Return the vessel of the batch during a step: the previous one if it is used, else the largest."""
         names = [asset.name for asset in devices if is_vessel(asset)]
-        if SEPARATING in names:
-            return SEPARATING
-        if FILTRATE in names and (step.action == "Filter" or names == [FILTRATE]):
-            return FILTRATE
-        names = [name for name in names if name != FILTRATE]
+        separating = [name for name in names if self._family(name) == SEPARATING]
+        if separating:
+            return separating[0]
+        filtrate = [name for name in names if self._family(name) == FILTRATE]
+        if filtrate and (step.action == "Filter" or names == filtrate):
+            return filtrate[0]
+        names = [name for name in names if name not in filtrate]
         if not names or self.batch in names:
             return "" if step.action == "Chromatograph" else self.batch
         return max(names, key=lambda name: capacity(self.catalog.get(name)) or 0.0)
+
+    def _family(self, name: str) -> str:
+        """Return the kind of vessel of an asset name, whatever its size."""
+        return self.catalog.get(name).family if name else ""
 
     def _during(self, step: Step, target: str, added: tuple[Asset, ...]) -> dict[str, float]:
         contents = {} if step.action in SOLID else dict(self.volumes.get(target, {}))
@@ -118,7 +126,7 @@ class _BatchTracker:
             for name, part in self.volumes.get(self.batch, {}).items():
                 contents[name] = contents.get(name, 0.0) + part
         shares = {reagent.name: self._share(step, target, reagent) for reagent in added}
-        if target == SEPARATING:
+        if self._family(target) == SEPARATING:
             # Washes are consecutive, so only the largest of them is in the funnel at a time.
             washes = [reagent.name for reagent in added if _is_aqueous(reagent)]
             largest = max(washes, key=lambda name: shares[name], default="")
@@ -139,7 +147,7 @@ class _BatchTracker:
         for use in self.protocol.reagents:
             if use.name == reagent.name:
                 amount = read_amount(use.amount)
-                times = 1 if target == SEPARATING else amount.portions
+                times = 1 if self._family(target) == SEPARATING else amount.portions
                 total += volume_of(reagent, amount) * times
         return total / max(1, len(steps))
 
@@ -155,7 +163,7 @@ class _BatchTracker:
             return
         remaining = self._remaining(step, target, contents, added)
         names = [asset.name for asset in devices if is_vessel(asset) and asset.name != target]
-        if target == SEPARATING and names:
+        if self._family(target) == SEPARATING and names:
             target = names[-1]
         if step.action in CARRYING:
             self.volumes.pop(self.batch, None)
@@ -172,10 +180,10 @@ class _BatchTracker:
         if step.action == "Concentrate":
             limit = (step.temperature if step.temperature is not None else 40.0) + STRIPPING_MARGIN_K
             return {name: part for name, part in contents.items() if not self._boils_by(name, limit)}
-        if target == SEPARATING and step.action in ("Extract", "Partition"):
+        if self._family(target) == SEPARATING and step.action in ("Extract", "Partition"):
             organic = [asset for asset in added if not _is_aqueous(asset) and contents[asset.name] > 0.0]
             return {asset.name: self._whole(asset) for asset in organic}
-        if target == SEPARATING and step.action in CARRYING:
+        if self._family(target) == SEPARATING and step.action in CARRYING:
             return {name: part for name, part in contents.items() if not _is_aqueous(self.catalog.get(name))}
         onto_water = any(asset.name == WATER or not _WATERY.isdisjoint(_groups(asset)) for asset in added)
         if step.action == "Quench" or (step.action == "Pour" and onto_water):

@@ -1,0 +1,278 @@
+"""Sizes: each step gets the smallest vessels, measures, balances, baths and machines of the catalog that do its work.
+
+A protocol is drafted with kinds, such as SeparatoryFunnel. `fitted` follows the batch through the steps and replaces
+each kind by the smallest of its sizes that fits, or by the next larger kind of vessel. Where the largest machine is too
+small, the batch passes in portions. Apparatus that is higher than its hood moves to a hood that holds it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field
+
+from labgym.assets import Asset, Catalog
+from labgym.protocols.amounts import read_amount
+from labgym.protocols.apparatus import APPARATUS, REACTION_VESSELS
+from labgym.protocols.capability import capacity, weighs
+from labgym.protocols.contents import CARRYING, FILTRATE, SEPARATING, SOLID, STILL, Situation, is_vessel, situations
+from labgym.protocols.model import Protocol, Step
+from labgym.protocols.portions import EVAPORATOR, FILLING, PORTION_FILLING, in_words, portions, portions_for
+from labgym.protocols.rules.machines import READABLE
+from labgym.quantities import ROOM_RANGE
+
+VESSEL_FILL = 0.9
+"""Largest share of an open vessel that a batch at rest may fill."""
+HEATED_FILL = {"Concentrate": FILLING, "Distill": 0.66, "Heat": 0.66, "Reflux": 0.66}
+"""Largest share of a vessel in which a batch boils, by action."""
+LARGER = {
+    "CrystallizingDish": "Beaker",
+    "ErlenmeyerFlask": "Beaker",
+    "Beaker": "JacketedReactor",
+    "RoundBottomFlask": "ThreeNeckFlask",
+    "ThreeNeckFlask": "JacketedReactor",
+}
+"""The kind of vessel that takes a batch for which every size of a kind is too small."""
+OPEN_FLASKS = ("RoundBottomFlask", "ThreeNeckFlask")
+RESTING = (*OPEN_FLASKS, "Beaker", "ErlenmeyerFlask", "JacketedReactor")
+"""Kinds of vessels in which a batch can be worked on."""
+SELF_CONTAINED = ("JacketedReactor", "PressureReactor", "HydrogenationApparatus")
+"""Vessels with a stirrer and a jacket or heater of their own."""
+CLOSED = ("PressureTube", "PressureReactor", "HydrogenationApparatus")
+"""Vessels that were chosen by the pressure that they withstand."""
+CIRCULATOR = "ReactorCirculator"
+THERMAL = ("bath", "mantle", "stirrer")
+"""Subtypes of devices that a self-contained vessel needs none of."""
+BATH_GAP_M = 0.02
+"""Least difference between the widths of a bath and of the vessel in it, meters."""
+OVERHEAD_FROM_ML = 2000.0
+"""Capacity of a flask from which on it is stirred from above, mL."""
+WELL_ML = 2000.0
+"""Capacity of the largest flask that the well of a refrigerated bath takes, mL."""
+RECEIVERS_FILLED = 3.0
+"""Number of times that the receiver of an evaporator is filled before a larger machine is taken."""
+CAKES = 2.0
+"""Volume that is filtered at once, as a multiple of the bowl of the funnel."""
+
+
+def fitted(protocol: Protocol, catalog: Catalog) -> Protocol:
+    """Return a protocol whose steps use the smallest sizes that fit, in portions where the largest is too small."""
+    reaction = ""
+    for position in range(len(protocol.steps)):
+        # What a step's vessel holds depends on the steps before it, which are fitted.
+        situation = situations(protocol, catalog)[position]
+        if not reaction and situation.step.action not in STILL:
+            reaction = next((a.name for a in situation.devices if a.family in (*OPEN_FLASKS, *SELF_CONTAINED)), "")
+        step = _StepFitter(protocol, catalog, situation, reaction).fitted()
+        steps = (*protocol.steps[:position], step, *protocol.steps[position + 1 :])
+        protocol = protocol.model_copy(update={"steps": steps})
+    names = dict.fromkeys(name for step in protocol.steps for name in step.uses)
+    instruments = tuple(name for name in names if catalog.get(name).kind == "instrument")
+    return protocol.model_copy(update={"instruments": instruments})
+
+
+def smallest(assets: Iterable[Asset], fits: Callable[[Asset], bool]) -> Asset | None:
+    """Return the first of some assets that fits, or None."""
+    return next((asset for asset in assets if fits(asset)), None)
+
+
+@dataclass
+class _StepFitter:
+    """Chooses the sizes of one step.
+
+    Attributes:
+        reaction: name of the vessel in which the reaction begins, which was chosen for all that goes into it.
+        notes: sentences that are added to the step's text.
+    """
+
+    protocol: Protocol
+    catalog: Catalog
+    situation: Situation
+    reaction: str
+    notes: list[str] = field(default_factory=list)
+
+    def fitted(self) -> Step:
+        step = self.situation.step
+        names: list[str] = []
+        for name in step.uses:
+            asset = self.catalog.get(name)
+            names += [name] if asset.kind != "instrument" else self._sizes(asset)
+        uses = tuple(dict.fromkeys(self._conditioned([self.catalog.get(name) for name in names])))
+        minutes, text = self._portions(step, [self.catalog.get(name) for name in uses])
+        update = {"uses": uses, "text": text, "duration": minutes, "location": self._place(uses)}
+        return step.model_copy(update=update)
+
+    def _sizes(self, asset: Asset) -> list[str]:
+        """Return what takes the place of an instrument by the volumes and masses of the step."""
+        sizes, volume = self.catalog.sizes(asset.name), self.situation.volume
+        if asset.family == EVAPORATOR:
+            return [_or_largest(sizes, lambda size: volume <= RECEIVERS_FILLED * (capacity(size) or 0.0)).name]
+        if weighs(asset) is not None and self.situation.step.action == "Weigh":
+            return list(dict.fromkeys(self._balances(asset)))
+        if asset.family == "GraduatedCylinder":
+            return list(dict.fromkeys(self._measures(sizes)))
+        if asset.family == "DroppingFunnel":
+            poured = sum(self.situation.contents.get(reagent.name, 0.0) for reagent in self.situation.added)
+            return [_or_largest(sizes, lambda size: poured <= (capacity(size) or 0.0)).name]
+        if asset.family == "BuchnerFunnel" and volume > 0.0:
+            return [_or_largest(sizes, lambda size: volume <= CAKES * bowl_of(size)).name]
+        return [self._vessel(asset).name] if is_vessel(asset) else [asset.name]
+
+    def _vessel(self, asset: Asset) -> Asset:
+        """Return the vessel for the batch: the one that it is in, or the smallest that takes it."""
+        source, situation = self.situation.source, self.situation
+        if asset.family in CLOSED or (asset.name == self.reaction and source in ("", self.reaction)):
+            return asset
+        if source and self._stays(self.catalog.get(source), asset):
+            return self.catalog.get(source)
+        if situation.volume <= 0.0:
+            return asset
+        evaporates = situation.step.action == "Concentrate"
+        most = self._evaporator_ml() if evaporates else REACTION_VESSELS.get(asset.family, math.inf)
+        sizes = tuple(size for size in self.catalog.sizes(asset.name) if (capacity(size) or 0.0) <= most)
+        fitting = smallest(sizes, self._takes)
+        larger = LARGER.get(asset.family, "")
+        if fitting is None and larger in self.catalog and not evaporates:
+            return self._vessel(self.catalog.sizes(larger)[-1])
+        return fitting or sizes[-1]
+
+    def _stays(self, source: Asset, drafted: Asset) -> bool:
+        """Return whether the batch stays in the vessel in which it is, in place of a drafted vessel."""
+        action = self.situation.step.action
+        rests = source.family in RESTING and drafted.family in OPEN_FLASKS and action not in (*CARRYING, *SOLID)
+        heated = action in HEATED_FILL and action != "Concentrate"
+        too_large = heated and (capacity(source) or 0.0) > REACTION_VESSELS.get(source.family, math.inf)
+        return (rests or source.family == drafted.family) and self._takes(source) and not too_large
+
+    def _takes(self, vessel: Asset) -> bool:
+        fill = HEATED_FILL.get(self.situation.step.action, VESSEL_FILL)
+        if vessel.family in (SEPARATING, FILTRATE):
+            fill = PORTION_FILLING
+        return self.situation.volume <= fill * (capacity(vessel) or 0.0)
+
+    def _evaporator_ml(self) -> float:
+        evaporators = [asset for asset in self.situation.devices if asset.family == EVAPORATOR]
+        chosen = [self.catalog.get(name) for asset in evaporators for name in self._sizes(asset)]
+        return max((capacity(asset) or 0.0 for asset in chosen), default=math.inf)
+
+    def _balances(self, usual: Asset) -> Iterator[str]:
+        """Yield a balance for each mass: the usual one if it weighs it to within 10 %."""
+        balances = [asset for asset in self.catalog.of_kind("instrument") if weighs(asset) is not None]
+        balances.sort(key=lambda asset: (asset is not usual, weighs(asset)))
+        amounts = {use.name: read_amount(use.amount).mass for use in self.protocol.reagents}
+        masses = [mass for asset in self.situation.added if (mass := amounts.get(asset.name)) is not None]
+        for mass in masses:
+            fitting = smallest(balances, lambda asset, mass=mass: _weighs_well(asset, mass))  # type: ignore[misc]
+            yield (fitting or usual).name
+        if not masses:
+            yield usual.name
+
+    def _measures(self, cylinders: tuple[Asset, ...]) -> Iterator[str]:
+        """Yield a pipette or cylinder for each liquid that the step adds."""
+        pipettes = self.catalog.sizes("Micropipette") if "Micropipette" in self.catalog else ()
+        parts = [part for reagent in self.situation.added if (part := self.situation.contents.get(reagent.name, 0.0))]
+        for part in parts:
+            yield _or_largest((*pipettes, *cylinders), lambda size, part=part: part <= (capacity(size) or 0.0)).name  # type: ignore[misc]
+        if not parts:
+            yield cylinders[0].name if self.situation.volume else "GraduatedCylinder"
+
+    def _conditioned(self, devices: list[Asset]) -> Iterator[str]:
+        """Yield the devices, with baths, mantles and stirrers that fit the vessel."""
+        vessel = self._main(devices)
+        if vessel is None or self.situation.step.action in STILL:
+            yield from (asset.name for asset in devices)
+            return
+        own = vessel.family in SELF_CONTAINED
+        at = self.situation.step.temperature
+        tempered = any(asset.subtype in ("bath", "mantle") for asset in devices) or (
+            at is not None and not ROOM_RANGE[0] <= at <= ROOM_RANGE[1]
+        )
+        for asset in devices:
+            if own and asset.subtype in THERMAL and asset.category != "consumable":
+                continue
+            yield from self._around(asset, vessel)
+        if vessel.family == "JacketedReactor" and tempered and CIRCULATOR in self.catalog:
+            yield CIRCULATOR
+
+    def _around(self, asset: Asset, vessel: Asset) -> Iterator[str]:
+        """Yield what takes the place of a bath, mantle or stirrer around a vessel."""
+        holds, sizes = capacity(vessel) or 0.0, self.catalog.sizes(asset.name)
+        is_flask = vessel.family in OPEN_FLASKS
+        if asset.subtype == "mantle":
+            yield _or_largest(sizes, lambda size: holds <= (capacity(size) or 0.0)).name
+        elif asset.family == "LowTemperatureBath" and holds > WELL_ML:
+            dewars = self.catalog.sizes("CoolingBathDewar")
+            yield from (_or_largest(dewars, lambda size: _surrounds(size, vessel)).name, "OverheadStirrer")
+        elif asset.family in ("IceBath", "CoolingBathDewar"):
+            yield _or_largest(sizes, lambda size: _surrounds(size, vessel)).name
+        elif asset.family == "OilBath" and (not _surrounds(asset, vessel) or (is_flask and holds >= OVERHEAD_FROM_ML)):
+            if is_flask:
+                mantles = self.catalog.sizes("HeatingMantle")
+                yield _or_largest(mantles, lambda size: holds <= (capacity(size) or 0.0)).name
+        elif asset.family in ("MagneticStirrer", "MagneticHotplateStirrer") and is_flask and holds >= OVERHEAD_FROM_ML:
+            yield "OverheadStirrer"
+        else:
+            yield asset.name
+
+    def _main(self, devices: list[Asset]) -> Asset | None:
+        """Return the vessel of the step that holds the batch: the largest."""
+        vessels = [asset for asset in devices if asset.kind == "instrument" and is_vessel(asset)]
+        return max(vessels, key=lambda asset: capacity(asset) or 0.0, default=None)
+
+    def _portions(self, step: Step, devices: list[Asset]) -> tuple[float | None, str]:
+        """Return the duration and the text of a step, in portions if the batch overfills its vessel."""
+        volume, text = self.situation.volume, step.text
+        evaporator = smallest(devices, lambda asset: asset.family == EVAPORATOR)
+        vessel = self._main([asset for asset in devices if asset.family != EVAPORATOR])
+        separating = smallest(devices, lambda asset: asset.family in (SEPARATING, FILTRATE))
+        if separating is not None and step.action not in ("Recrystallize", "Crystallize"):
+            vessel = separating
+        if vessel is None or portions(step) > 1:
+            return step.duration, text
+        holds = capacity(vessel) or 0.0
+        if evaporator is not None and step.action == "Concentrate":
+            count = portions_for(volume, vessel)
+            if count > 1:
+                emptied = "; empty the receiver in between" if volume > (capacity(evaporator) or 0.0) else ""
+                text = f"{text.rstrip('.')}, {in_words(count, vessel)}{emptied}."
+            usual = APPARATUS["Concentrate"].minutes
+            return (count * usual if step.duration == usual else step.duration), text
+        if volume > holds and vessel.name != self.reaction:
+            count = math.ceil(volume / (PORTION_FILLING * holds))
+            text = f"{text.rstrip('.')}; pass the batch in {count} portions."
+        return step.duration, text
+
+    def _place(self, uses: Iterable[str]) -> str:
+        """Return the place of the step: a higher hood if its own is too low."""
+        location = self.catalog.get(self.situation.step.location)
+        devices = [self.catalog.get(name) for name in uses]
+        tallest = max(
+            (a.size.height for a in devices if a.kind == "instrument" and a.placing == "desktop"), default=0.0
+        )
+        if not location.fume_hood or tallest <= _headroom(location):
+            return location.name
+        hoods = sorted((hood for hood in self.catalog.roles if hood.fume_hood), key=lambda hood: hood.size.width)
+        fitting = smallest(hoods, lambda hood: tallest <= _headroom(hood))
+        return (fitting or location).name
+
+
+def bowl_of(funnel: Asset) -> float:
+    """Return the volume of a Buchner funnel's bowl, mL: a cylinder that is a third as deep as wide."""
+    return math.pi / 12.0 * (funnel.specs.diameter_mm or 0.0) ** 3 / 1000.0
+
+
+def _or_largest(sizes: tuple[Asset, ...], fits: Callable[[Asset], bool]) -> Asset:
+    return smallest(sizes, fits) or sizes[-1]
+
+
+def _surrounds(bath: Asset, vessel: Asset) -> bool:
+    return vessel.size.depth + BATH_GAP_M <= bath.size.short
+
+
+def _headroom(hood: Asset) -> float:
+    return hood.surfaces[0].headroom or math.inf
+
+
+def _weighs_well(balance: Asset, mass: float) -> bool:
+    least, most = weighs(balance) or (math.inf, 0.0)
+    return READABLE * least <= mass <= most
