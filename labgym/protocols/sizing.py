@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from labgym.assets import Asset, Catalog
 from labgym.protocols.amounts import read_amount
-from labgym.protocols.apparatus import APPARATUS, REACTION_VESSELS
+from labgym.protocols.apparatus import APPARATUS, NECKED_VESSELS, REACTION_VESSELS, vessel_for
 from labgym.protocols.capability import capacity, weighs
 from labgym.protocols.contents import CARRYING, FILTRATE, SEPARATING, SOLID, STILL, Situation, is_vessel, situations
 from labgym.protocols.model import Protocol, Step
@@ -33,6 +33,8 @@ LARGER = {
     "ThreeNeckFlask": "JacketedReactor",
 }
 """The kind of vessel that takes a batch for which every size of a kind is too small."""
+WEIGHED_INTO = "SampleVial"
+"""Vessel in which a solid waits for the reaction."""
 OPEN_FLASKS = ("RoundBottomFlask", "ThreeNeckFlask")
 RESTING = (*OPEN_FLASKS, "Beaker", "ErlenmeyerFlask", "JacketedReactor")
 """Kinds of vessels in which a batch can be worked on."""
@@ -49,6 +51,8 @@ OVERHEAD_FROM_ML = 2000.0
 """Capacity of a flask from which on it is stirred from above, mL."""
 WELL_ML = 2000.0
 """Capacity of the largest flask that the well of a refrigerated bath takes, mL."""
+REVISIONS = 3
+"""Number of times that a step is fitted while its vessel, and so what it holds, changes."""
 RECEIVERS_FILLED = 3.0
 """Number of times that the receiver of an evaporator is filled before a larger machine is taken."""
 CAKES = 2.0
@@ -57,18 +61,54 @@ CAKES = 2.0
 
 def fitted(protocol: Protocol, catalog: Catalog) -> Protocol:
     """Return a protocol whose steps use the smallest sizes that fit, in portions where the largest is too small."""
-    reaction = ""
-    for position in range(len(protocol.steps)):
-        # What a step's vessel holds depends on the steps before it, which are fitted.
-        situation = situations(protocol, catalog)[position]
-        if not reaction and situation.step.action not in STILL:
-            reaction = next((a.name for a in situation.devices if a.family in (*OPEN_FLASKS, *SELF_CONTAINED)), "")
-        step = _StepFitter(protocol, catalog, situation, reaction).fitted()
-        steps = (*protocol.steps[:position], step, *protocol.steps[position + 1 :])
-        protocol = protocol.model_copy(update={"steps": steps})
+    reaction = _reaction_vessel(protocol, catalog)
+    drafted, position = protocol, 0
+    while position < len(protocol.steps):
+        # What a step's vessel holds depends on the steps before it, which are fitted, and on the vessel itself.
+        for _ in range(REVISIONS):
+            situation = situations(protocol, catalog)[position]
+            if _overfills(situation, reaction):
+                break
+            step = _StepFitter(protocol, catalog, situation, reaction).fitted()
+            if step == situation.step:
+                break
+            protocol = _with_step(protocol, position, step)
+        position += 1
+        if _overfills(situation, reaction):
+            kinds = NECKED_VESSELS if catalog.get(reaction).family in REACTION_VESSELS else (reaction,)
+            larger = vessel_for(situation.volume, catalog, kinds, VESSEL_FILL)
+            drafted = protocol = _renamed(drafted, reaction, larger)
+            reaction, position = larger, 0
     names = dict.fromkeys(name for step in protocol.steps for name in step.uses)
     instruments = tuple(name for name in names if catalog.get(name).kind == "instrument")
     return protocol.model_copy(update={"instruments": instruments})
+
+
+def _reaction_vessel(protocol: Protocol, catalog: Catalog) -> str:
+    """Return the name of the vessel in which a reaction begins, or ""."""
+    steps = [step for step in protocol.steps if step.action not in STILL]
+    used = [catalog.get(name) for step in steps[:1] for name in step.uses]
+    return next((asset.name for asset in used if asset.family in (*OPEN_FLASKS, *SELF_CONTAINED)), "")
+
+
+def _overfills(situation: Situation, reaction: str) -> bool:
+    """Return whether a step puts more into the reaction vessel than it holds."""
+    vessel = situation.vessel
+    return vessel is not None and vessel.name == reaction and situation.volume > VESSEL_FILL * (capacity(vessel) or 0.0)
+
+
+def _with_step(protocol: Protocol, position: int, step: Step) -> Protocol:
+    steps = (*protocol.steps[:position], step, *protocol.steps[position + 1 :])
+    return protocol.model_copy(update={"steps": steps})
+
+
+def _renamed(protocol: Protocol, old: str, new: str) -> Protocol:
+    """Return a protocol whose steps use one asset in place of another."""
+    steps = [
+        step.model_copy(update={"uses": tuple(new if name == old else name for name in step.uses)})
+        for step in protocol.steps
+    ]
+    return protocol.model_copy(update={"steps": tuple(steps)})
 
 
 def smallest(assets: Iterable[Asset], fits: Callable[[Asset], bool]) -> Asset | None:
@@ -82,14 +122,12 @@ class _StepFitter:
 
     Attributes:
         reaction: name of the vessel in which the reaction begins, which was chosen for all that goes into it.
-        notes: sentences that are added to the step's text.
     """
 
     protocol: Protocol
     catalog: Catalog
     situation: Situation
     reaction: str
-    notes: list[str] = field(default_factory=list)
 
     def fitted(self) -> Step:
         step = self.situation.step
@@ -121,7 +159,7 @@ class _StepFitter:
     def _vessel(self, asset: Asset) -> Asset:
         """Return the vessel for the batch: the one that it is in, or the smallest that takes it."""
         source, situation = self.situation.source, self.situation
-        if asset.family in CLOSED or (asset.name == self.reaction and source in ("", self.reaction)):
+        if asset.family in CLOSED or (asset.name == self.reaction and source in ("", WEIGHED_INTO, self.reaction)):
             return asset
         if source and self._stays(self.catalog.get(source), asset):
             return self.catalog.get(source)
