@@ -24,7 +24,7 @@ FILL = 0.6
 """Largest share of a vessel that a reaction mixture may fill."""
 REACTION_VESSELS = MappingProxyType({"RoundBottomFlask": 1000.0, "ThreeNeckFlask": 5000.0, "JacketedReactor": math.inf})
 """Kinds of vessels for reactions with the largest size that is used, mL: larger ones are stirred from above through a
-neck of their own, and no mantle heats flasks above 5 L. Where two sizes are equal, the first kind is taken."""
+separate neck, and no mantle heats flasks above 5 L. Where two sizes are equal, the first kind is taken."""
 NECKED_VESSELS = ("ThreeNeckFlask", "JacketedReactor")
 """Kinds of vessels with necks for additions and a gas."""
 USUAL_MINUTES = 15.0

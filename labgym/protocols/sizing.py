@@ -39,7 +39,7 @@ OPEN_FLASKS = ("RoundBottomFlask", "ThreeNeckFlask")
 RESTING = (*OPEN_FLASKS, "Beaker", "ErlenmeyerFlask", "JacketedReactor")
 """Kinds of vessels in which a batch can be worked on."""
 SELF_CONTAINED = ("JacketedReactor", "PressureReactor", "HydrogenationApparatus")
-"""Vessels with a stirrer and a jacket or heater of their own."""
+"""Vessels with a built-in stirrer and a jacket or heater."""
 CLOSED = ("PressureTube", "PressureReactor", "HydrogenationApparatus")
 """Vessels that were chosen by the pressure that they withstand."""
 CIRCULATOR = "ReactorCirculator"
