@@ -7,6 +7,7 @@ amounts count as zero, so a vessel that is too small by this estimate is too sma
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
@@ -29,6 +30,7 @@ SOLID = ("DrySolid", "Recrystallize", "Chromatograph")
 """Actions that start with the bare product, without the liquids of earlier steps."""
 _WATERY = frozenset({"aqueous", "strong_acid", "oxidizing_acid"})
 _QUENCHED = frozenset({"metal_hydride", "organometallic", "alkali_metal", "acyl_halide", "anhydride", "chlorosilane"})
+_AQUEOUS_KEPT = re.compile(r"\bkeeps? the aqueous (?:layer|phase)\b", re.IGNORECASE)
 STRIPPING_MARGIN_K = 100.0
 """Evaporation removes liquids that boil up to this far above the bath temperature, degrees Celsius."""
 
@@ -180,6 +182,9 @@ class _BatchTracker:
         if step.action == "Concentrate":
             limit = (step.temperature if step.temperature is not None else 40.0) + STRIPPING_MARGIN_K
             return {name: part for name, part in contents.items() if not self._boils_by(name, limit)}
+        if self._family(target) == SEPARATING and _AQUEOUS_KEPT.search(step.text):
+            extracted = {asset.name for asset in added if not _is_aqueous(asset)}
+            return {name: part for name, part in contents.items() if name not in extracted}
         if self._family(target) == SEPARATING and step.action in ("Extract", "Partition"):
             organic = [asset for asset in added if not _is_aqueous(asset) and contents[asset.name] > 0.0]
             return {asset.name: self._whole(asset) for asset in organic}

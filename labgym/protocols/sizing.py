@@ -51,7 +51,7 @@ OVERHEAD_FROM_ML = 2000.0
 """Capacity of a flask from which on it is stirred from above, mL."""
 WELL_ML = 2000.0
 """Capacity of the largest flask that the well of a refrigerated bath takes, mL."""
-REVISIONS = 3
+REVISIONS = 4
 """Number of times that a step is fitted while its vessel, and so what it holds, changes."""
 RECEIVERS_FILLED = 3.0
 """Number of times that the receiver of an evaporator is filled before a larger machine is taken."""
@@ -65,11 +65,12 @@ def fitted(protocol: Protocol, catalog: Catalog) -> Protocol:
     drafted, position = protocol, 0
     while position < len(protocol.steps):
         # What a step's vessel holds depends on the steps before it, which are fitted, and on the vessel itself.
-        for _ in range(REVISIONS):
+        draft = protocol.steps[position]
+        for revision in range(REVISIONS):
             situation = situations(protocol, catalog)[position]
             if _overfills(situation, reaction):
                 break
-            step = _StepFitter(protocol, catalog, situation, reaction).fitted()
+            step = _StepFitter(protocol, catalog, situation, reaction, draft, revision > 0).fitted()
             if step == situation.step:
                 break
             protocol = _with_step(protocol, position, step)
@@ -122,12 +123,16 @@ class _StepFitter:
 
     Attributes:
         reaction: name of the vessel in which the reaction begins, which was chosen for all that goes into it.
+        draft: the step with the text and the duration of the draft.
+        revised: whether the step was fitted before: its vessel may only grow, so that the revisions come to an end.
     """
 
     protocol: Protocol
     catalog: Catalog
     situation: Situation
     reaction: str
+    draft: Step
+    revised: bool
 
     def fitted(self) -> Step:
         step = self.situation.step
@@ -136,7 +141,7 @@ class _StepFitter:
             asset = self.catalog.get(name)
             names += [name] if asset.kind != "instrument" else self._sizes(asset)
         uses = tuple(dict.fromkeys(self._conditioned([self.catalog.get(name) for name in names])))
-        minutes, text = self._portions(step, [self.catalog.get(name) for name in uses])
+        minutes, text = self._portions([self.catalog.get(name) for name in uses])
         update = {"uses": uses, "text": text, "duration": minutes, "location": self._place(uses)}
         return step.model_copy(update=update)
 
@@ -257,9 +262,9 @@ class _StepFitter:
         vessels = [asset for asset in devices if asset.kind == "instrument" and is_vessel(asset)]
         return max(vessels, key=lambda asset: capacity(asset) or 0.0, default=None)
 
-    def _portions(self, step: Step, devices: list[Asset]) -> tuple[float | None, str]:
-        """Return the duration and the text of a step, in portions if the batch overfills its vessel."""
-        volume, text = self.situation.volume, step.text
+    def _portions(self, devices: list[Asset]) -> tuple[float | None, str]:
+        """Return the duration and the text of a step: in portions if the batch overfills its vessel."""
+        volume, step, text = self.situation.volume, self.draft, self._transferring(devices)
         evaporator = smallest(devices, lambda asset: asset.family == EVAPORATOR)
         vessel = self._main([asset for asset in devices if asset.family != EVAPORATOR])
         separating = smallest(devices, lambda asset: asset.family in (SEPARATING, FILTRATE))
@@ -279,6 +284,16 @@ class _StepFitter:
             count = math.ceil(volume / (PORTION_FILLING * holds))
             text = f"{text.rstrip('.')}; pass the batch in {count} portions."
         return step.duration, text
+
+    def _transferring(self, devices: list[Asset]) -> str:
+        """Return the text of the step, with a transfer if the batch leaves an open vessel in which it would stay."""
+        source, vessel, text = self.situation.source, self._main(devices), self.draft.text
+        stays = self.draft.action not in (*CARRYING, *SOLID, *STILL) and "transfer" not in text.lower()
+        if not stays or vessel is None or source in ("", vessel.name):
+            return text
+        if self.catalog.get(source).family not in RESTING:
+            return text
+        return f"{text.rstrip('.')}; first transfer the batch to a {vessel.subtype} of {capacity(vessel):g} mL."
 
     def _place(self, uses: Iterable[str]) -> str:
         """Return the place of the step: a higher hood if its own is too low."""
