@@ -147,7 +147,7 @@ class _StepFitter:
 
     def _sizes(self, asset: Asset) -> list[str]:
         """Return what takes the place of an instrument by the volumes and masses of the step."""
-        sizes, volume = self.catalog.sizes(asset.name), self.situation.volume
+        sizes, volume = self.catalog.sizes(asset.name), self._volume
         if asset.family == EVAPORATOR:
             return [_or_largest(sizes, lambda size: volume <= RECEIVERS_FILLED * (capacity(size) or 0.0)).name]
         if weighs(asset) is not None and self.situation.step.action == "Weigh":
@@ -155,29 +155,48 @@ class _StepFitter:
         if asset.family == "GraduatedCylinder":
             return list(dict.fromkeys(self._measures(sizes)))
         if asset.family == "DroppingFunnel":
-            poured = sum(self.situation.contents.get(reagent.name, 0.0) for reagent in self.situation.added)
-            return [_or_largest(sizes, lambda size: poured <= (capacity(size) or 0.0)).name]
+            return [_or_largest(sizes, lambda size: sum(self._poured()) <= (capacity(size) or 0.0)).name]
         if asset.family == "BuchnerFunnel" and volume > 0.0:
             return [_or_largest(sizes, lambda size: volume <= CAKES * bowl_of(size)).name]
         return [self._vessel(asset).name] if is_vessel(asset) else [asset.name]
 
     def _vessel(self, asset: Asset) -> Asset:
         """Return the vessel for the batch: the one that it is in, or the smallest that takes it."""
-        source, situation = self.situation.source, self.situation
+        source = self.situation.source
         if asset.family in CLOSED or (asset.name == self.reaction and source in ("", WEIGHED_INTO, self.reaction)):
             return asset
         if source and self._stays(self.catalog.get(source), asset):
             return self.catalog.get(source)
-        if situation.volume <= 0.0:
+        if self._volume <= 0.0:
             return asset
-        evaporates = situation.step.action == "Concentrate"
+        evaporates = self.draft.action == "Concentrate"
         most = self._evaporator_ml() if evaporates else REACTION_VESSELS.get(asset.family, math.inf)
-        sizes = tuple(size for size in self.catalog.sizes(asset.name) if (capacity(size) or 0.0) <= most)
+        least = capacity(asset) or 0.0 if self.revised else 0.0
+        sizes = tuple(size for size in self.catalog.sizes(asset.name) if least <= (capacity(size) or 0.0) <= most)
         fitting = smallest(sizes, self._takes)
         larger = LARGER.get(asset.family, "")
         if fitting is None and larger in self.catalog and not evaporates:
             return self._vessel(self.catalog.sizes(larger)[-1])
         return fitting or sizes[-1]
+
+    @property
+    def _volume(self) -> float:
+        """Volume of the batch, mL: in a distillation, at least the grams of the heaviest reactant."""
+        if self.draft.action != "Distill":
+            return self.situation.volume
+        amounts = [read_amount(use.amount) for use in self.protocol.reagents]
+        masses = [amount.mass for amount in amounts if amount.mass is not None and amount.moles is not None]
+        return max((self.situation.volume, *masses))
+
+    def _poured(self) -> tuple[float, ...]:
+        """Return the mL of each liquid that the step adds, at 1 g/mL if its density is not known."""
+        amounts = {use.name: read_amount(use.amount).mass for use in self.protocol.reagents}
+        added = self.situation.added
+        parts = [
+            self.situation.contents.get(asset.name) or (amounts.get(asset.name) if asset.phase == "liquid" else None)
+            for asset in added
+        ]
+        return tuple(part for part in parts if part)
 
     def _stays(self, source: Asset, drafted: Asset) -> bool:
         """Return whether the batch stays in the vessel in which it is, in place of a drafted vessel."""
@@ -191,7 +210,7 @@ class _StepFitter:
         fill = HEATED_FILL.get(self.situation.step.action, VESSEL_FILL)
         if vessel.family in (SEPARATING, FILTRATE):
             fill = PORTION_FILLING
-        return self.situation.volume <= fill * (capacity(vessel) or 0.0)
+        return self._volume <= fill * (capacity(vessel) or 0.0)
 
     def _evaporator_ml(self) -> float:
         evaporators = [asset for asset in self.situation.devices if asset.family == EVAPORATOR]
@@ -213,11 +232,12 @@ class _StepFitter:
     def _measures(self, cylinders: tuple[Asset, ...]) -> Iterator[str]:
         """Yield a pipette or cylinder for each liquid that the step adds."""
         pipettes = self.catalog.sizes("Micropipette") if "Micropipette" in self.catalog else ()
-        parts = [part for reagent in self.situation.added if (part := self.situation.contents.get(reagent.name, 0.0))]
-        for part in parts:
+        measured = self._poured() or (self.situation.volume,)
+        if not any(measured):
+            yield cylinders[0].family
+            return
+        for part in measured:
             yield _or_largest((*pipettes, *cylinders), lambda size, part=part: part <= (capacity(size) or 0.0)).name  # type: ignore[misc]
-        if not parts:
-            yield cylinders[0].name if self.situation.volume else "GraduatedCylinder"
 
     def _conditioned(self, devices: list[Asset]) -> Iterator[str]:
         """Yield the devices, with baths, mantles and stirrers that fit the vessel."""
@@ -273,17 +293,18 @@ class _StepFitter:
         if vessel is None or portions(step) > 1:
             return step.duration, text
         holds = capacity(vessel) or 0.0
+        count = 1
         if evaporator is not None and step.action == "Concentrate":
             count = portions_for(volume, vessel)
-            if count > 1:
-                emptied = "; empty the receiver in between" if volume > (capacity(evaporator) or 0.0) else ""
-                text = f"{text.rstrip('.')}, {in_words(count, vessel)}{emptied}."
-            usual = APPARATUS["Concentrate"].minutes
-            return (count * usual if step.duration == usual else step.duration), text
-        if volume > holds and vessel.name != self.reaction:
+            emptied = "; empty the receiver in between" if volume > (capacity(evaporator) or 0.0) else ""
+            passed = f", {in_words(count, vessel)}{emptied}."
+        elif volume > holds and vessel.name != self.reaction:
             count = math.ceil(volume / (PORTION_FILLING * holds))
-            text = f"{text.rstrip('.')}; pass the batch in {count} portions."
-        return step.duration, text
+            passed = f"; pass the batch in {count} portions."
+        if count == 1:
+            return step.duration, text
+        is_usual = step.action in APPARATUS and step.duration == APPARATUS[step.action].minutes
+        return (count * step.duration if step.duration and is_usual else step.duration), text.rstrip(".") + passed
 
     def _transferring(self, devices: list[Asset]) -> str:
         """Return the text of the step, with a transfer if the batch leaves an open vessel in which it would stay."""

@@ -436,7 +436,9 @@ class _Stager:
         return vessel_for(self.volume, self.catalog, strong, PRESSURE_FILL)
 
     def _transferred(self, action: Action) -> Action:
-        return _with_note(action, f"transfer the mixture to the {short_name(self.vessel, self.catalog)} first")
+        vessel = self.catalog.get(self.vessel)
+        kind = short_name(vessel.family, self.catalog)
+        return _with_note(action, f"transfer the mixture to the {kind} of {capacity(vessel):g} mL first")
 
     def _boils_at(self, name: str) -> float | None:
         chemistry = self.catalog.get(name).chemistry
