@@ -145,12 +145,15 @@ class _BatchTracker:
         steps = [other for other in self.protocol.steps if reagent.name in other.uses and other.action not in STILL]
         if step.action in STILL and steps:
             return 0.0
+        stated = [use.amount for use in self.protocol.reagents if use.name == reagent.name]
+        parts = [part for text in stated for part in text.split("; ")]
+        if len(parts) == len(steps) > 1:  # what a builder lists for several steps, in their order
+            stated, steps = [parts[next(k for k, other in enumerate(steps) if other is step)]], [step]
         total = 0.0
-        for use in self.protocol.reagents:
-            if use.name == reagent.name:
-                amount = read_amount(use.amount)
-                times = 1 if self._family(target) == SEPARATING else amount.portions
-                total += volume_of(reagent, amount) * times
+        for text in stated:
+            amount = read_amount(text)
+            times = 1 if self._family(target) == SEPARATING else amount.portions
+            total += volume_of(reagent, amount) * times
         return total / max(1, len(steps))
 
     def _after(

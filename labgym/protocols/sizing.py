@@ -167,17 +167,23 @@ class _StepFitter:
             return asset
         if source and self._stays(self.catalog.get(source), asset):
             return self.catalog.get(source)
-        if self._volume <= 0.0:
-            return asset
+        return asset if self._volume <= 0.0 else self._smallest(asset, self.revised)
+
+    def _smallest(self, asset: Asset, grows: bool) -> Asset:
+        """Return the smallest size of a vessel or of the next larger kind that takes the batch.
+
+        Args:
+            grows: whether sizes below that of the vessel are left out.
+        """
         evaporates = self.draft.action == "Concentrate"
         most = self._evaporator_ml() if evaporates else REACTION_VESSELS.get(asset.family, math.inf)
-        least = capacity(asset) or 0.0 if self.revised else 0.0
-        sizes = tuple(size for size in self.catalog.sizes(asset.name) if least <= (capacity(size) or 0.0) <= most)
+        least = capacity(asset) or 0.0 if grows else 0.0
+        sizes = [size for size in self.catalog.sizes(asset.name) if least <= (capacity(size) or 0.0) <= most]
         fitting = smallest(sizes, self._takes)
         larger = LARGER.get(asset.family, "")
         if fitting is None and larger in self.catalog and not evaporates:
-            return self._vessel(self.catalog.sizes(larger)[-1])
-        return fitting or sizes[-1]
+            return self._smallest(self.catalog.get(larger), False)
+        return fitting or (sizes[-1] if sizes else asset)
 
     @property
     def _volume(self) -> float:
