@@ -72,12 +72,12 @@ def test_a_larger_batch_has_heavier_glassware() -> None:
 
 
 def test_a_step_that_overfills_its_flask_says_into_which_the_batch_is_transferred() -> None:
-    protocol = stage(experiments()["cyc_phenyl_methylpyrazolone"])
+    protocol = stage(at_scale("cyc_phenyl_methylpyrazolone", 18.0))
     evaporation = next(step for step in protocol.steps if step.action == "Concentrate")
     trituration = next(step for step in protocol.steps if step.action == "Triturate")
-    assert "RoundBottomFlask50" in evaporation.uses
-    assert "RoundBottomFlask100" in trituration.uses
-    assert "transfer the batch to a flask of 100 mL" in trituration.text
+    assert "RoundBottomFlask1000" in evaporation.uses
+    assert "ThreeNeckFlask2000" in trituration.uses
+    assert "transfer the batch to a flask of 2000 mL" in trituration.text
 
 
 def test_what_is_higher_than_a_hood_stands_in_a_walk_in_hood() -> None:
