@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from labgym.assets import Catalog
+from labgym.assets import Asset, Catalog
 from labgym.layouts import generate
 from labgym.protocols import examine
 from labgym.protocols.amounts import scaled
@@ -31,8 +31,13 @@ def at_scale(name: str, factor: float) -> Experiment:
     return experiment.model_copy(update={"actions": tuple(actions)})
 
 
+def milliliters(vessel: Asset) -> float:
+    assert vessel.specs.capacity_mL is not None
+    return vessel.specs.capacity_mL
+
+
 @pytest.mark.parametrize(
-    ("milliliters", "vessel"),
+    ("volume", "vessel"),
     [
         (6.0, "RoundBottomFlask10"),
         (6.1, "RoundBottomFlask50"),
@@ -44,8 +49,8 @@ def at_scale(name: str, factor: float) -> Experiment:
         (12000.0, "JacketedReactor20000"),
     ],
 )
-def test_a_mixture_fills_the_smallest_vessel_to_at_most_sixty_percent(milliliters: float, vessel: str) -> None:
-    assert vessel_for(milliliters, CATALOG) == vessel
+def test_a_mixture_fills_the_smallest_vessel_to_at_most_sixty_percent(volume: float, vessel: str) -> None:
+    assert vessel_for(volume, CATALOG) == vessel
 
 
 def test_a_mixture_that_no_vessel_takes_is_refused() -> None:
@@ -60,7 +65,7 @@ def test_a_protocol_has_no_faults_at_any_scale(name: str, factor: float) -> None
     assert [finding for finding in examine(protocol) if finding.severity == "fault"] == []
     for situation in situations(protocol, CATALOG):
         if situation.vessel is not None:
-            assert situation.volume / portions(situation.step) <= situation.vessel.specs.capacity_mL
+            assert situation.volume / portions(situation.step) <= milliliters(situation.vessel)
 
 
 def test_a_larger_batch_has_heavier_glassware() -> None:
@@ -81,24 +86,25 @@ def test_a_step_that_overfills_its_flask_says_into_which_the_batch_is_transferre
 
 
 def test_what_is_higher_than_a_hood_stands_in_a_walk_in_hood() -> None:
-    hood = CATALOG.get("FumeHood").surfaces[0].headroom
+    headroom = CATALOG.get("FumeHood").surfaces[0].headroom
+    assert headroom is not None
     protocol = stage(at_scale("red_benzaldehyde_swern", 90.0))
     reactor = next(CATALOG.get(name) for name in protocol.instruments if name.startswith("JacketedReactor"))
-    assert reactor.size.height > hood
+    assert reactor.size.height > headroom
     assert {step.location for step in protocol.steps if reactor.name in step.uses} == {"WalkInFumeHood"}
 
 
 def test_sizes_of_a_vessel_hold_their_volume_and_grow_with_it() -> None:
     for name in {asset.family for asset in CATALOG if asset.size_of is not None}:
         sizes = [size for size in CATALOG.sizes(name) if size.specs.capacity_mL is not None]
-        volumes = [size.specs.capacity_mL for size in sizes]
+        volumes = [milliliters(size) for size in sizes]
         assert volumes == sorted(volumes), name
         for small, large in pairwise(sizes):
             assert small.size.height <= large.size.height
             assert small.mass < large.mass
         for size in sizes:
             liters = 1000.0 * math.pi / 4.0 * size.size.width * size.size.depth * size.size.height
-            assert liters > size.specs.capacity_mL / 1000.0 or size.subtype in ("mantle", "pipette"), size.name
+            assert liters > milliliters(size) / 1000.0 or size.subtype in ("mantle", "pipette"), size.name
 
 
 def test_a_catalog_without_sizes_gives_the_same_layout() -> None:
