@@ -123,8 +123,7 @@ class _BatchTracker:
 
     def _during(self, step: Step, target: str, added: tuple[Asset, ...]) -> dict[str, float]:
         contents = {} if step.action in SOLID else dict(self.volumes.get(target, {}))
-        moves = step.action in CARRYING or "pour" in step.text.lower() or "transfer" in step.text.lower()
-        if moves and target != self.batch:
+        if _moves(step) and target != self.batch:
             for name, part in self.volumes.get(self.batch, {}).items():
                 contents[name] = contents.get(name, 0.0) + part
         shares = {reagent.name: self._share(step, target, reagent) for reagent in added}
@@ -170,7 +169,7 @@ class _BatchTracker:
         names = [asset.name for asset in devices if is_vessel(asset) and asset.name != target]
         if self._family(target) == SEPARATING and names:
             target = names[-1]
-        if step.action in CARRYING:
+        if _moves(step):
             self.volumes.pop(self.batch, None)
         self.batch = target
         if target:
@@ -205,6 +204,10 @@ class _BatchTracker:
     def _boils_by(self, name: str, limit: float) -> bool:
         chemistry = self.catalog.get(name).chemistry
         return chemistry is None or chemistry.boiling_point is None or chemistry.boiling_point <= limit
+
+
+def _moves(step: Step) -> bool:
+    return step.action in CARRYING or "pour" in step.text.lower() or "transfer" in step.text.lower()
 
 
 def _is_aqueous(reagent: Asset) -> bool:

@@ -99,7 +99,9 @@ def _reaction_vessel(protocol: Protocol, catalog: Catalog) -> str:
 def _overfills(situation: Situation, reaction: str) -> bool:
     """Return whether a step puts more into the reaction vessel than it holds."""
     vessel = situation.vessel
-    return vessel is not None and vessel.name == reaction and situation.volume > VESSEL_FILL * (capacity(vessel) or 0.0)
+    if vessel is None or vessel.name != reaction or situation.source not in ("", WEIGHED_INTO, reaction):
+        return False
+    return situation.volume > VESSEL_FILL * (capacity(vessel) or 0.0)
 
 
 def _with_step(protocol: Protocol, position: int, step: Step) -> Protocol:
@@ -108,9 +110,11 @@ def _with_step(protocol: Protocol, position: int, step: Step) -> Protocol:
 
 
 def _renamed(protocol: Protocol, old: str, new: str) -> Protocol:
-    """Return a protocol whose steps use one asset in place of another."""
+    """Return a protocol whose steps use one asset in place of another, except for flasks of evaporations."""
     steps = [
         step.model_copy(update={"uses": tuple(new if name == old else name for name in step.uses)})
+        if step.action != "Concentrate"
+        else step
         for step in protocol.steps
     ]
     return protocol.model_copy(update={"steps": tuple(steps)})

@@ -111,3 +111,13 @@ def test_a_catalog_without_sizes_gives_the_same_layout() -> None:
     without = Catalog([asset for asset in CATALOG if asset.size_of is None or asset.core])
     assert len(without) < len(CATALOG) - 40
     assert generate("alk_01", 3).hash == generate("alk_01", 3, catalog=without).hash
+
+
+def test_amounts_of_several_steps_count_in_their_order_and_an_aqueous_layer_keeps_no_ether() -> None:
+    perkin = situations(stage(experiments()["con_cinnamic_acid_perkin"]), CATALOG)
+    extraction = next(k for k, situation in enumerate(perkin) if situation.step.action == "Extract")
+    assert perkin[extraction].contents["DiethylEther"] == 30.0
+    assert "DiethylEther" not in perkin[extraction + 1].contents
+    pyrazolone = situations(stage(experiments()["cyc_phenyl_methylpyrazolone"]), CATALOG)
+    ethanol = {situation.step.action: situation.contents.get("Ethanol", 0.0) for situation in pyrazolone}
+    assert (ethanol["Reflux"], ethanol["Recrystallize"]) == (20.0, 40.0)
