@@ -234,6 +234,11 @@ class Catalog:
         """Return the variants of an asset, sorted by name: those for training, or those held out for test floors."""
         return tuple(a for a in self.assets if a.variant_of == name and a.held_out == held_out)
 
+    def sizes(self, name: str) -> tuple[Asset, ...]:
+        """Return an asset and its other sizes, the smallest first."""
+        family = (asset for asset in self.assets if asset.family == self.get(name).family)
+        return tuple(sorted(family, key=lambda asset: asset.size.width * asset.size.depth * asset.size.height))
+
     def _unknown(self, name: object) -> UnknownNameError:
         """Return the error for a name that the catalog lacks: the nearest five, and where other assets may be."""
         near = [f"{match.name} ({match.score:.2f})" for match in self.candidates(str(name), 5)]

@@ -32,13 +32,14 @@ Meters = Annotated[float, Field(ge=0.0, le=10.0)]
 Length = Annotated[float, Field(gt=0.0, le=10.0)]
 
 WORDS: dict[str, Any] = {
-    **dict.fromkeys(("name", "synonyms_en", "synonyms_zh", "description", "caption", "core"), True),
+    **dict.fromkeys(("name", "synonyms_en", "synonyms_zh", "description", "caption", "core", "size_of"), True),
     "chemistry": {"confidence", "notes", "pyrophoric"},
     "specs": {"notes"},
     "shape": {"parameters": {"file"}},
 }
-"""Fields that do not enter `Asset.digest`: names and texts, `shape.parameters.file`, which is only a path, and
-`chemistry.pyrophoric`, which was added after the published layouts: their hashes contain digests."""
+"""Fields that do not enter `Asset.digest`: names and texts, `size_of`, which groups names, `shape.parameters.file`,
+which is only a path, and `chemistry.pyrophoric`, which was added after the published layouts: their hashes contain
+digests."""
 
 APPARATUS_STAND = "apparatus_stand"
 """Subtype of stands; what stands in the slots of one is assembled to one apparatus."""
@@ -184,6 +185,8 @@ class Asset(Record):
         mount_height: height of the bottom above the floor of a wall-mounted asset, meters.
         variant_of: the asset in whose place this one may stand: the same role in another shape, size or color.
         held_out: whether a variant is only for test floors.
+        size_of: the asset of which this one is another size. Protocols choose among sizes; furnishers of floors never
+            do, so a size changes no floor.
     """
 
     name: Annotated[str, Field(pattern=r"^[A-Z][A-Za-z0-9]{1,63}$")]
@@ -212,6 +215,12 @@ class Asset(Record):
     core: bool = False
     variant_of: str | None = None
     held_out: bool = False
+    size_of: str | None = None
+
+    @property
+    def family(self) -> str:
+        """Name of the asset of which it is a size, or its own."""
+        return self.size_of or self.name
 
     @property
     def role(self) -> str:

@@ -1,11 +1,13 @@
-"""Apparatus: the devices, the place and the usual conditions of each action; vessels by volume, baths by temperature.
+"""Apparatus: kinds of devices, place and usual conditions of each action; vessels by volume, baths by temperature.
 
 `APPARATUS` is the only table from actions to devices. The feasibility filter asks it what the catalog must hold, and
-everything that writes protocols (`labgym.protocols.synthesis`) takes the devices of its steps from it.
+everything that writes protocols (`labgym.protocols.synthesis`) takes the devices of its steps from it. A name stands
+for all sizes of the asset; `labgym.protocols.sizing` chooses one.
 """
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -20,8 +22,11 @@ from labgym.quantities import ROOM_RANGE, ROOM_TEMPERATURE
 HOOD = "FumeHood"
 FILL = 0.6
 """Largest share of a vessel that a reaction mixture may fill."""
-FLASKS = ("RoundBottomFlask", "ThreeNeckFlask", "JacketedReactor")
-BEAKERS = ("Beaker", "LargeBeaker", "JacketedReactor")
+REACTION_VESSELS = MappingProxyType({"RoundBottomFlask": 1000.0, "ThreeNeckFlask": 5000.0, "JacketedReactor": math.inf})
+"""Kinds of vessels for reactions with the largest size that is used, mL: larger ones are stirred from above through a
+separate neck, and no mantle heats flasks above 5 L. Where two sizes are equal, the first kind is taken."""
+NECKED_VESSELS = ("ThreeNeckFlask", "JacketedReactor")
+"""Kinds of vessels with necks for additions and a gas."""
 USUAL_MINUTES = 15.0
 """Default duration of an action for which `APPARATUS` gives none."""
 _SLOT = re.compile(r"\{([a-z]+)\}")
@@ -32,7 +37,8 @@ class Apparatus:
     """The usual devices, place and conditions of an action.
 
     Attributes:
-        devices: asset names in the order in which a step lists them; "{vessel}" is a slot that `fill` replaces.
+        devices: asset names of the kinds in the order in which a step lists them; "{vessel}" is a slot that `fill`
+            replaces.
         place: asset name of the location.
         minutes: usual duration.
         temperature: usual temperature, degrees Celsius; None if it depends on the mixture.
@@ -110,7 +116,8 @@ APPARATUS = MappingProxyType(
         "Filter": Apparatus((*SUCTION, "{bath}"), needs=(_FUNNEL,)),
         "Heat": Apparatus(IN_FLASK),
         "Hydrogenate": Apparatus(
-            ("{device}", "{vessel}", "{bath}"), needs=(_any("HydrogenationApparatus", "HydrogenBalloon"),)
+            ("{device}", "{vessel}", "{bath}"),
+            needs=(_any("HydrogenationApparatus", "HydrogenBalloon", "PressureReactor"),),
         ),
         "Irradiate": Apparatus(("{vessel}", "PhotoReactor", "{gas}"), needs=(_any("PhotoReactor"),)),
         "MakeSolution": Apparatus(IN_FLASK, minutes=10.0),
@@ -159,23 +166,29 @@ def millilitres(reagents: Iterable[tuple[Asset, str]]) -> float:
     return total
 
 
-def vessel_for(volume: float, catalog: Catalog, among: Sequence[str] = FLASKS, fill: float = FILL) -> str:
-    """Return the first of some vessels that a volume fills to at most a given share.
+def vessel_for(volume: float, catalog: Catalog, kinds: Iterable[str] = REACTION_VESSELS, fill: float = FILL) -> str:
+    """Return the smallest vessel of some kinds that a volume fills to at most a given share.
 
     Args:
         volume: mL.
-        catalog: the assets that know their capacity.
-        among: asset names, smallest first.
+        catalog: the assets that know their capacity and sizes.
+        kinds: asset names; all sizes of each count.
         fill: largest share of the capacity.
 
     Raises:
         RefusalError: every vessel is too small.
     """
-    for name in among:
-        limit = capacity(catalog.get(name))
-        if limit is not None and volume <= fill * limit:
-            return name
-    raise RefusalError("infeasible", f"a batch of {volume / 1000:.3g} L is too large for every vessel of the catalog")
+    sizes = [(order, asset) for order, kind in enumerate(kinds) if kind in catalog for asset in catalog.sizes(kind)]
+    known = [(capacity(asset) or 0.0, order, asset) for order, asset in sizes]
+    fitting = [
+        (holds, order, asset.name)
+        for holds, order, asset in known
+        if volume <= fill * holds and holds <= REACTION_VESSELS.get(asset.family, math.inf)
+    ]
+    if not fitting:
+        what = f"a batch of {volume / 1000:.3g} L is too large for every vessel of the catalog"
+        raise RefusalError("infeasible", what)
+    return min(fitting)[2]
 
 
 def bath_for(temperature: float | None) -> tuple[str, ...]:

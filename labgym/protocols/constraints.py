@@ -137,8 +137,10 @@ def _assemblies(protocol: Protocol, catalog: Catalog) -> list[SpatialConstraint]
             for other in used:
                 if other.subtype in ASSEMBLY or other.category in CONDITIONING:
                     reason = f"one apparatus in step {step.index}"
-                    link = SpatialConstraint(kind="near", subject=other.name, object=vessel.name, reason=reason)
-                    links.setdefault((other.name, vessel.name), link)
+                    # What stands on the floor is joined to the vessel by hoses: it stands next to the place.
+                    partner = vessel.name if other.placing == "desktop" else step.location
+                    link = SpatialConstraint(kind="near", subject=other.name, object=partner, reason=reason)
+                    links.setdefault((other.name, partner), link)
     return list(links.values())
 
 

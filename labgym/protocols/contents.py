@@ -7,6 +7,7 @@ amounts count as zero, so a vessel that is too small by this estimate is too sma
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
@@ -22,13 +23,14 @@ STILL = ("Weigh", "Measure", "Prepare", "Monitor", "Analyze", "Clean")
 """Actions that do not move the batch."""
 CARRYING = (
     *("Extract", "Wash", "PhaseSeparation", "DrySolution", "Quench", "Acidify", "Basify", "Neutralize", "Filter"),
-    *("Concentrate", "Transfer", "Dilute", "Distill", "Partition", "Pour"),
+    *("Concentrate", "Crystallize", "Transfer", "Dilute", "Distill", "Partition", "Pour"),
 )
 """Actions that move the batch into another vessel."""
 SOLID = ("DrySolid", "Recrystallize", "Chromatograph")
 """Actions that start with the bare product, without the liquids of earlier steps."""
 _WATERY = frozenset({"aqueous", "strong_acid", "oxidizing_acid"})
 _QUENCHED = frozenset({"metal_hydride", "organometallic", "alkali_metal", "acyl_halide", "anhydride", "chlorosilane"})
+_AQUEOUS_KEPT = re.compile(r"\bkeeps? the aqueous (?:layer|phase)\b", re.IGNORECASE)
 STRIPPING_MARGIN_K = 100.0
 """Evaporation removes liquids that boil up to this far above the bath temperature, degrees Celsius."""
 
@@ -44,6 +46,7 @@ class Situation:
         contents: mL of each reagent in the vessel at the fullest; 0 for solids and gases.
         added: the reagents that the step itself uses.
         devices: the instruments that it uses.
+        source: name of the vessel in which the batch is before the step, or "".
     """
 
     step: Step
@@ -52,6 +55,7 @@ class Situation:
     contents: Mapping[str, float]
     added: tuple[Asset, ...] = ()
     devices: tuple[Asset, ...] = ()
+    source: str = ""
 
     @property
     def volume(self) -> float:
@@ -65,7 +69,7 @@ class Situation:
 
 def is_vessel(asset: Asset) -> bool:
     """Return whether an asset can hold a batch: flasks, beakers, reactors, tubes and dishes of known capacity."""
-    return capacity(asset) is not None and (asset.subtype in VESSELS or asset.name == SEPARATING)
+    return capacity(asset) is not None and (asset.subtype in VESSELS or asset.family == SEPARATING)
 
 
 def situations(protocol: Protocol, catalog: Catalog) -> tuple[Situation, ...]:
@@ -96,29 +100,34 @@ class _BatchTracker:
             contents = self._during(step, target, added)
             place = self.catalog.get(step.location) if step.location in self.catalog else None
             vessel = self.catalog.get(target) if target else None
-            yield Situation(step, place, vessel, dict(contents), added, devices)
+            yield Situation(step, place, vessel, dict(contents), added, devices, self.batch)
             self._after(step, target, contents, added, devices)
 
     def _target(self, step: Step, devices: tuple[Asset, ...]) -> str:
         """Return the vessel of the batch during a step: the previous one if it is used, else the largest."""
         names = [asset.name for asset in devices if is_vessel(asset)]
-        if SEPARATING in names:
-            return SEPARATING
-        if FILTRATE in names and (step.action == "Filter" or names == [FILTRATE]):
-            return FILTRATE
-        names = [name for name in names if name != FILTRATE]
+        separating = [name for name in names if self._family(name) == SEPARATING]
+        if separating:
+            return separating[0]
+        filtrate = [name for name in names if self._family(name) == FILTRATE]
+        if filtrate and (step.action == "Filter" or names == filtrate):
+            return filtrate[0]
+        names = [name for name in names if name not in filtrate]
         if not names or self.batch in names:
             return "" if step.action == "Chromatograph" else self.batch
         return max(names, key=lambda name: capacity(self.catalog.get(name)) or 0.0)
 
+    def _family(self, name: str) -> str:
+        """Return the kind of vessel of an asset name, whatever its size."""
+        return self.catalog.get(name).family if name else ""
+
     def _during(self, step: Step, target: str, added: tuple[Asset, ...]) -> dict[str, float]:
         contents = {} if step.action in SOLID else dict(self.volumes.get(target, {}))
-        moves = step.action in CARRYING or "pour" in step.text.lower() or "transfer" in step.text.lower()
-        if moves and target != self.batch:
+        if _moves(step) and target != self.batch:
             for name, part in self.volumes.get(self.batch, {}).items():
                 contents[name] = contents.get(name, 0.0) + part
         shares = {reagent.name: self._share(step, target, reagent) for reagent in added}
-        if target == SEPARATING:
+        if self._family(target) == SEPARATING:
             # Washes are consecutive, so only the largest of them is in the funnel at a time.
             washes = [reagent.name for reagent in added if _is_aqueous(reagent)]
             largest = max(washes, key=lambda name: shares[name], default="")
@@ -135,12 +144,15 @@ class _BatchTracker:
         steps = [other for other in self.protocol.steps if reagent.name in other.uses and other.action not in STILL]
         if step.action in STILL and steps:
             return 0.0
+        stated = [use.amount for use in self.protocol.reagents if use.name == reagent.name]
+        parts = [part for text in stated for part in text.split("; ")]
+        if len(parts) == len(steps) > 1:  # what a builder lists for several steps, in their order
+            stated, steps = [parts[next(k for k, other in enumerate(steps) if other is step)]], [step]
         total = 0.0
-        for use in self.protocol.reagents:
-            if use.name == reagent.name:
-                amount = read_amount(use.amount)
-                times = 1 if target == SEPARATING else amount.portions
-                total += volume_of(reagent, amount) * times
+        for text in stated:
+            amount = read_amount(text)
+            times = 1 if self._family(target) == SEPARATING else amount.portions
+            total += volume_of(reagent, amount) * times
         return total / max(1, len(steps))
 
     def _after(
@@ -155,9 +167,9 @@ class _BatchTracker:
             return
         remaining = self._remaining(step, target, contents, added)
         names = [asset.name for asset in devices if is_vessel(asset) and asset.name != target]
-        if target == SEPARATING and names:
+        if self._family(target) == SEPARATING and names:
             target = names[-1]
-        if step.action in CARRYING:
+        if _moves(step):
             self.volumes.pop(self.batch, None)
         self.batch = target
         if target:
@@ -172,10 +184,13 @@ class _BatchTracker:
         if step.action == "Concentrate":
             limit = (step.temperature if step.temperature is not None else 40.0) + STRIPPING_MARGIN_K
             return {name: part for name, part in contents.items() if not self._boils_by(name, limit)}
-        if target == SEPARATING and step.action in ("Extract", "Partition"):
+        if self._family(target) == SEPARATING and _AQUEOUS_KEPT.search(step.text):
+            extracted = {asset.name for asset in added if not _is_aqueous(asset)}
+            return {name: part for name, part in contents.items() if name not in extracted}
+        if self._family(target) == SEPARATING and step.action in ("Extract", "Partition"):
             organic = [asset for asset in added if not _is_aqueous(asset) and contents[asset.name] > 0.0]
             return {asset.name: self._whole(asset) for asset in organic}
-        if target == SEPARATING and step.action in CARRYING:
+        if self._family(target) == SEPARATING and step.action in CARRYING:
             return {name: part for name, part in contents.items() if not _is_aqueous(self.catalog.get(name))}
         onto_water = any(asset.name == WATER or not _WATERY.isdisjoint(_groups(asset)) for asset in added)
         if step.action == "Quench" or (step.action == "Pour" and onto_water):
@@ -189,6 +204,10 @@ class _BatchTracker:
     def _boils_by(self, name: str, limit: float) -> bool:
         chemistry = self.catalog.get(name).chemistry
         return chemistry is None or chemistry.boiling_point is None or chemistry.boiling_point <= limit
+
+
+def _moves(step: Step) -> bool:
+    return step.action in CARRYING or "pour" in step.text.lower() or "transfer" in step.text.lower()
 
 
 def _is_aqueous(reagent: Asset) -> bool:

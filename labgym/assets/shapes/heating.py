@@ -229,47 +229,47 @@ def muffle_furnace(asset: Asset) -> Iterator[Part]:
 def rotary_evaporator(asset: Asset) -> Iterator[Part]:
     """A rotary evaporator: tower, tilted flask over a heated bath, upright condenser, receiving flask."""
     _, _, height, hw, hd = extents(asset)
+    k = hw / 0.3  # scale of the glass and the bath: 1 for an evaporator of 0.6 m
     yield rounded("plastic_white", span(hw), span(hd), (0.0, 0.05), 0.03)
     yield block("plastic_dark", span(hw * 0.25), (hd - 0.012, hd - 0.004), (0.012, 0.045))
     yield block("screen", span(hw * 0.14), (hd - 0.005, hd - 0.001), (0.016, 0.042))
-    bath_x, bath_r = hw - 0.135, 0.125
-    yield hollow("plastic_light", [(0.0, 0.05), (bath_r, 0.05), (bath_r, 0.20)], 0.010, (bath_x, 0.0, 0.0))
-    yield column("clear_liquid", 2.0 * bath_r - 0.022, bath_x, 0.0, (0.062, 0.175))
-    yield column("stainless", 2.0 * bath_r - 0.018, bath_x, 0.0, (0.198, 0.2005))
-    tower = (-0.06, -hd * 0.35)
-    yield rounded("plastic_white", span(0.045, tower[0]), (-hd, -hd + 0.12), (0.05, height * 0.78), 0.02)
+    bath_x, bath_r, rim = hw - 0.135 * k, 0.125 * k, 0.20 * k
+    yield hollow("plastic_light", [(0.0, 0.05), (bath_r, 0.05), (bath_r, rim)], 0.010, (bath_x, 0.0, 0.0))
+    yield column("clear_liquid", 2.0 * bath_r - 0.022, bath_x, 0.0, (0.062, 0.175 * k))
+    yield column("stainless", 2.0 * bath_r - 0.018, bath_x, 0.0, (rim - 0.002, rim + 0.0005))
+    tower = (-0.06 * k, -hd * 0.35)
+    yield rounded("plastic_white", span(0.045 * k, tower[0]), (-hd, -hd + 0.12), (0.05, height * 0.78), 0.02)
     head_z = height * 0.60
-    yield rounded("plastic_grey", (-0.15, 0.03), (-hd * 0.75, hd * 0.35), span(0.05, head_z), 0.03)
+    yield rounded("plastic_grey", (-0.15 * k, 0.03 * k), (-hd * 0.75, hd * 0.35), span(0.05, head_z), 0.03)
     yield from panel_screen("screen", (-0.125, -0.02), hd * 0.35, (head_z - 0.025, head_z + 0.03))
     lean = math.radians(122.0)
-    flask = [(0.011, 0.0), (0.011, 0.12), *[(r, z + 0.205) for r, z in bulb(0.078, 0.0, math.pi - 0.14, 0.0, 10)][0:0]]
+    reach = 0.205 * k
+    flask = [(0.011 * k, 0.0), (0.011 * k, 0.12 * k)]
     flask += [
-        (0.078 * math.sin(a), 0.205 - 0.078 * math.cos(a))
-        for a in [0.16 + (math.pi - 0.16) * k / 10 for k in range(11)]
+        (0.078 * k * math.sin(a), reach - 0.078 * k * math.cos(a))
+        for a in [0.16 + (math.pi - 0.16) * step / 10 for step in range(11)]
     ]
     start = (0.01, 0.0, head_z - 0.005)
     yield revolved("borosilicate", flask, start, turned((0.0, 1.0, 0.0), lean))
-    reach = 0.205
     center = (start[0] + reach * math.sin(lean), 0.0, start[2] + reach * math.cos(lean))
-    yield ellipsoid("yellow_liquid", (0.115, 0.115, 0.08), (center[0], 0.0, center[2] - 0.032))
-    cx = -0.19
+    yield ellipsoid("yellow_liquid", (0.115 * k, 0.115 * k, 0.08 * k), (center[0], 0.0, center[2] - 0.032 * k))
+    cx = -0.19 * k
     jacket = [
-        (0.020, 0.0),
-        (0.045, 0.035),
-        (0.045, height - head_z - 0.06),
-        (0.018, height - head_z - 0.02),
-        (0.018, height - head_z),
+        (0.020 * k, 0.0),
+        (0.045 * k, 0.035 * k),
+        (0.045 * k, height - head_z - 0.06),
+        (0.018 * k, height - head_z - 0.02),
+        (0.018 * k, height - head_z),
     ]
     yield revolved("borosilicate", jacket, (cx, 0.0, head_z))
-    for k in range(5):
-        yield column("clear_liquid", 0.060, cx, 0.0, (head_z + 0.045 + 0.03 * k, head_z + 0.060 + 0.03 * k))
-    yield rod("borosilicate", 0.030, (cx, 0.0, head_z), (cx + 0.10, 0.0, head_z), flat=True)
-    receiver = 0.062
-    yield column("borosilicate", 0.024, cx, 0.0, (head_z - 0.07, head_z + 0.02))
-    yield revolved("borosilicate", bulb(receiver, head_z - 0.06 - receiver, 0.0, math.pi - 0.2, 9), (cx, 0.0, 0.0))
-    yield column(
-        "clear_liquid", receiver * 1.6, cx, 0.0, (head_z - 0.06 - 1.7 * receiver, head_z - 0.06 - 1.2 * receiver)
-    )
+    for turn in range(5):
+        coil = (head_z + 0.045 * k + 0.03 * k * turn, head_z + 0.060 * k + 0.03 * k * turn)
+        yield column("clear_liquid", 0.060 * k, cx, 0.0, coil)
+    yield rod("borosilicate", 0.030 * k, (cx, 0.0, head_z), (cx + 0.10 * k, 0.0, head_z), flat=True)
+    receiver, hung = 0.062 * k, head_z - 0.06 * k
+    yield column("borosilicate", 0.024 * k, cx, 0.0, (head_z - 0.07 * k, head_z + 0.02))
+    yield revolved("borosilicate", bulb(receiver, hung - receiver, 0.0, math.pi - 0.2, 9), (cx, 0.0, 0.0))
+    yield column("clear_liquid", receiver * 1.6, cx, 0.0, (hung - 1.7 * receiver, hung - 1.2 * receiver))
     yield from tube(
         "silicone_blue",
         0.012,

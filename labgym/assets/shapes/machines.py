@@ -271,6 +271,26 @@ def magnet(asset: Asset) -> Iterator[Part]:
     yield column("aluminium", 0.16, 0.0, 0.0, (low - 0.2, low))
 
 
+@shape("autoclave")
+def stirred_autoclave(asset: Asset) -> Iterator[Part]:
+    """A stirred autoclave: a steel vessel in its heater, a head with a gauge, and a drive on a column."""
+    _, _, height, hw, hd = extents(asset)
+    radius = min(hw, hd) * 0.55
+    yield rounded("powder_grey", span(hw), span(hd), (0.0, height * 0.06), 0.01)
+    yield rounded("powder_white", span(radius * 0.8), (-hd, -hd * 0.72), (height * 0.06, height), 0.01)
+    yield column("powder_dark", radius * 2.0, 0.0, 0.0, (height * 0.06, height * 0.42))
+    yield column("stainless", radius * 1.7, 0.0, 0.0, (height * 0.42, height * 0.50))
+    yield column("stainless", radius * 2.1, 0.0, 0.0, (height * 0.50, height * 0.55))
+    for x, y in ((-0.8, -0.45), (-0.8, 0.45), (0.8, -0.45), (0.8, 0.45)):
+        yield column("chrome", radius * 0.16, x * radius, y * radius, (height * 0.55, height * 0.58))
+    yield column("chrome", radius * 0.25, 0.0, 0.0, (height * 0.55, height * 0.80))
+    yield rounded("plastic_dark", span(radius * 0.5), (-hd * 0.72, radius * 0.5), (height * 0.80, height * 0.99), 0.02)
+    yield rod("stainless", radius * 0.12, (radius * 0.5, 0.0, height * 0.55), (radius * 0.5, 0.0, height * 0.66))
+    yield from gauge(radius * 0.5, radius * 0.1, radius * 0.3, height * 0.68, radius * 0.6)
+    yield rod("safety_red", radius * 0.1, (-radius * 0.5, 0.0, height * 0.55), (-radius * 0.5, 0.0, height * 0.62))
+    yield from panel_screen("screen", span(radius * 0.4), hd * 0.98, (height * 0.015, height * 0.05))
+
+
 @shape("reactor")
 def jacketed_reactor(asset: Asset) -> Iterator[Part]:
     """A jacketed glass reactor in a wheeled steel frame, with a stirrer motor and a bottom valve."""

@@ -10,7 +10,7 @@ from labgym.geometry import OrientedBox
 from labgym.layouts.brief import Content, Nearness, Proximity, Separation, Unit
 from labgym.layouts.habits import Habits
 from labgym.layouts.request import Request
-from labgym.layouts.rules.nearness import PLACES_DISTANCE_M
+from labgym.layouts.rules.nearness import APPARATUS_DISTANCE_M, PLACES_DISTANCE_M
 from labgym.layouts.rules.safety.hazards import burning
 from labgym.layouts.rules.separation import heat_band
 from labgym.layouts.rules.supplies import WET
@@ -115,14 +115,20 @@ def handling_distances(
 
 
 def proximities_of(request: Request, units: Sequence[Unit]) -> tuple[Proximity, ...]:
-    """Return the pairs of units with several trips between them in a protocol (constraint `near`), each once."""
+    """Return the pairs of units that a protocol requires near each other (constraint `near`), each once.
+
+    Two places have several trips between them; a machine on the floor belongs to the apparatus at a place.
+    """
     first, pairs = first_of_role(units), dict[frozenset[str], Proximity]()
     for protocol in request.protocols:
         for rule in protocol.spatial_constraints:
-            if rule.kind == "near" and {rule.subject, rule.object} <= set(protocol.locations):
+            if rule.kind == "near" and rule.object in protocol.locations:
                 one, other = first.get(rule.subject), first.get(rule.object)
                 if one is not None and other is not None and one.id != other.id:
-                    pair = Proximity(one.id, other.id, PLACES_DISTANCE_M - MARGIN, rule.reason)
+                    places = rule.subject in protocol.locations
+                    abreast = (one.width + other.width) / 2.0 + APPARATUS_DISTANCE_M / 2.0
+                    limit = PLACES_DISTANCE_M if places else abreast
+                    pair = Proximity(one.id, other.id, limit - MARGIN, rule.reason)
                     pairs.setdefault(frozenset((one.id, other.id)), pair)
     return tuple(pairs.values())
 

@@ -134,7 +134,7 @@ def peroxides_are_tested_for(case: ProtocolCase) -> Iterator[Finding]:
         if action not in ("Distill", "Concentrate"):
             continue
         dry = bool(TO_DRYNESS.search(text)) and not NOT_TO_DRYNESS.search(text)
-        pumped = any(asset.name in REDUCED_PRESSURE for asset in situation.devices)
+        pumped = any(asset.family in REDUCED_PRESSURE for asset in situation.devices)
         formers = [asset for name in situation.contents if _forms_peroxides(asset := case.catalog.get(name))]
         severe = [asset for asset in formers if _forms_peroxides_in_storage(asset)]
         if not formers:

@@ -131,7 +131,7 @@ def actions_have_their_devices(case: ProtocolCase) -> Iterator[Finding]:
         step = situation.step
         if step.action == "Stir" or step.action not in APPARATUS:
             continue
-        roles = {asset.role for asset in situation.devices}
+        roles = {name for asset in situation.devices for name in (asset.role, asset.family)}
         for choice in APPARATUS[step.action].needs:
             if roles.isdisjoint(choice):
                 message = f"step {step.index} ({step.action}) uses none of {', '.join(sorted(choice))}"

@@ -14,7 +14,7 @@ from labgym.protocols.rules.finding import Finding, ProtocolCase
 
 HEADROOM = {"Heat": 2.0 / 3.0, "Reflux": 2.0 / 3.0, "Distill": 2.0 / 3.0, "Concentrate": FILLING}
 """Largest filling of a heated vessel: two thirds, and half on the rotary evaporator."""
-FLAT = ("ErlenmeyerFlask", "Beaker", "LargeBeaker", "VolumetricFlask", "CrystallizingDish")
+FLAT = ("ErlenmeyerFlask", "Beaker", "VolumetricFlask", "CrystallizingDish")
 """Thin flat-bottomed glassware, which vacuum can crush."""
 SPECIAL = ("FilterFlask", "VolumetricFlask")
 """Flasks that cannot replace another flask."""
@@ -94,7 +94,7 @@ def vessels_fit_their_heater(case: ProtocolCase) -> Iterator[Finding]:
             holds = capacity(vessel) if vessel is not None and vessel in situation.devices else None
             if takes is None or holds is None or vessel is None:
                 continue
-            if vessel.name in FLAT:
+            if vessel.family in FLAT:
                 message = f"step {situation.step.index} heats {vessel.name}, which has a flat bottom, in {mantle.name}"
                 yield Finding(
                     "vessel-fits-heater", situation.step.index, message, "use a hotplate, or RoundBottomFlask"
@@ -115,7 +115,9 @@ def closed_vessels_stand_the_pressure(case: ProtocolCase) -> Iterator[Finding]:
         vessels = [asset for asset in situation.devices if withstands(asset) is not None]
         if vessels:
             limit = max(withstands(asset) or 0.0 for asset in vessels)
-            pressure, liquid = max(_pressures(case, situation, temperature), default=(0.0, ""))
+            liquids = [case.catalog.get(name) for name in situation.bulk()]
+            pressures = [(vapor_pressure(asset, temperature), asset.name) for asset in liquids]
+            pressure, liquid = max(pressures, default=(0.0, ""))
             if pressure - 1.0 > limit:
                 message = (
                     f"step {step.index} heats {liquid} to {temperature:g} C in {vessels[0].name}: about "
@@ -134,8 +136,8 @@ def vacuum_spares_flat_glass(case: ProtocolCase) -> Iterator[Finding]:
     """Thin flat-bottomed glassware is not evacuated."""
     for situation in case.situations:
         pumps = [asset for asset in situation.devices if evacuates_to(asset) is not None and asset.category == "vacuum"]
-        flat = [asset for asset in situation.devices if asset.name in FLAT]
-        filters = any(asset.name in ("FilterFlask", "Desiccator") for asset in situation.devices)
+        flat = [asset for asset in situation.devices if asset.family in FLAT]
+        filters = any(asset.family in ("FilterFlask", "Desiccator") for asset in situation.devices)
         if pumps and flat and not filters:
             message = f"step {situation.step.index} evacuates {flat[0].name}, whose flat bottom vacuum can crush"
             yield Finding("vacuum-glass", situation.step.index, message, "use RoundBottomFlask or SchlenkFlask")
@@ -153,12 +155,17 @@ def vapour_pressure(boiling_point: float, temperature: float, associated: bool) 
     return 1.013 * math.exp(entropy * (1.0 - (boiling_point + 273.15) / (temperature + 273.15)))
 
 
-def _pressures(case: ProtocolCase, situation: Situation, temperature: float) -> Iterator[tuple[float, str]]:
-    for name in situation.bulk():
-        chemistry = case.catalog.get(name).chemistry
-        if chemistry is not None and chemistry.boiling_point is not None:
-            associated = not {"alcohol", "aqueous"}.isdisjoint(chemistry.groups)
-            yield vapour_pressure(chemistry.boiling_point, temperature, associated), name
+def vapor_pressure(reagent: Asset, temperature: float) -> float:
+    """Return the vapor pressure of a reagent in bar, 0 if its boiling point is not known.
+
+    Args:
+        temperature: degrees Celsius.
+    """
+    chemistry = reagent.chemistry
+    if chemistry is None or chemistry.boiling_point is None:
+        return 0.0
+    associated = not {"alcohol", "aqueous"}.isdisjoint(chemistry.groups)
+    return vapour_pressure(chemistry.boiling_point, temperature, associated)
 
 
 def _all_known(case: ProtocolCase, situation: Situation) -> bool:
@@ -173,13 +180,10 @@ def _all_known(case: ProtocolCase, situation: Situation) -> bool:
 
 def _remedy(case: ProtocolCase, situation: Situation, vessel: Asset, need: float) -> str:
     """Return how a batch fits: in portions on the rotary evaporator, else in a larger vessel."""
-    evaporator = next((asset for asset in situation.devices if asset.name == EVAPORATOR), None)
+    evaporator = next((asset for asset in situation.devices if asset.family == EVAPORATOR), None)
     if evaporator is None or situation.step.action != "Concentrate":
         return _larger(case, vessel, need)
-    count = portions_for(situation.volume, vessel, evaporator)
-    if count is None:
-        return f"{EVAPORATOR} takes at most {capacity(evaporator):g} mL; halve the batch"
-    return f"evaporate it {in_words(count, vessel)}, and say so in the step"
+    return f"evaporate it {in_words(portions_for(situation.volume, vessel), vessel)}, and say so in the step"
 
 
 def _larger(case: ProtocolCase, vessel: Asset, volume: float) -> str:
@@ -188,8 +192,8 @@ def _larger(case: ProtocolCase, vessel: Asset, volume: float) -> str:
         for asset in case.catalog
         if is_vessel(asset)
         and (asset.subtype == "funnel") == (vessel.subtype == "funnel")
-        and (asset.name in FLAT) == (vessel.name in FLAT)
-        and (asset.name not in SPECIAL or vessel.name in SPECIAL)
+        and (asset.family in FLAT) == (vessel.family in FLAT)
+        and (asset.family not in SPECIAL or vessel.family in SPECIAL)
     ]
     name = alternative(case.catalog, vessel, capacity, lambda value: value >= volume, names)
     return f"use {name}" if name else f"no vessel of the catalog holds {volume:.0f} mL; halve the batch"
@@ -200,7 +204,7 @@ def _smaller(case: ProtocolCase, volume: float) -> str:
     flasks = sorted(
         (capacity(asset) or 0.0, asset.name)
         for asset in case.catalog.of_kind("instrument")
-        if asset.subtype == "flask" and asset.name not in (*FLAT, *SPECIAL)
+        if asset.subtype == "flask" and asset.family not in (*FLAT, *SPECIAL)
     )
     fit = next((name for holds, name in flasks if volume <= HEADROOM["Heat"] * holds), None)
     return f"use {fit}" if fit else "make a larger batch"

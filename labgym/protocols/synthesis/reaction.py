@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from itertools import groupby
 
 from labgym.protocols.amounts import read_amount
-from labgym.protocols.apparatus import bath_for, millilitres, vessel_for
+from labgym.protocols.apparatus import NECKED_VESSELS, REACTION_VESSELS, bath_for, millilitres, vessel_for
 from labgym.protocols.errors import RefusalError
 from labgym.protocols.refusals import refusals
 from labgym.protocols.synthesis.builder import (
@@ -90,10 +90,9 @@ class ReactionWriter:
         usual = holds(kind, clauses, parts, precedent(commission.context, parts), builder.notes)
         self.holds = self._staged_holds(usual) if self.stages else usual
         self.hottest = max(period.temperature for period in self.holds)
-        smallest = vessel_for(self.volume, self.catalog)
         late = any(stage.added for stage in self.stages) or any(part.when == "add" for part in parts)
         necks = (self.hottest > ROOM_RANGE[1] or self.inert) and late
-        self.vessel = "ThreeNeckFlask" if necks and smallest == "RoundBottomFlask" else smallest
+        self.vessel = vessel_for(self.volume, self.catalog, NECKED_VESSELS if necks else REACTION_VESSELS)
         for period in self.holds:
             point = boiling_point(parts)
             if period.bath is not None and point is not None and period.bath > point[0] + BOILING_TOLERANCE_K:

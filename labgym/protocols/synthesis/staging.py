@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -11,8 +12,15 @@ from pydantic import ValidationError
 
 from labgym.assets import Catalog
 from labgym.documents import document_error
-from labgym.protocols.apparatus import BEAKERS, bath_for, millilitres, usual_temperature, vessel_for
-from labgym.protocols.capability import capacity, evacuates_to
+from labgym.protocols.apparatus import (
+    NECKED_VESSELS,
+    REACTION_VESSELS,
+    bath_for,
+    millilitres,
+    usual_temperature,
+    vessel_for,
+)
+from labgym.protocols.capability import capacity, evacuates_to, withstands
 from labgym.protocols.constraints import derive
 from labgym.protocols.errors import RefusalError
 from labgym.protocols.experiments import Action, Experiment
@@ -21,11 +29,19 @@ from labgym.protocols.experiments.grounding import SOLVENTS
 from labgym.protocols.experiments.model import Verb
 from labgym.protocols.experiments.narration import sentence
 from labgym.protocols.model import Protocol
-from labgym.protocols.portions import in_portions
 from labgym.protocols.rules.hazards import INERT
 from labgym.protocols.rules.temperatures import SUPERHEAT_K
+from labgym.protocols.rules.vessels import vapor_pressure
+from labgym.protocols.sizing import fitted
 from labgym.protocols.substances import OpenedExperiment, Resolver, opened
-from labgym.protocols.synthesis.builder import ProtocolBuilder, clean_up, groups_of, is_pyrophoric, weigh_first
+from labgym.protocols.synthesis.builder import (
+    ProtocolBuilder,
+    clean_up,
+    groups_of,
+    is_pyrophoric,
+    short_name,
+    weigh_first,
+)
 from labgym.protocols.synthesis.endings import ended
 from labgym.protocols.validate import ProtocolError, examine, faults
 from labgym.quantities import ROOM_RANGE
@@ -38,12 +54,12 @@ QUENCH_FILL = 0.9
 """Largest share of a vessel that a quench may fill."""
 REDUCED_PRESSURE_BAR = 0.9
 """Pressure below which a distillation needs a pump, bar."""
-ASIDE = ("ErlenmeyerFlask", "LargeBeaker")
-"""Vessels in which a solution is made that is added to the batch, smallest first."""
-PUMPS = ("VacuumPump", "RotaryVanePump")
-"""Pumps, the coarsest first."""
-PRESSURE_TUBE = "PressureTube"
-"""Vessel of a reaction above the boiling point, if the text closes it."""
+PRESSURE_VESSELS = ("PressureTube", "PressureReactor")
+"""Kinds of vessels for reactions above the boiling point."""
+HYDROGENATORS = ("HydrogenationApparatus", "PressureReactor")
+"""Kinds of vessels for reactions with hydrogen under pressure."""
+PRESSURE_FILL = 0.5
+"""Largest share of a closed vessel that is filled before it is heated."""
 BATH_EXCESS_K = 60.0
 """Temperature above the boiling point that is read as that of the bath, kelvin."""
 CLOSED = re.compile(r"\b(?:seal|microwav|pressur|autoclav|bomb\b|Parr\b|Teflon|capped|screw)", re.IGNORECASE)
@@ -52,8 +68,6 @@ HEATED_C = 60.0
 """Temperature of a mixture that is heated to no stated temperature, if it does not boil below it, degrees Celsius."""
 BALLOON_LIMIT_BAR = 1.1
 """Pressure above which a hydrogenation needs a closed apparatus, bar."""
-SECOND_FLASK_ML = 120.0
-"""Volume up to which a batch outside its reaction flask goes into a second round-bottom flask, mL."""
 ANALYSES = (
     ("melting", ("MeltingPointApparatus",)),
     ("gc", ("GasChromatograph",)),
@@ -126,7 +140,7 @@ def stage(
         )
     except ValidationError as error:
         raise RefusalError("infeasible", str(document_error(feasible.id, error))) from None
-    protocol = derive(in_portions(draft, assets), assets)
+    protocol = derive(fitted(draft, assets), assets)
     found = faults(examine(protocol, assets))
     if found:
         raise ProtocolError(protocol.id, found)
@@ -169,10 +183,8 @@ class _Stager:
         self.roles = {material.name: material.role for material in self.experiment.materials}
         reaction = actions[: _end(actions)]
         self.volume = sum(self._millilitres(action) for action in reaction)
-        self.vessel = vessel_for(self.volume, self.catalog)
         needs_necks = any(action.manner == "dropwise" or action.atmosphere in GASES for action in reaction)
-        if self.vessel == "RoundBottomFlask" and needs_necks:
-            self.vessel = "ThreeNeckFlask"
+        self.vessel = vessel_for(self.volume, self.catalog, NECKED_VESSELS if needs_necks else REACTION_VESSELS)
         self.aside = frozenset(made_aside(actions))
         for number, action in enumerate(actions):
             if self.reacting and action.verb in WORK_UP:
@@ -188,9 +200,8 @@ class _Stager:
     def _make_aside(self, action: Action) -> None:
         """Make a solution that a later action adds: in a separate flask, from which it is transferred."""
         names = tuple(self._take(action, portion.name, portion.amount) for portion in action.takes)
-        vessel = vessel_for(self._millilitres(action), self.catalog, ASIDE, QUENCH_FILL)
-        at = action.temperature
-        self._do(_with_note(action, "in a separate vessel"), names, vessel=(vessel,), bath=_bath(at))
+        note = _with_note(action, "in a separate vessel")
+        self._do(note, names, vessel=("ErlenmeyerFlask",), bath=_bath(action.temperature))
 
     def _act(self, action: Action, following: Action | None) -> None:
         if action.verb in ("Yield", "Transfer", "CollectLayer"):
@@ -261,26 +272,27 @@ class _Stager:
             at = self._boiling() if action.verb == "Reflux" else min(HEATED_C, self._boiling())
             action = _with_note(action, f"the text gives no temperature, {at:g} C is assumed")
         elif at is not None and action.verb in ("Heat", "Reflux", "Stir", "Wait", "SetTemperature"):
-            boiling = self._boils_up_to()
-            closed = CLOSED.search(self.experiment.description) is not None
-            if boiling is not None and closed and boiling + SUPERHEAT_K < at and self.in_flask:
-                action = _with_note(action, "transfer the mixture to the pressure tube first")
-                self._do(action, names, at, vessel=(PRESSURE_TUBE,), bath=_bath(at), gas=self._gas(action))
-                return
-            if boiling is not None and not closed and boiling + SUPERHEAT_K < at <= boiling + BATH_EXCESS_K:
+            points = self._main_boiling_points()
+            hottest = max(points, default=at)
+            closed = CLOSED.search(self.experiment.description) is not None or at > hottest + BATH_EXCESS_K
+            if closed and self.in_flask and at > min(points, default=at) + SUPERHEAT_K:
+                self.vessel = self._closed_vessel(PRESSURE_VESSELS, self._vapor_bar(at))
+                action = self._transferred(action)
+            elif at > hottest + SUPERHEAT_K:
                 action = _with_note(action, f"{at:g} C is taken as the temperature of the bath, the mixture boils")
-                at = boiling
+                at = hottest
         if action.part == "solution" and not action.takes:
             action = _with_note(action, "transfer the solution that was made aside")
         vessel = self.vessel
         if not self.in_flask:
-            vessel = "RoundBottomFlask" if self.volume < SECOND_FLASK_ML else "LargeBeaker"
+            vessel = "RoundBottomFlask"
         funnel: tuple[str, ...] = ()
         poured = any(self.catalog.get(name).phase == "liquid" for name in names)
         if poured or (action.part == "solution" and not names):
             dropwise = action.manner in ("dropwise", "slowly") and self.reacting
             funnel = ("GraduatedCylinder", "DroppingFunnel") if dropwise else ("GraduatedCylinder",)
         heated = (at is not None and at > CONDENSER_FROM_C) or action.verb == "Reflux"
+        heated = heated and withstands(self.catalog.get(vessel)) is None
         condenser = ("RefluxCondenser",) if heated else ()
         trap = ("DeanStarkTrap",) if "Dean-Stark" in action.note else ()
         verb: str = action.verb
@@ -308,7 +320,8 @@ class _Stager:
                 self.builder.take(self.catalog.get("Hydrogen"), "reactant", "from the cylinder")
             gas = (*names, "Hydrogen")
         if action.pressure is not None and action.pressure > BALLOON_LIMIT_BAR:
-            self._do(action, gas, device=("HydrogenationApparatus",))
+            self.vessel = self._closed_vessel(HYDROGENATORS, action.pressure)
+            self._do(self._transferred(action), gas, device=(self.vessel,))
         else:
             bath = _bath(action.temperature)
             self._do(action, gas, device=("HydrogenBalloon",), vessel=(self.vessel,), bath=bath)
@@ -337,12 +350,11 @@ class _Stager:
             vessel = (self.vessel,)
             self._do(action, names, at, verb, vessel=vessel, bath=bath, paper=paper, gas=gas, funnel=cylinder)
             return
-        beaker = vessel_for(total, self.catalog, BEAKERS, QUENCH_FILL)
         self.in_flask = False
         if action.verb in ("Pour", "Quench"):
             action = _with_note(action, "pour the mixture slowly onto the water")
         bath = ("IceBath", "MagneticStirrer") if cold else ("MagneticStirrer",)
-        self._do(action, names, at, verb, beaker=(beaker,), bath=bath, paper=paper, funnel=cylinder)
+        self._do(action, names, at, verb, beaker=("Beaker",), bath=bath, paper=paper, funnel=cylinder)
 
     def _wash(self, action: Action, names: tuple[str, ...]) -> None:
         cold = action.temperature is not None and action.temperature < ROOM_RANGE[0]
@@ -366,10 +378,11 @@ class _Stager:
         )
 
     def _pump(self, bar: float | None) -> str:
-        """Return the first pump that reaches a pressure, the finest if none does."""
-        reach = [evacuates_to(self.catalog.get(name)) for name in PUMPS]
-        fit = (name for name, mbar in zip(PUMPS, reach, strict=True) if bar is None or (mbar or 0.0) <= 1000.0 * bar)
-        return next(fit, PUMPS[-1])
+        """Return the lightest pump that reaches a pressure, the finest if none does."""
+        pumps = [asset for asset in self.catalog.of_kind("instrument") if asset.category == "vacuum"]
+        reach = {asset.name: evacuates_to(asset) or math.inf for asset in pumps}
+        fit = [asset for asset in pumps if bar is None or reach[asset.name] <= 1000.0 * bar]
+        return min(fit, key=lambda asset: asset.mass).name if fit else min(reach, key=lambda name: reach[name])
 
     def _crystallize(self, action: Action, names: tuple[str, ...]) -> None:
         at = _temperature(action)
@@ -377,11 +390,10 @@ class _Stager:
         self._do(action, names, at, bath=(bath,))
 
     def _recrystallize(self, action: Action, names: tuple[str, ...]) -> None:
-        flask = vessel_for(self._millilitres(action), self.catalog, ("ErlenmeyerFlask", "LargeBeaker"), QUENCH_FILL)
         at = _temperature(action)
         if action.temperature is None:
             at = min((at, *(point for name in names if (point := self._boils_at(name)) is not None)))
-        self._do(action, names, at, vessel=(flask,))
+        self._do(action, names, at, vessel=("ErlenmeyerFlask",))
 
     def _dry_solid(self, action: Action, names: tuple[str, ...]) -> None:
         at = _temperature(action)
@@ -401,12 +413,32 @@ class _Stager:
         main = max(points, key=lambda name: self.liquids[name], default=None)
         return usual_temperature("Reflux") if main is None else points[main]
 
-    def _boils_up_to(self) -> float | None:
-        """Return the highest boiling point of the main liquids, or None if one is not known."""
+    def _main_boiling_points(self) -> list[float]:
+        """Return the boiling points of the main liquids; empty if one is not known."""
         total = sum(self.liquids.values())
         points = [self._boils_at(name) for name, volume in self.liquids.items() if volume and volume >= 0.1 * total]
         known = [point for point in points if point is not None]
-        return max(known) if known and len(known) == len(points) else None
+        return known if len(known) == len(points) else []
+
+    def _vapor_bar(self, at: float) -> float:
+        """Return the highest vapor pressure of the liquids at a temperature, bar."""
+        liquids = [self.catalog.get(name) for name, volume in self.liquids.items() if volume]
+        return max((vapor_pressure(liquid, at) for liquid in liquids), default=0.0)
+
+    def _closed_vessel(self, kinds: Sequence[str], bar: float) -> str:
+        """Return the smallest closed vessel of some kinds that takes the mixture and withstands a pressure.
+
+        Raises:
+            RefusalError: none does.
+        """
+        known = [self.catalog.get(kind) for kind in kinds if kind in self.catalog]
+        strong = [kind.name for kind in known if bar - 1.0 <= (withstands(kind) or 0.0)]
+        return vessel_for(self.volume, self.catalog, strong, PRESSURE_FILL)
+
+    def _transferred(self, action: Action) -> Action:
+        vessel = self.catalog.get(self.vessel)
+        kind = short_name(vessel.family, self.catalog)
+        return _with_note(action, f"transfer the mixture to the {kind} of {capacity(vessel):g} mL first")
 
     def _boils_at(self, name: str) -> float | None:
         chemistry = self.catalog.get(name).chemistry

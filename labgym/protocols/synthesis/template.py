@@ -16,9 +16,9 @@ from labgym.protocols.constraints import derive
 from labgym.protocols.errors import RefusalError
 from labgym.protocols.experiments import Experiment, experiments
 from labgym.protocols.model import Protocol
-from labgym.protocols.portions import evaporated_in_portions
 from labgym.protocols.refusals import refuse_mixture, refuse_solvent
 from labgym.protocols.retrieval import SearchResults
+from labgym.protocols.sizing import fitted
 from labgym.protocols.synthesis.builder import (
     ProtocolBuilder,
     clean_up,
@@ -126,7 +126,7 @@ def _written(kind: Transformation, commission: Commission) -> WriterResult:
     if assumed:
         builder.notes.append(f"work-up completed with: {', '.join(assumed)}")
     builder.notes[:0] = _assumptions(kind, parts)
-    protocol = evaporated_in_portions(_protocol(description, kind, builder, parts), catalog)
+    protocol = derive(fitted(_protocol(description, kind, builder, parts), catalog), catalog)
     return WriterResult(protocol, tuple(builder.notes))
 
 
@@ -242,18 +242,15 @@ def _protocol(
     digest = hashlib.sha256(description.text.encode()).hexdigest()[:10]
     product = stated_product(kind, description.product, description.requested, parts)
     stand_ins = "".join(f" {p.asset.name} stands in for the {p.stands_for}." for p in parts if p.stands_for)
-    return derive(
-        Protocol(
-            id=f"{kind.id}-{digest}",
-            name=kind.name,
-            reaction_type=kind.type,
-            product=product,
-            description=f"{kind.name}, giving {product}.{stand_ins} Written from the text: {description.text[:1000]}",
-            reagents=builder.reagents,
-            instruments=builder.instruments,
-            steps=tuple(builder.steps),
-        ),
-        builder.catalog,
+    return Protocol(
+        id=f"{kind.id}-{digest}",
+        name=kind.name,
+        reaction_type=kind.type,
+        product=product,
+        description=f"{kind.name}, giving {product}.{stand_ins} Written from the text: {description.text[:1000]}",
+        reagents=builder.reagents,
+        instruments=builder.instruments,
+        steps=tuple(builder.steps),
     )
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from labgym.assets import Asset
 from labgym.protocols.amounts import read_amount, scaled
-from labgym.protocols.apparatus import BEAKERS, SUCTION, usual_temperature, vessel_for
+from labgym.protocols.apparatus import SUCTION, usual_temperature
 from labgym.protocols.refusals import refusals
 from labgym.protocols.rules.conditions import STEAM, STEAM_BATH
 from labgym.protocols.synthesis.builder import groups_of
@@ -20,8 +20,6 @@ from labgym.protocols.synthesis.workup_writer import WorkUpWriter
 from labgym.quantities import ROOM_TEMPERATURE, pressures, temperatures
 
 ALUMINUM_HYDRIDES = ("LithiumAluminumHydride", "DIBALH")
-QUENCH_FILL = 0.95
-"""Largest share of a beaker that a quench may fill."""
 _NEUTRALIZING = re.compile(r"neutrali|中和", re.IGNORECASE)
 _ICE = re.compile(
     r"(?<!\d)(\d+(?:\.\d+)?\s*(?:g|kg|mL))\s*(?:of\s+)?(?:crushed\s+|cracked\s+)?(?:ice|碎?冰)", re.IGNORECASE
@@ -81,7 +79,7 @@ def quench(work: WorkUpWriter, step: WorkUpStep) -> None:
         names,
         stated if stated is not None and stated <= 25.0 else usual_temperature(step.action),
         vessel=(work.vessel,),
-        beaker=(vessel_for(2.0 * work.volume + 60.0, work.catalog, BEAKERS, QUENCH_FILL),),
+        beaker=("Beaker",),
         bath=("IceBath", "MagneticStirrer"),
         paper=("PHPaper",) if step.action != "Quench" else (),
     )
