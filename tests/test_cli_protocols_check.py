@@ -25,7 +25,7 @@ def test_a_fault_is_reported_with_its_step_and_a_way_out_and_ends_in_1(capsys, t
     assert main(["protocols", "check", str(file)]) == 1
     printed = capsys.readouterr().out
     assert (
-        "fault: step 2 (Add) has about 456 mL in RoundBottomFlask of 250 mL; use ThreeNeckFlask [vessel-volume]"
+        "fault: step 2 (Add) has about 456 mL in RoundBottomFlask of 250 mL; use RoundBottomFlask500 [vessel-volume]"
         in printed
     )
 

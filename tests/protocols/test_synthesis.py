@@ -74,7 +74,7 @@ def test_what_the_text_states_is_kept_and_what_it_leaves_open_is_marked() -> Non
     assert amounts["SodiumBorohydride"].endswith("(assumed)")
     held = [step for step in protocol.steps if step.action == "Stir"]
     assert [(step.temperature, step.duration) for step in held] == [(-5.0, 45.0)]
-    assert "ChromatographyColumn" in protocol.instruments
+    assert "ChromatographyColumn50" in protocol.instruments
 
 
 def test_assumed_amounts_follow_the_batch() -> None:

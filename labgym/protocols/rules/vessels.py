@@ -193,7 +193,7 @@ def _larger(case: ProtocolCase, vessel: Asset, volume: float) -> str:
         if is_vessel(asset)
         and (asset.subtype == "funnel") == (vessel.subtype == "funnel")
         and (asset.family in FLAT) == (vessel.family in FLAT)
-        and (asset.family not in SPECIAL or vessel.family in SPECIAL)
+        and (asset.family == vessel.family or not {asset.family, vessel.family}.intersection(SPECIAL))
     ]
     name = alternative(case.catalog, vessel, capacity, lambda value: value >= volume, names)
     return f"use {name}" if name else f"no vessel of the catalog holds {volume:.0f} mL; halve the batch"
