@@ -115,8 +115,8 @@ def test_steps_that_tend_the_machine_are_left_out(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "steps, reason",
     [
-        ('<Teleport vessel="r"/>', "'Teleport' is not known"),
-        ('<Repeat><Stir time="5 min"/></Repeat>', "number of repeats"),
+        ('<Repeat repeats="often"><Stir time="5 min"/></Repeat>', "number of repeats"),
+        ('<Repeat repeats="9999"/>', "number of repeats"),
         ('<Repeat repeats="300"><Repeat repeats="300"><Stir/></Repeat></Repeat>', "more than 300 actions"),
         ('<Add reagent="' + "x" * 300 + '" vessel="r"/>', "200 characters"),
         ('<Stir time="5 min"/>', "materials"),
@@ -128,6 +128,82 @@ def test_a_synthesis_that_cannot_be_told_is_turned_down_with_the_reason(
     found = one(tmp_path, steps)
     assert isinstance(found, Rejection)
     assert reason in found.reason
+
+
+def test_an_unknown_step_becomes_a_note(tmp_path: Path) -> None:
+    found = experiment(tmp_path, '<Add reagent="ether" volume="1 mL"/><Teleport vessel="r" to="Mars"/>')
+    assert [(action.verb, action.note) for action in found.actions[1:-1]] == [("Note", "Teleport: vessel r, to Mars")]
+
+
+def test_a_repeat_without_a_number_is_done_once_with_a_note(tmp_path: Path) -> None:
+    found = experiment(tmp_path, '<Repeat><Add reagent="ether" volume="1 mL"/></Repeat>')
+    assert [action.verb for action in found.actions] == ["Add", "Note", "Yield"]
+
+
+def test_a_repeat_over_reagents_takes_each_in_turn(tmp_path: Path) -> None:
+    for condition, names in (
+        ("rx.role='substrate'", ["benzoic acid"]),
+        ("rx.kind='Reagent'", ["benzoic acid", "methanol", "sulfuric acid", "ether", "magnesium sulfate"]),
+        ("rx.kind='Reagent' rx.role='solvent' v.kind='Hardware'", ["methanol", "methanol"]),
+    ):
+        found = experiment(tmp_path, f"<Repeat {condition}><Add reagent='rx' amount='2 mL'/></Repeat>")
+        assert [portion.name for action in found.actions for portion in action.takes] == names
+
+
+BLUEPRINTS = """<XDL>
+<Blueprint id="Wash_Twice"><Parameters><Parameter id="much" type="volume" value="5 mL"/></Parameters>
+  <Reagents><Reagent id="liquid"/></Reagents>
+  <Procedure><Repeat repeats="2"><WashSolid solvent="liquid" param.volume="much"/></Repeat></Procedure></Blueprint>
+<Blueprint id="Work_Up"><Parameters><Parameter id="pause" value="3 min"/></Parameters>
+  <Reagents><Reagent id="a"/></Reagents>
+  <Procedure><Wash_Twice liquid="a" much="7 mL"/><Wash_Twice liquid="water"/><Wait time="pause"/></Procedure>
+</Blueprint>
+%s</XDL>"""
+
+
+def test_blueprints_are_carried_out_with_their_arguments(tmp_path: Path) -> None:
+    file = tmp_path / "a.xdl"
+    synthesis = '<Synthesis><Reagents/><Procedure><Work_Up a="ether"/></Procedure></Synthesis>'
+    file.write_text(BLUEPRINTS % synthesis)
+    (found,) = read(file, "xdl")
+    assert isinstance(found, Experiment)
+    taken = [(portion.name, portion.amount) for action in found.actions for portion in action.takes]
+    assert taken == [("ether", "7 mL")] * 2 + [("water", "5 mL")] * 2
+    assert found.actions[-2].duration == 3.0
+
+
+def test_a_file_of_blueprints_alone_is_read_with_the_reagents_of_the_first(tmp_path: Path) -> None:
+    file = tmp_path / "a.xdl"
+    file.write_text(BLUEPRINTS % "")
+    (found,) = read(file, "xdl")
+    assert isinstance(found, Experiment)
+    assert [material.name for material in found.materials] == ["liquid"]
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        '<XDL><Blueprint id="A"><Procedure><A/></Procedure></Blueprint>'
+        "<Synthesis><Procedure><A/></Procedure></Synthesis></XDL>",
+        '<XDL><Blueprint id="A"><Procedure><A/><A/></Procedure></Blueprint>'
+        "<Synthesis><Procedure><A/></Procedure></Synthesis></XDL>",
+        "<Synthesis><Reagents>"
+        + "<Reagent name='x'/>" * 2000
+        + "</Reagents><Procedure><Repeat a.kind='Reagent' b.kind='Reagent' c.kind='Reagent'/></Procedure></Synthesis>",
+        "<XDL><Blueprint id='A'><Reagents>"
+        + "<Reagent name='x'/>" * 5000
+        + "</Reagents><Procedure><Stir/></Procedure></Blueprint><Synthesis><Procedure>"
+        + "<A/>" * 5000
+        + "</Procedure></Synthesis></XDL>",
+    ],
+    ids=["endless", "doubling", "product", "arguments"],
+)
+def test_endless_blueprints_and_repeats_are_one_rejection(tmp_path: Path, content: str) -> None:
+    file = tmp_path / "a.xdl"
+    file.write_text(content)
+    (found,) = read(file, "xdl")
+    assert isinstance(found, Rejection)
+    assert "more than" in found.reason
 
 
 BOMB = '<!DOCTYPE x [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;&a;">]><Synthesis>&b;</Synthesis>'

@@ -1,8 +1,8 @@
 """XDL, the chemical description language: XML files of one synthesis each.
 
 Both versions of the language are read: reagents by `id` or by `name`, and a procedure with or without phases. Steps
-that only operate the machine (cleaning, stopping a stirrer, confirming) are left out. An unknown step rejects the file,
-because its effect on the mixture is unknown.
+that only operate the machine (cleaning, stopping a stirrer, confirming) are left out. An unknown step becomes a note.
+Blueprints are carried out where they are called; of a file of blueprints alone, the first is read with its reagents.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from labgym.protocols.experiments import Action, Experiment, Material, Portion, 
 from labgym.protocols.experiments.model import Role, Verb, holding
 from labgym.protocols.experiments.remarks import read_remark
 from labgym.protocols.importers.records import Records, UnreadableError, printable, record, slug
+from labgym.protocols.importers.xdl_scopes import MAX_BLUEPRINTS, Scope
 from labgym.quantities import ROOM_TEMPERATURE, value_of
 from labgym.quantities import amounts as quantities
 
@@ -48,6 +49,7 @@ MACHINE = frozenset(
 """Steps that operate the machine and do not change the mixture."""
 NESTING = frozenset(("Prep", "Reaction", "Workup", "Purification", "Async", "Procedure", "Step"))
 """Elements that only group steps."""
+REPEATING = frozenset(("Repeat", "Loop"))
 _ROLES: dict[str, Role] = {
     "substrate": "reactant",
     "reactant": "reactant",
@@ -119,13 +121,20 @@ class _Reader:
 
 @dataclass
 class _ActionList:
-    """The actions so far, and the verbs that used each material."""
+    """The actions so far, the verbs that used each material, and the blueprints by name."""
 
+    blueprints: Mapping[str, Element]
     actions: list[Action] = field(default_factory=list)
     uses: dict[str, set[Verb]] = field(default_factory=dict)
     visited: int = 0
     comment: str = ""
     joined: tuple[Portion, ...] = ()
+
+    def visit(self, steps: int) -> None:
+        """Count steps, and whatever else takes as long."""
+        self.visited += steps
+        if self.visited > MAX_VISITS:
+            raise UnreadableError(f"it has more than {MAX_VISITS} steps, repeats included")
 
     def do(self, verb: Verb, *takes: Portion, **conditions: Any) -> None:
         """Append an action, changed by a remark in the comment of its step, or keep its materials for the next one."""
@@ -178,18 +187,26 @@ def read(file: Path, folder: Path, product: str = "") -> Records:
 
 def _file(path: Path, place: str, product: str) -> Experiment | Rejection:
     root = read_xml(path)
+    blueprints = {item.get("id", ""): item for item in root.iterfind("Blueprint")}
     synthesis = root if root.tag == "Synthesis" else root.find("Synthesis")
-    procedure = None if synthesis is None else synthesis.find("Procedure")
-    if synthesis is None or procedure is None:
+    if synthesis is None:
+        synthesis = next(iter(blueprints.values()), None)
+    if synthesis is None or synthesis.find("Procedure") is None:
         raise DocumentError(path, "", "not XDL: it has no Synthesis with a Procedure")
     fallback = product.replace("{stem}", path.stem)
-    return record(place, partial(_experiment, place, path.stem, synthesis, procedure, fallback))
+    return record(place, partial(_experiment, place, path.stem, synthesis, blueprints, fallback))
 
 
-def _experiment(place: str, stem: str, synthesis: Element, procedure: Element, fallback: str) -> Experiment:
-    actions = _ActionList()
+def _experiment(
+    place: str, stem: str, synthesis: Element, blueprints: Mapping[str, Element], fallback: str
+) -> Experiment:
+    procedure = synthesis.find("Procedure")
+    if procedure is None:
+        raise UnreadableError("its Synthesis has no Procedure")
+    actions = _ActionList(blueprints)
+    scope = Scope.of(synthesis, {})
     for step in procedure:
-        _carry_out(step, actions)
+        _carry_out(step, actions, scope)
     if actions.joined:
         actions.do("Add")
     if not actions.uses:
@@ -240,29 +257,51 @@ def _role(stated: str, verbs: set[Verb]) -> Role:
     return "solvent" if verbs <= {"Dissolve"} else "reagent"
 
 
-def _carry_out(step: Element, actions: _ActionList) -> None:
+def _carry_out(step: Element, actions: _ActionList, scope: Scope) -> None:
     """Append the actions of a step and of the steps in it."""
-    actions.visited += 1
-    if actions.visited > MAX_VISITS:
-        raise UnreadableError(f"it has more than {MAX_VISITS} steps, repeats included")
+    actions.visit(1)
     if step.tag == COMMENT:
         actions.comment = (step.text or "").strip()
+    elif step.tag in actions.blueprints:
+        if scope.depth == MAX_BLUEPRINTS:
+            raise UnreadableError(f"blueprint {step.tag[:60]!r} is nested more than {MAX_BLUEPRINTS} deep")
+        blueprint = actions.blueprints[step.tag]
+        inside = Scope.of(blueprint, scope.resolved(step).attrib, scope.depth + 1)
+        actions.visit(len(inside.values))
+        for inner in blueprint.iterfind("Procedure/*"):
+            _carry_out(inner, actions, inside)
     elif step.tag in NESTING:
         for inner in step:
-            _carry_out(inner, actions)
-    elif step.tag == "Repeat":
-        times = step.get("repeats", "")
-        if not _NUMBER.fullmatch(times) or not 1 <= int(times) <= MAX_ACTIONS:
-            raise UnreadableError(f"a Repeat needs a number of repeats from 1 to {MAX_ACTIONS}, got {times[:40]!r}")
-        for inner in list(step) * int(times):
-            _carry_out(inner, actions)
-    elif step.tag in _STEPS:
+            _carry_out(inner, actions, scope)
+    elif step.tag in REPEATING:
+        _repeat(step, actions, scope)
+    elif step.tag not in MACHINE:
+        step = scope.resolved(step)
         if not read_remark(actions.comment)[0]:
             actions.comment = step.get("comment", "")
-        _STEPS[step.tag](step, actions)
+        _STEPS.get(step.tag, _unknown)(step, actions)
         actions.comment = ""
-    elif step.tag not in MACHINE:
-        raise UnreadableError(f"step {step.tag[:60]!r} is not known")
+
+
+def _repeat(step: Element, actions: _ActionList, scope: Scope) -> None:
+    """Append the actions of a repeat: over reagents or vessels, a number of times, or once if it runs until done."""
+    times = scope.resolved(step).get("repeats", "1")
+    if not _NUMBER.fullmatch(times) or int(times) > MAX_ACTIONS:
+        raise UnreadableError(f"a Repeat needs a number of repeats up to {MAX_ACTIONS}, got {times[:40]!r}")
+    looping = any("." in key and not key.startswith("param.") for key in step.attrib)
+    actions.visit(len(scope.members) if looping else 0)
+    for inside in scope.iterations(step) if looping else [scope] * int(times):
+        actions.visit(1)
+        for inner in step:
+            _carry_out(inner, actions, inside)
+    if not looping and "repeats" not in scope.resolved(step).attrib:
+        actions.do("Note", note="the steps before this are repeated until a condition holds")
+
+
+def _unknown(step: Element, actions: _ActionList) -> None:
+    """Append a note of a step that is not known."""
+    stated = ", ".join(f"{key} {value}" for key, value in step.items())
+    actions.do("Note", note=printable(f"{step.tag}: {stated}" if stated else step.tag)[:400])
 
 
 def _conditions(step: Element) -> dict[str, Any]:
