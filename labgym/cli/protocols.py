@@ -413,7 +413,9 @@ def survey(
     """
     from labgym.protocols.experiments import survey as surveys
 
-    result = surveys.survey(path, laboratory.name, _assets_of(laboratory), out, None, execution.options(), fresh)
+    result = surveys.survey(
+        path, laboratory.name, _assets_of(laboratory), out, executor=execution.options(), fresh=fresh
+    )
     print(result.table().text())
     return written(out)
 

@@ -10,7 +10,7 @@ import pytest
 from labgym.assets import Catalog
 from labgym.cli.app import main
 from labgym.protocols.experiments import Action, Experiment, ExperimentFile, Material, Portion
-from labgym.protocols.experiments.needs import Needs, NeedsFinder
+from labgym.protocols.experiments.needs import NeedsFinder, Shortfall
 from labgym.protocols.experiments.survey import summarized, survey
 
 CATALOG = Catalog.load()
@@ -28,12 +28,12 @@ def experiment(number: int, *names: str, actions: tuple[Action, ...] = ()) -> Ex
     )
 
 
-def lacking(experiment: Experiment, *without: str) -> Needs:
+def lacking(experiment: Experiment, *without: str) -> Shortfall:
     return NeedsFinder(CATALOG, set(EVERYTHING) - set(without)).find(experiment)
 
 
 def test_a_laboratory_with_everything_lacks_nothing_but_unknown_substances() -> None:
-    assert lacking(experiment(1, "methanol")) == Needs((), ())
+    assert lacking(experiment(1, "methanol")) == Shortfall((), ())
     assert lacking(experiment(1, "methanol", "unobtainium oxide")).lacking == (("unobtainium oxide",),)
 
 
@@ -67,12 +67,12 @@ def test_what_no_instrument_reaches_is_a_flaw() -> None:
 
 def test_the_purchase_that_completes_most_experiments_comes_first() -> None:
     needs = [
-        Needs((), ()),
-        *[Needs((("Benzaldehyde",),), ())] * 3,
-        *[Needs((("Aniline",),), ())] * 2,
-        Needs((("Aniline",), ("Benzaldehyde",)), ()),
-        Needs((("Aniline", "Benzaldehyde"), ("PHMeter",)), ()),
-        Needs((("Aniline",),), ("unsafe",)),
+        Shortfall((), ()),
+        *[Shortfall((("Benzaldehyde",),), ())] * 3,
+        *[Shortfall((("Aniline",),), ())] * 2,
+        Shortfall((("Aniline",), ("Benzaldehyde",)), ()),
+        Shortfall((("Aniline", "Benzaldehyde"), ("PHMeter",)), ()),
+        Shortfall((("Aniline",),), ("unsafe",)),
     ]
     found = summarized("lab", needs, CATALOG)
     assert (found.experiments, found.possible, found.lacking, found.flawed) == (9, 1, 7, {"unsafe": 1})
@@ -84,7 +84,10 @@ def test_the_purchase_that_completes_most_experiments_comes_first() -> None:
 
 
 def test_without_a_purchase_that_completes_one_the_nearest_experiments_count() -> None:
-    needs = [Needs((("Aniline",), ("Urea",)), ()), *[Needs((("Ethanol",), ("PHMeter",), ("Benzaldehyde",)), ())] * 2]
+    needs = [
+        Shortfall((("Aniline",), ("Urea",)), ()),
+        *[Shortfall((("Ethanol",), ("PHMeter",), ("Benzaldehyde",)), ())] * 2,
+    ]
     found = summarized("lab", needs, CATALOG)
     assert [item.adds for item in found.purchases][:2] == [0, 1]
     assert {item.name for item in found.purchases[:2]} == {"Aniline", "Urea"}

@@ -1,4 +1,4 @@
-"""Needs: what a laboratory lacks for an experiment, as sets of assets of which any one would do."""
+"""Shortfall: what a laboratory lacks for an experiment, as sets of assets of which any one would do."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Alternatives = tuple[str, ...]
 
 
 @dataclass(frozen=True)
-class Needs:
+class Shortfall:
     """The obstacles between an experiment and a laboratory.
 
     Attributes:
@@ -47,7 +47,7 @@ class NeedsFinder:
         self._laboratory = FeasibilityFilter(Catalog([*self._reagents, *self._owned]))
         self._remedies: dict[tuple[object, ...], Alternatives] = {}
 
-    def find(self, experiment: Experiment) -> Needs:
+    def find(self, experiment: Experiment) -> Shortfall:
         """Return what the laboratory lacks for an experiment; materials are recognized by structure or name."""
         names = self._everything.grounded_names(experiment)
         listed = {name: asset for name, asset in names.items() if asset is not None}
@@ -60,7 +60,7 @@ class NeedsFinder:
                 alternatives = self._alternatives(experiment, obstacle, listed)
                 lacking |= {alternatives} if alternatives else set()
                 flaws |= set() if alternatives else {obstacle.code}
-        return Needs(tuple(sorted(lacking)), tuple(sorted(flaws)))
+        return Shortfall(tuple(sorted(lacking)), tuple(sorted(flaws)))
 
     def _devices_and_gases(self, verb: str, gas: str | None) -> Iterator[Alternatives]:
         choices = [*(APPARATUS[verb].needs if verb in APPARATUS else ()), *([frozenset((gas,))] if gas else [])]

@@ -16,7 +16,7 @@ from labgym.assets import Catalog
 from labgym.documents import Document, Record, json_bytes
 from labgym.protocols.experiments.library import experiment_files
 from labgym.protocols.experiments.model import ExperimentFile
-from labgym.protocols.experiments.needs import Alternatives, Needs, NeedsFinder
+from labgym.protocols.experiments.needs import Alternatives, NeedsFinder, Shortfall
 from labgym.runs import ExecutorOptions, RunFolder, RunIdentity, Shard, ShardOutput, run_shards
 from labgym.runs.manifest import file_digest
 from labgym.table import Table
@@ -91,6 +91,7 @@ def survey(
     laboratory: str,
     names: Sequence[str],
     out: str | Path,
+    *,
     catalog: Catalog | None = None,
     executor: ExecutorOptions | None = None,
     fresh: bool = False,
@@ -152,13 +153,13 @@ def _outputs(run: RunFolder, files: int, laboratory: str, catalog: Catalog) -> I
     content = b"".join((run.path / _part(number)).read_bytes() for number in range(files))
     yield NEEDS, content
     lines = [json.loads(line) for line in content.splitlines()]
-    needs = [Needs(tuple(tuple(need) for need in line["lacking"]), tuple(line["flaws"])) for line in lines]
+    needs = [Shortfall(tuple(tuple(need) for need in line["lacking"]), tuple(line["flaws"])) for line in lines]
     survey = summarized(laboratory, needs, catalog)
     yield PICTURE, _picture(survey)
     yield SURVEY, json_bytes(survey.to_json())
 
 
-def summarized(laboratory: str, needs: Sequence[Needs], catalog: Catalog) -> Survey:
+def summarized(laboratory: str, needs: Sequence[Shortfall], catalog: Catalog) -> Survey:
     """Return the survey of experiments with these needs."""
     sound = [set(item.lacking) for item in needs if not item.flaws]
     lacked = Counter(name for item in needs for name in {name for need in item.lacking for name in need})
@@ -184,17 +185,16 @@ def summarized(laboratory: str, needs: Sequence[Needs], catalog: Catalog) -> Sur
 
 
 def _best(remaining: Iterable[set[Alternatives]]) -> str:
-    """Return the purchase that makes most experiments possible, or that brings most of them nearest to it.
+    """Return the purchase that brings the experiments nearest to being possible.
 
-    An experiment with n needs counts 1 / n^2 for each that the purchase meets.
+    An experiment that it makes possible counts 1; one with n needs, of which it meets m, counts m / n^2.
     """
-    adds, nearer = Counter[str](), defaultdict[str, float](float)
+    nearer = defaultdict[str, float](float)
     for lacking in remaining:
         for name in {name for need in lacking for name in need}:
             met = sum(name in need for need in lacking)
-            adds[name] += met == len(lacking)
-            nearer[name] += met / len(lacking) ** 2
-    return min(nearer, key=lambda name: (-adds[name], -nearer[name], name))
+            nearer[name] += 1.0 if met == len(lacking) else met / len(lacking) ** 2
+    return min(nearer, key=lambda name: (-nearer[name], name))
 
 
 def _picture(survey: Survey) -> bytes:
