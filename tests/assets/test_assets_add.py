@@ -73,8 +73,8 @@ def test_the_unit_that_is_suggested_fits_the_volume_in_the_name(tmp_path):
 
 
 def test_a_model_without_a_unit_is_refused_with_a_scale_that_makes_it_fit(tmp_path):
-    path = box(tmp_path / "beaker.glb", (2.1, 2.8, 2.1))
-    with pytest.raises(MeshError, match=r"no common unit makes it fit: --scale 0\.034") as refused:
+    path = box(tmp_path / "centrifuge.glb", (2.1, 2.8, 2.1))
+    with pytest.raises(MeshError, match=r"no common unit makes it fit: --scale 0\.22") as refused:
         annotate(path)
     scale = float(str(refused.value).partition("--scale ")[2].split()[0])
     asset = annotate(path, Options(scale=scale)).asset

@@ -133,7 +133,7 @@ def test_a_structure_is_found_however_it_is_drawn() -> None:
 
 
 @pytest.mark.parametrize(
-    "amount, code", [("90 kg", "mass"), ("0.1 mg", "mass"), ("20 L", "volume"), ("2 x 2 L", "volume"), ("1 L", None)]
+    "amount, code", [("90 kg", "mass"), ("0.1 mg", "mass"), ("20 L", "volume"), ("2 x 12 L", "volume"), ("1 L", None)]
 )
 def test_a_batch_must_fit_balances_and_flasks(amount: str, code: str | None) -> None:
     plain = esterification().model_dump()
