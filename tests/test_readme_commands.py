@@ -32,7 +32,7 @@ TUTORIALS = [
     for line in re.sub(r"\\\n\s*", "", code).splitlines()
     if line.startswith("labgym ")
 ]
-READERS = ("mine:GoToGoal", "runs/", "data.pb.gz", "models/")
+READERS = ("mine:GoToGoal", "runs/", "data.pb.gz", "imported", "models/")
 """Beginnings of arguments that stand for the reader's own files."""
 
 SLOW = ("record", "reproduce", "eval", "report", "compile")

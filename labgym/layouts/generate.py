@@ -121,6 +121,7 @@ def generate_assessed(
     assessment = replace(assessment, rules=request.rules)
     complete = supplied(tidy, request) if method.optimise else tidy
     if complete is not tidy:
+        added += Counter() if solved else _counts(complete) - _counts(tidy)
         tidy, assessment = complete, evaluate_layout(complete, protocol, request.rules, True, earlier=assessment)
     layout, assessment, is_clutter_at_fault = _cluttered(tidy, assessment, request)
     if trace is not None:
