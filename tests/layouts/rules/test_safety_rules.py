@@ -502,6 +502,28 @@ def test_repair_fastens_a_sink_that_stands_off_its_wall() -> None:
     assert faults(result.layout.to_json()) == []
 
 
+CYLINDER_RADIUS_M = CATALOG.find("NitrogenCylinder").size.width / 2.0
+
+
+@pytest.mark.parametrize(("gap", "wrong"), [(0.02, False), (0.14, False), (0.16, True), (1.5, True)])
+@pytest.mark.parametrize("beside", [False, True])
+def test_a_gas_cylinder_stands_at_what_it_is_chained_to(gap: float, wrong: bool, beside: bool) -> None:
+    bench = put("other", "LabBench", 3.0, 5.8)
+    x = 3.0 + CATALOG.find("LabBench").size.width / 2.0 + gap if beside else 8.0 - gap - 2.0 * CYLINDER_RADIUS_M
+    layout = orderly_laboratory(
+        put("gas", "NitrogenCylinder", x + CYLINDER_RADIUS_M, 5.8), *([bench] if beside else [])
+    )
+    held = footprint(layout, "other") if beside else LineString([(8.0, 0.0), (8.0, 8.0)])
+    assert footprint(layout, "gas").distance(held) == pytest.approx(gap, abs=1e-6)
+    assert [issue.ids for issue in issues(layout, "square")] == ([("gas",)] if wrong else [])
+
+
+def test_repair_stands_a_free_cylinder_at_a_wall() -> None:
+    result = repair_layout(orderly_laboratory(put("gas", "NitrogenCylinder", 6.0, 2.5)), rules=V2)
+    assert (result.before.v > 0, result.after.v, result.problems) == (True, 0, ())
+    assert issues(result.layout, "square") == []
+
+
 def test_the_adjuster_hangs_what_is_off_its_wall_with_its_back_to_one() -> None:
     """A quarter turn would bring the detector's side to the wall."""
     layout = orderly_laboratory(put("detector", "GasDetector", 0.08, 7.0, 2.0, yaw=-HALF, on="wall"))

@@ -1,4 +1,4 @@
-"""Square: furniture is parallel to a wall of its room or to the axes of its space; what is plumbed is at its wall."""
+"""Square: furniture is parallel to a wall of its room or to the axes of its space; what is fastened is at its wall."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from labgym.geometry import pairwise_distance
 from labgym.layouts.placement import FLOOR, WALL
 from labgym.layouts.rules.arrangement import Arrangement
 from labgym.layouts.rules.bounds import back_gap, wall_gap
@@ -26,6 +27,9 @@ PLUMBED_GAP_M = 0.10
 """Greatest distance of a plumbed fixture's back from its wall, or from low furniture with the pipes, meters (IPC 405.4
 and 405.5: fixtures are fastened, and their joints with walls sealed; the distance is ours, for cladding and oblique
 walls)."""
+SECURED_GAP_M = 0.15
+"""Greatest distance of a gas cylinder from the wall or the furniture to which it is chained, meters (OSHA 29 CFR
+1910.101(b) and CGA P-1: cylinders are secured against falling; the distance is ours, for bracket and chain)."""
 
 
 def furniture_rows(arrangement: Arrangement) -> list[int]:
@@ -51,6 +55,7 @@ def _check(site: Site) -> Iterator[Breach]:
         yield Breach((own,), angles[k], SKEW_LIMIT_RAD, message, f"turn it by {degrees:.1f} degrees")
     yield from _sideways(arrangement, [row for k, row in enumerate(rows) if angles[k] <= SKEW_LIMIT_RAD + 1e-6])
     yield from _unfastened(arrangement)
+    yield from _unsecured(arrangement)
 
 
 def _unfastened(arrangement: Arrangement) -> Iterator[Breach]:
@@ -63,6 +68,22 @@ def _unfastened(arrangement: Arrangement) -> Iterator[Breach]:
             what = "faces no wall" if distance is None else f"is {gap:.2f} m from a wall, over {PLUMBED_GAP_M:g} m"
             message = f"the back of {own}, a plumbed fixture, {what}"
             yield Breach((own,), distance, PLUMBED_GAP_M, message, "fasten it to a wall")
+
+
+def _unsecured(arrangement: Arrangement) -> Iterator[Breach]:
+    """Yield the gas cylinders that stand free."""
+    rows = [row for row in arrangement.standing if arrangement.assets[row].subtype in ROUND]
+    holders = [row for row in arrangement.standing_fast if arrangement.assets[row].subtype not in ROUND]
+    gaps = wall_gap(arrangement, rows).tolist() if rows else []
+    for row, gap in zip(rows, gaps, strict=True):
+        if gap > SECURED_GAP_M + 1e-9:
+            away = pairwise_distance(arrangement.take([row]), arrangement.take(holders)).min(initial=gap)
+            if away > SECURED_GAP_M + 1e-9:
+                own = arrangement.placements[row].id
+                message = (
+                    f"{own} stands free, {away:.2f} m from a wall or furniture, over {SECURED_GAP_M:g} m: it can fall"
+                )
+                yield Breach((own,), float(away), SECURED_GAP_M, message, "chain it to a wall or a bench")
 
 
 def _sideways(arrangement: Arrangement, rows: list[int]) -> Iterator[Breach]:
@@ -81,9 +102,10 @@ RULES = (
     FacilityRule(
         name="square",
         requires="Furniture and wall items are parallel to the nearest wall or to the axes of their space; sinks, "
-        "eyewashes and showers have their back at a wall",
-        limit=f"{math.degrees(SKEW_LIMIT_RAD):g} degrees; {PLUMBED_GAP_M:g} m",
-        source="planning practice: modules of benches, service lines and ways run in parallel; IPC 405.4 and 405.5",
+        "eyewashes and showers have their back at a wall, and gas cylinders stand at a wall or furniture",
+        limit=f"{math.degrees(SKEW_LIMIT_RAD):g} degrees; {PLUMBED_GAP_M:g} m; {SECURED_GAP_M:g} m",
+        source="planning practice: modules of benches, service lines and ways run in parallel; IPC 405.4 and 405.5; "
+        "OSHA 29 CFR 1910.101(b)",
         severity="error",
         count=lambda site: len(furniture_rows(site.arrangement)),
         check=_check,
