@@ -9,8 +9,8 @@ from gymnasium import spaces
 
 import labgym  # noqa: F401 -- registers the ids
 from labgym.envs.config import PointNavConfig
-from labgym.envs.labnav.tasks import FIGURE_TASKS, TASKS
-from labgym.envs.presets import configured, labnav_id, presets
+from labgym.envs.labnav.tasks import TASKS
+from labgym.envs.presets import configured, labnav_id
 from labgym.eval.driving.intervals import estimate_text
 from labgym.eval.leaderboard.labnav import published_results
 from labgym.eval.leaderboard.tables import KNOWLEDGE
@@ -34,12 +34,12 @@ LEARNED = {
 NOTHING = "No training is published that has learned this id."
 BEST = 5
 """Policies of the published results on a page."""
-TERMS = {
-    "progress": "for each meter by which the shortest path to the goal became shorter",
+REWARDS = {
+    "progress": "for each meter by which the shortest path of the 0.30 m disc to the goal became shorter",
     "success": "when the drive ends in success",
     "collision": "for each action during which the robot touched something",
+    "failure": "when the drive ends otherwise: by a contact that counts, stuck, or at rest elsewhere{drives}",
     "time": "for each action",
-    "failure": "when a rule ends the drive without success",
     "goal": "0 for each action that ends within 0.36 m of the goal, -1 for each other",
 }
 """When an id gives a reward, by term."""
@@ -56,16 +56,10 @@ RULES = {
 """When a rule ends a drive, by its name."""
 
 
-def ids() -> list[str]:
-    """Return the ids that have a page: that of the paper's task, floors, LabNav's tasks in their order."""
-    tasks = [labnav_id(task) for task in FIGURE_TASKS]
-    return [*(name for name in presets() if name not in {labnav_id(task) for task in TASKS}), *tasks]
-
-
 def id_page(name: str) -> str:
     """Return the page of an id."""
     config, environment = configured(name, {}), gym.make(name)
-    task = next((task for task in FIGURE_TASKS if labnav_id(task) == name), "")
+    task = next((task for task in TASKS if labnav_id(task) == name), "")
     summary = f"{TASKS[task].summary.capitalize()}." if task else SUMMARIES[name]
     assert environment.spec is not None
     observation, action = environment.observation_space, environment.action_space
@@ -79,7 +73,7 @@ def id_page(name: str) -> str:
         Table("", ("Observation", "Type", "Shape", "Range"), tuple(_rows(observation))).markdown(),
         f"Action: `{action}`. [Environments](../environment.md#observation-space) has their meaning and units.",
         "## Reward",
-        Table("", ("Term", "Reward", "When"), tuple(_reward(config))).markdown(),
+        reward_table(name),
         "## Episode end",
         Table("", ("Rule", "Meaning"), tuple(_endings(config))).markdown(),
         f"Truncated after {environment.spec.max_episode_steps} actions. Layouts are drawn from `{config.split}`.",
@@ -100,10 +94,16 @@ def _rows(space: gym.Space[object]) -> Iterator[tuple[str, str, str, str]]:
         yield f"`{name}`", str(entry.dtype), str(entry.shape), f"{low:g} to {high:g}"
 
 
-def _reward(config: PointNavConfig) -> Iterator[tuple[str, str, str]]:
-    for term in config.reward_terms:
-        if term.weight:
-            yield f"`{term.name}`", "" if term.name == "goal" else f"{term.weight:+g}", TERMS[term.name]
+def reward_table(name: str) -> str:
+    """Return the table of the reward of an id."""
+    config = configured(name, {})
+    drives = ", and for each drive of the shift that is then not begun" if config.onward else ""
+    rows = [
+        (f"`{term.name}`", "" if term.name == "goal" else f"{term.weight:+g}", REWARDS[term.name].format(drives=drives))
+        for term in config.reward_terms
+        if term.weight
+    ]
+    return Table("", (f"`{name}`", "reward", "when"), tuple(rows)).markdown()
 
 
 def _endings(config: PointNavConfig) -> Iterator[tuple[str, str]]:

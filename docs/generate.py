@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from environment_ids import id_page, ids
+from environment_ids import id_page, reward_table
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
@@ -46,7 +46,7 @@ from labgym.envs.goal_env import LabFloorNavGoalEnv
 from labgym.envs.labnav.nuisances import drawn_episode
 from labgym.envs.labnav.pack import FloorPack
 from labgym.envs.labnav.tasks import FIGURE_TASKS, HEADLINE
-from labgym.envs.presets import configured, labnav_id
+from labgym.envs.presets import labnav_id, presets
 from labgym.errors import LabgymError
 from labgym.eval import LayoutReport, LayoutSummary, aggregate, score
 from labgym.eval.drawing.episode_film import episode_film
@@ -234,10 +234,12 @@ def pages() -> dict[Path, str]:
         DOCS / "floors.md": {"tables": parameter_tables()},
         DOCS / "moving-parts.md": {"tables": moving_tables()},
         DOCS / "classical-policies.md": {"LabNav": classical_table()},
-        DOCS / "labnav-tasks.md": {f"reward of {labnav_id(task)}": reward_table(task) for task in FIGURE_TASKS},
+        DOCS / "labnav-tasks.md": {
+            f"reward of {labnav_id(task)}": reward_table(labnav_id(task)) for task in FIGURE_TASKS
+        },
     }
     files = {DOCS / "environment.md": environment_page(LabPointNavEnv, LabFloorNavGoalEnv)}
-    files |= {DOCS / "environments" / f"{name}.md": id_page(name) for name in ids()}
+    files |= {DOCS / "environments" / f"{name}.md": id_page(name) for name in presets()}
     for page, blocks in tables.items():
         text = page.read_text(encoding="utf-8")
         for name, block in blocks.items():
@@ -306,27 +308,6 @@ def rule_table(safety: bool) -> str:
     rules = [rule for rule in TOUCHSTONE.facility if (rule.group == "safety") == safety]
     rows = [(f"`{rule.name}`", rule.severity, rule.requires, rule.limit, rule.source) for rule in rules]
     return markdown(("rule", "severity", "requirement", "limit", "source"), rows)
-
-
-def reward_table(task: str) -> str:
-    """Return the table of the reward of a LabNav id."""
-    config = configured(labnav_id(task), {})
-    drives = ", and for each drive of the shift that is then not begun" if config.onward else ""
-    rows = [
-        (f"`{term.name}`", f"{term.weight:+g}", REWARDS[term.name].format(drives=drives))
-        for term in config.reward_terms
-        if term.weight
-    ]
-    return markdown((f"`{labnav_id(task)}`", "reward", "when"), rows)
-
-
-REWARDS = {
-    "progress": "for each meter by which the shortest path of the 0.30 m disc to the goal became shorter",
-    "success": "at rest in the goal's disc",
-    "failure": "when the drive ends otherwise: by a contact that counts, stuck, or at rest elsewhere{drives}",
-    "time": "for each step of 0.1 s",
-}
-"""When a LabNav id gives a reward, by term."""
 
 
 def schema_name(document: type[Document]) -> str:

@@ -38,10 +38,12 @@ KEYWORDS = {
     "docs/tutorials/train": "quickstart, getting started",
 }
 """Words that newcomers use for what a page calls otherwise."""
-LEAST = {"docs/api": 0.2, "CHANGELOG": 0.2, "CONTRIBUTING": 0.4, "policies": 0.4, "docs/environments": 0.5}
+SHARES = {"docs/api": 0.2, "CHANGELOG": 0.2, "CONTRIBUTING": 0.4, "policies": 0.4, "docs/environments": 0.5}
 """Share of the score that results keep in pages that are no guides, by the beginning of the page's name."""
 HEADING = 10
 """Occurrences that a word in a heading counts as."""
+WORDS: dict[str, dict[str, float]] = {}
+"""How much each guide says about a stem."""
 PAGES = 8
 """Guides whose order is kept for each word."""
 SCORER = """
@@ -69,7 +71,7 @@ def add_keywords(app: Sphinx, doctree: nodes.document) -> None:
 
 def count_words(app: Sphinx, doctree: nodes.document, docname: str) -> None:
     """Count the stems in a guide."""
-    if app.builder.format != "html" or docname.startswith(tuple(LEAST)):
+    if app.builder.format != "html" or docname.startswith(tuple(SHARES)):
         return
     language = app.builder.indexer.lang  # type: ignore[attr-defined]
     counts: Counter[str] = Counter()
@@ -79,10 +81,6 @@ def count_words(app: Sphinx, doctree: nodes.document, docname: str) -> None:
             counts[language.stem(word).lower()] += weight
     length = sum(counts.values())
     WORDS[docname] = {stem: math.log1p(count) / length**0.1 for stem, count in counts.items()}
-
-
-WORDS: dict[str, dict[str, float]] = {}
-"""How much each guide says about a stem."""
 
 
 def write_scorer(app: Sphinx, exception: Exception | None) -> None:
@@ -97,7 +95,7 @@ def write_scorer(app: Sphinx, exception: Exception | None) -> None:
         stem: {page: 3 * (PAGES - place) for place, (_, page) in enumerate(sorted(pages)[:PAGES])}
         for stem, pages in sorted(stems.items())
     }
-    code = SCORER % {"guides": json.dumps(guides, separators=(",", ":")), "shares": json.dumps(LEAST)}
+    code = SCORER % {"guides": json.dumps(guides, separators=(",", ":")), "shares": json.dumps(SHARES)}
     with (Path(app.outdir) / "_static" / "language_data.js").open("a", encoding="utf-8") as file:
         file.write(code)
 

@@ -52,7 +52,7 @@ def save_text(text: str, path: Path, overwrite: bool) -> int:
     """
     content = text.encode()
     if path.exists() and not overwrite and not (path.is_file() and path.read_bytes() == content):
-        raise OptionError(f"{path} exists with other content: name another file, or replace it with --overwrite")
+        raise _other_content(path)
     return written(write_bytes(path, content))
 
 
@@ -63,7 +63,11 @@ def refuse_other_content(document: Document, path: Path, overwrite: bool) -> Non
         OptionError: the file exists with other content, and `overwrite` is False.
     """
     if path.exists() and not overwrite and not _holds(path, document):
-        raise OptionError(f"{path} exists with other content: name another file, or replace it with --overwrite")
+        raise _other_content(path)
+
+
+def _other_content(path: Path) -> OptionError:
+    return OptionError(f"{path} exists with other content: name another file, or replace it with --overwrite")
 
 
 def _holds(path: Path, document: Document) -> bool:

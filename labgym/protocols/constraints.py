@@ -137,7 +137,7 @@ def _assemblies(protocol: Protocol, catalog: Catalog) -> list[SpatialConstraint]
             for other in used:
                 if other.subtype in ASSEMBLY or other.category in CONDITIONING:
                     reason = f"one apparatus in step {step.index}"
-                    # What stands on the floor is joined to the vessel by hoses: it stands next to the place.
+                    # Hoses join a device on the floor to the vessel, so it stands next to the place of the step.
                     partner = vessel.name if other.placing == "desktop" else step.location
                     link = SpatialConstraint(kind="near", subject=other.name, object=partner, reason=reason)
                     links.setdefault((other.name, partner), link)
