@@ -78,6 +78,13 @@ BUILT_IN = {
             "learned local planner on the stack's path, by PPO on LabNav's tasks",
         ),
         PolicyEntry(
+            "mapless-local",
+            "labgym.policies.local.policy:MaplessLocalPolicy",
+            "lidar",
+            "train",
+            "the network of local-ppo on a map that it makes while it drives",
+        ),
+        PolicyEntry(
             "mapless-oracle",
             "labgym.policies.stack.oracle:MaplessOraclePolicy",
             "world",

@@ -8,11 +8,11 @@ import pytest
 from labgym.envs.labnav.task import TaskProperties
 from labgym.envs.sensors import LIDAR_RAYS, RANGE
 from labgym.errors import LabgymError
-from labgym.geometry import OrientedBox, to_world
+from labgym.geometry import OrientedBox, compose, to_world, wrap_angle
 from labgym.policies import EpisodeStart
 from labgym.policies.distance_field import DistanceField
 from labgym.policies.dwa import lidar_points
-from labgym.policies.stack.mapless import MaplessStackPolicy
+from labgym.policies.stack.mapless import LOOK_STEPS, MaplessStackPolicy
 from labgym.policies.stack.old_map import ray_lengths
 from labgym.policies.stack.oracle import MaplessOraclePolicy
 from labgym.policies.stack.seen_floor import STANDING_RETURNS, PaneReturns, SeenFloor
@@ -131,6 +131,33 @@ def test_it_plans_round_what_it_sees_and_straight_through_what_it_does_not() -> 
     assert path is not None
     crossing = path[np.abs(path[:, 0] - 1.5) < 0.1]
     assert np.abs(crossing[:, 1]).min() > 1.2
+
+
+def test_scan_matching_keeps_the_pose_where_wheels_and_lidar_err() -> None:
+    policy, rng = MaplessStackPolicy(), np.random.default_rng(7)
+    policy.reset(start((3.0, 3.0), drift=True))
+    at = true = odometry = (0.0, 0.0, 0.0)
+    for _ in range(200):
+        ranges = scan(true, *ROOM, OrientedBox(-1.0, 2.0, 0.8, 0.5, 0.3))
+        policy.act(observation(odometry, np.clip(ranges + rng.normal(0.0, 0.05, LIDAR_RAYS), 0.0, RANGE)))
+        at = true
+        # A circle of 0.6 m, whose odometry turns too little by a tenth and errs along the way.
+        true = compose(true, (0.06, 0.0, 0.1))
+        odometry = compose(odometry, (0.06 * (1.0 + 0.1 * float(rng.normal())), 0.0, 0.09))
+    assert abs(wrap_angle(odometry[2] - true[2])) > 1.0
+    assert math.dist(policy.pose[:2], at[:2]) < 0.15
+    assert abs(wrap_angle(policy.pose[2] - at[2])) < 0.05
+
+
+def test_it_looks_who_moves_before_it_sets_off_among_people() -> None:
+    for peopled, rests in ((True, LOOK_STEPS), (False, 0)):
+        policy = MaplessStackPolicy()
+        policy.reset(start((3.0, 0.0), people=peopled))
+        seen = observation((0.0, 0.0, 0.0), scan((0.0, 0.0, 0.0), *ROOM))
+        actions = [policy.act(seen) for _ in range(LOOK_STEPS + 1)]
+        at_rest = [not action.any() for action in actions]
+        assert sum(at_rest) == rests
+        assert not at_rest[-1]
 
 
 def test_the_next_goal_has_the_errors_of_the_odometry() -> None:

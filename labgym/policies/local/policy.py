@@ -16,6 +16,7 @@ from labgym.navigation import Pose
 from labgym.policies.adapters.actor_file import Perceptron
 from labgym.policies.local.inputs import SIZE, SIZES, LatestMotion, StackState, TaskKnowledge, Vector, network_input
 from labgym.policies.policy import EpisodeStart, Observation
+from labgym.policies.stack.mapless import MaplessStackPolicy
 from labgym.policies.stack.old_map import OldMap
 from labgym.policies.stack.planner import PlannedPath
 from labgym.policies.stack.policy import CREEP_SPEED, StackPolicy
@@ -114,6 +115,14 @@ class ReinforcementPolicy(LocalPolicy):
     """The local planner trained by PPO, from the weights of the imitation."""
 
     name: ClassVar[str] = "local-ppo"
+    weights: ClassVar[str] = "local-ppo"
+
+
+class MaplessLocalPolicy(LocalPolicy, MaplessStackPolicy):
+    """The network of `local-ppo` in place of the controller of `mapless-stack`. Not privileged."""
+
+    name: ClassVar[str] = "mapless-local"
+    privileged: ClassVar[bool] = False
     weights: ClassVar[str] = "local-ppo"
 
 

@@ -31,8 +31,9 @@ HALF_WINDOW_M = 4.0
 """Half side of the window around the robot in which distances to marks are computed for the controller, meters."""
 WINDOW_SHIFT_M = 0.5
 """Way of the robot after which the window is moved, meters."""
-MATCHED_EVIDENCE = 9
-"""Evidence from which a mark counts for the localization: more than one scan has seen it."""
+RIDGE_EVIDENCE, RIDGE_SHARE = 1.0, 0.9
+"""Least smoothed evidence of a cell that scans are matched with, and its least share of the greatest next to it: noise
+smears a surface over several cells, and the ridge of the evidence is where it is."""
 MATCHED_HALF_WINDOW_M, FARTHEST_MATCH_M = 8.0, 0.6
 """Half side of the window of marks around the robot that scans are matched with, and the greatest distance from one in
 it, meters."""
@@ -158,16 +159,17 @@ class Costmap:
         return top, left, min(ny, int(rows.max()) + margin), min(nx, int(columns.max()) + margin)
 
     def marks_around(self, pose: Pose) -> DistanceField:
-        """Return the distances to the marks around a pose that several scans have seen."""
+        """Return the distances to the surfaces around a pose that several scans have seen: ridges of the evidence."""
         (x, y), step = self._static.origin, self._static.resolution
         half = round(MATCHED_HALF_WINDOW_M / step)
         (row,), (column,) = self._cells(np.array([pose[:2]]))
         top, left = max(0, int(row) - half), max(0, int(column) - half)
-        marked = self.evidence[top : int(row) + half, left : int(column) + half] >= MATCHED_EVIDENCE
-        origin = x + step * (left - 0.5), y + step * (top - 0.5)
-        if not marked.any():
-            return DistanceField(np.full(marked.shape, FARTHEST_MATCH_M), origin, step, first=0.5)
-        return DistanceField.of_cells(OccupancyGrid(marked, step, origin), FARTHEST_MATCH_M)
+        evidence = np.maximum(self.evidence[top : int(row) + half, left : int(column) + half], 0)
+        smooth = cv2.GaussianBlur(evidence.astype(np.float32), (0, 0), 1.0)
+        greatest = cv2.dilate(smooth, np.ones((3, 3), np.uint8))
+        ridges = (smooth > RIDGE_EVIDENCE) & (smooth >= RIDGE_SHARE * greatest)
+        values = np.minimum(_distances(ridges, step), FARTHEST_MATCH_M).astype(np.float64)
+        return DistanceField(values, (x + step * (left - 0.5), y + step * (top - 0.5)), step, first=0.5)
 
     def forget(self, pose: Pose, radius: float) -> None:
         """Remove the marks within a radius of the robot, meters."""

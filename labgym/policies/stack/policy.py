@@ -79,6 +79,8 @@ class StackPolicy(Policy):
     observation: ClassVar[Sensors] = "lidar"
     privileged: ClassVar[bool] = True
     latency: ClassVar[float] = 0.1
+    drift: ClassVar[float] = 1.0
+    """Multiple of the errors of the odometry that the localization assumes where it drifts."""
 
     def __init__(self) -> None:
         # Episodes run in copies of this process: what takes long to load is loaded here.
@@ -98,7 +100,7 @@ class StackPolicy(Policy):
         old, start, goal = self._known(episode)
         task = episode.task
         # Where the odometry is exact, scan matching with a map that is out of date would only mislead.
-        self._localizer = Localizer(old.seen, start, 1.0 if task.drift else 0.0)
+        self._localizer = Localizer(old.seen, start, self.drift if task.drift else 0.0)
         # Rays pass panes, so that they clear nothing.
         self._costmap = Costmap(old.clearance, old.seen, not task.drift, not task.glass, cropped=not old.sections)
         # Without people, an obstacle that the map lacks stands.
