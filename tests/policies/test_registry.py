@@ -50,6 +50,7 @@ CLASSICAL = [
     "bug2",
     "clairvoyant",
     "dwa",
+    "mapless-local",
     "mapless-oracle",
     "mapless-stack",
     "online_map",

@@ -9,7 +9,8 @@ import numpy as np
 
 from labgym.envs.sensors import LIDAR_RAYS, RANGE
 from labgym.geometry import Array, OrientedBox, compose, relative, to_local, to_world
-from labgym.navigation import Pose
+from labgym.navigation import STAND_OFF, Pose
+from labgym.policies.dwa import lidar_points
 from labgym.policies.stack.old_map import OldMap, ray_lengths
 
 LARGEST_SHIFT_M, LARGEST_TURN_RAD = 0.12, math.radians(7.0)
@@ -26,6 +27,15 @@ SHIFT_COST = 0.002
 """Cost of a displacement of 0.1 m, or of a rotation of 0.1 rad, as a share of the cap of the ranges."""
 ASIDE_STEPS = 17
 """Number of displacements along the front that are tried again with each scan."""
+FRONT_RANGE_M, FRONT_DEPTH_M, FRONT_HALF_WIDTH_M = 1.8, 0.30, 0.35
+"""Distance from a docking pose within which its front is measured, and the region around the announced front whose
+returns count, meters."""
+LEAST_FRONT_RETURNS, MOST_FRONT_RETURNS, FRONT_SCALE_M = 40, 3000, 0.05
+"""Numbers of returns that a line takes, and distance from it at which the weight of one has fallen to a quarter."""
+LARGEST_FRONT_TURN_RAD = math.radians(15.0)
+"""A line that is turned by more than this is not the front, radians."""
+MIDDLE_BEHIND_FRONT_M = 0.35
+"""Assumed distance of a station's middle, about which it turns, from its front, meters."""
 HALVINGS = 7
 """Number of halvings of the step of the search: to 1 mm and 0.05 degrees."""
 
@@ -143,6 +153,50 @@ class StationEstimate:
         ray = np.array([[math.cos(self._goal[2]), math.sin(self._goal[2])]])
         away = float(ray_lengths(np.array([self._goal[:2]]), ray, self._boxes).min(initial=math.inf))
         return compose(self._goal, (away if math.isfinite(away) else 0.6, 0.0, 0.0))
+
+
+class FrontEstimate:
+    """Estimates a docking pose without a map, from the front that the robot is to face.
+
+    The place is `STAND_OFF` before the middle of the front (`labgym.navigation.goal_pose`). A line is fitted to the
+    returns where the front should be, weighted as by Geman and McClure; it tells distance and heading. Along the front
+    the station is assumed where it was announced, turned about its middle.
+
+    Args:
+        goal: the announced docking pose.
+
+    Attributes:
+        exists: whether the front has been measured.
+    """
+
+    def __init__(self, goal: Pose) -> None:
+        self._goal, self._offset = goal, (0.0, 0.0, 0.0)
+        self._returns: Array = np.empty((0, 2))
+        self.exists = False
+
+    @property
+    def goal(self) -> Pose:
+        """The docking pose by the front, in the frame of the announced one."""
+        return moved(self._goal, compose(self._goal, (STAND_OFF, 0.0, 0.0)), self._offset)
+
+    def observe(self, pose: Pose, ranges: Array) -> None:
+        """Take in a scan, (180,) meters, from a pose of the robot."""
+        if math.dist(pose[:2], self._goal[:2]) > FRONT_RANGE_M or len(self._returns) > MOST_FRONT_RETURNS:
+            return
+        local = to_local(to_world(lidar_points(ranges), pose), self._goal)
+        ahead = np.abs(local[:, 0] - STAND_OFF) < FRONT_DEPTH_M
+        self._returns = np.concatenate([self._returns, local[ahead & (np.abs(local[:, 1]) < FRONT_HALF_WIDTH_M)]])
+        if len(self._returns) < LEAST_FRONT_RETURNS:
+            return
+        x, y = self._returns.T
+        terms, line = np.column_stack([np.ones_like(y), y]), np.array([STAND_OFF, 0.0])
+        for scale in (4.0, 2.0, 1.0, 1.0, 1.0):
+            weight = (1.0 + ((x - terms @ line) / (scale * FRONT_SCALE_M)) ** 2) ** -2
+            line = np.linalg.lstsq(terms * np.sqrt(weight)[:, None], x * np.sqrt(weight), rcond=None)[0]
+        turn = -math.atan(float(line[1]))
+        if abs(turn) < LARGEST_FRONT_TURN_RAD:
+            self._offset = (float(line[0]) - STAND_OFF, -MIDDLE_BEHIND_FRONT_M * math.sin(turn), turn)
+            self.exists = True
 
 
 def moved(pose: Pose, frame: Pose, offset: Sequence[float]) -> Pose:

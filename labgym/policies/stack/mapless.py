@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from labgym.geometry import Array, compose
 from labgym.navigation import Pose
 from labgym.policies.policy import EpisodeStart
+from labgym.policies.stack.docking import FrontEstimate
 from labgym.policies.stack.old_map import OldMap
 from labgym.policies.stack.policy import StackPolicy
 from labgym.policies.stack.seen_floor import PaneReturns, SeenFloor
@@ -52,6 +53,9 @@ class MaplessStackPolicy(StackPolicy):
         super()._begin(episode, goal, old)
         if episode.task.drift and not self._docking:
             self._arrival.short = DRIFTING_STOP_M
+
+    def _station_at(self, old: OldMap) -> FrontEstimate:  # noqa: ARG002
+        return FrontEstimate(self._goal)
 
     def _drive(self, pose: Pose, velocity: tuple[float, float]) -> tuple[float, float]:
         if self._crowd is not None and self._looked < LOOK_STEPS:

@@ -28,7 +28,7 @@ from labgym.policies.gentle import GentleCommands, GentleLimits
 from labgym.policies.policy import EpisodeStart, Observation, Policy, Sensors
 from labgym.policies.stack.controller import Controller, MotionLimits, Shaping, bearing_of
 from labgym.policies.stack.costmap import UNEXPLAINED_M, Costmap
-from labgym.policies.stack.docking import StationEstimate
+from labgym.policies.stack.docking import FrontEstimate, StationEstimate
 from labgym.policies.stack.localization import LidarMounting, Localizer
 from labgym.policies.stack.old_map import OldMap
 from labgym.policies.stack.panes import SeenPanes
@@ -192,12 +192,16 @@ class StackPolicy(Policy):
         returns = self._costmap.unexplained
         return returns, np.tile(pose[:2], (len(returns), 1))
 
+    def _station_at(self, old: OldMap) -> StationEstimate | FrontEstimate:
+        """Return an estimate of the station at the goal."""
+        return StationEstimate(old, self._goal)
+
     def _begin(self, episode: EpisodeStart, goal: Pose, old: OldMap) -> None:
         """Begin a drive from the estimated pose to a goal in the map's frame."""
         self._robot, self._arrival = episode.robot, GoalArrival(episode)
         self._docking = episode.heading is not None
         self._goal: Pose = goal
-        self._station = StationEstimate(old, self._goal)
+        self._station = self._station_at(old)
         limits = None if episode.beaker is None else GentleLimits.of(episode.beaker, episode.robot)
         self._gentle = None if limits is None else GentleCommands(limits, episode.robot)
         motion = MotionLimits()
