@@ -12,6 +12,7 @@ from labgym.geometry import OrientedBox, compose, to_world, wrap_angle
 from labgym.policies import EpisodeStart
 from labgym.policies.distance_field import DistanceField
 from labgym.policies.dwa import lidar_points
+from labgym.policies.stack.docking import FrontEstimate
 from labgym.policies.stack.mapless import LOOK_STEPS, MaplessStackPolicy
 from labgym.policies.stack.old_map import ray_lengths
 from labgym.policies.stack.oracle import MaplessOraclePolicy
@@ -147,6 +148,29 @@ def test_scan_matching_keeps_the_pose_where_wheels_and_lidar_err() -> None:
     assert abs(wrap_angle(odometry[2] - true[2])) > 1.0
     assert math.dist(policy.pose[:2], at[:2]) < 0.15
     assert abs(wrap_angle(policy.pose[2] - at[2])) < 0.05
+
+
+@pytest.mark.parametrize(("closer", "turn"), [(0.0, 0.0), (0.12, 0.0), (-0.10, 0.0), (0.05, 0.14), (-0.05, -0.10)])
+def test_the_front_of_a_station_tells_distance_and_heading(closer: float, turn: float) -> None:
+    """The docking pose is 0.6 m before the middle of the front of a cabinet 0.7 m deep, turned about its middle."""
+    announced, rng = (1.0, 0.0, 0.0), np.random.default_rng(3)
+    middle = compose(announced, (0.95 - closer, 0.0, turn))
+    cabinet = OrientedBox(middle[0], middle[1], 0.7, 1.2, middle[2])
+    true = compose(middle, (-0.95, 0.0, 0.0))
+    front = FrontEstimate(announced)
+    assert front.goal == pytest.approx(announced)
+    for k in range(12):
+        pose = (0.1 * k - 0.5, 0.3 - 0.02 * k, 0.1)
+        front.observe(pose, np.clip(scan(pose, *ROOM, cabinet) + rng.normal(0.0, 0.03, LIDAR_RAYS), 0.0, RANGE))
+    assert front.exists
+    assert front.goal == pytest.approx(true, abs=0.015)
+
+
+def test_without_a_front_the_announced_pose_holds() -> None:
+    front = FrontEstimate((0.0, 0.0, 0.0))
+    front.observe((-0.5, 0.0, 0.0), scan((-0.5, 0.0, 0.0), *ROOM))
+    assert not front.exists
+    assert front.goal == pytest.approx((0.0, 0.0, 0.0))
 
 
 def test_it_looks_who_moves_before_it_sets_off_among_people() -> None:
