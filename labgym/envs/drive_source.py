@@ -118,6 +118,19 @@ def task_source(config: PointNavConfig, source: Tasks | None = None) -> Tasks:
     return source if config.drives == "pair" else ProtocolTasks(source)
 
 
+def ladder(config: PointNavConfig) -> list[tuple[PointNavConfig, Tasks]]:
+    """Return the configurations of a curriculum, the easiest first, with their sources of tasks; without one, its own.
+
+    Raises:
+        UnknownNameError, OptionError, DocumentError, LabgymError: as `task_source`.
+    """
+    if config.curriculum is None:
+        return [(config, task_source(config))]
+    rungs, floors = config.curriculum.rungs, layout_source(config)
+    shared = [(rung.split, rung.training) == (config.split, config.training) for rung in rungs]
+    return [(rung, task_source(rung, floors if same else None)) for rung, same in zip(rungs, shared, strict=True)]
+
+
 def layout_source(config: PointNavConfig) -> TaskSource:
     """Return what chooses the layout of each episode.
 

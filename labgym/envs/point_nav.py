@@ -13,7 +13,7 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from labgym.envs.config import RENDER_MODES, PointNavConfig
-from labgym.envs.drive_source import layout_source, task_source
+from labgym.envs.drive_source import ladder
 from labgym.envs.episode import RunningEpisode, conditioned, randomized, stream
 from labgym.envs.labnav.curriculum import Climb
 from labgym.envs.parts.protocols import Actions, Sensor, Tasks
@@ -269,12 +269,7 @@ class LabPointNavEnv(gym.Env[Observation, Any]):
         config = configured(config, options)
         curriculum = config.curriculum
         self._climb = None if curriculum is None else Climb(curriculum)
-        rungs = (config,) if curriculum is None else curriculum.rungs
-        floors = None if curriculum is None else layout_source(config)
-        shared = [(rung.split, rung.training) == (config.split, config.training) for rung in rungs]
-        self._rungs = [
-            (rung, task_source(rung, floors if same else None)) for rung, same in zip(rungs, shared, strict=True)
-        ]
+        self._rungs = ladder(config)
         self._equip(*self._rungs[-1])
         self.render_mode = config.render_mode
         self.observation_space = spaces.Dict({sensor.name: sensor.space for sensor in self._sensors})

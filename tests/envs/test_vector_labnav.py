@@ -18,6 +18,7 @@ from labgym.envs.conditions.glass import Glass
 from labgym.envs.conditions.parked import Parked, ParkedThing
 from labgym.envs.conditions.people import People
 from labgym.envs.conditions.station import Station
+from labgym.envs.labnav.curriculum import Curriculum
 from labgym.envs.labnav.tasks import HEADLINE, config_of, task_of
 from labgym.errors import OptionError
 
@@ -80,6 +81,39 @@ def test_a_task_on_the_kernel_equals_single_environments_to_the_bit(case, mode):
         assert_same(many.step(action), expected)
         ends += int((expected[2] | expected[3]).sum())
     assert ends >= 2 * COUNT
+    one.close()
+    many.close()
+
+
+@pytest.mark.parametrize(("task", "rule"), [("glass", "mixed"), ("odometry", "rising")])
+def test_a_curriculum_on_the_kernel_equals_single_environments_to_the_bit(task, rule):
+    from labgym.envs.vector.env import VectorPointNavEnv
+
+    easy = {"endings": ["contact", "rest", {"kind": "limit", "duration": 0.9}], "weights": {"failure": -1.0}}
+    last = config(task, **easy)
+    rungs = tuple(
+        replace(config_of(task, level, layout=island_laboratory(), physics="planar", **easy), sensors=last.sensors)
+        for level in (0, 1)
+    )
+    made = replace(last, curriculum=Curriculum(rule, (*rungs, last)))
+    singles = [TimeLimit(LabPointNavEnv(config=made), LIMIT) for _ in range(COUNT)]
+    one = SyncVectorEnv([partial(lambda env: env, env) for env in singles], autoreset_mode=AutoresetMode.SAME_STEP)
+    many = VectorPointNavEnv(
+        COUNT, config=made, autoreset_mode=AutoresetMode.SAME_STEP, max_episode_steps=LIMIT, threads=1
+    )
+    states = [[1, *[1] * 7], [0], [2, *[0] * 9]]
+    for row, (env, state) in enumerate(zip(singles, states, strict=True)):
+        env.unwrapped.resume_climb(state)
+        many.resume_climb(row, state)
+    assert_same(many.reset(seed=5), one.reset(seed=5))
+    rng, seen = np.random.default_rng(3), [set(), set(), set()]
+    for _ in range(60):
+        action = rng.uniform(-1.0, 1.0, one.action_space.shape).astype(np.float32)
+        assert_same(many.step(action), one.step(action))
+        assert many.climb == [env.unwrapped.climb for env in singles]
+        for state, rungs_seen in zip(many.climb, seen, strict=True):
+            rungs_seen.add(state[0])
+    assert any(len(rungs_seen) > 1 for rungs_seen in seen)
     one.close()
     many.close()
 

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from labgym.envs.config import PointNavConfig
 from labgym.envs.distance_to_go import GridDistanceToGo
-from labgym.envs.drive_source import task_source
+from labgym.envs.drive_source import ladder
+from labgym.envs.labnav.curriculum import Climb
 from labgym.envs.parts.actions import VelocityActions
 from labgym.envs.parts.endings import RestEnding
-from labgym.envs.parts.protocols import Tasks
 from labgym.envs.parts.rays import DepthSensor, LidarSensor
 from labgym.envs.parts.rewards import ProgressTerm
 from labgym.envs.parts.robots import DifferentialDrive
@@ -66,8 +66,8 @@ class VectorPointNavEnv(PointNavVectorEnv):
     `RewardWeights` with failure and clearance, the endings touch, rest and contact, velocity actions, and the measures.
     Other parts that are no cameras read the state of each episode in turn, which takes some microseconds for each:
     odometry, noise, STOP, a delay, errors of the wheels, all endings and terms. Of the conditions it carries
-    "contacts", "parked", "people", "station", "glass", "wet_floor", and "changes" with `pushable=False`. What it lacks
-    is refused when the environment is made; `ProcessPointNavEnv` has all parts.
+    "contacts", "parked", "people", "station", "glass", "wet_floor", and "changes" with `pushable=False`; each environment
+    climbs its own ladder of a curriculum. What it lacks is refused when the environment is made; `ProcessPointNavEnv` has all parts.
 
     Attributes:
         autoreset_mode: when an environment whose episode ended is reset.
@@ -106,24 +106,30 @@ class VectorPointNavEnv(PointNavVectorEnv):
         super().__init__(num_envs, config, autoreset_mode, max_episode_steps)
         self._disc, self._resident_mb = config.disc, config.resident_mb
         self._sensors, self._measures, self._size = config.observed, config.measures, config.robot.size
-        own = {each.name for each in config.reward_terms if not reads_columns(each, TERMS)}
+        curriculum = config.curriculum
+        rungs = (config,) if curriculum is None else curriculum.rungs
+        own = {each.name for rung in rungs for each in rung.reward_terms if not reads_columns(each, TERMS)}
         self._terms = [
             (each.name, each.weight, _column_term(each, self.num_envs) if each.name not in own else None)
             for each in config.reward_terms
         ]
         self._methods = {each.name: each.method for each in config.reward_terms if isinstance(each, ProgressTerm)}
-        rules = {number for number, each in enumerate(config.endings) if not reads_columns(each, ENDINGS)}
+        rules = {
+            number for rung in rungs for number, each in enumerate(rung.endings) if not reads_columns(each, ENDINGS)
+        }
         self._endings = [
             (each.name, None if number in rules else _column_ending(each, self.num_envs))
             for number, each in enumerate(config.endings)
         ]
-        self._tasks: list[Tasks] = [task_source(config) for _ in range(self.num_envs)]
+        self._tasks = [[tasks for _, tasks in ladder(config)] for _ in range(self.num_envs)]
+        self._climbs = [] if curriculum is None else [Climb(curriculum) for _ in range(self.num_envs)]
         self._rngs: list[np.random.Generator | None] = [None] * self.num_envs
         self._columns = Columns.zeros(self.num_envs, config.control_dt)
         self._columns.terms = {name: np.zeros(self.num_envs) for name, _, _ in self._terms}
         self._rays = _batched(config, device)
         self._batch: Any = self._batch_of(config, threads, device)
-        self._rows = self._rows_of(config, own, rules)
+        self._by_rung = self._rows_of(rungs, own, rules)
+        self._rows = [episodes[-1] for episodes in self._by_rung]
         self._readings: Observations = {}
         self._age = np.zeros(self.num_envs, dtype=np.int64)
 
@@ -196,7 +202,22 @@ class VectorPointNavEnv(PointNavVectorEnv):
         """End the threads and release what the task sources hold."""
         self._batch.close()
         for tasks in self._tasks:
-            tasks.close()
+            for one in tasks:
+                one.close()
+
+    @property
+    def climb(self) -> list[list[int]]:
+        """What `LabPointNavEnv.climb` is, for each environment."""
+        return [each.state for each in self._climbs] or [[] for _ in range(self.num_envs)]
+
+    def resume_climb(self, row: int, state: Sequence[int]) -> None:
+        """Let an environment go on from a former value of its `climb`.
+
+        Raises:
+            OptionError: it is not one of its ladder.
+        """
+        if self._climbs:
+            self._climbs[row].restore(state)
 
     def _batch_of(self, config: PointNavConfig, threads: int | None, device: str | None) -> PlanarBatch | DeviceBatch:
         """Return the robots, on threads of the processor or on a device."""
@@ -208,18 +229,26 @@ class VectorPointNavEnv(PointNavVectorEnv):
         camera = next((sensor for sensor in self._rays if isinstance(sensor, DepthSensor)), None)
         return PlanarBatch(self.num_envs, config.control_dt, lidar, camera, threads)
 
-    def _rows_of(self, config: PointNavConfig, terms: set[str], rules: set[int]) -> list[EnvironmentRow]:
-        """Return an episode for each environment; none if all parts read columns."""
+    def _rows_of(self, rungs: Sequence[PointNavConfig], terms: set[str], rules: set[int]) -> list[list[EnvironmentRow]]:
+        """Return episodes on each rung for each environment; none if all parts read columns."""
         batched = {sensor.name for sensor in self._rays}
-        sensors = [each.name for each in self._sensors if each.name not in batched and not reads_columns(each, SENSORS)]
+        own_sensors = {each.name for rung in rungs for each in rung.observed if not reads_columns(each, SENSORS)}
+        sensors = [each.name for each in self._sensors if each.name in own_sensors - batched]
         measures = [each.name for each in self._measures if not measures_columns(each)]
         self._own_measures, self._own_sensors = frozenset(measures), frozenset(sensors)
-        plain = type(config.actions) is VelocityActions and not config.actions.stop and not config.actions.delay
-        if plain and not (terms or rules or sensors or measures or config.conditions or config.randomizations):
+        plain = all(
+            type(rung.actions) is VelocityActions
+            and not (rung.actions.stop or rung.actions.delay or rung.conditions or rung.randomizations)
+            for rung in rungs
+        )
+        if plain and not (terms or rules or sensors or measures):
             return []
-        known: KnownTasks = {}
+        known: list[KnownTasks] = [{} for _ in rungs]
         own = OwnParts(sensors, sorted(terms), sorted(rules), measures)
-        return [EnvironmentRow(config, self._batch, row, own, known) for row in range(self.num_envs)]
+        return [
+            [EnvironmentRow(rung, self._batch, row, own, tasks) for rung, tasks in zip(rungs, known, strict=True)]
+            for row in range(self.num_envs)
+        ]
 
     def _drive(self, actions: Any, active: NDArray[np.bool_]) -> None:
         """Carry out the actions of some environments."""
@@ -270,7 +299,7 @@ class VectorPointNavEnv(PointNavVectorEnv):
         rng = self._rngs[row]
         if seed is not None or rng is None:
             rng = self._rngs[row] = seeding.np_random(seed)[0]
-        task = self._tasks[row].draw(rng, options, fresh=seed is not None)
+        task = self._tasks[row][self._climbed(row, rng)].draw(rng, options, fresh=seed is not None)
         if task.following:
             raise OptionError(f"the vector environment has episodes of one drive only: {REMEDY}")
         if self._rows:
@@ -306,6 +335,18 @@ class VectorPointNavEnv(PointNavVectorEnv):
         for _, ending in self._endings:
             if isinstance(ending, RestColumn):
                 ending.begin(row)
+
+    def _climbed(self, row: int, rng: np.random.Generator) -> int:
+        """Return the rung of the next episode of an environment, and take its parts."""
+        if not self._climbs:
+            return 0
+        verdict = int(self._columns.verdict[row])
+        if verdict in (SUCCESS, FAILURE):
+            self._climbs[row].record(verdict == SUCCESS)
+        rung = self._climbs[row].next(rng)
+        if self._by_rung:
+            self._rows[row] = self._by_rung[row][rung]
+        return rung
 
     def _judge(self, rows: NDArray[np.bool_]) -> None:
         """Set the verdicts of the endings on some environments: the first ending that gives one decides."""
@@ -427,16 +468,11 @@ def check_kernel(config: PointNavConfig, device: str | None = None) -> None:
     if config.drives != "pair":
         raise OptionError(f"the vector environment has episodes of one drive only, not {config.drives!r}: {REMEDY}")
     if config.curriculum:
-        raise OptionError(f"the vector environment has no curriculum: {REMEDY}")
-    for sensor in config.observed:
-        if sensor.sees is not None and type(sensor) not in (LidarSensor, DepthSensor):
-            raise OptionError(f"the vector environment has no sensor {type(sensor).__name__}: {REMEDY}")
-        visible = any(condition.name in ("people", "glass") for condition in config.conditions)
-        if isinstance(sensor, DepthSensor) and (visible or config.randomizations or not sensor.camera.level):
-            raise OptionError(
-                f"the vector environment has level depth cameras only, on the robot's axis, without people, glass and "
-                f"randomizations: {REMEDY}"
-            )
+        if device is not None:
+            raise OptionError(f"on a device the vector environment has no curriculum: {REMEDY}")
+        for rung in config.curriculum.rungs:
+            check_kernel(rung)
+    _check_sensors(config)
     if not isinstance(config.actions, VelocityActions):
         raise OptionError(
             f"the vector environment has no actions {type(config.actions).__name__}, only VelocityActions: {REMEDY}"
@@ -446,6 +482,23 @@ def check_kernel(config: PointNavConfig, device: str | None = None) -> None:
     check_conditions(config, REMEDY)
     if device is not None:
         _check_device(config)
+
+
+def _check_sensors(config: PointNavConfig) -> None:
+    """Check that the kernel has all sensors of a configuration.
+
+    Raises:
+        OptionError: it lacks one.
+    """
+    visible = any(condition.name in ("people", "glass") for condition in config.conditions)
+    for sensor in config.observed:
+        if sensor.sees is not None and type(sensor) not in (LidarSensor, DepthSensor):
+            raise OptionError(f"the vector environment has no sensor {type(sensor).__name__}: {REMEDY}")
+        if isinstance(sensor, DepthSensor) and (visible or config.randomizations or not sensor.camera.level):
+            raise OptionError(
+                f"the vector environment has level depth cameras only, on the robot's axis, without people, glass and "
+                f"randomizations: {REMEDY}"
+            )
 
 
 def _check_device(config: PointNavConfig) -> None:

@@ -69,7 +69,9 @@ class LabVecEnv(VecEnv):
         self.envs.close()
 
     def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
-        """Return an attribute of the vector environment, once for each index."""
+        """Return an attribute of the vector environment, once for each index; of `climb`, that of each."""
+        if attr_name == "climb":
+            return [self.envs.climb[row] for row in self._rows(indices)]
         return [getattr(self.envs, attr_name)] * len(self._rows(indices))
 
     def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
@@ -79,7 +81,9 @@ class LabVecEnv(VecEnv):
         setattr(self.envs, attr_name, value)
 
     def env_method(self, method_name: str, *args: Any, indices: Any = None, **kwargs: Any) -> list[Any]:
-        """Call a method of the vector environment, and return its result once for each index."""
+        """Call a method of the vector environment, or `resume_climb` of each; return a result for each index."""
+        if method_name == "resume_climb":
+            return [self.envs.resume_climb(row, *args, **kwargs) for row in self._rows(indices)]
         return [getattr(self.envs, method_name)(*args, **kwargs)] * len(self._rows(indices))
 
     def env_is_wrapped(self, wrapper_class: Any, indices: Any = None) -> list[bool]:  # noqa: ARG002
