@@ -200,8 +200,9 @@ def _together(environment: str, count: int, options: Mapping[str, Any], vectoriz
         from labgym.envs.vector.env import check_kernel
 
         check_kernel(config)
-    elif _is_goal(config):
-        raise OptionError("goal environments do not run with vectorization 'processes': use 'dummy' or 'subproc'")
+    elif _is_goal(config) or config.curriculum is not None:
+        kind = "goal environments" if _is_goal(config) else "curricula"
+        raise OptionError(f"{kind} do not run with vectorization 'processes': use 'dummy' or 'subproc'")
     else:
         processes = processors()
     spec: Any = gym.spec(environment)

@@ -66,8 +66,9 @@ class VectorPointNavEnv(PointNavVectorEnv):
     `RewardWeights` with failure and clearance, the endings touch, rest and contact, velocity actions, and the measures.
     Other parts that are no cameras read the state of each episode in turn, which takes some microseconds for each:
     odometry, noise, STOP, a delay, errors of the wheels, all endings and terms. Of the conditions it carries
-    "contacts", "parked", "people", "station", "glass", "wet_floor", and "changes" with `pushable=False`; each environment
-    climbs its own ladder of a curriculum. What it lacks is refused when the environment is made; `ProcessPointNavEnv` has all parts.
+    "contacts", "parked", "people", "station", "glass", "wet_floor", and "changes" with `pushable=False`; each
+    environment climbs its own ladder of a curriculum. What it lacks is refused when the environment is made;
+    `ProcessPointNavEnv` has all parts.
 
     Attributes:
         autoreset_mode: when an environment whose episode ended is reset.

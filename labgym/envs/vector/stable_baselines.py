@@ -30,7 +30,7 @@ class LabVecEnv(VecEnv):
     """
 
     def __init__(self, num_envs: int, max_episode_steps: int | None = 600, **options: Any) -> None:
-        self.envs = vector_env(
+        self.envs: Any = vector_env(
             num_envs, autoreset_mode=AutoresetMode.SAME_STEP, max_episode_steps=max_episode_steps, **options
         )
         self.render_mode = None
@@ -40,6 +40,7 @@ class LabVecEnv(VecEnv):
     def reset(self) -> dict[str, NDArray[np.float32]]:
         """Begin the episodes of all environments, from the seeds of `seed` if it was called."""
         seeds = None if all(each is None for each in self._seeds) else self._seeds
+        observations: dict[str, NDArray[np.float32]]
         observations, infos = self.envs.reset(seed=seeds)
         self.reset_infos = [_row(infos, row) for row in range(self.num_envs)]
         self._reset_seeds()
