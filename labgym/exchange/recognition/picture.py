@@ -137,6 +137,20 @@ def closed(mask: Mask, size: int) -> Mask:
     return ~opened(np.pad(~mask, size, constant_values=True), size)[size:-size, size:-size]
 
 
+def along(mask: Mask, size: int, axis: int, operation: int) -> Mask:
+    """Return a morphological operation along the rows (axis 1) or the columns (axis 0) of a mask."""
+    size |= 1  # an even kernel shifts the result
+    kernel = np.ones((1, size) if axis else (size, 1), np.uint8)
+    result = cv2.morphologyEx(mask.astype(np.uint8), operation, kernel, borderType=cv2.BORDER_CONSTANT, borderValue=0)
+    return np.asarray(result > 0)
+
+
+def near(mask: Mask, cells: int) -> Mask:
+    """Return the cells within a square of some cells to each side around those of a mask."""
+    kernel = np.ones((2 * cells + 1, 2 * cells + 1), np.uint8)
+    return np.asarray(cv2.dilate(mask.astype(np.uint8), kernel) > 0)
+
+
 def components(mask: Mask) -> tuple[int, NDArray[np.int32], NDArray[np.int32]]:
     """Return the number of connected parts, the part of each cell from 1 on, and the statistics of OpenCV by part."""
     count, labels, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=4)

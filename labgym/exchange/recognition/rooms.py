@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from labgym.exchange.recognition.picture import Mask, Picture, closed, components, opened
+from labgym.exchange.recognition.picture import Mask, Picture, along, closed, components, opened
 
 DOOR_WIDTH = 1.1
 """Width of openings at which rooms are divided, meters."""
@@ -82,9 +82,9 @@ def _bridges(picture: Picture) -> Mask:
     for axis in (0, 1, 0, 1):  # a gap may end at another one
         free = picture.free & ~bridges
         narrow = ~opened(free, picture.cells(THICKEST_WALL))
-        thin = narrow & ~_along(narrow, picture.cells(THICKEST_WALL) + 1, 1 - axis, cv2.MORPH_OPEN)
-        walls = _along(thin, picture.cells(STUB), axis, cv2.MORPH_OPEN)
-        walls = _along(walls, 2 * picture.cells(OFFSET[picture.drawn]) + 1, 1 - axis, cv2.MORPH_DILATE)
+        thin = narrow & ~along(narrow, picture.cells(THICKEST_WALL) + 1, 1 - axis, cv2.MORPH_OPEN)
+        walls = along(thin, picture.cells(STUB), axis, cv2.MORPH_OPEN)
+        walls = along(walls, 2 * picture.cells(OFFSET[picture.drawn]) + 1, 1 - axis, cv2.MORPH_DILATE)
         bridges |= _gaps(picture, walls, free, axis)
     core = opened(picture.free & ~bridges, picture.cells(DOOR_WIDTH, 2))
     _, parts, stats = components(core)
@@ -107,27 +107,19 @@ def _gaps(picture: Picture, walls: Mask, free: Mask, axis: int) -> Mask:
 
     Where another wall crosses the end of a wall there is no gap: what lies beyond is a corridor.
     """
-    between = _along(walls, picture.cells(WIDEST_GAP), axis, cv2.MORPH_CLOSE) & ~walls
+    between = along(walls, picture.cells(WIDEST_GAP), axis, cv2.MORPH_CLOSE) & ~walls
     _, labels, stats = components(between)
     whole = np.bincount(labels[free], minlength=len(stats)) >= CLEAR[picture.drawn] * stats[:, cv2.CC_STAT_AREA]
     whole[0] = False
     most = picture.cells(WIDEST_END)
-    beyond = _along(walls, 2 * most + 1, axis, cv2.MORPH_DILATE) & free & ~walls
+    beyond = along(walls, 2 * most + 1, axis, cv2.MORPH_DILATE) & free & ~walls
     _, ends, stats = components(beyond)
     touching = np.zeros(len(stats), dtype=np.bool_)
-    touching[np.unique(ends[_along(walls, 3, axis, cv2.MORPH_DILATE)])] = True
+    touching[np.unique(ends[along(walls, 3, axis, cv2.MORPH_DILATE)])] = True
     length, width = (stats[:, cv2.CC_STAT_HEIGHT], stats[:, cv2.CC_STAT_WIDTH])[:: 1 if axis == 0 else -1]
     touching &= (length < most) & (width * picture.cell < 2.0 * THICKEST_WALL)
     touching[0] = False
     return np.asarray((whole[labels] & free) | touching[ends])
-
-
-def _along(mask: Mask, size: int, axis: int, operation: int) -> Mask:
-    """Return a morphological operation along the rows (axis 1) or the columns (axis 0) of a mask."""
-    size |= 1  # an even kernel shifts the result
-    kernel = np.ones((1, size) if axis else (size, 1), np.uint8)
-    result = cv2.morphologyEx(mask.astype(np.uint8), operation, kernel, borderType=cv2.BORDER_CONSTANT, borderValue=0)
-    return np.asarray(result > 0)
 
 
 def _enclosed(picture: Picture, labels: Labels) -> tuple[Labels, list[tuple[int, int]]]:

@@ -11,8 +11,10 @@ from labgym.exchange.recognition.picture import (
     MAX_PIXELS,
     Mask,
     Picture,
+    along,
     components,
     main_direction,
+    near,
     opened,
     turned,
 )
@@ -30,6 +32,12 @@ THICKEST_WALL, LONGEST_SHORT = 0.45, 1.5
 """A free-standing object that is thinner and longer than these is a wall, meters."""
 FRONT = 0.15
 """Distance around an unknown area and around a free one within which solid cells are fronts of furniture, meters."""
+BARE = 0.5
+"""Length of a wall without furniture that tells it from the front of furniture, meters."""
+SHORTEST_WALL, DOOR = 0.6, 1.3
+"""Length of the shortest piece of wall, and of the widest gap between two pieces of one wall, meters."""
+NARROWEST = 0.2
+"""Width of the narrowest furniture, meters."""
 MOSTLY_THIN = 0.2
 """Largest share of a wall that may be thicker."""
 
@@ -89,6 +97,10 @@ def _without_beams(picture: Picture) -> Mask:
 
 def _without_furniture(free: Mask, picture: Picture) -> Mask:
     """Return the free area with the objects in it that are no walls."""
+    inside = _pockets(free, picture)
+    thin = picture.solid & ~free
+    thin &= ~opened(thin, picture.cells(THICKEST_WALL) + 1)
+    walls = _wall_lines(thin, inside, picture)
     count, labels, stats = components(~free)
     thick = opened(~free, picture.cells(THICKEST_WALL) + 1)
     result = free.copy()
@@ -100,21 +112,42 @@ def _without_furniture(free: Mask, picture: Picture) -> Mask:
             continue
         window = np.s_[y : y + h, x : x + w]
         own = labels[window] == part
-        thin = float((thick[window] & own).sum()) <= MOSTLY_THIN * area
-        if not (thin and max(w, h) * picture.cell >= LONGEST_SHORT):
-            result[window] |= own
-    return result | _pockets(result, picture)
+        mostly_thin = float((thick[window] & own).sum()) <= MOSTLY_THIN * area
+        if not (mostly_thin and max(w, h) * picture.cell >= LONGEST_SHORT):
+            result[window] |= own & ~walls[window]
+    return result | ((inside | _fronts(result, inside, thin, picture)) & ~walls)
 
 
 def _pockets(free: Mask, picture: Picture) -> Mask:
-    """Return the furniture at walls of which the map shows all sides: unknown areas between solid ones, with fronts."""
-    unknown = opened(~free & ~picture.solid, picture.cells(BEAM, 2))
-    _, labels, stats = components(unknown)
+    """Return the inside of furniture of which the map shows all sides: unknown areas between solid ones."""
+    unknown = ~free & ~picture.solid
+    size = picture.cells(NARROWEST, 2)
+    _, labels, stats = components(opened(unknown, size))
     border = np.concatenate([labels[0], labels[-1], labels[:, 0], labels[:, -1]])
     pocket = stats[:, cv2.CC_STAT_AREA] * picture.cell**2 <= LARGEST_FURNITURE
     pocket[np.unique(border)] = False
     pocket[0] = False
-    front = 2 * picture.cells(FRONT) + 1
-    kernel = np.ones((front, front), np.uint8)
-    around, beside = (cv2.dilate(mask.astype(np.uint8), kernel) > 0 for mask in (pocket[labels], free))
-    return np.asarray(pocket[labels] | (around & beside))
+    return near(pocket[labels], size) & unknown
+
+
+def _wall_lines(thin: Mask, inside: Mask, picture: Picture) -> Mask:
+    """Return the thin straight solid lines, with doors, that are longer than the furniture that stands against them."""
+    beside = near(inside, picture.cells(FRONT))
+    result = np.zeros(thin.shape, dtype=np.bool_)
+    for axis in (0, 1):
+        lines = along(thin, 3, 1 - axis, cv2.MORPH_DILATE)
+        lines = along(lines, picture.cells(SHORTEST_WALL), axis, cv2.MORPH_OPEN)
+        _, labels, _ = components(along(lines, picture.cells(DOOR), axis, cv2.MORPH_CLOSE))
+        labels = np.where(lines & thin, labels, 0)
+        away = ~beside
+        bare = np.unique(np.column_stack([labels[away], np.nonzero(away)[axis]]), axis=0)[:, 0]
+        wall = np.bincount(bare, minlength=int(labels.max(initial=0)) + 1) >= picture.cells(BARE)
+        wall[0] = False
+        result |= wall[labels]
+    return result
+
+
+def _fronts(free: Mask, inside: Mask, thin: Mask, picture: Picture) -> Mask:
+    """Return the sides of furniture: solid cells between its inside and the free area, and between two pieces."""
+    reach = picture.cells(FRONT)
+    return near(inside, reach) & (near(free, reach) | thin)
