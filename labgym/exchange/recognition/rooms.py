@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from labgym.exchange.recognition.picture import Mask, Picture, along, closed, components, opened
+from labgym.exchange.recognition.picture import Mask, Picture, along, closed, components, near, opened
 
 DOOR_WIDTH = 1.1
 """Width of openings at which rooms are divided, meters."""
@@ -37,6 +37,12 @@ PILASTER = 0.45
 """The same for drawings, whose furniture is known: columns and pilasters, meters."""
 THICKEST_WALL, LONGEST_STUB = 0.35, 0.9
 """What is thinner and longer than these, and stands at the edge of a room, is a wall and no furniture, meters."""
+NARROWEST, LEAST_REST = 0.2, 0.5
+"""Width and area of the smallest alcoves, meters and square meters."""
+MOST_UNKNOWN = 0.25
+"""Largest share of the boundary of an alcove that is neither wall nor free."""
+THICKEST_OUTER, NARROWEST_WAY = 0.6, 0.5
+"""Thickness of the thickest outer wall, and width of the narrowest way through it, meters."""
 WALLED = 0.4
 """Least share of the boundary of a room that is wall."""
 Labels = NDArray[np.int32]
@@ -51,12 +57,17 @@ def rooms_of(picture: Picture, merged: Sequence[Sequence[int]] = ()) -> tuple[La
     Returns:
         (ny, nx) labels, largest room first, and (column, row) of the areas left out.
     """
-    labels, dropped = (picture.rooms, []) if picture.rooms is not None else _enclosed(picture, _divided(picture))
+    if picture.rooms is not None:
+        labels, dropped = picture.rooms, []
+    else:
+        labels, dropped = _enclosed(picture, _divided(picture))
+        labels = _with_rest(picture, labels)
+        dropped = [(column, row) for column, row in dropped if not labels[row, column]]
     labels = _by_size(labels)
     for group in merged:
         labels = _merged(picture, labels, group)
     labels = _filled(picture, labels)
-    return labels, dropped
+    return labels if picture.drawn else _without_openings(picture, labels), dropped
 
 
 def _divided(picture: Picture) -> Labels:
@@ -151,6 +162,43 @@ def _enclosed(picture: Picture, labels: Labels) -> tuple[Labels, list[tuple[int,
 def _doorways(picture: Picture, labels: Labels) -> Mask:
     """Return free cells of no room."""
     return np.asarray(picture.free & (labels == 0))
+
+
+def _with_rest(picture: Picture, labels: Labels) -> Labels:
+    """Return labels in which free areas of no room, such as alcoves, belong to the room that they open to."""
+    rest = opened(picture.free & (labels == 0) & ~picture.outside, picture.cells(NARROWEST, 2))
+    _, parts, stats = components(rest)
+    result = labels.copy()
+    for part in np.flatnonzero(stats[:, cv2.CC_STAT_AREA] * picture.cell**2 >= LEAST_REST)[1:].tolist():
+        x, y, width, height = (int(value) for value in stats[part, :4])
+        window = np.s_[max(y - 2, 0) : y + height + 2, max(x - 2, 0) : x + width + 2]
+        own = parts[window] == part
+        around = near(own, 2) & ~own
+        rooms = np.bincount(labels[window][around])
+        unknown = around & ~picture.free[window] & ~near(picture.solid[window], 1)
+        if rooms[1:].any() and unknown.sum() <= MOST_UNKNOWN * around.sum():
+            result[window][own] = 1 + int(np.argmax(rooms[1:]))
+    return result
+
+
+def _without_openings(picture: Picture, labels: Labels) -> Labels:
+    """Return labels without the ways through outer walls: gaps in a wall beyond which there is neither room nor wall."""
+    result = labels.copy()
+    for axis in (0, 1):
+        gaps = along(picture.solid, picture.cells(WIDEST_END), axis, cv2.MORPH_CLOSE) & ~picture.solid & (labels > 0)
+        _, parts, stats = components(gaps)
+        depth, width = stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT]
+        depth, width = (depth, width) if axis == 0 else (width, depth)
+        through = (depth * picture.cell <= THICKEST_OUTER) & (width * picture.cell >= NARROWEST_WAY)
+        nothing = (labels == 0) & ~picture.solid
+        for step in (-1, 1):
+            beyond = np.roll(parts, step, 1 - axis)
+            beyond[gaps] = 0
+            total, empty = (np.bincount(beyond[area], minlength=len(stats)) for area in (beyond > 0, nothing))
+            outer = empty > 0.5 * np.maximum(total, 1)
+            outer[0] = False
+            result[(outer & through)[parts]] = 0
+    return result
 
 
 def _by_size(labels: Labels) -> Labels:
