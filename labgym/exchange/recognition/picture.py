@@ -86,6 +86,17 @@ class Picture:
         walls = drawn > 0
         return replace(self, free=self.free & ~walls, solid=self.solid | walls)
 
+    def with_floor(self, areas: tuple[tuple[Point, Point], ...]) -> Picture:
+        """Return the picture with free areas, between two corners in the file's frame along the main direction."""
+        cleared = np.zeros(self.free.shape, dtype=np.bool_)
+        for corners in areas:
+            places = self.pixels(self.from_file(np.array(corners)))
+            (c0, r0), (c1, r1) = np.clip(places, 0, np.array(self.free.shape[::-1])).tolist()
+            cleared[min(r0, r1) : max(r0, r1) + 1, min(c0, c1) : max(c0, c1) + 1] = True
+        return replace(
+            self, free=self.free | cleared, solid=self.solid & ~cleared, outside=self.outside & ~cleared
+        )
+
 
 def turned(points: Array, yaw: float) -> Array:
     """Return points (n, 2) turned counter-clockwise about the origin."""

@@ -41,6 +41,10 @@ MAX_ROOMS = 60
 """Largest number of rooms of a proposal."""
 MAX_SIZE = 100.0
 """Greatest extent of a floor, meters."""
+IMAGES = (".png", ".pgm", ".bmp", ".tif", ".tiff")
+"""Suffixes of images of floor plans."""
+PIXEL = 0.02
+"""Side of a pixel of an image with which the scale is sought for an area, meters."""
 HEIGHT, DOOR_HEIGHT = 3.0, 2.1
 """Heights of walls and openings, meters."""
 ROUNDS = 24
@@ -62,10 +66,11 @@ class Answers(Document, Growing):
         storey: number from the lowest, from 1, or name of a storey of a building model.
         doors: places of doors in the frame of the file, meters.
         splits: walls that divide rooms, x0, y0, x1, y1 in the frame of the file, meters.
-        merges: numbers of rooms that are one room.
+        merges: numbers of rooms that are one room; with 0 those that are no rooms.
+        furniture: areas that are furniture and no walls, x0, y0, x1, y1 of two corners in the frame of the file, meters.
     """
 
-    ADDED: ClassVar[frozenset[str]] = frozenset({"storey"})
+    ADDED: ClassVar[frozenset[str]] = frozenset({"storey", "furniture"})
     SCHEMA: ClassVar[str] = "labgym.outline-answers/1"
 
     scale: Annotated[float, Field(gt=0.0, le=1000.0)] | None = None
@@ -75,6 +80,7 @@ class Answers(Document, Growing):
     doors: Annotated[tuple[Pair, ...], Field(max_length=100)] = ()
     splits: Annotated[tuple[Line, ...], Field(max_length=100)] = ()
     merges: Annotated[tuple[tuple[int, ...], ...], Field(max_length=50)] = ()
+    furniture: Annotated[tuple[Line, ...], Field(max_length=100)] = ()
 
 
 @dataclass(frozen=True)
@@ -125,10 +131,12 @@ def recognize(path: str | Path, answers: Answers | None = None) -> Proposal:
 
 
 def _picture(path: Path, answers: Answers) -> tuple[Picture, _Notes]:
-    """Return the picture of a file with the walls of --split, and what is noted about it."""
+    """Return the picture of a file without --furniture, with the walls of --split, and what is noted about it."""
     picture, notes = _file_picture(path, answers)
-    lines = tuple(((x0, y0), (x1, y1)) for x0, y0, x1, y1 in answers.splits)
-    return picture.with_walls(lines, DRAWN_WALL), notes
+    areas, lines = (
+        tuple(((x0, y0), (x1, y1)) for x0, y0, x1, y1 in values) for values in (answers.furniture, answers.splits)
+    )
+    return picture.with_floor(areas).with_walls(lines, DRAWN_WALL), notes
 
 
 def _file_picture(path: Path, answers: Answers) -> tuple[Picture, _Notes]:
@@ -146,12 +154,16 @@ def _file_picture(path: Path, answers: Answers) -> tuple[Picture, _Notes]:
             )
         picture, frame, left_out, asked = picture_of_building(path, answers.storey)
         return picture, _Notes(frame, left_out, asked)
-    from labgym.exchange.recognition.scans import picture_of
-    from labgym.exchange.ros_files import open_ros_map
+    from labgym.exchange.recognition.scans import picture_of, picture_of_plan
+    from labgym.exchange.ros_files import open_image, open_ros_map
 
-    grid = open_ros_map(path, lenient=True)
     if answers.layers:
-        raise OptionError("--layers is for drawings; a map of ROS has none")
+        raise OptionError("--layers is for drawings; a map of ROS and an image have none")
+    if path.suffix.lower() in IMAGES:
+        if answers.scale is None and answers.area is None:
+            raise OptionError(f"{path.name} states no scale: give --scale METERS_PER_PIXEL, or --area of all rooms")
+        return picture_of_plan(open_image(path, answers.scale or PIXEL)), _Notes()
+    grid = open_ros_map(path, lenient=True)
     factor = answers.scale or 1.0
     origin = (grid.origin[0] * factor, grid.origin[1] * factor, grid.origin[2])
     return picture_of(replace(grid, resolution=grid.resolution * factor, origin=origin)), _Notes()
@@ -238,6 +250,13 @@ def _assembled(path: Path, picture: Picture, labels: Labels, answers: Answers, n
                     reason = message.splitlines()[-2 if isinstance(error, ValidationError) else -1].strip()[:160]
                     notes.skipped.append(f"{_named(picture, label, rooms[label])}: {reason}")
                     left_out.add(label)
+                elif "rectangles on one floor" in message:
+                    if min((coarse.get(label, 0) for label in rooms), default=2) < 2:
+                        coarse = {label: coarse.get(label, 0) + 1 for label in rooms}
+                    else:
+                        label = max(rooms)
+                        notes.skipped.append(f"{_named(picture, label, rooms[label])}: the floor has too many corners")
+                        left_out.add(label)
                 else:
                     raise DocumentError(path, "", f"the recognized rooms form no floor ({message[:200]})") from None
                 continue

@@ -52,15 +52,13 @@ def rooms_of(picture: Picture, merged: Sequence[Sequence[int]] = ()) -> tuple[La
     """Return the room of each cell, from 1 on and 0 for none, and the middles of areas that are not enclosed.
 
     Args:
-        merged: numbers of rooms that are one, in the numbering without them.
+        merged: numbers of rooms that are one, in the numbering without them; with 0 those that are no rooms.
 
     Returns:
         (ny, nx) labels, largest room first, and (column, row) of the areas left out.
     """
-    if picture.rooms is not None:
-        labels, dropped = picture.rooms, []
-    else:
-        labels, dropped = _enclosed(picture, _divided(picture))
+    labels, dropped = (picture.rooms, []) if picture.rooms is not None else _enclosed(picture, _divided(picture))
+    if picture.rooms is None:
         labels = _with_rest(picture, labels)
         dropped = [(column, row) for column, row in dropped if not labels[row, column]]
     labels = _by_size(labels)
@@ -182,7 +180,7 @@ def _with_rest(picture: Picture, labels: Labels) -> Labels:
 
 
 def _without_openings(picture: Picture, labels: Labels) -> Labels:
-    """Return labels without the ways through outer walls: gaps in a wall beyond which there is neither room nor wall."""
+    """Return labels without the gaps of outer walls: those beyond which there is neither room nor wall."""
     result = labels.copy()
     for axis in (0, 1):
         gaps = along(picture.solid, picture.cells(WIDEST_END), axis, cv2.MORPH_CLOSE) & ~picture.solid & (labels > 0)
@@ -213,7 +211,9 @@ def _by_size(labels: Labels) -> Labels:
 
 def _merged(picture: Picture, labels: Labels, group: Sequence[int]) -> Labels:
     """Return labels in which rooms have the number of the first, with the walls between them."""
-    own = np.isin(labels, list(group))
+    own = (labels > 0) & np.isin(labels, list(group))
+    if 0 in group:
+        return np.where(own, 0, labels).astype(np.int32)
     joined = closed(own, picture.cells(DEEPEST_NECK)) & ((labels == 0) | own)
     return np.where(joined, group[0], labels).astype(np.int32)
 

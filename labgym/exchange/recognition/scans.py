@@ -1,8 +1,9 @@
-"""Pictures of floors from maps of ROS: turned to the main direction, without beams, with furniture filled."""
+"""Pictures of floors from maps of ROS and images of plans: turned to the main direction, without beams and furniture."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -18,8 +19,11 @@ from labgym.exchange.recognition.picture import (
     opened,
     turned,
 )
+from labgym.exchange.recognition.plans import MARGIN, outside_of
 from labgym.exchange.ros_files import RosMap
 
+THINNEST_WALL, LONGEST_SYMBOL = 0.07, 0.8
+"""Thickness of thin walls, and length of the longest letter or symbol, in an image of a plan, meters."""
 BEAM = 0.3
 """Free parts that are narrower belong to single beams of a lidar, meters."""
 LEAST_PART = 5.0
@@ -50,6 +54,24 @@ def picture_of(grid: RosMap) -> Picture:
     picture = _turned(grid, yaw)
     free = _without_furniture(_without_beams(picture), picture)
     return Picture(free, picture.solid & ~free, picture.outside, picture.cell, picture.x, picture.y, picture.yaw)
+
+
+def picture_of_plan(grid: RosMap) -> Picture:
+    """Return the picture of an image of a floor plan: dark walls on a light ground. Symbols and thin lines are free."""
+    cell = grid.resolution
+    margin = math.ceil(MARGIN / cell)
+    count, labels, stats = components(grid.occupied)
+    strokes = opened(grid.occupied, max(2, round(THINNEST_WALL / cell)))
+    walls = strokes if count and strokes.sum() >= 0.4 * grid.occupied.sum() else grid.occupied
+    large = np.maximum(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT]) * cell >= LONGEST_SYMBOL
+    large[0] = False
+    walls = np.pad(walls & large[labels], margin)
+    origin = (-margin * cell, -margin * cell, 0.0)
+    rows, columns = np.nonzero(walls)
+    yaw = main_direction(np.asarray((np.column_stack([columns, rows]) + 0.5) * cell, dtype=np.float64), cell)
+    picture = _turned(RosMap(walls, ~walls, cell, origin), yaw)
+    outside = outside_of(~picture.solid, picture.cell)
+    return replace(picture, free=~picture.solid & ~outside, outside=outside, unit=cell, drawn=True)
 
 
 def _turned(grid: RosMap, yaw: float) -> Picture:
@@ -139,7 +161,7 @@ def _wall_lines(thin: Mask, inside: Mask, picture: Picture) -> Mask:
         lines = along(lines, picture.cells(SHORTEST_WALL), axis, cv2.MORPH_OPEN)
         _, labels, _ = components(along(lines, picture.cells(DOOR), axis, cv2.MORPH_CLOSE))
         labels = np.where(lines & thin, labels, 0)
-        away = ~beside
+        away = (labels > 0) & ~beside
         bare = np.unique(np.column_stack([labels[away], np.nonzero(away)[axis]]), axis=0)[:, 0]
         wall = np.bincount(bare, minlength=int(labels.max(initial=0)) + 1) >= picture.cells(BARE)
         wall[0] = False
