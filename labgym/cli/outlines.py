@@ -71,7 +71,6 @@ def outline(
         overwrite: Replace OUT, its picture and its answers if they exist with other content.
     """
     from labgym.exchange.formats import empty_layout, read_floor
-
     from labgym.exchange.recognition.proposal import IMAGES
 
     out = layout_path(out)

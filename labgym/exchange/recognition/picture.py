@@ -93,9 +93,7 @@ class Picture:
             places = self.pixels(self.from_file(np.array(corners)))
             (c0, r0), (c1, r1) = np.clip(places, 0, np.array(self.free.shape[::-1])).tolist()
             cleared[min(r0, r1) : max(r0, r1) + 1, min(c0, c1) : max(c0, c1) + 1] = True
-        return replace(
-            self, free=self.free | cleared, solid=self.solid & ~cleared, outside=self.outside & ~cleared
-        )
+        return replace(self, free=self.free | cleared, solid=self.solid & ~cleared, outside=self.outside & ~cleared)
 
 
 def turned(points: Array, yaw: float) -> Array:

@@ -67,7 +67,7 @@ class Answers(Document, Growing):
         doors: places of doors in the frame of the file, meters.
         splits: walls that divide rooms, x0, y0, x1, y1 in the frame of the file, meters.
         merges: numbers of rooms that are one room; with 0 those that are no rooms.
-        furniture: areas that are furniture and no walls, x0, y0, x1, y1 of two corners in the frame of the file, meters.
+        furniture: areas without walls, x0, y0, x1, y1 of two corners in the frame of the file, meters.
     """
 
     ADDED: ClassVar[frozenset[str]] = frozenset({"storey", "furniture"})
@@ -111,7 +111,7 @@ class _Notes:
 
 
 def recognize(path: str | Path, answers: Answers | None = None) -> Proposal:
-    """Return the floor that a map of ROS, a DXF drawing or a building model probably shows.
+    """Return the floor that a map of ROS, a drawing, an image of a plan or a building model probably shows.
 
     Unlike the strict readers it guesses: the unit and the layers of a drawing, rooms behind furniture, doors that are
     not seen. Everything that it guesses or leaves out is listed.

@@ -1,4 +1,4 @@
-"""Pictures of floors from maps of ROS and images of plans: turned to the main direction, without beams and furniture."""
+"""Pictures of floors from maps of ROS and images of plans: along the main direction, without beams and furniture."""
 
 from __future__ import annotations
 
