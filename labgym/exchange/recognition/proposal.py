@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
@@ -213,6 +213,7 @@ def _assembled(path: Path, picture: Picture, labels: Labels, answers: Answers, n
     dropped_openings: set[tuple[float, float]] = set()
     coarse: dict[int, int] = {}
     left_out: set[int] = set()
+    cut_off: set[int] = set()
     for _ in range(ROUNDS):
         rooms = {label: room for label, room in _rooms(path, picture, labels, coarse).items() if label not in left_out}
         if not rooms:
@@ -225,7 +226,7 @@ def _assembled(path: Path, picture: Picture, labels: Labels, answers: Answers, n
                 path, "", f"the rooms cover {size[0]:.0f} x {size[1]:.0f} m, over {MAX_SIZE:g} m: give --scale"
             )
         here = _Notes(notes.frame, list(notes.skipped), list(notes.questions))
-        walls = _with_doors(picture, rooms, answers, here)
+        walls = _with_doors(picture, rooms, answers, here, cut_off)
         for label in sorted(set(rooms) - reached(walls, list(rooms))):
             notes.skipped.append(f"{_named(picture, label, rooms[label])}: no wall has place for a door")
             left_out.add(label)
@@ -244,8 +245,7 @@ def _assembled(path: Path, picture: Picture, labels: Labels, answers: Answers, n
                     dropped_openings.add(wall.point(min(middles, key=lambda middle: abs(middle - along))))
                 elif room is not None or isinstance(error, _RoomError):
                     label = error.label if isinstance(error, _RoomError) else int(room[1][5:] if room else 0)
-                    if coarse.get(label, 0) < 2 and ACCESS.search(message) is None:
-                        coarse[label] = coarse.get(label, 0) + 1
+                    if _eased(label, message, coarse, cut_off):
                         continue
                     reason = message.splitlines()[-2 if isinstance(error, ValidationError) else -1].strip()[:160]
                     notes.skipped.append(f"{_named(picture, label, rooms[label])}: {reason}")
@@ -268,6 +268,17 @@ def _assembled(path: Path, picture: Picture, labels: Labels, answers: Answers, n
     raise DocumentError(path, "", f"no recognized room can be part of a floor{last}: give --layers, --scale or --door")
 
 
+def _eased(label: int, message: str, coarse: dict[int, int], cut_off: set[int]) -> bool:
+    """Return whether a room that does not fit gets another try, with another door or with fewer corners."""
+    if ACCESS.search(message) is not None:
+        again = label not in cut_off
+        cut_off.add(label)
+    else:
+        coarse[label] = coarse.get(label, 0) + 1
+        again = coarse[label] <= 2
+    return again
+
+
 class _RoomError(OptionError):
     """A room whose outline gives no region."""
 
@@ -284,8 +295,10 @@ class _BlockedError(OptionError):
         self.wall, self.position = wall, position
 
 
-def _with_doors(picture: Picture, rooms: Mapping[int, Polygon], answers: Answers, notes: _Notes) -> list[PlanWall]:
-    """Return the walls with the doors that are seen, answered or proposed."""
+def _with_doors(
+    picture: Picture, rooms: Mapping[int, Polygon], answers: Answers, notes: _Notes, cut_off: Set[int]
+) -> list[PlanWall]:
+    """Return the walls with the doors that are seen, answered or proposed; rooms that are cut off get another one."""
     walls = walls_around(rooms)
     add_openings(picture, walls)
     for start, end in picture.doors:
@@ -301,6 +314,10 @@ def _with_doors(picture: Picture, rooms: Mapping[int, Polygon], answers: Answers
         wall = longest_wall(walls, {first}, {0}) or longest_wall(walls, inside, {0})
         if wall is not None:
             _propose(picture, wall, "no exit is seen; one is proposed", notes)
+    for label in sorted(cut_off & inside):
+        wall = longest_wall(walls, {label}, inside - cut_off) or longest_wall(walls, {label}, {0})
+        if wall is not None:
+            _propose(picture, wall, f"no clear way to room {label} is seen; a door is proposed", notes)
     while True:
         there = reached(walls, list(rooms))
         missing = inside - there

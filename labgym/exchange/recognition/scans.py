@@ -24,6 +24,10 @@ from labgym.exchange.ros_files import RosMap
 
 THINNEST_WALL, LONGEST_SYMBOL = 0.07, 0.8
 """Thickness of thin walls, and length of the longest letter or symbol, in an image of a plan, meters."""
+LEAST_TURN = math.radians(2.0)
+"""Angle above which a map counts as turned although its grid looks aligned."""
+AROUND = 1.0
+"""Width of what is kept around the free cells of a map, meters."""
 BEAM = 0.3
 """Free parts that are narrower belong to single beams of a lidar, meters."""
 LEAST_PART = 5.0
@@ -48,12 +52,29 @@ MOSTLY_THIN = 0.2
 
 def picture_of(grid: RosMap) -> Picture:
     """Return the picture of a map. Free-standing furniture is free in it."""
+    grid = _cropped(grid)
     rows, columns = np.nonzero(grid.occupied)
     points = np.asarray((np.column_stack([columns, rows]) + 0.5) * grid.resolution, dtype=np.float64)
     yaw = main_direction(points, grid.resolution)
+    if yaw == 0.0:  # In intervals of one cell, the columns of the grid look like lines.
+        coarse = main_direction(points, 2.0 * grid.resolution)
+        yaw = coarse if abs(coarse) > LEAST_TURN else 0.0
     picture = _turned(grid, yaw)
     free = _without_furniture(_without_beams(picture), picture)
     return Picture(free, picture.solid & ~free, picture.outside, picture.cell, picture.x, picture.y, picture.yaw)
+
+
+def _cropped(grid: RosMap) -> RosMap:
+    """Return the part of a map around its free cells."""
+    rows, columns = (np.flatnonzero(grid.free.any(axis=axis)) for axis in (1, 0))
+    if not len(rows):
+        return grid
+    margin = math.ceil(AROUND / grid.resolution)
+    row, column = max(int(rows[0]) - margin, 0), max(int(columns[0]) - margin, 0)
+    window = np.s_[row : int(rows[-1]) + margin + 1, column : int(columns[-1]) + margin + 1]
+    corner = turned(np.array([(column, row)]) * grid.resolution, grid.origin[2])[0].tolist()
+    origin = (grid.origin[0] + corner[0], grid.origin[1] + corner[1], grid.origin[2])
+    return RosMap(grid.occupied[window], grid.free[window], grid.resolution, origin)
 
 
 def picture_of_plan(grid: RosMap) -> Picture:
