@@ -39,17 +39,19 @@ def outline(
     door: Points = (),
     split: Lines = (),
     merge: Numbers = (),
+    furniture: Lines = (),
     answers: OptionalPath = None,
     overwrite: Overwrite = False,
 ) -> int:
-    """Read the floor of a DXF drawing, a building model or a ROS map, and write it as a layout without objects.
+    """Read the floor of a drawing, a building model, a ROS map or an image, and write it as a layout without objects.
 
     A file that cannot be read exactly is recognized: the command proposes a floor, lists what it left out and what it
     is not certain of, and writes a picture of what it recognized (OUT with the suffix .png) and the answers so far
     (.answers.json). The options from --scale on answer its questions. docs/engineers.md says what is read.
 
     Args:
-        file: A .dxf drawing, an .ifc building model, or the map.yaml of a ROS map next to its image.
+        file: A .dxf drawing, an .ifc building model, the map.yaml of a ROS map next to its image, or the .png of a
+            floor plan (with --scale or --area).
         out: The .json file of the layout.
         unit: Unit of the drawing, in place of the one that it names: in, ft, mm, cm, dm or m.
         thickness: Thickness of walls that the file does not show, meters. Default: 0.2 for a drawing without walls; of
@@ -57,25 +59,30 @@ def outline(
         crop: X0,Y0,X1,Y1: the part of a drawing that is read, in its units, such as a plan next to an elevation.
         storey: Storey of a building model: its number from the lowest, from 1, or its name. Default: the one with most
             spaces and walls.
-        scale: Meters per unit of a drawing, or a factor on the resolution of a map.
+        scale: Meters per unit of a drawing or per pixel of an image, or a factor on the resolution of a map.
         area: Area of all rooms in square meters, from which the scale follows.
         layers: Layers of a drawing with its walls, with commas between them.
         door: Place of a door, meters; repeat --door for several. Write --door=X,Y for negative numbers.
         split: A wall that divides a room, meters; repeat --split for several.
-        merge: Numbers of rooms in the picture that are one room; repeat --merge for several.
-        answers: Answers that an earlier run wrote, in place of the six options above.
+        merge: Numbers of rooms in the picture that are one room, with 0 those that are no rooms; repeat --merge for
+            several.
+        furniture: Two corners of an area that is furniture and no wall, meters; repeat --furniture for several.
+        answers: Answers that an earlier run wrote, in place of the seven options above.
         overwrite: Replace OUT, its picture and its answers if they exist with other content.
     """
     from labgym.exchange.formats import empty_layout, read_floor
+    from labgym.exchange.recognition.proposal import IMAGES
 
     out = layout_path(out)
-    given = _answers((unit, storey), (scale, area, layers), (door, split, merge), answers)
+    given = _answers((unit, storey), (scale, area, layers), (door, split, merge, furniture), answers)
+    if out.with_suffix(".png").resolve() == file.resolve():
+        raise OptionError(f"the picture of the proposal would replace {file.name}: name another --out")
     plain = _plain(unit, storey)
     proposal: Proposal | None = None
     floor: Floor
     try:
-        if given is not None:
-            raise DocumentError(file, "", "answers are for recognition")
+        if given is not None or file.suffix.lower() in IMAGES:
+            raise DocumentError(file, "", "an image of a plan" if given is None else "answers are for recognition")
         floor = read_floor(file, unit, thickness, numbers("crop", crop), storey)
     except DocumentError as error:
         if thickness is not None or crop is not None or not file.is_file():
@@ -93,17 +100,17 @@ def outline(
 def _answers(
     stated: tuple[str | None, str | None],
     values: tuple[float | None, float | None, str | None],
-    places: tuple[Sequence[str], Sequence[str], Sequence[str]],
+    places: tuple[Sequence[str], Sequence[str], Sequence[str], Sequence[str]],
     file: Path | None,
 ) -> Answers | None:
     """Return the answers of the command line or of a file, None without any."""
     from labgym.exchange.recognition.proposal import Answers
 
-    (scale, area, layers), (door, split, merge), (unit, storey) = values, places, stated
+    (scale, area, layers), (door, split, merge, furniture), (unit, storey) = values, places, stated
     if file is not None:
         if any(value is not None for value in values) or any(places):
             raise OptionError(
-                "--answers replaces --scale, --area, --layers, --door, --split and --merge: give one form"
+                "--answers replaces --scale, --area, --layers, --door, --split, --merge and --furniture: give one form"
             )
         return Answers.load(file)
     if not (any(value is not None for value in values) or any(places)):
@@ -119,6 +126,7 @@ def _answers(
             doors=tuple(numbers("door", text) for text in door),
             splits=tuple(numbers("split", text) for text in split),
             merges=tuple(tuple(int(number) for number in numbers("merge", text) or ()) for text in merge),
+            furniture=tuple(numbers("furniture", text) for text in furniture),
         )
     except ValidationError as error:
         place, problem = error.errors()[0]["loc"], error.errors()[0]["msg"]

@@ -86,6 +86,21 @@ def open_ros_map(path: str | Path, lenient: bool = False) -> RosMap:
     return RosMap(occupied[::-1], free[::-1], resolution, origin)
 
 
+def open_image(path: str | Path, scale: float) -> RosMap:
+    """Return the picture of a floor plan as a map: dark pixels are occupied, light and transparent ones free.
+
+    Args:
+        scale: side of a pixel, meters.
+
+    Raises:
+        DocumentError: the file is missing, too large or damaged.
+    """
+    path = Path(path)
+    gray, opaque = _pixels({"image": path.name}, path)
+    dark = (gray < DARK) & opaque
+    return RosMap(dark[::-1], ~dark[::-1], scale, (0.0, 0.0, 0.0))
+
+
 def _fields(path: Path) -> Mapping[str, Any]:
     data = read_yaml(path, MAX_YAML, "a map of ROS")
     if not isinstance(data, dict):

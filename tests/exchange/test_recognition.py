@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import json
 import math
+import runpy
 from itertools import pairwise
+from pathlib import Path
 
 import ezdxf
 import numpy as np
 import pytest
 import shapely
-from PIL import Image
+from PIL import Image, ImageDraw
 from shapely import LineString, Polygon, box
 from shapely.affinity import rotate
 
@@ -97,6 +100,102 @@ def test_a_turned_map_with_beams_and_furniture_is_two_rooms_with_a_door(tmp_path
     assert any(set(spaces) == {"room_1", "room_2"} for spaces in ways)
     assert any(way.exit for way in proposal.floor.doorways)
     assert overlay_png(proposal).startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("degrees", [0.0, 12.0])
+def test_a_partition_with_furniture_on_both_sides_is_a_wall_and_the_furniture_is_floor(tmp_path, degrees):
+    furniture = (box(4.3, 0.0, 5.0, 2.2), box(4.4, 3.7, 5.0, 5.3), box(5.15, 0.3, 5.8, 1.9), box(5.15, 4.2, 5.7, 6.0))
+    rooms = in_file(recognize(scan(tmp_path / "m", degrees, furniture=furniture)))
+    assert len(rooms) == 2
+    for true in ROOMS:
+        assert max(overlap(rotate(true, degrees, (0.0, 0.0)), room) for room in rooms) > 0.93
+
+
+def test_an_exit_that_is_seen_no_farther_than_the_wall_is_a_door(tmp_path):
+    doors = recognize(scan(tmp_path / "m", beams=False)).floor.doorways
+    assert [way.width for way in doors if way.exit] == pytest.approx([1.0], abs=0.15)
+
+
+def plan(path, scale=0.02):
+    """Draw a plan of two rooms of 26.88 and 20.16 m2 with thick walls, letters and a door's arc; return its path."""
+    image = Image.new("L", (int(10.0 / scale), int(6.8 / scale)), 255)
+    draw = ImageDraw.Draw(image)
+
+    def filled(x0, y0, x1, y1):
+        low = [round((value + 0.4) / scale) for value in (x0, y0)]
+        draw.rectangle(low + [round((value + 0.4) / scale) - 1 for value in (x1, y1)], fill=0)
+
+    for wall in ((0, 0, 9, 0.2), (0, 5.8, 9, 6), (0, 0, 0.2, 6), (8.8, 0, 9, 2.5), (8.8, 3.5, 9, 6), (5, 0, 5.2, 2.5)):
+        filled(*wall)
+    filled(5, 3.4, 5.2, 6)
+    draw.text((100, 150), "Laboratory 1", fill=0)
+    draw.arc([215, 145, 305, 235], 270, 360, fill=0)
+    image.save(path)
+    return path
+
+
+def test_an_image_of_a_plan_is_read_with_a_scale_or_an_area(tmp_path):
+    path = plan(tmp_path / "plan.png")
+    for answers in (Answers(scale=0.02), Answers(area=26.88 + 20.16)):
+        proposal = recognize(path, answers)
+        areas = sorted(room.area for room in proposal.rooms.values())
+        assert areas == pytest.approx([20.16, 26.88], rel=0.02)
+        assert sorted(way.exit for way in proposal.floor.doorways) == [False, True]
+    with pytest.raises(OptionError, match="--scale METERS_PER_PIXEL"):
+        recognize(path)
+
+
+def test_the_picture_of_a_proposal_does_not_replace_the_plan(tmp_path, capsys):
+    path = plan(tmp_path / "plan.png")
+    content = path.read_bytes()
+    assert main(["outline", str(path), "--scale", "0.02", "--out", str(tmp_path / "plan.json"), "--replace"]) == 2
+    assert "--out" in capsys.readouterr().err
+    assert path.read_bytes() == content
+
+
+def test_areas_of_furniture_and_rooms_that_are_none_are_answers(tmp_path):
+    path = plan(tmp_path / "plan.png")
+    answers = Answers(scale=0.02, furniture=((5.3, 0.5, 5.7, 6.2),))
+    assert [room.area for room in recognize(path, answers).rooms.values()] == pytest.approx([48.2], rel=0.02)
+    assert len(recognize(path, Answers(scale=0.02, merges=((0, 2),))).rooms) == 1
+
+
+def test_furniture_tells_the_unit_of_a_drawing_that_names_another(tmp_path):
+    lines(tmp_path / "a.dxf", scale=100.0, units=4, doors=False)  # centimeters that claim to be millimeters
+    drawing = ezdxf.readfile(tmp_path / "a.dxf")
+    for x in (150, 300, 600, 750):
+        chair = [(x, 400), (x + 45, 400), (x + 45, 445), (x, 445)]
+        drawing.modelspace().add_lwpolyline(chair, close=True, dxfattribs={"layer": "Chairs"})
+    drawing.saveas(tmp_path / "a.dxf")
+    areas = [room.area for room in recognize(tmp_path / "a.dxf").rooms.values()]
+    assert sum(areas) == pytest.approx(54.0, rel=0.05)
+
+
+def test_walls_and_windows_on_layers_of_their_own_are_read_together(tmp_path):
+    lines(tmp_path / "a.dxf")
+    drawing = ezdxf.readfile(tmp_path / "a.dxf")
+    for line in drawing.modelspace().query("LINE"):
+        line.dxf.layer = "WALL"
+    window = [(6000, 5950), (7000, 5950), (7000, 6050), (6000, 6050)]
+    drawing.modelspace().add_lwpolyline(window, close=True, dxfattribs={"layer": "GLAZ"})
+    drawing.saveas(tmp_path / "a.dxf")
+    assert len(recognize(tmp_path / "a.dxf").rooms) == 2
+
+
+def test_a_floor_equals_its_own_gold_and_misses_the_area_of_another(tmp_path):
+    path = plan(tmp_path / "plan.png")
+    assert main(["outline", str(path), "--scale", "0.02", "--out", str(tmp_path / "floor.json")]) == 0
+    rings = [[(0.6, 0.6), (5.4, 0.6), (5.4, 6.2), (0.6, 6.2)], [(5.6, 0.6), (9.2, 0.6), (9.2, 6.2), (5.6, 6.2)]]
+    gold = {"rooms": [{"outer": ring} for ring in rings], "doors": [(5.5, 3.45), (0.5, 1.0)], "ignore": []}
+    (tmp_path / "gold.json").write_text(json.dumps(gold))
+    script = Path(__file__).parents[2] / "examples" / "floor_gold.py"
+    score = runpy.run_path(str(script))["score"]
+    result = score(tmp_path / "floor.json", tmp_path / "gold.json")
+    assert min(result["outline"], *result["rooms"]) > 0.97
+    assert (result["recognized"], result["doors"]) == (2, "1/2")
+    gold["rooms"] = gold["rooms"][:1]
+    (tmp_path / "gold.json").write_text(json.dumps(gold))
+    assert score(tmp_path / "floor.json", tmp_path / "gold.json")["outline"] == pytest.approx(4.8 / 8.6, abs=0.03)
 
 
 def test_a_wide_opening_between_walls_on_one_line_divides_rooms(tmp_path):

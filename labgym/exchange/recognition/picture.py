@@ -86,6 +86,15 @@ class Picture:
         walls = drawn > 0
         return replace(self, free=self.free & ~walls, solid=self.solid | walls)
 
+    def with_floor(self, areas: tuple[tuple[Point, Point], ...]) -> Picture:
+        """Return the picture with free areas, between two corners in the file's frame along the main direction."""
+        cleared = np.zeros(self.free.shape, dtype=np.bool_)
+        for corners in areas:
+            places = self.pixels(self.from_file(np.array(corners)))
+            (c0, r0), (c1, r1) = np.clip(places, 0, np.array(self.free.shape[::-1])).tolist()
+            cleared[min(r0, r1) : max(r0, r1) + 1, min(c0, c1) : max(c0, c1) + 1] = True
+        return replace(self, free=self.free | cleared, solid=self.solid & ~cleared, outside=self.outside & ~cleared)
+
 
 def turned(points: Array, yaw: float) -> Array:
     """Return points (n, 2) turned counter-clockwise about the origin."""
@@ -135,6 +144,20 @@ def opened(mask: Mask, size: int) -> Mask:
 def closed(mask: Mask, size: int) -> Mask:
     """Return a mask with the parts filled into which no square of some cells fits."""
     return ~opened(np.pad(~mask, size, constant_values=True), size)[size:-size, size:-size]
+
+
+def along(mask: Mask, size: int, axis: int, operation: int) -> Mask:
+    """Return a morphological operation along the rows (axis 1) or the columns (axis 0) of a mask."""
+    size |= 1  # an even kernel shifts the result
+    kernel = np.ones((1, size) if axis else (size, 1), np.uint8)
+    result = cv2.morphologyEx(mask.astype(np.uint8), operation, kernel, borderType=cv2.BORDER_CONSTANT, borderValue=0)
+    return np.asarray(result > 0)
+
+
+def near(mask: Mask, cells: int) -> Mask:
+    """Return the cells within a square of some cells to each side around those of a mask."""
+    kernel = np.ones((2 * cells + 1, 2 * cells + 1), np.uint8)
+    return np.asarray(cv2.dilate(mask.astype(np.uint8), kernel) > 0)
 
 
 def components(mask: Mask) -> tuple[int, NDArray[np.int32], NDArray[np.int32]]:

@@ -40,8 +40,12 @@ OTHERS = re.compile(
 )
 """Words in the names of layers without walls."""
 NO_WALLS = (layers.FURNITURE, layers.DIMENSIONS, layers.SPACE_TAGS, layers.SERVICES, layers.KEEP_OUTS, layers.WALL_FILL)
-EXTENTS = (6.0, 100.0)
+EXTENTS = (6.0, 120.0)
 """Usual extents of a floor, meters."""
+FURNITURE = re.compile(r"FURN|CHAIR|TABLE|DESK|SEAT|TOILET|SANIT|WC|MOEBEL|MÖBEL|MOBIL", re.IGNORECASE)
+"""Words in the names of layers of furniture."""
+FURNITURE_SIZES = (0.3, 2.6)
+"""Usual lengths of closed lines that are furniture, meters."""
 PAIRED = (0.05, 0.5)
 """Usual distances between the two faces of a wall, meters."""
 DOOR_RADII = (0.55, 1.35)
@@ -77,7 +81,7 @@ def picture_of_drawing(
     """Return the picture of a drawing, the parts that were left out, and questions.
 
     Args:
-        scale: meters per unit; None for a vote of the extent, the arcs of doors, the walls and the drawing's unit.
+        scale: meters per unit; None for a vote of extent, arcs of doors, walls, furniture and the drawing's unit.
         names: layers of walls; none for those with names of walls or with pairs of parallel lines.
 
     Raises:
@@ -97,13 +101,30 @@ def picture_of_drawing(
     pairs = _pairs(possible)
     unit, doubt = (scale, "") if scale is not None else _unit(possible, lines, pairs, code)
     questions += [doubt] if doubt else []
-    walls = [line for line in lines if line.layer.casefold() in wanted] if names else _walls(possible, pairs, unit)
+    if names:
+        walls = [line for line in lines if line.layer.casefold() in wanted]
+        picture = _drawn(walls, lines, unit)
+    else:
+        # Where the layers of walls by name enclose nothing, walls are on others, such as that of the doors.
+        for walls in (_walls(possible, pairs, unit), possible, [*possible, *_straight_on_doors(lines, unit)]):
+            picture = _drawn(walls, lines, unit)
+            if opened(picture.free, picture.cells(math.sqrt(ROOM_AREA))).any():
+                break
     used = sorted({line.layer for line in walls})
     unused = sorted({line.layer for line in possible} - set(used))
     if unused:
         skipped.append(f"layers {', '.join(unused)[:200]}")
         questions.append(f"walls are read from {', '.join(used)[:200]}: give other layers with --layers")
-    return _drawn(walls, lines, unit), skipped, questions
+    return picture, skipped, questions
+
+
+def _straight_on_doors(lines: Sequence[Line], unit: float) -> list[Line]:
+    """Return the lines on layers of doors that are longer than doors."""
+    return [
+        line
+        for line in lines
+        if line.role == layers.DOORS and line.arc is None and line.length * unit > 2.0 * DOOR_RADII[1]
+    ]
 
 
 def _may_be_wall(line: Line) -> bool:
@@ -137,6 +158,8 @@ def _unit(possible: Sequence[Line], lines: Sequence[Line], pairs: _Pairs, code: 
     extent = _extent(possible)
     lengths = np.hypot(*(pairs.segments[:, 1] - pairs.segments[:, 0]).T)
     radii = np.array([line.arc[2] for line in lines if line.arc is not None])
+    furniture = [line.points for line in lines if line.closed and FURNITURE.search(line.layer)]
+    sizes = np.array([float(np.ptp(points, axis=0).max()) for points in furniture])
     votes: dict[str, float] = {}
     for name, unit in UNITS.items():
         vote = 2.0 * (EXTENTS[0] <= extent * unit <= EXTENTS[1]) + 1.5 * (CODES.get(code) == name)
@@ -144,6 +167,8 @@ def _unit(possible: Sequence[Line], lines: Sequence[Line], pairs: _Pairs, code: 
         vote += 2.0 * float(lengths[inside].sum() / max(lengths.sum(), 1e-12))
         if len(radii):
             vote += 2.0 * float(((radii * unit >= DOOR_RADII[0]) & (radii * unit <= DOOR_RADII[1])).mean())
+        if len(sizes):
+            vote += 2.0 * float(((sizes * unit >= FURNITURE_SIZES[0]) & (sizes * unit <= FURNITURE_SIZES[1])).mean())
         votes[name] = vote - 0.5 * (name == "dm")
     first, second = sorted(votes, key=lambda name: (-votes[name], name))[:2]
     size = f"{extent * UNITS[first]:.3g} m"
@@ -163,8 +188,9 @@ def _walls(possible: Sequence[Line], pairs: _Pairs, unit: float) -> list[Line]:
     others = [line for line in possible if line.role in (layers.WINDOWS, layers.COLUMNS)]
     if len(named) < 1 or sum(line.length for line in named) * unit < 4.0 * math.sqrt(ROOM_AREA):
         named = _by_pairs(possible, pairs, unit)
-    walls = named + [line for line in others if line not in named]
-    chosen = {id(line) for line in walls}
+    chosen = {id(line) for line in named}
+    walls = named + [line for line in others if id(line) not in chosen]
+    chosen |= {id(line) for line in others}
     rooms = [line for line in possible if id(line) not in chosen and line.closed and _area(line) * unit**2 >= ROOM_AREA]
     return walls + _along_walls(rooms, walls, unit)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
@@ -41,6 +41,10 @@ MAX_ROOMS = 60
 """Largest number of rooms of a proposal."""
 MAX_SIZE = 100.0
 """Greatest extent of a floor, meters."""
+IMAGES = (".png", ".pgm", ".bmp", ".tif", ".tiff")
+"""Suffixes of images of floor plans."""
+PIXEL = 0.02
+"""Side of a pixel of an image with which the scale is sought for an area, meters."""
 HEIGHT, DOOR_HEIGHT = 3.0, 2.1
 """Heights of walls and openings, meters."""
 ROUNDS = 24
@@ -62,10 +66,11 @@ class Answers(Document, Growing):
         storey: number from the lowest, from 1, or name of a storey of a building model.
         doors: places of doors in the frame of the file, meters.
         splits: walls that divide rooms, x0, y0, x1, y1 in the frame of the file, meters.
-        merges: numbers of rooms that are one room.
+        merges: numbers of rooms that are one room; with 0 those that are no rooms.
+        furniture: areas without walls, x0, y0, x1, y1 of two corners in the frame of the file, meters.
     """
 
-    ADDED: ClassVar[frozenset[str]] = frozenset({"storey"})
+    ADDED: ClassVar[frozenset[str]] = frozenset({"storey", "furniture"})
     SCHEMA: ClassVar[str] = "labgym.outline-answers/1"
 
     scale: Annotated[float, Field(gt=0.0, le=1000.0)] | None = None
@@ -75,6 +80,7 @@ class Answers(Document, Growing):
     doors: Annotated[tuple[Pair, ...], Field(max_length=100)] = ()
     splits: Annotated[tuple[Line, ...], Field(max_length=100)] = ()
     merges: Annotated[tuple[tuple[int, ...], ...], Field(max_length=50)] = ()
+    furniture: Annotated[tuple[Line, ...], Field(max_length=100)] = ()
 
 
 @dataclass(frozen=True)
@@ -105,7 +111,7 @@ class _Notes:
 
 
 def recognize(path: str | Path, answers: Answers | None = None) -> Proposal:
-    """Return the floor that a map of ROS, a DXF drawing or a building model probably shows.
+    """Return the floor that a map of ROS, a drawing, an image of a plan or a building model probably shows.
 
     Unlike the strict readers it guesses: the unit and the layers of a drawing, rooms behind furniture, doors that are
     not seen. Everything that it guesses or leaves out is listed.
@@ -125,10 +131,12 @@ def recognize(path: str | Path, answers: Answers | None = None) -> Proposal:
 
 
 def _picture(path: Path, answers: Answers) -> tuple[Picture, _Notes]:
-    """Return the picture of a file with the walls of --split, and what is noted about it."""
+    """Return the picture of a file without --furniture, with the walls of --split, and what is noted about it."""
     picture, notes = _file_picture(path, answers)
-    lines = tuple(((x0, y0), (x1, y1)) for x0, y0, x1, y1 in answers.splits)
-    return picture.with_walls(lines, DRAWN_WALL), notes
+    areas, lines = (
+        tuple(((x0, y0), (x1, y1)) for x0, y0, x1, y1 in values) for values in (answers.furniture, answers.splits)
+    )
+    return picture.with_floor(areas).with_walls(lines, DRAWN_WALL), notes
 
 
 def _file_picture(path: Path, answers: Answers) -> tuple[Picture, _Notes]:
@@ -146,12 +154,16 @@ def _file_picture(path: Path, answers: Answers) -> tuple[Picture, _Notes]:
             )
         picture, frame, left_out, asked = picture_of_building(path, answers.storey)
         return picture, _Notes(frame, left_out, asked)
-    from labgym.exchange.recognition.scans import picture_of
-    from labgym.exchange.ros_files import open_ros_map
+    from labgym.exchange.recognition.scans import picture_of, picture_of_plan
+    from labgym.exchange.ros_files import open_image, open_ros_map
 
-    grid = open_ros_map(path, lenient=True)
     if answers.layers:
-        raise OptionError("--layers is for drawings; a map of ROS has none")
+        raise OptionError("--layers is for drawings; a map of ROS and an image have none")
+    if path.suffix.lower() in IMAGES:
+        if answers.scale is None and answers.area is None:
+            raise OptionError(f"{path.name} states no scale: give --scale METERS_PER_PIXEL, or --area of all rooms")
+        return picture_of_plan(open_image(path, answers.scale or PIXEL)), _Notes()
+    grid = open_ros_map(path, lenient=True)
     factor = answers.scale or 1.0
     origin = (grid.origin[0] * factor, grid.origin[1] * factor, grid.origin[2])
     return picture_of(replace(grid, resolution=grid.resolution * factor, origin=origin)), _Notes()
@@ -201,6 +213,7 @@ def _assembled(path: Path, picture: Picture, labels: Labels, answers: Answers, n
     dropped_openings: set[tuple[float, float]] = set()
     coarse: dict[int, int] = {}
     left_out: set[int] = set()
+    cut_off: set[int] = set()
     for _ in range(ROUNDS):
         rooms = {label: room for label, room in _rooms(path, picture, labels, coarse).items() if label not in left_out}
         if not rooms:
@@ -213,7 +226,7 @@ def _assembled(path: Path, picture: Picture, labels: Labels, answers: Answers, n
                 path, "", f"the rooms cover {size[0]:.0f} x {size[1]:.0f} m, over {MAX_SIZE:g} m: give --scale"
             )
         here = _Notes(notes.frame, list(notes.skipped), list(notes.questions))
-        walls = _with_doors(picture, rooms, answers, here)
+        walls = _with_doors(picture, rooms, answers, here, cut_off)
         for label in sorted(set(rooms) - reached(walls, list(rooms))):
             notes.skipped.append(f"{_named(picture, label, rooms[label])}: no wall has place for a door")
             left_out.add(label)
@@ -232,12 +245,18 @@ def _assembled(path: Path, picture: Picture, labels: Labels, answers: Answers, n
                     dropped_openings.add(wall.point(min(middles, key=lambda middle: abs(middle - along))))
                 elif room is not None or isinstance(error, _RoomError):
                     label = error.label if isinstance(error, _RoomError) else int(room[1][5:] if room else 0)
-                    if coarse.get(label, 0) < 2 and ACCESS.search(message) is None:
-                        coarse[label] = coarse.get(label, 0) + 1
+                    if _eased(label, message, coarse, cut_off):
                         continue
                     reason = message.splitlines()[-2 if isinstance(error, ValidationError) else -1].strip()[:160]
                     notes.skipped.append(f"{_named(picture, label, rooms[label])}: {reason}")
                     left_out.add(label)
+                elif "rectangles on one floor" in message:
+                    if min((coarse.get(label, 0) for label in rooms), default=2) < 2:
+                        coarse = {label: coarse.get(label, 0) + 1 for label in rooms}
+                    else:
+                        label = max(rooms)
+                        notes.skipped.append(f"{_named(picture, label, rooms[label])}: the floor has too many corners")
+                        left_out.add(label)
                 else:
                     raise DocumentError(path, "", f"the recognized rooms form no floor ({message[:200]})") from None
                 continue
@@ -247,6 +266,17 @@ def _assembled(path: Path, picture: Picture, labels: Labels, answers: Answers, n
             return Proposal(floor, picture, outlines_, walls, (x0, y0), tuple(here.skipped), tuple(here.questions))
     last = f" ({notes.skipped[-1]})" if notes.skipped else ""
     raise DocumentError(path, "", f"no recognized room can be part of a floor{last}: give --layers, --scale or --door")
+
+
+def _eased(label: int, message: str, coarse: dict[int, int], cut_off: set[int]) -> bool:
+    """Return whether a room that does not fit gets another try, with another door or with fewer corners."""
+    if ACCESS.search(message) is not None:
+        again = label not in cut_off
+        cut_off.add(label)
+    else:
+        coarse[label] = coarse.get(label, 0) + 1
+        again = coarse[label] <= 2
+    return again
 
 
 class _RoomError(OptionError):
@@ -265,8 +295,10 @@ class _BlockedError(OptionError):
         self.wall, self.position = wall, position
 
 
-def _with_doors(picture: Picture, rooms: Mapping[int, Polygon], answers: Answers, notes: _Notes) -> list[PlanWall]:
-    """Return the walls with the doors that are seen, answered or proposed."""
+def _with_doors(
+    picture: Picture, rooms: Mapping[int, Polygon], answers: Answers, notes: _Notes, cut_off: Set[int]
+) -> list[PlanWall]:
+    """Return the walls with the doors that are seen, answered or proposed; rooms that are cut off get another one."""
     walls = walls_around(rooms)
     add_openings(picture, walls)
     for start, end in picture.doors:
@@ -282,6 +314,10 @@ def _with_doors(picture: Picture, rooms: Mapping[int, Polygon], answers: Answers
         wall = longest_wall(walls, {first}, {0}) or longest_wall(walls, inside, {0})
         if wall is not None:
             _propose(picture, wall, "no exit is seen; one is proposed", notes)
+    for label in sorted(cut_off & inside):
+        wall = longest_wall(walls, {label}, inside - cut_off) or longest_wall(walls, {label}, {0})
+        if wall is not None:
+            _propose(picture, wall, f"no clear way to room {label} is seen; a door is proposed", notes)
     while True:
         there = reached(walls, list(rooms))
         missing = inside - there

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from labgym.exchange.recognition.picture import Mask, Picture, closed, components, opened
+from labgym.exchange.recognition.picture import Mask, Picture, along, closed, components, near, opened
 
 DOOR_WIDTH = 1.1
 """Width of openings at which rooms are divided, meters."""
@@ -37,6 +37,12 @@ PILASTER = 0.45
 """The same for drawings, whose furniture is known: columns and pilasters, meters."""
 THICKEST_WALL, LONGEST_STUB = 0.35, 0.9
 """What is thinner and longer than these, and stands at the edge of a room, is a wall and no furniture, meters."""
+NARROWEST, LEAST_REST = 0.2, 0.5
+"""Width and area of the smallest alcoves, meters and square meters."""
+MOST_UNKNOWN = 0.25
+"""Largest share of the boundary of an alcove that is neither wall nor free."""
+THICKEST_OUTER, NARROWEST_WAY = 0.6, 0.5
+"""Thickness of the thickest outer wall, and width of the narrowest way through it, meters."""
 WALLED = 0.4
 """Least share of the boundary of a room that is wall."""
 Labels = NDArray[np.int32]
@@ -46,17 +52,20 @@ def rooms_of(picture: Picture, merged: Sequence[Sequence[int]] = ()) -> tuple[La
     """Return the room of each cell, from 1 on and 0 for none, and the middles of areas that are not enclosed.
 
     Args:
-        merged: numbers of rooms that are one, in the numbering without them.
+        merged: numbers of rooms that are one, in the numbering without them; with 0 those that are no rooms.
 
     Returns:
         (ny, nx) labels, largest room first, and (column, row) of the areas left out.
     """
     labels, dropped = (picture.rooms, []) if picture.rooms is not None else _enclosed(picture, _divided(picture))
+    if picture.rooms is None:
+        labels = _with_rest(picture, labels)
+        dropped = [(column, row) for column, row in dropped if not labels[row, column]]
     labels = _by_size(labels)
     for group in merged:
         labels = _merged(picture, labels, group)
     labels = _filled(picture, labels)
-    return labels, dropped
+    return labels if picture.drawn else _without_openings(picture, labels), dropped
 
 
 def _divided(picture: Picture) -> Labels:
@@ -82,9 +91,9 @@ def _bridges(picture: Picture) -> Mask:
     for axis in (0, 1, 0, 1):  # a gap may end at another one
         free = picture.free & ~bridges
         narrow = ~opened(free, picture.cells(THICKEST_WALL))
-        thin = narrow & ~_along(narrow, picture.cells(THICKEST_WALL) + 1, 1 - axis, cv2.MORPH_OPEN)
-        walls = _along(thin, picture.cells(STUB), axis, cv2.MORPH_OPEN)
-        walls = _along(walls, 2 * picture.cells(OFFSET[picture.drawn]) + 1, 1 - axis, cv2.MORPH_DILATE)
+        thin = narrow & ~along(narrow, picture.cells(THICKEST_WALL) + 1, 1 - axis, cv2.MORPH_OPEN)
+        walls = along(thin, picture.cells(STUB), axis, cv2.MORPH_OPEN)
+        walls = along(walls, 2 * picture.cells(OFFSET[picture.drawn]) + 1, 1 - axis, cv2.MORPH_DILATE)
         bridges |= _gaps(picture, walls, free, axis)
     core = opened(picture.free & ~bridges, picture.cells(DOOR_WIDTH, 2))
     _, parts, stats = components(core)
@@ -107,27 +116,19 @@ def _gaps(picture: Picture, walls: Mask, free: Mask, axis: int) -> Mask:
 
     Where another wall crosses the end of a wall there is no gap: what lies beyond is a corridor.
     """
-    between = _along(walls, picture.cells(WIDEST_GAP), axis, cv2.MORPH_CLOSE) & ~walls
+    between = along(walls, picture.cells(WIDEST_GAP), axis, cv2.MORPH_CLOSE) & ~walls
     _, labels, stats = components(between)
     whole = np.bincount(labels[free], minlength=len(stats)) >= CLEAR[picture.drawn] * stats[:, cv2.CC_STAT_AREA]
     whole[0] = False
     most = picture.cells(WIDEST_END)
-    beyond = _along(walls, 2 * most + 1, axis, cv2.MORPH_DILATE) & free & ~walls
+    beyond = along(walls, 2 * most + 1, axis, cv2.MORPH_DILATE) & free & ~walls
     _, ends, stats = components(beyond)
     touching = np.zeros(len(stats), dtype=np.bool_)
-    touching[np.unique(ends[_along(walls, 3, axis, cv2.MORPH_DILATE)])] = True
+    touching[np.unique(ends[along(walls, 3, axis, cv2.MORPH_DILATE)])] = True
     length, width = (stats[:, cv2.CC_STAT_HEIGHT], stats[:, cv2.CC_STAT_WIDTH])[:: 1 if axis == 0 else -1]
     touching &= (length < most) & (width * picture.cell < 2.0 * THICKEST_WALL)
     touching[0] = False
     return np.asarray((whole[labels] & free) | touching[ends])
-
-
-def _along(mask: Mask, size: int, axis: int, operation: int) -> Mask:
-    """Return a morphological operation along the rows (axis 1) or the columns (axis 0) of a mask."""
-    size |= 1  # an even kernel shifts the result
-    kernel = np.ones((1, size) if axis else (size, 1), np.uint8)
-    result = cv2.morphologyEx(mask.astype(np.uint8), operation, kernel, borderType=cv2.BORDER_CONSTANT, borderValue=0)
-    return np.asarray(result > 0)
 
 
 def _enclosed(picture: Picture, labels: Labels) -> tuple[Labels, list[tuple[int, int]]]:
@@ -161,6 +162,43 @@ def _doorways(picture: Picture, labels: Labels) -> Mask:
     return np.asarray(picture.free & (labels == 0))
 
 
+def _with_rest(picture: Picture, labels: Labels) -> Labels:
+    """Return labels in which free areas of no room, such as alcoves, belong to the room that they open to."""
+    rest = opened(picture.free & (labels == 0) & ~picture.outside, picture.cells(NARROWEST, 2))
+    _, parts, stats = components(rest)
+    result = labels.copy()
+    for part in np.flatnonzero(stats[:, cv2.CC_STAT_AREA] * picture.cell**2 >= LEAST_REST)[1:].tolist():
+        x, y, width, height = (int(value) for value in stats[part, :4])
+        window = np.s_[max(y - 2, 0) : y + height + 2, max(x - 2, 0) : x + width + 2]
+        own = parts[window] == part
+        around = near(own, 2) & ~own
+        rooms = np.bincount(labels[window][around])
+        unknown = around & ~picture.free[window] & ~near(picture.solid[window], 1)
+        if rooms[1:].any() and unknown.sum() <= MOST_UNKNOWN * around.sum():
+            result[window][own] = 1 + int(np.argmax(rooms[1:]))
+    return result
+
+
+def _without_openings(picture: Picture, labels: Labels) -> Labels:
+    """Return labels without the gaps of outer walls: those beyond which there is neither room nor wall."""
+    result = labels.copy()
+    for axis in (0, 1):
+        gaps = along(picture.solid, picture.cells(WIDEST_END), axis, cv2.MORPH_CLOSE) & ~picture.solid & (labels > 0)
+        _, parts, stats = components(gaps)
+        depth, width = stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT]
+        depth, width = (depth, width) if axis == 0 else (width, depth)
+        through = (depth * picture.cell <= THICKEST_OUTER) & (width * picture.cell >= NARROWEST_WAY)
+        nothing = (labels == 0) & ~picture.solid
+        for step in (-1, 1):
+            beyond = np.roll(parts, step, 1 - axis)
+            beyond[gaps] = 0
+            total, empty = (np.bincount(beyond[area], minlength=len(stats)) for area in (beyond > 0, nothing))
+            outer = empty > 0.5 * np.maximum(total, 1)
+            outer[0] = False
+            result[(outer & through)[parts]] = 0
+    return result
+
+
 def _by_size(labels: Labels) -> Labels:
     """Return labels renumbered from the largest area to the smallest."""
     areas = np.bincount(labels.ravel())
@@ -173,7 +211,9 @@ def _by_size(labels: Labels) -> Labels:
 
 def _merged(picture: Picture, labels: Labels, group: Sequence[int]) -> Labels:
     """Return labels in which rooms have the number of the first, with the walls between them."""
-    own = np.isin(labels, list(group))
+    own = (labels > 0) & np.isin(labels, list(group))
+    if 0 in group:
+        return np.where(own, 0, labels).astype(np.int32)
     joined = closed(own, picture.cells(DEEPEST_NECK)) & ((labels == 0) | own)
     return np.where(joined, group[0], labels).astype(np.int32)
 

@@ -1,8 +1,9 @@
-"""Pictures of floors from maps of ROS: turned to the main direction, without beams, with furniture filled."""
+"""Pictures of floors from maps of ROS and images of plans: along the main direction, without beams and furniture."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -11,13 +12,22 @@ from labgym.exchange.recognition.picture import (
     MAX_PIXELS,
     Mask,
     Picture,
+    along,
     components,
     main_direction,
+    near,
     opened,
     turned,
 )
+from labgym.exchange.recognition.plans import MARGIN, outside_of
 from labgym.exchange.ros_files import RosMap
 
+THINNEST_WALL, LONGEST_SYMBOL = 0.07, 0.8
+"""Thickness of thin walls, and length of the longest letter or symbol, in an image of a plan, meters."""
+LEAST_TURN = math.radians(2.0)
+"""Angle above which a map counts as turned although its grid looks aligned."""
+AROUND = 1.0
+"""Width of what is kept around the free cells of a map, meters."""
 BEAM = 0.3
 """Free parts that are narrower belong to single beams of a lidar, meters."""
 LEAST_PART = 5.0
@@ -30,18 +40,59 @@ THICKEST_WALL, LONGEST_SHORT = 0.45, 1.5
 """A free-standing object that is thinner and longer than these is a wall, meters."""
 FRONT = 0.15
 """Distance around an unknown area and around a free one within which solid cells are fronts of furniture, meters."""
+BARE = 0.5
+"""Length of a wall without furniture that tells it from the front of furniture, meters."""
+SHORTEST_WALL, DOOR = 0.6, 1.3
+"""Length of the shortest piece of wall, and of the widest gap between two pieces of one wall, meters."""
+NARROWEST = 0.2
+"""Width of the narrowest furniture, meters."""
 MOSTLY_THIN = 0.2
 """Largest share of a wall that may be thicker."""
 
 
 def picture_of(grid: RosMap) -> Picture:
     """Return the picture of a map. Free-standing furniture is free in it."""
+    grid = _cropped(grid)
     rows, columns = np.nonzero(grid.occupied)
     points = np.asarray((np.column_stack([columns, rows]) + 0.5) * grid.resolution, dtype=np.float64)
     yaw = main_direction(points, grid.resolution)
+    if yaw == 0.0:  # In intervals of one cell, the columns of the grid look like lines.
+        coarse = main_direction(points, 2.0 * grid.resolution)
+        yaw = coarse if abs(coarse) > LEAST_TURN else 0.0
     picture = _turned(grid, yaw)
     free = _without_furniture(_without_beams(picture), picture)
     return Picture(free, picture.solid & ~free, picture.outside, picture.cell, picture.x, picture.y, picture.yaw)
+
+
+def _cropped(grid: RosMap) -> RosMap:
+    """Return the part of a map around its free cells."""
+    rows, columns = (np.flatnonzero(grid.free.any(axis=axis)) for axis in (1, 0))
+    if not len(rows):
+        return grid
+    margin = math.ceil(AROUND / grid.resolution)
+    row, column = max(int(rows[0]) - margin, 0), max(int(columns[0]) - margin, 0)
+    window = np.s_[row : int(rows[-1]) + margin + 1, column : int(columns[-1]) + margin + 1]
+    corner = turned(np.array([(column, row)]) * grid.resolution, grid.origin[2])[0].tolist()
+    origin = (grid.origin[0] + corner[0], grid.origin[1] + corner[1], grid.origin[2])
+    return RosMap(grid.occupied[window], grid.free[window], grid.resolution, origin)
+
+
+def picture_of_plan(grid: RosMap) -> Picture:
+    """Return the picture of an image of a floor plan: dark walls on a light ground. Symbols and thin lines are free."""
+    cell = grid.resolution
+    margin = math.ceil(MARGIN / cell)
+    count, labels, stats = components(grid.occupied)
+    strokes = opened(grid.occupied, max(2, round(THINNEST_WALL / cell)))
+    walls = strokes if count and strokes.sum() >= 0.4 * grid.occupied.sum() else grid.occupied
+    large = np.maximum(stats[:, cv2.CC_STAT_WIDTH], stats[:, cv2.CC_STAT_HEIGHT]) * cell >= LONGEST_SYMBOL
+    large[0] = False
+    walls = np.pad(walls & large[labels], margin)
+    origin = (-margin * cell, -margin * cell, 0.0)
+    rows, columns = np.nonzero(walls)
+    yaw = main_direction(np.asarray((np.column_stack([columns, rows]) + 0.5) * cell, dtype=np.float64), cell)
+    picture = _turned(RosMap(walls, ~walls, cell, origin), yaw)
+    outside = outside_of(~picture.solid, picture.cell)
+    return replace(picture, free=~picture.solid & ~outside, outside=outside, unit=cell, drawn=True)
 
 
 def _turned(grid: RosMap, yaw: float) -> Picture:
@@ -89,6 +140,10 @@ def _without_beams(picture: Picture) -> Mask:
 
 def _without_furniture(free: Mask, picture: Picture) -> Mask:
     """Return the free area with the objects in it that are no walls."""
+    inside = _pockets(free, picture)
+    thin = picture.solid & ~free
+    thin &= ~opened(thin, picture.cells(THICKEST_WALL) + 1)
+    walls = _wall_lines(thin, inside, picture)
     count, labels, stats = components(~free)
     thick = opened(~free, picture.cells(THICKEST_WALL) + 1)
     result = free.copy()
@@ -100,21 +155,42 @@ def _without_furniture(free: Mask, picture: Picture) -> Mask:
             continue
         window = np.s_[y : y + h, x : x + w]
         own = labels[window] == part
-        thin = float((thick[window] & own).sum()) <= MOSTLY_THIN * area
-        if not (thin and max(w, h) * picture.cell >= LONGEST_SHORT):
-            result[window] |= own
-    return result | _pockets(result, picture)
+        mostly_thin = float((thick[window] & own).sum()) <= MOSTLY_THIN * area
+        if not (mostly_thin and max(w, h) * picture.cell >= LONGEST_SHORT):
+            result[window] |= own & ~walls[window]
+    return result | ((inside | _fronts(result, inside, thin, picture)) & ~walls)
 
 
 def _pockets(free: Mask, picture: Picture) -> Mask:
-    """Return the furniture at walls of which the map shows all sides: unknown areas between solid ones, with fronts."""
-    unknown = opened(~free & ~picture.solid, picture.cells(BEAM, 2))
-    _, labels, stats = components(unknown)
+    """Return the inside of furniture of which the map shows all sides: unknown areas between solid ones."""
+    unknown = ~free & ~picture.solid
+    size = picture.cells(NARROWEST, 2)
+    _, labels, stats = components(opened(unknown, size))
     border = np.concatenate([labels[0], labels[-1], labels[:, 0], labels[:, -1]])
     pocket = stats[:, cv2.CC_STAT_AREA] * picture.cell**2 <= LARGEST_FURNITURE
     pocket[np.unique(border)] = False
     pocket[0] = False
-    front = 2 * picture.cells(FRONT) + 1
-    kernel = np.ones((front, front), np.uint8)
-    around, beside = (cv2.dilate(mask.astype(np.uint8), kernel) > 0 for mask in (pocket[labels], free))
-    return np.asarray(pocket[labels] | (around & beside))
+    return near(pocket[labels], size) & unknown
+
+
+def _wall_lines(thin: Mask, inside: Mask, picture: Picture) -> Mask:
+    """Return the thin straight solid lines, with doors, that are longer than the furniture that stands against them."""
+    beside = near(inside, picture.cells(FRONT))
+    result = np.zeros(thin.shape, dtype=np.bool_)
+    for axis in (0, 1):
+        lines = along(thin, 3, 1 - axis, cv2.MORPH_DILATE)
+        lines = along(lines, picture.cells(SHORTEST_WALL), axis, cv2.MORPH_OPEN)
+        _, labels, _ = components(along(lines, picture.cells(DOOR), axis, cv2.MORPH_CLOSE))
+        labels = np.where(lines & thin, labels, 0)
+        away = (labels > 0) & ~beside
+        bare = np.unique(np.column_stack([labels[away], np.nonzero(away)[axis]]), axis=0)[:, 0]
+        wall = np.bincount(bare, minlength=int(labels.max(initial=0)) + 1) >= picture.cells(BARE)
+        wall[0] = False
+        result |= wall[labels]
+    return result
+
+
+def _fronts(free: Mask, inside: Mask, thin: Mask, picture: Picture) -> Mask:
+    """Return the sides of furniture: solid cells between its inside and the free area, and between two pieces."""
+    reach = picture.cells(FRONT)
+    return near(inside, reach) & (near(free, reach) | thin)

@@ -23,6 +23,8 @@ JOG = {False: 0.3, True: 0.09}
 """Longest step in a wall that is straightened, meters."""
 LINE = {False: 0.15, True: 0.04}
 """Sides that face the same way and are nearer than this lie on one line, meters."""
+SHARE = 0.75
+"""Share of the boundary along a side that lies inside: furniture at a wall hides more than beams reach through it."""
 COARSE = 2.5
 """Factor on the deviation and the steps of outlines that are too complicated."""
 OBLIQUE = {False: 1.5, True: 0.4}
@@ -146,7 +148,7 @@ def _side(points: Array, tolerance: float, inset: float, shortest: float) -> _Si
     for axis, (along, across) in enumerate(((dx, dy), (dy, dx))):
         if abs(math.atan2(across, abs(along))) <= slack + 1e-9:
             outward = (-1.0 if along > 0.0 else 1.0) * (1.0 if axis == 0 else -1.0)
-            at = float(np.median(points[:, 1 - axis])) + outward * inset
+            at = outward * (float(np.quantile(outward * points[:, 1 - axis], SHARE)) + inset)
             return _Side(axis, at, first, last)
     nx, ny = dy / length * inset, -dx / length * inset
     return _Side(None, 0.0, (first[0] + nx, first[1] + ny), (last[0] + nx, last[1] + ny))

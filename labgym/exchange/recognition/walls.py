@@ -29,6 +29,8 @@ SLANT = math.sin(math.radians(2.0))
 """Largest sine of the angle between the two faces of a wall."""
 NARROWEST, WIDEST_DOOR, WIDEST = 0.6, 2.4, 12.0
 """Widths of the narrowest opening, the widest door and the widest passage, meters."""
+BEGUN = 0.15
+"""Length of a way through an outer wall that is seen, meters."""
 FRAME = 0.05
 """Length of wall that is left between an opening and the end of its wall, meters."""
 DOOR_WIDTH = 1.0
@@ -218,8 +220,9 @@ def add_openings(picture: Picture, walls: Sequence[PlanWall]) -> None:
     for wall in walls:
         if wall.rooms[1] in (-1, wall.rooms[0]):
             continue
-        reach = wall.thickness / 2.0 + (0.1 if wall.rooms[1] else 0.25)
         near = wall.thickness / 2.0 + 0.1
+        # Of an outer wall the thickness is not known: the way begins, and no wall closes it.
+        reach = near if wall.rooms[1] else BEGUN - wall.thickness / 2.0
         along = np.arange(step / 2.0, wall.length, step)
         across = np.arange(-reach, near + step / 2.0, picture.cell)
         if not len(along):
@@ -228,6 +231,10 @@ def add_openings(picture: Picture, walls: Sequence[PlanWall]) -> None:
         grid = start + along[:, None, None] * (ux, uy) + across[None, :, None] * (-uy, ux)
         points = grid.reshape(-1, 2)
         free = picture.sampled(picture.free, points).reshape(len(along), len(across)).mean(axis=1) >= 0.99
+        if not wall.rooms[1]:
+            beyond = np.arange(-wall.thickness / 2.0 - 0.25, -reach, picture.cell)
+            points = (start + along[:, None, None] * (ux, uy) + beyond[None, :, None] * (-uy, ux)).reshape(-1, 2)
+            free &= ~picture.sampled(picture.solid, points).reshape(len(along), len(beyond)).any(axis=1)
         edges = np.flatnonzero(np.diff(np.concatenate([[False], free, [False]]).astype(np.int8)))
         for low, high in zip(edges[::2] * step, edges[1::2] * step, strict=True):
             low, high = max(float(low), FRAME), min(float(high), wall.length - FRAME)
