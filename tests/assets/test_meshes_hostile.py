@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from labgym.assets.meshes import LIMITS, MeshError, read_mesh
+from labgym.assets.meshes import LIMITS, MeshError, polygons, read_mesh, unitless
 from labgym.assets.meshes.stage import memory_for
 from labgym.errors import UnknownNameError
 
@@ -121,6 +121,63 @@ def test_an_obj_of_too_many_objects_is_refused(tmp_path):
     path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\n" + "".join(f"o part{k}\nf 1 2 3\n" for k in range(51)))
     assert len(read_mesh(path, limits=replace(LIMITS, parts=51)).parts) == 51
     refused(path, "50 parts", limits=replace(LIMITS, parts=50))
+
+
+def polygon(points) -> str:
+    return "".join(f"v {x} {y} 0\n" for x, y in points) + "f " + " ".join(map(str, range(-len(points), 0))) + "\n"
+
+
+def test_polygons_of_too_many_corners_that_are_not_convex_are_refused(tmp_path, monkeypatch):
+    path, comb = tmp_path / "comb.obj", [(k, 5 * (k % 2)) for k in range(510)] + [(510, -1), (-1, -1)]
+    path.write_text(polygon(comb))
+    (part,) = read_mesh(path).parts
+    assert len(part.faces) == len(comb) - 2
+    assert trimesh.Trimesh(part.vertices, part.faces).area == pytest.approx(0.5 + 509 * 3.5 + 3.0)  # over y = -1
+    path.write_text(polygon([*comb, (-1, -0.5)]))
+    refused(path, "513 corners, expected at most 512", "triangulate the mesh")
+    path.write_text(polygon([(np.cos(k), np.sin(k)) for k in np.linspace(0.0, 6.28, 600)]))
+    assert len(read_mesh(path).parts[0].faces) == 598
+    # Limits of one polygon, or of one object, would let many of them take hours.
+    monkeypatch.setattr("labgym.assets.meshes.polygons.MAX_ALL_CONCAVE_CORNERS", 19)
+    arrow = polygon([(0, 0), (2, 0), (1, 1), (2, 2), (0, 2)])
+    path.write_text("".join(f"o part{k}\n{arrow}" for k in range(3)))
+    assert len(read_mesh(path).parts) == 3
+    path.write_text("".join(f"o part{k}\n{arrow}" for k in range(4)))
+    refused(path, "20 corners, expected at most 19", "triangulate the mesh")
+
+
+def test_corners_are_cut_off_in_an_order_that_looks_at_each_a_few_times(monkeypatch):
+    """A spiral of 512 corners has few ears; a polygon of random corners crosses itself and may have none."""
+    looks = []
+    inside = polygons._inside
+    monkeypatch.setattr(polygons, "_inside", lambda *arguments: looks.append(1) or inside(*arguments))
+    turn, rng = np.arange(256), np.random.default_rng(0)
+    outer = np.stack([np.cos(0.2 * turn), np.sin(0.2 * turn)], axis=1) * (1.0 + 0.05 * turn)[:, None]
+    inner = (outer * (1.3 + 0.05 * turn)[:, None] / (1.0 + 0.05 * turn)[:, None])[::-1]
+    for ring in (np.concatenate([outer, inner]), rng.normal(size=(512, 2))):
+        points = np.column_stack([ring, np.zeros(512)])
+        looks.clear()
+        faces, _ = polygons.triangulate(points, np.array([512]), np.arange(512))
+        assert len(faces) == 510
+        assert len(looks) <= 3 * 512
+        x, y = ring.T
+        corners = points[faces]
+        areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2] / 2.0
+        assert areas.sum() == pytest.approx(0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1)))
+
+
+def test_a_material_library_is_read_once_and_a_face_counts_at_least_once(tmp_path, monkeypatch):
+    path = tmp_path / "many.obj"
+    (tmp_path / "red.mtl").write_text("newmtl red\nKd 1 0 0\n")
+    read = []
+    colors = unitless._colors
+    monkeypatch.setattr(unitless, "_colors", lambda *arguments: read.append(1) or colors(*arguments))
+    corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\n"
+    path.write_text("mtllib red.mtl\n" * 500 + corners + "f 1 2 3\n")
+    assert read_mesh(path).parts[0].color == (1.0, 0.0, 0.0, 1.0)
+    assert len(read) == 1
+    path.write_text(corners + "f 1\n" * 100)
+    refused(path, "50 faces", limits=replace(LIMITS, faces=50))
 
 
 def test_an_obj_of_many_short_lines_takes_a_few_times_its_size(tmp_path):

@@ -127,6 +127,20 @@ def test_meshes_too_fine_for_coacd_have_hulls_and_it_is_said(bowl, monkeypatch):
     assert (mesh.decomposed_by, len(mesh.convex)) == ("convex hull", 2)
 
 
+def test_meshes_of_more_concave_parts_than_allowed_have_hulls_and_it_is_said(bowl, monkeypatch):
+    """Convex parts do not count; coacd itself, which takes two seconds a part, does not run."""
+    monkeypatch.setattr(physical.importlib.util, "find_spec", lambda name: object())
+    decomposed = []
+    whole = lambda parts, budget: decomposed.append(len(parts)) or ([[part.vertices] for part in parts], "")  # noqa: E731
+    monkeypatch.setattr(physical, "_by_coacd", whole)
+    for count, method in ((16, "coacd"), (17, "convex hull")):
+        parts = mesh_file(*[bowl] * count, *[trimesh.creation.box()] * 5).parts
+        result = physical.decompose(parts)
+        assert (result.method, len(result.bodies)) == (method, count + 5)
+        assert ("17 concave parts are too many" in result.note) == (count == 17)
+    assert decomposed == [16]
+
+
 def test_flat_parts_become_thin_plates(bowl):
     square = trimesh.Trimesh([(0, 0, 2), (1, 0, 2), (0, 1, 2)], [(0, 1, 2)])
     slanted = trimesh.Trimesh([(0, 0, 0), (1, 0, 1), (0, 1, 0)], [(0, 1, 2)])

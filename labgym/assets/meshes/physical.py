@@ -26,7 +26,7 @@ MAX_BODIES = 32
 """Most convex bodies of a mesh; a mesh of more parts is decomposed as one."""
 MAX_FACES = 20_000
 """Meshes with more faces, convex parts apart, have hulls only: coacd would take minutes."""
-MAX_CONCAVE = 16
+MAX_CONCAVE_PARTS = 16
 """Meshes with more parts that are not convex have hulls only: coacd takes two seconds for each."""
 MAX_BODIES_PER_PART = 16
 """Most convex bodies of a part."""
@@ -77,7 +77,7 @@ def decompose(parts: Sequence[MeshPart]) -> Decomposition:
         return Decomposition(hulls, "coacd" if importlib.util.find_spec("coacd") else "convex hull")
     if importlib.util.find_spec("coacd") is None:
         return Decomposition(hulls, "convex hull")
-    for count, most, what in ((faces, MAX_FACES, "faces"), (len(concave), MAX_CONCAVE, "concave parts")):
+    for count, most, what in ((faces, MAX_FACES, "faces"), (len(concave), MAX_CONCAVE_PARTS, "concave parts")):
         if count > most:
             note = f"{count} {what} are too many for convex decomposition (at most {most})"
             return Decomposition(hulls, "convex hull", f"{note}: each part collides as its hull")

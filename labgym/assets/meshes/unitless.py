@@ -6,6 +6,7 @@ import io
 import math
 import re
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -67,7 +68,8 @@ def _check_count(path: Path, count: int, limits: MeshLimits) -> None:
         raise MeshError(path, f"has {count} faces, expected at most {limits.faces}; simplify the mesh")
 
 
-MAX_MTL_BYTES = 1024**2
+MAX_MTL_BYTES, MAX_LIBRARIES = 1024**2, 16
+"""Bytes that are read of a material library, and libraries that are read of an OBJ; further ones give no colors."""
 
 
 @dataclass
@@ -87,7 +89,7 @@ def read_obj(path: Path, content: bytes, limits: MeshLimits = LIMITS) -> RawMesh
     """
     vertices: list[tuple[float, float, float]] = []
     groups: dict[tuple[str, str], _Group] = {}
-    colors: dict[str, Rgba] = {}
+    libraries: dict[str, None] = {}
     title, thing, material, faces = "", path.stem, "", 0
     # A list of all lines of a file would take 20 times its size.
     for number, line in enumerate(io.BytesIO(content.replace(b"\\\n", b" ")), start=1):
@@ -101,21 +103,33 @@ def read_obj(path: Path, content: bytes, limits: MeshLimits = LIMITS) -> RawMesh
                 group = groups.setdefault((thing, material), _Group())
                 group.counts.append(len(corners))
                 group.corners += corners
-                faces += len(corners) - 2
+                faces += max(len(corners) - 2, 1)
             elif keyword in ("o", "g"):
                 thing = printable(rest) or thing
                 title = title or (thing if keyword == "o" else "")
             elif keyword == "usemtl":
                 material = printable(rest)
-            elif keyword == "mtllib":
-                colors |= _colors(path, rest.strip())
+            elif keyword == "mtllib" and len(libraries) < MAX_LIBRARIES:
+                libraries[rest.strip()] = None
         except ValueError as error:
             raise MeshError(path, f"line {number}: {error}; expected a Wavefront OBJ file") from None
         if len(vertices) > limits.vertices or faces > limits.faces or len(groups) > limits.parts:
             most = f"{limits.vertices} vertices, {limits.faces} faces and {limits.parts} parts"
             raise MeshError(path, f"has more than {most}; simplify the mesh")
     points = np.array(vertices, dtype=np.float64).reshape(-1, 3)
-    parts = [_part(path, points, key, group, colors) for key, group in groups.items()]
+    sizes = np.array([count for group in groups.values() for count in group.counts], dtype=np.int64)
+    indices = np.array([corner for group in groups.values() for corner in group.corners], dtype=np.int64)
+    try:
+        triangles, owners = triangulate(points, sizes, indices)
+    except ValueError as error:
+        raise MeshError(path, f"{error}; triangulate the mesh before export") from None
+    ends = np.cumsum([0, *(len(group.counts) for group in groups.values())])
+    bounds = np.searchsorted(owners, ends).tolist()
+    colors = {name: color for library in libraries for name, color in _colors(path, library).items()}
+    parts = []
+    for (name, look), (first, end) in zip(groups, pairwise(bounds), strict=True):
+        used, compact = np.unique(triangles[first:end], return_inverse=True)
+        parts.append(MeshPart(name, points[used], compact.reshape(-1, 3), colors.get(look), look or None))
     return RawMesh(tuple(parts), title or path.stem, None, None, bounded_metadata({"title": title}))
 
 
@@ -126,16 +140,6 @@ def _index(token: str, count: int) -> int:
     if number == 0 or not 0 <= index < count:
         raise ValueError(f"corner {number} names no vertex, {count} are defined before it")
     return index
-
-
-def _part(path: Path, points: np.ndarray, key: tuple[str, str], group: _Group, colors: dict[str, Rgba]) -> MeshPart:
-    thing, material = key
-    try:
-        faces, _ = triangulate(points, np.array(group.counts), np.array(group.corners, dtype=np.int64))
-    except ValueError as error:
-        raise MeshError(path, f"object {thing!r}: {error}; triangulate the mesh before export") from None
-    used, compact = np.unique(faces, return_inverse=True)
-    return MeshPart(thing, points[used], compact.reshape(-1, 3), colors.get(material), material or None)
 
 
 def _colors(path: Path, name: str) -> dict[str, Rgba]:

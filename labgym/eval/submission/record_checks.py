@@ -117,7 +117,7 @@ def box_problems(identity: RunIdentity, level: str) -> Iterator[str]:
         yield f"{IDENTITY_FILE} and {SUMMARY} differ in box"
     policy = identity.inputs.get("policy")
     place = policy.get("place") if isinstance(policy, dict) else None
-    if level == BUILT_IN_CODE and place not in {entry.place for entry in BUILT_IN.values()}:
+    if level == BUILT_IN_CODE and place not in [entry.place for entry in BUILT_IN.values()]:
         yield f"{SUMMARY} says {level!r}, but {str(place)[:80]!r} in {IDENTITY_FILE} is none: it must say its box"
 
 

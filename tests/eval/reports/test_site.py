@@ -17,8 +17,10 @@ import numpy as np
 import pytest
 import shapely
 from labnav_folders import line_to_goal, write_folder
+from laboratories import island_laboratory
 
 from labgym.artefacts import artefacts
+from labgym.assets.model import Size
 from labgym.cli import main
 from labgym.envs.labnav.episodes import published_episodes
 from labgym.envs.labnav.nuisances import prepared
@@ -414,6 +416,19 @@ def test_names_of_spaces_stand_on_free_floor():
         line = shapely.box((x - width / 2) / 100, y / 100 - 0.14, (x + width / 2) / 100, y / 100 + 0.14)
         assert width > 0
         assert shapely.intersection(line, furniture).area < 0.02
+
+
+def test_a_room_without_free_floor_is_named_in_its_middle():
+    layout = island_laboratory()
+    cover = next(each for each in layout.placements if each.support == "floor")
+    size = Size(width=9.0, depth=7.0, height=0.9)
+    full = layout.replace(
+        placements=(cover.model_copy(update={"position": (4.0, 3.0, 0.0), "yaw": 0.0, "size": size}),)
+    )
+    ((x, y, _, width),) = plan_of_map(full)["names"]
+    assert abs(x - 400) <= 50
+    assert 100 <= y <= 500
+    assert width > 0
 
 
 def test_a_folder_of_an_unknown_task_is_refused_in_one_line(evaluations, tmp_path, capsys):

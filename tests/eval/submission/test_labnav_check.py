@@ -25,7 +25,10 @@ from labgym.eval.submission.check import (
     unseen,
 )
 from labgym.eval.submission.labnav_claim import LabNavClaim
+from labgym.eval.submission.record_checks import box_problems
 from labgym.policies import Policy
+from labgym.policies.process.box import BUILT_IN_CODE
+from labgym.runs.identity import RunIdentity
 
 TASKS = ("people", "moved", "carry", "shift")
 
@@ -97,6 +100,13 @@ def test_rows_that_their_actions_do_not_give_are_no_result_to_publish(submission
     monkeypatch.setattr("labgym.eval.submission.labnav_claim.load_labnav", lambda name: suite)
     assert main(["leaderboard", "--add", str(submission.folder)]) == 2
     assert "simulated again differs: time" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("place", [{"a": 1}, ["astar"], 3, None])
+def test_a_policy_whose_place_is_no_text_is_not_built_in(place):
+    identity = RunIdentity(kind="labnav", inputs={"policy": {"place": place}}, code="0" * 64)
+    (problem,) = box_problems(identity, BUILT_IN_CODE)
+    assert str(place) in problem
 
 
 class Failing(Policy):

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from fuzz.targets import documents, exchange, meshes, networks, reactions, robots, runs, settings, wire
+from fuzz.targets import documents, exchange, labnav, meshes, networks, reactions, robots, runs, settings, wire
 
 TARGETS = tuple(
     target
-    for module in (documents, exchange, reactions, meshes, robots, runs, settings, wire, networks)
+    for module in (documents, exchange, reactions, meshes, robots, runs, labnav, settings, wire, networks)
     for target in module.targets()
 )

@@ -88,7 +88,7 @@ def _prepare() -> Callable[[Random | None], Case]:
             return finished
         files = dict(rng.choice((finished, unfinished)))
         name = rng.choice(sorted(files))
-        files[name] = _changed(rng, name, files[name])
+        files[name] = changed(rng, name, files[name])
         return files
 
     return make
@@ -99,7 +99,7 @@ def _files(place: Path) -> dict[str, bytes]:
     return {name: content for name, content in found.items() if not name.startswith(".")}
 
 
-def _changed(rng: Random, name: str, content: bytes) -> bytes:
+def changed(rng: Random, name: str, content: bytes) -> bytes:
     """Return a JSON file, or a file with a document on every line, with one document changed."""
     if rng.random() < 0.2:
         return mutated_bytes(rng, content)
@@ -137,7 +137,7 @@ def _results(rng: Random | None) -> Case:
     }
     if rng is not None:
         name = rng.choice(sorted(files))
-        files[name] = _changed(rng, name, files[name])
+        files[name] = changed(rng, name, files[name])
     return files
 
 
@@ -160,7 +160,7 @@ def _one_changed(sound: Case, rng: Random | None) -> Case:
     files = dict(sound)
     if rng is not None:
         name = rng.choice(sorted(files))
-        files[name] = _changed(rng, name, files[name])
+        files[name] = changed(rng, name, files[name])
     return files
 
 

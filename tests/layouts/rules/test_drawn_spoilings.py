@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import combinations
 
 import numpy as np
 import pytest
@@ -68,6 +69,26 @@ def test_no_draw_passes_and_each_breaks_a_rule_of_its_kind(bases: tuple[Layout, 
             assert all(name in spoilt.by_id for name in issue.ids)
             assert issue.source
             assert ": " in issue.message
+
+
+@pytest.mark.parametrize("kinds", list(combinations(DRAWN, 2)), ids="+".join)
+def test_of_two_drawn_faults_neither_hides_the_other(bases: tuple[Layout, ...], kinds: tuple[str, str]) -> None:
+    both = 0
+    for seed in range(4):
+        base = bases[seed % len(bases)]
+        once = drawn(base, kinds[0], seed)
+        twice = drawn(once, kinds[1], seed)
+        assessment = assess(twice)
+        assert assessment.v > 0, seed
+        before = {item.id: item for item in once.placements}
+        changed = [name for name in base.by_id if before.get(name) != base.by_id[name]]
+        if any(twice.by_id.get(name) != before.get(name) for name in changed):
+            continue  # the second fault took the object of the first
+        both += 1
+        broken = {issue.rule for issue in assessment.issues if issue.severity == "error"}
+        for kind in kinds:
+            assert broken & DRAWN[kind].rules, (seed, kind, broken)
+    assert both
 
 
 def test_equal_seeds_draw_equal_layouts(bases: tuple[Layout, ...]) -> None:

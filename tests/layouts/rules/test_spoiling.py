@@ -21,6 +21,21 @@ PASSED_PAPER = (
 """Spoilt layouts with the v and F of the untouched one under the rule set `paper`."""
 
 
+TOGETHER = (
+    ("no_extinguisher", "heat_by_flammables"),
+    ("wrong_cabinets", "incompatibles_together"),
+    ("shower_crowded", "no_eyewash"),
+    ("stools_in_doors", "vessels_out_of_hood"),
+    ("hood_faces_wall", "reagents_on_bench"),
+    ("no_waste", "reagent_on_floor"),
+    ("furniture_stacked", "items_float"),
+    ("instrument_missing", "hood_without_clearance"),
+    ("goal_pose_blocked", "no_spill_kit"),
+    ("wall_units_on_floor", "no_shower"),
+)
+"""Pairs of ways to spoil a layout, applied in this order."""
+
+
 WITH_WAYS = {"prot_nav", "door_nav", "facility"}
 """Figures that depend on ways, which take as long as all the rest."""
 
@@ -99,6 +114,21 @@ def test_every_way_to_spoil_a_layout_worsens_its_headline_figures(cases: dict[st
         for one in spoiling.figures:
             assert worse(one, figure(before, one), figure(after, one)), one
     assert applied
+
+
+@pytest.mark.cases(10)
+@pytest.mark.parametrize("pair", TOGETHER, ids="+".join)
+def test_of_two_faults_neither_hides_the_other(cases: dict[str, Case], pair: tuple[str, str]) -> None:
+    case, figures = cases["room"], {name for one in pair for name in SPOILINGS[one].figures}
+    ways = not WITH_WAYS.isdisjoint(figures)
+    spoilt = case.layout
+    for name in pair:
+        assert case.layout.protocol is not None
+        before, spoilt = spoilt, SPOILINGS[name].spoil(spoilt, case.layout.protocol)
+        assert spoilt is not before, name
+    untouched, after = case.with_ways if ways else case.without_ways, assess(spoilt, ways)
+    for one in sorted(figures):
+        assert worse(one, figure(untouched, one), figure(after, one)), one
 
 
 @pytest.mark.parametrize("name", PASSED_PAPER)

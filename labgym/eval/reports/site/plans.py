@@ -200,6 +200,7 @@ def _names(layout: Layout) -> list[list[Any]]:
     names = []
     for space, outline in zip(layout.floor.spaces, coverings(layout.floor), strict=True):
         free = difference(outline, taken)
+        free = outline if free.is_empty else free
         x, y = shapely.get_coordinates(shapely.maximum_inscribed_circle(free))[0].tolist()
         left, right = _strip(free, x, y)
         names.append([*centimeters(((left + right) / 2.0, y)), space.id.replace("_", " "), round((right - left) * CM)])
