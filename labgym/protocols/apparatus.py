@@ -202,7 +202,7 @@ def bath_for(temperature: float | None) -> tuple[str, ...]:
     for limit, devices in (
         (-78.5, None),
         (-40.0, ("CoolingBathDewar", "MagneticStirrer")),
-        (-15.0, ("LowTemperatureBath",)),
+        (-15.0, ("LowTemperatureBath", "MagneticStirrer")),
         (ROOM_RANGE[0], ("IceBath", "MagneticStirrer")),
         (170.0, ("OilBath", "MagneticHotplateStirrer")),
         (290.0, ("SandBath", "OverheadStirrer")),

@@ -30,6 +30,12 @@ SOLID = ("DrySolid", "Recrystallize", "Chromatograph")
 """Actions that start with the bare product, without the liquids of earlier steps."""
 _WATERY = frozenset({"aqueous", "strong_acid", "oxidizing_acid"})
 _QUENCHED = frozenset({"metal_hydride", "organometallic", "alkali_metal", "acyl_halide", "anhydride", "chlorosilane"})
+MADE_ASIDE = "in a separate vessel"
+"""Words of a step that makes a solution which does not meet the batch yet."""
+ASIDE_ADDED = "transfer the solution that was made aside"
+"""Words of the step that adds it."""
+_ASIDE = "aside"
+"""Key of the contents of the vessel in which a solution is made aside."""
 _AQUEOUS_KEPT = re.compile(r"\bkeeps? the aqueous (?:layer|phase)\b", re.IGNORECASE)
 STRIPPING_MARGIN_K = 100.0
 """Evaporation removes liquids that boil up to this far above the bath temperature, degrees Celsius."""
@@ -82,7 +88,7 @@ class _BatchTracker:
     """Follows the batch through the steps.
 
     Attributes:
-        volumes: mL of each reagent by vessel.
+        volumes: mL of each reagent by vessel; a solution that is made aside has a separate key.
         batch: the vessel that holds the batch, or "".
     """
 
@@ -96,12 +102,27 @@ class _BatchTracker:
             used = [self.catalog.get(name) for name in step.uses if name in self.catalog]
             devices = tuple(asset for asset in used if asset.kind == "instrument")
             added = tuple(asset for asset in used if asset.kind == "reagent")
+            if self._is_aside(step):
+                yield self._make_aside(step, devices, added)
+                continue
             target = self._target(step, devices)
             contents = self._during(step, target, added)
             place = self.catalog.get(step.location) if step.location in self.catalog else None
             vessel = self.catalog.get(target) if target else None
             yield Situation(step, place, vessel, dict(contents), added, devices, self.batch)
             self._after(step, target, contents, added, devices)
+
+    def _is_aside(self, step: Step) -> bool:
+        later = (other for other in self.protocol.steps if other.index > step.index)
+        return step.text.rstrip(".").endswith(MADE_ASIDE) and any(ASIDE_ADDED in other.text for other in later)
+
+    def _make_aside(self, step: Step, devices: tuple[Asset, ...], added: tuple[Asset, ...]) -> Situation:
+        vessel = max(filter(is_vessel, devices), key=lambda asset: capacity(asset) or 0.0, default=None)
+        target = "" if vessel is None else vessel.name
+        contents = {reagent.name: self._share(step, target, reagent) for reagent in added}
+        self.volumes[_ASIDE] = contents
+        place = self.catalog.get(step.location) if step.location in self.catalog else None
+        return Situation(step, place, vessel, dict(contents), added, devices)
 
     def _target(self, step: Step, devices: tuple[Asset, ...]) -> str:
         """Return the vessel of the batch during a step: the previous one if it is used, else the largest."""
@@ -125,6 +146,9 @@ class _BatchTracker:
         contents = {} if step.action in SOLID else dict(self.volumes.get(target, {}))
         if _moves(step) and target != self.batch:
             for name, part in self.volumes.get(self.batch, {}).items():
+                contents[name] = contents.get(name, 0.0) + part
+        if ASIDE_ADDED in step.text:
+            for name, part in self.volumes.pop(_ASIDE, {}).items():
                 contents[name] = contents.get(name, 0.0) + part
         shares = {reagent.name: self._share(step, target, reagent) for reagent in added}
         if self._family(target) == SEPARATING:

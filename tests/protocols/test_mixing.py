@@ -9,6 +9,8 @@ from __future__ import annotations
 import pytest
 
 from labgym.assets import Catalog
+from labgym.assets.mixing import limit_of
+from labgym.assets.substances import Substance
 from labgym.protocols import Finding, Protocol, ReagentUse, Step, examine, protocols
 from labgym.protocols.experiments import experiments
 from labgym.protocols.synthesis.staging import stage
@@ -92,6 +94,7 @@ ORDINARY = {
     "Grignard": ({"Magnesium": "1 g", "Bromobenzene": "5 mL", "DiethylEther": "50 mL", "Iodine": "9 mg"}, (22.0, 35)),
     "MnO2": ({"ManganeseDioxide": "10 g", "BenzylAlcohol": "1 g", "Dichloromethane": "50 mL"}, (22.0, 40.0)),
     "acid and carbonate": ({"AceticAcid": "2 mL", "SodiumBicarbonate": "2 g", "DeionizedWater": "20 mL"}, (22.0,)),
+    "bromine and hydrogen chloride": ({"Bromine": "1 mL", "HydrochloricAcid": "5 mL"}, (22.0, 60.0)),
     "iron in acetic acid": ({"IronPowder": "5 g", "AceticAcid": "40 mL", "Nitrobenzene": "5 g"}, (60.0, 100.0)),
 }  # fmt: skip
 
@@ -101,6 +104,29 @@ def test_a_reaction_that_chemists_run_on_purpose_is_no_fault(
     reagents: dict[str, str], temperatures: tuple[float, ...]
 ) -> None:
     assert faults(heated(reagents, *temperatures)) == []
+
+
+def test_butyllithium_and_an_alkyl_iodide_have_reacted_after_hours_at_room_temperature() -> None:
+    cold = heated({"NButyllithium": "5 mL", "MethylIodide": "2 mL", "Tetrahydrofuran": "30 mL"}, -40.0, 22.0, 40.0)
+    assert faults(cold)
+    waited = (cold.steps[0], cold.steps[1].model_copy(update={"duration": 600.0}), cold.steps[2])
+    assert faults(cold.model_copy(update={"steps": waited})) == []
+
+
+def test_chlorine_and_oxygen_in_an_organic_molecule_make_no_perchlorate() -> None:
+    ester = Substance(
+        name="Ester", names=("ester",), smiles="CCOC(=O)COc1ccc(C(=O)CC)cc1Cl", formula="C13H15ClO4", source="opsin",
+        state="solid", groups=("ester", "ketone", "ether", "aryl_halide"), flags=("peroxide_former",),
+    )  # fmt: skip
+    salt = Substance(
+        name="LithiumPerchlorate", names=("LiClO4",), smiles="[Li+].[O-][Cl+3]([O-])([O-])[O-]", formula="ClLiO4",
+        source="table", state="solid", groups=("strong_oxidizer",), flags=("oxidizer",),
+    )  # fmt: skip
+    catalog, shares = CATALOG.including((ester, salt)), {"Methanol": 1.0}
+    assert limit_of(catalog.get("Ester"), catalog.get("Methanol"), shares) is None
+    limit = limit_of(catalog.get("LithiumPerchlorate"), catalog.get("Methanol"), shares)
+    assert limit is not None
+    assert limit.is_never
 
 
 def test_a_pair_that_was_added_cold_is_a_fault_when_a_later_step_heats_it() -> None:

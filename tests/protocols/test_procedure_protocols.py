@@ -6,6 +6,7 @@ import pytest
 
 from labgym.assets import Catalog
 from labgym.errors import LabgymError
+from labgym.protocols.contents import situations
 from labgym.protocols.errors import RefusalError
 from labgym.protocols.reading.reader import read_procedure
 from labgym.protocols.refusals import is_ordinary_dinitro, refuse_to_make, refuse_wish
@@ -89,6 +90,24 @@ def test_a_wish_is_for_the_product_and_not_for_a_salt_or_a_derivative(text: str,
         assert refused
     else:
         assert not refused
+
+
+def test_a_solution_made_aside_meets_the_batch_when_it_is_added() -> None:
+    text = (
+        "Benzoyl chloride (1.4 g, 10 mmol) was dissolved in dichloromethane (20 mL). A solution of aniline (0.93 g, "
+        "10 mmol) in dichloromethane (10 mL) was added dropwise at 0 °C. The mixture was stirred for 2 h and filtered. "
+        "The filtrate was concentrated."
+    )
+    made = compile_procedure(text, names=NAMES)
+    assert made.protocol is not None
+    assert any("does not name what is isolated" in note for note in made.notes)
+    followed = situations(made.protocol, NAMES.catalog.including(made.protocol.substances))
+    aside = next(item for item in followed if "separate vessel" in item.step.text)
+    added = next(item for item in followed if "made aside" in item.step.text)
+    assert set(aside.contents) == {"Aniline", "Dichloromethane"}
+    assert {"Aniline", "BenzoylChloride"} <= set(added.contents)
+    assert aside.vessel != added.vessel
+    assert "first transfer" not in aside.step.text
 
 
 def test_every_unread_span_is_named() -> None:

@@ -144,6 +144,33 @@ def test_a_procedure_that_names_all_amounts_and_a_product_is_complete_with_nothi
             "The oil was distilled under reduced pressure to give 2.5 g of an oil, b.p. 80-84 °C (0.2 mm).",
             [("Distill", []), ("Yield", ["oil 2.5 g"])],
         ),
+        ("Palladium (II) acetate (9 mg) was added.", [("Add", ["Palladium (II) acetate 0.009 g"])]),
+        ("Copper(I) iodide (9 mg) was added.", [("Add", ["Copper(I) iodide 0.009 g"])]),
+        ("0.5 g of 10% palladium on charcoal was added.", [("Add", ["palladium on charcoal 0.5 g of 10 %"])]),
+        (
+            "Aniline (1 g) followed by acetone (2 g) and iodine (3 mg) were added.",
+            [("Add", ["Aniline 1 g", "acetone 2 g", "iodine 0.003 g"])],
+        ),
+        ("Half of it was evaporated and 20 mL of water added.", [("Concentrate", []), ("Add", ["water 20 mL"])]),
+        (
+            "Then aniline (0.8 g, 9 mmol in 25 mL of ethanol) was added.",
+            [("MakeSolution", ["aniline 0.8 g, 9 mmol", "ethanol 25 mL"]), ("Add", [])],
+        ),
+        (
+            "Reaction of aniline (1 g) with acetone (2 g) in toluene (5 mL) at 80 °C for 2 h gave the imine (1 g).",
+            [("Add", ["aniline 1 g", "acetone 2 g", "toluene 5 mL"]), ("Stir", []), ("Yield", ["imine 1 g"])],
+        ),
+        (
+            "The imine was prepared in 80% yield by stirring aniline (1 g) in acetone (5 mL) for 2 h.",
+            [("MakeSolution", ["aniline 1 g", "acetone 5 mL"]), ("Stir", [])],
+        ),
+        ("The solvent was distilled off.", [("Concentrate", [])]),
+        ("The oil was separated and purified by column chromatography (hexane).", [("Chromatograph", ["hexane"])]),
+        ("1 N-hydrochloric acid (3 mL) was added.", [("Add", ["hydrochloric acid 3 mL of 1 M"])]),
+        (
+            "The resulting acid chloride was dissolved in ether (5 mL).",
+            [("Dissolve", ["acid chloride", "ether 5 mL"])],
+        ),
     ],
 )
 def test_a_construction_is_read(text: str, expected: list[tuple[str, list[str]]]) -> None:
@@ -169,6 +196,7 @@ def test_unrolled_actions_have_one_period_each() -> None:
         "The title compound was prepared from aniline (1 g) by the procedure described in Example 3.",
         "Following the general procedure A, aniline (1 g) gave the amide (1.2 g).",
         "In a manner analogous to Example 7, Step B, the amine was obtained.",
+        "Aniline (1 g) is heated with acetone (2 g). The procedure described in Example 1 is followed.",
     ],
 )
 def test_a_text_that_leans_on_another_ends_in_refers(text: str) -> None:
@@ -202,6 +230,7 @@ def test_an_action_list_may_not_claim_a_span_outside_its_text() -> None:
     [
         ("1,500 ml", "volume", 1500.0),
         ("0°-5° C.", "temperature", 2.5),
+        ("-5 to +5° C.", "temperature", 0.0),
         ("-78 °C", "temperature", -78.0),
         ("21/2 hours", "time", 150.0),
         ("half an hour", "time", 30.0),
@@ -214,11 +243,27 @@ def test_an_action_list_may_not_claim_a_span_outside_its_text() -> None:
         ("133 Pa", "pressure", 133e-5),
         ("pH of 7.5-8.5", "ph", 8.0),
         ("overnight", "time", 960.0),
+        ("0.1 Mol", "substance", 0.1),
+        ("100 mls", "volume", 100.0),
+        ("50 weight percent", "percent", 50.0),
+        ("25 ml/min", "other", 25.0),
+        ("Dry Ice-acetone bath", "temperature", -78.0),
     ],
 )
 def test_a_figure_is_read_in_base_units(text: str, kind: str, value: float) -> None:
     (figure,) = figures(plain(text))
     assert (figure.kind, figure.value) == (kind, pytest.approx(value, rel=1e-3))
+
+
+def test_amounts_that_a_comma_parts_without_a_space_are_all_read() -> None:
+    assert [figure.text for figure in figures("aniline (1.0 mL,1.1 g,12 mmol)")] == ["1.0 mL", "1.1 g", "12 mmol"]
+
+
+def test_a_fused_ring_is_no_optical_rotation() -> None:
+    assert brief("6H-Benzo[a]carbazole (0.4 g) was added to water (10 mL).") == [
+        ("Add", ["water 10 mL"]),
+        ("Add", ["6H-Benzo[a]carbazole 0.4 g"]),
+    ]
 
 
 @pytest.mark.parametrize("text", ["2-methyl-1H-indole", "[1,3]dioxane-5-one", "N-(4-chloro-2-fluoro)amide"])
@@ -295,6 +340,9 @@ def test_a_lost_part_or_repeat_lowers_its_own_figure_alone() -> None:
         ("The undissolved material was filtered off and dried in vacuo.", "precipitate"),
         ("The filter cake was discarded after the urea was removed by filtration.", "filtrate"),
         ("The mixture was filtered and the solid was recrystallized from ethanol.", "precipitate"),
+        ("The crystalline product was removed by filtration, washed with methanol and dried.", "precipitate"),
+        ("The liquid was decanted and the residue was recrystallized from ethanol.", "precipitate"),
+        ("It was dried (Na2SO4), decanted and evaporated.", "filtrate"),
     ],
 )
 def test_a_filtration_keeps_the_part_that_goes_on(text: str, keep: str) -> None:

@@ -18,7 +18,7 @@ from labgym.protocols.errors import RefusalError
 from labgym.protocols.experiments.grounding import SOLVENTS, WATER, Grounder, grounded
 from labgym.protocols.experiments.model import Action, Atmosphere, Experiment, Verb
 from labgym.protocols.refusals import refusals, refuse_making, refuse_mixture, refuse_solvent, refuse_to_make
-from labgym.protocols.rules.consumption import moles, used_up
+from labgym.protocols.rules.consumption import OXIDIZERS, moles, used_up
 from labgym.quantities import ROOM_RANGE
 
 Code = Literal[
@@ -333,12 +333,14 @@ def _after(action: Action, batch: set[str], added: frozenset[str], catalog: Cata
     """Return the reagents that may be in the vessel after an action."""
     if action.verb in PURIFYING and action.keep != "residue":
         return set()
+    if any(_reduces(catalog.get(name)) for name in added):
+        batch = {name for name in batch if not _has_any(catalog.get(name), OXIDIZERS)}
     if action.verb == "Concentrate":
         return {name for name in batch if not _evaporates(catalog.get(name))}
     if action.verb in DESTROYING and any(_is_quencher(catalog.get(name)) for name in added):
-        return (batch | added) - refusals().destroyed_by_protic
+        return {name for name in batch | added if not _is_quenched(name, catalog)}
     if action.verb == "Wash" and action.keep != "aqueous" and _has_water(added, catalog):
-        return batch - refusals().destroyed_by_protic
+        return {name for name in batch if not _is_quenched(name, catalog)}
     if action.verb not in PASSING or (action.verb == "Wash" and action.keep == "aqueous"):
         return batch | added
     return batch
@@ -362,6 +364,21 @@ def made_aside(actions: Sequence[Action]) -> dict[int, int]:
 def _has_water(names: Iterable[str], catalog: Catalog) -> bool:
     """Return whether one of the reagents of a separation is water or, like brine, a salt or acid in water."""
     return any(name == WATER or is_inorganic(catalog.get(name)) for name in names)
+
+
+def _is_quenched(name: str, catalog: Catalog) -> bool:
+    """Return whether water or an alcohol destroys a reagent, or one that acts like it."""
+    return not refusals().destroyed_by_protic.isdisjoint(_acts_as(name, catalog))
+
+
+def _has_any(asset: Asset, groups: frozenset[str]) -> bool:
+    return asset.chemistry is not None and not groups.isdisjoint(asset.chemistry.groups)
+
+
+def _reduces(asset: Asset) -> bool:
+    """Return whether a reagent destroys what is left of an oxidizer: a sulfite, thiosulfate or dithionite."""
+    formula = "" if asset.chemistry is None else asset.chemistry.formula or ""
+    return _has_any(asset, frozenset({"sulfite"})) or formula == "Na2O4S2"
 
 
 def _is_quencher(asset: Asset) -> bool:

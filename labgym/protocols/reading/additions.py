@@ -40,10 +40,13 @@ def add(draft: ActionDraft, operation: PhrasedOperation) -> None:
     subject = [
         phrase
         for phrase in before
-        if phrase.prep == "" and (phrase.substances or phrase.solution is not None) and phrase not in layered
+        if (phrase.prep == "" or (phrase.prep == "by" and head.passive))
+        and (phrase.substances or phrase.solution is not None)
+        and phrase not in layered
     ]
     objects = with_substances(after, "", "of")
     theme = objects if objects and not (subject and head.passive) else subject
+    _measure_behind(operation, theme)
     extra = with_substances(after, "with", "containing", "and", "using", "by") if head.low != "adding" else []
     if head.low in ("combined", "mixed", "combine", "mix", "combining") and not theme and not extra:
         return
@@ -69,11 +72,27 @@ def add(draft: ActionDraft, operation: PhrasedOperation) -> None:
         return
     for phrase in targets:
         draft.charge([phrase], always=not draft.actions or phrase.is_measured)
+        if draft.actions and phrase.prep == "in" and not phrase.is_measured and _is_of_batch(operation):
+            draft.put("Dissolve", phrase.substances)
     rest = [phrase for phrase in operation.phrases if phrase not in targets]
     cold = [item for phrase in targets for item in phrase.conditions if item.kind == "temperature"]
     if cold and theme and not any(item.kind == "temperature" for item in conditions(rest)):
         theme[0].conditions = [*cold, *theme[0].conditions]
     _take(draft, replace(operation, before=rest, after=[]), [*theme, *extra])
+
+
+def _measure_behind(operation: PhrasedOperation, theme: Sequence[TextPhrase]) -> None:
+    """Give the only substance of an addition the amount that stands behind its word: "water was added (20 mL)"."""
+    items = [item for phrase in theme for item in phrase.substances]
+    behind = [phrase for phrase in operation.after[:1] if not phrase.prep and not phrase.substances and phrase.loose]
+    if len(items) == 1 and not items[0].is_measured and behind:
+        items[0].amounts += behind[0].loose
+        behind[0].loose = []
+
+
+def _is_of_batch(operation: PhrasedOperation) -> bool:
+    """Return whether something is added to the batch, "to the residue in ether"."""
+    return any(phrase.prep == "to" and set(phrase.nouns) & _BATCHES for phrase in operation.phrases)
 
 
 def _parted(tokens: Sequence[Token]) -> list[TextPhrase]:
@@ -153,22 +172,38 @@ def treat(draft: ActionDraft, operation: PhrasedOperation) -> None:
         held = [phrase for phrase in operation.before if phrase.prep in ("", "to", "of", "in")]
         draft.charge(held, always=verb == "Add" and not draft.actions)
     reagents = with_substances(after, "with", "by", "using", "of", "into", "to", "")
+    if verb in ("Triturate", "Quench") or head.low.startswith("dilut"):
+        reagents = reagents or with_substances(after, "in")
     if verb == "Hydrogenate":
         reagents = [phrase for phrase in after if phrase.substances]
     if verb == "Add" and not reagents:
-        if head.low.startswith(("react", "condens")):
+        if head.low.startswith(("react", "condens")) or (head.low == "subjected" and operation.conditions):
             draft.act("Wait", operation)
         return
     if head.low.startswith("convert"):
         reagents = with_substances(after, "with", "using", "by")
     elif head.low.startswith(("react", "treat")):
         reagents = with_substances(after, "with", "in", "of", "using", "containing", "and", "")
-    if verb in ("Wash", "Extract"):
+    if head.low == "reaction" and reagents:
+        draft.emit("Add", operation.span, draft.portions(reagents))
+        draft.act("Stir", operation)
+    elif verb in ("Wash", "Extract"):
         _wash(draft, operation)
     elif verb == "AdjustPH":
         draft.act(verb, operation, draft.portions(reagents))
     else:
         _take(draft, operation, reagents, verb)
+        _fill_up(draft, operation)
+
+
+def _fill_up(draft: ActionDraft, operation: PhrasedOperation) -> None:
+    """Note the volume to which something is diluted: "diluted to 50 mL with water"."""
+    loose = [item for phrase in operation.after if phrase.prep == "to" for item in phrase.loose]
+    volumes = [item for item in loose if item.kind == "volume"]
+    if operation.head.low.startswith("dilut") and volumes and draft.last_verb == "Add":
+        draft.own_all(volumes)
+        note = "; ".join(filter(None, (draft.actions[-1].note, f"to {volumes[0].text}")))
+        draft.actions[-1] = draft.actions[-1].model_copy(update={"note": note[:400]})
 
 
 def _wash(draft: ActionDraft, operation: PhrasedOperation) -> None:
@@ -229,18 +264,20 @@ def _repeats(
 def dissolve(draft: ActionDraft, operation: PhrasedOperation) -> None:
     """Append the dissolution or suspension of something in a solvent."""
     head = operation.head
-    if head.low == "taken" and head.last == head.place:
+    into = any(phrase.is_measured for phrase in with_substances(operation.after, "into", "in"))
+    if head.low == "taken" and head.last == head.place and not into:
         collect(draft, operation)
         return
-    solvents = with_substances(chain(operation.after, operation.before), "in", "with", "into")
-    solutes = with_substances(operation.before, "", "of") + with_substances(operation.after, "")
+    solvents = with_substances(chain(operation.after, operation.before), "in", "with", "into", "on", "onto")
+    subject = ("", "of") if head.passive else ("", "of", "to")
+    solutes = with_substances(operation.before, *subject) + with_substances(operation.after, "")
     used = [*solutes, *solvents]
     draft.act(operation.verb, operation, draft.portions(used), [item for phrase in used for item in phrase.ratios])
 
 
 def pour(draft: ActionDraft, operation: PhrasedOperation) -> None:
     """Append that the batch is poured onto something."""
-    onto = with_substances(operation.after, "onto", "into", "on", "to", "in", "over", "upon")
+    onto = with_substances(operation.after, "onto", "into", "on", "to", "in", "over", "upon", "containing")
     draft.charge([phrase for phrase in operation.before if phrase.prep == "" and phrase.is_measured])
     draft.act("Pour", operation, draft.portions(onto))
 
@@ -252,8 +289,10 @@ def crystallize(draft: ActionDraft, operation: PhrasedOperation) -> None:
     if precipitation and with_substances(operation.after, "into", "onto"):
         pour(draft, operation)
         return
-    used = with_substances(operation.after, "from", "in", "with", "using", "of", "by", "")
+    used = with_substances(operation.after, "from", "in", "with", "using", "of", "by", "under", "")
     used = used or with_substances(operation.before, "in", "from")
+    if head.passive:
+        draft.charge([phrase for phrase in operation.before if phrase.prep == "" and phrase.is_measured])
     effected = head.passive or (head.word.noun and head.marker in ("by", "after", "upon", "via", "through", "on"))
     if precipitation and not used and not effected:
         return

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from labgym.protocols.reading.heads import Head, heads
-from labgym.protocols.reading.lexicon import BATCH, DETERMINERS, PREPOSITIONS, SOLUTIONS
+from labgym.protocols.reading.lexicon import BATCH, DETERMINERS, PREPOSITIONS, SOLUTIONS, WORDS_OF_AMOUNT
 from labgym.protocols.reading.tokens import Token
 
-_BREAKS = frozenset(("and", ",", "then", "while", "but", "whereupon", "when", "before", ":", "or"))
+_BREAKS = frozenset(("and", ",", "then", "while", "but", "whereupon", "whereby", "when", "before", ":", "or"))
 _NOMINAL = frozenset(("name", "figure", "group"))
 """Kinds of tokens of which a subject with a substance consists."""
 _SUBORDINATES = frozenset((
@@ -109,8 +109,19 @@ def _start(tokens: Sequence[Token], earlier: Head, later: Head) -> int:
     segment = _break_before(tokens, later.first, stop)
     if later.passive:
         return _passive_start(tokens, segment, stop, later.first)
+    if later.low in ("added", "introduced") and _is_elided(tokens, segment, stop, later):
+        return _passive_start(tokens, segment, stop, later.first)
     own = segment > stop and _is_subject([token for token in tokens[segment : later.first] if token.kind != "mark"])
     return _without_break(tokens, segment if own else max(stop, later.first), stop)
+
+
+def _is_elided(tokens: Sequence[Token], segment: int, stop: int, later: Head) -> bool:
+    """Return whether a participle has a subject and lacks its auxiliary: "and 20 mL of water added"."""
+    behind = tokens[later.last + 1] if later.last + 1 < len(tokens) else None
+    subject = [token for token in tokens[segment : later.first] if token.kind != "mark"]
+    closed = behind is None or behind.kind == "mark" or behind.low in ("and", "dropwise") or behind.low in PREPOSITIONS
+    begins = bool(subject) and (subject[0].kind in _NOMINAL or subject[0].low in WORDS_OF_AMOUNT)
+    return segment > stop and closed and begins
 
 
 def _is_subject(item: Sequence[Token]) -> bool:
@@ -123,11 +134,16 @@ def _is_subject(item: Sequence[Token]) -> bool:
 
 def _passive_start(tokens: Sequence[Token], segment: int, stop: int, place: int) -> int:
     """Return where the subjects of a passive verb begin: "A, B and C were added"."""
+    if segment == place and tokens[place - 1].low in ("and", "then"):
+        return place
     while segment > stop:
         current = [token for token in tokens[segment:place] if token.kind != "mark"]
         if current and not any(token.kind in _NOMINAL for token in current):
             break
         previous = _break_before(tokens, segment - 1, stop)
+        if previous > stop and all(token.low in ("and", "then") for token in tokens[previous:segment]):
+            segment = previous
+            continue
         if previous <= stop or not _is_listed(tokens[previous:segment]):
             break
         segment = previous
@@ -154,10 +170,21 @@ def _break_before(tokens: Sequence[Token], k: int, stop: int) -> int:
     """Return the index behind the last break before a place, or `stop`."""
     place = k - 1
     while place >= stop:
-        if tokens[place].low in _BREAKS:
+        if tokens[place].low in _BREAKS and not _joins(tokens, place):
             return place + 1
         place -= 1
     return stop
+
+
+def _joins(tokens: Sequence[Token], place: int) -> bool:
+    """Return whether a colon stands between two liquids of a mixture: "dichloromethane:methanol"."""
+    token, following = tokens[place], tokens[place + 1] if place + 1 < len(tokens) else None
+    return (
+        token.low == ":"
+        and following is not None
+        and place > 0
+        and (tokens[place - 1].end == token.start and following.start == token.end)
+    )
 
 
 def _without_break(tokens: Sequence[Token], k: int, stop: int) -> int:

@@ -132,6 +132,9 @@ class ActionDraft:
     def found(self, clause: VerbClause) -> tuple[int, int]:
         """Return the span of an operation word, which lies between its two regions."""
         low = clause.head.low.split()[0]
+        word = next((token for token in clause.group if token.low == low), None)
+        if word is not None:
+            return word.start, word.end
         if not clause.before and clause.after:
             at = self._lower.rfind(low, 0, clause.after[0].start)
         else:
@@ -271,7 +274,7 @@ class ActionDraft:
 
     def _is_intermediate(self, item: SubstanceMention, phrase: TextPhrase) -> bool:
         """Return whether a name is that of the batch with its mass: "The residue (21.3 g) was distilled"."""
-        if phrase.prep != "" or not self.actions:
+        if phrase.prep not in ("", "of") or not self.actions:
             return False
         kinds = {value.kind for value in item.amounts}
         if {"mass", "percent"} <= kinds and phrase.solution is None and {"product", "compound"} & set(phrase.nouns):

@@ -39,19 +39,22 @@ _WORDS = {
     "several": 3, "a": 1, "an": 1, "half an": 0.5, "half a": 0.5, "one half": 0.5, "a further": 1, "another": 1,
 }  # fmt: skip
 _N = r"\d{1,3}(?:,\d{3})+(?:\.\d+)?|\d{1,9}(?:\.\d{1,9}|,\d{1,2}(?!\d))?(?:[Ee]-?\d{1,2}\b)?|\.\d{1,6}"
-_BEFORE = r"(?<![A-Za-z0-9_.\[,\u0370-\u03ff-])(?<!\d/)"
+_BEFORE = r"(?:(?<![A-Za-z0-9_.\[,\u0370-\u03ff-])|(?<=\d m[lLg],)|(?<=\d mmol,)|(?<=\d g,))(?<!\d/)"
 _UNIT = {
-    "mass": r"kg|mg|μg|ug|gms?|[Gg]rams?|G(?=\.)|grammes?|milligrams?|kilograms?|micrograms?|g|lbs?|pounds?|oz|ounces?",
-    "volume": r"m[lL]|ML|cc|c\.c\.|μ ?[lL]|u[lL]|[dc]l|cm3|dm3|[lL]iters?|[lL]itres?|milli[lL]it(?:er|re)s?"
+    "mass": r"[Kk]g|mg|μg|ug|gms?|[Gg]rams?|G(?=\.)|grammes?|milligrams?|kilograms?|micrograms?|g"
+    r"|lbs?|pounds?|oz|ounces?",
+    "volume": r"m[lL]s?|ML|cc|c\.c\.|μ ?[lL]|u[lL]|[dc]l|cm3|dm3|[lL]iters?|[lL]itres?|milli[lL]it(?:er|re)s?"
     r"|microlit(?:er|re)s?|drops?|gallons?|[lL]",
-    "substance": r"mmols?|μmols?|umols?|nmols?|kmols?|mols?|mmoles?|millimoles?|moles?|m\.? ?moles?",
+    "substance": r"mmols?|μmols?|umols?|nmols?|kmols?|[mM]ols?|mmoles?|millimoles?|moles?|m\.? ?moles?",
     "equivalents": r"equivalents?|equivs?|eqs?|molar equivalents?|mol(?:e|ar)?[- ]?%|mol(?:e|ar)? percent",
-    "percent": r"wt\.? ?%|w/?w ?%|%(?: ?\(?(?:w/w|w/v|v/v|wt)\)?)?|percent|mass %|w%",
-    "molarity": r"mM|M|N|molar|normal|mol/[lL]|mol\.?/lit(?:er|re)|mmol/mL",
+    "percent": r"wt\.? ?%|w/?w ?%|weight ?(?:percent|%)|%(?: ?\(?(?:w/w|w/v|v/v|wt)\)?)?|percent|mass %|w%",
+    "molarity": r"mM|M|N|n(?= (?:aqueous|sul|hydrochlor|sodium|HCl|NaOH))|molar|normal"
+    r"|mol/[lL]|mol\.?/lit(?:er|re)|mmol/mL",
     "parts": r"parts?(?: by (?:weight|volume))?|vol(?:ume)?s?|ppm|mass ppm|tsps?",
     "temperature": r"° ?[CF]|℃|o ?C|degrees? ?(?:C\b|F\b|Celsius|centigrade|Fahrenheit)?|deg\.? ?[CF]|°|C",
-    "time": r"hours?|hrs?|h|minutes?|mins?|seconds?|secs?|sec|s|days?|d|weeks?|wk",
-    "pressure": r"mbar|bars?|psig?|psia|atm(?:ospheres?)?|torr|Torr|mm\.? ?(?:of )?Hg|mm ?hg|kPa|"
+    "time": r"(?:(?:additional|further|more) )?(?:hours?|min(?:ute)?s?)|hrs?|h|seconds?|secs?|sec|s|days?|d|weeks?|wk",
+    "pressure": r"mbar|bars?|psig?|psia|p\.s\.i\.?|pounds per square inch|"
+    r"atm(?:os(?:pheres?)?)?|torr|Torr|mm\.? ?(?:of )?Hg|mm ?hg|kPa|"
     r"MPa|hPa|Pa|kg/cm2|millibar",
     "other": r"MHz|Hz|rpm|nm|W|kW|eV|mesh|stages|cm-1|cm|mm|mμ|μm?|Å",
 }  # fmt: skip
@@ -65,10 +68,10 @@ _APPROXIMATE = r"(?:about|approx(?:imately)?\.?|ca\.?|circa|~)"
 _VALUE = re.compile(
     rf"{_BEFORE}(?P<sign>[-+~<>]{{0,2}})(?P<low>{_N})"
     rf"(?: ?[x×] ?10(?: ?\^)? ?(?P<power>- ?\d{{1,2}})(?![\d.]))?"
-    rf"(?P<inner> ?°(?: ?C\.?)?)?(?: ?(?:-|to|~) ?{_APPROXIMATE}? ?(?P<neg>-)?(?P<high>{_N}))?"
+    rf"(?P<inner> ?°(?: ?C\.?)?)?(?: ?(?:-|to|~) ?{_APPROXIMATE}? ?\+?(?P<neg>-)?(?P<high>{_N}))?"
 )
 _SPOKEN = re.compile(
-    r"(?<![A-Za-z-])(?P<word>half an?|one half|an?|(?:a )?few|several|another|a further|one|two|"
+    r"(?<![A-Za-z-])(?!a second\b)(?P<word>half an?|one half|an?|(?:a )?few|several|another|a further|one|two|"
     r"three|four|five|six|seven|"
     r"eight|nine|ten|eleven|twelve|fifteen|twenty|thirty)(?: (?:and a half|to (?P<to>two|three|"
     r"four|five|six|ten)|more|additional))?"
@@ -97,8 +100,8 @@ _TIMES = re.compile(
     re.IGNORECASE,
 )
 _PH = re.compile(
-    r"(?<![A-Za-z])pH(?: (?:of|to|value|was|is|about|approximately|ca\.?|reached|adjusted|"
-    r"brought|made|between|then|the (?:reaction )?(?:mixture|solution|"
+    r"(?<![A-Za-z])pH(?: (?:of|to|at|value|was|is|kept|maintained|about|approximately|ca\.?|reached|adjusted|"
+    r"brought|made|between|then|the (?:reaction )?(?:mixture|solution|solvent|"
     r"suspension)))* ?[=:]? ?[~<>]?\s?"
     r"(\d{1,2}(?:\.\d{1,2})?)(?: ?(?:-|to|and) ?(\d{1,2}(?:\.\d{1,2})?))?",
     re.IGNORECASE,
@@ -119,16 +122,22 @@ _NAMED = (
     ),
     (
         re.compile(r"\bice[- ]?(?:water)?[- ]?bath|\bice[- ]cooling|\bcooling with ice|\bice and water bath"
-            r"|\bice[- ]cold(?= (?:stirred )?(?:solution|suspension|mixture)\b)"
-            r"|(?:(?<=cooled in )|(?<=chilled in )|(?<=cooling in )|(?<=cooled with ))ice(?:[- ]water)?\b"
+            r"|\bice[- ]co(?:ld|oled)(?= (?:stirred )?(?:solution|suspension|mixture)\b)"
+            r"|(?:(?<=cooled [io]n )|(?<=chilled in )|(?<=cooling in )|(?<=cooled with ))ice(?:[- ]water)?\b"
             r"(?! ?[-/]?(?:salt|bath))"
         ),
         "temperature",
         0.0,
     ),
-    (re.compile(r"\b(?:overnight|over night|over-night)\b"), "time", OVERNIGHT_MIN),
+    (re.compile(r"\b[Dd]ry[- ][Ii]ce(?:(?: ?[-/] ?| in | and )(?:acetone|isopropanol))? bath"), "temperature", -78.0),
+    (re.compile(r"\b[Ii]ce(?: ?[-/] ?| and )salt(?: bath)?"), "temperature", -10.0),
+    (re.compile(r"\b(?:overnight|over night|over-night|overnite)\b"), "time", OVERNIGHT_MIN),
 )  # fmt: skip
-_IONIZED = re.compile(r"-[A-Za-z(\[]|'?-\d|,\d")
+_NORMAL = re.compile(r"-(?=(?:hydrochloric|sulfuric|sulphuric|nitric|acetic|sodium|potassium|caustic|HCl|NaOH|KOH)\b)")
+"""The hyphen between a normality and its reagent: "1 N-hydrochloric acid"."""
+_IONIZED = re.compile(r"-[A-Za-z(\[]|'?-\d|(,\d)")
+_RATE = re.compile(r" ?(?:/|per) ?(?:min(?:ute)?|h(?:ou)?r?|s(?:ec)?)\b")
+"""The end of a rate of flow: "25 mL/min"."""
 
 
 @dataclass(frozen=True)
@@ -203,12 +212,18 @@ def _numbered(text: str) -> Iterator[QuantitySpan]:
             at, high = end, None
             unit = _UNIT_AT.match(text, end + (text[end : end + 1] == " "))
         kind = unit.lastgroup if unit is not None else "temperature" if match["inner"] else None
-        if kind is None or (unit is not None and (_IONIZED.match(text, unit.end()) or _is_label(text, unit))):
+        joined = unit is not None and kind == "molarity" and _NORMAL.match(text, unit.end()) is not None
+        label = _IONIZED.match(text, unit.end()) if unit is not None and not joined else None
+        ionized = label is not None and not (label[1] and kind in ("mass", "volume", "substance", "equivalents"))
+        if kind is None or ionized or (unit is not None and not joined and _is_label(text, unit)):
             continue
         low, upper = _bounds(match, high, kind)
-        stop = unit.end() if unit is not None else end
+        stop = unit.end() + joined if unit is not None else end
         if kind == "temperature" and text[stop : stop + 1] == "." and text[stop + 1 : stop + 3].strip()[:1].islower():
             stop += 1
+        rate = _RATE.match(text, stop) if kind in ("volume", "mass") else None
+        if rate is not None:
+            kind, stop = "other", rate.end()
         start, times = portions.get(match.start()) or portions.get(match.start("low")) or (match.start(), 1)
         after = _PORTIONS_AFTER.match(text, stop)
         if after is not None and kind in ("mass", "volume"):
@@ -257,7 +272,7 @@ def _figure(
 
 
 def _base(kind: str, spelled: str, value: float) -> float:
-    word = compact(spelled).rstrip(".")
+    word = compact(spelled.removeprefix("additional").removeprefix("further").removeprefix("more")).rstrip(".")
     if kind == "temperature":
         return round((value - 32.0) / 1.8, 1) if word.endswith(("f", "fahrenheit")) else value
     if kind == "equivalents":
@@ -282,6 +297,8 @@ _OTHER_SPELLINGS = {
     "microliter": "μl",
     "microliters": "μl",
     "wk": "week",
+    "p.s.i": "psi",
+    "poundspersquareinch": "psi",
     "micrograms": "μg",
 }
 

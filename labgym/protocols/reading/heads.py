@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 from labgym.protocols.reading.lexicon import (
     AUXILIARIES,
@@ -110,6 +111,9 @@ def heads(tokens: Sequence[Token]) -> list[Head]:
             continue
         if last is not None and last.word.verb == "Purge" and head.marker == "by":
             continue
+        if last is not None and last.low == "separated" and head.low == "purified" and head.place == last.place + 2:
+            found[-1] = replace(head, first=last.first, passive=last.passive)
+            continue
         if last is not None and _is_method(tokens, last, head):
             found[-1] = replace(last, word=head.word, last=head.place, method=head.low)
             continue
@@ -184,7 +188,7 @@ class _Place:
 
 def _head(tokens: Sequence[Token], place: int, token: Token) -> Head | None:
     """Return the head that a token is, or None if it names no operation here."""
-    if token.kind not in ("verb", "figure") and token.low not in ("followed", "reduced", "made", "make"):
+    if token.kind not in ("verb", "figure") and token.low not in ("followed", "reduced", "made", "make", "reaction"):
         return None
     first, passive, marker = _group(tokens, place)
     at = _Place(
@@ -218,7 +222,13 @@ def _head(tokens: Sequence[Token], place: int, token: Token) -> Head | None:
 def _special(at: _Place) -> Head | None:
     """Return the head of words that are no verbs by themselves: "followed by", "made acid", "pH adjusted to 7"."""
     token, rest = at.token, at.tokens[at.place + 1 :]
+    if token.low == "reaction" and at.place == 0 and at.after == "of":
+        return at.head(VerbWord("Add", "with", True))
     if token.low == "followed" and at.after == "by":
+        if not any(item.kind == "verb" for item in at.tokens[: at.place]) and any(
+            item.low == "added" and earlier.low in AUXILIARIES for earlier, item in pairwise(rest)
+        ):
+            return None
         verbs = any(item.kind == "verb" and item.low.endswith(("ing", "tion")) for item in rest[1:4])
         if verbs or any(item.low in ("tlc", "hplc", "lcms", "gc") for item in rest[1:4]):
             return None
@@ -257,9 +267,12 @@ def _is_useful_noun(at: _Place) -> bool:
     """Return whether a noun stands for an operation that is done: "by filtration", not "without purification"."""
     low = at.low
     if at.previous in ("without", "no", "for", "of", "end", "during") or at.after in _NOUN_PARTNERS:
-        ahead = at.tokens[at.place + 2 : at.place + 3]
-        done = bool(ahead) and ahead[0].low in ("carried", "effected", "performed")
+        ahead = [item.low for item in at.tokens[at.place + 2 : at.place + 4] if item.low not in _SKIPPED_ADVERBS]
+        done = ahead[:1] in (["carried"], ["effected"], ["performed"])
         return at.after in ("was", "is", "were") and done and low not in ("chromatographic", "addition")
+    before = [item.low for item in at.tokens[max(0, at.place - 3) : at.place]]
+    if before[1:] == ["of", "the"] and before[0] in ("completion", "end", "course", "conclusion"):
+        return False
     if low in ("chromatographic", "concentration") and (at.after == "of" or low == "chromatographic"):
         return False
     if low == "addition":
@@ -285,6 +298,7 @@ def _is_idle(at: _Place) -> bool:
     batch = following is not None and following.low in BATCH
     return (
         (low in ("dry", "combine", "separate") and (named or batch) and not (at.place == 0 and low != "dry"))
+        or (low == "provided" and at.after == "with")
         or low in ("sealed", "seal", "fitted", "equipped", "sealing", "prepared")
         or (low in ("boiling", "boil", "boils") and not at.passive)
         or (low in _STANDS and at.marker not in ("to", "on", "upon", "after", "for") and at.previous != "and")
@@ -305,7 +319,9 @@ def _is_attribute(at: _Place) -> bool:
     """Return whether "obtained" belongs to a noun: "the residue thus obtained", "the solid obtained in Step A"."""
     source = at.after in ("in", "from", "by", "as", "according", "above") or at.previous in BATCH
     if at.low != "obtained":
-        source = at.after in ("above", "previously", "earlier")
+        ahead = at.tokens[at.place + 2].low if at.place + 2 < len(at.tokens) else ""
+        elsewhere = at.after == "in" and ahead in ("example", "step", "preparation", "reference")
+        source = elsewhere or at.after in ("above", "previously", "earlier")
     return at.previous in ("thus", "so") or (not at.passive and source)
 
 

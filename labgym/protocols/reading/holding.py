@@ -73,6 +73,11 @@ def _fill(draft: ActionDraft, operation: PhrasedOperation) -> None:
         for phrase in medium:
             phrase.substances = []
         draft.put("MakeSolution", items)
+    elif head.marker in ("by", "upon", "on") and any(item.is_measured for item in operation.after):
+        stirred = [item for item in operation.after if item.prep in ("", "in") and item.substances]
+        draft.charge(stirred)
+        for phrase in stirred:
+            phrase.substances = []
     elif head.passive or head.marker not in ("by", "after", "upon", "on", "to", "while"):
         draft.charge([phrase for phrase in operation.before if phrase.prep in ("", "of", "to", "in", "into")])
 
@@ -121,7 +126,11 @@ def _add(draft: ActionDraft, operation: PhrasedOperation, verb: Verb) -> None:
     takes: list[Portion] = []
     for phrase in operation.after:
         named = bool(phrase.substances) and shaken and phrase.prep == "with" and not phrase.substances[0].weak
-        if phrase.prep not in ("with", "in") or not (phrase.is_measured or named):
+        medium = (
+            phrase.prep == "in" and bool(phrase.substances) and "bath" not in phrase.words and "ice" not in phrase.words
+        )
+        medium = medium and shaken and not any(item.weak for item in phrase.substances)
+        if phrase.prep not in ("with", "in") or not (phrase.is_measured or named or medium):
             continue
         if phrase.is_prepared:
             draft.make(phrase)

@@ -121,6 +121,10 @@ _DIGIT_LETTERS = re.compile(
     r"\d[,\d']{0,40}-[A-Za-z(\[]|[a-z)\]]-\d|\d[A-Z]-|[(\[]\d|^[NOS],[NOS]|^[NOSRE]-[a-z]|^\((?:[RSEZ±+-]|\d)", re.ASCII
 )
 _POSITION = re.compile(r"^\d{1,3}[A-Z]$")
+_OXIDATION = re.compile(r"(?<=[a-z)])\((?:0|I{1,3}|IV|V|VI)\)$", re.IGNORECASE)
+"""The oxidation state at the end of a word: "palladium(II)"."""
+_NOTEBOOK = re.compile(r"^[A-Z]{2,6}\d{0,4}-\d{4,}(?:-\d{1,4}){0,3}$")
+"""The number of a page in a laboratory notebook: "PBO-01132-93-01"."""
 _GREEK = re.compile(r"^[α-ωΑ-Ω]")
 _CODE = re.compile(r"^\(?(?:\d{1,3}[a-z]?|[IVX]{1,5}|[A-Z]{1,2}-?\d{1,3}[a-z]?)\)?$")
 
@@ -146,15 +150,18 @@ def verb_word(word: str) -> VerbWord | None:
 @lru_cache(maxsize=8192)
 def names_substance(word: str) -> bool:
     """Return whether the form of a word says that it is a name of a substance or part of one."""
-    lower = word.lower().rstrip(".,;:")
-    if len(word) > 400:
+    if len(word) > 400 or not any(map(str.isalnum, word)):
         return False
+    word = _OXIDATION.sub("", word)
+    lower = word.lower().rstrip(".,;:")
     if lower in SUBSTANCES:
         return True
     if lower in _STOPS or lower in BATCH or lower in SOLUTIONS or verb_word(lower) is not None:
         return False
     if _SHORT.match(word) or _GREEK.match(word):
         return True
+    if _NOTEBOOK.match(word) or "vacuum" in lower:
+        return False
     if "/" in word.strip("/") and len(word) < 60 and "[" not in word:
         return any(names_substance(part) for part in word.split("/") if part)
     if _POSITION.match(word):
@@ -170,7 +177,7 @@ def names_substance(word: str) -> bool:
         return True
     if "-" in word and len(word) > 6 and any(names_substance(part) for part in word.split("-") if len(part) > 2):
         return True
-    if lower in TABLE.no_names:
+    if lower in TABLE.no_names or lower.removesuffix("s") in TABLE.no_names:
         return False
     return len(word) > 4 and (_SUFFIX.search(word) is not None or _ENDING.match(word) is not None)
 

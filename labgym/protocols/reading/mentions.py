@@ -17,6 +17,7 @@ _TIMES = frozenset(("at", "over", "for", "during", "after", "under", "within", "
 """Prepositions of circumstance."""
 _ORIGINS = frozenset(("prepared", "obtained", "from", "described", "produced", "of"))
 """Words that say where a substance came from."""
+_THUS = frozenset(("so", "thus"))
 _PLACES = frozenset(("example", "step", "preparation", "intermediate", "above"))
 """Words for the place of a text where a substance was made."""
 
@@ -262,7 +263,10 @@ class PhraseDraft:
             and self.tokens[place].low in BATCH
         ):
             return True
-        following = self.tokens[place + 1] if place + 1 < len(self.tokens) else None
+        ahead = self.tokens[place + 1 : place + 3]
+        inner = ahead[0].inner if len(ahead) == 2 else ()
+        coded = len(inner) == 1 and inner[0].figure is None
+        following = ahead[-1] if coded else ahead[0] if ahead else None
         return (
             following is not None
             and _holds(following, ("mass", "volume", "substance", "equivalents"))
@@ -272,14 +276,16 @@ class PhraseDraft:
     def refers_back(self, place: int) -> bool:
         """Return whether an amount follows the words about where a substance came from: "X from Step 8 (2 g)"."""
         ahead = self.tokens[place + 1 : place + 11]
-        if not ahead or ahead[0].low not in _ORIGINS:
+        if not ahead or ahead[0].low not in _ORIGINS | _THUS:
             return False
         for k, token in enumerate(ahead):
             if token.kind == "group":
+                if not any(item.figure is not None for item in token.inner):
+                    continue
                 if not _holds(token, ("mass", "volume", "substance")):
                     return False
                 self.skip = place + k
-                return any(item.low in _PLACES for item in ahead[:k])
+                return any(item.low in _PLACES | _THUS for item in ahead[:k])
             ends = k > 1 and token.low in (",", "was", "were")
             if ends or token.kind in ("name", "figure") or token.low in SOLUTIONS:
                 return False

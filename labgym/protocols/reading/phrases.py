@@ -22,6 +22,8 @@ _LISTING = frozenset(
     ("", "to", "with", "of", "in", "from", "between", "into", "over", "by", "using", "onto", "through")
 )
 """Prepositions behind which a list of substances may follow."""
+_STATES = frozenset(("0", "i", "ii", "iii", "iv", "vi"))
+"""Oxidation states in brackets, which are parts of names: "palladium (II) acetate"."""
 _STATIONARY = frozenset(("silica", "silica gel", "sio2", "alumina", "al2o3", "celite"))
 
 
@@ -82,7 +84,7 @@ def _count(draft: PhraseDraft, place: int, figure: QuantitySpan) -> None:
 def _is_vessel(draft: PhraseDraft, place: int) -> bool:
     """Return whether an amount is the size of a vessel: "a 250 mL round-bottomed flask"."""
     for token in draft.tokens[place + 1 : place + 7]:
-        if token.low.rstrip(".") in VESSELS:
+        if token.low.rstrip(".") in VESSELS or token.low in ("bottom", "round-bottom"):
             return True
         if token.kind not in ("word", "verb") and token.low != ".":
             return False
@@ -123,6 +125,8 @@ def _name(draft: PhraseDraft, place: int, token: Token) -> None:
 def _is_atmosphere(draft: PhraseDraft, after: str) -> bool:
     """Return whether a gas is the one above the mixture, not a substance that is taken."""
     phrase = draft.phrase
+    if after == "atmosphere":
+        return True
     if draft.pending or phrase.prep not in ("under", "with", "by", "in", "of"):
         return False
     return phrase.prep == "under" or "atmosphere" in phrase.words or after in ("atmosphere", "gas", "inlet")
@@ -132,7 +136,8 @@ def _verb(draft: PhraseDraft, place: int, token: Token) -> None:
     """Pass a word for an operation that is used as an adjective or a noun."""
     if place <= draft.skip:
         return
-    if token.low in ("equipped", "fitted") or token.low in BATCH:
+    fitted = token.low in ("equipped", "fitted") or (token.low == "provided" and draft.after(place) == "with")
+    if fitted or token.low in BATCH:
         read_word(draft, place, token)
         return
     if token.low in WORDS_OF_AMOUNT:
@@ -172,6 +177,15 @@ def _goes_on(draft: PhraseDraft, place: int) -> bool:
     return any(token.kind in ("name", "figure") for token in draft.tokens[place + 1 : place + 5])
 
 
+def _bracket(draft: PhraseDraft, place: int, token: Token) -> None:
+    """Read a bracket: an oxidation state, which is a part of the name before it, or anything else."""
+    state = len(token.inner) == 1 and token.inner[0].low in _STATES
+    if state and draft.last is not None and draft.adjacent:
+        draft.last.end = token.end
+    else:
+        _group(draft, place, token)
+
+
 def _group(draft: PhraseDraft, place: int, token: Token) -> None:
     """Read a bracket: amounts of the name before it, conditions, a remark, or substances."""
     del place
@@ -193,6 +207,9 @@ def _group(draft: PhraseDraft, place: int, token: Token) -> None:
             phrase.repeats, phrase.repeated = int(figure.value), figure
     if draft.pending and amounts and not names:
         draft.pending += amounts
+    elif names and inner[0].low == "containing":
+        for part in read_phrases(inner):
+            phrase.substances += part.substances
     elif names and draft.paired:
         for part in read_phrases(inner):
             phrase.substances += part.substances
@@ -205,8 +222,10 @@ def _group(draft: PhraseDraft, place: int, token: Token) -> None:
 
 def _is_remark(inner: Sequence[Token], has_amounts: bool) -> bool:
     verbs = any(item.kind == "verb" for item in inner)
-    words = ("mw", "mw=", "prepared", "example", "from", "see")
-    return (verbs and not has_amounts) or any(item.low in words or item.low.startswith("mw=") for item in inner[:3])
+    words = ("mw", "mw=", "prepared", "example", "from", "see", "or")
+    formula = any(item.low in ("r", "r1", "r2", "wherein") for item in inner)
+    said = any(item.low in words or item.low.startswith("mw=") for item in inner[:3])
+    return said or ((verbs or formula) and not has_amounts)
 
 
 def _stands_alone(draft: PhraseDraft, last: SubstanceMention, has_amounts: bool) -> bool:
@@ -234,13 +253,18 @@ def _measure(
     """Give the amounts of a bracket to the name before it: "HCl (2 M in ether, 5 mL)"."""
     phrase = draft.phrase
     measured = [figure for figure in amounts if not (figure.kind == "percent" and _is_purity(inner, figure))]
+    phrase.ratios += [figure for figure in amounts if figure not in measured]
     strong = any(figure.kind in STRENGTHS for figure in measured)
     words = [item.low for item in inner]
-    if names and strong and "in" in words:
+    if names and "in" in words:
         solvent = next((part for part in read_phrases(inner) if part.prep == "in" and part.substances), None)
-        if solvent is not None and not {"dispersion", "suspension"} & set(words):
+        stock = strong and not {"dispersion", "suspension"} & set(words)
+        if solvent is not None and (stock or (not strong and solvent.is_measured)):
             dissolving = solvent.substances[0]
-            dissolving.amounts, dissolving.solvent = [], True
+            dissolving.solvent = True
+            if stock:
+                dissolving.amounts = []
+            measured = [figure for figure in measured if figure not in dissolving.amounts]
             phrase.substances.append(dissolving)
     while last.paired and last is not phrase.substances[0]:
         last = phrase.substances[phrase.substances.index(last) - 1]
@@ -258,5 +282,5 @@ def _is_purity(inner: Sequence[Token], figure: QuantitySpan) -> bool:
 
 
 _READERS = {
-    "figure": _figure, "name": _name, "word": read_word, "verb": _verb, "mark": _mark, "group": _group,
+    "figure": _figure, "name": _name, "word": read_word, "verb": _verb, "mark": _mark, "group": _bracket,
 }  # fmt: skip

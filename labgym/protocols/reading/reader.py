@@ -33,12 +33,27 @@ _MONITOR = re.compile(
 _NUMBERED = frozenset((
     "example", "examples", "step", "steps", "scheme", "preparation", "compound", "formula", "intermediate",
     "reference", "section", "table", "method", "part", "procedure", "figure", "no.", "no", "vol.", "page",
-    "claim", "structure", "number", "product", "ref", "entry",
+    "claim", "structure", "number", "product", "ref", "entry", "gave", "give", "afforded", "afford",
+    "yielded", "yield", "yields", "affords", "gives", "provide", "whatman", "gel",
 ))  # fmt: skip
 _NUMBER = re.compile(r"^\d{1,6}(?:[.,]\d{1,6})?$")
 _EFFECTS = frozenset(("Quench", "Dissolve", "MakeSolution", "Add", "AdjustPH", "Crystallize"))
 """Operations that an infinitive names as the effect of another one."""
 _COLD = frozenset(("cooled", "cold", "chilled", "precooled", "pre-cooled", "ice-cold", "ice-cooled"))
+_ISOLATING = frozenset((
+    "Chromatograph", "Concentrate", "Crystallize", "Distill", "DrySolid", "Filter", "Purify", "Recrystallize",
+    "Sublime", "Triturate",
+))  # fmt: skip
+"""Operations with which a procedure may end: they leave a product."""
+_CLASSES = frozenset((
+    "acid", "alcohol", "aldehyde", "amide", "amine", "anhydride", "bromide", "chloride", "ester", "hydrazide",
+    "hydrochloride", "ketone", "salt",
+))  # fmt: skip
+"""Classes of substances by which a text calls its batch."""
+_PREPARED = frozenset(("prepared", "made", "synthesized", "synthesised"))
+_RESULTING = frozenset(("resulting", "resultant", "desired", "crude", "corresponding", "formed", "title", "obtained"))
+_BATHS = frozenset(("bath", "baths", "addition", "evolution"))
+"""Nouns before which a name says what a bath holds, repeats what was added, or is a gas that escapes."""
 MAX_ABBREVIATION = 8
 """Longest name in parentheses that repeats the name before them."""
 _SPECTRUM = re.compile(r"[-+]?\d+(?:\.\d+)?(?:-\d+(?:\.\d+)?)? ?\(")
@@ -155,6 +170,7 @@ def _read_operations(
         draft.emit("Monitor", watched.span())
     match = reference(draft.plain, start, end)
     if match is None:
+        _own_prepared(draft, tokens, bool(parts))
         _operate_all(draft, tokens, parts)
     else:
         results = [clause for clause in parts if clause.head.word.verb == "Yield"]
@@ -169,6 +185,28 @@ def _read_operations(
             product(draft, tokens, used)
     if watched is not None and not early and draft.last_verb != "Monitor":
         draft.emit("Monitor", watched.span())
+
+
+def _own_prepared(draft: ActionDraft, tokens: Sequence[Token], operates: bool) -> None:
+    """Own the product that a sentence begins with: "B was prepared in 80% yield by treating A with C".
+
+    Without an operation its materials are combined: "B was prepared from A (1 g) and C (2 g)".
+    """
+    place = next((k for k, token in enumerate(tokens[:12]) if token.low in _PREPARED), None)
+    if place is None or tokens[place - 1].low not in ("was", "is", "were") or lows(tokens[:place]) & {"solution"}:
+        return
+    for item in substances(read_phrases(tokens[:place], True)[:1]):
+        if not item.is_measured:
+            draft.own(item.start, item.end)
+            draft.product = draft.product or draft.text[item.start : item.end]
+    used = substances(read_phrases(tokens[place + 1 :])) if not operates else []
+    if any(item.is_measured for item in used):
+        draft.put("Add", used)
+    near = tokens[place + 1 : place + 7]
+    if "yield" in lows(near):
+        shares = [token for token in near if token.figure is not None and token.figure.kind == "percent"]
+        draft.own_all(shares)
+        draft.result = ", ".join(token.text for token in shares)
 
 
 def _operate_all(draft: ActionDraft, tokens: Sequence[Token], parts: Sequence[VerbClause]) -> None:
@@ -197,11 +235,12 @@ def _operate(draft: ActionDraft, clause: VerbClause, is_first: bool) -> None:
         for remark in phrase.remarks:
             draft.own(*remark)
     nouns = {noun for phrase in before for noun in phrase.nouns} - VESSELS
-    if is_first and not draft.actions and nouns and not substances(before):
+    made = head.marker in ("by", "via", "through")
+    if is_first and not draft.actions and nouns and not substances(before) and not made:
         draft.started_with_batch = True
     if head.marker != "after":
         wait(draft, operation)
-    elif head.low == "addition" and _is_repeated(draft, substances(after)):
+    if head.low == "addition" and _is_repeated(draft, substances(after), head.marker == "after"):
         draft.own_all(substances(after))
         draft.own_all(operation.conditions)
         return
@@ -209,8 +248,16 @@ def _operate(draft: ActionDraft, clause: VerbClause, is_first: bool) -> None:
     if _is_intended(draft, operation, is_first):
         return
     draft.manners = lows(clause.group) & MANNERS.keys()
-    _FRAMES.get(head.word.frame, hold)(draft, operation)
+    weighed = [item for item in substances(before) if item.is_measured]
+    if head.low == "collected" and any(not item.weak or "product" in _text(draft, item) for item in weighed):
+        give(draft, operation)
+    else:
+        _FRAMES.get(head.word.frame, hold)(draft, operation)
     draft.manners = set()
+
+
+def _text(draft: ActionDraft, item: SubstanceMention) -> str:
+    return draft.plain[item.start : item.end].lower()
 
 
 def _is_intended(draft: ActionDraft, operation: PhrasedOperation, is_first: bool) -> bool:
@@ -232,12 +279,23 @@ def _is_intended(draft: ActionDraft, operation: PhrasedOperation, is_first: bool
     return True
 
 
-def _is_repeated(draft: ActionDraft, names: Sequence[SubstanceMention]) -> bool:
-    """Return whether all names are of substances that were taken, without an amount: "after the addition of AlCl3"."""
+def _is_repeated(draft: ActionDraft, names: Sequence[SubstanceMention], over: bool) -> bool:
+    """Return whether all names are of substances that were taken, without an amount: "after the addition of AlCl3".
+
+    Args:
+        draft: the actions before.
+        names: in lower case, of what is added.
+        over: whether the text says that the addition is over; otherwise only the last word of a name, with "the",
+            repeats it: "the addition of the phosphine" behind "tributyl phosphine".
+    """
     taken = {portion.name.lower() for action in draft.actions for portion in action.takes}
-    return bool(names) and all(
-        not item.is_measured and draft.text[item.start : item.end].lower() in taken for item in names
-    )
+    last = {name.split()[-1] for name in taken if " " in name}
+    for item in names:
+        name = draft.text[item.start : item.end].lower()
+        the = draft.plain[: item.start].endswith("the ") and name in last
+        if item.is_measured or not (the or (over and name in taken)):
+            return False
+    return bool(names)
 
 
 def _outcome(draft: ActionDraft, unread: Sequence[Unread]) -> Outcome:
@@ -247,7 +305,8 @@ def _outcome(draft: ActionDraft, unread: Sequence[Unread]) -> Outcome:
     before = [action for action in draft.actions if action.verb in ("Add", "MakeSolution", "Dissolve", "Hydrogenate")]
     measured = any(_is_measured(portion.amount) for action in before for portion in action.takes)
     quantities = any(item.why.startswith("amount") for item in unread)
-    ends = "Yield" in verbs or next((verb for verb in reversed(verbs) if verb != "Analyze"), "") == "DrySolid"
+    last = next((verb for verb in reversed(verbs) if verb not in ("Analyze", "Wash", "Monitor")), "")
+    ends = "Yield" in verbs or last in _ISOLATING
     is_clear = not (draft.started_with_batch or quantities or draft.doubts)
     return "complete" if measured and ends and is_clear else "partial"
 
@@ -291,18 +350,71 @@ def _is_once(token: Token) -> bool:
 
 def _own_descriptions(draft: ActionDraft, tokens: Sequence[Token], taken: set[str]) -> None:
     """Own names that describe the batch or repeat a name: "the ether solution", "N-chlorosuccinimide (NCS)"."""
+    for run, following in _name_runs(tokens):
+        describes = following is not None and following.low in LAYERS | EXTRACTS | _BATHS
+        if describes or _is_class(tokens, run, following) or _is_named_again(draft, tokens, run, following, taken):
+            draft.own(run[0].start, run[-1].end)
+    _own_observed(draft, tokens)
     for token, following in pairwise(tokens):
-        if token.kind == "name" and (
-            following.low in LAYERS | EXTRACTS or (following.low in SOLUTIONS and token.low in taken)
-        ):
+        if token.figure is not None and following.low in ("column", "columns", "cartridge"):
             draft.own(token.start, token.end)
         is_column = token.low in ("silica", "gel", "alumina") and following.low in ("column", "columns", "cartridge")
         if is_column and any(action.verb == "Chromatograph" for action in draft.actions):
             _own_column(draft, tokens, token)
-        inner = [item for item in following.inner if item.kind != "mark"]
+        inner = [item for item in following.inner if item.kind not in ("mark", "figure")]
         abbreviates = len(inner) == 1 and inner[0].kind == "name" and len(inner[0].text) <= MAX_ABBREVIATION
         if following.kind == "group" and abbreviates and draft.owned[token.end - 1]:
             draft.own(inner[0].start, inner[0].end)
+
+
+def _is_named_again(
+    draft: ActionDraft, tokens: Sequence[Token], run: Sequence[Token], following: Token | None, taken: set[str]
+) -> bool:
+    """Return whether a definite name without an amount repeats one that was taken or made: "the ester was stirred".
+
+    The last word of a name repeats it, too: "the ether solution" behind "diethyl ether".
+    """
+    given = {portion.name.lower() for action in draft.actions for portion in action.gives}
+    names = taken | given
+    name = draft.text[run[0].start : run[-1].end].lower()
+    known = name in names or name in {item.split()[-1] for item in names if item}
+    place = next(k for k, token in enumerate(tokens) if token is run[0])
+    before = {token.low for token in tokens[max(0, place - 2) : place]}
+    solved = following is not None and following.low in SOLUTIONS
+    measured = following is not None and (following.figure is not None or (following.kind == "group" and not solved))
+    return known and not measured and (solved or bool(before & {"the", "this", "all"}))
+
+
+def _own_observed(draft: ActionDraft, tokens: Sequence[Token]) -> None:
+    """Own the names of what is waited for, "until the uptake of hydrogen ceased", and the oil of a dispersion."""
+    waits = False
+    for token in tokens:
+        waits = (waits or token.low in ("until", "till")) and token.kind != "mark"
+        if waits and token.kind == "name":
+            draft.own(token.start, token.end)
+        if token.kind == "group" and lows(token.inner) & {"dispersion", "suspension"}:
+            draft.own_all(item for item in token.inner if item.low in ("mineral", "paraffin"))
+
+
+def _name_runs(tokens: Sequence[Token]) -> Iterable[tuple[list[Token], Token | None]]:
+    """Yield the names of a sentence, each with the token behind it."""
+    run: list[Token] = []
+    for token in (*tokens, None):
+        if token is not None and token.kind == "name":
+            run.append(token)
+            continue
+        if run:
+            yield run, token
+        run = []
+
+
+def _is_class(tokens: Sequence[Token], run: Sequence[Token], following: Token | None) -> bool:
+    """Return whether a name is a class that stands for the batch: "the resulting acid chloride"."""
+    place = next(k for k, token in enumerate(tokens) if token is run[0])
+    before = [token.low for token in tokens[max(0, place - 2) : place]]
+    named = bool(set(before) & _RESULTING) or ("the" in before and len(run) > 1) or before[-1:] == ["this"]
+    measured = following is not None and (following.kind == "group" or following.figure is not None)
+    return named and not measured and all(token.low in _CLASSES for token in run)
 
 
 def _own_column(draft: ActionDraft, tokens: Sequence[Token], last: Token) -> None:
@@ -316,7 +428,8 @@ def _own_column(draft: ActionDraft, tokens: Sequence[Token], last: Token) -> Non
 
 def _is_numbering(before: Token | None) -> bool:
     """Return whether a number behind a token counts something or numbers it: "Example 3", "compound 12"."""
-    return before is None or before.kind in ("name", "mark", "group") or before.low in _NUMBERED
+    named = before is not None and (before.low in _NUMBERED or before.text.endswith("®"))
+    return before is None or before.kind in ("name", "mark", "group") or named
 
 
 def _leaves(tokens: Iterable[Token]) -> Iterable[Token]:

@@ -41,7 +41,7 @@ _REFERRED = re.compile(
     r"Intermediate)s? [A-Z\d][\w.-]*|general procedure(?: [A-Z\d]\w*)?"
 )
 _MADE = re.compile(
-    r"\b(?:prepared?|Following|added|obtained|synthesi[sz]ed|made|produced|converted|carried out|"
+    r"\b(?:prepared?|Following|followed|added|obtained|synthesi[sz]ed|made|produced|converted|carried out|"
     r"reacted|performed|gave|yielded|treated|isolated|substituting|repeated|purified|working up|"
     r"worked up|conducted|given|afforded|get|substituted|Reaction)\b",
     re.IGNORECASE,

@@ -29,7 +29,9 @@ _LABEL_QUALITIES = frozenset(("title", "desired", "titled", "above", "expected",
 def give(draft: ActionDraft, operation: PhrasedOperation) -> None:
     """Append a result, if the text names the product or its amount."""
     head, clause = operation.head, operation.clause
-    is_before = head.passive and [token.low for token in clause.before[:1]] != ["there"]
+    behind = [item for phrase in operation.after[:1] if not phrase.prep for item in phrase.substances]
+    is_inverted = not substances(operation.before) and any(item.is_measured for item in behind)
+    is_before = head.passive and not is_inverted and [token.low for token in clause.before[:1]] != ["there"]
     source, tokens = (operation.before, clause.before) if is_before else (operation.after, clause.after)
     others = operation.after if is_before else []
     phrases = [*source, *others]
@@ -64,7 +66,8 @@ def give(draft: ActionDraft, operation: PhrasedOperation) -> None:
     if not head.passive:
         draft.charge([phrase for phrase in operation.before if phrase.prep == "" and phrase.is_prepared])
     gives = tuple(draft.yielded(item) for item in main)[:10]
-    draft.product, draft.result = gives[0].name, gives[0].amount
+    is_named = main[0].start not in {item.start for item in loose}
+    draft.product, draft.result = gives[0].name if is_named else "", gives[0].amount
     start, end = operation.span
     draft.emit("Yield", (min(start, main[0].start), max(end, main[-1].end)), gives=gives)
 
@@ -77,14 +80,15 @@ def give_alone(draft: ActionDraft, tokens: Sequence[Token]) -> None:
     for item in subject.substances:
         kinds = {value.kind for value in item.amounts}
         if kinds & {"mass", "percent"}:
-            if item.weak or "product" in subject.nouns or {"mass", "percent"} <= kinds:
+            named = {"product", "residue"} & set(subject.nouns) or "used" in lows(tokens)
+            if item.weak or named or {"mass", "percent"} <= kinds:
                 draft.emit("Yield", (item.start, item.end), gives=(draft.yielded(item),))
             return
 
 
 def complete(draft: ActionDraft, span: tuple[int, int]) -> bool:
     """Return whether data belong to the last actions, and put them there: a boiling range, or the yield."""
-    words = draft.plain[slice(*span)].lstrip(" ,;:(").lower()
+    words = draft.plain[slice(*span)].lstrip(" ,;:(").lower().removeprefix("the ")
     values = figures(draft.plain[slice(*span)])
     actions = draft.actions
     if words.startswith(("yield", "overall crude yield")) and draft.last_verb == "Yield" and actions[-1].gives:

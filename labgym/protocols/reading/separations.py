@@ -16,6 +16,7 @@ from labgym.protocols.reading.draft import (
     with_substances,
 )
 from labgym.protocols.reading.lexicon import SOLID, SOLUTIONS
+from labgym.protocols.reading.mentions import SubstanceMention
 from labgym.protocols.reading.phrases import read_phrases
 
 _COLUMN = re.compile(
@@ -69,20 +70,46 @@ def clear(draft: ActionDraft, operation: PhrasedOperation) -> None:
             return
         if not _is_evaporated(draft, operation, subject):
             return
+    if verb == "Distill" and _is_solvent_distilled(operation):
+        verb = "Concentrate"
     if verb == "Chromatograph" or (verb == "Purify" and _is_on_a_column(operation)):
         _chromatograph(draft, operation)
         return
     if verb == "Purify" and any("recrystallization" in (*item.nouns, *item.words) for item in operation.phrases):
         verb = "Recrystallize"
     takes = []
-    if head.low.startswith("azeotrop") or (verb == "Concentrate" and with_substances(after, "with")):
+    again = head.low.startswith(("azeotrop", "reconc", "coev", "co-ev"))
+    if again or (verb == "Concentrate" and with_substances(after, "with")):
         takes = draft.portions(with_substances(after, "with", "from"))
-    if (head.passive or head.marker in ("", "by")) and not head.low.startswith("remov"):
-        draft.charge([phrase for phrase in operation.before if phrase.prep == "" and phrase.is_measured])
+    _charge_subject(draft, operation)
     draft.own_names(operation.phrases)
     if verb != "Wait":
         draft.last_solid = False
-        draft.act(verb, operation, takes)
+        draft.act(verb, operation, takes, note=_reached(draft, operation))
+
+
+def _is_solvent_distilled(operation: PhrasedOperation) -> bool:
+    """Return whether a solvent is distilled off, "the solvent was distilled off", and the batch stays."""
+    subject = lows(operation.clause.before) & {"solvent", "solvents", "volatiles"}
+    return bool(subject) and operation.head.passive and lows(operation.clause.after[:2]) >= {"off"}
+
+
+def _charge_subject(draft: ActionDraft, operation: PhrasedOperation) -> None:
+    """Append what the flask holds before an operation, "A (2 g) was distilled", "distillation of the oil (2 g)"."""
+    head = operation.head
+    if head.word.noun:
+        draft.charge([phrase for phrase in operation.after[:1] if phrase.prep in ("", "of") and phrase.is_measured])
+    if (head.passive or head.marker in ("", "by")) and not head.low.startswith("remov"):
+        draft.charge([phrase for phrase in operation.before if phrase.prep == "" and phrase.is_measured])
+
+
+def _reached(draft: ActionDraft, operation: PhrasedOperation) -> str:
+    """Return the note of an evaporation that ends at a volume, "to 50 mL", and own it; "" of others."""
+    volumes = [item for phrase in operation.after for item in phrase.loose if item.kind == "volume"]
+    if operation.verb != "Concentrate" or not volumes:
+        return ""
+    draft.own_all(volumes)
+    return f"to {draft.text[volumes[0].start : volumes[0].end]}"
 
 
 def _is_on_a_column(operation: PhrasedOperation) -> bool:
@@ -125,8 +152,9 @@ def collect(draft: ActionDraft, operation: PhrasedOperation) -> None:
         note = f"{place} layer" if place else ""
         draft.act("CollectLayer", operation, keep=layer, note=note)
     elif head.low.startswith("decant"):
-        draft.act("PhaseSeparation", operation, part=None)
-        draft.doubt(operation.span, "which part of the decantation goes on is not clear")
+        kept, is_named = _decanted(draft, near)
+        draft.last_solid = kept == "precipitate"
+        draft.act("Filter", operation, keep=kept, note="decant", assumed=() if is_named else ("keep",))
     elif near & SOLID or "crystal" in near:
         _filter(draft, operation)
     elif near & _LIQUID_BATCHES:
@@ -134,6 +162,14 @@ def collect(draft: ActionDraft, operation: PhrasedOperation) -> None:
     elif head.low in ("separated", "separating"):
         _filter(draft, operation)
         draft.doubt(operation.span, "whether a layer or a solid is separated is not clear")
+
+
+def _decanted(draft: ActionDraft, near: set[str]) -> tuple[Literal["filtrate", "precipitate"], bool]:
+    """Return which part of a decantation goes on, as far as its clause says, and whether it names it."""
+    if draft.last_verb == "DrySolution":
+        return "filtrate", True
+    poured_off = bool(near & (_LIQUID_BATCHES | {"solvent", "solvents", "supernatant"})) and "mixture" not in near
+    return ("precipitate" if poured_off else "filtrate"), False
 
 
 def _layer(near: set[str], operation: PhrasedOperation) -> Literal["organic", "aqueous"] | None:
@@ -188,14 +224,29 @@ def _filter(draft: ActionDraft, operation: PhrasedOperation) -> None:
     aids = with_substances(operation.after, "over", "through", "on", "via", "with")
     is_collected = head.low.startswith(("collect", "isolat", "recover"))
     is_unwanted = bool(subject & _UNWANTED) or head.low.startswith(("remov", "eliminat", "freed"))
-    is_unwanted = is_unwanted or _REMOVING.match(draft.plain, operation.span[1]) is not None
-    solid = bool(subject & (SOLID | {"crystals"})) and not subject & _UNDISSOLVED and not is_unwanted
+    is_product = "product" in subject and not subject & _LIQUIDS
+    is_unwanted = (is_unwanted and not is_product) or _REMOVING.match(draft.plain, operation.span[1]) is not None
+    solid = (is_product or bool(subject & (SOLID | {"crystals"}))) and not subject & _UNDISSOLVED and not is_unwanted
     cleared = (is_unwanted or bool(aids) or draft.last_verb == "DrySolution") and not is_collected and not solid
-    keep = "filtrate" if cleared else "precipitate"
     draft.own_names([phrase for phrase in operation.phrases if phrase not in aids])
+    is_solution = "solution" in lows(clause.before) and not (solid or is_collected or is_unwanted)
+    cleared = cleared or is_solution
+    is_named = solid or is_solution or (is_collected and not cleared)
     draft.last_solid = not cleared
-    is_named = solid or (is_collected and not cleared)
+    keep = "filtrate" if cleared else "precipitate"
     draft.act("Filter", operation, draft.portions(aids), keep=keep, assumed=() if is_named else ("keep",))
+    _weigh(draft, operation)
+
+
+def _weigh(draft: ActionDraft, operation: PhrasedOperation) -> None:
+    """Append the result of a filtration that tells what it gives: "was collected by filtration (0.54 g, 90%)"."""
+    loose = [item for phrase in operation.after for item in phrase.loose]
+    weighed = [item for item in loose if item.kind in ("mass", "substance", "percent")]
+    if any(item.kind == "mass" for item in weighed):
+        named = [item for phrase in operation.before for item in phrase.substances if not item.is_measured]
+        place = named[-1] if named else SubstanceMention(weighed[0].start, weighed[0].end)
+        place.amounts = weighed
+        draft.emit("Yield", (place.start, weighed[-1].end), gives=(draft.yielded(place),))
 
 
 def _chromatograph(draft: ActionDraft, operation: PhrasedOperation) -> None:

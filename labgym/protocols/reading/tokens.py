@@ -21,6 +21,7 @@ _OCR_HEAD = re.compile(r"^(?:[A-Za-z)]*+[\d(\[\]·.-])*+[a-z)]*+[A-Z][A-Za-z)]*+
 _ABBREVIATIONS = frozenset(
     [
         "aq.",
+        "aqu.",
         "conc.",
         "sat.",
         "satd.",
@@ -71,10 +72,14 @@ _ABBREVIATIONS = frozenset(
 )
 _DATA = re.compile(
     r"(?<![A-Za-z0-9])(?:\d{1,3} ?[HCFPN][- ]{0,2}NMR|NMR\b|[mM]\. ?[pP]\b\.?|[mM][pP]\b|"
-    r"[mM]elting (?:at|point|range|with)|melts\b"
+    r"[mM]elting (?:at|point|range|with)|melt(?:s|ed (?:at|from|between))\b"
     r"|(?:ES|EI|CI|FAB|LR|HR|LC|GC|MALDI|ESI|APCI|DCI|FD)[-+/ ]{0,2}MS\b(?! (?:showed|indicated|"
     r"analysis showed|revealed|confirmed))"
-    r"|MS[- ]?(?=[(:=+mME[])|HRMS|m/[ze]\b|M/[ZE]\b|IR ?(?=[(:])|I\.R\.|FT-?IR|R ?f\b ?[=:0(]|"
+    r"|MS[- ]?(?=[(:=+mME[])|HRMS|m/[ze]\b|M/[ZE]\b|IR ?(?=[(:])|I\.R\.|FT-?IR|R ?f\b ?[=:0(~]|"
+    r"[Mm]ass spec\b|(?:IR|UV|[Ii]nfrared|resonance|[Mm]ass)[- ](?:absorption )?spectr|TLC (?:in|analysis) |"
+    r"(?<=\()(?:crude |isolated )?[Yy]ield:? (?=\d)|"
+    r"Rf[- ]values?|[ν\u03bdv] ?max\b|τ ?[(:]|[Aa]cid number|n\.m\.r|[mM]pt\b|Smp\.|[mM]\.pt\.|"
+    r"[Tt]he (?:(?:crude|overall|isolated|total) )?(?:purity|yield)(?: of [^.;]{0,60})? (?:was|is)\b|m\. ?(?=\d{2,3}°)|"
     r"RF: |Anal(?:ysis|\.)|Elemental|TLC:|Rt ?="
     r"|n ?D ?2[05]|nD2|[Rr]efractive index|calc(?:d|'d|ulated for)\b|[Bb]\. ?p\b\.?|"
     r"[Bb]oiling point|bp\b|ultraviolet absorption"
@@ -82,7 +87,7 @@ _DATA = re.compile(
     r" ?: )|[Pp]urity ?[=:]|MH\+|\[M ?[+-]"
     r"|[Ff]ound[:,]|[Oo]verall crude yield|appearance:)"
 )
-_ROTATION = re.compile(r"\[[αa]\] ?D?")
+_ROTATION = re.compile(r"\[α\]|\[a\] ?D(?![a-z])")
 
 
 @dataclass(frozen=True)
@@ -271,16 +276,24 @@ def _split(tokens: Sequence[Token]) -> Iterator[list[Token]]:
                 and len(last.text) > 3
                 and last.end == token.start
             )
+            counted = last is not None and last.figure is not None and last.figure.kind in ("repeats", "time")
+            ends = ends or (token.text == "." and counted)
             if follows is None or (depth == 0 and (_begins(follows, token) or (ends and follows.kind == "name"))):
                 yield part
                 part, depth = [], 0
         elif token.kind == "figure" and depth == 0 and token.text.endswith("."):
             follows = tokens[place + 1] if place + 1 < len(tokens) else None
-            if follows is not None and follows.text[:1].isupper() and len(follows.text) > 1:
+            begins = follows is not None and (len(follows.text) > 1 or follows.text == "A")
+            if follows is not None and begins and (follows.text[:1].isupper() or _begins_with_number(follows)):
                 yield part
                 part = []
     if part:
         yield part
+
+
+def _begins_with_number(token: Token) -> bool:
+    weighed = token.figure is not None and token.figure.kind in ("mass", "volume")
+    return (token.kind == "name" or weighed) and token.text[:1].isdigit()
 
 
 def _pairs(tokens: Sequence[Token]) -> set[int]:

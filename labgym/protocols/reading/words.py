@@ -22,6 +22,8 @@ from labgym.protocols.reading.tokens import Token
 
 _ORIGINS = frozenset(("example", "step", "formula", "preparation", "structure", "intermediate"))
 _CIRCUMSTANCES = frozenset(("vacuo", "vacuum", "reflux", "reduced", "high", "pressure"))
+_METALS = frozenset(("palladium", "platinum", "rhodium", "ruthenium", "pd", "pt", "rh", "ru", "hydroxide", "catalyst"))
+_SUPPORTS = frozenset(("carbon", "charcoal", "activated", "alumina", "barium", "calcium", "c", "silica", "powdered"))
 _NAME_TAILS = frozenset(("gel", "earth", "ester", "salt", "dust", "reagent", "sieves"))
 _LEAD_SALTS = frozenset(("acetate", "azide", "carbonate", "chloride", "iodide", "nitrate", "oxide", "sulfate"))
 _TAILS = _NAME_TAILS | frozenset(
@@ -102,7 +104,7 @@ def _in(draft: PhraseDraft, word: Word) -> bool:
 
 
 def _equipment(draft: PhraseDraft, word: Word) -> bool:
-    if word.low not in ("equipped", "fitted"):
+    if word.low not in ("equipped", "fitted", "provided"):
         return False
     breaks = (k for k in range(word.place, len(draft.tokens)) if draft.tokens[k].text in (",", ";"))
     end = next(breaks, len(draft.tokens))
@@ -129,6 +131,18 @@ def _conjunction(draft: PhraseDraft, word: Word) -> bool:
     if word.low == "or":
         draft.phrase.words.append("or")
     return True
+
+
+def _supported(draft: PhraseDraft, word: Word) -> bool:
+    """Read "on" between a metal and its support as a part of the name: "palladium on carbon"."""
+    previous = draft.tokens[word.place - 1].low if word.place else ""
+    return (
+        word.low == "on"
+        and previous in _METALS
+        and word.after in _SUPPORTS
+        and draft.last is not None
+        and draft.adjacent
+    )
 
 
 def _preposition(draft: PhraseDraft, word: Word) -> bool:
@@ -191,7 +205,7 @@ def _strength(draft: PhraseDraft, word: Word) -> bool:
 def _batch(draft: PhraseDraft, word: Word) -> bool:
     if word.low not in BATCH and word.low not in VESSELS:
         return False
-    if draft.is_label(word.place):
+    if word.low != "volume" and draft.is_label(word.place):
         draft.name(word.place, word.token, weak=True)
     else:
         draft.phrase.nouns.append(word.low)
@@ -256,6 +270,7 @@ _RULES = (
     _equipment,
     _such_as,
     _conjunction,
+    _supported,
     _preposition,
     _solution_noun,
     _solvent_adjective,

@@ -16,6 +16,8 @@ from labgym.protocols.amounts import moles_of, read_amount
 
 EQUIMOLAR = 0.95
 """Moles of acid per mole of base from which the base counts as used up; amounts are rounded."""
+OXIDIZERS = frozenset({"strong_oxidizer", "hypochlorite", "organic_peroxide"})
+"""Groups of what a reductant destroys."""
 HYDROXYL = ("[OX2H]",)
 ACIDS = (
     *HYDROXYL,

@@ -50,6 +50,17 @@ _ISOMERS = re.compile(r"^\(?(?:E/Z|Z/E|cis/trans|trans/cis|rac|RS|±|\+/-)\)?-")
 """Begin of the name of a mixture of stereoisomers."""
 _THIO = re.compile(r"(?<=yl)thio(?=benz(?:o(?:yl|ic|ate|nitrile)|aldehyde))", re.IGNORECASE)
 """An alkylthio group before the name of an acid, which parsers read as a thio acid."""
+_REPRINTED = (
+    (re.compile(r"(?<=[)\]])\s(?=[a-z(\d])"), ""),
+    (re.compile(r"(?<!cyclo)(?<!spiro)\[(\d)\.(\d)\](?=[a-z])"), r"[\1,\2]"),
+    (re.compile(r"\btert\.-?\s?", re.IGNORECASE), "tert-"),
+    (re.compile(r"\s(?=\((?:0|I{1,3}|IV|VI)\))"), ""),
+    (re.compile("[\u2032\u2019]"), "'"),
+    (re.compile(r"sulph(?=[aeio])", re.IGNORECASE), "sulf"),
+    (re.compile(r"(?<=benzene) (?=sul(?:f|ph)onyl)"), ""),
+    (re.compile(r"[.·]\s?HCl$"), " hydrochloride"),
+)
+"""Slips of printed names with their systematic spelling: "[1.4]benzoxazine", "tert.butyl", "amine.HCl"."""
 _LABEL = re.compile(
     r"(?:the\s++)?(?:(?:title|crude|above|resulting|resultant|desired|said|obtained|corresponding|final)\s++)*"
     r"(?:compounds?|intermediates?|products?|examples?|steps?|preparations?|material|residue|mixture|solution|solids?|"
@@ -226,7 +237,7 @@ def forms(name: str) -> Iterator[str]:
     if is_generic(text) or _LABEL.fullmatch(text) or text.startswith(PLACEHOLDER):
         return
     seen: dict[str, None] = {}
-    waiting = [text, of_substance(text)[1].name]
+    waiting = [text, of_substance(text)[1].name, _reprinted(text)]
     while waiting and len(seen) < MAX_FORMS:
         form = waiting.pop(0).strip(" ,;")
         if len(form) < 2 or form in seen or is_generic(form) or _LABEL.fullmatch(form):
@@ -236,6 +247,12 @@ def forms(name: str) -> Iterator[str]:
         waiting += [_LEADING.sub("", form), _ISOMERS.sub("", form), _STRENGTH.sub("", form), _TRAILING.sub("", form)]
         waiting += [remark[1], remark[2]] if remark else []
     yield from seen
+
+
+def _reprinted(name: str) -> str:
+    for pattern, spelling in _REPRINTED:
+        name = pattern.sub(spelling, name)
+    return name
 
 
 def opened(experiment: Experiment, resolver: Resolver) -> OpenedExperiment:

@@ -118,7 +118,7 @@ def prepared(actions: ActionList) -> tuple[Experiment | None, tuple[str, ...], t
     if not any(action.takes for action in listed):
         return None, tuple(notes), (*lacks, "the text names no material that is added: say what reacts with what")
     if not actions.product:
-        lacks.append("the text does not name what is isolated: say which product is obtained")
+        notes.append("the text does not name what is isolated")
     if actions.outcome == "partial" and not lacks:
         lacks.append(
             "the text does not tell the whole procedure: amounts before the work-up, or the product, are missing"

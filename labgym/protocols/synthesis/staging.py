@@ -12,6 +12,7 @@ from pydantic import ValidationError
 
 from labgym.assets import Catalog
 from labgym.documents import document_error
+from labgym.protocols.amounts import read_amount
 from labgym.protocols.apparatus import (
     NECKED_VESSELS,
     REACTION_VESSELS,
@@ -22,6 +23,7 @@ from labgym.protocols.apparatus import (
 )
 from labgym.protocols.capability import capacity, evacuates_to, withstands
 from labgym.protocols.constraints import derive
+from labgym.protocols.contents import ASIDE_ADDED, MADE_ASIDE
 from labgym.protocols.errors import RefusalError
 from labgym.protocols.experiments import Action, Experiment
 from labgym.protocols.experiments.feasibility import GASES, WORK_UP, FeasibilityFilter, made_aside
@@ -29,6 +31,7 @@ from labgym.protocols.experiments.grounding import SOLVENTS
 from labgym.protocols.experiments.model import Verb
 from labgym.protocols.experiments.narration import sentence
 from labgym.protocols.model import Protocol
+from labgym.protocols.rules.conditions import AIR_SENSITIVE
 from labgym.protocols.rules.hazards import INERT
 from labgym.protocols.rules.temperatures import SUPERHEAT_K
 from labgym.protocols.rules.vessels import vapor_pressure
@@ -200,15 +203,15 @@ class _Stager:
     def _make_aside(self, action: Action) -> None:
         """Make a solution that a later action adds: in a separate flask, from which it is transferred."""
         names = tuple(self._take(action, portion.name, portion.amount) for portion in action.takes)
-        note = _with_note(action, "in a separate vessel")
+        note = _with_note(action, MADE_ASIDE)
         self._do(note, names, vessel=("ErlenmeyerFlask",), bath=_bath(action.temperature))
 
     def _act(self, action: Action, following: Action | None) -> None:
         if action.verb in ("Yield", "Transfer", "CollectLayer"):
             return
         names = tuple(self._take(action, portion.name, portion.amount) for portion in action.takes)
-        ignites = any(is_pyrophoric(self.catalog.get(name)) for name in names)
-        if ignites and action.atmosphere is None and not INERT.search(action.note):
+        sensitive = any(is_pyrophoric(self.catalog.get(name)) or name in AIR_SENSITIVE for name in names)
+        if sensitive and action.atmosphere is None and not INERT.search(action.note):
             action = _with_note(action.model_copy(update={"atmosphere": "nitrogen"}), "nitrogen is assumed")
         if not self.reacting and action.verb in ("Add", "Dissolve"):
             self.volume += self._millilitres(action)
@@ -282,12 +285,15 @@ class _Stager:
                 action = _with_note(action, f"{at:g} C is taken as the temperature of the bath, the mixture boils")
                 at = hottest
         if action.part == "solution" and not action.takes:
-            action = _with_note(action, "transfer the solution that was made aside")
+            action = _with_note(action, ASIDE_ADDED)
         vessel = self.vessel
         if not self.in_flask:
             vessel = "RoundBottomFlask"
         funnel: tuple[str, ...] = ()
-        poured = any(self.catalog.get(name).phase == "liquid" for name in names)
+        poured = any(
+            self.catalog.get(name).phase == "liquid" or (amount.volume is not None and amount.mass is None)
+            for name, amount in zip(names, (read_amount(portion.amount) for portion in action.takes), strict=True)
+        )
         if poured or (action.part == "solution" and not names):
             dropwise = action.manner in ("dropwise", "slowly") and self.reacting
             funnel = ("GraduatedCylinder", "DroppingFunnel") if dropwise else ("GraduatedCylinder",)
