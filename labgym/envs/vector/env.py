@@ -208,7 +208,7 @@ class VectorPointNavEnv(PointNavVectorEnv):
 
     @property
     def climb(self) -> list[list[int]]:
-        """What `LabPointNavEnv.climb` is, for each environment."""
+        """The states of all ladders, each as `LabPointNavEnv.climb`."""
         return [each.state for each in self._climbs] or [[] for _ in range(self.num_envs)]
 
     def resume_climb(self, row: int, state: Sequence[int]) -> None:
