@@ -35,7 +35,7 @@ MADE_ASIDE = "in a separate vessel"
 ASIDE_ADDED = "transfer the solution that was made aside"
 """Words of the step that adds it."""
 _ASIDE = "aside"
-"""Key of the contents of the vessel in which a solution is made aside."""
+"""Key of the contents of solutions that were made aside; the first transfer adds all of them."""
 _AQUEOUS_KEPT = re.compile(r"\bkeeps? the aqueous (?:layer|phase)\b", re.IGNORECASE)
 STRIPPING_MARGIN_K = 100.0
 """Evaporation removes liquids that boil up to this far above the bath temperature, degrees Celsius."""
@@ -88,7 +88,7 @@ class _BatchTracker:
     """Follows the batch through the steps.
 
     Attributes:
-        volumes: mL of each reagent by vessel; a solution that is made aside has a separate key.
+        volumes: mL of each reagent by vessel; solutions that are made aside have a separate key.
         batch: the vessel that holds the batch, or "".
     """
 
@@ -120,7 +120,9 @@ class _BatchTracker:
         vessel = max(filter(is_vessel, devices), key=lambda asset: capacity(asset) or 0.0, default=None)
         target = "" if vessel is None else vessel.name
         contents = {reagent.name: self._share(step, target, reagent) for reagent in added}
-        self.volumes[_ASIDE] = contents
+        waiting = self.volumes.setdefault(_ASIDE, {})
+        for name, part in contents.items():
+            waiting[name] = waiting.get(name, 0.0) + part
         place = self.catalog.get(step.location) if step.location in self.catalog else None
         return Situation(step, place, vessel, dict(contents), added, devices)
 

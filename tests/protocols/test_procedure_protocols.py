@@ -110,6 +110,22 @@ def test_a_solution_made_aside_meets_the_batch_when_it_is_added() -> None:
     assert "first transfer" not in aside.step.text
 
 
+def test_of_two_solutions_made_aside_none_is_forgotten() -> None:
+    text = (
+        "Benzoyl chloride (1.4 g, 10 mmol) was dissolved in dichloromethane (20 mL). To the mixture was added a solution "
+        "of aniline (0.93 g, 10 mmol) in dichloromethane (10 mL), followed by a solution of triethylamine (1.0 g, 10 "
+        "mmol) in dichloromethane (5 mL). The mixture was stirred for 2 h and concentrated."
+    )
+    protocol = compile_procedure(text, names=NAMES).protocol
+    assert protocol is not None
+    steps = sorted(protocol.steps, key=lambda step: (step.index > 2) * ("separate vessel" not in step.text))
+    steps = [step.model_copy(update={"index": place}) for place, step in enumerate(steps, start=1)]
+    followed = situations(protocol.model_copy(update={"steps": tuple(steps)}), NAMES.catalog)
+    assert ["separate vessel" in item.step.text for item in followed[:5]] == [False, False, True, True, False]
+    added = next(item for item in followed if "made aside" in item.step.text)
+    assert {"Aniline", "Triethylamine", "BenzoylChloride"} <= set(added.contents)
+
+
 def test_every_unread_span_is_named() -> None:
     read = read_procedure("The cake was kept. 467 g of copper sulfate, 780 ml; the rest. Water (5 mL) was added.")
     assert read.unread
