@@ -112,9 +112,9 @@ def test_a_solution_made_aside_meets_the_batch_when_it_is_added() -> None:
 
 def test_of_two_solutions_made_aside_none_is_forgotten() -> None:
     text = (
-        "Benzoyl chloride (1.4 g, 10 mmol) was dissolved in dichloromethane (20 mL). To the mixture was added a solution "
-        "of aniline (0.93 g, 10 mmol) in dichloromethane (10 mL), followed by a solution of triethylamine (1.0 g, 10 "
-        "mmol) in dichloromethane (5 mL). The mixture was stirred for 2 h and concentrated."
+        "Benzoyl chloride (1.4 g, 10 mmol) was dissolved in dichloromethane (20 mL). To the mixture was added a "
+        "solution of aniline (0.93 g, 10 mmol) in dichloromethane (10 mL), followed by a solution of triethylamine "
+        "(1.0 g, 10 mmol) in dichloromethane (5 mL). The mixture was stirred for 2 h and concentrated."
     )
     protocol = compile_procedure(text, names=NAMES).protocol
     assert protocol is not None
