@@ -81,6 +81,8 @@ def outline(
     proposal: Proposal | None = None
     floor: Floor
     try:
+        if not file.exists():
+            raise DocumentError(file, "", "no such file")
         if given is not None or file.suffix.lower() in IMAGES:
             raise DocumentError(file, "", "an image of a plan" if given is None else "answers are for recognition")
         floor = read_floor(file, unit, thickness, numbers("crop", crop), storey)

@@ -201,8 +201,8 @@ def _together(environment: str, count: int, options: Mapping[str, Any], vectoriz
 
         check_kernel(config)
     elif _is_goal(config) or config.curriculum is not None:
-        kind = "goal environments" if _is_goal(config) else "curricula"
-        raise OptionError(f"{kind} do not run with vectorization 'processes': use 'dummy' or 'subproc'")
+        kind, others = ("curricula", "'kernel', ") if config.curriculum is not None else ("goal environments", "")
+        raise OptionError(f"{kind} do not run with vectorization 'processes': use {others}'dummy' or 'subproc'")
     else:
         processes = processors()
     spec: Any = gym.spec(environment)

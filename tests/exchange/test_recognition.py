@@ -148,8 +148,8 @@ def test_an_image_of_a_plan_is_read_with_a_scale_or_an_area(tmp_path):
 def test_the_picture_of_a_proposal_does_not_replace_the_plan(tmp_path, capsys):
     path = plan(tmp_path / "plan.png")
     content = path.read_bytes()
-    assert main(["outline", str(path), "--scale", "0.02", "--out", str(tmp_path / "plan.json"), "--replace"]) == 2
-    assert "--out" in capsys.readouterr().err
+    assert main(["outline", str(path), "--scale", "0.02", "--out", str(tmp_path / "plan.json"), "--overwrite"]) == 2
+    assert "would replace plan.png: name another --out" in capsys.readouterr().err
     assert path.read_bytes() == content
 
 
@@ -288,6 +288,15 @@ def test_a_file_that_is_read_exactly_is_not_recognized(tmp_path, capsys):
     assert main(["outline", str(tmp_path / "a.dxf"), "--out", str(tmp_path / "o.json")]) == 0
     assert "recognized" not in capsys.readouterr().err
     assert not (tmp_path / "o.png").exists()
+
+
+@pytest.mark.parametrize("options", [[], ["--scale", "0.02"]])
+@pytest.mark.parametrize("name", ["none.png", "none.dxf"])
+def test_a_missing_file_is_named(tmp_path, capsys, name, options):
+    assert main(["outline", str(tmp_path / name), *options, "--out", str(tmp_path / "o.json")]) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert f"{name}: no such file" in error
 
 
 @pytest.mark.parametrize("kind", ["empty", "noise", "text"])
