@@ -204,6 +204,11 @@ class PointNavConfig:
         return weights.terms(self.distance_to_go, self.onward)
 
     @property
+    def rungs(self) -> tuple[PointNavConfig, ...]:
+        """The configurations of the curriculum, the easiest first; without one, this one alone."""
+        return (self,) if self.curriculum is None else self.curriculum.rungs
+
+    @property
     def moving(self) -> Moving:
         """The kinds of things that move in the scene besides the robot."""
         if not self.interactive:

@@ -126,7 +126,7 @@ def ladder(config: PointNavConfig) -> list[tuple[PointNavConfig, Tasks]]:
     """
     if config.curriculum is None:
         return [(config, task_source(config))]
-    rungs, floors = config.curriculum.rungs, layout_source(config)
+    rungs, floors = config.rungs, layout_source(config)
     shared = [(rung.split, rung.training) == (config.split, config.training) for rung in rungs]
     return [(rung, task_source(rung, floors if same else None)) for rung, same in zip(rungs, shared, strict=True)]
 

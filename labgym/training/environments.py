@@ -170,8 +170,7 @@ def _first_layouts(environment: str, count: int, options: Mapping[str, Any]) -> 
 
 def _pushes(environment: str, options: Mapping[str, Any]) -> bool:
     """Whether the robot can push things in the environment, which the planar physics does not move."""
-    config = _config(environment, options)
-    rungs = (config,) if config.curriculum is None else config.curriculum.rungs
+    rungs = _config(environment, options).rungs
     return any(isinstance(each, Changes) and each.pushable for rung in rungs for each in rung.conditions)
 
 

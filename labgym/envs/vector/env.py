@@ -67,8 +67,8 @@ class VectorPointNavEnv(PointNavVectorEnv):
     Other parts that are no cameras read the state of each episode in turn, which takes some microseconds for each:
     odometry, noise, STOP, a delay, errors of the wheels, all endings and terms. Of the conditions it carries
     "contacts", "parked", "people", "station", "glass", "wet_floor", and "changes" with `pushable=False`; each
-    environment climbs its own ladder of a curriculum. What it lacks is refused when the environment is made;
-    `ProcessPointNavEnv` has all parts.
+    environment climbs its own ladder of a curriculum. With any other part it cannot be made; `ProcessPointNavEnv` has
+    all parts.
 
     Attributes:
         autoreset_mode: when an environment whose episode ended is reset.
@@ -108,7 +108,7 @@ class VectorPointNavEnv(PointNavVectorEnv):
         self._disc, self._resident_mb = config.disc, config.resident_mb
         self._sensors, self._measures, self._size = config.observed, config.measures, config.robot.size
         curriculum = config.curriculum
-        rungs = (config,) if curriculum is None else curriculum.rungs
+        rungs = config.rungs
         own = {each.name for rung in rungs for each in rung.reward_terms if not reads_columns(each, TERMS)}
         self._terms = [
             (each.name, each.weight, _column_term(each, self.num_envs) if each.name not in own else None)
@@ -244,10 +244,10 @@ class VectorPointNavEnv(PointNavVectorEnv):
         )
         if plain and not (terms or rules or sensors or measures):
             return []
-        known: list[KnownTasks] = [{} for _ in rungs]
+        prepared: list[KnownTasks] = [{} for _ in rungs]
         own = OwnParts(sensors, sorted(terms), sorted(rules), measures)
         return [
-            [EnvironmentRow(rung, self._batch, row, own, tasks) for rung, tasks in zip(rungs, known, strict=True)]
+            [EnvironmentRow(rung, self._batch, row, own, tasks) for rung, tasks in zip(rungs, prepared, strict=True)]
             for row in range(self.num_envs)
         ]
 
@@ -471,7 +471,7 @@ def check_kernel(config: PointNavConfig, device: str | None = None) -> None:
     if config.curriculum:
         if device is not None:
             raise OptionError(f"on a device the vector environment has no curriculum: {REMEDY}")
-        for rung in config.curriculum.rungs:
+        for rung in config.rungs:
             check_kernel(rung)
     _check_sensors(config)
     if not isinstance(config.actions, VelocityActions):

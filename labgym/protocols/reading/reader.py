@@ -350,9 +350,9 @@ def _is_once(token: Token) -> bool:
 
 def _own_descriptions(draft: ActionDraft, tokens: Sequence[Token], taken: set[str]) -> None:
     """Own names that describe the batch or repeat a name: "the ether solution", "N-chlorosuccinimide (NCS)"."""
-    for run, following in _name_runs(tokens):
+    for before, run, following in _name_runs(tokens):
         describes = following is not None and following.low in LAYERS | EXTRACTS | _BATHS
-        if describes or _is_class(tokens, run, following) or _is_named_again(draft, tokens, run, following, taken):
+        if describes or _is_class(before, run, following) or _is_named_again(draft, before, run, following, taken):
             draft.own(run[0].start, run[-1].end)
     _own_observed(draft, tokens)
     for token, following in pairwise(tokens):
@@ -368,21 +368,18 @@ def _own_descriptions(draft: ActionDraft, tokens: Sequence[Token], taken: set[st
 
 
 def _is_named_again(
-    draft: ActionDraft, tokens: Sequence[Token], run: Sequence[Token], following: Token | None, taken: set[str]
+    draft: ActionDraft, before: Sequence[str], run: Sequence[Token], following: Token | None, taken: set[str]
 ) -> bool:
     """Return whether a definite name without an amount repeats one that was taken or made: "the ester was stirred".
 
     The last word of a name repeats it, too: "the ether solution" behind "diethyl ether".
     """
-    given = {portion.name.lower() for action in draft.actions for portion in action.gives}
-    names = taken | given
+    names = taken | {portion.name.lower() for action in draft.actions for portion in action.gives}
     name = draft.text[run[0].start : run[-1].end].lower()
     known = name in names or name in {item.split()[-1] for item in names if item}
-    place = next(k for k, token in enumerate(tokens) if token is run[0])
-    before = {token.low for token in tokens[max(0, place - 2) : place]}
     solved = following is not None and following.low in SOLUTIONS
     measured = following is not None and (following.figure is not None or (following.kind == "group" and not solved))
-    return known and not measured and (solved or bool(before & {"the", "this", "all"}))
+    return known and not measured and (solved or bool({"the", "this", "all"} & set(before)))
 
 
 def _own_observed(draft: ActionDraft, tokens: Sequence[Token]) -> None:
@@ -396,22 +393,21 @@ def _own_observed(draft: ActionDraft, tokens: Sequence[Token]) -> None:
             draft.own_all(item for item in token.inner if item.low in ("mineral", "paraffin"))
 
 
-def _name_runs(tokens: Sequence[Token]) -> Iterable[tuple[list[Token], Token | None]]:
-    """Yield the names of a sentence, each with the token behind it."""
+def _name_runs(tokens: Sequence[Token]) -> Iterable[tuple[list[str], list[Token], Token | None]]:
+    """Yield the names of a sentence, each with the two words before it, in lower case, and the token behind it."""
     run: list[Token] = []
-    for token in (*tokens, None):
+    for place, token in enumerate((*tokens, None)):
         if token is not None and token.kind == "name":
             run.append(token)
             continue
         if run:
-            yield run, token
+            first = place - len(run)
+            yield [each.low for each in tokens[max(0, first - 2) : first]], run, token
         run = []
 
 
-def _is_class(tokens: Sequence[Token], run: Sequence[Token], following: Token | None) -> bool:
+def _is_class(before: Sequence[str], run: Sequence[Token], following: Token | None) -> bool:
     """Return whether a name is a class that stands for the batch: "the resulting acid chloride"."""
-    place = next(k for k, token in enumerate(tokens) if token is run[0])
-    before = [token.low for token in tokens[max(0, place - 2) : place]]
     named = bool(set(before) & _RESULTING) or ("the" in before and len(run) > 1) or before[-1:] == ["this"]
     measured = following is not None and (following.kind == "group" or following.figure is not None)
     return named and not measured and all(token.low in _CLASSES for token in run)
