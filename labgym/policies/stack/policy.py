@@ -79,7 +79,7 @@ class StackPolicy(Policy):
     observation: ClassVar[Sensors] = "lidar"
     privileged: ClassVar[bool] = True
     latency: ClassVar[float] = 0.1
-    drift: ClassVar[float] = 1.0
+    drift: ClassVar[float] = 3.0
     """Multiple of the errors of the odometry that the localization assumes where it drifts."""
 
     def __init__(self) -> None:
