@@ -136,3 +136,24 @@ def test_what_moves_by_pushing_is_refused_in_one_line():
 def test_kinds_of_conditions_of_the_cases_are_those_of_the_tasks():
     kinds = {type(condition) for case in CASES for condition in config(case).conditions}
     assert {Glass, Parked, People, Station, Changes} <= kinds
+
+
+@pytest.mark.parametrize(
+    ("task", "lacks"),
+    [
+        *((task, None) for task in ("Aisle", "People", "Odometry", "Dock", "Glass")),
+        ("Moved", "moves no things"),
+        ("Carry", "no condition 'payload'"),
+        ("Shift", "one drive only"),
+    ],
+)
+def test_the_kernel_takes_the_ids_of_labnav_but_for_pushing_beaker_and_shift(task, lacks):
+    from labgym.envs.presets import configured
+    from labgym.envs.vector.env import check_kernel
+
+    made = configured(f"LabNav{task}-v0", {"physics": "planar"})
+    if lacks is None:
+        check_kernel(made)
+        return
+    with pytest.raises(OptionError, match=lacks):
+        check_kernel(made)

@@ -466,7 +466,7 @@ def check_kernel(config: PointNavConfig, device: str | None = None) -> None:
         raise OptionError(f"the vector environment has no exact readings: {REMEDY}")
     if config.render_mode is not None:
         raise OptionError("the vector environment does not render: use gym.make for pictures")
-    if config.drives != "pair":
+    if config.drives == "protocol" or config.onward:
         raise OptionError(f"the vector environment has episodes of one drive only, not {config.drives!r}: {REMEDY}")
     if config.curriculum:
         if device is not None:

@@ -9,6 +9,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 from laboratories import hall_laboratory
+from same_results import assert_same
 
 import labgym  # noqa: F401 -- registers the ids
 from labgym.envs.labnav import pack as module
@@ -80,6 +81,24 @@ def test_environments_draw_the_episodes_of_a_pack(packed):
             env.reset(options=options)
     ladder = configured("LabNavGlass-v0", {"level": 1, "floors": str(folder), "curriculum": "mixed"}).curriculum
     assert [rung.floors for rung in ladder.rungs] == [None, str(folder), str(folder)]
+
+
+@pytest.mark.parametrize("task", ["Odometry", "Glass"])
+def test_the_kernel_drives_the_episodes_of_a_pack_as_single_environments_do(packed, task):
+    pytest.importorskip("numba")
+    folder, _ = packed()
+    own = {"level": 1, "floors": str(folder), "physics": "planar"}
+    mode = {"autoreset_mode": gym.vector.AutoresetMode.SAME_STEP}
+    one = gym.make_vec(f"LabNav{task}-v0", 2, vectorization_mode="sync", vector_kwargs=mode, **own)
+    many = gym.make_vec(f"LabNav{task}-v0", 2, vectorization_mode="vector_entry_point", **mode, **own)
+    assert type(many).__name__ == "VectorPointNavEnv"
+    assert_same(many.reset(seed=5)[0], one.reset(seed=5)[0])
+    rng = np.random.default_rng(3)
+    for _ in range(40):
+        action = rng.uniform(-1.0, 1.0, one.action_space.shape).astype(np.float32)
+        assert_same(many.step(action)[:4], one.step(action)[:4])
+    one.close()
+    many.close()
 
 
 def test_a_pack_without_the_task_a_damaged_floor_and_idle_arguments_are_refused(packed):
