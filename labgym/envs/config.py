@@ -80,7 +80,7 @@ class PointNavConfig:
             LabNav as whose drives they are drawn, such as "labnav-aisle-2".
         tasks: chooses the tasks instead of these.
         floors: folder of a pack of floors (`labgym train floors`), from which a LabNav id draws its episodes.
-        curriculum: of a LabNav id, "mixed" or "rising": the ladder on which its level is the last rung.
+        curriculum: of a LabNav id, "mixed", "rising" or "tasks": the ladder on which its level is the last rung.
         observation: "lidar", "depth" or "rgbd": names the usual sensors.
         sensors: the entries of the observation, instead of the usual sensors.
         weights: weights of the usual reward. distance_to_go: how it measures progress.

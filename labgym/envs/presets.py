@@ -252,6 +252,8 @@ def _named_config(name: str | Path) -> PointNavConfig | Mapping[str, Any]:
     return read_mapping(name) if Path(name).suffix in (".json", ".yaml", ".yml") else preset(str(name))
 
 
+MIXED_TASKS = ("aisle", "people", "odometry", "glass")
+"""Tasks that the curriculum "tasks" adds: the planar kernel has all their parts, and a drive ends at a point."""
 ROOM_OPTIONS = ("split", "floors", "training", "pool", "episodes_per_layout")
 """Options that choose floors, which the rung of rooms does not take over."""
 
@@ -271,7 +273,12 @@ def _on_ladder(name: str | Path, options: Mapping[str, Any]) -> PointNavConfig:
     last = configured(name, own)
     rooms = {key: value for key, value in own.items() if key not in ROOM_OPTIONS}
     rungs = [configured(name, {**rooms, "split": "train", "level": 0})]
-    rungs += [configured(name, {**own, "level": level}) for level in range(int(last.drives.split("-")[-1]))]
+    level = int(last.drives.split("-")[-1])
+    rungs += [configured(name, {**own, "level": each}) for each in range(level)]
+    if rule == "tasks":
+        others = [each for each in MIXED_TASKS if last.drives != f"{LABNAV}{each}-{level}"]
+        ids = [f"LabNav{each.capitalize()}-v0" for each in others]
+        rungs += [configured(each, {**own, "level": number}) for each in ids for number in range(level + 1)]
     return replace(last, curriculum=Curriculum(rule, (*rungs, last)))
 
 

@@ -36,6 +36,8 @@ class Hyperparameters:
         frame_stack: number of observations that it sees at a time, the last one and those before.
         layouts: number of generated layouts to train in (`FirstLayouts`); 0 generates new ones without end.
         env_kwargs: arguments of the training environments. eval_env_kwargs: those that differ in evaluations.
+        imitation: control steps at the beginning in which the policy imitates an expert that knows the true floor
+            (`labgym.training.guided`); of "ppo" and "recurrent-ppo".
         eval_freq: control steps between two evaluations, each followed by a checkpoint.
         n_eval_episodes: episodes of an evaluation.
         arguments: arguments of the algorithm, as plain data. A number that falls linearly to 0 is "lin_0.001".
@@ -51,6 +53,7 @@ class Hyperparameters:
     observe: tuple[str, ...] = ()
     frame_stack: int = 1
     layouts: int = 0
+    imitation: int = 0
     env_kwargs: Mapping[str, Any] = field(default_factory=dict)
     eval_env_kwargs: Mapping[str, Any] = field(default_factory=dict)
     eval_freq: int = 100_000
@@ -64,10 +67,13 @@ class Hyperparameters:
             ("eval_freq", 1, MAX_STEPS),
             ("n_eval_episodes", 1, MAX_COUNT),
             ("layouts", 0, MAX_COUNT),
+            ("imitation", 0, MAX_STEPS),
             ("frame_stack", 1, 64),
         ):
             whole_number(name, getattr(self, name), least, most)
         check_switch("near_goal", self.near_goal)
+        if self.imitation and self.algorithm not in ROLLOUTS:
+            raise OptionError(f"{self.algorithm} has no imitation: {' and '.join(ROLLOUTS)} have it")
         if not isinstance(self.observe, list | tuple) or not all(isinstance(name, str) for name in self.observe):
             raise OptionError(f"observe is {self.observe!r}, expected names of entries, such as [goal, lidar]")
         if not isinstance(self.policy, str):

@@ -25,6 +25,7 @@ from labgym.policies.learned.training_loop import finish, train_identity
 from labgym.runs import RunFolder
 from labgym.training.environments import NEAR_GOAL, Entries, NearGoal, layout_progress, make_environments
 from labgym.training.export import RobotFrame, actor_of, save_policy
+from labgym.training.guided import Guided, guided
 from labgym.training.hyperparameters import Hyperparameters
 from labgym.training.legs import CHECKPOINT, learn
 from labgym.training.limits import ARGUMENTS
@@ -97,6 +98,8 @@ def evaluation_environments(hyperparameters: Hyperparameters, settings: RunSetti
 def _normalized(environments: VecEnv, hyperparameters: Hyperparameters) -> VecEnv:
     """Return the environments with the wrappers of the hyperparameters."""
     keys: dict[str, Any] = {}
+    if hyperparameters.imitation:
+        environments = Guided(environments)
     if hyperparameters.near_goal:
         environments = NearGoal(environments)
         keys = {"norm_obs_keys": [name for name in environments.observation_space.spaces if name != NEAR_GOAL]}
@@ -259,5 +262,9 @@ def train(hyperparameters: Hyperparameters, settings: RunSettings) -> Path:
                 arguments["policy_kwargs"] = {"features_extractor_class": RobotFrame, **arguments["policy_kwargs"]}
                 arguments["replay_buffer_class"] = HerReplayBuffer
             algorithm: Any = algorithm_of(hyperparameters.algorithm)
+            if hyperparameters.imitation:
+                algorithm = guided(algorithm)
             model = algorithm(hyperparameters.policy, environments, **arguments, seed=settings.seed, device="cpu")
+            if hyperparameters.imitation:
+                model.imitation = hyperparameters.imitation
         return train_model(model, hyperparameters, settings)

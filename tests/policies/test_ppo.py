@@ -17,7 +17,7 @@ from labgym.layouts import load_published
 from labgym.layouts.splits import published
 from labgym.navigation import goal_pairs, shortest_path
 from labgym.policies import EpisodeStart, make_policy
-from labgym.policies.ppo.cloning import Atlas, Expert
+from labgym.policies.learned.expert import Atlas, Atlases, Expert
 from labgym.policies.ppo.drives import ANYWHERE, TrainingDrives
 from labgym.policies.ppo.inputs import SIZES, SPEED, STATE, TRAIL_STEPS, DriveMemory, RememberedObstacles
 from labgym.policies.ppo.practice import REWARD_SCALE, PracticeEnv
@@ -165,7 +165,7 @@ def test_the_training_reward_is_the_environments_scaled_and_episodes_end_at_the_
 
 
 def test_the_expert_reaches_every_goal_of_a_layout(layout):
-    expert, env = Expert({}), PracticeEnv(TrainingDrives([layout]), "lidar", horizon=600)
+    expert, env = Expert(Atlases()), PracticeEnv(TrainingDrives([layout]), "lidar", horizon=600)
     for index in range(4):
         _, info = env.reset(seed=index)
         speed, done = 0.0, False
@@ -308,12 +308,12 @@ def test_the_published_policy_arrives(name, layout):
 
 
 def test_a_drive_of_another_task_begins_a_new_path(layout):
-    expert = Expert({})
+    expert = Expert(Atlases())
     first, second = goal_pairs(layout)[:2]
     drives = TrainingDrives([layout])
     task = drives.draw(np.random.default_rng(0), {}, True)
     a = expert.action(Task(layout, task.protocol, first), first.start, 0.0)
     b = expert.action(Task(layout, task.protocol, second), second.start, 0.0)
-    fresh = Expert({}).action(Task(layout, task.protocol, second), second.start, 0.0)
+    fresh = Expert(Atlases()).action(Task(layout, task.protocol, second), second.start, 0.0)
     assert a.shape == (2,)
     np.testing.assert_array_equal(b, fresh)

@@ -13,7 +13,7 @@ from labgym.errors import OptionError
 if TYPE_CHECKING:
     from labgym.envs.config import PointNavConfig
 
-Rule = Literal["mixed", "rising"]
+Rule = Literal["mixed", "rising", "tasks"]
 RULES: tuple[Rule, ...] = get_args(Rule)
 WINDOW = 10
 """Number of episodes on a rung that decide whether to leave it."""
@@ -26,9 +26,11 @@ class Curriculum:
     """The ladder of an environment.
 
     Attributes:
-        rule: "mixed" draws the rung of each episode, all with the same probability; "rising" begins on the first and
-            climbs by the success rate of the last 10 episodes that ended, not counting those at the time limit.
-        rungs: the configurations, the easiest first: rooms and floors at level 0, then level 1 to that of the id.
+        rule: "mixed" and "tasks" draw the rung of each episode, all with the same probability; "rising" begins on the
+            first and climbs by the success rate of the last 10 episodes that ended, not counting those at the time
+            limit.
+        rungs: the configurations, the easiest first: rooms and floors at level 0, then level 1 to that of the id; with
+            "tasks" those of several tasks.
     """
 
     rule: Rule
@@ -61,7 +63,7 @@ class Climb:
 
     def next(self, rng: np.random.Generator) -> int:
         """Return the rung of the next episode."""
-        if self.curriculum.rule == "mixed":
+        if self.curriculum.rule != "rising":
             self.rung = int(rng.integers(len(self.curriculum.rungs)))
         return self.rung
 

@@ -23,6 +23,7 @@ from labgym.envs.parts.robots import DifferentialDrive
 from labgym.envs.planar.batch import PlanarBatch
 from labgym.envs.planar.routes import CompiledDistanceToGo, compiled_to_go
 from labgym.envs.presets import configured
+from labgym.envs.state import State
 from labgym.envs.vector.arguments import PointNavVectorEnv
 from labgym.envs.vector.columns import (
     ENDINGS,
@@ -205,6 +206,17 @@ class VectorPointNavEnv(PointNavVectorEnv):
         for tasks in self._tasks:
             for one in tasks:
                 one.close()
+
+    @property
+    def states(self) -> list[State]:
+        """The states of all episodes.
+
+        Raises:
+            OptionError: all parts read columns, so that there are none.
+        """
+        if not self._rows:
+            raise OptionError(f"the vector environment has no states of episodes without conditions: {REMEDY}")
+        return [row.state for row in self._rows]
 
     @property
     def climb(self) -> list[list[int]]:
@@ -544,7 +556,9 @@ def _batched(config: PointNavConfig, device: str | None) -> list[LidarSensor | D
     rays = [each for each in config.observed if isinstance(each, LidarSensor | DepthSensor)]
     if device is not None:
         return rays
-    plain = [each for each in rays if reads_columns(each, (LidarSensor, DepthSensor)) and not config.randomizations]
+    kinds = LidarSensor, DepthSensor
+    own = {each.name for rung in config.rungs for each in rung.observed if not reads_columns(each, kinds)}
+    plain = [each for each in rays if each.name not in own and not config.randomizations]
     lidars = [each for each in rays if isinstance(each, LidarSensor)][:1]
     cameras = [each for each in plain if isinstance(each, DepthSensor)][:1]
     return [*(each for each in lidars if each in plain and (each.forward, each.left, each.yaw) == AXIS), *cameras]

@@ -15,6 +15,9 @@ from labgym.errors import optional_package
 with optional_package("stable-baselines3", "the adapter for stable-baselines3", "train"):
     from stable_baselines3.common.vec_env import VecEnv
 
+OF_EACH = {"climb": "climb", "state": "states"}
+"""Attributes of single environments, and those of the vector environment that list them."""
+
 
 class LabVecEnv(VecEnv):
     """Point navigation environments on the planar kernel, or in processes, for stable-baselines3.
@@ -70,9 +73,10 @@ class LabVecEnv(VecEnv):
         self.envs.close()
 
     def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
-        """Return an attribute of the vector environment, once for each index; of `climb`, that of each."""
-        if attr_name == "climb":
-            return [self.envs.climb[row] for row in self._rows(indices)]
+        """Return an attribute of the vector environment, once for each index; of `climb` and `state`, that of each."""
+        if attr_name in OF_EACH:
+            values = getattr(self.envs, OF_EACH[attr_name])
+            return [values[row] for row in self._rows(indices)]
         return [getattr(self.envs, attr_name)] * len(self._rows(indices))
 
     def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:

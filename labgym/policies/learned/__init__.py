@@ -1,1 +1,1 @@
-"""Shared parts of the trained policies: weights and checkpoints, the training loop, image stages, maps, maneuvers."""
+"""Shared parts of the trained policies: weights, checkpoints, training loop, images, maps, maneuvers, the expert."""

@@ -1,0 +1,121 @@
+"""PPO that begins as imitation: at first the network copies an expert that knows the true floor, then it learns alone.
+
+The network drives from the start, and the expert says at each of its states what it would do there: DAgger (Ross et al.
+2011) with the latest states alone, which needs no store and resumes like PPO.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from stable_baselines3 import PPO
+from stable_baselines3.common.vec_env import VecEnv, VecEnvWrapper
+
+from labgym.policies.learned.expert import Atlases, Expert
+
+
+class Guided(VecEnvWrapper):
+    """Environments that note what the expert would do in the states in which the network acts.
+
+    Args:
+        venv: environments with the attribute `state`.
+    """
+
+    def __init__(self, venv: VecEnv) -> None:
+        super().__init__(venv)
+        atlases = Atlases()
+        self._experts = [Expert(atlases) for _ in range(venv.num_envs)]
+        self._labels: list[NDArray[np.float32]] = []
+        self.noting = False
+
+    def reset(self) -> Any:
+        """Begin the episodes of all environments."""
+        return self.venv.reset()
+
+    def step_async(self, actions: NDArray[Any]) -> None:
+        """Take actions, and note the expert's."""
+        if self.noting:
+            states = self.venv.get_attr("state")
+            told = [
+                expert.action(state.task, state.pose, state.velocity[0])
+                for expert, state in zip(self._experts, states, strict=True)
+            ]
+            self._labels.append(np.array(told, dtype=np.float32))
+        self.venv.step_async(actions)
+
+    def step_wait(self) -> Any:
+        """Carry out the actions."""
+        return self.venv.step_wait()
+
+    def labels(self) -> NDArray[np.float32]:
+        """Return the expert's actions since the last call, (steps, environments, 2)."""
+        labels, self._labels = np.array(self._labels), []
+        return labels
+
+
+@lru_cache(maxsize=2)
+def guided(algorithm: type[PPO]) -> type[PPO]:
+    """Return an algorithm, PPO or RecurrentPPO, that imitates at first; its environments are `Guided`."""
+
+    class GuidedPPO(algorithm):  # type: ignore[misc, valid-type]
+        """The algorithm, which imitates the expert for the first `imitation` control steps."""
+
+        imitation = 0
+
+        def collect_rollouts(self, env: VecEnv, callback: Any, rollout_buffer: Any, n_rollout_steps: int) -> bool:
+            """Collect a rollout; while the network imitates, the buffer holds the expert's actions."""
+            guide = _guide(env)
+            guide.noting = self.num_timesteps < self.imitation
+            goes_on = bool(super().collect_rollouts(env, callback, rollout_buffer, n_rollout_steps))
+            if guide.noting and goes_on:
+                rollout_buffer.actions[:] = guide.labels()
+            return goes_on
+
+        def train(self) -> None:
+            """Update the network: by the expert's actions, later by PPO."""
+            if _guide(self.env).noting:
+                self._imitate()
+            else:
+                super().train()
+
+        def _imitate(self) -> None:
+            """Pass over the rollout: the mean action follows the expert's, the critic the returns."""
+            policy: Any = self.policy
+            policy.set_training_mode(True)
+            self._update_learning_rate(policy.optimizer)
+            losses = []
+            for _ in range(self.n_epochs):
+                for data in self.rollout_buffer.get(self.batch_size):
+                    if hasattr(data, "mask"):
+                        counts = data.mask > 0.5
+                        memory = data.lstm_states, data.episode_starts
+                        action = policy.get_distribution(data.observations, memory[0].pi, memory[1])[0]
+                        values = policy.predict_values(data.observations, memory[0].vf, memory[1])
+                    else:
+                        counts = torch.ones(len(data.actions), dtype=torch.bool)
+                        action = policy.get_distribution(data.observations)
+                        values = policy.predict_values(data.observations)
+                    copying = (action.distribution.mean - data.actions)[counts].abs().mean()
+                    judging = (values.flatten() - data.returns)[counts].square().mean()
+                    loss = copying + self.vf_coef * judging
+                    policy.optimizer.zero_grad()
+                    loss.backward()
+                    torch.nn.utils.clip_grad_norm_(policy.parameters(), self.max_grad_norm)
+                    policy.optimizer.step()
+                    losses.append(float(copying.detach()))
+                self._n_updates += 1
+            self.logger.record("train/imitation_loss", float(np.mean(losses)))
+
+    return GuidedPPO
+
+
+def _guide(environments: VecEnv) -> Guided:
+    """Return the wrapper that notes the expert's actions."""
+    while not isinstance(environments, Guided):
+        assert isinstance(environments, VecEnvWrapper)
+        environments = environments.venv
+    return environments
