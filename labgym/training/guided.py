@@ -34,6 +34,8 @@ class Guided(VecEnvWrapper):
 
     def reset(self) -> Any:
         """Begin the episodes of all environments."""
+        for expert in self._experts:
+            expert.restart()
         return self.venv.reset()
 
     def step_async(self, actions: NDArray[Any]) -> None:
@@ -49,7 +51,10 @@ class Guided(VecEnvWrapper):
 
     def step_wait(self) -> Any:
         """Carry out the actions."""
-        return self.venv.step_wait()
+        result = self.venv.step_wait()
+        for number in np.flatnonzero(result[2]).tolist():
+            self._experts[number].restart()
+        return result
 
     def labels(self) -> NDArray[np.float32]:
         """Return the expert's actions since the last call, (steps, environments, 2)."""

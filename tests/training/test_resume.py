@@ -53,6 +53,10 @@ CASES = {
         "LabNavOdometry-v0",
         {**LABNAV, **CURRICULUM, "n_steps": 8, "batch_size": 8, "n_epochs": 2, "frame_stack": 2},
     ),
+    "ppo, imitation": (
+        "LabPointNav-v0",
+        {"n_steps": 8, "batch_size": 8, "n_epochs": 2, "imitation": 80, "learning_rate": "lin_1e-3"},
+    ),
     "sac, frames": ("LabNavOdometry-v0", {**LABNAV, **OFF_POLICY, "frame_stack": 3}),
 }
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from gymnasium.utils import seeding
@@ -23,7 +23,8 @@ from labgym.envs.parts.robots import DifferentialDrive
 from labgym.envs.planar.batch import PlanarBatch
 from labgym.envs.planar.routes import CompiledDistanceToGo, compiled_to_go
 from labgym.envs.presets import configured
-from labgym.envs.state import State
+from labgym.envs.state import Pose
+from labgym.envs.tasks import Task
 from labgym.envs.vector.arguments import PointNavVectorEnv
 from labgym.envs.vector.columns import (
     ENDINGS,
@@ -51,6 +52,14 @@ if TYPE_CHECKING:
     from labgym.envs.gpu.batch import DeviceBatch
 
 Observations = dict[str, NDArray[np.float32]]
+
+
+class Underway(NamedTuple):
+    """An episode in progress: its task, and pose and velocity of the robot, as in `State`."""
+
+    task: Task
+    pose: Pose
+    velocity: tuple[float, float]
 
 
 class VectorPointNavEnv(PointNavVectorEnv):
@@ -126,6 +135,7 @@ class VectorPointNavEnv(PointNavVectorEnv):
         self._tasks = [[tasks for _, tasks in ladder(config)] for _ in range(self.num_envs)]
         self._climbs = [] if curriculum is None else [Climb(curriculum) for _ in range(self.num_envs)]
         self._rngs: list[np.random.Generator | None] = [None] * self.num_envs
+        self._given: list[Any] = [None] * self.num_envs
         self._columns = Columns.zeros(self.num_envs, config.control_dt)
         self._columns.terms = {name: np.zeros(self.num_envs) for name, _, _ in self._terms}
         self._rays = _batched(config, device)
@@ -208,15 +218,13 @@ class VectorPointNavEnv(PointNavVectorEnv):
                 one.close()
 
     @property
-    def states(self) -> list[State]:
-        """The states of all episodes.
-
-        Raises:
-            OptionError: all parts read columns, so that there are none.
-        """
-        if not self._rows:
-            raise OptionError(f"the vector environment has no states of episodes without conditions: {REMEDY}")
-        return [row.state for row in self._rows]
+    def states(self) -> list[Underway]:
+        """The episodes in progress."""
+        poses, velocities = self._columns.pose.tolist(), self._columns.velocity.tolist()
+        return [
+            Underway(task, tuple(pose), tuple(velocity))
+            for task, pose, velocity in zip(self._given, poses, velocities, strict=True)
+        ]
 
     @property
     def climb(self) -> list[list[int]]:
@@ -317,6 +325,7 @@ class VectorPointNavEnv(PointNavVectorEnv):
             raise OptionError(f"the vector environment has episodes of one drive only: {REMEDY}")
         if self._rows:
             task = self._rows[row].prepared(task, rng)
+        self._given[row] = task
         world, pair, columns, robots = world_of(task.layout), task.pair, self._columns, self._batch.robots
         field, exact = None, None
         to_go = {name: compiled_to_go(world, world.to_go(pair.goal, way)) for name, way in self._methods.items()}

@@ -106,6 +106,10 @@ class Expert:
         self._path: NDArray[np.float64] | None = None
         self._tracker: PathTracker | None = None
 
+    def restart(self) -> None:
+        """Forget the path: an episode ended, and the next one may have the same task."""
+        self._task = None
+
     def action(self, task: Task, pose: Pose, speed: float) -> NDArray[np.float64]:
         """Return the action (2,) at a pose in the room frame: a turn in place if no path leads to the goal.
 

@@ -12,6 +12,7 @@ from laboratories import hall_laboratory
 from same_results import assert_same
 
 import labgym  # noqa: F401 -- registers the ids
+from labgym.envs import presets
 from labgym.envs.labnav import pack as module
 from labgym.envs.labnav.pack import FOLDER, INDEX, make_pack, read_pack
 from labgym.envs.labnav.tasks import TASKS
@@ -83,11 +84,12 @@ def test_environments_draw_the_episodes_of_a_pack(packed):
     assert [rung.floors for rung in ladder.rungs] == [None, str(folder), str(folder)]
 
 
-@pytest.mark.parametrize("task", ["Odometry", "Glass"])
-def test_the_kernel_drives_the_episodes_of_a_pack_as_single_environments_do(packed, task):
+@pytest.mark.parametrize(("task", "rule"), [("Odometry", None), ("Glass", None), ("Glass", "tasks")])
+def test_the_kernel_drives_the_episodes_of_a_pack_as_single_environments_do(packed, task, rule, monkeypatch):
     pytest.importorskip("numba")
+    monkeypatch.setattr(presets, "MIXED_TASKS", NAMES)
     folder, _ = packed()
-    own = {"level": 1, "floors": str(folder), "physics": "planar"}
+    own = {"level": 1, "floors": str(folder), "physics": "planar", "curriculum": rule}
     mode = {"autoreset_mode": gym.vector.AutoresetMode.SAME_STEP}
     one = gym.make_vec(f"LabNav{task}-v0", 2, vectorization_mode="sync", vector_kwargs=mode, **own)
     many = gym.make_vec(f"LabNav{task}-v0", 2, vectorization_mode="vector_entry_point", **mode, **own)
