@@ -23,7 +23,7 @@ TASK = register(
         {
             1: Level(**drift(robothor(1.0), 1.0)),
             2: Level(**drift(locobot("ilqr", 0.5), 2.0, **_HARD)),
-            3: Level(**drift(locobot("ilqr", 0.65), 2.0, **_HARD)),
+            3: Level(**drift(locobot("ilqr", 1.0), 2.0, **_HARD)),
         },
         score,
         easy=Level(odometry=robothor(0.1), slip=slip(0.1), lidar=0.003, lengths=EASY_LENGTHS),
