@@ -1,11 +1,13 @@
 """PPO that begins as imitation: at first the network copies an expert that knows the true floor, then it learns alone.
 
-The network drives from the start, and the expert says at each of its states what it would do there: DAgger (Ross et al.
-2011) with the latest states alone, which needs no store and resumes like PPO.
+The expert says in each state what it would do there. It also drives a share of the episodes, which falls to 0 by the
+middle of the imitation; the network drives the others. This is DAgger (Ross et al. 2011) on the latest states alone: it
+needs no store and resumes like PPO.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import lru_cache
 from typing import Any
 
@@ -16,26 +18,39 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecEnv, VecEnvWrapper
 
 from labgym.policies.learned.expert import Atlases, Expert
+from labgym.policies.tracking import TrackingOptions
+
+TRACKING = TrackingOptions(lookahead=0.5)
+"""A far point to steer for makes actions that change slowly, which are easier to copy."""
 
 
 class Guided(VecEnvWrapper):
-    """Environments that note what the expert would do in the states in which the network acts.
+    """Environments that note what the expert would do in each state.
 
     Args:
         venv: environments with the attribute `state`.
+
+    Attributes:
+        noting: whether they do. share: of the episodes, which the expert drives then.
     """
 
     def __init__(self, venv: VecEnv) -> None:
         super().__init__(venv)
         atlases = Atlases()
-        self._experts = [Expert(atlases) for _ in range(venv.num_envs)]
+        self._experts = [Expert(atlases, TRACKING) for _ in range(venv.num_envs)]
         self._labels: list[NDArray[np.float32]] = []
-        self.noting = False
+        self._rng = np.random.default_rng(0)
+        self._draws = np.ones(venv.num_envs)
+        self.noting, self.share = False, 0.0
+
+    def seed(self, seed: int | None = None) -> Any:
+        """Seed the environments, and the choice of who drives."""
+        self._rng = np.random.default_rng(seed)
+        return self.venv.seed(seed)
 
     def reset(self) -> Any:
         """Begin the episodes of all environments."""
-        for expert in self._experts:
-            expert.restart()
+        self._begin(range(self.num_envs))
         return self.venv.reset()
 
     def step_async(self, actions: NDArray[Any]) -> None:
@@ -47,14 +62,20 @@ class Guided(VecEnvWrapper):
                 for expert, state in zip(self._experts, states, strict=True)
             ]
             self._labels.append(np.array(told, dtype=np.float32))
+            actions = np.where((self._draws < self.share)[:, None], self._labels[-1], actions)
         self.venv.step_async(actions)
 
     def step_wait(self) -> Any:
         """Carry out the actions."""
         result = self.venv.step_wait()
-        for number in np.flatnonzero(result[2]).tolist():
-            self._experts[number].restart()
+        self._begin(np.flatnonzero(result[2]).tolist())
         return result
+
+    def _begin(self, numbers: Iterable[int]) -> None:
+        """Begin episodes of some environments."""
+        for number in numbers:
+            self._experts[number].restart()
+            self._draws[number] = self._rng.random()
 
     def labels(self) -> NDArray[np.float32]:
         """Return the expert's actions since the last call, (steps, environments, 2)."""
@@ -75,6 +96,7 @@ def guided(algorithm: type[PPO]) -> type[PPO]:
             """Collect a rollout; while the network imitates, the buffer holds the expert's actions."""
             guide = _guide(env)
             guide.noting = self.num_timesteps < self.imitation
+            guide.share = max(0.0, 1.0 - 2.0 * self.num_timesteps / self.imitation) if guide.noting else 0.0
             goes_on = bool(super().collect_rollouts(env, callback, rollout_buffer, n_rollout_steps))
             if guide.noting and goes_on:
                 rollout_buffer.actions[:] = guide.labels()

@@ -15,7 +15,7 @@ from labgym.layouts import Layout
 from labgym.navigation import PLANNING_RADIUS, Pose, occupancy
 from labgym.navigation.grid_search import grid_graph
 from labgym.policies.grid_planner import clearance_field
-from labgym.policies.tracking import PathTracker
+from labgym.policies.tracking import PathTracker, TrackingOptions
 
 REPLAN_DISTANCE_M = 0.30
 """Distance from its path beyond which the expert replans, meters."""
@@ -98,10 +98,11 @@ class Expert:
 
     Args:
         atlases: paths by layout; experts of one process may share them.
+        options: of the tracker of its paths.
     """
 
-    def __init__(self, atlases: Atlases) -> None:
-        self._atlases = atlases
+    def __init__(self, atlases: Atlases, options: TrackingOptions | None = None) -> None:
+        self._atlases, self._options = atlases, options
         self._task: Task | None = None
         self._path: NDArray[np.float64] | None = None
         self._tracker: PathTracker | None = None
@@ -121,7 +122,7 @@ class Expert:
         if task is not self._task or (self._path is not None and _distance(self._path, *pose[:2]) > REPLAN_DISTANCE_M):
             self._task = task
             self._path = self._atlases.of(task.layout).path(pose[:2], task.pair.goal[:2])
-            self._tracker = None if self._path is None else PathTracker(self._path)
+            self._tracker = None if self._path is None else PathTracker(self._path, options=self._options)
         return turn_towards(1.0) if self._tracker is None else self._tracker.action(pose, speed)
 
 
