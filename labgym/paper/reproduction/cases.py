@@ -17,6 +17,7 @@ from labgym.eval.scoring.score import score
 from labgym.layouts.generate import generate_assessed, resolve_request
 from labgym.layouts.method import Method
 from labgym.layouts.model import Layout
+from labgym.layouts.phases import FAILURES
 from labgym.layouts.rules.rule_sets import PAPER, TOUCHSTONE
 from labgym.layouts.trace import Recorder
 from labgym.llm import LanguageModel
@@ -219,6 +220,7 @@ def layout_of(variant: StudyVariant, protocol: Protocol, seed: int, profile: str
             layout = optimized(layout, known.protocol, known.rules)
         if method.refine:
             layout = refined(layout, known.protocol, known.rules, method.optimise)
+        layout = _as_pure(layout, method)
     else:
         layout, _ = generate_assessed(known, method, keeper)
     whole = Layout(
@@ -230,6 +232,14 @@ def layout_of(variant: StudyVariant, protocol: Protocol, seed: int, profile: str
         provenance=layout.provenance,
     )
     return layout if variant.hidden == "nothing" else whole, keeper.proposal
+
+
+def _as_pure(layout: Layout, method: Method) -> Layout:
+    """Return a layout whose provenance names the method, and not the faults of the proposal."""
+    proposed = layout.provenance.options.items()
+    options = {name: value for name, value in proposed if name not in (FAILURES, "optimise", "refine")}
+    provenance = layout.provenance.model_copy(update={"options": options | method.options | {"phases": "pure"}})
+    return layout.replace(provenance=provenance)
 
 
 def made_by(layout: Layout) -> str:

@@ -120,8 +120,9 @@ def test_the_documents_mark_every_fitted_cell():
     """docs/reproduction.md says so where it shows a figure of the sampler with the paper's to which it was fitted."""
     text = (Path(__file__).parents[3] / "docs" / "reproduction.md").read_text()
     rows = [line for line in text.splitlines() if line.startswith("|")]
-    (alone,) = [row for row in rows if row.startswith("| `sampler` raw |")]
-    assert alone.count("(fitted)") == 3
+    raw = [row for row in rows if row.startswith("| `sampler` raw |")]
+    assert raw
+    assert all(row.count("(fitted)") == 3 for row in raw)
     (optimization,) = [row for row in rows if row.startswith("| optimization |") and "2.99" in row]
     assert [word in optimization for word in ("(fitted to 2.73)", "(fitted to 1.43)")] == [True, True]
     (refinement,) = [row for row in rows if row.startswith("| refinement for navigation |") and "0.851" in row]
@@ -264,6 +265,14 @@ def test_every_proposer_is_compared_raw_with_the_phases_of_the_paper_and_with_al
     assert list(proposers(False, ["heap", "nothing"])) == ["heap", "nothing"]
     with pytest.raises(UnknownNameError, match="proposer 'hoard'"):
         proposers(False, ["hoard"])
+
+
+def test_a_pure_layout_names_its_phases_and_has_no_object_that_was_not_proposed():
+    (variant,) = (one for one in comparison_variants(proposers(False, ["heap"])) if one.pure)
+    layout, proposal = cases.layout_of(variant, PROTOCOL, 0, "default")
+    assert {one.id for one in layout.placements} == {one.id for one in proposal.placements}
+    assert layout.provenance.options["phases"] == "pure"
+    assert not {"failures", "optimise", "refine"} & set(layout.provenance.options)
 
 
 def test_the_ablations_are_those_of_the_paper_with_all_phases_and_with_its_own():
