@@ -124,26 +124,27 @@ def labbuilder(
     return _reproduced(LabBuilderStudy(scenes, library), run)
 
 
-def comparison(scope: Scope = WHOLE, judge: OptionalMode = None, run: Run = HERE) -> int:
-    """Table 2: layouts of labgym's generators and of the paper's rivals, under one set of metrics.
+def comparison(scope: Scope = WHOLE, proposers: Texts = (), judge: OptionalMode = None, run: Run = HERE) -> int:
+    """Table 2: layouts of labgym's generators, of the paper's rivals and of controls, under one set of metrics.
 
-    With a language model (LABGYM_LLM_BASE_URL, LABGYM_LLM_MODEL) also those of the proposer llm.
+    Each proposer raw, with the phases of the paper alone, and with labgym's.
 
     Args:
+        proposers: Proposers such as nothing heap sampler; by default all of docs/reproduction.md, and with a language
+            model (LABGYM_LLM_BASE_URL, LABGYM_LLM_MODEL) those that ask it.
         judge: Let the configured vision-language model score pictures of each layout: strict, medium or lenient.
     """
-    return _reproduced(_comparison(scope, judge), run)
+    return _reproduced(_comparison(scope, judge, proposers), run)
 
 
-def ablation(scope: Scope = WHOLE, judge: OptionalMode = None, run: Run = HERE) -> int:
+def ablation(scope: Scope = WHOLE, proposers: Texts = (), judge: OptionalMode = None, run: Run = HERE) -> int:
     """Table 3: the method without annotations, protocol, optimization or refinement for navigation.
 
-    The proposer is sampler, with a language model also llm.
-
     Args:
+        proposers: Proposers, as those of the comparison; by default sampler, with a language model also llm.
         judge: Let the configured vision-language model score pictures of each layout: strict, medium or lenient.
     """
-    return _reproduced(_ablation(scope, judge), run)
+    return _reproduced(_ablation(scope, judge, proposers), run)
 
 
 def navigation(scope: Scope = WHOLE, policies: Texts = (), run: Run = HERE) -> int:
@@ -220,23 +221,23 @@ def all_(scope: Scope = WHOLE, scenes: OptionalPath = None, run: Run = HERE) -> 
     return written(out / PAGE)
 
 
-def _comparison(arguments: ScopeArguments, judge: Mode | None = None) -> Study[Any]:
-    from labgym.paper.reproduction.comparison import ComparisonStudy, comparison_variants
+def _comparison(arguments: ScopeArguments, judge: Mode | None = None, names: Texts = ()) -> Study[Any]:
+    from labgym.paper.reproduction.comparison import ComparisonStudy, comparison_variants, proposers
     from labgym.paper.reproduction.scope import model_name
 
     scope, model = arguments.scope("comparison"), model_name()
-    return ComparisonStudy(
-        comparison_variants(bool(model)), scope.protocols, scope.seeds, model=model, judge=_judge(judge)
-    )
+    variants = comparison_variants(proposers(bool(model), names))
+    return ComparisonStudy(variants, scope.protocols, scope.seeds, model=model, judge=_judge(judge))
 
 
-def _ablation(arguments: ScopeArguments, judge: Mode | None = None) -> Study[Any]:
+def _ablation(arguments: ScopeArguments, judge: Mode | None = None, names: Texts = ()) -> Study[Any]:
     from labgym.paper.reproduction.ablation import RepairAblation, ablation_variants
+    from labgym.paper.reproduction.comparison import proposers
     from labgym.paper.reproduction.scope import model_name
 
     scope, model = arguments.scope("ablation"), model_name()
-    proposers = ("sampler", "llm") if model else ("sampler",)
-    variants = tuple(variant for proposer in proposers for variant in ablation_variants(proposer))
+    chosen = proposers(bool(model), names or (("sampler", "llm") if model else ("sampler",)))
+    variants = tuple(variant for proposer in chosen.items() for variant in ablation_variants(*proposer))
     return RepairAblation(variants, scope.protocols, scope.seeds, model=model, judge=_judge(judge))
 
 

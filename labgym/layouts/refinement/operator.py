@@ -79,7 +79,7 @@ def refine_assessed(
         trace.begin(layout, protocol, current.rules)
     limited = LimitedAdjuster(adjuster if adjuster is not None else RuleAdjuster(), RepairBudget(UNITS))
     judge = partial(_repaired, protocol=protocol, rules=current.rules, adjuster=limited, repair=repair, solver=solver)
-    least, stalled = len(_failures(current)), 0
+    least, stalled = len(unreached(current)), 0
     for _ in range(ITERATIONS):
         if least == 0 or stalled >= PATIENCE:
             break
@@ -92,7 +92,7 @@ def refine_assessed(
         if update is None:
             break
         layout, current = update
-        unreachable = len(_failures(current))
+        unreachable = len(unreached(current))
         stalled = 0 if unreachable < least else stalled + 1
         least = min(least, unreachable)
     return layout, current
@@ -111,14 +111,14 @@ def _update(
     layout: Layout, current: Assessment, protocol: Protocol, judge: Judge, trace: Recorder | None
 ) -> tuple[Layout, Assessment] | None:
     """Return the best accepted update, or None if none improves the layout."""
-    failures = _failures(current)
+    failures = unreached(current)
     on_grid = current.rules.paths == "grid"
     places = [place for failure in failures for place in blockages(layout, failure, on_grid)]
     unreachable = partial(_unreachable, rules=current.rules, protocol=protocol)
     for proposals in (_commands(layout, failures, places, unreachable), _new_places(layout, places)):
         best: tuple[Layout, Assessment] | None = None
         for commands in proposals:
-            candidate, assessment = judge(_applied(layout, commands))
+            candidate, assessment = judge(applied(layout, commands))
             accepted = assessment.better_than(current if best is None else best[1])
             if trace is not None:
                 trace.trial("refine", commands, current, assessment, accepted)
@@ -131,6 +131,14 @@ def _update(
     return None
 
 
+def turns_and_pushes(layout: Layout, places: Sequence[RouteBlockage]) -> tuple[Update, Update]:
+    """Return the turns that failures suggest, and the translations of pieces that do not turn, deduplicated."""
+    turns = tuple(dict.fromkeys(turn for place in places for turn in rotation_fixes(layout, place)))
+    turned = {turn.id for turn in turns}
+    pushes = deduplicated(push for place in places for push in responsible(layout, place))
+    return turns, tuple(push.command for push in pushes if push.id not in turned)
+
+
 def _commands(
     layout: Layout,
     failures: Sequence[Transition],
@@ -138,12 +146,9 @@ def _commands(
     unreachable: Callable[[Layout], int],
 ) -> Iterator[Update]:
     """Yield all updates together, then the single commands that free the most transitions before any repair."""
-    turns = tuple(dict.fromkeys(turn for place in places for turn in rotation_fixes(layout, place)))
-    pushes = deduplicated(push for place in places for push in responsible(layout, place))
-    turned = {turn.id for turn in turns}
-    together: Update = (*turns, *(push.command for push in pushes if push.id not in turned))
-    if len(together) > 1:
-        yield together
+    turns, pushes = turns_and_pushes(layout, places)
+    if len(turns) + len(pushes) > 1:
+        yield (*turns, *pushes)
     pushed = (push.command for place in places for push in translations(layout, place))
     every: list[Command] = [*_reassignments(layout, failures), *turns, *pushed]
     singles = list(dict.fromkeys(every))[:MOST_SINGLES]
@@ -179,13 +184,15 @@ def _new_places(layout: Layout, places: Sequence[RouteBlockage]) -> Iterator[Upd
                 yield (target_place,)
 
 
-def _applied(layout: Layout, commands: Update) -> Layout:
+def applied(layout: Layout, commands: Update) -> Layout:
+    """Return the layout after some commands."""
     for command in commands:
         layout = apply(layout, command)
     return layout
 
 
-def _failures(assessment: Assessment) -> list[Transition]:
+def unreached(assessment: Assessment) -> list[Transition]:
+    """Return the infeasible transitions."""
     return [transition for transition in assessment.transitions or () if not transition.feasible]
 
 

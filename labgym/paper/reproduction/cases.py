@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import time
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,12 +17,15 @@ from labgym.eval.scoring.score import score
 from labgym.layouts.generate import generate_assessed, resolve_request
 from labgym.layouts.method import Method
 from labgym.layouts.model import Layout
+from labgym.layouts.phases import FAILURES
 from labgym.layouts.rules.rule_sets import PAPER, TOUCHSTONE
+from labgym.layouts.trace import Recorder
 from labgym.llm import LanguageModel
 from labgym.llm.errors import LanguageModelError
 from labgym.llm.rounds import UNUSABLE
+from labgym.paper.pure import optimized, refined
 from labgym.paper.reproduction.blindfold import Hidden, blindfolded
-from labgym.paper.reproduction.measures import report_metrics, report_metrics_2
+from labgym.paper.reproduction.measures import origin_metrics, report_metrics, report_metrics_2
 from labgym.paper.reproduction.study import rows_output
 from labgym.protocols import Protocol
 from labgym.runs import Shard, ShardOutput
@@ -40,12 +44,14 @@ class StudyVariant:
         key: name in paths and rows. title: name in tables.
         method: proposer and phases.
         hidden: what the method does not see.
+        pure: whether the phases of the method are those of `labgym.paper.pure`.
     """
 
     key: str
     title: str
     method: Method
     hidden: Hidden = "nothing"
+    pure: bool = False
 
     def inputs(self) -> dict[str, Any]:
         """Return what decides its layouts, and its names, as JSON data."""
@@ -56,6 +62,7 @@ class StudyVariant:
             "proposer": proposer if isinstance(proposer, str) else type(proposer).__name__,
             "method": self.method.options,
             "hidden": self.hidden,
+            "pure": self.pure,
         }
 
 
@@ -70,7 +77,9 @@ class LayoutRow(Record):
         valid: whether it has no violation, no facility error and all required assets.
         v: number of hard violations.
         transitions: number of the protocol's transitions.
-        metrics: metrics under the rule set `paper` by name; None if one does not apply.
+        metrics: metrics under the rule set `paper` by name; None if one does not apply. In addition the outcomes under
+            `touchstone`, the share of the objects that stand where they were proposed (`survives`), the number of the
+            others (`placed`), and the processor time (`cpu`, seconds), which alone differs from run to run.
         valid_2, metrics_2: the same under `touchstone`.
         failure: why there is no layout.
     """
@@ -124,16 +133,19 @@ def measure(
         LanguageModelError: a model that is asked is not configured or cannot be reached.
     """
     name = f"{variant.key}/{protocol.id}-{seed}"
+    start = time.process_time()
     try:
-        layout = layout_of(variant, protocol, seed, profile)
+        layout, proposal = layout_of(variant, protocol, seed, profile)
     except InfeasibleError as error:
         return rows_output(
             name, [LayoutRow(variant=variant.key, protocol=protocol.id, seed=seed, failure=str(error)[:500])]
         )
+    seconds = time.process_time() - start
     report = score(layout, protocol, PAPER, profile)
     if judge is not None:
         report = judged(report, layout, protocol, judge)
     second = score(layout, protocol, TOUCHSTONE, profile, contacts=False)
+    metrics_2 = report_metrics_2(second)
     row = LayoutRow(
         variant=variant.key,
         protocol=protocol.id,
@@ -145,9 +157,14 @@ def measure(
         valid=report.passed,
         v=report.v,
         transitions=report.transitions,
-        metrics=report_metrics(report),
+        metrics=report_metrics(report)
+        | {
+            **{name: metrics_2[name] for name in ("walk", "reach", "facility")},
+            **origin_metrics(layout, proposal),
+            "cpu": round(seconds, 1),
+        },
         valid_2=second.passed,
-        metrics_2=report_metrics_2(second),
+        metrics_2=metrics_2,
     )
     return rows_output(name, [row], {f"layouts/{name}.json": json_bytes(layout.to_json())})
 
@@ -169,17 +186,44 @@ def judged(report: LayoutReport, layout: Layout, protocol: Protocol, judge: Judg
             return report
 
 
-def layout_of(variant: StudyVariant, protocol: Protocol, seed: int, profile: str) -> Layout:
-    """Return the layout of a variant, with the whole catalog and the whole protocol.
+class _ProposalKeeper(Recorder):
+    """Keeps the proposal of a layout, and records nothing else."""
+
+    proposal: Layout
+
+    def begin(self, layout: Layout, *_: Any, **__: Any) -> None:
+        """Keep the first state."""
+        if not hasattr(self, "proposal"):
+            self.proposal = layout
+
+    def trial(self, *_: Any, **__: Any) -> None:
+        """Do nothing."""
+
+    def refuse(self, *_: Any, **__: Any) -> None:
+        """Do nothing."""
+
+    def update(self, *_: Any) -> None:
+        """Do nothing."""
+
+
+def layout_of(variant: StudyVariant, protocol: Protocol, seed: int, profile: str) -> tuple[Layout, Layout]:
+    """Return the layout of a variant, with the whole catalog and the whole protocol, and what was proposed for it.
 
     Raises:
         InfeasibleError: the room cannot hold what the variant must place.
     """
     request = resolve_request(protocol, seed, ROOM, profile, None, (), rules=PAPER)
-    layout, _ = generate_assessed(blindfolded(request, variant.hidden), variant.method)
-    if variant.hidden == "nothing":
-        return layout
-    return Layout(
+    known, keeper, method = blindfolded(request, variant.hidden), _ProposalKeeper(), variant.method
+    if variant.pure:
+        layout, _ = generate_assessed(known, replace(method, optimise=False, refine=False), keeper)
+        if method.optimise:
+            layout = optimized(layout, known.protocol, known.rules)
+        if method.refine:
+            layout = refined(layout, known.protocol, known.rules, method.optimise)
+        layout = _as_pure(layout, method)
+    else:
+        layout, _ = generate_assessed(known, method, keeper)
+    whole = Layout(
         catalog=request.catalog,
         id=layout.id,
         protocols=(protocol,),
@@ -187,6 +231,15 @@ def layout_of(variant: StudyVariant, protocol: Protocol, seed: int, profile: str
         placements=layout.placements,
         provenance=layout.provenance,
     )
+    return layout if variant.hidden == "nothing" else whole, keeper.proposal
+
+
+def _as_pure(layout: Layout, method: Method) -> Layout:
+    """Return a layout whose provenance names the method, and not the faults of the proposal."""
+    proposed = layout.provenance.options.items()
+    options = {name: value for name, value in proposed if name not in (FAILURES, "optimise", "refine")}
+    provenance = layout.provenance.model_copy(update={"options": options | method.options | {"phases": "pure"}})
+    return layout.replace(provenance=provenance)
 
 
 def made_by(layout: Layout) -> str:

@@ -3,24 +3,32 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal, get_args
 
 from labgym.documents import Record, canonical_hash
+from labgym.errors import check_name
 from labgym.eval.reports.paper import PaperTable, paper
 from labgym.eval.scoring.judgement import JudgeOptions
-from labgym.layouts.method import Method, proposer_names
+from labgym.layouts.method import SOLVER, Method, Proposer
+from labgym.paper.controls import HeapProposer, NothingProposer
 from labgym.paper.reproduction.cases import ROOM, LayoutRow, StudyVariant, layout_shards
-from labgym.paper.reproduction.figures import PublishedFigures
-from labgym.paper.reproduction.layout_tables import own_table, paper_table, second_table
+from labgym.paper.reproduction.contrasts import contrast_table, losses
+from labgym.paper.reproduction.figures import FEWEST_PROTOCOLS, PublishedFigures
+from labgym.paper.reproduction.layout_tables import SAMPLER, own_table, paper_table, second_table
 from labgym.paper.reproduction.page import StudySection
 from labgym.paper.reproduction.plates import comparison_section, failure_section
 from labgym.paper.reproduction.study import Study, code_facts
+from labgym.paper.rivals import HolodeckProposer, SceneWeaverProposer
+from labgym.paper.rivals.plan import Grade, household_plan
 from labgym.protocols import Protocol
 from labgym.runs import Shard
 
+Mode = Literal["raw", "pure", "full"]
+"""What follows a proposal: nothing, the paper's phases alone (`labgym.paper.pure`), or labgym's."""
 PICTURED = 2
 """Number of protocols whose layouts are drawn next to each other."""
 
@@ -104,15 +112,16 @@ class LayoutStudy(Study[LayoutRow]):
         """Return the layouts of some protocols by every variant, and the failures."""
         step = max(1, len(self.protocols) // PICTURED)
         chosen = self.protocols[::step][:PICTURED]
+        drawn = tuple(variant for variant in self.variants if not variant.pure)
         return (
-            *(comparison_section(rows, self.variants, one, folder, self.profile) for one in chosen),
-            failure_section(rows, self.variants, self.protocols, folder, self.profile),
+            *(comparison_section(rows, drawn, one, folder, self.profile) for one in chosen),
+            failure_section(rows, drawn, self.protocols, folder, self.profile),
         )
 
 
 @dataclass(frozen=True)
 class ComparisonStudy(LayoutStudy):
-    """labgym's generators and the paper's rivals."""
+    """labgym's generators, the paper's rivals and controls, each raw, with the paper's phases and with labgym's."""
 
     name: ClassVar[str] = "comparison"
     title: ClassVar[str] = "Comparison with other generators"
@@ -122,34 +131,67 @@ class ComparisonStudy(LayoutStudy):
         """Return Table 2."""
         return paper().layouts
 
+    def figures(self, rows: Sequence[LayoutRow]) -> PublishedFigures:
+        """Return the tables, with the differences between proposers after the same phases."""
+        figures = super().figures(rows)
+        pairs = [(mode, self._after(mode), self._base(mode)) for mode in ("full", "pure")]
+        contrasts = tuple(contrast_table(rows, mode, others, base) for mode, others, base in pairs if base is not None)
+        return figures.model_copy(update={"tables": (*figures.tables, *contrasts)})
 
-def comparison_variants(model: bool) -> tuple[StudyVariant, ...]:
-    """Return the generators of the comparison that are installed.
+    def summary(self, rows: Sequence[LayoutRow]) -> tuple[str, ...]:
+        """Return the valid layouts, and whether no proposal at all loses an outcome against the sampler's."""
+        variants = {variant.key: variant for variant in self._after("full")}
+        nothing, base = variants.get("nothing-full"), self._base("full")
+        lines = super().summary(rows)
+        if nothing is None or base is None or len(self.protocols) < FEWEST_PROTOCOLS:
+            return lines
+        lost = ", ".join(losses(rows, nothing, base))
+        verdict = f"in {lost}" if lost else "in no outcome: after all phases, the table shows no use of the proposer"
+        return (*lines, f"{nothing.title} is significantly worse than {base.title} {verdict}.")
+
+    def _after(self, mode: Mode) -> tuple[StudyVariant, ...]:
+        return tuple(variant for variant in self.variants if variant.key.endswith(f"-{mode}"))
+
+    def _base(self, mode: Mode) -> StudyVariant | None:
+        return next((variant for variant in self._after(mode) if variant.key == f"{SAMPLER}-{mode}"), None)
+
+
+def proposers(model: bool, names: Sequence[str] = ()) -> dict[str, str | Proposer]:
+    """Return the proposers of the studies by title: controls, labgym's, the rivals and grades of their stand-in.
 
     Args:
         model: whether a language model is configured.
+        names: titles; by default all.
+
+    Raises:
+        UnknownNameError: no proposer has that title; lists all.
     """
-    whole = {"on_failure": "keep"}
-    raw = {"optimise": False, "refine": False, **whole}
-    candidates = (
-        ("solver", "solver", whole),
-        ("sampler", "sampler", whole),
-        ("sampler", "sampler, dressed", {**whole, "dress": "always"}),
-        ("sampler", "sampler, proposal alone", raw),
-        *((("llm", "llm", whole), ("llm", "llm, proposal alone", raw)) if model else ()),
-        ("holodeck", "holodeck", raw),
-        ("sceneweaver", "sceneweaver", raw),
-        ("holodeck+", "holodeck+", raw),
-        *((("holodeck-llm", "holodeck-llm", raw), ("sceneweaver-llm", "sceneweaver-llm", raw)) if model else ()),
-        *((("holodeck+-llm", "holodeck+-llm", raw),) if model else ()),
-    )
-    return tuple(
-        StudyVariant(_key(title), title, Method(proposer=proposer, **arguments))
-        for proposer, title, arguments in candidates
-        if proposer in proposer_names()
-    )
+    asked = ("llm", "holodeck-llm", "sceneweaver-llm", "holodeck+-llm") if model else ()
+    graded: dict[str, str | Proposer] = {}
+    for grade in get_args(Grade)[1:]:
+        designer = partial(household_plan, grade=grade)
+        graded[f"holodeck-{grade}"] = HolodeckProposer(designer=designer)
+        graded[f"sceneweaver-{grade}"] = SceneWeaverProposer(designer=designer, grade=grade)
+    named = {name: name for name in (SAMPLER, SOLVER, "holodeck", "sceneweaver", "holodeck+", *asked)}
+    every = {"nothing": NothingProposer(), "heap": HeapProposer(), **named, **graded}
+    for name in names:
+        check_name("proposer", name, every)
+    return {name: every[name] for name in names or every}
 
 
-def _key(title: str) -> str:
+def comparison_variants(chosen: Mapping[str, str | Proposer]) -> tuple[StudyVariant, ...]:
+    """Return each proposer alone (raw), with the paper's phases (pure), and with labgym's (full)."""
+    variants = []
+    for title, proposer in chosen.items():
+        whole = Method(proposer=proposer, on_failure="keep")
+        bare = replace(whole, dress="never")
+        raw = replace(bare, optimise=False, refine=False)
+        for mode, method in (("raw", raw), ("pure", bare), ("full", whole)):
+            key = f"{variant_key(title)}-{mode}"
+            variants.append(StudyVariant(key, f"{title}: {mode}", method, pure=mode == "pure"))
+    return tuple(variants)
+
+
+def variant_key(title: str) -> str:
     """Return a title as a name of folders."""
-    return title.replace(",", "").replace("+", "-plus").replace(" ", "-")
+    return title.replace("+", "-plus")

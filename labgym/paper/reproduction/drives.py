@@ -97,7 +97,7 @@ def _filled(row: StudyDriveRow, drive: TransitionRow) -> StudyDriveRow:
 @lru_cache(maxsize=512)
 def _layout(variant: StudyVariant, protocol: Protocol, seed: int, profile: str) -> Layout | None:
     try:
-        return layout_of(variant, protocol, seed, profile)
+        return layout_of(variant, protocol, seed, profile)[0]
     except InfeasibleError:
         return None
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 from labgym.eval.reports.paper import PaperTable
 from labgym.eval.scoring.layout_report import COLUMNS
-from labgym.layouts.method import Method
 from labgym.paper.reproduction.cases import LayoutRow, StudyVariant
 from labgym.paper.reproduction.figures import (
     FigureCell,
@@ -66,7 +65,19 @@ PROXY = (
     Metric("proxy_layout", "Layout (proxy) ↑", 2, "points"),
     Metric("proxy_completeness", "Completeness (proxy) ↑", 2, "points"),
 )
-PAPER_COLUMNS = (*GEOMETRY, *FEASIBILITY, *GATED)
+OUTCOMES = (
+    Metric("walk", "Walk, m ↓", 1, "amount"),
+    Metric("reach", "Reach ↑", 3, "share"),
+    Metric("facility", "Facility ↑", 3, "share"),
+)
+"""What a layout is good for, under the rule set `touchstone`: columns that can tell proposers apart."""
+ORIGIN = (
+    Metric("survives", "Survives", 3, "share"),
+    Metric("placed", "Placed by phases", 1, "amount"),
+    Metric("cpu", "CPU, s", 1, "amount"),
+)
+"""How a layout came about."""
+PAPER_COLUMNS = (*GEOMETRY, *FEASIBILITY, *GATED, *OUTCOMES, *ORIGIN)
 OWN_COLUMNS = (
     Metric("valid", "Valid ↑", 3, "share"),
     Metric("v", "v ↓", 2, "amount"),
@@ -97,6 +108,14 @@ FITTED_NOTE = (
     "Fitted: the rates of the sampler's errors were fitted to this figure of the paper, so that its agreement shows "
     "nothing (docs/layouts.md, calibration)."
 )
+OUTCOME_NOTE = (
+    "Walk: walking distance of the protocol's workflow, of layouts in which nothing blocks it. Reach: share of the "
+    "steps' items within the arm's envelope. Facility: mean of the facility rules. All three under touchstone."
+)
+ORIGIN_NOTE = (
+    "Survives: share of the layout's objects within 0.1 m of their proposed place. Placed by phases: the other "
+    "objects, which rules, search or the constraint solver added or moved. CPU differs from run to run."
+)
 THRESHOLD_NOTE = "The paper does not print the thresholds of its chemistry metrics, so its lines are not comparable."
 
 
@@ -120,6 +139,8 @@ def paper_table(
             "Rule set paper. Brackets: 95% intervals clustered by protocol; the paper gives none.",
             GATE_NOTE,
             THRESHOLD_NOTE,
+            OUTCOME_NOTE,
+            ORIGIN_NOTE,
             *([FITTED_NOTE] if any(cell.fitted for line in lines for cell in line.cells.values()) else []),
             *_absent(rows, variants),
         ),
@@ -170,22 +191,23 @@ def variant_lines(
         own = [row for row in rows if row.variant == variant.key]
         cells = {metric.column.key: (_cell_2 if second else _cell)(own, metric) for metric in metrics}
         if not second:
-            for name in fitted_figures(variant.method) & cells.keys():
+            for name in fitted_figures(variant) & cells.keys():
                 cells[name] = cells[name].model_copy(update={"fitted": True})
         lines.append(FigureLine(name=variant.title, detail=made_by(own), cells=cells))
     return tuple(lines)
 
 
-def fitted_figures(method: Method) -> frozenset[str]:
-    """Return the figures of a method to which the rates of the sampler were fitted, under the rule set `paper`.
+def fitted_figures(variant: StudyVariant) -> frozenset[str]:
+    """Return the figures of a variant to which the rates of the sampler were fitted, under the rule set `paper`.
 
     They are those of its proposals: objects out of bounds and collisions until they are optimized, step navigation
     until facility rules or the refinement clear the ways.
     """
+    method = variant.method
     if method.proposer != SAMPLER:
         return frozenset()
     fitted = {figure.name for figure in calibration().figures if figure.fitted}
-    blocked = not method.refine and not (method.optimise and method.facility)
+    blocked = not method.refine and (variant.pure or not (method.optimise and method.facility))
     kept = (NAVIGATION if blocked else frozenset()) | (frozenset() if method.optimise else fitted - NAVIGATION)
     return frozenset(fitted & kept)
 

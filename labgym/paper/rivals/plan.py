@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
@@ -60,16 +61,30 @@ class DesignPlan:
     hung: tuple[Hung, ...] = ()
 
 
+Grade = Literal["description", "stations", "list"]
+"""What a designer knows: name and description of the protocol; in addition its places of work; or all its lists."""
 Designer = Callable[[Request, np.random.Generator], DesignPlan]
 """Lists objects and constraints for a request."""
 
 
-def household_plan(request: Request, generator: np.random.Generator) -> DesignPlan:
-    """Draw the plan of a designer who has read the description and knows nothing of the protocol."""
+def household_plan(request: Request, generator: np.random.Generator, grade: Grade = "description") -> DesignPlan:
+    """Draw the plan of a designer who knows nothing of the protocol but the names that the grade gives."""
     large = listed(request, household.FLOOR, generator)
-    named = assets_in(description(request.protocol), request.catalog)
+    named = named_to(request, grade)
     large = _with_named(large, named, generator)
     return DesignPlan(tuple(large), tuple(hung(request, household.WALL, large, generator)))
+
+
+def named_to(request: Request, grade: Grade) -> tuple[Asset, ...]:
+    """Return the assets that a designer of a grade knows by name, each once."""
+    protocol, catalog = request.protocol, request.catalog
+    names: list[str] = [asset.name for asset in assets_in(description(protocol), catalog)]
+    if grade != "description":
+        names += [catalog.find(name).name for name in protocol.locations]
+    if grade == "list":
+        listed_names = (*protocol.instruments, *(use.name for use in protocol.reagents))
+        names += [catalog.find(name).name for name in listed_names]
+    return tuple(catalog.get(name) for name in dict.fromkeys(names))
 
 
 def listed(

@@ -23,7 +23,7 @@ from labgym.paper.rivals.plan import Constraint, DesignPlan, Large, hung, listed
 def protocol_plan(request: Request, generator: np.random.Generator) -> DesignPlan:
     """Draw the plan of a designer who has the structured protocol."""
     homes = _homes(request)
-    required = [_constrained(request, one, homes) for one in _ordered(_required(request, homes))]
+    required = [_constrained(request, one, homes) for one in required_pieces(request)]
     kinds = {one.asset.role for one in required}
     further = listed(request, household.FLOOR, generator, absent=kinds)
     present = {one.name for one in (*required, *further)}
@@ -32,6 +32,11 @@ def protocol_plan(request: Request, generator: np.random.Generator) -> DesignPla
     ]
     large = (*required, *known)
     return DesignPlan(large, tuple(hung(request, household.WALL, large, generator)))
+
+
+def required_pieces(request: Request) -> list[Large]:
+    """Return what the protocol requires as furniture with the objects on it, larger pieces first."""
+    return _ordered(_required(request, _homes(request)))
 
 
 def _homes(request: Request) -> dict[str, str]:

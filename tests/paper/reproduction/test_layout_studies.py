@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from labgym.assets import Catalog
-from labgym.errors import InfeasibleError
+from labgym.errors import InfeasibleError, UnknownNameError
 from labgym.eval import score
 from labgym.eval.reports.paper import paper
 from labgym.eval.scoring.judge import Judge
@@ -25,7 +25,7 @@ from labgym.paper.reproduction import cases
 from labgym.paper.reproduction.ablation import RepairAblation, ablation_variants
 from labgym.paper.reproduction.blindfold import bare_catalog, blindfolded, described
 from labgym.paper.reproduction.cases import LayoutRow, StudyVariant, measure
-from labgym.paper.reproduction.comparison import ComparisonStudy, comparison_variants
+from labgym.paper.reproduction.comparison import ComparisonStudy, comparison_variants, proposers
 from labgym.paper.reproduction.figures import PublishedFigures
 from labgym.paper.reproduction.layout_tables import fitted_figures, paper_table, second_table
 from labgym.paper.reproduction.measures import report_metrics
@@ -108,19 +108,21 @@ def test_figures_that_the_sampler_was_fitted_to_are_marked_in_every_form(folder)
 def test_the_ablation_marks_what_the_calibration_fitted():
     """By assets/layouts/sampler.json: OB, CN without optimization, step navigation without refinement and rules."""
     expected = {"optimization": {"ob", "cn"}, "refinement": {"step_nav"}}
-    for variant in ablation_variants("sampler"):
-        assert fitted_figures(variant.method) == expected.get(variant.key.removeprefix("sampler-"), set())
-    assert not any(fitted_figures(variant.method) for variant in ablation_variants("llm"))
-    fitted = {one.title: fitted_figures(one.method) for one in comparison_variants(model=False)}
-    assert {title for title, names in fitted.items() if names} == {"sampler, proposal alone"}
+    for variant in ablation_variants("sampler", "sampler"):
+        key = variant.key.removeprefix("sampler-").removeprefix("pure-")
+        assert fitted_figures(variant) == expected.get(key, set())
+    assert not any(fitted_figures(variant) for variant in ablation_variants("llm", "llm"))
+    fitted = {one.title: fitted_figures(one) for one in comparison_variants(proposers(model=False))}
+    assert {title for title, names in fitted.items() if names} == {"sampler: raw"}
 
 
 def test_the_documents_mark_every_fitted_cell():
     """docs/reproduction.md says so where it shows a figure of the sampler with the paper's to which it was fitted."""
     text = (Path(__file__).parents[3] / "docs" / "reproduction.md").read_text()
     rows = [line for line in text.splitlines() if line.startswith("|")]
-    (alone,) = [row for row in rows if "`sampler, proposal alone`" in row and "8.92" in row]
-    assert alone.count("(fitted)") == 3
+    raw = [row for row in rows if row.startswith("| `sampler` raw |")]
+    assert raw
+    assert all(row.count("(fitted)") == 3 for row in raw)
     (optimization,) = [row for row in rows if row.startswith("| optimization |") and "2.99" in row]
     assert [word in optimization for word in ("(fitted to 2.73)", "(fitted to 1.43)")] == [True, True]
     (refinement,) = [row for row in rows if row.startswith("| refinement for navigation |") and "0.851" in row]
@@ -241,7 +243,7 @@ def test_without_the_protocol_its_description_is_all_that_is_left():
 
 
 def test_an_ablated_layout_is_scored_with_the_whole_catalog_and_protocol():
-    (variant,) = (one for one in ablation_variants("sampler") if one.hidden == "annotations")
+    variant = next(one for one in ablation_variants("sampler", "sampler") if one.hidden == "annotations")
     raw = StudyVariant(variant.key, variant.title, Method(proposer="sampler", **RAW), "annotations")
     output = measure(raw, PROTOCOL, 7, "default")
     layout = Layout.parse(json.loads(next(c for name, c in output.files.items() if name.startswith("layouts"))))
@@ -249,19 +251,41 @@ def test_an_ablated_layout_is_scored_with_the_whole_catalog_and_protocol():
     assert layout.catalog == Catalog.published()
 
 
-def test_the_variants_are_those_of_the_paper_and_names_are_unique():
-    keys = [variant.key for variant in comparison_variants(False)]
-    assert {"solver", "sampler", "sampler-dressed", "sampler-proposal-alone"} <= set(keys)
+def test_every_proposer_is_compared_raw_with_the_phases_of_the_paper_and_with_all():
+    variants = comparison_variants(proposers(False))
+    keys = [variant.key for variant in variants]
     assert len(set(keys)) == len(keys)
-    study = RepairAblation(ablation_variants("sampler"), (PROTOCOL,), range(1))
-    assert len({shard.name for shard in study.shards()}) == 7
-    assert len(study.printed().rows) == 5
+    for name in ("nothing", "heap", "sampler", "solver", "holodeck", "holodeck-plus", "sceneweaver", "holodeck-list"):
+        modes = {one.key.removeprefix(f"{name}-"): one for one in variants if one.key.startswith(f"{name}-")}
+        raw, pure, full = modes["raw"], modes["pure"], modes["full"]
+        assert (raw.method.optimise, raw.method.refine, raw.pure) == (False, False, False)
+        assert (pure.method.optimise, pure.method.refine, pure.pure) == (True, True, True)
+        assert (full.method.optimise, full.method.refine, full.pure) == (True, True, False)
+    assert {"llm", "holodeck-llm"} <= set(proposers(True))
+    assert list(proposers(False, ["heap", "nothing"])) == ["heap", "nothing"]
+    with pytest.raises(UnknownNameError, match="proposer 'hoard'"):
+        proposers(False, ["hoard"])
+
+
+def test_a_pure_layout_names_its_phases_and_has_no_object_that_was_not_proposed():
+    (variant,) = (one for one in comparison_variants(proposers(False, ["heap"])) if one.pure)
+    layout, proposal = cases.layout_of(variant, PROTOCOL, 0, "default")
+    assert {one.id for one in layout.placements} == {one.id for one in proposal.placements}
+    assert layout.provenance.options["phases"] == "pure"
+    assert not {"failures", "optimise", "refine"} & set(layout.provenance.options)
+
+
+def test_the_ablations_are_those_of_the_paper_with_all_phases_and_with_its_own():
+    study = RepairAblation(ablation_variants("sampler", "sampler"), (PROTOCOL,), range(1))
+    assert len({shard.name for shard in study.shards()}) == 12
+    assert sum(variant.pure for variant in study.variants) == len(study.printed().rows) == 5
 
 
 def test_each_ablation_differs_from_the_whole_method_by_what_it_removes():
-    variants = {variant.key.removeprefix("sampler-"): variant for variant in ablation_variants("sampler")}
+    variants = {one.key.removeprefix("sampler-"): one for one in ablation_variants("sampler", "sampler")}
     removed = {
-        key: set(variant.method.options.items()) - set(variants["whole"].method.options.items())
+        key: set(variant.method.options.items())
+        - set(variants["pure" if variant.pure else "whole"].method.options.items())
         for key, variant in variants.items()
     }
     assert removed == {
@@ -272,8 +296,12 @@ def test_each_ablation_differs_from_the_whole_method_by_what_it_removes():
         "rules-alone": {("refine", False)},
         "refinement-alone": {("facility", False)},
         "whole": set(),
+        "pure-annotations": set(),
+        "pure-protocol": set(),
+        "pure-optimization": {("optimise", False)},
+        "pure-refinement": {("refine", False)},
+        "pure": set(),
     }
     assert {key: one.hidden for key, one in variants.items() if one.hidden != "nothing"} == {
-        "annotations": "annotations",
-        "protocol": "protocol",
+        f"{pure}{name}": name for pure in ("", "pure-") for name in ("annotations", "protocol")
     }

@@ -54,7 +54,7 @@ def test_a_transition_to_a_place_that_is_missing_is_a_failure(monkeypatch):
     (bench,) = (p.id for p in whole.placements if p.asset == "PreparationBench")
     removed = {bench, *descendants(whole, bench)}
     layout = whole.replace(placements=tuple(p for p in whole.placements if p.id not in removed))
-    monkeypatch.setattr(drives, "layout_of", lambda *_: layout)
+    monkeypatch.setattr(drives, "layout_of", lambda *_: (layout, layout))
     output = drives.drive_case("astar", (StudyVariant("raw", "raw", Method()),), PROTOCOL, 0, "without the bench")
     rows = parse_rows(next(iter(output.files.values())), StudyDriveRow)
     assert [(row.start, row.goal) for row in rows] == list(pairwise(PROTOCOL.route))

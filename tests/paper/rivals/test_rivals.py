@@ -1,5 +1,7 @@
 """Rivals as proposers: every protocol, any floor, the same bytes for the same seed."""
 
+from typing import get_args
+
 import pytest
 
 from labgym.assets import Catalog
@@ -13,7 +15,7 @@ from labgym.layouts.rules.collisions import collisions
 from labgym.layouts.rules.whereabouts import missing_assets
 from labgym.paper.rivals import HolodeckPlusProposer, HolodeckProposer, SceneWeaverProposer
 from labgym.paper.rivals.holodeck.search import SearchLimits
-from labgym.paper.rivals.plan import household_plan
+from labgym.paper.rivals.plan import Grade, Large, household_plan, named_to
 from labgym.paper.rivals.randomness import generator_of
 from labgym.paper.rivals.reading import assets_in
 from labgym.protocols import protocols
@@ -113,6 +115,25 @@ def test_the_household_plan_reads_the_description_and_no_lists(catalog: Catalog)
     plans = [household_plan(one, generator_of(request, 1)) for one in (request, other)]
     assert plans[0] == plans[1]
     assert "Phenol" in {top.name for large in plans[0].large for top in large.tops}
+
+
+def test_a_higher_grade_tells_the_designer_the_stations_and_then_the_lists(catalog: Catalog) -> None:
+    request = resolve_request("sub_01", 1, None, "default", catalog, ())
+    protocol = request.protocol
+    lists = {*protocol.instruments, *(use.name for use in protocol.reagents)}
+    known = {grade: {asset.name for asset in named_to(request, grade)} for grade in get_args(Grade)}
+    assert not set(protocol.locations) <= known["description"]
+    assert known["stations"] == known["description"] | set(protocol.locations)
+    assert known["list"] == known["stations"] | lists
+    planned = {
+        grade: {name for one in household_plan(request, generator_of(request, 1), grade).large for name in names(one)}
+        for grade in known
+    }
+    assert all(known[grade] <= planned[grade] for grade in known)
+
+
+def names(large: Large) -> set[str]:
+    return {large.asset.name, large.asset.role, *(top.name for top in large.tops)}
 
 
 @pytest.mark.filterwarnings("ignore::labgym.errors.UnrepairedWarning")

@@ -18,9 +18,8 @@ from labgym.layouts.model import Layout
 from labgym.layouts.request import Request
 from labgym.paper.rivals.chamber import Chamber, chambers
 from labgym.paper.rivals.piece import layout_of
-from labgym.paper.rivals.plan import Designer, DesignPlan, Large, household_plan
+from labgym.paper.rivals.plan import Designer, DesignPlan, Grade, Large, household_plan, named_to
 from labgym.paper.rivals.randomness import generator_of, numbers_in_use
-from labgym.paper.rivals.reading import assets_in, description
 from labgym.paper.rivals.sceneweaver.critic import Critique, critique
 from labgym.paper.rivals.sceneweaver.physics import cleared, settle
 from labgym.paper.rivals.sceneweaver.policy import Planner, TablePlanner, WeaverAction
@@ -50,6 +49,7 @@ class SceneWeaverProposer:
         steps: greatest number of steps.
         designer: lists the large objects of the initial scene. planner: makes the planner of a run.
         source: who the designer and the planner are, for the layout's provenance.
+        grade: what the critic knows of the protocol.
     """
 
     name: str = "sceneweaver"
@@ -57,6 +57,7 @@ class SceneWeaverProposer:
     designer: Designer = household_plan
     planner: Callable[[np.random.Generator], Planner] = TablePlanner
     source: str = "table"
+    grade: Grade = "description"
 
     def propose(self, request: Request) -> Layout:
         """Return SceneWeaver's scene in the largest laboratory space."""
@@ -74,7 +75,7 @@ class SceneWeaverProposer:
     def run(self, request: Request, chamber: Chamber) -> tuple[WeaverScene, list[WeaverStep]]:
         """Return the final scene of a space, and the steps that led to it."""
         generator = generator_of(request, STREAM)
-        named = assets_in(description(request.protocol), request.catalog)
+        named = named_to(request, self.grade)
         toolbox = Toolbox(request, chamber, generator, Counter(numbers_in_use(request)))
         scene = settle(toolbox.initial(_first(self.designer(request, generator), chamber)), chamber)
         history = [WeaverStep(None, True, critique(scene, chamber, named))]
