@@ -59,12 +59,22 @@ def _reordered(parts: list[VerbClause]) -> list[VerbClause]:
 
 
 def _with_earlier_first(parts: list[VerbClause], tokens: Sequence[Token]) -> list[VerbClause]:
-    """Return clauses with what is done first put first: "before adding A, it was cooled", "A was added after B"."""
+    """Return clauses with what is done first put first: "before adding A, it was cooled", "A was added after B".
+
+    What is added while something is stirred comes before the stirring.
+    """
     if len(parts) < 2:
         return parts
     begin = [token.low for token in tokens[: parts[0].head.place]]
     if begin[:1] == ["before"] or begin[:2] == ["prior", "to"]:
         return [parts[1], parts[0], *parts[2:]]
+    for k in range(len(parts) - 1):
+        if (
+            parts[k + 1].head.low == "adding"
+            and parts[k + 1].head.marker == "while"
+            and parts[k].head.word.frame == "hold"
+        ):
+            parts[k : k + 2] = [parts[k + 1], parts[k]]
     head = parts[-1].head
     joint = tokens[head.first - 1].low if head.first else ""
     if head.marker in ("after", "following") and joint not in ("and", "then", ";", "but"):

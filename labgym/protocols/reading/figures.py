@@ -39,13 +39,14 @@ _WORDS = {
     "several": 3, "a": 1, "an": 1, "half an": 0.5, "half a": 0.5, "one half": 0.5, "a further": 1, "another": 1,
 }  # fmt: skip
 _N = r"\d{1,3}(?:,\d{3})+(?:\.\d+)?|\d{1,9}(?:\.\d{1,9}|,\d{1,2}(?!\d))?(?:[Ee]-?\d{1,2}\b)?|\.\d{1,6}"
-_BEFORE = r"(?:(?<![A-Za-z0-9_.\[,\u0370-\u03ff-])|(?<=\d m[lLg],)|(?<=\d mmol,)|(?<=\d g,))(?<!\d/)"
+_BEFORE = r"(?:(?<![A-Za-z0-9_.\[,\u0370-\u03ff-])|(?<=\d m[lLg],)|(?<=\d mmol,)|(?<=\d g,)|(?<=\d[xX]))(?<!\d/)"
 _UNIT = {
     "mass": r"[Kk]g|mg|μg|ug|gms?|[Gg]rams?|G(?=\.)|grammes?|milligrams?|kilograms?|micrograms?|g"
     r"|lbs?|pounds?|oz|ounces?",
     "volume": r"m[lL]s?|ML|cc|c\.c\.|μ ?[lL]|u[lL]|[dc]l|cm3|dm3|[lL]iters?|[lL]itres?|milli[lL]it(?:er|re)s?"
     r"|microlit(?:er|re)s?|drops?|gallons?|[lL]",
-    "substance": r"mmols?|μmols?|umols?|nmols?|kmols?|[mM]ols?|mmoles?|millimoles?|moles?|m\.? ?moles?",
+    "substance": r"mmols?|μmols?|umols?|nmols?|kmols?|[mM]ols?|mmoles?|millimoles?|moles?|m\.? ?mol(?:es?|s)?"
+    r"|m(?=\))",
     "equivalents": r"equivalents?|equivs?|eqs?|molar equivalents?|mol(?:e|ar)?[- ]?%|mol(?:e|ar)? percent",
     "percent": r"wt\.? ?%|w/?w ?%|weight ?(?:percent|%)|%(?: ?\(?(?:w/w|w/v|v/v|wt)\)?)?|percent|mass %|w%",
     "molarity": r"mM|M|N|n(?= (?:aqueous|sul|hydrochlor|sodium|HCl|NaOH))|molar|normal"
@@ -85,9 +86,14 @@ _FRACTION = re.compile(
     rf"(?P<volume>{_UNIT['volume']})|(?P<mass>{_UNIT['mass']}))(?![A-Za-z])"
 )
 """Mixed fractions, also as patents print them: "21/2 hours" is two hours and a half."""
+_SHARED = re.compile(
+    rf"{_BEFORE}(?:\d{{1,4}}(?:\.\d{{1,3}})?/){{1,4}}\d{{1,4}}(?:\.\d{{1,3}})? ?"
+    rf"(?:(?P<volume>{_UNIT['volume']})|(?P<mass>{_UNIT['mass']}))(?![A-Za-z])"
+)
+"""Amounts of a mixture with one unit: "50/5/5 mL"."""
 _PORTIONS = re.compile(rf"{_BEFORE}(\d{{1,2}}) ?(?:[x×*X]|times|portions of|aliquots of) ?(?=\d)")
 _WORD_PORTIONS = re.compile(
-    r"(?<![A-Za-z])(two|three|four|five|six|seven|eight|ten) (?=\d[\d,.]{0,8}[- ]?(?:m[lL]|[lL]|"
+    r"(?<![A-Za-z])(two|three|four|five|six|seven|eight|ten) (?:--? )?(?=\d[\d,.]{0,8}[- ]?(?:m[lL]|[lL]|"
     r"g|mg)\b\.? ?-?(?:portions|aliquots|volumes|lots))",
     re.IGNORECASE,
 )
@@ -187,6 +193,7 @@ def figures(text: str) -> list[QuantitySpan]:
         _phs(text),
         _named(text),
         _fractions(text),
+        _shared(text),
         _spoken(text),
         _ratios(text),
         _numbered(text),
@@ -289,6 +296,7 @@ _OTHER_SPELLINGS = {
     "μ l": "μl",
     "m.moles": "mmol",
     "m.mole": "mmol",
+    "m": "mol",
     "mols": "mol",
     "mm.hg": "mmhg",
     "mm.ofhg": "mmhg",
@@ -339,6 +347,15 @@ def _fractions(text: str) -> Iterator[QuantitySpan]:
         value = float(match[1] or 0) + int(match[2]) / int(match[3])
         kind = next(name for name in ("mass", "volume", "time") if match[name])
         yield _figure(match.span(), kind, match[kind], value, None, text, 1)
+
+
+def _shared(text: str) -> Iterator[QuantitySpan]:
+    for match in _SHARED.finditer(text):
+        kind = "volume" if match["volume"] else "mass"
+        numbers = list(re.finditer(r"[\d.]+", text[match.start() : match.start(kind)]))
+        for number in numbers:
+            stop = match.end() if number is numbers[-1] else match.start() + number.end()
+            yield _figure((match.start() + number.start(), stop), kind, match[kind], float(number[0]), None, text, 1)
 
 
 def _repeats(text: str) -> Iterator[QuantitySpan]:

@@ -18,11 +18,13 @@ def hold(draft: ActionDraft, operation: PhrasedOperation) -> None:
     bare = head.low in ("stirring", "heating", "cooling") and not head.passive and head.marker == ""
     if bare and not held and not clause.after:
         return
-    if head.low in ("keeping", "maintaining") and held and draft.last_verb in ("Add", "Quench", "Pour"):
+    during = head.marker != "after" and draft.last_verb in ("Add", "Quench", "Pour")
+    if head.low in ("keeping", "maintaining") and held and during:
         draft.own_all(held)
         last = draft.actions[-1]
         lacking = {key: value for key, value in single(held).items() if getattr(last, key) is None}
-        draft.actions[-1] = last.model_copy(update=lacking)
+        note = "; ".join(filter(None, (last.note, ", ".join(item.text for item in held))))
+        draft.actions[-1] = last.model_copy(update={**lacking, "note": note[:400]})
         return
     _fill(draft, operation)
     if clause.before and clause.before[0].low in ("while", "whilst") and not held:

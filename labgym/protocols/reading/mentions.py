@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from labgym.protocols.reading.figures import QuantitySpan
 from labgym.protocols.reading.lexicon import BATCH, SOLUTIONS
@@ -13,6 +14,8 @@ STRENGTHS = frozenset(("molarity", "percent"))
 """Kinds of figures that say how concentrated a solution is."""
 MEASURES = frozenset(("mass", "volume", "substance", "equivalents", "parts"))
 """Kinds of figures that say how much of a substance there is."""
+CONDITIONS = frozenset(("temperature", "time", "pressure", "ph"))
+"""Kinds of figures that say how a mixture is held."""
 _TIMES = frozenset(("at", "over", "for", "during", "after", "under", "within", "before", "while"))
 """Prepositions of circumstance."""
 _ORIGINS = frozenset(("prepared", "obtained", "from", "described", "produced", "of"))
@@ -88,6 +91,12 @@ class TextPhrase:
     def is_measured(self) -> bool:
         """Whether one of its substances has an amount."""
         return any(item.is_measured for item in self.substances)
+
+    def mixed_with(self, last: SubstanceMention) -> list[SubstanceMention]:
+        """Return the names of a mixture such as "EtOAc/hexane", in order, by its last one."""
+        end = next(k for k, item in enumerate(self.substances) if item is last)
+        first = next((k for k in range(end, 0, -1) if not self.substances[k].paired), 0)
+        return self.substances[first : end + 1]
 
     @property
     def is_prepared(self) -> bool:
@@ -297,8 +306,24 @@ def _holds(token: Token, kinds: Sequence[str]) -> bool:
     return any(item.figure is not None and item.figure.kind in kinds for item in token.inner)
 
 
+def _divide(phrase: TextPhrase) -> None:
+    """Divide the volume of a mixture by its ratio: "a 2:1 mixture of ether and hexane (30 mL)"."""
+    items = phrase.mixed_with(phrase.substances[-1]) if phrase.substances else []
+    if len(items) < 2 and phrase.solution is not None:
+        items = phrase.substances
+    measured = [figure for item in items for figure in item.amounts]
+    ratio = next((figure for figure in phrase.ratios if figure.kind == "ratio"), None)
+    shares = [float(number) for number in re.findall(r"[\d.]+", ratio.text)] if ratio is not None else []
+    if len(shares) == len(items) > 1 and [figure.kind for figure in measured] == ["volume"] and sum(shares):
+        total = measured[0]
+        phrase.ratios.append(total)
+        for item, share in zip(items, shares, strict=True):
+            item.amounts = [replace(total, value=total.value * share / sum(shares))]
+
+
 def _settle(phrase: TextPhrase) -> None:
     """Move amounts that stand with the solvent of a solution to the solute that they measure."""
+    _divide(phrase)
     solutes = [item for item in phrase.substances if not item.solvent]
     solvents = [item for item in phrase.substances if item.solvent]
     if len(solutes) != 1 or not solvents:
@@ -314,7 +339,7 @@ def _settle(phrase: TextPhrase) -> None:
     if "volume" in kinds:
         _move(solvent, solute, ("substance", "equivalents"))
         kinds = {figure.kind for figure in solute.amounts}
-    if phrase.solution is not None and not kinds & {"mass", "substance"}:
+    if (phrase.solution is not None or "molarity" in kinds) and not kinds & {"mass", "substance"}:
         _move(solvent, solute, ("volume",))
 
 

@@ -92,11 +92,16 @@ def complete(draft: ActionDraft, span: tuple[int, int]) -> bool:
     values = figures(draft.plain[slice(*span)])
     actions = draft.actions
     if words.startswith(("yield", "overall crude yield")) and draft.last_verb == "Yield" and actions[-1].gives:
-        share = next((item for item in values if item.kind == "percent"), None)
-        if share is not None:
-            first, *rest = actions[-1].gives
-            stated = ", ".join(filter(None, (first.amount, written(share))))
-            gives = (first.model_copy(update={"amount": stated}), *rest)
+        first, *rest = actions[-1].gives
+        told = {item.kind: written(item) for item in reversed(values) if item.kind in ("mass", "percent")}
+        more = [
+            told[kind]
+            for kind, unit in (("mass", " g"), ("percent", " %"))
+            if kind in told and unit not in first.amount
+        ]
+        if more:
+            stated = ", ".join(filter(None, (first.amount, *more)))
+            gives = (first.model_copy(update={"amount": stated[:200]}), *rest)
             actions[-1] = actions[-1].model_copy(update={"gives": gives})
         return True
     measured = [item for item in values if item.kind in ("mass", "percent")]

@@ -89,9 +89,10 @@ def clear(draft: ActionDraft, operation: PhrasedOperation) -> None:
 
 
 def _is_solvent_distilled(operation: PhrasedOperation) -> bool:
-    """Return whether a solvent is distilled off, "the solvent was distilled off", and the batch stays."""
-    subject = lows(operation.clause.before) & {"solvent", "solvents", "volatiles"}
-    return bool(subject) and operation.head.passive and lows(operation.clause.after[:2]) >= {"off"}
+    """Return whether something is distilled off and the batch stays: "the solvent was removed by distillation"."""
+    head, subject = operation.head, lows(operation.clause.before)
+    off = "off" in lows(operation.clause.after[:2]) or head.low.startswith(("remov", "eliminat", "evaporat"))
+    return off and (head.passive or head.method != "") and not subject & {"product", "fraction", "residue"}
 
 
 def _charge_subject(draft: ActionDraft, operation: PhrasedOperation) -> None:
